@@ -1,0 +1,72 @@
+"""glshadow: shadow mapping for Python, headless, with every picture measurable against the exact answer."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
+from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.fit import SceneFit, ViewFit
+from glshadow.core.kernels import Hard, Pcf
+from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
+from glshadow.core.metric import Target
+from glshadow.core.shadow import Faces, Shadow
+from glshadow.core.spaces import ClipSpace
+from glshadow.errors import (
+    ContextError,
+    GlshadowError,
+    GlshadowWarning,
+    ReferenceUnavailable,
+    ResourceError,
+    SceneError,
+    SettingsError,
+    ShaderError,
+)
+from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+
+if TYPE_CHECKING:
+    from glshadow.frame import Frame, Used
+    from glshadow.measure.error import ShadowError, measure
+    from glshadow.reference.trace import Truth, trace
+    from glshadow.renderer import Renderer, render
+    from glshadow.scene import builtin as scenes
+    from glshadow.scene.load import load
+
+__version__ = "0.1.0"
+
+# Imported when first asked for: OpenGL, file loading and ray tracing are not needed by everyone, and cost time.
+_LAZY = {
+    "Frame": "glshadow.frame",
+    "Renderer": "glshadow.renderer",
+    "ShadowError": "glshadow.measure.error",
+    "Truth": "glshadow.reference.trace",
+    "Used": "glshadow.frame",
+    "load": "glshadow.scene.load",
+    "measure": "glshadow.measure.error",
+    "render": "glshadow.renderer",
+    "scenes": "glshadow.scene.builtin",
+    "trace": "glshadow.reference.trace",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LAZY:
+        raise AttributeError(f"module 'glshadow' has no attribute {name!r}")
+    module = import_module(_LAZY[name])
+    value = module if name == "scenes" else getattr(module, name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
+__all__ = [
+    "AlphaMode", "ClipBias", "ClipSpace", "ConstantBias", "ContextError", "DirectionalLight", "Faces", "Frame",
+    "GlshadowError", "GlshadowWarning", "Hard", "Material", "Mesh", "NoBias", "Node", "NormalOffsetBias", "Pcf",
+    "PerspectiveCamera", "PointLight", "ReceiverPlaneBias", "ReferenceUnavailable", "Renderer", "ResourceError",
+    "Scene", "SceneError", "SceneFit", "SettingsError", "Shadow", "ShadowError", "ShaderError", "SlopeScaledBias",
+    "SpotLight", "Target", "Truth", "Used", "ViewFit", "__version__", "load", "measure", "render", "scenes", "trace",
+]  # fmt: skip

@@ -1,0 +1,168 @@
+"""Light frustum fitting: which part of the world a shadow map has to cover. Pure functions, float64.
+
+Receivers are known by their boxes. What the camera sees of a box is the intersection of two convex bodies, and every corner of
+it lies on an edge of one of them: so the edges of each are clipped by the faces of the other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.spaces import Array
+
+
+@dataclass(frozen=True)
+class ViewFit:
+    """Covers the receivers that the camera can see; a pure function of scene, light and camera."""
+
+
+@dataclass(frozen=True)
+class SceneFit:
+    """Covers the whole scene; independent of the camera, so that a static light's map can be kept."""
+
+
+Fit = ViewFit | SceneFit
+
+_CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+_EDGES = np.array([(a, b) for a in range(8) for b in range(a + 1, 8) if np.abs(_CORNERS[a] - _CORNERS[b]).sum() == 1])
+
+
+def frustum_corners(window: tuple[float, float, float, float], near: float, far: float, view_from_world: Array) -> Array:
+    """World corners (8, 3) of a view's frustum; `window` is left, right, bottom, top as tangents."""
+    left, right, bottom, top = window
+    tangents = np.array([left, bottom, right, top]).reshape(2, 2)
+    distance = np.array([near, far])[_CORNERS[:, 2]]
+    local = np.stack([tangents[_CORNERS[:, 0], 0] * distance, tangents[_CORNERS[:, 1], 1] * distance, -distance], axis=-1)
+    return np.asarray((local - view_from_world[:3, 3]) @ view_from_world[:3, :3])
+
+
+def visible_corners(bounds: Array, world_from_mesh: Array, frustum: Array) -> list[Array]:
+    """Corners of what a frustum contains of each box.
+
+    Parameters
+    ----------
+    bounds : (N, 2, 3) float64
+        Boxes in mesh space.
+    world_from_mesh : (N, 4, 4) float64
+    frustum : (8, 3) float64
+        World corners in the order of `frustum_corners`.
+
+    Returns
+    -------
+    list of N arrays (M, 3)
+        World points whose convex hull is box and frustum intersected; M = 0 where they are apart.
+    """
+    linear, offset = world_from_mesh[:, :3, :3], world_from_mesh[:, :3, 3]
+    low, high = bounds[:, 0], bounds[:, 1]
+    pad = 1e-9 * np.maximum((high - low).max(axis=1, keepdims=True), np.abs(bounds).max(axis=(1, 2))[:, None] * 1e-3)
+    low, high = low - pad, high + pad  # so that a flat box is crossed, not touched
+    local = np.where(_CORNERS[None, :, :] == 0, low[:, None], high[:, None])
+    corners = np.einsum("nij,nkj->nki", linear, local) + offset[:, None]
+    normals, limits = _planes(frustum)
+    inside_frustum, box_points = _clip(
+        corners[:, _EDGES[:, 0]], corners[:, _EDGES[:, 1]], np.broadcast_to(normals, (len(bounds), 6, 3)), limits[None, :]
+    )
+    regular = np.linalg.cond(linear) < 1e12
+    inverse = np.linalg.inv(np.where(regular[:, None, None], linear, np.eye(3)))
+    frustum_local = np.einsum("nij,nkj->nki", inverse, frustum[None] - offset[:, None])
+    axes = np.broadcast_to(np.concatenate([np.eye(3), -np.eye(3)]), (len(bounds), 6, 3))
+    inside_box, frustum_points = _clip(
+        frustum_local[:, _EDGES[:, 0]], frustum_local[:, _EDGES[:, 1]], axes, np.concatenate([low, -high], axis=1)
+    )
+    frustum_points = np.einsum("nij,nkj->nki", linear, frustum_points) + offset[:, None]
+    return [
+        np.concatenate([box_points[i][inside_frustum[i]], frustum_points[i][inside_box[i]]])
+        if regular[i]
+        else corners[i]  # squashed flat by its matrix: take it whole
+        for i in range(len(bounds))
+    ]
+
+
+def _planes(frustum: Array) -> tuple[Array, Array]:
+    """Inward normals (6, 3) and limits (6,) of a frustum's faces: inside where normal . p >= limit."""
+    centre = frustum.mean(axis=0)
+    normals, limits = [], []
+    for axis in range(3):
+        for side in (0, 1):
+            a, b, c = frustum[_CORNERS[:, axis] == side][:3]
+            normal = np.cross(b - a, c - a)
+            normal *= np.sign(normal @ (centre - a)) / np.linalg.norm(normal)
+            normals.append(normal)
+            limits.append(normal @ a)
+    return np.array(normals), np.array(limits)
+
+
+def _clip(start: Array, end: Array, normals: Array, limits: Array) -> tuple[NDArray[np.bool_], Array]:
+    """Segments (N, E, 3) clipped by half-spaces (N, K, 3), (N, K); which ends exist (N, 2E) and where they are (N, 2E, 3)."""
+    before = np.einsum("nkj,nej->nek", normals, start) - limits[:, None]
+    after = np.einsum("nkj,nej->nek", normals, end) - limits[:, None]
+    crossing = np.sign(before) * np.sign(after) < 0
+    where = np.where(crossing, before / np.where(crossing, before - after, 1.0), 0.0)
+    enter = np.where(crossing & (before < 0), where, 0.0).max(axis=-1)
+    leave = np.where(crossing & (after < 0), where, 1.0).min(axis=-1)
+    outside = ((before < 0) & (after < 0) | (before < 0) & (after == 0) | (before == 0) & (after < 0)).any(axis=-1)
+    exists = (enter <= leave) & ~outside
+    direction = end - start
+    points = np.concatenate([start + enter[..., None] * direction, start + leave[..., None] * direction], axis=1)
+    return np.concatenate([exists, exists], axis=1), points
+
+
+def minimum_rectangle(points: Array) -> tuple[float, Array]:
+    """Rectangle of least area around points in the plane.
+
+    Parameters
+    ----------
+    points : (N, 2) float64
+
+    Returns
+    -------
+    angle_rad : float
+        By which the x axis has to turn, in [0, pi/2).
+    rectangle : (2, 2) float64
+        Least and greatest corner in the turned axes (cos x + sin y, -sin x + cos y).
+
+    References
+    ----------
+    Freeman, Shapira 1975: one side of it lies on an edge of the convex hull.
+    """
+    hull = convex_hull(points)
+    edges = np.diff(np.concatenate([hull, hull[:1]]), axis=0)
+    angles = np.unique(np.concatenate([[0.0], np.mod(np.arctan2(edges[:, 1], edges[:, 0]), np.pi / 2)]))
+    cosine, sine = np.cos(angles), np.sin(angles)
+    x = hull[:, :1] * cosine + hull[:, 1:] * sine
+    y = hull[:, 1:] * cosine - hull[:, :1] * sine
+    area = np.ptp(x, axis=0) * np.ptp(y, axis=0)
+    best = int(np.argmin(area))
+    rectangle = np.array([[x[:, best].min(), y[:, best].min()], [x[:, best].max(), y[:, best].max()]])
+    return float(angles[best]), rectangle
+
+
+def convex_hull(points: Array) -> Array:
+    """Corners (M, 2) of the convex hull of points (N, 2), counter-clockwise; Andrew's monotone chain.
+
+    Points inside the polygon of 32 extreme points are discarded first (Akl, Toussaint 1978), so that the loop is short.
+    """
+    angles = np.arange(32) * (2.0 * np.pi / 32)
+    reach = points @ np.stack([np.cos(angles), np.sin(angles)])
+    extreme = points[np.argmax(reach, axis=0)]
+    following = np.roll(extreme, -1, axis=0)
+    side = np.stack([extreme[:, 1] - following[:, 1], following[:, 0] - extreme[:, 0]])  # inward normals (2, 32)
+    inside = (points @ side - (extreme.T * side).sum(axis=0) > 0.0) | ((side == 0.0).all(axis=0))
+    kept = np.unique(np.concatenate([points[~inside.all(axis=1)], extreme]), axis=0)
+    if len(kept) < 3:
+        return kept
+    chains = []
+    for ordered in (kept.tolist(), kept[::-1].tolist()):
+        chain: list[list[float]] = []
+        for x, y in ordered:
+            while len(chain) > 1:
+                (ax, ay), (bx, by) = chain[-2], chain[-1]
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0:
+                    break
+                chain.pop()
+            chain.append([x, y])
+        chains.append(chain[:-1])
+    return np.array(chains[0] + chains[1])

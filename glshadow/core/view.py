@@ -1,0 +1,206 @@
+"""ShadowView, the unit of a shadow map, and the views that a light needs: one for sun and spot, up to six for a point light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from glshadow.core.fit import minimum_rectangle
+from glshadow.core.lights import DirectionalLight, Light, SpotLight
+from glshadow.core.spaces import (
+    Array,
+    ClipSpace,
+    bias_matrix,
+    orthographic,
+    perspective,
+    rigid_inverse,
+    transform,
+    view_axes,
+)
+
+Kind = Literal["directional", "spot", "point"]
+
+# Rows x, y, z (backward) of the six faces of a point light: +x -x +y -y +z -z. Signed permutations, so that a face changes no
+# coordinate's bits. GLSL twin: glsl/projection/cube.glsl
+FACES = np.array(
+    [
+        rows
+        for s in (1, -1)
+        for rows in (
+            [(0, 0, s), (0, 1, 0), (-s, 0, 0)],
+            [(1, 0, 0), (0, 0, s), (0, -s, 0)],
+            [(-s, 0, 0), (0, 1, 0), (0, 0, -s)],
+        )
+    ],
+    dtype=np.float64,
+)[[0, 3, 1, 4, 2, 5]]
+
+NEAREST_SHARE = 1e-4  # of far: derived near planes come no closer. Casters nearer still cast, clamped to it (depth clamp)
+
+
+@dataclass(frozen=True, eq=False)
+class ShadowView:
+    """One rendered view from a light.
+
+    Parameters
+    ----------
+    kind : str
+        Which light it belongs to: decides projection and metric.
+    face : int
+        Face of a point light, else 0.
+    view_from_world : (4, 4) float64
+        Rigid; the origin is the light, or for a sun the middle of what it covers.
+    window : (4,) floats
+        Left, right, bottom, top that the tile shows, guard band included: world units for a sun, else tangents.
+    near, far : float
+        Distances along the view; a sun's near may be negative.
+    clip : ClipSpace
+    resolution : int
+        Texels along each side of the tile.
+    tile : (2,) ints
+        Corner of the tile in its atlas, texels.
+    """
+
+    kind: Kind
+    face: int
+    view_from_world: Array
+    window: tuple[float, float, float, float]
+    near: float
+    far: float
+    clip: ClipSpace
+    resolution: int
+    tile: tuple[int, int] = (0, 0)
+
+    @cached_property
+    def clip_from_view(self) -> Array:
+        """(4, 4) projection."""
+        return (orthographic if self.kind == "directional" else perspective)(*self.window, self.near, self.far, self.clip)
+
+    @cached_property
+    def clip_from_world(self) -> Array:
+        """(4, 4) float64."""
+        return self.clip_from_view @ self.view_from_world
+
+    @cached_property
+    def uvz_from_world(self) -> Array:
+        """(4, 4) bias matrix times clip_from_world: (u, v, window depth) of the tile, before the division by w."""
+        return bias_matrix(self.clip) @ self.clip_from_world
+
+    @property
+    def texel(self) -> tuple[float, float]:
+        """Size of a texel: world units for a sun, else tangents (world units at distance 1)."""
+        left, right, bottom, top = self.window
+        return ((right - left) / self.resolution, (top - bottom) / self.resolution)
+
+    def placed(self, tile: tuple[int, int]) -> ShadowView:
+        """The same view at another place of the atlas."""
+        return replace(self, tile=tile)
+
+
+def shadow_views(
+    light: Light, receivers: list[Array], casters: Array, clip: ClipSpace, resolution: int, guard: int
+) -> tuple[ShadowView, ...]:
+    """The views that a light needs to shadow the given receivers.
+
+    Parameters
+    ----------
+    receivers : list of (M, 3) float64
+        Convex corner points in world space, one array per receiving body (see `fit.visible_corners`); may be empty.
+    casters : (K, 3) float64
+        World corners of everything that casts.
+    resolution, guard : int
+        Texels along a side of a tile; texels around the fitted window that the filter may reach into.
+
+    Returns
+    -------
+    tuple of ShadowView
+        Empty where no receiver can be lit: then nothing needs to be drawn.
+    """
+    bodies = [points for points in receivers if len(points)]
+    if not bodies:
+        return ()
+    guard = min(guard, (resolution - 1) // 2)
+    if isinstance(light, DirectionalLight):
+        return (_sun_view(light, np.concatenate(bodies), casters, clip, resolution, guard),)
+    if isinstance(light, SpotLight):
+        axes = view_axes(np.asarray(light.direction))
+        edge = float(np.tan(np.radians(light.outer_angle)))
+        view = _local_view(light, "spot", 0, axes, edge, bodies, clip, resolution, guard)
+        return () if view is None else (view,)
+    views = [_local_view(light, "point", i, FACES[i], 1.0, bodies, clip, resolution, guard) for i in range(6)]
+    used = [view for view in views if view is not None]
+    near, far = min((view.near for view in used), default=0.0), max((view.far for view in used), default=0.0)
+    return tuple(replace(view, near=near, far=far) for view in used)  # one depth range: one metric across all faces
+
+
+def _sun_view(
+    light: DirectionalLight, points: Array, casters: Array, clip: ClipSpace, resolution: int, guard: int
+) -> ShadowView:
+    origin = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    axes = view_axes(np.asarray(light.direction))
+    flat = (points - origin) @ axes.T
+    angle, rectangle = minimum_rectangle(flat[:, :2])
+    cosine, sine = np.cos(angle), np.sin(angle)
+    axes = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]]) @ axes
+    size = np.maximum(np.ptp(rectangle, axis=0), 1e-6 * max(np.ptp(points, axis=0).max(), 1e-300))
+    origin = origin + rectangle.mean(axis=0) @ axes[:2]
+    half = 0.5 * size * (resolution / (resolution - 2 * guard)) if resolution > 2 * guard else 0.5 * size
+    depth = -((points - origin) @ axes[2])
+    first = -((casters - origin) @ axes[2]).max()
+    reach = max(float(np.ptp(depth)), float(size.max()))
+    # Casters nearer than this are clamped to the near plane and still cast. One reach in front of the receivers keeps the
+    # slack of a receiver's compare depth from passing them.
+    near = max(float(first), float(depth.min()) - reach) if light.near is None else _along(light, light.near, origin)
+    far = float(depth.max()) if light.far is None else _along(light, light.far, origin)
+    pad = 1e-3 * (far - near) + 1e-6 * reach
+    near, far = near - (pad if light.near is None else 0.0), far + (pad if light.far is None else 0.0)
+    window = (-float(half[0]), float(half[0]), -float(half[1]), float(half[1]))
+    return ShadowView("directional", 0, rigid_inverse(axes, origin), window, near, far, clip, resolution)
+
+
+def _along(light: DirectionalLight, plane: float, origin: Array) -> float:
+    """A sun's near or far, given from the world origin, as seen from `origin`."""
+    return plane - float(origin @ np.asarray(light.direction))
+
+
+def _local_view(
+    light: Light,
+    kind: Kind,
+    face: int,
+    axes: Array,
+    edge: float,
+    bodies: list[Array],
+    clip: ClipSpace,
+    resolution: int,
+    guard: int,
+) -> ShadowView | None:
+    """View of a light with a position through a square window of half-width `edge`; None if it shows no receiver."""
+    assert not isinstance(light, DirectionalLight)
+    view = rigid_inverse(axes, np.asarray(light.position))
+    low, high, nearest, farthest = np.full(2, np.inf), np.full(2, -np.inf), np.inf, 0.0
+    for points in bodies:
+        local = transform(view, points)
+        depth = -local[:, 2]
+        lateral = np.concatenate([local[:, :2], -local[:, :2]], axis=1)
+        if depth.max() <= 0.0 or (lateral > edge * depth[:, None]).all(axis=0).any():
+            continue  # behind the light, or wholly beyond one side of the window
+        nearest, farthest = min(nearest, float(depth.min())), max(farthest, float(depth.max()))
+        if depth.min() <= NEAREST_SHARE * depth.max():
+            low, high = np.full(2, -edge), np.full(2, edge)  # reaches around the light: every direction
+        else:
+            tangents = local[:, :2] / depth[:, None]
+            low, high = np.minimum(low, tangents.min(axis=0)), np.maximum(high, tangents.max(axis=0))
+    if farthest == 0.0:
+        return None
+    if kind == "point":
+        low, high = np.full(2, -edge), np.full(2, edge)  # all faces share one window, so that they share the shader's scale
+    low, high = np.clip(low, -edge, edge), np.clip(high, -edge, edge)
+    far = 1.001 * farthest if light.far is None else light.far
+    near = max(0.5 * nearest, NEAREST_SHARE * far) if light.near is None else light.near
+    half = 0.5 * np.maximum(high - low, 1e-6 * edge) * resolution / (resolution - 2 * guard)
+    middle = 0.5 * (low + high)
+    window = tuple(float(v) for v in (middle[0] - half[0], middle[0] + half[0], middle[1] - half[1], middle[1] + half[1]))
+    return ShadowView(kind, face, view, window, near, max(far, 1.001 * near), clip, resolution)  # type: ignore[arg-type]

@@ -1,0 +1,176 @@
+"""Frame: what a render gives back, as plain numpy that outlives its renderer."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.bias import Bias
+from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.kernels import Filter
+from glshadow.core.lights import Light
+from glshadow.core.metric import Target
+from glshadow.core.shadow import Faces
+from glshadow.core.spaces import ClipSpace
+from glshadow.core.view import ShadowView
+from glshadow.errors import SettingsError
+from glshadow.scene.mesh import Scene
+
+OUTPUTS = ("image", "visibility", "linear", "depth", "depth_metric", "shadow_maps", "timings")
+
+
+@dataclass(frozen=True)
+class Used:
+    """What was really used for one light, every None resolved.
+
+    Parameters
+    ----------
+    views : tuple of ShadowView
+        Matrices, window, near and far, tile; empty for a light that casts nothing or lights nothing that is seen.
+    filter, bias, target, clip, faces
+        As in Shadow. None throughout for a light without a shadow; faces None: back faces culled for closed meshes.
+    draws : int
+        Meshes drawn into its maps in this frame.
+    fallbacks : tuple of str
+        Every request that could not be met as given, with its reason.
+    """
+
+    views: tuple[ShadowView, ...] = ()
+    filter: Filter | None = None
+    bias: Bias | None = None
+    target: Target | None = None
+    clip: ClipSpace | None = None
+    faces: Faces | None = None
+    draws: int = 0
+    fallbacks: tuple[str, ...] = ()
+
+    @property
+    def texel(self) -> tuple[float, float] | None:
+        """Size of a texel of the first view: world units for a sun, tangents (at distance 1) otherwise."""
+        return self.views[0].texel if self.views else None
+
+    def as_dict(self) -> dict[str, Any]:
+        """As JSON-able values."""
+        return {
+            "filter": repr(self.filter),
+            "bias": repr(self.bias),
+            "target": self.target.value if self.target else None,
+            "clip": str(self.clip) if self.clip else None,
+            "faces": self.faces.value if self.faces else "auto",
+            "draws": self.draws,
+            "fallbacks": list(self.fallbacks),
+            "views": [
+                {
+                    "face": view.face,
+                    "tile": list(view.tile),
+                    "resolution": view.resolution,
+                    "window": list(view.window),
+                    "near": view.near,
+                    "far": view.far,
+                    "texel": list(view.texel),
+                    "clip_from_world": view.clip_from_world.tolist(),
+                }
+                for view in self.views
+            ],
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One rendered picture and what is known about it. Row 0 is the top. Outputs that were not asked for are None.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8
+        sRGB.
+    visibility : (lights, H, W) float32
+        1 = lit, 0 = occluded or N.L <= 0, NaN where there is no surface. Cone and range are intensity, not visibility.
+    linear : (H, W, 3) float32
+        Linear light before it is clamped and encoded; the background is `background`, decoded.
+    depth : (H, W) float32
+        Distance along the camera's view, infinite where there is no surface.
+    depth_metric : (H, W) float32
+        The camera's own depth as (s z + min_z) / (min_z + max_z), 1 where there is no surface.
+    shadow_maps : tuple of (V, R, R) float32
+        Per light its views as they are stored (window depth, or metric), row 0 at v = 1.
+    timings : mapping
+        Seconds of wall clock per pass.
+    used : tuple of Used
+        Per light.
+    scene, camera, lights, size
+        What was rendered.
+    near, far : float
+        Depth range of the camera.
+    """
+
+    scene: Scene
+    camera: PerspectiveCamera
+    lights: tuple[Light, ...]
+    size: tuple[int, int]
+    near: float
+    far: float
+    used: tuple[Used, ...]
+    image: NDArray[np.uint8] | None = None
+    visibility: NDArray[np.float32] | None = None
+    linear: NDArray[np.float32] | None = None
+    depth: NDArray[np.float32] | None = None
+    depth_metric: NDArray[np.float32] | None = None
+    shadow_maps: tuple[NDArray[np.float32], ...] | None = None
+    timings: Mapping[str, float] | None = None
+    info: Mapping[str, Any] = field(default_factory=dict)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the picture: .png .jpg .tif the image; .exr all float outputs as named channels.
+
+        Raises
+        ------
+        SettingsError
+            For another ending, or if the output that the format needs was not rendered.
+        """
+        from glshadow import image
+
+        name = str(path)
+        if name.lower().endswith(".exr"):
+            image.write(name, self._channels())
+            return
+        if self.image is None:
+            raise SettingsError(f'cannot save {name}: the frame was rendered without the output "image"')
+        image.write(name, self.image)
+
+    def _channels(self) -> dict[str, NDArray[np.float32]]:
+        channels: dict[str, NDArray[np.float32]] = {}
+        if self.linear is not None:
+            channels["linear"] = self.linear
+        elif self.image is not None:
+            channels["linear"] = decoded(self.image)
+        for i in range(0 if self.visibility is None else len(self.visibility)):
+            assert self.visibility is not None
+            channels[f"visibility.{i}"] = self.visibility[i]
+        for name in ("depth", "depth_metric"):
+            value = getattr(self, name)
+            if value is not None:
+                channels[name] = value
+        return channels
+
+    def _repr_png_(self) -> bytes | None:
+        """The picture in a notebook."""
+        if self.image is None:
+            return None
+        from PIL import Image
+
+        data = io.BytesIO()
+        Image.fromarray(np.ascontiguousarray(self.image)).save(data, format="png", compress_level=1)
+        return data.getvalue()
+
+
+def decoded(image: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """sRGB bytes to linear light, float32, same shape."""
+    value = np.arange(256, dtype=np.float64) / 255.0
+    table = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    return np.asarray(table[image])

@@ -1,0 +1,185 @@
+"""Draws what casts, seen from a light, into its tiles of the shadow atlas."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.bias import Bias, ClipBias, SlopeScaledBias, bias_factor
+from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.metric import Target, metric_range
+from glshadow.core.shadow import Faces
+from glshadow.core.spaces import Array, project
+from glshadow.core.view import ShadowView
+from glshadow.gl.context import GLContext
+from glshadow.gl.geometry import GpuScene, pack_matrices
+from glshadow.gl.program import Program, Programs
+from glshadow.gl.targets import Atlas
+from glshadow.scene.mesh import AlphaMode, box_corners
+
+
+@dataclass(frozen=True)
+class CasterSettings:
+    """What a light's maps are drawn with, every choice made."""
+
+    target: Target
+    bias: Bias
+    faces: Faces | None
+
+
+def casters(scene: GpuScene) -> NDArray[np.bool_]:
+    """Which nodes (N,) cast: all but blended ones."""
+    return np.array([node.mesh.material.alpha_mode is not AlphaMode.BLEND for node in scene.nodes])
+
+
+def draw_casters(
+    context: GLContext,
+    programs: Programs,
+    atlas: Atlas,
+    scene: GpuScene,
+    light: Light,
+    views: Sequence[ShadowView],
+    settings: CasterSettings,
+) -> int:
+    """Draw all views of a light into their tiles; returns the number of draws.
+
+    Casters nearer than a view's near plane are clamped to it, not cut (depth clamp). Nodes outside a view are not drawn.
+    """
+    ctx = context.ctx
+    boxes = box_corners(*_boxes(scene))
+    casting = casters(scene)
+    solid = _hides_back_faces(scene, light, boxes, settings.faces)
+    atlas.framebuffer.use()
+    draws = 0
+    for view in views:
+        tile = (*view.tile, view.resolution, view.resolution)
+        context.gl.clip_control(view.clip.zero_to_one) if context.caps.clip_control else None
+        ctx.depth_func = ">=" if view.clip.reversed else "<="
+        ctx.enable_only(moderngl.DEPTH_TEST)
+        ctx.depth_clamp_range = (0.0, 1.0)
+        if isinstance(settings.bias, SlopeScaledBias):
+            sign = view.clip.sign
+            ctx.polygon_offset = (sign * settings.bias.factor, sign * settings.bias.units)
+        atlas.framebuffer.viewport = tile
+        atlas.framebuffer.clear(1.0, 1.0, 1.0, 1.0, depth=view.clip.clear_depth, viewport=tile)
+        chosen = np.flatnonzero(casting & seen_by(view.clip_from_world, boxes, view))
+        draws += _draw(context, programs, scene, light, view, settings, chosen, solid)
+    ctx.polygon_offset = (0.0, 0.0)
+    ctx.depth_clamp_range = None
+    ctx.front_face = "ccw"
+    ctx.enable_only(moderngl.NOTHING)
+    return draws
+
+
+def _draw(
+    context: GLContext,
+    programs: Programs,
+    scene: GpuScene,
+    light: Light,
+    view: ShadowView,
+    settings: CasterSettings,
+    chosen: NDArray[np.int64],
+    solid: NDArray[np.bool_],
+) -> int:
+    ctx = context.ctx
+    clip = pack_matrices(view.clip_from_world @ scene.world_from_origin)
+    local = pack_matrices(view.view_from_world @ scene.world_from_origin)
+    culled: str | None = None
+    for i in chosen:
+        gpu, material = scene.meshes[i], scene.nodes[i].mesh.material
+        alpha = material.alpha_mode is AlphaMode.MASK and gpu.textured
+        program = caster_program(programs, settings, view, alpha, context)
+        program.write("u_clip_from_mesh", clip[i])
+        program.write("u_view_from_mesh", local[i])
+        if alpha:
+            program.set(u_alpha=(material.color[3], material.cutoff))
+            assert gpu.texture is not None
+            gpu.texture.use(0)
+        if isinstance(settings.bias, ClipBias) and settings.bias.caster:
+            program.set(u_light=_light_in_mesh(light, scene.world_from_origin[i]))
+        cull = _cull(settings.faces, bool(solid[i]), bool(scene.mirrored[i]))
+        if cull != culled:
+            culled = cull
+            ctx.enable(moderngl.CULL_FACE) if cull else ctx.disable(moderngl.CULL_FACE)
+            ctx.cull_face = cull or "back"
+        gpu.vertex_array(program).render()
+    return len(chosen)
+
+
+def caster_program(programs: Programs, settings: CasterSettings, view: ShadowView, alpha: bool, context: GLContext) -> Program:
+    """The caster program of a view, its uniforms that do not change from draw to draw set."""
+    target, bias = settings.target, settings.bias
+    caster_bias = bias if isinstance(bias, ClipBias) and bias.caster else None
+    metric = not target.is_depth
+    program = programs.get(
+        "pass/caster.vert",
+        "pass/caster.frag",
+        slots={"metric": "metric/radial.glsl" if view.kind == "point" else "metric/projected.glsl"},
+        defines={
+            "GLS_METRIC": int(metric),
+            "GLS_ALPHA": int(alpha),
+            "GLS_PACKED": int(target is Target.RGBA8),
+            "GLS_CLIP_BIAS": int(caster_bias is not None),
+        },
+    )
+    if metric:
+        program.set(u_metric=metric_uniform(view, caster_bias.clip if caster_bias else 0.0))
+    if caster_bias is not None:
+        moved = 0.0 if metric else view.clip.sign * caster_bias.clip * bias_factor(view.clip)
+        program.set(u_clip_bias=moved, u_normal_bias=caster_bias.normal)
+    return program
+
+
+def metric_uniform(view: ShadowView, bias: float) -> tuple[float, float, float]:
+    """Scale, offset and bias of the metric shader for a view."""
+    low, high = metric_range(view.kind, view.clip, view.near, view.far)
+    sign = 1.0 if view.kind == "point" else view.clip.sign
+    return (sign / (low + high), low / (low + high), bias)
+
+
+def _boxes(scene: GpuScene) -> tuple[Array, Array]:
+    bounds = np.stack([node.mesh.bounds for node in scene.nodes])
+    return bounds, np.stack([node.world_from_mesh for node in scene.nodes])
+
+
+def seen_by(clip_from_world: Array, boxes: Array, view: ShadowView) -> NDArray[np.bool_]:
+    """Which boxes (N, 8, 3) may be seen by a view: not wholly beyond one of its sides or its far plane, nor behind a lamp."""
+    clip = project(clip_from_world, boxes)
+    w = clip[..., 3]
+    beyond = (np.abs(clip[..., 0]) > w) & (np.sign(clip[..., 0]) == np.sign(clip[:, :1, 0]))
+    above = (np.abs(clip[..., 1]) > w) & (np.sign(clip[..., 1]) == np.sign(clip[:, :1, 1]))
+    depth = -(boxes @ view.view_from_world[2, :3] + view.view_from_world[2, 3])
+    far = depth > view.far
+    behind = w <= 0.0
+    outside: NDArray[np.bool_] = beyond.all(1) | above.all(1) | far.all(1) | behind.all(1)
+    return ~outside
+
+
+def _hides_back_faces(scene: GpuScene, light: Light, boxes: Array, faces: Faces | None) -> NDArray[np.bool_]:
+    """Which nodes (N,) may be drawn without their back faces: closed ones that do not contain the light."""
+    closed = np.array([gpu.closed for gpu in scene.meshes])
+    if faces is not None or isinstance(light, DirectionalLight):
+        return closed
+    position = np.asarray(light.position)
+    inside = ((boxes.min(axis=1) <= position) & (position <= boxes.max(axis=1))).all(axis=1)
+    return closed & ~inside
+
+
+def _cull(faces: Faces | None, solid: bool, mirrored: bool) -> str | None:
+    hidden = {Faces.FRONT: "back", Faces.BACK: "front", Faces.BOTH: None, None: "back" if solid else None}[faces]
+    if hidden is not None and mirrored:  # winding is turned over by the matrix
+        return "front" if hidden == "back" else "back"
+    return hidden
+
+
+def _light_in_mesh(light: Light, world_from_mesh: Array) -> tuple[float, float, float, float]:
+    inverse = np.linalg.inv(world_from_mesh)
+    if isinstance(light, DirectionalLight):
+        x, y, z = inverse[:3, :3] @ -np.asarray(light.direction)
+        return (x, y, z, 0.0)
+    x, y, z = inverse[:3, :3] @ np.asarray(light.position) + inverse[:3, 3]
+    return (x, y, z, 1.0)

@@ -1,0 +1,194 @@
+"""Meshes and scenes on the GPU: uploaded once, shared by all their instances, forgotten with them."""
+
+from __future__ import annotations
+
+import weakref
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.spaces import Array, transform
+from glshadow.errors import ResourceError
+from glshadow.gl.context import GLContext
+from glshadow.gl.entry_points import R32UI, RGBA32F, BufferTexture
+from glshadow.gl.program import Program
+from glshadow.scene.mesh import AlphaMode, Mesh, Node, Scene
+
+_SRGB8_ALPHA8 = 0x8C43
+_FAR_FROM_ORIGIN = 16.0  # a mesh further from its origin than this many extents is stored relative to its middle (4 bits of float32)
+
+
+class GpuMesh:
+    """Vertex and index buffers of a mesh, and its base colour texture.
+
+    Positions are float32 relative to `origin`, so that a mesh baked far from zero keeps what float64 knew of it.
+    """
+
+    def __init__(self, context: GLContext, mesh: Mesh) -> None:
+        ctx = context.ctx
+        low, high = mesh.bounds
+        far = max(np.abs(low).max(), np.abs(high).max()) > _FAR_FROM_ORIGIN * (high - low).max()
+        self.origin: Array = 0.5 * (low + high) if far else np.zeros(3)
+        self.count = len(mesh.triangles)
+        self.closed = mesh.closed and mesh.material.alpha_mode is not AlphaMode.MASK and not mesh.material.double_sided
+        corners = mesh.positions[mesh.triangles]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        self.face_normals: Array = normal / np.where(length > 0.0, length, 1.0)
+        self.smooth = mesh.normals is not None
+        self.textured = mesh.material.texture is not None and mesh.uv is not None
+        self._ctx = ctx
+        self._arrays: dict[tuple[int, tuple[str, ...]], moderngl.VertexArray] = {}
+        self._buffers = {"a_position": ctx.buffer((mesh.positions - self.origin).astype(np.float32).tobytes())}
+        if mesh.normals is not None:
+            self._buffers["a_normal"] = ctx.buffer(mesh.normals.tobytes())
+        if self.textured and mesh.uv is not None:
+            self._buffers["a_uv"] = ctx.buffer(mesh.uv.tobytes())
+        self._index = ctx.buffer(mesh.triangles.tobytes())
+        self.texture: moderngl.Texture | None = None
+        if self.textured and mesh.material.texture is not None:
+            self.texture = _texture(context, mesh.material.texture)
+        context.check_errors(f"uploading a mesh of {self.count} triangles")
+
+    def vertex_array(self, program: Program) -> moderngl.VertexArray:
+        """The mesh as input of a program: the attributes that both have."""
+        names = tuple(name for name in ("a_position", "a_normal", "a_uv") if name in program)
+        key = (program.gl.glo, names)
+        if key not in self._arrays:
+            content = [(self._buffers[name], "2f" if name == "a_uv" else "3f", name) for name in names]
+            self._arrays[key] = self._ctx.vertex_array(program.gl, content, self._index)
+        return self._arrays[key]
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        for thing in (*self._arrays.values(), *self._buffers.values(), self._index, self.texture):
+            if thing is not None:
+                thing.release()
+
+
+def _texture(context: GLContext, pixels: NDArray[np.uint8]) -> moderngl.Texture:
+    height, width = pixels.shape[:2]
+    context.check_size((width, height), "a base colour texture")
+    # v up, as uv counts: row 0 of the file is the top
+    texture = context.ctx.texture((width, height), 4, pixels[::-1].tobytes(), internal_format=_SRGB8_ALPHA8)
+    texture.build_mipmaps()
+    texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+    return texture
+
+
+class Meshes:
+    """The GPU meshes of a context, kept as long as their Mesh lives."""
+
+    def __init__(self, context: GLContext) -> None:
+        self._context = context
+        self._meshes: weakref.WeakKeyDictionary[Mesh, GpuMesh] = weakref.WeakKeyDictionary()
+        self._dead: list[GpuMesh] = []
+
+    def get(self, mesh: Mesh) -> GpuMesh:
+        """The GPU side of a mesh, uploaded the first time."""
+        gpu = self._meshes.get(mesh)
+        if gpu is None:
+            gpu = self._meshes[mesh] = GpuMesh(self._context, mesh)
+            # Deleting needs the context to be current, which a finaliser cannot know: collect now, delete in `sweep`.
+            weakref.finalize(mesh, self._dead.append, gpu).atexit = False
+        return gpu
+
+    def sweep(self) -> None:
+        """Free what belonged to meshes that are gone."""
+        while self._dead:
+            self._dead.pop().release()
+
+    def release(self) -> None:
+        """Free everything."""
+        for gpu in (*self._meshes.values(), *self._dead):
+            gpu.release()
+        self._meshes.clear()
+        self._dead.clear()
+
+
+class GpuScene:
+    """A scene on the GPU: its draws, and per drawn triangle its plane and its node, read by the resolve pass.
+
+    Attributes
+    ----------
+    nodes : tuple of Node
+        Those that have triangles, in the scene's order.
+    meshes : list of GpuMesh
+        One per node, shared by instances.
+    first : (N,) int
+        Number of each node's first triangle, from 0, over the whole scene.
+    world_from_origin : (N, 4, 4) float64
+        Places the float32 vertices: world_from_mesh after the mesh's origin.
+    origin : (3,) float64
+        World point that the planes are relative to: the middle of the scene.
+    color : (3,) floats or None
+        The base colour, where all nodes share one and none has a texture.
+    """
+
+    def __init__(self, context: GLContext, meshes: Meshes, scene: Scene) -> None:
+        self.scene = weakref.ref(scene)
+        self.nodes: tuple[Node, ...] = tuple(node for node in scene.nodes if len(node.mesh.triangles))
+        self.meshes = [meshes.get(node.mesh) for node in self.nodes]
+        counts = np.array([gpu.count for gpu in self.meshes])
+        self.first = np.concatenate([[0], np.cumsum(counts)[:-1]])
+        limit = context.caps.max_texture_buffer_size
+        if counts.sum() > limit:
+            raise ResourceError(
+                f"the scene draws {counts.sum()} triangles; this driver's texture buffers hold {limit}: split the scene"
+            )
+        matrices = np.stack([node.world_from_mesh for node in self.nodes])
+        origins = np.stack([gpu.origin for gpu in self.meshes])
+        self.world_from_origin: Array = matrices.copy()
+        self.world_from_origin[:, :3, 3] += np.einsum("nij,nj->ni", matrices[:, :3, :3], origins)
+        self.mirrored = np.linalg.det(matrices[:, :3, :3]) < 0.0
+        self.normal_from_mesh = _cofactors(matrices[:, :3, :3])
+        self.origin: Array = scene.bounds.mean(axis=0)
+        planes = np.zeros((int(counts.sum()), 4), dtype=np.float32)
+        for i, gpu in enumerate(self.meshes):
+            planes[self.first[i] : self.first[i] + gpu.count] = self._planes(i)
+        owners = np.repeat(np.arange(len(counts), dtype=np.uint32), counts)
+        colors = np.array([node.mesh.material.color for node in self.nodes], dtype=np.float32)
+        self.planes = _texture_buffer(context, planes, RGBA32F)
+        self.owners = _texture_buffer(context, owners, R32UI)
+        self.colors = _texture_buffer(context, colors, RGBA32F)
+        context.check_errors(f"uploading the planes of {counts.sum()} triangles")
+        self.textured = any(gpu.textured for gpu in self.meshes)
+        self.smooth = any(gpu.smooth for gpu in self.meshes)
+        one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())
+        self.color: tuple[float, float, float] | None = tuple(float(c) for c in colors[0, :3]) if one else None  # type: ignore[assignment]
+
+    def _planes(self, i: int) -> Array:
+        """Unit world normal and distance from `origin` of a node's triangles, (T, 4); zero for a triangle without area."""
+        gpu, mesh = self.meshes[i], self.nodes[i].mesh
+        normals = gpu.face_normals @ self.normal_from_mesh[i].T
+        length = np.linalg.norm(normals, axis=1, keepdims=True)
+        normals = normals / np.where(length > 0.0, length, 1.0)
+        # from the vertices that the GPU draws, rounded to float32 as they are
+        drawn = (mesh.positions[mesh.triangles[:, 0]] - gpu.origin).astype(np.float32).astype(np.float64)
+        corner = transform(self.world_from_origin[i], drawn) - self.origin
+        return np.concatenate([normals, np.einsum("ij,ij->i", normals, corner)[:, None]], axis=1)
+
+    def release(self) -> None:
+        """Free the GPU memory; the meshes stay."""
+        for texture in (self.planes, self.owners, self.colors):
+            texture.release()
+            texture.buffer.release()
+
+
+def _texture_buffer(context: GLContext, data: NDArray[Any], internal_format: int) -> BufferTexture:
+    return BufferTexture(context.gl, context.ctx.buffer(data.tobytes()), internal_format)
+
+
+def _cofactors(linear: Array) -> Array:
+    """Matrices (N, 3, 3) that carry normals: cofactors, det * inverse transpose, also for singular ones; scaled to size 1."""
+    rows = np.stack([np.cross(linear[:, (i + 1) % 3], linear[:, (i + 2) % 3]) for i in range(3)], axis=1)
+    size = np.abs(rows).max(axis=(1, 2), keepdims=True)
+    return np.asarray(rows / np.where(size > 0.0, size, 1.0))
+
+
+def pack_matrices(matrices: Array) -> list[bytes]:
+    """float64 matrices (N, k, k) as float32 bytes in GL's column order, one per draw."""
+    data = np.ascontiguousarray(matrices.transpose(0, 2, 1), dtype=np.float32)
+    return [row.tobytes() for row in data]

@@ -1,0 +1,153 @@
+"""Where passes draw to: the shadow atlas of one format, and the camera's surface and image buffers. Made once, kept while the sizes hold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import moderngl
+
+from glshadow.core.metric import Target
+from glshadow.core.view import ShadowView
+from glshadow.errors import SettingsError
+from glshadow.gl.context import GLContext
+from glshadow.gl.entry_points import DEPTH_COMPONENT16, DEPTH_COMPONENT24, DEPTH_COMPONENT32F
+
+DEPTH_FORMATS = {
+    Target.DEPTH16: DEPTH_COMPONENT16,
+    Target.DEPTH24: DEPTH_COMPONENT24,
+    Target.DEPTH32F: DEPTH_COMPONENT32F,
+}
+_COLOR_FORMATS = {Target.R32F: (1, "f4"), Target.R16F: (1, "f2"), Target.R8: (1, "f1"), Target.RGBA8: (4, "f1")}
+
+
+def depth_texture(context: GLContext, size: tuple[int, int], target: Target, what: str) -> moderngl.Texture:
+    """A depth texture of any of the three formats.
+
+    Raises
+    ------
+    ResourceError
+        If it is larger than the driver allows, or its memory is not to be had.
+    """
+    context.check_size(size, what)
+    texture = context.ctx.depth_texture(size)
+    if target is not Target.DEPTH24:
+        context.gl.specify_depth(texture.glo, size, DEPTH_FORMATS[target])
+    context.check_errors(f"allocating {what}, {size[0]} x {size[1]} {target.value}")
+    return texture
+
+
+class Atlas:
+    """One 2-D texture for all views of a format: square tiles, largest first, on shelves.
+
+    Attributes
+    ----------
+    texture : moderngl.Texture
+        What receivers read: the depth texture, or the colour target of the metric.
+    framebuffer : moderngl.Framebuffer
+    """
+
+    def __init__(self, context: GLContext, target: Target, size: tuple[int, int]) -> None:
+        self.target, self.size = target, size
+        what = "the shadow map atlas"
+        depth = depth_texture(context, size, target if target.is_depth else Target.DEPTH32F, what)
+        self._owned: list[moderngl.Texture] = [depth]
+        if target.is_depth:
+            self.texture = depth
+            self.framebuffer = context.ctx.framebuffer(depth_attachment=depth)
+        else:
+            components, dtype = _COLOR_FORMATS[target]
+            self.texture = context.ctx.texture(size, components, dtype=dtype)
+            self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self.texture.repeat_x = self.texture.repeat_y = False
+            self._owned.append(self.texture)
+            self.framebuffer = context.ctx.framebuffer([self.texture], depth)
+        context.check_errors(f"allocating {what}, {size[0]} x {size[1]} {target.value}")
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        self.framebuffer.release()
+        for texture in self._owned:
+            texture.release()
+
+
+def layout(views: Sequence[ShadowView], limit: int) -> tuple[tuple[ShadowView, ...], tuple[int, int]]:
+    """Place the tiles of all views in one atlas.
+
+    Parameters
+    ----------
+    limit : int
+        Largest side that the driver allows, texels.
+
+    Returns
+    -------
+    tuple of ShadowView, (width, height)
+        The views in their given order, placed; the size of the atlas.
+
+    Raises
+    ------
+    SettingsError
+        If they do not fit.
+    """
+    if not views:
+        return (), (0, 0)
+    area = sum(view.resolution**2 for view in views)
+    widest = max(view.resolution for view in views)
+    width = min(max(widest, widest * math.ceil(math.sqrt(area) / widest)), limit)
+    x = y = shelf = 0
+    places: dict[int, tuple[int, int]] = {}
+    for i in sorted(range(len(views)), key=lambda i: -views[i].resolution):
+        side = views[i].resolution
+        if x + side > width:
+            x, y, shelf = 0, y + shelf, 0
+        places[i] = (x, y)
+        x, shelf = x + side, max(shelf, side)
+    height = y + shelf
+    if widest > limit or height > limit:
+        raise SettingsError(
+            f"{len(views)} shadow map views of up to {widest} texels need an atlas of {width} x {height}, the driver's limit is "
+            f"{limit}: lower Shadow.resolution or let fewer lights cast shadows"
+        )
+    return tuple(view.placed(places[i]) for i, view in enumerate(views)), (width, height)
+
+
+class CameraTargets:
+    """What the camera pass and the resolve passes draw to, for one image size."""
+
+    def __init__(self, context: GLContext, size: tuple[int, int], channels: int, lights: int, linear: bool) -> None:
+        self.key = (size, channels, lights, linear)
+        ctx = context.ctx
+        what = "the image"
+        context.check_size(size, what)
+        self.depth = depth_texture(context, size, Target.DEPTH32F, what)
+        self.surface = ctx.texture(size, channels, dtype="u4")
+        self.surface.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self.image = ctx.texture(size, 4)
+        self.sums = [ctx.texture(size, 4, dtype="f4") for _ in range(min(lights - 1, 2))]  # read one, write the other
+        self.visibility = [ctx.texture(size, 1, dtype="f4") for _ in range(max(lights, 1))]
+        self.linear = ctx.texture(size, 4, dtype="f4") if linear else None
+        self._framebuffers: dict[tuple[int, ...], moderngl.Framebuffer] = {}
+        self._context = context
+        context.check_errors(f"allocating {what}, {size[0]} x {size[1]}")
+        self.surface_framebuffer = ctx.framebuffer([self.surface], self.depth)
+
+    def framebuffer(self, color: moderngl.Texture, light: int) -> moderngl.Framebuffer:
+        """Framebuffer of a colour texture, the visibility of one light, with the image also the linear sum if it is wanted, and the
+        camera's depth, which is not written."""
+        key = (color.glo, light)
+        if key not in self._framebuffers:
+            textures = [color, self.visibility[light]]
+            if self.linear is not None and color is self.image:
+                textures.append(self.linear)
+            framebuffer = self._context.ctx.framebuffer(textures, self.depth)
+            framebuffer.depth_mask = False
+            self._framebuffers[key] = framebuffer
+        return self._framebuffers[key]
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        for framebuffer in (self.surface_framebuffer, *self._framebuffers.values()):
+            framebuffer.release()
+        for texture in (self.depth, self.surface, self.image, *self.sums, *self.visibility, self.linear):
+            if texture is not None:
+                texture.release()

@@ -1,0 +1,346 @@
+"""The error of a frame's shadows: how much, of which kind, and where.
+
+A frame and a truth meet here as plain arrays: neither the renderer nor the tracer is imported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, fields
+from enum import IntEnum
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.lights import DirectionalLight, Light, SpotLight
+from glshadow.core.shadow import Shadow
+from glshadow.core.spaces import Array, view_axes
+from glshadow.errors import SettingsError
+from glshadow.scene.mesh import Scene
+
+Bools = NDArray[np.bool_]
+
+# The definition of error, not tunable: changing one of these changes what every published number means.
+LEAST_COSINE = 0.05  # N.L from which a pixel counts
+SMOOTH_COSINE = float(np.cos(np.radians(25.0)))  # between face normals of neighbouring pixels
+WRONG = 0.5  # |visibility - truth| above which a pixel is wrong
+GRAIN = 1.0 / 16.0  # |visibility - truth| above which it is grainy, away from edges
+CONTACT_TEXELS = 2.0
+
+
+class Frame(Protocol):
+    """What `measure` needs of a rendered frame."""
+
+    @property
+    def visibility(self) -> NDArray[np.float32]: ...  # (L, H, W)
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def camera(self) -> PerspectiveCamera: ...
+    @property
+    def lights(self) -> Sequence[Light]: ...
+
+
+class Truth(Frame, Protocol):
+    """What `measure` needs of the exact answer, and asks it."""
+
+    @property
+    def cosine(self) -> NDArray[np.float32]: ...  # (L, H, W)
+    @property
+    def reached(self) -> Bools: ...  # (L, H, W)
+    @property
+    def position(self) -> Array: ...  # (H, W, 3)
+    @property
+    def normal(self) -> Array: ...  # (H, W, 3)
+    @property
+    def body(self) -> NDArray[np.int32]: ...  # (H, W)
+    def near_edge(self, light: int, radius: Array | float, where: Bools | None = None) -> Bools: ...
+    def near_foot(self, radius: Array | float, where: Bools) -> Bools: ...
+
+
+class Kind(IntEnum):
+    """What became of a pixel."""
+
+    NO_SURFACE = 0
+    NOT_COUNTED = 1
+    GOOD = 2
+    GRAIN = 3
+    EDGE = 4
+    ACNE = 5
+    LEAK = 6
+
+
+COLORS = {
+    Kind.NO_SURFACE: (0, 0, 0),
+    Kind.NOT_COUNTED: (40, 110, 60),
+    Kind.GRAIN: (255, 140, 0),
+    Kind.EDGE: (255, 225, 0),
+    Kind.ACNE: (230, 30, 30),
+    Kind.LEAK: (40, 80, 255),
+}
+LIT, DARK = 190, 80  # grey of pixels that are right
+
+
+@dataclass(frozen=True)
+class Score:
+    """Errors of one light, or of all, as fractions of the counted pixels; NaN if none counts.
+
+    Attributes
+    ----------
+    mean : float
+        Mean |visibility - truth|.
+    wrong : float
+        |visibility - truth| > 0.5; the sum of the next three.
+    edge : float
+        Wrong within (filter radius + 1/2) sqrt(2) texels of the true boundary: the price of the resolution.
+    acne, leak : float
+        Wrong elsewhere: lit drawn dark, dark drawn lit. Artefacts.
+    grain : float
+        |visibility - truth| > 1/16 beyond (filter radius + 1) sqrt(2) texels of the true boundary.
+    contact : float
+        The part of `leak` within two texels of something that stands on the surface.
+    counted : float
+        Counted pixels as a fraction of those that see a surface.
+    all_wrong, all_mean : float
+        `wrong` and `mean` over all pixels that see a surface.
+    """
+
+    mean: float
+    wrong: float
+    edge: float
+    acne: float
+    leak: float
+    grain: float
+    contact: float
+    counted: float
+    all_wrong: float
+    all_mean: float
+
+    def __str__(self) -> str:
+        parts = ", ".join(f"{name} {getattr(self, name):.3%}" for name in ("edge", "acne", "leak"))
+        return (
+            f"wrong {self.wrong:.3%} ({parts}; contact {self.contact:.3%}), grain {self.grain:.3%}, mean {self.mean:.5f}, "
+            f"counted {self.counted:.1%} of the surface (all of it: wrong {self.all_wrong:.3%}, mean {self.all_mean:.5f})"
+        )
+
+
+@dataclass(frozen=True)
+class ShadowError(Score):
+    """Score of a frame over all its lights, with that of each light.
+
+    Attributes
+    ----------
+    lights : tuple of Score
+        In the frame's order.
+    kinds : (L, H, W) uint8
+        `Kind` of every pixel.
+    """
+
+    lights: tuple[Score, ...]
+    kinds: NDArray[np.uint8] = field(repr=False, compare=False)
+    truth: NDArray[np.float32] = field(repr=False, compare=False)
+
+    def __str__(self) -> str:
+        return "\n".join(f"light {number}: {score}" for number, score in enumerate(self.lights))
+
+    def as_dict(self) -> dict[str, object]:
+        """Plain numbers for JSON; None where no pixel counts."""
+        return {**_plain(self), "lights": [_plain(score) for score in self.lights]}
+
+    def picture(self, light: int = 0) -> NDArray[np.uint8]:
+        """Where the errors of one light are; (H, W, 3) uint8.
+
+        Acne red, leak blue, edge yellow, grain orange, not counted green, right in grey: light where lit, darker where dark.
+        """
+        kinds, truth = self.kinds[light], self.truth[light]
+        image = np.where(truth > 0.5, np.uint8(LIT), np.uint8(DARK))[..., None].repeat(3, axis=-1)
+        for kind, color in COLORS.items():
+            image[kinds == kind] = color
+        return image
+
+
+def _plain(score: Score) -> dict[str, object]:
+    numbers = {item.name: getattr(score, item.name) for item in fields(Score)}
+    return {name: value if np.isfinite(value) else None for name, value in numbers.items()}
+
+
+def measure(frame: Frame, truth: Truth) -> ShadowError:
+    """Score a frame's visibility against the truth of the same picture.
+
+    Counted are pixels that see a surface with N.L > 0.05 which the light reaches (cone and range), and whose 3 x 3
+    neighbourhood sees one connected body with face normals within 25 degrees (at silhouettes and creases rasterisers may
+    differ; pixels on the image's border do not count). A pixel where the frame has no surface but the truth has one counts as wrong.
+
+    Parameters
+    ----------
+    frame : glshadow.Frame
+        Or anything with `visibility`, `scene`, `camera` and `lights`.
+    truth : glshadow.Truth
+
+    Raises
+    ------
+    SettingsError
+        If they are not of the same scene (the same object), camera, lights and size.
+    """
+    _check_same(frame, truth)
+    smooth = _smooth(truth.body, truth.normal)
+    tallies, kinds = [], []
+    for number in range(len(truth.lights)):
+        tally, kind = _score_light(frame.visibility[number], truth, number, smooth)
+        tallies.append(tally)
+        kinds.append(kind)
+    total = _Tally(*(sum(values) for values in zip(*(asdict(tally).values() for tally in tallies), strict=True)))
+    shape = truth.visibility.shape
+    return ShadowError(
+        **asdict(total.score()),
+        lights=tuple(tally.score() for tally in tallies),
+        kinds=np.array(kinds, dtype=np.uint8).reshape(shape),
+        truth=truth.visibility,
+    )
+
+
+def _check_same(frame: Frame, truth: Truth) -> None:
+    if len(truth.lights) == 0:
+        raise SettingsError("there is nothing to measure: the truth has no lights")
+    if frame.visibility.shape != truth.visibility.shape:
+        raise SettingsError(
+            f"frame and truth must have the same lights and size: frame.visibility is {frame.visibility.shape}, "
+            f"truth.visibility {truth.visibility.shape} (lights, height, width)"
+        )
+    if frame.scene is not truth.scene:
+        raise SettingsError(
+            f"frame and truth must be of the same Scene object: the frame shows {frame.scene.name!r}, "
+            f"the truth {truth.scene.name!r}; trace the scene that was rendered"
+        )
+    if frame.camera != truth.camera:
+        raise SettingsError(f"frame and truth must have the same camera: {frame.camera} is not {truth.camera}")
+    for number, (ours, theirs) in enumerate(zip(frame.lights, truth.lights, strict=True)):
+        if ours != theirs:
+            raise SettingsError(f"frame and truth must have the same lights: light {number} is {ours} and {theirs}")
+
+
+@dataclass(frozen=True)
+class _Tally:
+    """Sums over pixels, so that lights can be added up."""
+
+    surface: float
+    counted: float
+    mean: float
+    edge: float
+    acne: float
+    leak: float
+    grain: float
+    contact: float
+    all_wrong: float
+    all_mean: float
+
+    def score(self) -> Score:
+        counted, surface = self.counted or np.nan, self.surface or np.nan
+        edge, acne, leak = self.edge / counted, self.acne / counted, self.leak / counted
+        return Score(
+            mean=self.mean / counted,
+            wrong=(self.edge + self.acne + self.leak) / counted,
+            edge=edge,
+            acne=acne,
+            leak=leak,
+            grain=self.grain / counted,
+            contact=self.contact / counted,
+            counted=self.counted / surface,
+            all_wrong=self.all_wrong / surface,
+            all_mean=self.all_mean / surface,
+        )
+
+
+def _score_light(
+    visibility: NDArray[np.float32], truth: Truth, number: int, smooth: Bools
+) -> tuple[_Tally, NDArray[np.uint8]]:
+    exact = truth.visibility[number].astype(np.float64)
+    surface = ~np.isnan(exact)
+    difference = visibility - exact
+    # Not drawn at all: as far from the truth as can be.
+    difference = np.where(surface & np.isnan(difference), np.where(exact > 0.5, -1.0, 1.0), difference)
+    amount = np.where(surface, np.abs(difference), 0.0)
+    counted = surface & smooth & truth.reached[number] & (truth.cosine[number] > LEAST_COSINE)
+    wrong, uneven = counted & (amount > WRONG), counted & (amount > GRAIN)
+    light = truth.lights[number]
+    shadow = light.shadow or Shadow()
+    texel = texel_size(truth, number, shadow.resolution)
+    radius = shadow.filter.radius
+    edge = truth.near_edge(number, (radius + 0.5) * np.sqrt(2.0) * texel, wrong)
+    grain = uneven & ~edge  # what is within the first band is within the second, wider one
+    grain &= ~truth.near_edge(number, (radius + 1.0) * np.sqrt(2.0) * texel, grain)
+    acne, leak = wrong & ~edge & (difference < 0.0), wrong & ~edge & (difference > 0.0)
+    contact = truth.near_foot(CONTACT_TEXELS * texel, leak)
+    kinds = np.full(exact.shape, Kind.NO_SURFACE, dtype=np.uint8)
+    marks = ((surface, Kind.NOT_COUNTED), (counted, Kind.GOOD), (grain, Kind.GRAIN), (edge, Kind.EDGE))
+    for mask, kind in (*marks, (acne, Kind.ACNE), (leak, Kind.LEAK)):
+        kinds[mask] = kind
+    sums = (surface, counted, amount * counted, edge, acne, leak, grain, contact, amount > WRONG, amount)
+    return _Tally(*(float(values.sum()) for values in sums)), kinds
+
+
+def _smooth(body: NDArray[np.int32], normal: Array) -> Bools:
+    """Pixels (H, W) whose whole 3 x 3 neighbourhood sees their body with normals within 25 degrees of theirs.
+
+    Not those on the image's border: part of their neighbourhood is not seen.
+    """
+    result = np.zeros(body.shape, dtype=bool)
+    height, width = body.shape
+    if height < 3 or width < 3:
+        return result
+    inner = (slice(1, -1), slice(1, -1))
+    good = body[inner] >= 0
+    for row, column in ((i, j) for i in range(3) for j in range(3) if (i, j) != (1, 1)):
+        other = (slice(row, height - 2 + row), slice(column, width - 2 + column))
+        good &= (body[other] == body[inner]) & (np.einsum("ijk,ijk->ij", normal[other], normal[inner]) >= SMOOTH_COSINE)
+    result[inner] = good
+    return result
+
+
+def texel_size(truth: Truth, number: int, resolution: int) -> Array | float:
+    """Size of a texel of a map that fits tightly, in the light plane; world units.
+
+    Parameters
+    ----------
+    truth : Truth
+        Whose visible points a sun's map has to cover.
+    number : int
+        The light's number.
+    resolution : int
+        Texels along a side of its map.
+
+    Returns
+    -------
+    float or (H, W) float64
+        Sun: the longer side of the rectangle of least area round the visible points, divided by the resolution. Spot and
+        point light: the width of the cone, or of a cube map's face, at the pixel's distance, divided by it.
+    """
+    light = truth.lights[number]
+    if isinstance(light, DirectionalLight):
+        points = truth.position[~np.isnan(truth.visibility[number])]
+        return max(_least_rectangle(points @ view_axes(np.asarray(light.direction))[:2].T)) / resolution
+    distance = np.linalg.norm(truth.position - np.asarray(light.position), axis=-1)
+    opening = np.tan(np.radians(light.outer_angle)) if isinstance(light, SpotLight) else 1.0
+    return np.asarray(2.0 * opening / resolution * distance)
+
+
+def _least_rectangle(points: Array) -> tuple[float, float]:
+    """Sides of the rectangle of least area, in any direction, round points (N, 2); one of its sides lies on their hull."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    if len(points) == 0:
+        return (0.0, 0.0)
+    points = points - points.mean(axis=0)
+    try:
+        corners = points[ConvexHull(points).vertices]
+    except QhullError:  # fewer than three points, or all on one line
+        spread = points - points[np.argmax(np.linalg.norm(points, axis=1))]
+        return (float(np.linalg.norm(spread, axis=1).max()), 0.0)
+    edges = np.roll(corners, -1, axis=0) - corners
+    along = edges / np.linalg.norm(edges, axis=1, keepdims=True)
+    u, v = corners @ along.T, corners @ np.stack([-along[:, 1], along[:, 0]])
+    sides = np.stack([np.ptp(u, axis=0), np.ptp(v, axis=0)])
+    best = sides[:, np.argmin(sides[0] * sides[1])]
+    return (float(best[0]), float(best[1]))

@@ -1,0 +1,305 @@
+"""Rays through a scene with Embree: what a ray hits first, and whether a segment is blocked.
+
+Embree works in float32. All that decides a shadow is therefore checked again in float64, and geometry is given to Embree
+relative to a float64 origin near the eye and scaled to about 1, so that neither large worlds nor tiny ones lose anything.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.spaces import Array
+from glshadow.errors import ReferenceUnavailable, SceneError
+from glshadow.scene.mesh import AlphaMode, Material, Scene, welded
+
+Ints = NDArray[np.int32]
+Bools = NDArray[np.bool_]
+
+# How many surfaces that do not count (the ray's own triangle, coplanar copies, texels cut out by alpha) one ray may pass.
+MAX_PASSED = 64
+U = 2.0**-24  # float32's rounding unit
+# Half the width of the slab round a plane in which a point counts as on it, in U * (largest coordinate): rounding of a point,
+# of vertices and of the plane distance, with a factor 4 in hand.
+PLANE_BOUND = 8.0 * U
+# How far an origin is lifted off the plane that it must not hit again: rounding of origin and vertices, sqrt(3) U each.
+LIFT = 4.0 * U
+
+
+class Rays:
+    """A scene's drawn triangles in float64 and in Embree.
+
+    Triangles are numbered in the order of nodes, then of each mesh's triangles. Positions are relative to `origin`.
+
+    Parameters
+    ----------
+    scene : Scene
+    origin : (3,) float64
+        World point that becomes zero: the more precise, the nearer.
+    """
+
+    def __init__(self, scene: Scene, origin: Array) -> None:
+        self.scene = scene
+        self.origin = np.asarray(origin, dtype=np.float64)
+        nodes = scene.nodes
+        self.corners = np.concatenate(
+            [world_positions(n.mesh.positions, n.world_from_mesh, self.origin)[n.mesh.triangles] for n in nodes]
+        )
+        counts = [len(node.mesh.triangles) for node in nodes]
+        self.node = np.repeat(np.arange(len(nodes), dtype=np.int32), counts)
+        self.first = np.cumsum([0, *counts])[:-1]  # number of each node's first triangle
+        self.reach = np.abs(self.corners).max(axis=(1, 2))
+        self.size = float(self.reach.max())
+        a, b, c = (self.corners[:, k] / self.size for k in range(3))
+        normals = np.cross(b - a, c - a)
+        length = np.linalg.norm(normals, axis=1)
+        self.solid = length > 0.0
+        if not self.solid.any():
+            raise SceneError(f"{scene.name}: nothing to trace, every triangle has zero area")
+        self.normals = normals / np.where(self.solid, length, 1.0)[:, None]
+        self.normals[~self.solid] = (0.0, 1.0, 0.0)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {k: v for k, v in self.__dict__.items() if k not in ("_drawn", "_casting")}  # Embree's cannot be pickled
+
+    @cached_property
+    def masked(self) -> Bools:
+        """Triangles (T,) whose material cuts out texels."""
+        return np.array([n.mesh.material.alpha_mode is AlphaMode.MASK for n in self.scene.nodes])[self.node]
+
+    @cached_property
+    def _drawn(self) -> _Embree:
+        return _Embree(self.corners, np.flatnonzero(self.solid), self.size)
+
+    @cached_property
+    def _casting(self) -> _Embree | None:
+        blend = np.array([n.mesh.material.alpha_mode is AlphaMode.BLEND for n in self.scene.nodes])[self.node]
+        casting = np.flatnonzero(self.solid & ~blend)
+        if not blend.any():
+            return self._drawn
+        return _Embree(self.corners, casting, self.size) if len(casting) else None
+
+    @cached_property
+    def _dual(self) -> Array:
+        """(T, 2, 3) vectors whose products with an offset from the first corner are the other two's barycentric weights."""
+        a, b, c = (self.corners[:, k] / self.size for k in range(3))
+        n = np.cross(b - a, c - a)
+        square = np.where(self.solid, dot(n, n), 1.0)[:, None] * self.size
+        return np.stack([np.cross(c - a, n) / square, np.cross(n, b - a) / square], axis=1)
+
+    @cached_property
+    def body(self) -> Ints:
+        """(T,) number of the connected body that each triangle belongs to, welded by exact position."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        vertex = welded(self.corners.reshape(-1, 3)).reshape(-1, 3)
+        start, end = vertex[:, :2].ravel(), vertex[:, 1:].ravel()
+        count = int(vertex.max()) + 1
+        graph = coo_array((np.ones(len(start), dtype=bool), (start, end)), shape=(count, count))
+        return np.asarray(connected_components(graph, directed=False)[1][vertex[:, 0]], dtype=np.int32)
+
+    def plane_distance(self, triangles: Ints, points: Array) -> Array:
+        """Signed distances (N,) of points (N, 3) to the planes of triangles (N,)."""
+        return dot(points - self.corners[triangles, 0], self.normals[triangles])
+
+    def barycentric(self, triangles: Ints, points: Array) -> Array:
+        """Weights (N, 3), sum 1, of points (N, 3) in the planes of triangles (N,), clamped to the triangles."""
+        offset, dual = points - self.corners[triangles, 0], self._dual[triangles]
+        second, third = dot(offset, dual[:, 0]), dot(offset, dual[:, 1])
+        weights = np.stack([1.0 - second - third, second, third], axis=1)
+        weights = np.maximum(weights, 0.0)
+        return np.asarray(weights / (weights[:, :1] + weights[:, 1:2] + weights[:, 2:]))
+
+    def first_hits(self, starts: Array, directions: Array, length: Array) -> tuple[Ints, Array]:
+        """First surface that the camera sees along each ray.
+
+        Parameters
+        ----------
+        starts, directions : (N, 3) float64
+            Relative to `origin`; directions of any length.
+        length : (N,) float64
+            How far a ray goes, in units of its direction; infinite for no end.
+
+        Returns
+        -------
+        (N,) int32, (N, 3) float64
+            Triangle number or -1; the point on that triangle (its plane met in float64, clamped to the triangle).
+        """
+        triangles = np.full(len(starts), -1, dtype=np.int32)
+        points = np.full(starts.shape, np.nan)
+        live = np.arange(len(starts))
+        at, left = self._entered(starts, directions, length)
+        for _ in range(MAX_PASSED):
+            hit = self._drawn.first(at, directions[live], left)
+            live, at, left, hit = (values[hit >= 0] for values in (live, at, left, hit))
+            if len(live) == 0:
+                break
+            point = self._on_triangle(hit, at, directions[live])
+            keep = self.opaque(hit, point)
+            triangles[live[keep]], points[live[keep]] = hit[keep], point[keep]
+            live, hit, point, before = live[~keep], hit[~keep], point[~keep], at[~keep]
+            at = self._lifted(hit, point, directions[live])
+            left = left[~keep] - _along(directions[live], at - before)
+            go = left > 0.0
+            live, at, left = live[go], at[go], left[go]
+        return triangles, points
+
+    def _entered(self, starts: Array, directions: Array, length: Array) -> tuple[Array, Array]:
+        """Starts moved to where rays enter the scene's box: a far eye would be rounded in float32."""
+        box = np.stack([self.corners.min(axis=(0, 1)), self.corners.max(axis=(0, 1))])
+        margin = 1e-3 * self.size
+        with np.errstate(divide="ignore", invalid="ignore"):
+            near = np.minimum((box[0] - margin - starts) / directions, (box[1] + margin - starts) / directions)
+        near = np.where(np.isfinite(near), near, 0.0)
+        enter = np.maximum(np.maximum(near[:, 0], near[:, 1]), np.maximum(near[:, 2], 0.0))
+        return starts + enter[:, None] * directions, length - enter
+
+    def _on_triangle(self, triangles: Ints, starts: Array, directions: Array) -> Array:
+        normal, corner = self.normals[triangles], self.corners[triangles, 0]
+        slope = dot(directions, normal)
+        t = dot(corner - starts, normal) / np.where(slope == 0.0, 1.0, slope)
+        points = starts + t[:, None] * directions
+        weights = self.barycentric(triangles, points)
+        # Rays that miss the triangle by float32's rounding, and grazing ones, get a point on its edge; the rest stay exact.
+        a, b, c = weights.T
+        outside = np.flatnonzero((a == 0.0) | (b == 0.0) | (c == 0.0) | (slope == 0.0))
+        points[outside] = np.einsum("nk,nkj->nj", weights[outside], self.corners[triangles[outside]])
+        return points
+
+    def _lifted(self, triangles: Ints, points: Array, directions: Array, factor: Array | float = 1.0) -> Array:
+        """Points on triangles, moved off their planes to where the directions go."""
+        normal = self.normals[triangles]
+        side = np.where(dot(normal, directions) < 0.0, -1.0, 1.0)
+        return points + normal * (side * factor * LIFT * self.reach[triangles])[:, None]
+
+    def opaque(self, triangles: Ints, points: Array) -> Bools:
+        """Whether the surface exists there: false where MASK alpha, bilinear and unfiltered, is below the cutoff."""
+        exists = np.ones(len(triangles), dtype=bool)
+        cut = np.flatnonzero(self.masked[triangles])
+        for number in np.unique(self.node[triangles[cut]]):
+            mine = cut[self.node[triangles[cut]] == number]
+            mesh = self.scene.nodes[number].mesh
+            alpha = np.full(len(mine), mesh.material.color[3])
+            if mesh.material.texture is not None and mesh.uv is not None:
+                corner_uv = mesh.uv.astype(np.float64)[mesh.triangles[triangles[mine] - self.first[number]]]
+                uv = np.einsum("nk,nkj->nj", self.barycentric(triangles[mine], points[mine]), corner_uv)
+                alpha = alpha * texture_alpha(mesh.material, uv)
+            exists[mine] = alpha >= mesh.material.cutoff
+        return exists
+
+    def blocked(self, own: Ints, points: Array, directions: Array, length: Array) -> tuple[Bools, Array]:
+        """Whether open segments from points on surfaces to the light meet a triangle that counts.
+
+        A triangle counts unless it is the own one (by number), or its plane passes within PLANE_BOUND * (largest coordinate
+        of both triangles) of the point or of the light, or alpha cuts it out. What does not count is passed: the ray goes on
+        from where it met that plane, lifted off it by float32's rounding, so that nothing behind is skipped.
+
+        Parameters
+        ----------
+        own : (N,) int32
+            Triangles that the points lie on.
+        points : (N, 3) float64
+            Relative to `origin`.
+        directions : (N, 3) float64
+            Unit vectors to the light.
+        length : (N,) float64
+            Distance to the light; infinite for a sun.
+
+        Returns
+        -------
+        (N,) bool, (N,) float64
+            Blocked; distance to the first occluder, infinite where there is none.
+        """
+        result, distance = np.zeros(len(own), dtype=bool), np.full(len(own), np.inf)
+        if self._casting is None:
+            return result, distance
+        live = np.arange(len(own))
+        at, last, factor = self._lifted(own, points, directions), own, np.ones(len(own))
+        for _ in range(MAX_PASSED):
+            hit = self._casting.first(at, directions[live], length[live] - _along(directions[live], at - points[live]))
+            live, last, factor, hit = (values[hit >= 0] for values in (live, last, factor, hit))
+            if len(live) == 0:
+                break
+            start, towards = points[live], directions[live]
+            slope = dot(self.normals[hit], towards)
+            away = -self.plane_distance(hit, start) * np.sign(slope)  # > 0: the plane lies between point and infinity
+            bound = PLANE_BOUND * np.maximum(self.reach[own[live]], self.reach[hit])
+            with np.errstate(invalid="ignore"):
+                beyond = np.where(np.isinf(length[live]), np.inf, length[live] * np.abs(slope)) - away
+            t = away / np.where(slope == 0.0, 1.0, np.abs(slope))
+            met = start + t[:, None] * towards
+            counts = (hit != own[live]) & (away > bound) & (beyond > bound) & (slope != 0.0)
+            counts[counts] = self.opaque(hit[counts], met[counts])
+            result[live[counts]], distance[live[counts]] = True, t[counts]
+            live, hit, met, towards, last, factor = (v[~counts] for v in (live, hit, met, towards, last, factor))
+            factor = np.where(hit == last, 2.0 * factor, 1.0)  # met again: rounding was larger than the lift
+            ahead = _along(towards, met - points[live]) > 0.0
+            met = np.where(ahead[:, None], met, points[live])  # met behind the point, by rounding: start again from the point
+            at, last = self._lifted(hit, met, towards, factor), hit
+        return result, distance
+
+
+class _Embree:
+    """Some of the triangles in Embree, scaled by a power of two to about 1."""
+
+    def __init__(self, corners: Array, numbers: NDArray[np.int64], size: float) -> None:
+        try:
+            from embreex.mesh_construction import TriangleMesh
+            from embreex.rtcore_scene import EmbreeScene
+        except ImportError as error:
+            raise ReferenceUnavailable(
+                f"ray tracing needs embreex ({error}); install it with: pip install 'glshadow[reference]'"
+            ) from error
+        self.numbers = numbers.astype(np.int32)
+        self.scale = 2.0 ** -np.floor(np.log2(size))
+        self.scene = EmbreeScene(robust=True)  # watertight: shared edges are decided alike
+        TriangleMesh(self.scene, np.ascontiguousarray(corners[numbers] * self.scale, dtype=np.float32))
+
+    def first(self, starts: Array, directions: Array, length: Array) -> Ints:
+        """Number of the first triangle along each ray (N, 3), (N, 3) within `length` (N,) times its direction, or -1."""
+        if len(starts) == 0:
+            return np.zeros(0, dtype=np.int32)
+        norm = np.sqrt(dot(directions, directions))
+        unit = directions / norm[:, None]
+        reach = np.clip(length * norm * self.scale, 0.0, 1e30).astype(np.float32)
+        hit = self.scene.run((starts * self.scale).astype(np.float32), unit.astype(np.float32), dists=reach)
+        return np.where(hit >= 0, self.numbers[hit], np.int32(-1))
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Products (N,) of vectors (N, 3)."""
+    return np.asarray(np.einsum("ij,ij->i", a, b))
+
+
+def _along(directions: Array, offsets: Array) -> Array:
+    """How far offsets (N, 3) go along directions (N, 3), in units of the directions."""
+    return dot(offsets, directions) / dot(directions, directions)
+
+
+def world_positions(positions: Array, world_from_mesh: Array, origin: Array) -> Array:
+    """Mesh positions (V, 3) in the world, relative to `origin`.
+
+    Sums in a fixed order, not a matrix product: equal vertices must stay equal to the last bit, or edges come apart.
+    """
+    x, y, z = positions.T
+    rows = world_from_mesh[:3, :3]
+    offset = world_from_mesh[:3, 3] - origin
+    return np.stack([rows[i, 0] * x + rows[i, 1] * y + rows[i, 2] * z + offset[i] for i in range(3)], axis=-1)
+
+
+def texture_alpha(material: Material, uv: Array) -> Array:
+    """Alpha of a material's texture at uv (N, 2): bilinear, level 0, repeated, as OpenGL samples it; (N,) in 0..1."""
+    assert material.texture is not None
+    height, width = material.texture.shape[:2]
+    alpha = material.texture[..., 3].astype(np.float64) / 255.0
+    column, row = uv[:, 0] * width - 0.5, (1.0 - uv[:, 1]) * height - 0.5
+    x, y = np.floor(column).astype(np.int64), np.floor(row).astype(np.int64)
+    fx, fy = column - x, row - y
+    x0, x1, y0, y1 = x % width, (x + 1) % width, y % height, (y + 1) % height
+    top = alpha[y0, x0] * (1.0 - fx) + alpha[y0, x1] * fx
+    bottom = alpha[y1, x0] * (1.0 - fx) + alpha[y1, x1] * fx
+    return np.asarray(top * (1.0 - fy) + bottom * fy)

@@ -1,0 +1,1 @@
+"""Models and built-in scenes: what is drawn."""

@@ -1,0 +1,125 @@
+"""Whether a placed scene can be drawn: limits of size, visible area, what float32 files lose far from the origin."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from glshadow.core.spaces import Array
+from glshadow.errors import SceneError
+from glshadow.scene.mesh import Node, box_corners
+
+# derived: the squares of lengths, with 8 decades to spare on either side, stay inside the 1e-38..1e38 of float32
+LEAST_SIZE, MOST_SIZE = 1e-15, 1e15
+LEAST_STEPS = 1000.0  # float32 steps across a mesh below which its shape is visibly lost: a pixel of a common picture
+MAP_TEXELS = 2048  # the default shadow map
+SAMPLED = 20_000  # triangles per mesh that estimate its area
+
+
+def check_scene(nodes: list[Node], *, stored: bool) -> list[str]:
+    """Notes for warnings.
+
+    Parameters
+    ----------
+    nodes : list of Node
+    stored : bool
+        Whether the coordinates come from a file, where float32 may have lost them.
+
+    Raises
+    ------
+    SceneError
+        If there is nothing to see, or its size is beyond what float32 can draw.
+    """
+    nodes = [node for node in nodes if len(node.mesh.triangles)]
+    if not nodes:
+        raise SceneError("nothing to render: it has no triangles")
+    boxes = np.stack([node.mesh.bounds for node in nodes]), np.stack([node.world_from_mesh for node in nodes])
+    with np.errstate(all="ignore"):
+        corners = box_corners(*boxes)
+    if not np.isfinite(corners).all():
+        raise SceneError("its placed coordinates overflow: check the matrices of its nodes")
+    size = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
+    if size == 0.0:
+        raise SceneError("nothing to render: its size is zero, all of it is at one point")
+    if not LEAST_SIZE <= size <= MOST_SIZE:
+        raise SceneError(
+            f"its size is {size:.3g}; sizes from {LEAST_SIZE:g} to {MOST_SIZE:g} can be drawn: scale it first"
+        )
+    notes = _lost_in_float32(nodes) if stored else []
+    if not _any_area(nodes):
+        if notes:
+            return notes
+        raise SceneError("nothing to render: all its triangles have zero area")
+    if _area(nodes) < (size / MAP_TEXELS) ** 2 and not _thin(corners):
+        notes.append(
+            f"its bounds are {size:.4g} across, but all its surface together is smaller than one texel of a "
+            f"{MAP_TEXELS} "
+            "map over them: something lies far away from the rest; remove it, or aim the camera and use ViewFit"
+        )
+    return notes
+
+
+def _thin(corners: Array) -> bool:
+    """Whether the bounds are a needle themselves: then little surface is no sign of an outlier."""
+    sides = np.sort(np.ptp(corners.reshape(-1, 3), axis=0))
+    return bool(sides[1] < sides[2] / MAP_TEXELS)
+
+
+def _doubled_areas(corners: Array) -> Array:
+    """Cross products (T, 3) of two edges of triangles (T, 3, 3): twice their area vectors."""
+    e, f = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    return np.stack([e[:, i] * f[:, j] - e[:, j] * f[:, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
+
+
+def _cofactor(linear: Array) -> Array:
+    """Maps area vectors as `linear` (3, 3) maps edges; defined for singular matrices too."""
+    x, y, z = linear.T
+    return np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=1)
+
+
+def _area(nodes: list[Node]) -> float:
+    """World area, estimated: every n-th triangle of a mesh, scaled as a surface that faces all ways alike."""
+    areas: dict[int, float] = {}
+    total = 0.0
+    for node in nodes:
+        key = id(node.mesh)
+        if key not in areas:
+            step = max(1, len(node.mesh.triangles) // SAMPLED)
+            vectors = _doubled_areas(node.mesh.positions[node.mesh.triangles[::step]])
+            areas[key] = 0.5 * step * float(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)).sum())
+        total += areas[key] * float(np.linalg.norm(_cofactor(node.world_from_mesh[:3, :3])) / np.sqrt(3.0))
+    return total
+
+
+def _any_area(nodes: list[Node]) -> bool:
+    """Whether any placed triangle has an area, exactly; stops at the first block that has."""
+    block = 4096
+    for node in nodes:
+        cofactor = _cofactor(node.world_from_mesh[:3, :3])
+        for start in range(0, len(node.mesh.triangles), block):
+            corners = node.mesh.positions[node.mesh.triangles[start : start + block]]
+            if (_doubled_areas(corners) @ cofactor.T != 0.0).any():
+                return True
+    return False
+
+
+def _lost_in_float32(nodes: list[Node]) -> list[str]:
+    """Note meshes whose coordinates are float32 numbers too far from their origin to hold the shape."""
+    lost = []
+    for mesh in {id(node.mesh): node.mesh for node in nodes}.values():
+        low, high = mesh.bounds
+        far = float(np.abs(mesh.bounds).max())
+        extent = float(np.ptp(mesh.bounds, axis=0).max())
+        step = float(np.spacing(np.float32(far)))
+        single = all((corner.astype(np.float32) == corner).all() for corner in (low, high))
+        if single and extent < LEAST_STEPS * step:
+            lost.append((far, step, extent))
+    if not lost:
+        return []
+    far, step, extent = lost[0]
+    return [
+        f"{len(lost)} mesh(es) lie as far as {far:.3g} from their origin, where float32 has steps of {step:.3g}, but "
+        "are "
+        f"only {extent:.3g} large: their shape is already lost in the file; export them near the origin, with the "
+        "place in "
+        "the node"
+    ]

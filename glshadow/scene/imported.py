@@ -1,0 +1,107 @@
+"""What a reader hands to `load`: placed meshes, what the file brought beside them, and what it could not honour."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.lights import Light
+from glshadow.core.spaces import Array
+from glshadow.scene.mesh import AlphaMode, Material, Node
+
+WIDEST_CONE = 89.0  # degrees from the axis; SpotLight needs less than 90
+
+
+@dataclass
+class Imported:
+    """Result of one reader.
+
+    Parameters
+    ----------
+    nodes : list of Node
+    camera : PerspectiveCamera, optional
+    lights : list of Light, optional
+        None: it brought none, the default sun applies.
+    notes : list of str
+        What could not be honoured; each becomes a GlshadowWarning that names the file.
+    """
+
+    nodes: list[Node] = field(default_factory=list)
+    camera: PerspectiveCamera | None = None
+    lights: list[Light] | None = None
+    notes: list[str] = field(default_factory=list)
+
+
+def fans(polygons: ArrayLike) -> NDArray[np.int64]:
+    """Triangles (N * (K - 2), 3) of convex polygons (N, K)."""
+    corners = np.asarray(polygons, dtype=np.int64)
+    first, count = corners[:, 0], corners.shape[1]
+    triangles = [np.stack([first, corners[:, k], corners[:, k + 1]], axis=1) for k in range(1, count - 1)]
+    return np.stack(triangles, axis=1).reshape(-1, 3)
+
+
+def srgb_to_linear(value: ArrayLike) -> Array:
+    """IEC 61966-2-1, values in 0..1."""
+    x = np.asarray(value, dtype=np.float64)
+    return np.where(x <= 0.04045, x / 12.92, ((np.maximum(x, 0.0) + 0.055) / 1.055) ** 2.4)
+
+
+def uniform(colors: Array) -> Array | None:
+    """The colour (C,) that all finite rows (N, C) share to half a step of 8 bits, else None."""
+    colors = colors[np.isfinite(colors).all(axis=1)]
+    if len(colors) == 0 or (np.ptp(colors, axis=0) > 0.5 / 255.0).any():
+        return None
+    return np.asarray(colors[0])
+
+
+def used_only(
+    positions: Array, triangles: NDArray[np.int64], *attributes: NDArray[np.float32] | None
+) -> tuple[Array, NDArray[np.int64], list[NDArray[np.float32] | None]]:
+    """The same triangles over only the vertices they use, in their old order; attributes (V, ...) follow."""
+    used = np.zeros(len(positions), dtype=bool)
+    used[triangles.ravel()] = True
+    if used.all():
+        return positions, triangles, list(attributes)
+    number = np.cumsum(used) - 1
+    return positions[used], number[triangles], [None if value is None else value[used] for value in attributes]
+
+
+def usable_normals(
+    positions: Array, triangles: NDArray[np.int64], normals: ArrayLike | None
+) -> NDArray[np.float32] | None:
+    """Unit normals (V, 3): zero or not finite ones become the mean face normal there; None if none is usable."""
+    if normals is None or np.shape(normals) != positions.shape:
+        return None
+    given = np.asarray(normals, dtype=np.float64)
+    with np.errstate(all="ignore"):
+        length = np.linalg.norm(given, axis=1)
+        good = np.isfinite(length) & (length > 1e-6)
+        if not good.any():
+            return None
+        result = given / np.where(good, length, 1.0)[:, None]
+        if good.all():
+            return result.astype(np.float32)
+        corners = positions[triangles]
+        faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        corner_of = triangles.ravel()
+        sums = np.stack([np.bincount(corner_of, np.repeat(faces[:, k], 3), len(positions)) for k in range(3)], axis=1)
+        size = np.linalg.norm(sums, axis=1)
+        mean = np.where((size > 0)[:, None], sums / np.where(size > 0, size, 1.0)[:, None], (0.0, 0.0, 1.0))
+    return np.where(good[:, None], result, mean).astype(np.float32)
+
+
+def blended(nodes: list[Node]) -> list[str]:
+    """The note on what is drawn opaque, if there is any."""
+    count = sum(node.mesh.material.alpha_mode is AlphaMode.BLEND for node in nodes)
+    return [f"{count} of {len(nodes)} placed meshes are alpha blended: drawn opaque, casts nothing"] if count else []
+
+
+def alpha_mode(name: object) -> AlphaMode:
+    """glTF's name of it; anything else is OPAQUE."""
+    return next((mode for mode in AlphaMode if mode.value == name), AlphaMode.OPAQUE)
+
+
+WHITE = Material()

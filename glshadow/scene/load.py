@@ -1,0 +1,155 @@
+"""Anything that holds triangles -> Scene: files, trimesh, pyrender. Refuses what it cannot honour."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.lights import DirectionalLight, Light, SpotLight
+from glshadow.core.spaces import Array
+from glshadow.errors import GlshadowWarning, SceneError, SettingsError
+from glshadow.scene.checks import check_scene
+from glshadow.scene.imported import Imported
+from glshadow.scene.mesh import Node, Scene
+
+FORMATS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
+
+# world_from_file rotations that turn the named axis up; proper, so that nothing is mirrored
+TURNS = {
+    "x": np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
+    "y": np.eye(3),
+    "z": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]),
+}
+
+
+def load(source: Any, *, ground: bool = False, up_axis: str | None = None, name: str | None = None) -> Scene:
+    """A scene from a file or from another library's object.
+
+    Parameters
+    ----------
+    source : path, trimesh.Trimesh, trimesh.Scene, pyrender.Scene or Scene
+        Files: .glb, .gltf, .obj, .ply, .stl, .off. Coordinates are kept as they are, matrices are composed in float64,
+        and nodes that share geometry share one Mesh. Shading normals are used where the source brings them; without,
+        shading is flat.
+    ground : bool
+        Put a plane under the model to catch its shadow, see `Scene.with_ground`.
+    up_axis : {None, "x", "y", "z"}
+        The axis that is up in the source; it is turned to y. None means "y", as glTF prescribes; STL and PLY files, and
+        whatever comes from CAD, robotics or maps, are often "z".
+    name : str, optional
+        Name of the scene; None: that of the file without its ending.
+
+    Returns
+    -------
+    Scene
+        `camera` and `lights` are those of the source. Without any, they are the defaults that frame the scene. A
+        camera's clip planes are left out (derived from the scene); the default camera and lights that trimesh invents
+        are not used.
+
+    Raises
+    ------
+    SceneError
+        If the file is missing, broken, empty, or needs what cannot be honoured; the message names file and cause.
+    SettingsError
+        If `up_axis` is none of the above.
+
+    Warns
+    -----
+    GlshadowWarning
+        If something in it is drawn otherwise than it was meant: skins in their bind pose, alpha blending, missing
+        textures, lost precision.
+    """
+    if up_axis not in (None, *TURNS):
+        raise SettingsError(f"up_axis must be 'x', 'y', 'z' or None (y), got {up_axis!r}")
+    label, title, read, stored = _reader(source)
+    try:
+        found = read()
+        notes = found.notes + check_scene(found.nodes, stored=stored)
+    except SceneError as error:
+        raise SceneError(f"{label}: {error}") from error
+    except MemoryError as error:
+        raise SceneError(f"{label}: there is not enough memory to read it") from error
+    except Exception as error:  # whatever a reader stumbles over: the file is at fault, and its name must be said
+        cause = f"{type(error).__name__}: {error}"
+        raise SceneError(f"{label} cannot be read ({cause}); it is broken or not of its format") from error
+    for note in notes:
+        warnings.warn(f"{label}: {note}", GlshadowWarning, stacklevel=2)
+    scene = _turned(found, TURNS[up_axis or "y"], name or title)
+    return scene.with_ground() if ground else scene
+
+
+def _reader(source: Any) -> tuple[str, str, Callable[[], Imported], bool]:
+    """What to call it in messages, the name of its scene, how to read it, and whether it was stored in a file."""
+    if isinstance(source, (str, os.PathLike)):
+        path = Path(source)
+        return path.name or str(path), path.stem, lambda: _read_file(path), True
+    if isinstance(source, Scene):
+        given = Imported(list(source.nodes), source.camera, list(source.lights))
+        return source.name, source.name, lambda: given, False
+    kind = f"{type(source).__module__.partition('.')[0]}.{type(source).__name__}"
+    libraries = {parent.__module__.partition(".")[0] for parent in type(source).__mro__}
+    if "trimesh" in libraries:
+        from glshadow.scene.from_trimesh import read_trimesh
+
+        return kind, "scene", lambda: read_trimesh(source), False
+    if "pyrender" in libraries:
+        from glshadow.scene.from_pyrender import read_pyrender
+
+        return kind, "scene", lambda: read_pyrender(source), False
+    raise SceneError(
+        f"load takes a path ({' '.join(FORMATS)}), a trimesh.Trimesh, a trimesh.Scene, a pyrender.Scene or a Scene, "
+        f"got {type(source).__name__}"
+    )
+
+
+def _read_file(path: Path) -> Imported:
+    suffix = path.suffix.lower()
+    if suffix not in FORMATS:
+        raise SceneError(f"a model file must end in one of {', '.join(FORMATS)}, got {path.suffix or 'no ending'!r}")
+    if not path.is_file():
+        raise SceneError(f"there is no such file: {path}")
+    if path.stat().st_size == 0:
+        raise SceneError("nothing to render: the file is empty (0 bytes)")
+    if suffix in (".glb", ".gltf"):
+        from glshadow.scene.gltf import read_gltf
+
+        return read_gltf(path)
+    from glshadow.scene.mesh_files import read_mesh_file
+
+    return read_mesh_file(path)
+
+
+def _turned(found: Imported, turn: Array, name: str) -> Scene:
+    camera, lights, nodes = found.camera, found.lights, found.nodes
+    if not np.array_equal(turn, np.eye(3)):
+        matrix = np.eye(4)
+        matrix[:3, :3] = turn
+        nodes = [Node(node.name, node.mesh, matrix @ node.world_from_mesh) for node in nodes]
+        camera = None if camera is None else _turned_camera(camera, turn)
+        lights = None if lights is None else [_turned_light(light, turn) for light in lights]
+    return Scene(tuple(nodes), camera, None if lights is None else tuple(lights), name)  # type: ignore[arg-type]
+
+
+def _turn(turn: Array, vector: tuple[float, float, float]) -> Any:
+    return tuple((turn @ np.asarray(vector)).tolist())
+
+
+def _turned_camera(camera: PerspectiveCamera, turn: Array) -> PerspectiveCamera:
+    return replace(
+        camera, position=_turn(turn, camera.position), target=_turn(turn, camera.target), up=_turn(turn, camera.up)
+    )
+
+
+def _turned_light(light: Light, turn: Array) -> Light:
+    if isinstance(light, DirectionalLight):
+        return replace(light, direction=_turn(turn, light.direction))
+    if isinstance(light, SpotLight):
+        return replace(light, position=_turn(turn, light.position), direction=_turn(turn, light.direction))
+    return replace(light, position=_turn(turn, light.position))

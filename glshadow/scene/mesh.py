@@ -1,0 +1,275 @@
+"""What is drawn: Mesh, Material, Node and Scene, all frozen."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from enum import Enum
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.spaces import Array
+from glshadow.errors import GlshadowWarning, SceneError
+
+
+class AlphaMode(Enum):
+    """glTF's alphaMode."""
+
+    OPAQUE = "OPAQUE"
+    MASK = "MASK"
+    BLEND = "BLEND"
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """Base colour and how alpha is read; nothing else is modelled.
+
+    Parameters
+    ----------
+    color : (4,) floats
+        Linear RGBA factor.
+    texture : (H, W, 4) uint8, optional
+        sRGB colour with linear alpha, row 0 at the top (v = 1), multiplied by `color`.
+    alpha_mode : AlphaMode
+        MASK: fragments below `cutoff` do not exist, in the camera and in the caster pass. BLEND: drawn opaque, casts nothing.
+    double_sided : bool
+        Both sides are meant to be seen. (Both are always drawn; culling is only used where it cannot be seen.)
+    """
+
+    color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    texture: NDArray[np.uint8] | None = None
+    alpha_mode: AlphaMode = AlphaMode.OPAQUE
+    cutoff: float = 0.5
+    double_sided: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles of one material.
+
+    Parameters
+    ----------
+    positions : (V, 3) float64
+        In the node's space.
+    triangles : (T, 3) int32
+        Indices into `positions`, counter-clockwise seen from the front.
+    normals : (V, 3) float32, optional
+        Unit shading normals; None: flat shading.
+    uv : (V, 2) float32, optional
+        v up: (0, 0) is the bottom left of the texture.
+    material : Material
+
+    Raises
+    ------
+    SceneError
+        For wrong shapes, indices out of range, and coordinates of used vertices that are not finite.
+    """
+
+    positions: Array
+    triangles: NDArray[np.int32]
+    normals: NDArray[np.float32] | None = None
+    uv: NDArray[np.float32] | None = None
+    material: Material = Material()
+
+    def __post_init__(self) -> None:
+        positions = np.ascontiguousarray(self.positions, dtype=np.float64)
+        given = np.asarray(self.triangles)
+        if positions.ndim != 2 or positions.shape[1] != 3 or given.ndim != 2 or given.shape[1] != 3:
+            raise SceneError(
+                f"a mesh needs positions (V, 3) and triangles (T, 3), got shapes {positions.shape} and {given.shape}"
+            )
+        if given.size and (given.min() < 0 or given.max() >= len(positions)):
+            raise SceneError(
+                f"triangle index {int(given.max() if given.max() >= len(positions) else given.min())} is out of range: "
+                f"the mesh has {len(positions)} vertices"
+            )
+        triangles = np.ascontiguousarray(given, dtype=np.int32)
+        if not np.isfinite(positions).all():
+            used = np.zeros(len(positions), dtype=bool)
+            used[triangles.ravel()] = True
+            bad = int((used & ~np.isfinite(positions).all(axis=1)).sum())
+            if bad:
+                raise SceneError(f"{bad} of {len(positions)} vertices have coordinates that are not finite (NaN or infinite)")
+            positions = np.where(used[:, None], positions, 0.0)
+        object.__setattr__(self, "positions", positions)
+        object.__setattr__(self, "triangles", triangles)
+        for name, columns in (("normals", 3), ("uv", 2)):
+            value = getattr(self, name)
+            if value is None:
+                continue
+            array = np.ascontiguousarray(value, dtype=np.float32)
+            if array.shape != (len(positions), columns):
+                raise SceneError(f"{name} must have shape ({len(positions)}, {columns}), got {array.shape}")
+            object.__setattr__(self, name, array)
+
+    @cached_property
+    def bounds(self) -> Array:
+        """(2, 3) least and greatest corner of the vertices that triangles use."""
+        corners = self.positions if len(self.triangles) == 0 else self.positions[self.triangles.ravel()]
+        return np.stack([corners.min(axis=0), corners.max(axis=0)])
+
+    @cached_property
+    def closed(self) -> bool:
+        """Whether it is watertight once welded by exact position, consistently wound, and turned outward.
+
+        Only then is it safe to cull back faces: nobody outside can see them.
+        """
+        return _closed(self.positions, self.triangles)
+
+
+def _closed(positions: Array, triangles: NDArray[np.int32]) -> bool:
+    corners = welded(positions)[triangles]
+    corners = corners[(corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])]
+    if len(corners) == 0:
+        return False
+    start, end = corners.ravel().astype(np.int64), corners[:, [1, 2, 0]].ravel().astype(np.int64)
+    forward = np.sort((start << 32) | end)
+    if (forward[1:] == forward[:-1]).any():  # an edge used twice in one direction
+        return False
+    if not np.array_equal(forward, np.sort((end << 32) | start)):  # an edge without its twin
+        return False
+    a, b, c = ((positions - positions.mean(axis=0))[triangles[:, k]] for k in range(3))
+    return bool(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() > 0.0)
+
+
+def welded(positions: Array) -> NDArray[np.int64]:
+    """For each vertex (V,) the number of its position: bit-equal positions share one (and -0 equals 0)."""
+    columns = positions + 0.0
+    order = np.lexsort(columns.T)
+    ordered = columns[order]
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    number = np.zeros(len(order), dtype=np.int64)
+    number[order] = np.cumsum(first) - 1
+    return number
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """One placement of a mesh: instances share the Mesh object."""
+
+    name: str
+    mesh: Mesh
+    world_from_mesh: Array
+
+    def __post_init__(self) -> None:
+        matrix = np.ascontiguousarray(self.world_from_mesh, dtype=np.float64)
+        if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+            raise SceneError(f"node {self.name!r}: its matrix must be (4, 4) and finite, got {self.world_from_mesh!r}")
+        object.__setattr__(self, "world_from_mesh", matrix)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Placed meshes with a camera and lights.
+
+    Parameters
+    ----------
+    nodes : tuple of Node
+        At least one, and at least one triangle.
+    camera, lights : optional
+        What the file brought. `camera` and `lights` given as None are replaced by defaults that frame the scene:
+        see `default_camera` and `default_sun`.
+
+    Raises
+    ------
+    SceneError
+        If there is nothing to render.
+    """
+
+    nodes: tuple[Node, ...]
+    camera: PerspectiveCamera = None  # type: ignore[assignment]  # replaced in __post_init__
+    lights: tuple[Light, ...] = None  # type: ignore[assignment]
+    name: str = "scene"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "nodes", tuple(self.nodes))
+        if not any(len(node.mesh.triangles) for node in self.nodes):
+            raise SceneError(f"{self.name}: nothing to render, it has no triangles")
+        if (self.bounds[0] == self.bounds[1]).all():
+            raise SceneError(f"{self.name}: nothing to render, its size is zero at {self.bounds[0].tolist()}")
+        if self.camera is None:
+            object.__setattr__(self, "camera", default_camera(self.bounds))
+        object.__setattr__(self, "lights", (default_sun(),) if self.lights is None else tuple(self.lights))
+
+    @cached_property
+    def boxes(self) -> tuple[Array, Array]:
+        """Mesh bounds (N, 2, 3) and world_from_mesh (N, 4, 4) of all nodes that have triangles."""
+        nodes = [node for node in self.nodes if len(node.mesh.triangles)]
+        return np.stack([node.mesh.bounds for node in nodes]), np.stack([node.world_from_mesh for node in nodes])
+
+    @cached_property
+    def bounds(self) -> Array:
+        """(2, 3) least and greatest world corner of all nodes' boxes."""
+        corners = box_corners(*self.boxes).reshape(-1, 3)
+        return np.stack([corners.min(axis=0), corners.max(axis=0)])
+
+    def moved(self, matrices: Mapping[str, ArrayLike]) -> Scene:
+        """The same scene with some nodes placed anew; meshes, and what the GPU holds of them, are shared.
+
+        Parameters
+        ----------
+        matrices : mapping from node name to (4, 4) world_from_mesh
+
+        Raises
+        ------
+        SceneError
+            If no node has that name.
+        """
+        unknown = set(matrices) - {node.name for node in self.nodes}
+        if unknown:
+            known = ", ".join(sorted({node.name for node in self.nodes})[:8])
+            raise SceneError(f"no node is named {', '.join(map(repr, sorted(unknown)))}; the scene has: {known}")
+        nodes = tuple(
+            replace(node, world_from_mesh=matrices[node.name]) if node.name in matrices else node for node in self.nodes
+        )
+        return replace(self, nodes=nodes)
+
+    def with_ground(self) -> Scene:
+        """The scene on a level square plane that touches its lowest point, three times as wide as the scene is large."""
+        low, high = self.bounds
+        size = float(np.linalg.norm(high - low))
+        half = 1.5 * size
+        x, y, z = 0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])
+        corners = np.array([[-half, 0, half], [half, 0, half], [half, 0, -half], [-half, 0, -half]])
+        ground = Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32), material=Material(color=(0.7, 0.7, 0.7, 1.0)))
+        matrix = np.eye(4)
+        matrix[:3, 3] = (x, y, z)
+        return replace(self, nodes=(*self.nodes, Node("ground", ground, matrix)))
+
+
+def box_corners(bounds: Array, world_from_mesh: Array) -> Array:
+    """World corners (N, 8, 3) of boxes (N, 2, 3) placed by (N, 4, 4)."""
+    picks = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    local = np.stack([bounds[:, picks[:, axis], axis] for axis in range(3)], axis=-1)
+    return np.asarray(np.einsum("nij,nkj->nki", world_from_mesh[:, :3, :3], local) + world_from_mesh[:, None, :3, 3])
+
+
+VIEW_DIRECTION = (0.55, 0.45, 0.70)  # from the scene to the default camera: three-quarter view from above, chosen by eye
+VIEW_MARGIN = 1.05  # of the radius of the bounding sphere
+SUN_DIRECTION = (-0.55, -0.8, -0.25)  # the bench courtyard's: 53 degrees high, shadows fall to the left and away
+
+
+def default_camera(bounds: Array) -> PerspectiveCamera:
+    """Camera that frames a box (2, 3): looks along -VIEW_DIRECTION, fov 50, the bounding sphere in the picture's height."""
+    centre = 0.5 * (bounds[0] + bounds[1])
+    radius = 0.5 * float(np.linalg.norm(bounds[1] - bounds[0]))
+    towards = np.asarray(VIEW_DIRECTION) / np.linalg.norm(VIEW_DIRECTION)
+    distance = VIEW_MARGIN * radius / float(np.sin(np.radians(25.0)))
+    eye = centre + towards * distance
+    return PerspectiveCamera(tuple(eye), tuple(centre))  # type: ignore[arg-type]
+
+
+def default_sun() -> DirectionalLight:
+    """One white sun along SUN_DIRECTION."""
+    return DirectionalLight(direction=SUN_DIRECTION)
+
+
+def warn(message: str) -> None:
+    """A GlshadowWarning attributed to the caller's caller."""
+    warnings.warn(message, GlshadowWarning, stacklevel=3)

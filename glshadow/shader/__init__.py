@@ -1,0 +1,1 @@
+"""GLSL snippets: where they live and how they become one program text."""

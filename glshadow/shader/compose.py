@@ -1,0 +1,116 @@
+"""Composes snippets into one program text, with a map from its lines back to the files.
+
+`#include "lib/packing.glsl"` names a file, `#include <filter>` a slot that the caller fills. A file is included once; a cycle, an
+unknown slot and a second inclusion are errors, because each means that two snippets disagree about who provides what.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from glshadow.errors import ShaderError
+from glshadow.shader import source
+
+_INCLUDE = re.compile(r'^\s*#include\s+(?:"([^"]+)"|<(\w+)>)\s*(?://.*)?$')
+_DEFAULT = re.compile(r"^\s*#ifndef\s+(GLS_\w+)", re.MULTILINE)
+_LOCATION = re.compile(r"\b0:(\d+)(\(\d+\))?|\bERROR: 0:(\d+)")
+
+
+@dataclass(frozen=True)
+class Text:
+    """A composed program text.
+
+    Parameters
+    ----------
+    code : str
+        What the compiler gets.
+    origin : tuple of (str, int)
+        File and line of each line of `code`.
+    files : tuple of str
+        Every snippet that is in it.
+    declared : frozenset of str
+        The defines that its snippets give a default to.
+    """
+
+    code: str
+    origin: tuple[tuple[str, int], ...]
+    files: tuple[str, ...]
+    declared: frozenset[str]
+
+    def explain(self, message: str) -> str:
+        """A compiler's message with its line numbers replaced by file:line of the snippets."""
+
+        def place(match: re.Match[str]) -> str:
+            line = int(match.group(1) or match.group(3))
+            if not 1 <= line <= len(self.origin):
+                return match.group(0)
+            name, number = self.origin[line - 1]
+            return f"{name}:{number}"
+
+        return _LOCATION.sub(place, message)
+
+
+@dataclass
+class _Builder:
+    slots: Mapping[str, str]
+    lines: list[str] = field(default_factory=list)
+    origin: list[tuple[str, int]] = field(default_factory=list)
+    files: list[str] = field(default_factory=list)
+
+    def add(self, name: str, open_files: tuple[str, ...]) -> None:
+        if name in open_files:
+            raise ShaderError(f"snippets include each other: {' -> '.join((*open_files, name))}")
+        if name in self.files:
+            raise ShaderError(f'"{name}" is included twice, the second time by "{open_files[-1]}"')
+        self.files.append(name)
+        for number, line in enumerate(source.read(name).splitlines(), start=1):
+            match = _INCLUDE.match(line)
+            if match is None:
+                self.lines.append(line)
+                self.origin.append((name, number))
+                continue
+            file, slot = match.groups()
+            if slot is not None:
+                if slot not in self.slots:
+                    raise ShaderError(f"{name}:{number}: slot <{slot}> is not filled; filled are {sorted(self.slots)}")
+                file = self.slots[slot]
+            self.add(file, (*open_files, name))
+
+
+def compose(
+    name: str, dialect: str, slots: Mapping[str, str] | None = None, defines: Mapping[str, int | str] | None = None
+) -> Text:
+    """One compilable text from a pass and the snippets it includes.
+
+    Parameters
+    ----------
+    name : str
+        The pass, e.g. "pass/resolve.frag".
+    dialect : str
+        "core330", "core400" or "es100": the file in dialect/ that comes first and holds `#version`.
+    slots : mapping
+        Slot name to snippet file.
+    defines : mapping
+        GLS_ names to values; each must have a default (`#ifndef`) in a file that is included.
+
+    Raises
+    ------
+    ShaderError
+        For missing snippets, unfilled slots, cycles, double inclusion and defines that nothing declares.
+    """
+    builder = _Builder(slots or {})
+    builder.add(f"dialect/{dialect}.glsl", ())
+    settings = [f"#define {key} {value}" for key, value in sorted((defines or {}).items())]
+    stage = "GLS_VERTEX" if name.endswith(".vert") else "GLS_FRAGMENT"
+    head = 1  # behind #version, which must be first
+    builder.lines[head:head] = [f"#define {stage} 1", *settings]
+    builder.origin[head:head] = [("defines", i) for i in range(1 + len(settings))]
+    builder.add(name, ())
+    code = "\n".join(builder.lines) + "\n"
+    declared = frozenset(_DEFAULT.findall(code))
+    unknown = set(defines or {}) - declared
+    if unknown:
+        raise ShaderError(f"no included snippet declares {', '.join(sorted(unknown))}; included are {builder.files}")
+    return Text(code, tuple(builder.origin), tuple(builder.files), declared)

@@ -1,0 +1,21 @@
+// A colour target that holds the metric, compared by hand: the WebGL 1 path.
+#include "lib/packing.glsl"
+#ifndef GLS_PACKED
+#define GLS_PACKED 0
+#endif
+uniform sampler2D u_map;
+uniform vec2 u_map_texel; // 1 / size of the atlas
+
+float compare_one(vec2 texel, float reference) {
+    vec4 stored = GLS_TEXTURE_2D(u_map, texel * u_map_texel);
+#if GLS_PACKED
+    return step(reference, unpack(stored));
+#else
+    return step(reference, stored.r);
+#endif
+}
+
+vec4 compare_four(vec2 corner, float reference) {
+    return vec4(compare_one(corner + vec2(-0.5, 0.5), reference), compare_one(corner + vec2(0.5, 0.5), reference),
+                compare_one(corner + vec2(0.5, -0.5), reference), compare_one(corner + vec2(-0.5, -0.5), reference));
+}

@@ -1,0 +1,24 @@
+// Stored depth that is affine over the map: window depth of every light, and a sun's metric. stored = x + y * depth.
+#ifndef GLS_SLACK_TEXELS
+#define GLS_SLACK_TEXELS 1.0
+#endif
+#ifndef GLS_FOLLOW_PLANE
+#define GLS_FOLLOW_PLANE 1
+#endif
+uniform vec4 u_depth; // x, y; then towards the light: |y| and the constant slack, both with the sign of "nearer"
+
+void start_depth(inout Receiver receiver) {
+#if GLS_FOLLOW_PLANE
+    float slack = GLS_SLACK_TEXELS * (abs(receiver.slope.x) + abs(receiver.slope.y));
+#else
+    float slack = 0.0;
+    receiver.slope = vec2(0.0);
+#endif
+    receiver.depth = u_depth.x + u_depth.y * receiver.depth + u_depth.z * slack + u_depth.w;
+    receiver.slope *= u_depth.y;
+}
+
+// Clamped as GL does for fixed-point formats only: beyond far nothing is stored, and a float map must not answer "dark" there.
+float compare_depth(Receiver receiver, vec2 offset) {
+    return clamp(receiver.depth + dot(receiver.slope, offset), 0.0, 1.0);
+}

@@ -1,0 +1,40 @@
+// Fragment side of the caster pass: nothing, an alpha test, a metric, or both.
+#ifndef GLS_METRIC
+#define GLS_METRIC 0
+#endif
+#ifndef GLS_ALPHA
+#define GLS_ALPHA 0
+#endif
+#ifndef GLS_PACKED
+#define GLS_PACKED 0
+#endif
+#if GLS_ALPHA
+GLS_VARYING vec2 v_uv;
+uniform sampler2D u_texture;
+uniform vec2 u_alpha; // factor, cutoff
+#endif
+#if GLS_METRIC
+GLS_VARYING vec4 v_position_lc;
+GLS_VARYING vec3 v_position_lv;
+#include <metric>
+#include "lib/packing.glsl"
+#if GLS_CORE
+layout(location = 0) out vec4 o_stored;
+#else
+#define o_stored gl_FragColor
+#endif
+#endif
+
+void main() {
+#if GLS_ALPHA
+    if (GLS_TEXTURE_2D(u_texture, v_uv).a * u_alpha.x < u_alpha.y) discard;
+#endif
+#if GLS_METRIC
+    float metric = depth_metric(v_position_lc, v_position_lv);
+#if GLS_PACKED
+    o_stored = pack(min(metric, 0.99999994)); // 1 would wrap to 0
+#else
+    o_stored = vec4(metric, 0.0, 0.0, 1.0);
+#endif
+#endif
+}

@@ -1,0 +1,35 @@
+// A point light: the face is chosen by the longest axis, then as for a spot. position_lv is relative to the light, in world axes.
+// Faces +x -x +y -y +z -z are signed permutations of the axes. Twin: glshadow.core.view.FACES
+uniform vec4 u_texel_from_lv; // texel in its tile = xy * tangent + zw
+uniform float u_rounding;     // world units by which float32 may misplace a receiver: taken off its distance
+uniform vec2 u_face_tile[6]; // corner of each face's tile in the atlas
+#define GLS_LEAST_COSINE 1e-7 // edge-on: such a receiver is unlit anyway
+
+vec3 turned(vec3 v, float axis, float s) { // into the frame of the face along s * axis: right, up, backward
+    return axis < 0.5 ? vec3(s * v.z, v.y, -s * v.x) : axis < 1.5 ? vec3(v.x, s * v.z, -s * v.y) : vec3(-s * v.x, v.y, -s * v.z);
+}
+
+Receiver project_receiver(vec3 position_lv, vec3 normal_lv) {
+    vec3 size = abs(position_lv);
+    float axis = size.x >= size.y && size.x >= size.z ? 0.0 : size.y >= size.z ? 1.0 : 2.0;
+    float along = axis < 0.5 ? position_lv.x : axis < 1.5 ? position_lv.y : position_lv.z;
+    float s = along < 0.0 ? -1.0 : 1.0;
+    vec3 position = turned(position_lv, axis, s);
+    vec3 normal = turned(normal_lv, axis, s);
+    float face = 2.0 * axis + (s < 0.0 ? 1.0 : 0.0);
+    vec2 tile = u_face_tile[0];
+    for (int i = 1; i < 6; i++) {
+        if (face == float(i)) tile = u_face_tile[i];
+    }
+    Receiver receiver;
+    receiver.depth = 1.0 / max(-position.z - u_rounding, 1e-30);
+    receiver.tangent = position.xy / max(-position.z, 1e-30);
+    receiver.texel = receiver.tangent * u_texel_from_lv.xy + u_texel_from_lv.zw + tile;
+    float plane = -max(-dot(normal, position), GLS_LEAST_COSINE * length(position));
+    receiver.slope = normal.xy / (plane * u_texel_from_lv.xy);
+    return receiver;
+}
+
+bool receiver_in_front(vec3 position_lv) {
+    return true;
+}

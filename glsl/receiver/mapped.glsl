@@ -1,0 +1,17 @@
+// Slot <shadow> for a light with a map: bias, project, compare, filter. One contract for every light, target and technique.
+#include "receiver/receiver.glsl"
+#include <projection>
+#include <depth>
+#include <bias>
+#include <compare>
+#include <filter>
+uniform vec4 u_tile; // first and last corner that the map answers for, texels of the atlas
+
+float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
+    vec3 position = biased_position(position_lv, normal_lv, cosine);
+    Receiver receiver = project_receiver(position, normal_lv);
+    start_depth(receiver);
+    // outside the map, and behind a spot, no caster is known: lit
+    bool inside = all(greaterThanEqual(receiver.texel, u_tile.xy)) && all(lessThanEqual(receiver.texel, u_tile.zw)) && receiver_in_front(position);
+    return inside ? visibility(receiver) : 1.0;
+}

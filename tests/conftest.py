@@ -1,0 +1,96 @@
+"""Fixtures for every room: one OpenGL context per process, a seeded generator, the models, and no silent skip."""
+
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from glshadow.gl.context import GLContext, open_context
+
+CHECKOUT = Path(__file__).resolve().parents[1]
+IN_CI = os.environ.get("CI") == "true"
+REQUIRE_GL = os.environ.get("GLSHADOW_REQUIRE_GL") == "1"
+
+# Skips with this head stay skips outside CI: the program is not to be had on every system.
+OPTIONAL = "optional: "
+
+
+def _skip_is_failure(report: Any) -> bool:
+    if not (REQUIRE_GL and report.skipped) or hasattr(report, "wasxfail"):
+        return False
+    return OPTIONAL not in str(report.longrepr)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport() -> Iterator[None]:
+    report = yield
+    if _skip_is_failure(report):
+        report.outcome = "failed"
+        report.longrepr = f"skipped, and GLSHADOW_REQUIRE_GL=1 makes that a failure: {report.longrepr}"
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report() -> Iterator[None]:
+    report = yield
+    if _skip_is_failure(report):
+        report.outcome = "failed"
+        report.longrepr = f"skipped, and GLSHADOW_REQUIRE_GL=1 makes that a failure: {report.longrepr}"
+    return report
+
+
+@pytest.fixture(autouse=True)
+def numpy_errors_raise() -> Iterator[None]:
+    # Underflow to zero is the right answer everywhere here: a tiny weight, a tiny cosine.
+    with np.errstate(all="raise", under="ignore"):
+        yield
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(20260101)
+
+
+@pytest.fixture(scope="session")
+def optional() -> Callable[[str, str], None]:
+    """Call `optional("OSMesa", "libosmesa6")` where it is missing: fails in CI, else skips and names the package."""
+
+    def missing(what: str, package: str) -> None:
+        message = f"{what} is missing (apt-get install {package})"
+        if IN_CI:
+            pytest.fail(message)
+        pytest.skip(OPTIONAL + message)
+
+    return missing
+
+
+@pytest.fixture(scope="session")
+def models() -> Path:
+    """Folder of the shared models; without it the test fails in CI and is skipped elsewhere."""
+    folder = Path(os.environ.get("GLSHADOW_MODELS", CHECKOUT.parent / "shared" / "models"))
+    if not folder.is_dir():
+        message = f"no models in {folder}; set GLSHADOW_MODELS to their folder"
+        if IN_CI:
+            pytest.fail(message)
+        pytest.skip(OPTIONAL + message)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def session_glcontext() -> Iterator[GLContext]:
+    """The one context of this process; tests take `glcontext`, which watches over it."""
+    context = open_context("egl")
+    yield context
+    context.release()
+
+
+@pytest.fixture
+def glcontext(session_glcontext: GLContext) -> Iterator[GLContext]:
+    """The shared context, current, without an OpenGL error before and after the test."""
+    with session_glcontext as context:
+        assert context.gl.errors() == [], "an earlier test left OpenGL errors behind"
+        yield context
+        assert context.gl.errors() == [], "the test left OpenGL errors behind"

@@ -1,0 +1,65 @@
+"""The wheel, built from the sdist of this checkout, installed elsewhere, renders with its own copy of glsl/."""
+
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+
+
+def run(*command: str | Path, cwd: Path, **environment: str) -> str:
+    done = subprocess.run(
+        command, cwd=cwd, env=os.environ | environment, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("dist")
+    # Through the sdist, so that a file missing from it is missing here; no isolation, so that no network is needed.
+    run(sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, cwd=CHECKOUT)
+    (built,) = folder.glob("*.whl")
+    return built
+
+
+@pytest.fixture(scope="module")
+def site(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("site")
+    install = ("-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--target", folder, wheel)
+    run(sys.executable, *install, cwd=folder)
+    return folder
+
+
+@pytest.mark.slow
+def test_wheel_carries_every_shader_and_module(wheel: Path) -> None:
+    names = set(zipfile.ZipFile(wheel).namelist())
+    shaders = {f"glshadow/{path.relative_to(CHECKOUT)}" for path in (CHECKOUT / "glsl").rglob("*.*") if path.is_file()}
+    modules = {str(path.relative_to(CHECKOUT)) for path in (CHECKOUT / "glshadow").rglob("*.py")}
+    assert shaders
+    assert shaders | modules <= names
+    assert not {name for name in names if name.startswith(("tests/", "scripts/", "examples/"))}
+
+
+@pytest.mark.slow
+def test_installed_wheel_renders(site: Path, tmp_path: Path) -> None:
+    # In front of the editable checkout; the working directory holds no glshadow either.
+    where = run(sys.executable, "-c", "import glshadow; print(glshadow.__file__)", cwd=tmp_path, PYTHONPATH=str(site))
+    assert Path(where.strip()).is_relative_to(site)
+    picture = tmp_path / "out.png"
+    run(
+        *(sys.executable, "-m", "glshadow", "render", "-o", picture, "--size", "64x64"),
+        cwd=tmp_path,
+        PYTHONPATH=str(site),
+    )
+    with Image.open(picture) as image:
+        pixels = np.asarray(image.convert("L"), dtype=float)
+    assert pixels.shape == (64, 64)
+    assert pixels.std() > 10  # a scene with light and shadow, not one colour

@@ -1,0 +1,174 @@
+"""The two commands: what they set up, in which order, how fast the second time, and what they say when they cannot.
+
+A stand-in for python3 notes its calls, so that nothing is installed and no network is needed.
+"""
+
+import shutil
+import subprocess
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+CHECKOUT = Path(__file__).resolve().parents[1]
+
+# Answers the version check with its own exit code, makes a .venv that holds a copy of itself, and notes the rest.
+FAKE_PYTHON = """#!/bin/bash
+case "$*" in
+    *version_info*) exit "${FAKE_TOO_OLD:-0}" ;;
+    *ensurepip*) exit "${FAKE_NO_VENV:-0}" ;;
+    --version) echo "Python 3.11.0"; exit ;;
+    "- "*) exit 0 ;;
+esac
+echo "$*" >> "$FAKE_LOG"
+if [[ "$1 $2" == "-m venv" ]]; then mkdir -p "${@: -1}/bin"; cp "$0" "${@: -1}/bin/python"; fi
+if [[ "$1 $2 $3" == "-m pip install" ]]; then exit "${FAKE_NO_NETWORK:-0}"; fi
+"""
+
+
+@dataclass(frozen=True)
+class Sandbox:
+    """A checkout without anything but the scripts, and a PATH whose python3 is the stand-in."""
+
+    root: Path
+    environment: dict[str, str]
+
+    def run(self, script: str, *arguments: str, cwd: Path | None = None, **environment: str) -> tuple[int, str]:
+        """Exit code and standard error."""
+        done = subprocess.run(
+            [self.root / "scripts" / script, *arguments],
+            cwd=cwd or self.root,
+            env=self.environment | environment,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=False,
+        )
+        assert done.stdout == "", "set-up speaks on standard error only"
+        return done.returncode, done.stderr
+
+    def calls(self) -> list[str]:
+        """What the stand-in was asked since the last time, without the paths."""
+        log = Path(self.environment["FAKE_LOG"])
+        text = log.read_text() if log.exists() else ""
+        log.unlink(missing_ok=True)
+        return [line.replace(str(self.root), "ROOT") for line in text.splitlines()]
+
+
+@pytest.fixture
+def sandbox(tmp_path: Path) -> Sandbox:
+    root = tmp_path / "a checkout"
+    root.mkdir()
+    shutil.copytree(CHECKOUT / "scripts", root / "scripts")
+    shutil.copy(CHECKOUT / "pyproject.toml", root)
+    programs = tmp_path / "bin"
+    programs.mkdir()
+    for name in ("python3", "Xvfb", "glslangValidator"):
+        (programs / name).write_text(FAKE_PYTHON)
+        (programs / name).chmod(0o755)
+    # Not root, and so never an installation by apt-get, wherever these tests run.
+    (programs / "id").write_text("#!/bin/sh\necho 1000\n")
+    (programs / "id").chmod(0o755)
+    environment = {
+        "PATH": f"{programs}:/usr/bin:/bin",
+        "HOME": str(tmp_path),
+        "FAKE_LOG": str(tmp_path / "log"),
+    }
+    return Sandbox(root, environment)
+
+
+INSTALL = "-m pip install --quiet --disable-pip-version-check --no-input --editable ROOT"
+
+
+def test_first_call_sets_up_and_second_is_immediate(sandbox: Sandbox, tmp_path: Path) -> None:
+    code, said = sandbox.run("render", "model.glb", "-o", "a b.png", cwd=tmp_path)
+    assert code == 0
+    assert "making the virtual environment" in said
+    assert sandbox.calls() == ["-m venv --clear ROOT/.venv", INSTALL, "-m glshadow render model.glb -o a b.png"]
+
+    start = time.perf_counter()
+    code, said = sandbox.run("render")
+    seconds = time.perf_counter() - start
+    assert (code, said) == (0, "")
+    assert sandbox.calls() == ["-m glshadow render"]
+    assert seconds < 1.0  # the promise of the README; 0.02 s on a quiet machine
+
+
+def test_changed_dependencies_are_installed_again(sandbox: Sandbox) -> None:
+    sandbox.run("render")
+    sandbox.calls()
+    with (sandbox.root / "pyproject.toml").open("a") as file:
+        file.write("\n# another dependency\n")
+    sandbox.run("render")
+    assert sandbox.calls() == ["-m pip --version", INSTALL, "-m glshadow render"]
+
+
+def test_tests_get_the_tools_and_the_arguments(sandbox: Sandbox, tmp_path: Path) -> None:
+    sandbox.run("test", "tests/gl", "-k", "depth or clip", cwd=tmp_path)
+    assert sandbox.calls() == [
+        "-m venv --clear ROOT/.venv",
+        f"{INSTALL}[dev]",
+        "-m pytest tests/gl -k depth or clip",
+    ]
+
+
+def test_without_arguments_everything_is_checked_first(sandbox: Sandbox) -> None:
+    sandbox.run("test")
+    calls = sandbox.calls()
+    ran = [call.split()[1] for call in calls[2:]]
+    assert ran[0] == "ruff"
+    assert ran[-1] == "pytest"
+    assert {"ruff", "mypy", "codespell_lib"} <= set(ran)
+    assert calls[-1].startswith("-m pytest -n 2")
+
+
+def test_a_failed_check_fails_after_all_checks_ran(sandbox: Sandbox) -> None:
+    sandbox.run("check")
+    sandbox.calls()
+    python = sandbox.root / ".venv" / "bin" / "python"
+    python.write_text(FAKE_PYTHON + '[[ "$2" != mypy ]]\n')
+    code, said = sandbox.run("check")
+    assert code == 1
+    assert "failed: mypy" in said
+    assert any("codespell" in call for call in sandbox.calls())
+
+
+def test_too_old_python_is_said_plainly(sandbox: Sandbox) -> None:
+    for name in ("python3.11", "python3.12", "python3.13", "python3.14"):
+        shutil.copy(Path(sandbox.environment["PATH"].split(":")[0]) / "python3", sandbox.root.parent / "bin" / name)
+    code, said = sandbox.run("render", FAKE_TOO_OLD="1")
+    assert code == 1
+    assert "Python 3.11 or newer is needed" in said
+    assert sandbox.calls() == []
+
+
+def test_missing_venv_module_names_the_package(sandbox: Sandbox) -> None:
+    code, said = sandbox.run("render", FAKE_NO_VENV="1")
+    assert code == 1
+    assert "as root run: apt-get install python3-venv" in said
+
+
+def test_interrupted_set_up_is_taken_up_again(sandbox: Sandbox) -> None:
+    code, said = sandbox.run("render", FAKE_NO_NETWORK="1")
+    assert code == 1
+    assert "pip could not install" in said
+    sandbox.calls()
+    code, _ = sandbox.run("render")
+    assert code == 0
+    assert sandbox.calls() == ["-m pip --version", INSTALL, "-m glshadow render"]
+
+
+def test_root_installs_what_is_missing_after_an_update(sandbox: Sandbox) -> None:
+    """A fresh image has no package lists: the first apt-get install fails, the one after the update works."""
+    programs = Path(sandbox.environment["PATH"].split(":")[0])
+    (programs / "id").write_text("#!/bin/sh\necho 0\n")
+    apt = '#!/bin/bash\necho "apt-get $*" >> "$FAKE_LOG"\n[[ $1 == update || $(grep -c update "$FAKE_LOG") -gt 0 ]]\n'
+    (programs / "apt-get").write_text(apt)
+    (programs / "apt-get").chmod(0o755)
+    code, said = sandbox.run("render", FAKE_NO_VENV="1")
+    assert code == 0
+    assert "Python's venv module is missing; installing python3-venv" in said
+    install = "apt-get install --yes --quiet --no-install-recommends python3-venv"
+    assert sandbox.calls()[:4] == [install, "apt-get update --quiet", install, "-m venv --clear ROOT/.venv"]

@@ -1,0 +1,126 @@
+"""The lights: what they refuse, directions and distances, and the cone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from glshadow.core.lights import DirectionalLight, PointLight, SpotLight, cone, to_light
+from glshadow.core.shadow import Shadow
+from glshadow.errors import SettingsError
+
+SPOT = {"position": (0.0, 4.0, 0.0)}
+
+
+def test_defaults() -> None:
+    sun = DirectionalLight()
+    assert sun.shadow == Shadow()
+    assert (sun.color, sun.intensity, sun.angle, sun.near, sun.far) == ((1.0, 1.0, 1.0), 1.0, 0.0, None, None)
+    lamp = SpotLight(position=(1, 2, 3))
+    assert lamp.position == (1.0, 2.0, 3.0)
+    assert (lamp.inner_angle, lamp.outer_angle, lamp.radius, lamp.range, lamp.falloff) == (20.0, 30.0, 0.0, None, 0.0)
+    assert PointLight(position=(1, 2, 3), shadow=None).shadow is None
+
+
+def test_direction_is_normalised_whatever_its_length() -> None:
+    for length in (1e-20, 1.0, 1e20):
+        for light in (
+            DirectionalLight(direction=(0, -3 * length, 4 * length)),
+            SpotLight(**SPOT, direction=(0, -3 * length, 4 * length)),
+        ):
+            np.testing.assert_allclose(light.direction, (0.0, -0.6, 0.8), rtol=1e-15)
+            assert all(type(number) is float for number in light.direction)
+
+
+def test_lights_are_frozen_values() -> None:
+    assert PointLight(position=np.array([1, 2, 3])) == PointLight(position=(1.0, 2.0, 3.0))
+    assert hash(PointLight(position=(1, 2, 3))) == hash(PointLight(position=[1, 2, 3]))
+    with pytest.raises(AttributeError):
+        DirectionalLight().intensity = 2.0  # type: ignore[misc]
+
+
+# (constructor, keyword arguments, what the message must name, the refused value)
+REFUSED = [
+    (DirectionalLight, {"direction": (0, 0, 0)}, "direction", "zero"),
+    (DirectionalLight, {"direction": (np.nan, 0, 1)}, "direction", "nan"),
+    (DirectionalLight, {"direction": (1, 2)}, "direction", "1, 2"),
+    (DirectionalLight, {"angle": -1.0}, r"angle must be in \[0, 90\)", "-1.0"),
+    (DirectionalLight, {"angle": 90.0}, r"angle must be in \[0, 90\)", "90.0"),
+    (DirectionalLight, {"color": (1, -1, 1)}, "color must not be negative", "-1"),
+    (DirectionalLight, {"color": (1, np.nan, 1)}, "color", "nan"),
+    (DirectionalLight, {"color": 1.0}, "color", "1.0"),
+    (DirectionalLight, {"intensity": -0.1}, r"intensity must be in \[0, inf\)", "-0.1"),
+    (DirectionalLight, {"intensity": np.nan}, r"intensity must be in \[0, inf\)", "nan"),
+    (DirectionalLight, {"intensity": np.inf}, r"intensity must be in \[0, inf\)", "inf"),
+    (DirectionalLight, {"near": 5.0, "far": 5.0}, "near must be less than far", "near=5.0, far=5.0"),
+    (DirectionalLight, {"near": np.nan}, "near must be finite", "nan"),
+    (DirectionalLight, {"far": np.inf}, "far must be finite", "inf"),
+    (DirectionalLight, {"shadow": "pcf"}, "shadow must be a glshadow.Shadow or None", "'pcf'"),
+    (SpotLight, {"position": (0, np.inf, 0)}, "position", "inf"),
+    (SpotLight, {**SPOT, "direction": (0, 0, 0)}, "direction", "zero"),
+    (SpotLight, {**SPOT, "inner_angle": 31.0}, "inner_angle <= outer_angle", "inner_angle=31.0, outer_angle=30.0"),
+    (SpotLight, {**SPOT, "inner_angle": 0.0, "outer_angle": 0.0}, "outer_angle > 0", "outer_angle=0.0"),
+    (SpotLight, {**SPOT, "inner_angle": -1.0}, r"inner_angle must be in \[0, 90\)", "-1.0"),
+    (SpotLight, {**SPOT, "outer_angle": 90.0}, r"outer_angle must be in \[0, 90\)", "90.0"),
+    (SpotLight, {**SPOT, "outer_angle": np.nan}, r"outer_angle must be in \[0, 90\)", "nan"),
+    (PointLight, {**SPOT, "radius": -1.0}, r"radius must be in \[0, inf\)", "-1.0"),
+    (PointLight, {**SPOT, "range": 0.0}, "range must be positive or None", "0.0"),
+    (PointLight, {**SPOT, "range": np.inf}, "range must be positive or None", "inf"),
+    (PointLight, {**SPOT, "falloff": 8.5}, r"falloff must be in \[0, 8\]", "8.5"),
+    (PointLight, {**SPOT, "near": 0.0}, "near must be positive", "0.0"),
+    (PointLight, {**SPOT, "near": 3.0, "far": 2.0}, "near must be less than far", "near=3.0, far=2.0"),
+]
+
+
+@pytest.mark.parametrize(("build", "arguments", "named", "value"), REFUSED)
+def test_refused(build: type, arguments: dict[str, object], named: str, value: str) -> None:
+    with pytest.raises(SettingsError, match=named) as caught:
+        build(**arguments)
+    assert value in str(caught.value)
+
+
+def test_edges_of_the_ranges_are_allowed() -> None:
+    DirectionalLight(angle=89.999, intensity=0.0, near=-5.0, far=5.0)
+    SpotLight(**SPOT, inner_angle=0.0, outer_angle=89.0)
+    SpotLight(**SPOT, inner_angle=30.0, outer_angle=30.0)
+    PointLight(**SPOT, falloff=8.0, near=1e-6, far=1e6)
+
+
+def test_towards_a_sun() -> None:
+    points = np.random.default_rng(3).normal(size=(4, 5, 3))
+    towards, distance = to_light(DirectionalLight(direction=(0, -3, 4)), points)
+    np.testing.assert_allclose(towards, np.broadcast_to([0.0, 0.6, -0.8], points.shape), rtol=1e-15)
+    assert distance.shape == (4, 5)
+    assert np.isposinf(distance).all()
+
+
+def test_towards_a_lamp() -> None:
+    points = np.array([[0.0, 0.0, 0.0], [3.0, 4.0, 0.0], [0.0, 5.0, 0.0], [0.0, 4.0, 0.0]])
+    towards, distance = to_light(PointLight(position=(0, 4, 0)), points)
+    np.testing.assert_allclose(towards, [[0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 0]], atol=1e-15)
+    np.testing.assert_allclose(distance, [4, 3, 1, 0], rtol=1e-15)  # the light's own place divides by nothing
+
+
+def at_angle(degrees: np.ndarray) -> np.ndarray:
+    """Points seen at an angle from the axis of a spot light at (0, 4, 0) that looks down."""
+    angle = np.radians(degrees)
+    return np.stack([7.0 * np.sin(angle), 4.0 - 7.0 * np.cos(angle), 0.0 * angle], axis=-1)
+
+
+def test_cone_is_smooth_between_its_angles() -> None:
+    light = SpotLight(**SPOT, inner_angle=20.0, outer_angle=30.0)
+    assert (cone(light, at_angle(np.array([0.0, 10.0, 19.999]))) == 1.0).all()
+    assert (cone(light, at_angle(np.array([30.001, 60.0, 90.0, 179.0]))) == 0.0).all()
+    inner, outer = np.cos(np.radians([20.0, 30.0]))
+    half_way = np.degrees(np.arccos(0.5 * (inner + outer)))
+    np.testing.assert_allclose(cone(light, at_angle(np.array([half_way]))), 0.5, rtol=1e-12)
+    strength = cone(light, at_angle(np.linspace(20.0, 30.0, 400)))
+    assert (np.diff(strength) <= 0.0).all()
+    # smoothstep: flat at both ends, steepest (3/2 of the mean slope) in the middle, in the cosine.
+    assert strength[0] - strength[1] < 1e-4
+    assert strength[-2] - strength[-1] < 1e-4
+
+
+def test_cone_with_equal_angles_is_a_step() -> None:
+    light = SpotLight(**SPOT, inner_angle=25.0, outer_angle=25.0)
+    np.testing.assert_array_equal(cone(light, at_angle(np.array([0.0, 24.999, 25.001, 170.0]))), [1.0, 1.0, 0.0, 0.0])
