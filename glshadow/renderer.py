@@ -388,7 +388,7 @@ class _Frame(contextlib.AbstractContextManager["_Frame"]):
             "pass/resolve.vert",
             "pass/resolve.frag",
             dialect="core330_gather" if self.caps.texture_gather else "core330",
-            slots=receiver_slots(light, shadow_map, self.caps.texture_gather),
+            slots=receiver_slots(light, shadow_map, self.caps),
             defines={
                 **receiver_defines(light, shadow_map),
                 "GLS_SURFACE": targets.surface.components,
@@ -405,6 +405,8 @@ class _Frame(contextlib.AbstractContextManager["_Frame"]):
         if not first:
             targets.sums[(number - 1) % 2].use(UNITS["u_sum"])
         targets.framebuffer(targets.image if last else targets.sums[number % 2], number).use()
+        if self.caps.clip_control:
+            self.context.gl.clip_control(self.eye.clip.zero_to_one)
         self.ctx.enable_only(moderngl.DEPTH_TEST)
         self.ctx.depth_func = "<" if self.eye.clip.reversed else ">"
         program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
@@ -448,7 +450,8 @@ class _Frame(contextlib.AbstractContextManager["_Frame"]):
             scene.owners.use(UNITS["u_owners"])
             scene.colors.use(UNITS["u_colors"])
         if shadow_map is not None and shadow_map.settings.target.is_depth:
-            self.r._samplers[shadow_map.views[0].clip.reversed].use(UNITS["u_map"])
+            raw = self.caps.texture_gather and self.caps.software
+            (self.r._plain if raw else self.r._samplers[shadow_map.views[0].clip.reversed]).use(UNITS["u_map"])
 
     # -- read-back
 

@@ -31,7 +31,8 @@ class GpuMesh:
         low, high = mesh.bounds
         far = max(np.abs(low).max(), np.abs(high).max()) > _FAR_FROM_ORIGIN * (high - low).max()
         self.origin: Array = 0.5 * (low + high) if far else np.zeros(3)
-        self.count = len(mesh.triangles)
+        self.count, self.vertices = len(mesh.triangles), len(mesh.positions)
+        self._triangles = mesh.triangles  # the array alone: holding the mesh would keep it, and with it this, alive
         self.closed = mesh.closed and mesh.material.alpha_mode is not AlphaMode.MASK and not mesh.material.double_sided
         corners = mesh.positions[mesh.triangles]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -42,8 +43,9 @@ class GpuMesh:
         self._ctx = ctx
         self._arrays: dict[tuple[int, tuple[str, ...]], moderngl.VertexArray] = {}
         self._buffers = {"a_position": ctx.buffer((mesh.positions - self.origin).astype(np.float32).tobytes())}
-        if mesh.normals is not None:
-            self._buffers["a_normal"] = ctx.buffer(mesh.normals.tobytes())
+        normals = mesh.normals
+        if normals is not None:
+            self._buffers["a_normal"] = ctx.buffer(normals.tobytes())
         if self.textured and mesh.uv is not None:
             self._buffers["a_uv"] = ctx.buffer(mesh.uv.tobytes())
         self._index = ctx.buffer(mesh.triangles.tobytes())
@@ -57,9 +59,20 @@ class GpuMesh:
         names = tuple(name for name in ("a_position", "a_normal", "a_uv") if name in program)
         key = (program.gl.glo, names)
         if key not in self._arrays:
+            if "a_normal" in names and "a_normal" not in self._buffers:  # a bias along the normal asks even flat meshes
+                self._buffers["a_normal"] = self._ctx.buffer(self._averaged_normals().tobytes())
             content = [(self._buffers[name], "2f" if name == "a_uv" else "3f", name) for name in names]
             self._arrays[key] = self._ctx.vertex_array(program.gl, content, self._index)
         return self._arrays[key]
+
+    def _averaged_normals(self) -> NDArray[np.float32]:
+        """Per vertex (V, 3) the mean of its triangles' normals, unit length; zero where there is none."""
+        triangles = self._triangles
+        total = np.stack(
+            [np.bincount(triangles.ravel(), np.repeat(self.face_normals[:, k], 3), self.vertices) for k in range(3)], axis=-1
+        )
+        length = np.linalg.norm(total, axis=1, keepdims=True)
+        return np.asarray(total / np.where(length > 0.0, length, 1.0), dtype=np.float32)
 
     def release(self) -> None:
         """Free the GPU memory."""

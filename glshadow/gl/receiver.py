@@ -14,7 +14,7 @@ from glshadow.core.metric import Target, metric_range
 from glshadow.core.spaces import Array, bias_matrix
 from glshadow.core.view import ShadowView
 from glshadow.gl.caster import CasterSettings
-from glshadow.gl.context import GLContext
+from glshadow.gl.context import Caps, GLContext
 from glshadow.gl.program import UNITS, Program
 from glshadow.gl.targets import Atlas
 
@@ -28,7 +28,7 @@ class Map:
     filter: Filter
 
 
-def receiver_slots(light: Light, shadow_map: Map | None, gather: bool) -> dict[str, str]:
+def receiver_slots(light: Light, shadow_map: Map | None, caps: Caps) -> dict[str, str]:
     """Snippets of the receiver contract for a light; None: it casts nothing."""
     sun = isinstance(light, DirectionalLight)
     slots = {"light": "light/sun.glsl" if sun else "light/local.glsl"}
@@ -39,7 +39,12 @@ def receiver_slots(light: Light, shadow_map: Map | None, gather: bool) -> dict[s
     projection = {"directional": "orthographic", "spot": "perspective", "point": "cube"}[kind]
     depth = "affine" if target.is_depth else {"directional": "affine", "spot": "linear", "point": "radial"}[kind]
     moved = {ConstantBias: "constant", NormalOffsetBias: "normal_offset"}.get(type(bias), "none")
-    compare = "metric" if not target.is_depth else "depth_gather" if gather else "depth_taps"
+    if not target.is_depth:
+        compare = "metric"
+    elif caps.texture_gather:
+        compare = "depth_gather_raw" if caps.software else "depth_gather"
+    else:
+        compare = "depth_taps"
     return {
         **slots,
         "shadow": "receiver/mapped.glsl",
@@ -60,6 +65,7 @@ def receiver_defines(light: Light, shadow_map: Map | None) -> dict[str, int | st
         "GLS_FOLLOW_PLANE": int(isinstance(shadow_map.settings.bias, ReceiverPlaneBias)),
         "GLS_SLACK_TEXELS": shadow_map.filter.slack_texels,
         "GLS_PCF_RADIUS": shadow_map.filter.radius,
+        "GLS_REVERSED": int(shadow_map.views[0].clip.reversed),
         "GLS_PACKED": int(shadow_map.settings.target is Target.RGBA8),
     }
 

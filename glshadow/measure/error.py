@@ -119,10 +119,11 @@ class Score:
     all_mean: float
 
     def __str__(self) -> str:
-        parts = ", ".join(f"{name} {getattr(self, name):.3%}" for name in ("edge", "acne", "leak"))
+        parts = ", ".join(f"{name} {getattr(self, name):.4%}" for name in ("edge", "acne", "leak"))
         return (
-            f"wrong {self.wrong:.3%} ({parts}; contact {self.contact:.3%}), grain {self.grain:.3%}, mean {self.mean:.5f}, "
-            f"counted {self.counted:.1%} of the surface (all of it: wrong {self.all_wrong:.3%}, mean {self.all_mean:.5f})"
+            f"wrong {self.wrong:.4%} ({parts}; contact {self.contact:.4%}), grain {self.grain:.4%}, "
+            f"mean {self.mean:.5f} of the counted {self.counted:.1%} of the surface; "
+            f"of all of it wrong {self.all_wrong:.4%}, mean {self.all_mean:.5f}"
         )
 
 
@@ -152,7 +153,8 @@ class ShadowError(Score):
     def picture(self, light: int = 0) -> NDArray[np.uint8]:
         """Where the errors of one light are; (H, W, 3) uint8.
 
-        Acne red, leak blue, edge yellow, grain orange, not counted green, right in grey: light where lit, darker where dark.
+        Acne red, leak blue, edge yellow, grain orange, not counted green, right in grey: light where lit, darker where
+        dark.
         """
         kinds, truth = self.kinds[light], self.truth[light]
         image = np.where(truth > 0.5, np.uint8(LIT), np.uint8(DARK))[..., None].repeat(3, axis=-1)
@@ -170,8 +172,9 @@ def measure(frame: Frame, truth: Truth) -> ShadowError:
     """Score a frame's visibility against the truth of the same picture.
 
     Counted are pixels that see a surface with N.L > 0.05 which the light reaches (cone and range), and whose 3 x 3
-    neighbourhood sees one connected body with face normals within 25 degrees (at silhouettes and creases rasterisers may
-    differ; pixels on the image's border do not count). A pixel where the frame has no surface but the truth has one counts as wrong.
+    neighbourhood sees one connected body with face normals within 25 degrees (at silhouettes and creases rasterisers
+    may differ; pixels on the image's border do not count). A pixel where the frame has no surface but the truth has one
+    counts as wrong.
 
     Parameters
     ----------
@@ -314,8 +317,8 @@ def texel_size(truth: Truth, number: int, resolution: int) -> Array | float:
     Returns
     -------
     float or (H, W) float64
-        Sun: the longer side of the rectangle of least area round the visible points, divided by the resolution. Spot and
-        point light: the width of the cone, or of a cube map's face, at the pixel's distance, divided by it.
+        Sun: the longer side of the rectangle of least area round the visible points, divided by the resolution. Spot
+        and point light: the width of the cone, or of a cube map's face, at the pixel's distance, divided by it.
     """
     light = truth.lights[number]
     if isinstance(light, DirectionalLight):
@@ -327,7 +330,7 @@ def texel_size(truth: Truth, number: int, resolution: int) -> Array | float:
 
 
 def _least_rectangle(points: Array) -> tuple[float, float]:
-    """Sides of the rectangle of least area, in any direction, round points (N, 2); one of its sides lies on their hull."""
+    """Sides of the rectangle of least area, turned any way, round points (N, 2); one side lies on their hull."""
     from scipy.spatial import ConvexHull, QhullError
 
     if len(points) == 0:

@@ -1,7 +1,8 @@
 """Rays through a scene with Embree: what a ray hits first, and whether a segment is blocked.
 
-Embree works in float32. All that decides a shadow is therefore checked again in float64, and geometry is given to Embree
-relative to a float64 origin near the eye and scaled to about 1, so that neither large worlds nor tiny ones lose anything.
+Embree works in float32. All that decides a shadow is therefore checked again in float64, and geometry is given to
+Embree relative to a float64 origin near the eye and scaled to about 1, so that neither large worlds nor tiny ones lose
+anything.
 """
 
 from __future__ import annotations
@@ -19,11 +20,12 @@ from glshadow.scene.mesh import AlphaMode, Material, Scene, welded
 Ints = NDArray[np.int32]
 Bools = NDArray[np.bool_]
 
-# How many surfaces that do not count (the ray's own triangle, coplanar copies, texels cut out by alpha) one ray may pass.
+# How many surfaces that do not count (the ray's own triangle, coplanar copies, texels cut out by alpha) one ray may
+# pass.
 MAX_PASSED = 64
 U = 2.0**-24  # float32's rounding unit
-# Half the width of the slab round a plane in which a point counts as on it, in U * (largest coordinate): rounding of a point,
-# of vertices and of the plane distance, with a factor 4 in hand.
+# Half the width of the slab round a plane in which a point counts as on it, in U * (largest coordinate): rounding of a
+# point, of vertices and of the plane distance, with a factor 4 in hand.
 PLANE_BOUND = 8.0 * U
 # How far an origin is lifted off the plane that it must not hit again: rounding of origin and vertices, sqrt(3) U each.
 LIFT = 4.0 * U
@@ -71,6 +73,12 @@ class Rays:
         return np.array([n.mesh.material.alpha_mode is AlphaMode.MASK for n in self.scene.nodes])[self.node]
 
     @cached_property
+    def _box(self) -> Array:
+        """(2, 3) corners of the scene's box, with a margin above float32's rounding."""
+        flat = self.corners.reshape(-1, 3)
+        return np.stack([flat.min(axis=0) - 1e-3 * self.size, flat.max(axis=0) + 1e-3 * self.size])
+
+    @cached_property
     def _drawn(self) -> _Embree:
         return _Embree(self.corners, np.flatnonzero(self.solid), self.size)
 
@@ -84,7 +92,7 @@ class Rays:
 
     @cached_property
     def _dual(self) -> Array:
-        """(T, 2, 3) vectors whose products with an offset from the first corner are the other two's barycentric weights."""
+        """(T, 2, 3): products with an offset from the first corner are the other two's barycentric weights."""
         a, b, c = (self.corners[:, k] / self.size for k in range(3))
         n = np.cross(b - a, c - a)
         square = np.where(self.solid, dot(n, n), 1.0)[:, None] * self.size
@@ -135,7 +143,8 @@ class Rays:
         at, left = self._entered(starts, directions, length)
         for _ in range(MAX_PASSED):
             hit = self._drawn.first(at, directions[live], left)
-            live, at, left, hit = (values[hit >= 0] for values in (live, at, left, hit))
+            some = hit >= 0
+            live, at, left, hit = live[some], at[some], left[some], hit[some]
             if len(live) == 0:
                 break
             point = self._on_triangle(hit, at, directions[live])
@@ -150,13 +159,12 @@ class Rays:
 
     def _entered(self, starts: Array, directions: Array, length: Array) -> tuple[Array, Array]:
         """Starts moved to where rays enter the scene's box: a far eye would be rounded in float32."""
-        box = np.stack([self.corners.min(axis=(0, 1)), self.corners.max(axis=(0, 1))])
-        margin = 1e-3 * self.size
+        low, high = self._box
         with np.errstate(divide="ignore", invalid="ignore"):
-            near = np.minimum((box[0] - margin - starts) / directions, (box[1] + margin - starts) / directions)
+            near = np.minimum((low - starts) / directions, (high - starts) / directions)
         near = np.where(np.isfinite(near), near, 0.0)
         enter = np.maximum(np.maximum(near[:, 0], near[:, 1]), np.maximum(near[:, 2], 0.0))
-        return starts + enter[:, None] * directions, length - enter
+        return np.asarray(starts + enter[:, None] * directions), length - enter
 
     def _on_triangle(self, triangles: Ints, starts: Array, directions: Array) -> Array:
         normal, corner = self.normals[triangles], self.corners[triangles, 0]
@@ -164,7 +172,8 @@ class Rays:
         t = dot(corner - starts, normal) / np.where(slope == 0.0, 1.0, slope)
         points = starts + t[:, None] * directions
         weights = self.barycentric(triangles, points)
-        # Rays that miss the triangle by float32's rounding, and grazing ones, get a point on its edge; the rest stay exact.
+        # Rays that miss the triangle by float32's rounding, and grazing ones, get a point on its edge; the rest stay
+        # exact.
         a, b, c = weights.T
         outside = np.flatnonzero((a == 0.0) | (b == 0.0) | (c == 0.0) | (slope == 0.0))
         points[outside] = np.einsum("nk,nkj->nj", weights[outside], self.corners[triangles[outside]])
@@ -174,7 +183,7 @@ class Rays:
         """Points on triangles, moved off their planes to where the directions go."""
         normal = self.normals[triangles]
         side = np.where(dot(normal, directions) < 0.0, -1.0, 1.0)
-        return points + normal * (side * factor * LIFT * self.reach[triangles])[:, None]
+        return np.asarray(points + normal * (side * factor * LIFT * self.reach[triangles])[:, None])
 
     def opaque(self, triangles: Ints, points: Array) -> Bools:
         """Whether the surface exists there: false where MASK alpha, bilinear and unfiltered, is below the cutoff."""
@@ -194,9 +203,10 @@ class Rays:
     def blocked(self, own: Ints, points: Array, directions: Array, length: Array) -> tuple[Bools, Array]:
         """Whether open segments from points on surfaces to the light meet a triangle that counts.
 
-        A triangle counts unless it is the own one (by number), or its plane passes within PLANE_BOUND * (largest coordinate
-        of both triangles) of the point or of the light, or alpha cuts it out. What does not count is passed: the ray goes on
-        from where it met that plane, lifted off it by float32's rounding, so that nothing behind is skipped.
+        A triangle counts unless it is the own one (by number), or its plane passes within PLANE_BOUND * (largest
+        coordinate of both triangles) of the point or of the light, or alpha cuts it out. What does not count is passed:
+        the ray goes on from where it met that plane, lifted off it by float32's rounding, so that nothing behind is
+        skipped.
 
         Parameters
         ----------
@@ -221,7 +231,8 @@ class Rays:
         at, last, factor = self._lifted(own, points, directions), own, np.ones(len(own))
         for _ in range(MAX_PASSED):
             hit = self._casting.first(at, directions[live], length[live] - _along(directions[live], at - points[live]))
-            live, last, factor, hit = (values[hit >= 0] for values in (live, last, factor, hit))
+            some = hit >= 0
+            live, last, factor, hit = live[some], last[some], factor[some], hit[some]
             if len(live) == 0:
                 break
             start, towards = points[live], directions[live]
@@ -235,10 +246,10 @@ class Rays:
             counts = (hit != own[live]) & (away > bound) & (beyond > bound) & (slope != 0.0)
             counts[counts] = self.opaque(hit[counts], met[counts])
             result[live[counts]], distance[live[counts]] = True, t[counts]
-            live, hit, met, towards, last, factor = (v[~counts] for v in (live, hit, met, towards, last, factor))
-            factor = np.where(hit == last, 2.0 * factor, 1.0)  # met again: rounding was larger than the lift
-            ahead = _along(towards, met - points[live]) > 0.0
-            met = np.where(ahead[:, None], met, points[live])  # met behind the point, by rounding: start again from the point
+            on = ~counts
+            live, hit, met, towards, t = live[on], hit[on], met[on], towards[on], t[on]
+            factor = np.where(hit == last[on], 2.0 * factor[on], 1.0)  # met again: rounding was larger than the lift
+            met = np.where((t > 0.0)[:, None], met, points[live])  # met behind the point, by rounding
             at, last = self._lifted(hit, met, towards, factor), hit
         return result, distance
 
@@ -260,7 +271,7 @@ class _Embree:
         TriangleMesh(self.scene, np.ascontiguousarray(corners[numbers] * self.scale, dtype=np.float32))
 
     def first(self, starts: Array, directions: Array, length: Array) -> Ints:
-        """Number of the first triangle along each ray (N, 3), (N, 3) within `length` (N,) times its direction, or -1."""
+        """Number of the first triangle within `length` (N,) times the direction (N, 3) of each ray, or -1."""
         if len(starts) == 0:
             return np.zeros(0, dtype=np.int32)
         norm = np.sqrt(dot(directions, directions))

@@ -23,7 +23,8 @@ NEAR_DIRECTIONS = 16  # of the search for a shadow's boundary (see Truth.near_ed
 NEAR_RADII = 3
 GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
 
-_rays: WeakKeyDictionary[Scene, Rays] = WeakKeyDictionary()  # the last tree of each living scene: a study traces it often
+# The last tree of each living scene: a study traces it again and again.
+_rays: WeakKeyDictionary[Scene, Rays] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +40,8 @@ class Truth:
     reached : (L, H, W) bool
         Inside a spot's cone and a light's range; always true for suns.
     triangle, node : (H, W) int32
-        Drawn triangle (counted in the order of nodes, then of triangles) and its node at the pixel's centre; -1 for none.
+        Drawn triangle (counted in the order of nodes, then of triangles) and its node at the pixel's centre; -1 for
+        none.
     position, normal : (H, W, 3) float64
         World point at the pixel's centre, and its geometric normal facing the viewer; NaN where no surface.
     variance : (L, H, W) float32, optional
@@ -70,10 +72,10 @@ class Truth:
     def near_edge(self, light: int, radius: Array | float, where: Bools | None = None) -> Bools:
         """Whether the true boundary of a light's shadow passes within a distance of the pixels' points.
 
-        The distance is measured in the light plane (through the point, perpendicular to its light ray). Points in 16 directions
-        at 1/3, 2/3 and 3/3 of it are carried over to the plane of the point's triangle and then put back on the real surface
-        along their own light ray, the nearest either way; the boundary is near if any of them is lit where the point is dark,
-        or dark where it is lit.
+        The distance is measured in the light plane (through the point, perpendicular to its light ray). Points in 16
+        directions at 1/3, 2/3 and 3/3 of it are carried over to the plane of the point's triangle and then put back on
+        the real surface along their own light ray, the nearest either way; the boundary is near if any of them is lit
+        where the point is dark, or dark where it is lit.
 
         Parameters
         ----------
@@ -100,6 +102,8 @@ class Truth:
         for fraction in range(NEAR_RADII, 0, -1):
             for number in range(NEAR_DIRECTIONS):
                 left = np.flatnonzero(~near)
+                if len(left) == 0:
+                    break
                 angle = 2.0 * np.pi * number / NEAR_DIRECTIONS
                 moved = _moved(self.rays, source, own[left], points[left], reach[left] * fraction / NEAR_RADII, angle)
                 near[left] = source.lit(self.rays, *moved) != lit[left]
@@ -141,10 +145,11 @@ def trace(
 ) -> Truth:
     """Trace the exact shadows of a picture.
 
-    A point is in shadow iff the open segment from it to the light meets a triangle, and unlit where the geometric normal that
-    faces the viewer points away from the light. Surfaces are two-sided. Texels below the cutoff of a MASK material do not
-    exist (alpha sampled bilinearly at the finest level); BLEND materials are seen but cast nothing; a light with `shadow=None`
-    is not blocked by anything. Cone, range and strength do not dim visibility (see `Truth.reached`).
+    A point is in shadow iff the open segment from it to the light meets a triangle, and unlit where the geometric
+    normal that faces the viewer points away from the light. Surfaces are two-sided. Texels below the cutoff of a MASK
+    material do not exist (alpha sampled bilinearly at the finest level); BLEND materials are seen but cast nothing; a
+    light with `shadow=None` is not blocked by anything. Cone, range and strength do not dim visibility (see
+    `Truth.reached`).
 
     Parameters
     ----------
@@ -156,8 +161,8 @@ def trace(
     pixel_samples : int
         n for n x n rays through each pixel; visibility is their mean. 1: its centre.
     light_samples : int
-        Points on each light with a radius or an angle, stratified and turned at random (but reproducibly) from pixel to pixel.
-        1: its centre, a hard shadow.
+        Points on each light with a radius or an angle, stratified and turned at random (but reproducibly) from pixel to
+        pixel. 1: its centre, a hard shadow.
 
     Raises
     ------
@@ -204,14 +209,14 @@ def trace(
 
 
 def _check_counts(size: tuple[int, int], pixel_samples: int, light_samples: int) -> None:
-    named = (("width", size[0]), ("height", size[1]), ("pixel_samples", pixel_samples), ("light_samples", light_samples))
-    for name, value in named:
+    samples = {"pixel_samples": pixel_samples, "light_samples": light_samples}
+    for name, value in {"width": size[0], "height": size[1], **samples}.items():
         if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
             raise SettingsError(f"{name} must be an integer of at least 1, got {value!r}")
 
 
 def _rays_of(scene: Scene, camera: PerspectiveCamera) -> Rays:
-    """The scene's tree about the point of its box that is nearest to the eye: precise where the camera looks from near."""
+    """The scene's tree about the point of its box nearest to the eye: most precise where the camera is near."""
     origin = np.clip(np.asarray(camera.position), *scene.bounds)
     rays = _rays.get(scene)
     if rays is None or not np.array_equal(rays.origin, origin):

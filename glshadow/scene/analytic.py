@@ -1,8 +1,8 @@
 """Simple scenes whose shadow is known in closed form: what every renderer and the tracer are tested against.
 
-y is up, the ground is y = 0; angles in degrees. Every length follows from the first parameters, so a scene built with lengths
-of 1e-6 or 1e7 is the same picture. For all of them the truth is: in shadow iff the open segment from the point to the light
-meets the caster, unlit where the normal faces away from the light.
+y is up, the ground is y = 0; angles in degrees. Ground and camera follow from the lengths given, so that lengths of
+1e-6 or 1e7 make the same picture. The truth is always: in shadow iff the open segment from the point to the light meets
+the caster, unlit where the normal faces away from the light.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, Light, PointLight, to_light
@@ -21,11 +21,12 @@ from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
 from glshadow.scene.shapes import Solid
 
-# A point within this fraction of a caster's size of its surface lies on it and is not shadowed by it: far above float64's
-# rounding of a point that was computed on that surface, far below float32's.
+# A point within this fraction of a caster's size of its surface lies on it and is not shadowed by it: far above
+# float64's rounding of a point that was computed on that surface, far below float32's.
 ON_SURFACE = 1e-11
 
-Blocked = Callable[[Array, Array, Array], Array]
+Bools = NDArray[np.bool_]
+Blocked = Callable[[Array, Array, Array], Bools]
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +61,8 @@ class AnalyticScene:
         points = np.asarray(points_w, dtype=np.float64)
         towards, distance = to_light(self.scene.lights[0], points)
         facing = (np.asarray(normals_w, dtype=np.float64) * towards).sum(axis=-1) > 0.0
-        dark = self.blocked(points.reshape(-1, 3), towards.reshape(-1, 3), distance.reshape(-1)).reshape(points.shape[:-1])
-        return np.where(facing & ~dark, 1.0, 0.0)
+        dark = self.blocked(points.reshape(-1, 3), towards.reshape(-1, 3), distance.reshape(-1))
+        return np.where(facing & ~dark.reshape(points.shape[:-1]), 1.0, 0.0)
 
 
 def wall(elevation: float = 30.0, height: float = 2.0) -> AnalyticScene:
@@ -73,18 +74,22 @@ def wall(elevation: float = 30.0, height: float = 2.0) -> AnalyticScene:
     ground = _ground(-reach - margin, margin, 2.0 * half)
     camera = _camera((-0.5 * reach, 0.0, 0.0), (-0.3, 0.8, 0.6), 1.2 * reach + 3.0 * height)
 
-    def blocked(points: Array, towards: Array, distance: Array) -> Array:
+    def blocked(points: Array, towards: Array, distance: Array) -> Bools:
         t, hit = _plane_crossing(points, towards, distance, 0, 0.0, height)
-        return hit & _between(hit, t, points, towards, 1, 0.0, height) & _between(hit, t, points, towards, 2, -half, half)
+        hit &= _between(t, points, towards, 1, 0.0, height)
+        return hit & _between(t, points, towards, 2, -half, half)
 
     return AnalyticScene(_scene("wall", {"ground": ground, "wall": upright}, camera, sun), blocked)
 
 
-def plates(gap: float = 0.1, elevation: float = 45.0, half: float = 1.0, lamp_height: float | None = None) -> AnalyticScene:
+def plates(
+    gap: float = 0.1, elevation: float = 45.0, half: float = 1.0, lamp_height: float | None = None
+) -> AnalyticScene:
     """A thin square plate |x|, |z| <= half, `gap` above the ground and parallel to it.
 
-    Under a sun its shadow is moved by gap cot(elevation) towards -x; at gap 0 everything is lit. With `lamp_height` the light
-    is a point that high above the middle, and the shadow a square of half-side half * lamp_height / (lamp_height - gap).
+    Under a sun its shadow is moved by gap cot(elevation) towards -x; at gap 0 everything is lit. With `lamp_height` the
+    light is a point that high above the middle, and the shadow a square of half-side half * lamp_height / (lamp_height
+    - gap).
     """
     light = _sun(elevation) if lamp_height is None else _lamp(lamp_height, gap)
     plate = shapes.rectangle((-half, gap, half), (2.0 * half, 0.0, 0.0), (0.0, 0.0, -2.0 * half))
@@ -93,9 +98,10 @@ def plates(gap: float = 0.1, elevation: float = 45.0, half: float = 1.0, lamp_he
     camera = _camera((-0.5 * moved, 0.0, 0.0), (-0.6, 0.7, 0.4), 2.5 * (widest + moved) + 2.0 * gap)
     ground = _ground(-widest - moved - 2.0 * half, widest + 2.0 * half, widest + 2.0 * half)
 
-    def blocked(points: Array, towards: Array, distance: Array) -> Array:
+    def blocked(points: Array, towards: Array, distance: Array) -> Bools:
         t, hit = _plane_crossing(points, towards, distance, 1, gap, half)
-        return hit & _between(hit, t, points, towards, 0, -half, half) & _between(hit, t, points, towards, 2, -half, half)
+        hit &= _between(t, points, towards, 0, -half, half)
+        return hit & _between(t, points, towards, 2, -half, half)
 
     return AnalyticScene(_scene("plates", {"ground": ground, "plate": plate}, camera, light), blocked)
 
@@ -125,13 +131,13 @@ def sphere(
     ground = _ground(-shift - 2.0 * wide, 2.0 * wide, 2.0 * wide)
     parts = {"ground": ground, "sphere": (positions + centre, triangles)}
 
-    def blocked(points: Array, towards: Array, distance: Array) -> Array:
+    def blocked(points: Array, towards: Array, distance: Array) -> Bools:
         to_centre = centre - points
         along = (to_centre * towards).sum(axis=1)
         off_axis = np.linalg.norm(to_centre - along[:, None] * towards, axis=1)
         # A point of the facets is inside the sphere: it is shadowed by its own side only, which its normal says.
         outside = np.linalg.norm(to_centre, axis=1) > radius * (1.0 + ON_SURFACE)
-        return outside & (along > 0.0) & (along < distance) & (off_axis < radius)
+        return np.asarray(outside & (along > 0.0) & (along < distance) & (off_axis < radius))
 
     return AnalyticScene(_scene("sphere", parts, camera, light, smooth="sphere"), blocked)
 
@@ -147,7 +153,7 @@ def ball(elevation: float = 30.0, radius: float = 1.0, subdivisions: int = 6) ->
 def box(
     elevation: float = 30.0, azimuth: float = 30.0, extents: tuple[float, float, float] = (1.0, 2.0, 1.5)
 ) -> AnalyticScene:
-    """A box standing on the ground: shadow is the hull of its footprint and the footprint moved by height cot(elevation)."""
+    """A box on the ground: its shadow is the hull of its footprint and of that moved by height cot(elevation)."""
     sun = _sun(elevation, azimuth)
     low, high = np.array([-0.5, 0.0, -0.5]) * extents, np.array([0.5, 1.0, 0.5]) * extents
     reach = extents[1] / np.tan(np.radians(elevation))
@@ -158,7 +164,7 @@ def box(
     half = reach + 2.0 * size
     parts = {"ground": _ground(-half, half, half), "box": shapes.box(extents, (0.0, 0.5 * extents[1], 0.0))}
 
-    def blocked(points: Array, towards: Array, distance: Array) -> Array:
+    def blocked(points: Array, towards: Array, distance: Array) -> Bools:
         return _meets_box(points, towards, distance, low, high)
 
     return AnalyticScene(_scene("box", parts, camera, sun), blocked)
@@ -167,14 +173,15 @@ def box(
 def plane(elevation: float = 45.0, half: float = 5.0) -> AnalyticScene:
     """An empty square plane |x|, |z| <= half: all lit, whatever the elevation of the sun."""
     camera = _camera((0.0, 0.0, 0.0), (0.3, 0.6, 0.8), 2.5 * half)
-    return AnalyticScene(_scene("plane", {"ground": _ground(-half, half, half)}, camera, _sun(elevation)), _never_blocked)
+    scene = _scene("plane", {"ground": _ground(-half, half, half)}, camera, _sun(elevation))
+    return AnalyticScene(scene, _never_blocked)
 
 
 def room(size: float = 2.0, rods: bool = False) -> AnalyticScene:
     """A cube seen from inside with a point light in its middle; without `rods` all lit.
 
-    The rods are four thin square bars from wall to wall round the light, whose shadows cross the borders between the faces of
-    a cube map; each is a box turned by 45 degrees about z.
+    The rods are four thin square bars from wall to wall round the light, whose shadows cross the borders between the
+    faces of a cube map; each is a box turned by 45 degrees about z.
     """
     half = 0.5 * size
     lamp = PointLight(position=(0.0, 0.0, 0.0))
@@ -183,14 +190,15 @@ def room(size: float = 2.0, rods: bool = False) -> AnalyticScene:
     thin = 0.02 * size
     low, high = np.array([-0.2 * size, -thin, -0.3 * size]), np.array([0.2 * size, thin, -0.3 * size + 2.0 * thin])
     cosine = np.sqrt(0.5)
-    turns = [np.array([[s, -t, 0.0], [t, s, 0.0], [0.0, 0.0, 1.0]]) for s in (cosine, -cosine) for t in (cosine, -cosine)]
+    corners = [(s, t) for s in (cosine, -cosine) for t in (cosine, -cosine)]
+    turns = [np.array([[s, -t, 0.0], [t, s, 0.0], [0.0, 0.0, 1.0]]) for s, t in corners]
     offset = np.array([0.0, 0.35 * size, 0.0])  # from the axis, along each rod's own y
     if rods:
         for number, turn in enumerate(turns):
             positions, triangles = shapes.box(high - low, 0.5 * (low + high) + offset)
             parts[f"rod {number}"] = (positions @ turn.T, triangles)
 
-    def blocked(points: Array, towards: Array, distance: Array) -> Array:
+    def blocked(points: Array, towards: Array, distance: Array) -> Bools:
         dark = np.zeros(len(points), dtype=bool)
         for turn in turns if rods else ():
             dark |= _meets_box(points @ turn, towards @ turn, distance, low + offset, high + offset)
@@ -199,26 +207,26 @@ def room(size: float = 2.0, rods: bool = False) -> AnalyticScene:
     return AnalyticScene(_scene("room", parts, camera, lamp), blocked)
 
 
-def _never_blocked(points: Array, towards: Array, distance: Array) -> Array:
+def _never_blocked(points: Array, towards: Array, distance: Array) -> Bools:
     return np.zeros(len(points), dtype=bool)
 
 
 def _plane_crossing(
     points: Array, towards: Array, distance: Array, axis: int, level: float, size: float
-) -> tuple[Array, Array]:
+) -> tuple[Array, Bools]:
     """Where rays cross the plane coordinate[axis] = level, and whether strictly between point and light."""
     step, slope = level - points[:, axis], towards[:, axis]
     crosses = (np.abs(step) > ON_SURFACE * size) & (slope != 0.0)
     t = np.where(crosses, step / np.where(slope == 0.0, 1.0, slope), 0.0)
-    return t, crosses & (t > 0.0) & (t < distance)
+    return t, np.asarray(crosses & (t > 0.0) & (t < distance))
 
 
-def _between(hit: Array, t: Array, points: Array, towards: Array, axis: int, low: float, high: float) -> Array:
-    at = points[:, axis] + np.where(hit, t, 0.0) * towards[:, axis]
-    return (at >= low) & (at <= high)
+def _between(t: Array, points: Array, towards: Array, axis: int, low: float, high: float) -> Bools:
+    at = points[:, axis] + t * towards[:, axis]
+    return np.asarray((at >= low) & (at <= high))
 
 
-def _meets_box(points: Array, towards: Array, distance: Array, low: Array, high: Array) -> Array:
+def _meets_box(points: Array, towards: Array, distance: Array, low: Array, high: Array) -> Bools:
     """Whether open segments to the light meet an axis-aligned box, other than at the point they start from."""
     start, end = np.zeros(len(points)), np.array(distance)
     outside = np.zeros(len(points), dtype=bool)
@@ -230,7 +238,7 @@ def _meets_box(points: Array, towards: Array, distance: Array, low: Array, high:
         start = np.where(flat, start, np.maximum(start, np.minimum(a, b)))
         end = np.where(flat, end, np.minimum(end, np.maximum(a, b)))
         outside |= flat & ((points[:, axis] < low[axis]) | (points[:, axis] > high[axis]))
-    return ~outside & (end - start > 0.0) & (end > ON_SURFACE * float((high - low).max()))
+    return np.asarray(~outside & (end - start > 0.0) & (end > ON_SURFACE * float((high - low).max())))
 
 
 def _sun(elevation: float, azimuth: float = 0.0) -> DirectionalLight:

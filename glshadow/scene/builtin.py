@@ -18,8 +18,8 @@ __all__ = ["AnalyticScene", "ball", "box", "courtyard", "plane", "plates", "room
 def courtyard() -> Scene:
     """A ground of 24 x 24 with 24 columns, a torus, a sphere, a fence and a ramp under one sun: 91,656 triangles.
 
-    It is the scene that the README's numbers are measured on. One node per part; torus and sphere are smooth, the rest is
-    flat; everything is white.
+    It is the scene that the README's numbers are measured on. One node per part; torus and sphere are smooth, the rest
+    is flat; everything is white.
     """
     torus = _placed(shapes.torus(1.0, 0.3, 256, 128), translation((0.0, 1.6, 0.0)) @ _rotation(0.6, (0.2, 1.0, 0.1)))
     sphere_ = _placed(shapes.icosphere(5, 0.6), translation((1.5, 0.6, 3.0)))
@@ -32,10 +32,8 @@ def courtyard() -> Scene:
         "fence": _fence(),
         "ramp": ramp,
     }
-    nodes = tuple(
-        Node(name, Mesh(*solid, normals=shapes.vertex_normals(solid) if name in ("torus", "sphere") else None), np.eye(4))
-        for name, solid in parts.items()
-    )
+    normals = {name: shapes.vertex_normals(parts[name]) for name in ("torus", "sphere")}
+    nodes = tuple(Node(name, Mesh(*solid, normals=normals.get(name)), np.eye(4)) for name, solid in parts.items())
     camera = PerspectiveCamera(position=(9.0, 6.0, 11.0), target=(0.0, 1.0, 0.0), fov_y=50.0)
     return Scene(nodes, camera, (DirectionalLight(direction=(-0.55, -0.8, -0.25)),), name="courtyard")
 

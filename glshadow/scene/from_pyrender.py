@@ -12,7 +12,7 @@ from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import Array
 from glshadow.scene.from_trimesh import Builder
-from glshadow.scene.imported import WIDEST_CONE, Imported, alpha_mode, blended, fans
+from glshadow.scene.imported import WIDEST_CONE, Imported, alpha_mode, blended, fans, solid
 from glshadow.scene.mesh import Material, Mesh, Node
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
@@ -107,13 +107,14 @@ def _material(builder: Builder, given: Any, name: str) -> Material:
     factor = getattr(given, "baseColorFactor", getattr(given, "diffuseFactor", None))
     texture = getattr(given, "baseColorTexture", getattr(given, "diffuseTexture", None))
     color = (1.0,) * 4 if factor is None else tuple(np.append(np.asarray(factor, dtype=np.float64), 1.0)[:4].tolist())
-    return Material(
+    material = Material(
         color=color,
         texture=_texture(builder, texture, name),
         alpha_mode=alpha_mode(given.alphaMode),
         cutoff=0.5 if given.alphaCutoff is None else float(given.alphaCutoff),
         double_sided=bool(given.doubleSided),
     )
+    return solid(material)
 
 
 def _texture(builder: Builder, texture: Any, name: str) -> NDArray[np.uint8] | None:

@@ -17,6 +17,7 @@ from glshadow.scene.imported import (
     alpha_mode,
     blended,
     fans,
+    solid,
     srgb_to_linear,
     uniform,
     usable_normals,
@@ -101,13 +102,14 @@ class Builder:
         if hasattr(given, "baseColorFactor"):  # PBRMaterial
             factor = given.baseColorFactor
             color = (1.0,) * 4 if factor is None else tuple((np.asarray(factor, dtype=np.float64) / 255.0).tolist())
-            return Material(
+            material = Material(
                 color=color,
                 texture=self.texture(given.baseColorTexture, name),
                 alpha_mode=alpha_mode(given.alphaMode),
                 cutoff=0.5 if given.alphaCutoff is None else float(given.alphaCutoff),
                 double_sided=bool(given.doubleSided),
             )
+            return solid(material)
         if not hasattr(given, "diffuse"):
             self.notes.append(f"{name} has a {type(given).__name__}, which is not modelled: drawn white")
             return WHITE

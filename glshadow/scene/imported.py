@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -97,6 +97,15 @@ def blended(nodes: list[Node]) -> list[str]:
     """The note on what is drawn opaque, if there is any."""
     count = sum(node.mesh.material.alpha_mode is AlphaMode.BLEND for node in nodes)
     return [f"{count} of {len(nodes)} placed meshes are alpha blended: drawn opaque, casts nothing"] if count else []
+
+
+def solid(material: Material) -> Material:
+    """The material; BLEND where nothing is transparent is OPAQUE, its equal (pyrender and exporters write it so)."""
+    if material.alpha_mode is not AlphaMode.BLEND or material.color[3] < 1.0:
+        return material
+    if material.texture is not None and (material.texture[..., 3] < 255).any():
+        return material
+    return replace(material, alpha_mode=AlphaMode.OPAQUE)
 
 
 def alpha_mode(name: object) -> AlphaMode:

@@ -88,15 +88,18 @@ def _parse(kind: str, data: bytes, beside: Beside) -> list[tuple[str, dict[str, 
 @contextmanager
 def _quiet() -> Iterator[None]:
     """No log lines or warnings of trimesh; numpy's warning that a text was read only in part becomes an error."""
-    logger = logging.getLogger("trimesh")
-    before, logger.disabled = logger.disabled, True
+    logger = logging.getLogger("trimesh")  # parent of one logger per module; a parent's level does not stop them
+    before, logger.propagate = logger.propagate, False
+    silent = logging.NullHandler()  # without any handler, logging itself prints to stderr
+    logger.addHandler(silent)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             warnings.filterwarnings("error", message="string or file could not be read")
             yield
     finally:
-        logger.disabled = before
+        logger.propagate = before
+        logger.removeHandler(silent)
 
 
 class Beside:

@@ -1,7 +1,7 @@
 """Plain solids as (positions, triangles): box, cylinder, torus, icosphere, rectangle.
 
-The tessellations are trimesh's (`trimesh.creation`), so that scenes built with either have the same triangles; built here
-because importing trimesh takes longer than rendering them.
+The tessellations are trimesh's (`trimesh.creation`), so that scenes built with either have the same triangles; built
+here because importing trimesh takes longer than rendering them.
 """
 
 from __future__ import annotations
@@ -16,18 +16,19 @@ from glshadow.core.spaces import Array
 Solid = tuple[Array, NDArray[np.int32]]
 
 # Corner 4 i + 2 j + k of the unit cube is (i, j, k); twelve triangles, outward.
-_BOX_TRIANGLES = ((1, 3, 0), (4, 1, 0), (0, 3, 2), (2, 4, 0), (1, 7, 3), (5, 1, 4))
-_BOX_TRIANGLES += ((5, 7, 1), (3, 7, 2), (6, 4, 2), (2, 7, 6), (6, 5, 4), (7, 5, 6))
-
-_ICOSAHEDRON = ((0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2), (10, 7, 6))
-_ICOSAHEDRON += ((7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5), (2, 4, 11), (6, 2, 10))
-_ICOSAHEDRON += ((8, 6, 7), (9, 8, 1))
+_BOX = "130 410 032 240 173 514 571 372 642 276 654 756"
+# Corners as in `icosphere`, in base 12.
+_ICOSAHEDRON = "0b5 051 017 07a 0ab 159 5b4 ba2 a76 718 394 342 326 368 389 495 24b 62a 867 981"
 
 
 def box(extents: ArrayLike, centre: ArrayLike = (0.0, 0.0, 0.0)) -> Solid:
     """Cuboid with edge lengths `extents` (3,): 8 vertices, 12 triangles."""
     corners = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype=np.float64)
-    return (corners - 0.5) * np.asarray(extents) + np.asarray(centre), np.array(_BOX_TRIANGLES, dtype=np.int32)
+    return (corners - 0.5) * np.asarray(extents) + np.asarray(centre), _triangles(_BOX).astype(np.int32)
+
+
+def _triangles(text: str) -> NDArray[np.int64]:
+    return np.array([[int(digit, 12) for digit in word] for word in text.split()], dtype=np.int64)
 
 
 def rectangle(corner: ArrayLike, edge_u: ArrayLike, edge_v: ArrayLike) -> Solid:
@@ -44,7 +45,8 @@ def cylinder(radius: float, height: float, sections: int) -> Solid:
     positions = np.concatenate([ring - half, ring + half, [-half, half]])
     low = np.arange(sections)
     low_next = (low + 1) % sections
-    high, high_next, bottom, top = low + sections, low_next + sections, 2 * sections + 0 * low, 2 * sections + 1 + 0 * low
+    high, high_next = low + sections, low_next + sections
+    bottom, top = np.full_like(low, 2 * sections), np.full_like(low, 2 * sections + 1)
     faces = [(bottom, low_next, low), (low, low_next, high), (high, low_next, high_next), (high, high_next, top)]
     return positions, np.concatenate([np.column_stack(face) for face in faces]).astype(np.int32)
 
@@ -64,14 +66,14 @@ def torus(major_radius: float, minor_radius: float, major_sections: int, minor_s
 
 
 def icosphere(subdivisions: int, radius: float) -> Solid:
-    """Icosahedron with each face cut in four `subdivisions` times, pushed out to the sphere: 20 * 4**subdivisions triangles."""
+    """Icosahedron with each face cut in four `subdivisions` times and pushed out: 20 * 4**subdivisions triangles."""
     long = np.sqrt((1.0 + 1.0 / np.sqrt(5.0)) / 2.0)
     short = np.sqrt(1.0 - long * long)
     flat = np.array([[-short, long], [short, long], [-short, -long], [short, -long]])
     positions = np.zeros((12, 3))
     for block, axes in enumerate(([0, 1], [1, 2], [2, 0])):
         positions[4 * block : 4 * block + 4, axes] = flat
-    triangles = np.array(_ICOSAHEDRON, dtype=np.int64)
+    triangles = _triangles(_ICOSAHEDRON)
     for _ in range(subdivisions):
         positions, triangles = _quartered(positions, triangles)
         positions = positions / np.linalg.norm(positions, axis=1, keepdims=True)

@@ -1,10 +1,16 @@
 #version 100
 // The WebGL 1 dialect: GLSL ES 1.00. Colour targets only, no comparison sampler, no integers to speak of.
+#ifndef GLS_DERIVATIVES
+#define GLS_DERIVATIVES 0 // 1: dFdx and dFdy, by an extension that WebGL 1 must enable first
+#endif
+#if GLS_DERIVATIVES
+#extension GL_OES_standard_derivatives : enable
+#endif
 #define GLS_CORE 0
 #ifdef GLS_VERTEX
 #define GLS_ATTRIBUTE attribute
 #else
-precision highp float;
+precision highp float; // a metric in mediump (10 bits) would shadow itself
 precision highp int;
 #endif
 #define GLS_VARYING varying

@@ -43,8 +43,8 @@ def settled(built, truth, distance):
 def assert_exact(built, size=SIZE, band=0.0, left_out=1e-3):
     """No mismatch outside the band, and not more than a fraction `left_out` of the points in it.
 
-    The band is float32's rounding in the light plane: PLANE_BOUND times the scene's largest coordinate from the eye's corner
-    of it, plus `band` for how far the mesh is from the ideal solid.
+    The band is float32's rounding in the light plane: PLANE_BOUND times the scene's largest coordinate from the eye's
+    corner of it, plus `band` for how far the mesh is from the ideal solid.
     """
     truth = trace(built.scene, size=size)
     seen, exact, sure = settled(built, truth, PLANE_BOUND * truth.rays.size + band)
@@ -192,7 +192,7 @@ def test_light_without_shadow_is_not_blocked():
 
 
 def checkered(cutoff, mode=AlphaMode.MASK):
-    """An 8 x 8 checker over 2 m at y = 1, 8 texels a cell, above a ground that only the sun from straight above lights."""
+    """An 8 x 8 checker over 2 m at y = 1, 8 texels a cell, above a ground."""
     texture = np.full((64, 64, 4), 255, dtype=np.uint8)
     row, column = np.mgrid[:64, :64] // 8
     texture[..., 3] = np.where((row + column) % 2 == 0, 255, 0)
@@ -209,7 +209,7 @@ def test_alpha_mask(cutoff):
     truth = trace(checkered(cutoff), camera, [DOWN], (640, 360))
 
     def cells(points):
-        """Whether the checker is solid above or at points, and whether they are further than one texel from its lines."""
+        """Whether the checker is solid above or at points, and whether its lines are further than one texel."""
         u, v = (points[:, 0] + 1) * 4, (1 + points[:, 2]) * 4  # row 0 of the texture is v = 1, at z = -1
         distance = np.minimum(np.abs(u - u.round()), np.abs(v - v.round())) / 8 * 2
         inside = (np.abs(points[:, 0]) < 1 - 2 / 64) & (np.abs(points[:, 2]) < 1 - 2 / 64)
@@ -282,7 +282,8 @@ def test_penumbra_of_a_disc():
     assert np.abs(error).max() < 4 * 0.5 / np.sqrt(samples)  # four deviations of samples that were not even stratified
     assert np.sqrt((error**2).mean()) < 0.5 * 0.5 / np.sqrt(samples)  # stratified: less than half of that noise
     assert abs(error.mean()) < 2e-3
-    np.testing.assert_allclose(truth.variance[0][seen], truth.visibility[0][seen] * (1 - truth.visibility[0][seen]), atol=1e-6)
+    mean = truth.visibility[0][seen]
+    np.testing.assert_allclose(truth.variance[0][seen], mean * (1 - mean), atol=1e-6)
 
 
 def test_lamp_of_a_radius_and_a_point_agree_away_from_the_edge():
@@ -292,7 +293,8 @@ def test_lamp_of_a_radius_and_a_point_agree_away_from_the_edge():
     hard = trace(built, size=SIZE)
     ground = hard.node == 0
     largest = np.abs(hard.position[..., [0, 2]]).max(axis=-1)
-    clear = ground & (np.abs(largest - 5 / 3) > 0.1 * 4 / 6 + 1e-3)  # half the penumbra's width: radius * gap / (lamp - gap)
+    half_penumbra = 0.1 * 4 / (10 - 4)  # radius * gap / (lamp - gap)
+    clear = ground & (np.abs(largest - 5 / 3) > half_penumbra + 1e-3)
     np.testing.assert_array_equal(soft.visibility[0][clear], hard.visibility[0][clear])
     assert ((soft.visibility[0][ground] > 0) & (soft.visibility[0][ground] < 1)).any()
 
@@ -340,7 +342,8 @@ def test_near_foot():
 def test_bodies():
     truth = trace(builtin.courtyard(), size=SIZE)
     seen = np.unique(truth.body[truth.triangle >= 0])
-    assert truth.rays.body.max() + 1 == 1 + 2 * 24 + 1 + 1 + 60 + 1  # ground, columns with capitals, torus, sphere, fence, ramp
+    ground, columns_and_capitals, torus, sphere, fence, ramp = 1, 2 * 24, 1, 1, 60, 1
+    assert truth.rays.body.max() + 1 == ground + columns_and_capitals + torus + sphere + fence + ramp
     assert len(seen) > 50
     assert (truth.body[truth.triangle < 0] == -1).all()
 

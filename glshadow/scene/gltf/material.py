@@ -12,7 +12,7 @@ from glshadow import image
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.scene.gltf.document import Document, as_object, extensions
-from glshadow.scene.imported import WHITE, alpha_mode
+from glshadow.scene.imported import WHITE, alpha_mode, solid
 from glshadow.scene.mesh import Material
 
 
@@ -70,7 +70,7 @@ class Surfaces:
             cutoff=cutoff,
             double_sided=given.get("doubleSided") is True,
         )
-        return Surface(material, uv_set, transform)
+        return Surface(solid(material), uv_set, transform)
 
     def _texture(self, index: Any, user: str) -> NDArray[np.uint8] | None:
         texture = self.document.item("textures", index, user)

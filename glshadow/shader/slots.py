@@ -1,0 +1,48 @@
+"""Which snippets a shadow's settings need: the rules of the receiver contract, without any OpenGL."""
+
+from __future__ import annotations
+
+from glshadow.core.bias import Bias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias
+from glshadow.core.kernels import Filter, Hard
+from glshadow.core.metric import Target
+from glshadow.core.view import Kind
+
+_PROJECTIONS = {"directional": "orthographic", "spot": "perspective", "point": "cube"}
+_METRIC_DEPTHS = {"directional": "affine", "spot": "linear", "point": "radial"}
+_MOVES = {ConstantBias: "constant", NormalOffsetBias: "normal_offset"}
+
+
+def light_slot(kind: Kind) -> str:
+    """Snippet of slot <light>."""
+    return "light/sun.glsl" if kind == "directional" else "light/local.glsl"
+
+
+def open_slots(kind: Kind) -> dict[str, str]:
+    """Snippets for a light that casts nothing."""
+    return {"light": light_slot(kind), "shadow": "receiver/open.glsl"}
+
+
+def mapped_slots(kind: Kind, target: Target, bias: Bias, kernel: Filter, gather: bool) -> dict[str, str]:
+    """Snippets for a light with a map; `gather`: the driver gathers comparisons."""
+    depth = "affine" if target.is_depth else _METRIC_DEPTHS[kind]
+    compare = "metric" if not target.is_depth else "depth_gather" if gather else "depth_taps"
+    return {
+        "light": light_slot(kind),
+        "shadow": "receiver/mapped.glsl",
+        "projection": f"projection/{_PROJECTIONS[kind]}.glsl",
+        "depth": f"depth/{depth}.glsl",
+        "bias": f"bias/{_MOVES.get(type(bias), 'none')}.glsl",
+        "compare": f"compare/{compare}.glsl",
+        "filter": "filter/hard.glsl" if isinstance(kernel, Hard) else "filter/pcf.glsl",
+    }
+
+
+def mapped_defines(kind: Kind, target: Target, bias: Bias, kernel: Filter) -> dict[str, int | str]:
+    """Defines that go with `mapped_slots`."""
+    return {
+        "GLS_SUN": int(kind == "directional"),
+        "GLS_FOLLOW_PLANE": int(isinstance(bias, ReceiverPlaneBias)),
+        "GLS_SLACK_TEXELS": str(float(kernel.slack_texels)),
+        "GLS_PCF_RADIUS": kernel.radius,
+        "GLS_PACKED": int(target is Target.RGBA8),
+    }

@@ -1,0 +1,3 @@
+// No main: what a program of someone else includes. Its own declarations and main() follow, and call light_arriving and light_visibility.
+#include <light>
+#include <shadow>
