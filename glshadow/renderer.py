@@ -253,7 +253,7 @@ class _Frame(contextlib.AbstractContextManager["_Frame"]):
         return self.r._scene
 
     def _camera_targets(self, channels: int) -> CameraTargets:
-        key = (self.eye.size, channels, len(self.lights), "linear" in self.outputs)
+        key = (self.eye.size, channels, len(self.lights), "visibility" in self.outputs, "linear" in self.outputs)
         if self.r._targets is None or self.r._targets.key != key:
             if self.r._targets is not None:
                 self.r._targets.release()
@@ -370,9 +370,10 @@ class _Frame(contextlib.AbstractContextManager["_Frame"]):
 
     def _clear(self, targets: CameraTargets, background: Array) -> None:
         """Background colour, and NaN where the light cannot be asked."""
-        for i in range(len(targets.visibility)):
+        for i in range(max(len(targets.visibility), 1)):
             targets.framebuffer(targets.image, i).use()
-            self.context.gl.clear_floats(1, (np.nan,) * 4)
+            if targets.visibility:
+                self.context.gl.clear_floats(1, (np.nan,) * 4)
         self.context.gl.clear_floats(0, (*background, 1.0))
         if targets.linear is not None:
             self.context.gl.clear_floats(2, (*_decode(background), 1.0))
@@ -396,6 +397,7 @@ class _Frame(contextlib.AbstractContextManager["_Frame"]):
                 "GLS_FIRST": int(first),
                 "GLS_LAST": int(last),
                 "GLS_LIT": int(i is not None),
+                "GLS_VISIBILITY": int(bool(targets.visibility)),
                 "GLS_SUM": int(last and targets.linear is not None),
             },
         )

@@ -38,7 +38,9 @@ FACES = np.array(
     dtype=np.float64,
 )[[0, 3, 1, 4, 2, 5]]
 
-NEAREST_SHARE = 1e-4  # of far: derived near planes come no closer. Casters nearer still cast, clamped to it (depth clamp)
+# Of far: derived near planes come no closer. Casters nearer still cast, clamped to it (depth clamp). Only reversed depth can afford
+# a close one: otherwise the step at far is far / share of the format's.
+NEAREST_SHARE = {True: 1e-4, False: 5e-3}
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +190,7 @@ def _local_view(
         if depth.max() <= 0.0 or (lateral > edge * depth[:, None]).all(axis=0).any():
             continue  # behind the light, or wholly beyond one side of the window
         nearest, farthest = min(nearest, float(depth.min())), max(farthest, float(depth.max()))
-        if depth.min() <= NEAREST_SHARE * depth.max():
+        if depth.min() <= NEAREST_SHARE[True] * depth.max():
             low, high = np.full(2, -edge), np.full(2, edge)  # reaches around the light: every direction
         else:
             tangents = local[:, :2] / depth[:, None]
@@ -199,7 +201,7 @@ def _local_view(
         low, high = np.full(2, -edge), np.full(2, edge)  # all faces share one window, so that they share the shader's scale
     low, high = np.clip(low, -edge, edge), np.clip(high, -edge, edge)
     far = 1.001 * farthest if light.far is None else light.far
-    near = max(0.5 * nearest, NEAREST_SHARE * far) if light.near is None else light.near
+    near = max(0.5 * nearest, NEAREST_SHARE[clip.reversed] * far) if light.near is None else light.near
     half = 0.5 * np.maximum(high - low, 1e-6 * edge) * resolution / (resolution - 2 * guard)
     middle = 0.5 * (low + high)
     window = tuple(float(v) for v in (middle[0] - half[0], middle[0] + half[0], middle[1] - half[1], middle[1] + half[1]))

@@ -36,8 +36,8 @@ class Program:
             self.gl = context.ctx.program(vertex.code, fragment.code)
         except moderngl.Error as error:
             message = str(error)
-            text = vertex if "vertex_shader" in message.split("\n", 3)[:3].__repr__() else fragment
-            raise ShaderError(f"{fragment.files[-1]} with {fragment.files}: {text.explain(message)}") from error
+            text = vertex if "\nvertex_shader\n" in message else fragment
+            raise ShaderError(f"{text.files[1]} of {text.files}: {text.explain(message)}") from error
         self._empty: moderngl.VertexArray | None = None
         self._members: dict[str, Any] = {name: self.gl[name] for name in self.gl}
         for name, unit in UNITS.items():

@@ -114,8 +114,10 @@ def layout(views: Sequence[ShadowView], limit: int) -> tuple[tuple[ShadowView, .
 class CameraTargets:
     """What the camera pass and the resolve passes draw to, for one image size."""
 
-    def __init__(self, context: GLContext, size: tuple[int, int], channels: int, lights: int, linear: bool) -> None:
-        self.key = (size, channels, lights, linear)
+    def __init__(
+        self, context: GLContext, size: tuple[int, int], channels: int, lights: int, visibility: bool, linear: bool
+    ) -> None:
+        self.key = (size, channels, lights, visibility, linear)
         ctx = context.ctx
         what = "the image"
         context.check_size(size, what)
@@ -124,20 +126,25 @@ class CameraTargets:
         self.surface.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self.image = ctx.texture(size, 4)
         self.sums = [ctx.texture(size, 4, dtype="f4") for _ in range(min(lights - 1, 2))]  # read one, write the other
-        self.visibility = [ctx.texture(size, 1, dtype="f4") for _ in range(max(lights, 1))]
+        self.visibility = [ctx.texture(size, 1, dtype="f4") for _ in range(lights if visibility else 0)]
         self.linear = ctx.texture(size, 4, dtype="f4") if linear else None
+        self.spare = ctx.texture(size, 1, dtype="f1") if linear and not self.visibility else None
         self._framebuffers: dict[tuple[int, ...], moderngl.Framebuffer] = {}
         self._context = context
         context.check_errors(f"allocating {what}, {size[0]} x {size[1]}")
         self.surface_framebuffer = ctx.framebuffer([self.surface], self.depth)
 
     def framebuffer(self, color: moderngl.Texture, light: int) -> moderngl.Framebuffer:
-        """Framebuffer of a colour texture, the visibility of one light, with the image also the linear sum if it is wanted, and the
-        camera's depth, which is not written."""
+        """Framebuffer of a colour texture, the visibility of one light and the linear sum, where they are wanted, and the camera's
+        depth, which is not written. Their places are fixed: colour 0, visibility 1, linear 2."""
         key = (color.glo, light)
         if key not in self._framebuffers:
-            textures = [color, self.visibility[light]]
+            textures = [color]
+            if light < len(self.visibility):
+                textures.append(self.visibility[light])
             if self.linear is not None and color is self.image:
+                if len(textures) == 1:
+                    textures.append(self.spare)  # keeps place 1
                 textures.append(self.linear)
             framebuffer = self._context.ctx.framebuffer(textures, self.depth)
             framebuffer.depth_mask = False
@@ -148,6 +155,6 @@ class CameraTargets:
         """Free the GPU memory."""
         for framebuffer in (self.surface_framebuffer, *self._framebuffers.values()):
             framebuffer.release()
-        for texture in (self.depth, self.surface, self.image, *self.sums, *self.visibility, self.linear):
+        for texture in (self.depth, self.surface, self.image, *self.sums, *self.visibility, self.linear, self.spare):
             if texture is not None:
                 texture.release()

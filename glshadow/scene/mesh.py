@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, Light
-from glshadow.core.spaces import Array
+from glshadow.core.spaces import Array, view_axes
 from glshadow.errors import GlshadowWarning, SceneError
 
 
@@ -110,8 +110,10 @@ class Mesh:
     @cached_property
     def bounds(self) -> Array:
         """(2, 3) least and greatest corner of the vertices that triangles use."""
-        corners = self.positions if len(self.triangles) == 0 else self.positions[self.triangles.ravel()]
-        return np.stack([corners.min(axis=0), corners.max(axis=0)])
+        used = np.zeros(len(self.positions), dtype=bool)
+        used[self.triangles.ravel()] = True
+        columns = [self.positions[used, axis] for axis in range(3)]  # numpy reduces columns much faster than rows of three
+        return np.array([[c.min() for c in columns], [c.max() for c in columns]])
 
     @cached_property
     def closed(self) -> bool:
@@ -232,7 +234,8 @@ class Scene:
 
     def with_ground(self) -> Scene:
         """The scene on a level square plane that touches its lowest point, three times as wide as the scene is large."""
-        low, high = self.bounds
+        low, high = self.bounds.copy()
+        low[1] = min(_lowest(node) for node in self.nodes if len(node.mesh.triangles))
         size = float(np.linalg.norm(high - low))
         half = 1.5 * size
         x, y, z = 0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])
@@ -243,6 +246,13 @@ class Scene:
         return replace(self, nodes=(*self.nodes, Node("ground", ground, matrix)))
 
 
+def _lowest(node: Node) -> float:
+    """Least world y of a node's triangles: of its vertices, where its box would be too large because it is turned."""
+    row = node.world_from_mesh[1]
+    used = node.mesh.positions[np.unique(node.mesh.triangles)]
+    return float((used @ row[:3]).min() + row[3])
+
+
 def box_corners(bounds: Array, world_from_mesh: Array) -> Array:
     """World corners (N, 8, 3) of boxes (N, 2, 3) placed by (N, 4, 4)."""
     picks = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
@@ -251,17 +261,19 @@ def box_corners(bounds: Array, world_from_mesh: Array) -> Array:
 
 
 VIEW_DIRECTION = (0.55, 0.45, 0.70)  # from the scene to the default camera: three-quarter view from above, chosen by eye
-VIEW_MARGIN = 1.05  # of the radius of the bounding sphere
+VIEW_MARGIN = 1.1  # of the picture to what the box needs of it, so that nothing touches the frame
 SUN_DIRECTION = (-0.55, -0.8, -0.25)  # the bench courtyard's: 53 degrees high, shadows fall to the left and away
 
 
 def default_camera(bounds: Array) -> PerspectiveCamera:
-    """Camera that frames a box (2, 3): looks along -VIEW_DIRECTION, fov 50, the bounding sphere in the picture's height."""
+    """Camera that frames a box (2, 3): looks along -VIEW_DIRECTION at its middle, fov 50, as near as every corner stays in a square
+    picture; a wider one shows more to the sides."""
     centre = 0.5 * (bounds[0] + bounds[1])
-    radius = 0.5 * float(np.linalg.norm(bounds[1] - bounds[0]))
     towards = np.asarray(VIEW_DIRECTION) / np.linalg.norm(VIEW_DIRECTION)
-    distance = VIEW_MARGIN * radius / float(np.sin(np.radians(25.0)))
-    eye = centre + towards * distance
+    corners = box_corners(bounds[None], np.eye(4)[None])[0] - centre
+    x, y, z = view_axes(-towards) @ corners.T
+    tangent = np.tan(np.radians(25.0)) / VIEW_MARGIN  # a corner at distance d - z is inside while |x|, |y| <= tangent (d - z)
+    eye = centre + towards * float((z + np.maximum(np.abs(x), np.abs(y)) / tangent).max())
     return PerspectiveCamera(tuple(eye), tuple(centre))  # type: ignore[arg-type]
 
 

@@ -15,7 +15,8 @@ from glshadow.shader import source
 
 _INCLUDE = re.compile(r'^\s*#include\s+(?:"([^"]+)"|<(\w+)>)\s*(?://.*)?$')
 _DEFAULT = re.compile(r"^\s*#ifndef\s+(GLS_\w+)", re.MULTILINE)
-_LOCATION = re.compile(r"\b0:(\d+)(\(\d+\))?|\bERROR: 0:(\d+)")
+# At the start of a line: Mesa 0:12(3):, glslang, Apple and AMD ERROR: 0:12:, NVIDIA 0(12) :
+_LOCATION = re.compile(r"^(?:(?:ERROR|WARNING): )?0(?::(\d+)(?:\(\d+\))?|\((\d+)\) ?)(?=:)", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Text:
         """A compiler's message with its line numbers replaced by file:line of the snippets."""
 
         def place(match: re.Match[str]) -> str:
-            line = int(match.group(1) or match.group(3))
+            line = int(match.group(1) or match.group(2))
             if not 1 <= line <= len(self.origin):
                 return match.group(0)
             name, number = self.origin[line - 1]
@@ -89,7 +90,7 @@ def compose(
     name : str
         The pass, e.g. "pass/resolve.frag".
     dialect : str
-        "core330", "core400" or "es100": the file in dialect/ that comes first and holds `#version`.
+        "core330", "core330_gather" or "es100": the file in dialect/ that comes first and holds `#version`.
     slots : mapping
         Slot name to snippet file.
     defines : mapping

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from glshadow.core.bias import Bias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias
 from glshadow.core.kernels import Filter, Hard
 from glshadow.core.metric import Target
 from glshadow.core.view import Kind
+
+Compare = Literal["metric", "depth_taps", "depth_gather", "depth_gather_raw"]
 
 _PROJECTIONS = {"directional": "orthographic", "spot": "perspective", "point": "cube"}
 _METRIC_DEPTHS = {"directional": "affine", "spot": "linear", "point": "radial"}
@@ -17,15 +21,19 @@ def light_slot(kind: Kind) -> str:
     return "light/sun.glsl" if kind == "directional" else "light/local.glsl"
 
 
+def metric_slot(kind: Kind) -> str:
+    """Snippet of slot <metric>."""
+    return "metric/radial.glsl" if kind == "point" else "metric/projected.glsl"
+
+
 def open_slots(kind: Kind) -> dict[str, str]:
     """Snippets for a light that casts nothing."""
     return {"light": light_slot(kind), "shadow": "receiver/open.glsl"}
 
 
-def mapped_slots(kind: Kind, target: Target, bias: Bias, kernel: Filter, gather: bool) -> dict[str, str]:
-    """Snippets for a light with a map; `gather`: the driver gathers comparisons."""
+def mapped_slots(kind: Kind, target: Target, bias: Bias, kernel: Filter, compare: Compare) -> dict[str, str]:
+    """Snippets for a light with a map; `compare`: how the dialect and the driver read it."""
     depth = "affine" if target.is_depth else _METRIC_DEPTHS[kind]
-    compare = "metric" if not target.is_depth else "depth_gather" if gather else "depth_taps"
     return {
         "light": light_slot(kind),
         "shadow": "receiver/mapped.glsl",
@@ -37,12 +45,15 @@ def mapped_slots(kind: Kind, target: Target, bias: Bias, kernel: Filter, gather:
     }
 
 
-def mapped_defines(kind: Kind, target: Target, bias: Bias, kernel: Filter) -> dict[str, int | str]:
+def mapped_defines(
+    kind: Kind, target: Target, bias: Bias, kernel: Filter, reversed_depth: bool
+) -> dict[str, int | str]:
     """Defines that go with `mapped_slots`."""
     return {
         "GLS_SUN": int(kind == "directional"),
         "GLS_FOLLOW_PLANE": int(isinstance(bias, ReceiverPlaneBias)),
         "GLS_SLACK_TEXELS": str(float(kernel.slack_texels)),
         "GLS_PCF_RADIUS": kernel.radius,
+        "GLS_REVERSED": int(reversed_depth),
         "GLS_PACKED": int(target is Target.RGBA8),
     }

@@ -15,6 +15,9 @@
 #ifndef GLS_LIT
 #define GLS_LIT 1 // 0: no light at all, only the ambient term
 #endif
+#ifndef GLS_VISIBILITY
+#define GLS_VISIBILITY 1 // also writes the light's visibility
+#endif
 #ifndef GLS_SUM
 #define GLS_SUM 0 // also writes the linear sum
 #endif
@@ -43,7 +46,9 @@ uniform vec3 u_ambient;
 uniform float u_strength;
 
 layout(location = 0) out vec4 o_color;
+#if GLS_VISIBILITY
 layout(location = 1) out float o_visibility;
+#endif
 #if GLS_SUM
 layout(location = 2) out vec4 o_linear;
 #endif
@@ -90,9 +95,9 @@ void main() {
 #endif
     float share = cosine > 0.0 ? mix(1.0, lit, u_strength) : 0.0;
     sum += u_radiance * color * (max(lambert, 0.0) * arriving.w * share);
+#if GLS_VISIBILITY
     o_visibility = lit;
-#else
-    o_visibility = 0.0;
+#endif
 #endif
 #if GLS_SUM
     o_linear = vec4(sum, 1.0);

@@ -11,7 +11,7 @@ from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight, to_light
 from glshadow.errors import ReferenceUnavailable, SettingsError
 from glshadow.reference import trace
-from glshadow.reference.rays import PLANE_BOUND, world_positions
+from glshadow.reference.rays import PLANE_BOUND, Rays, world_positions
 from glshadow.scene import builtin, shapes
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
 
@@ -165,6 +165,16 @@ def test_coplanar_copies_do_not_shadow_each_other():
         light = DirectionalLight(direction=tuple(-np.sin(e) * up - np.cos(e) * turn[:3, 0]))
         truth = trace(Scene(tuple(sheets)), camera, [light], SIZE)
         assert (truth.visibility[0][truth.triangle >= 0] == 1.0).all()
+
+
+@pytest.mark.parametrize(("units", "blocked"), [(6.0, False), (10.0, True)])
+def test_what_counts_as_coplanar(units, blocked):
+    # Two sheets `units` of float32's rounding apart; the bound is 8. Heights near 0 are held exactly.
+    low = Mesh(*shapes.rectangle((-1, 0, 1), (2, 0, 0), (0, 0, -2)))
+    high = Mesh(*shapes.rectangle((-1, units * 2.0**-24, 1), (2, 0, 0), (0, 0, -2)))
+    rays = Rays(Scene((Node("low", low, np.eye(4)), Node("high", high, np.eye(4)))), np.zeros(3))
+    up, point = np.array([[0.6, 0.8, 0.0]]), np.array([[0.1, 0.0, 0.2]])
+    assert rays.blocked(np.array([0], dtype=np.int32), point, up, np.array([np.inf]))[0] == [blocked]
 
 
 def test_light_that_lies_on_a_surface_is_not_blocked_by_it():
@@ -329,6 +339,18 @@ def test_near_edge_on_a_curved_body_finds_no_boundary():
     lit = truth.cosine[0] > 0.3
     assert lit.sum() > 1000
     assert not truth.near_edge(0, 0.05, lit).any()  # put back on the sphere, not left on the tangent plane
+
+
+def test_near_edge_in_a_bowl_finds_no_boundary():
+    positions, triangles = shapes.icosphere(5, 1.0)
+    lower = positions[triangles].mean(axis=1)[:, 1] < -0.3
+    bowl = Scene((Node("bowl", Mesh(positions, triangles[lower]), np.eye(4)),))
+    truth = trace(bowl, PerspectiveCamera((0.0, 1.5, 0.01), (0, -1, 0), fov_y=60), [DOWN], SIZE)
+    inside = (truth.triangle >= 0) & (truth.position[..., 1] < -0.45)
+    assert inside.sum() > 1000
+    assert (truth.visibility[0][inside] == 1.0).all()
+    # The plane of each triangle lies under the bowl: left there, the points would be in its shadow.
+    assert not truth.near_edge(0, 0.1, inside).any()
 
 
 def test_near_foot():

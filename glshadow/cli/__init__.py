@@ -1,0 +1,42 @@
+"""The command `glshadow`: parse, call one function, print. One module per command."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from glshadow import __version__
+from glshadow.cli import doctor, measure, render
+from glshadow.cli.running import INTERRUPTED
+
+
+class Group(click.Group):
+    """Ctrl-C ends with 130, wherever it comes."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            click.echo("error: interrupted", err=True)
+            raise click.exceptions.Exit(INTERRUPTED) from None
+
+
+@click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(__version__, message="glshadow %(version)s")
+def main() -> None:
+    """Shadow mapping without a screen, and how wrong each picture is.
+
+    \b
+    glshadow render                             the built-in courtyard into courtyard.png
+    glshadow render model.glb -o model.png      any .glb .gltf .obj .ply .stl .off
+    glshadow measure model.glb                  its shadows against the exact answer
+    glshadow doctor                             what works on this machine
+
+    Exit codes: 0 done, 1 the input cannot be rendered, 2 the command line is wrong, 130 interrupted.
+    """
+
+
+main.add_command(render.command, "render")
+main.add_command(measure.command, "measure")
+main.add_command(doctor.command, "doctor")

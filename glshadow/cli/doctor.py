@@ -1,0 +1,71 @@
+"""glshadow doctor: what works on this machine."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from glshadow.cli.options import Command, common
+from glshadow.cli.running import FAILED, Work
+
+LIMITS = {  # of Caps: what to call it
+    "max_texture_size": "largest texture",
+    "max_renderbuffer_size": "largest renderbuffer",
+    "max_texture_buffer_size": "largest buffer texture",
+    "max_color_attachments": "colour attachments",
+    "clip_control": "clip control",
+    "texture_gather": "shadow gather",
+    "software": "draws on the CPU",
+}
+
+
+@click.command(cls=Command)
+@common
+def command(as_json: bool, debug: bool) -> None:
+    """Say which OpenGL backends work here, with which driver, limits and formats, and why the others do not.
+
+    Exit code 1 if none works.
+    """
+    with Work(as_json, debug) as work:
+        with work.stage("examine", "trying each backend"):
+            from glshadow.doctor import examine
+
+            found = examine()
+        work.finish(found)
+        if not as_json:
+            click.echo("\n".join(_lines(found)))
+        if found["auto"] is None:
+            work.say("error: no OpenGL backend works; mend one of those above")
+            raise click.exceptions.Exit(FAILED)
+
+
+def _lines(found: dict[str, Any]) -> list[str]:
+    lines = [f"glshadow {found['glshadow']}, Python {found['python']}, {found['platform']}", ""]
+    for name, report in found["backends"].items():
+        taken = "   <- taken by --backend auto" if name == found["auto"] else ""
+        lines += [f"{name}: {'works' if report['works'] else 'does not work'}{taken}", *_backend(report), ""]
+    have = [f"{name} {version}" for name, version in found["packages"].items() if version]
+    lines.append(f"packages: {', '.join(have)}")
+    lines += [f"missing:  {name:<12} {how}" for name, how in found["missing"].items()]
+    return lines
+
+
+def _backend(report: dict[str, Any]) -> list[str]:
+    if not report["works"]:
+        return [f"  why      {report['reason']}", *([f"  remedy   {report['remedy']}"] if report["remedy"] else [])]
+    caps = report["caps"]
+    formats = report["depth_formats"] | report["color_formats"]
+    broken = [name for name, works in formats.items() if not works]
+    limits = ", ".join(f"{title} {_word(caps[name])}" for name, title in LIMITS.items() if name in caps)
+    return [
+        f"  driver   {caps['renderer']}",
+        f"           {caps['vendor']}, OpenGL {caps['version']}",
+        f"  limits   {limits}",
+        f"  formats  {' '.join(name for name, works in formats.items() if works)}"
+        + (f"; not working: {' '.join(broken)}" if broken else ""),
+    ]
+
+
+def _word(value: Any) -> str:
+    return ("yes" if value else "no") if isinstance(value, bool) else str(value)

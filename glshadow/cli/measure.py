@@ -1,0 +1,82 @@
+"""glshadow measure: how wrong a picture's shadows are."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from glshadow.cli.options import (
+    Command,
+    Request,
+    common,
+    picture_options,
+    refuse_blank,
+    request,
+    scene_facts,
+    warn_fallbacks,
+)
+from glshadow.cli.running import Work
+
+EXAMPLES = """
+\b
+Examples:
+  glshadow measure
+  glshadow measure chess_board.glb -o error.png
+  glshadow measure --filter hard --resolution 1024 --json
+  glshadow measure house.glb --bias constant:0.001    (how good is a hand-made bias?)
+"""
+
+
+@click.command(cls=Command, epilog=EXAMPLES)
+@picture_options
+@common
+def command(as_json: bool, debug: bool, **options: Any) -> None:
+    """Render MODEL, trace the exact shadows, and print the error of each light.
+
+    All numbers are shares of the counted pixels (smooth, facing the light). wrong = edge (the price of the resolution)
+    + acne (lit, drawn dark) + leak (dark, drawn lit). Needs embreex: pip install 'glshadow[reference]'.
+
+    -o writes truth | ours | error, a row per light: edge yellow, acne red, leak blue, grain orange, not counted green.
+    """
+    with Work(as_json, debug) as work:
+        wanted = request(**options)
+        if wanted.output and wanted.output.suffix.lower() == ".exr":
+            raise click.UsageError("-o of measure is a picture for the eye: use .png, .jpg or .tif")
+        _measure(work, wanted)
+
+
+def _measure(work: Work, wanted: Request) -> None:
+    with work.stage("load", f"loading {wanted.name}"):
+        scene = wanted.load()
+    camera, lights = wanted.camera(scene), wanted.lit(scene)
+    with work.stage("open", "opening OpenGL"):
+        from glshadow.renderer import Renderer
+
+        renderer = Renderer(wanted.backend)
+    with renderer:
+        with work.stage("render", f"rendering {wanted.name}"):
+            frame = renderer.render(scene, camera, lights, wanted.size, outputs=("visibility", "depth"))
+        refuse_blank(frame.depth, scene, camera)
+        warn_fallbacks(work, frame.used)
+        with work.stage("trace", "tracing the truth"):
+            from glshadow.reference.trace import trace
+
+            truth = trace(scene, camera, lights, wanted.size)
+        with work.stage("measure", "measuring"):
+            from glshadow.measure.error import measure
+
+            error = measure(frame, truth)  # type: ignore[arg-type]  # visibility was asked for
+        if wanted.output is not None:
+            with work.stage("write", f"writing {wanted.output.name}"):
+                from glshadow import image
+                from glshadow.triptych import triptych
+
+                picture = triptych(renderer, frame, truth, error, wanted.ambient, wanted.background)
+                image.write(wanted.output, picture)
+    if wanted.output is not None:
+        work.say(f"{wanted.output}: truth | ours | error, {len(lights)} x 3 pictures of {wanted.size[0]}x{wanted.size[1]}")
+    work.finish({"path": wanted.output and str(wanted.output), "size": wanted.size, "scene": scene_facts(scene),
+                 "error": error.as_dict(), "used": [used.as_dict() for used in frame.used]})  # fmt: skip
+    if not work.as_json:
+        click.echo(str(error))

@@ -1,0 +1,263 @@
+"""The options that all picture-making commands share, and the request they add up to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from glshadow.cli import values
+from glshadow.cli.running import Work
+from glshadow.errors import SettingsError
+
+if TYPE_CHECKING:
+    from glshadow.core.cameras import PerspectiveCamera
+    from glshadow.core.lights import Light
+    from glshadow.scene.mesh import Scene
+
+SIZE = (1280, 720)
+AMBIENT, BACKGROUND = 0.1, (0.0, 0.0, 0.0)
+
+
+class Value(click.ParamType):
+    """Text that a function of `values` reads; its SettingsError becomes a usage error that names the option."""
+
+    def __init__(self, name: str, read: Callable[[str], Any]) -> None:
+        self.name, self.read = name, read
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
+        try:
+            return self.read(value)
+        except SettingsError as error:
+            self.fail(f"{error}.", param, ctx)
+
+
+class Option(click.Option):
+    """An option that knows its section of the help page."""
+
+    def __init__(self, *names: Any, section: str = "Options", **settings: Any) -> None:
+        super().__init__(*names, **settings)
+        self.section = section
+
+
+class Command(click.Command):
+    """A command whose help lists its options by section."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        sections: dict[str, list[tuple[str, str]]] = {}
+        for param in self.get_params(ctx):
+            record = param.get_help_record(ctx)
+            if record is not None:
+                sections.setdefault(getattr(param, "section", "Other"), []).append(record)
+        for title, records in sections.items():
+            with formatter.section(title):
+                formatter.write_dl(records)
+
+
+def option(section: str, name: str, *more: str, read: Callable[[str], Any] | None = None, **settings: Any) -> Any:
+    """`click.option` with a section, and a reader from `values`."""
+    if read is not None:
+        settings["type"] = Value(settings.get("metavar", "text"), read)
+    return click.option(name, *more, cls=Option, section=section, **settings)
+
+
+def _all(*decorators: Any) -> Callable[[Any], Any]:
+    def decorate(function: Any) -> Any:
+        for decorator in reversed(decorators):
+            function = decorator(function)
+        return function
+
+    return decorate
+
+
+common = _all(
+    option("Other", "--json", "as_json", is_flag=True, help="Print one JSON object on standard output."),
+    option("Other", "--debug", is_flag=True, help="Show the Python traceback of an error."),
+)
+
+picture_options = _all(
+    click.argument("model", required=False, type=click.Path()),
+    option("Picture", "-o", "--output", metavar="FILE", read=values.picture,
+           help="The image to write: .png .jpg .tif, or .exr with all float outputs as channels."),
+    option("Picture", "--size", metavar="WxH", read=values.size, default="1280x720", show_default=True, help="Pixels."),
+    option("Picture", "--ambient", metavar="A|R,G,B", read=values.ambient, default="0.1", show_default=True,
+           help="Light from everywhere, linear."),
+    option("Picture", "--background", metavar="R,G,B", read=values.color, default="0,0,0", show_default=True,
+           help="sRGB, each 0 to 1."),
+    option("Picture", "--backend", type=click.Choice(["auto", "egl", "osmesa", "window"]), default="auto",
+           show_default=True, help="Where the OpenGL context comes from; auto takes the first that works."),
+    option("Model", "--ground", is_flag=True, help="Put a plane under the model to catch its shadow."),
+    option("Model", "--up-axis", type=click.Choice(["x", "y", "z"]),
+           help="Axis that is up in the file. Default: y; STL and PLY files are often z."),
+    option("Camera", "--eye", metavar="X,Y,Z", read=values.vector,
+           help="Where the camera is. Default: the file's camera, else one that frames the model."),
+    option("Camera", "--target", metavar="X,Y,Z", read=values.vector,
+           help="What it looks at. Default with --eye: the middle of the model."),
+    option("Camera", "--up", metavar="X,Y,Z", read=values.vector, help="What is up in the picture. Default: 0,1,0."),
+    option("Camera", "--fov", metavar="DEG", read=values.fov, help="Vertical field of view. Default: the file's, else 50."),
+    option("Camera", "--near", metavar="D", read=values.plane, help="Nothing nearer is drawn. Default: all of the model is."),
+    option("Camera", "--far", metavar="D", read=values.plane, help="Nothing farther is drawn. Default: all of the model is."),
+    option("Lights", "--light", "lights", metavar="LIGHT", read=values.light, multiple=True,
+           help="sun:DX,DY,DZ or spot:PX,PY,PZ:DX,DY,DZ[:OUTER[:INNER]] or point:X,Y,Z. D is the way the light travels, P where "
+                "it is, OUTER and INNER degrees from the cone's axis (30, and two thirds of OUTER). May be followed by "
+                ":key=value, any of intensity=1 color=1,1,1 near=D far=D shadow=on|off, for spot and point range=D "
+                "falloff=0 (2: physical). Repeat for more lights. Default: the file's lights, else one sun."),
+    option("Shadow (of every light)", "--resolution", metavar="N", read=values.resolution,
+           help="Texels along a side of the shadow map. Default: 2048."),
+    option("Shadow (of every light)", "--filter", "filter_", metavar="FILTER", read=values.shadow_filter,
+           help="hard (one texel decides) or pcf:R (mean over (2R+1)^2 comparisons, R 0 to 4). Default: pcf:1."),
+    option("Shadow (of every light)", "--bias", metavar="BIAS", read=values.bias,
+           help="What keeps surfaces from shadowing themselves: receiver-plane (derived, no knob), constant:WORLD (units along "
+                "the light), slope[:FACTOR,UNITS] (polygon offset; depth formats), normal-offset[:TEXELS], clip:X (Babylon's), "
+                "none. Default: receiver-plane."),
+    option("Shadow (of every light)", "--target-format", type=click.Choice(values.TARGETS),
+           help="Format of the map: depth* hold window depth, the others the depth metric. Default: depth32f."),
+    option("Shadow (of every light)", "--clip", metavar="CLIP", read=values.clip,
+           help="Clip convention of the light: 0..1 or -1..1, either with ,reversed. Default: 0..1, reversed for spot and point."),
+    option("Shadow (of every light)", "--fit", type=click.Choice(["view", "scene"]),
+           help="What the map covers: what the camera sees, or the whole scene. Default: view."),
+    option("Shadow (of every light)", "--faces", type=click.Choice(["auto", "front", "back", "both"]),
+           help="Faces that cast. Default: auto, which is both but for closed meshes."),
+    option("Shadow (of every light)", "--strength", metavar="S", read=values.strength,
+           help="How much light a shadow takes away, 0 to 1. Default: 1."),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the picture options ask for."""
+
+    model: str | None
+    output: Path | None
+    size: tuple[int, int]
+    ambient: float | values.Triple
+    background: values.Triple
+    backend: Any
+    ground: bool
+    up_axis: str | None
+    eye: values.Triple | None
+    target: values.Triple | None
+    up: values.Triple | None
+    fov: float | None
+    near: float | None
+    far: float | None
+    lights: tuple[Light, ...]
+    shadow: dict[str, Any]
+
+    @property
+    def name(self) -> str:
+        """The model's name in messages."""
+        return Path(self.model).name if self.model else "courtyard"
+
+    def load(self) -> Scene:
+        """The scene with the ground it was asked for."""
+        if self.model is None and self.up_axis is None:
+            from glshadow.scene.builtin import courtyard
+
+            return courtyard().with_ground() if self.ground else courtyard()
+        if self.model is None:
+            raise click.UsageError("--up-axis is a property of a MODEL, and none is given")
+        from glshadow.scene.load import load
+
+        return load(self.model, ground=self.ground, up_axis=self.up_axis)
+
+    def camera(self, scene: Scene) -> PerspectiveCamera:
+        """The scene's camera with what was given put in its place."""
+        given: dict[str, Any] = {"position": self.eye, "target": self.target, "up": self.up, "fov_y": self.fov}
+        given |= {"near": self.near, "far": self.far}
+        if self.eye is not None and self.target is None:
+            given["target"] = tuple(float(x) for x in scene.bounds.mean(axis=0))
+        if self.up is None and (self.eye is not None or self.target is not None):
+            given["up"] = (0.0, 1.0, 0.0)  # the file's camera may have been tilted
+        try:
+            return replace(scene.camera, **{name: value for name, value in given.items() if value is not None})
+        except SettingsError as error:
+            raise click.UsageError(f"--eye, --target, --up, --near and --far do not go together: {error}") from error
+
+    def lit(self, scene: Scene) -> tuple[Light, ...]:
+        """The lights that were given, or the scene's, with the shadow that was asked for."""
+        lights = self.lights or scene.lights
+        if not self.shadow:
+            return lights
+        return tuple(
+            light if light.shadow is None else replace(light, shadow=replace(light.shadow, **self.shadow))
+            for light in lights
+        )
+
+
+def request(
+    *, filter_: Any, target_format: str | None, fit: str | None, faces: str | None, output: Path | None, **options: Any
+) -> Request:
+    """The picture options as one Request.
+
+    Raises
+    ------
+    click.UsageError
+        If shadow settings cannot work together.
+    """
+    from glshadow.core.fit import SceneFit, ViewFit
+    from glshadow.core.metric import Target
+    from glshadow.core.shadow import Faces, Shadow
+
+    shadow = {name: options.pop(name) for name in ("resolution", "bias", "clip", "strength")}
+    shadow["filter"] = filter_
+    shadow["target"] = None if target_format is None else Target(target_format)
+    shadow["fit"] = {"view": ViewFit(), "scene": SceneFit(), None: None}[fit]
+    shadow["faces"] = None if faces in (None, "auto") else Faces(faces)
+    shadow = {name: value for name, value in shadow.items() if value is not None}
+    try:
+        Shadow(**shadow)
+    except SettingsError as error:
+        raise click.UsageError(f"the shadow options do not go together: {error}") from error
+    return Request(output=output, shadow=shadow, **options)
+
+
+def refuse_blank(depth: Any, scene: Scene, camera: PerspectiveCamera) -> float:
+    """The share of pixels that see a surface; SceneError if it is none."""
+    import numpy as np
+
+    from glshadow.errors import SceneError
+
+    covered = float(np.isfinite(depth).mean())
+    if covered == 0.0:
+        low, high = (", ".join(f"{x:.4g}" for x in corner) for corner in scene.bounds)
+        eye, target = (", ".join(f"{x:.4g}" for x in point) for point in (camera.position, camera.target))
+        planes = f", near {camera.near}, far {camera.far}" if camera.near or camera.far else ""
+        raise SceneError(
+            f"nothing is in view: {scene.name} lies between ({low}) and ({high}), and the camera at ({eye}) looks at "
+            f"({target}) with fov {camera.fov_y:g}{planes}; move it with --eye and --target, or leave them out"
+        )
+    return covered
+
+
+def scene_facts(scene: Scene) -> dict[str, Any]:
+    """For the JSON report."""
+    return {
+        "name": scene.name,
+        "nodes": len(scene.nodes),
+        "triangles": sum(len(node.mesh.triangles) for node in scene.nodes),
+        "bounds": scene.bounds,
+    }
+
+
+def light_facts(light: Light, used: Any) -> dict[str, Any]:
+    """For the JSON report: the light, and what was really used for its shadow."""
+    from dataclasses import fields
+
+    from glshadow.core.lights import DirectionalLight, SpotLight
+
+    kind = "sun" if isinstance(light, DirectionalLight) else "spot" if isinstance(light, SpotLight) else "point"
+    settings = {item.name: getattr(light, item.name) for item in fields(light) if item.name != "shadow"}
+    return {"kind": kind, **settings, "casts": light.shadow is not None, "used": used.as_dict()}
+
+
+def warn_fallbacks(work: Work, used: tuple[Any, ...]) -> None:
+    """A warning for every setting that could not be met as given."""
+    for number, what in enumerate(used):
+        for fallback in what.fallbacks:
+            work.warn(f"light {number}: {fallback}")

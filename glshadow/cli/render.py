@@ -1,0 +1,122 @@
+"""glshadow render: one picture into a file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from glshadow.cli import values
+from glshadow.cli.options import (
+    Command,
+    Request,
+    common,
+    light_facts,
+    option,
+    picture_options,
+    refuse_blank,
+    request,
+    scene_facts,
+    warn_fallbacks,
+)
+from glshadow.cli.running import Work
+
+if TYPE_CHECKING:
+    from glshadow.frame import Frame
+    from glshadow.scene.mesh import Scene
+
+EXAMPLES = """
+\b
+Examples:
+  glshadow render
+  glshadow render chess_board.glb -o chess.png
+  glshadow render rover.stl --up-axis z --ground --light sun:-1,-2,-1
+  glshadow render house.glb --eye 0.4,0.3,0.5 --target 0,0.05,0 --fov 40
+  glshadow render room.glb --light point:0,2,0:range=8:intensity=3 --filter pcf:2
+  glshadow render --light spot:6,6,6:-1,-1,-1:35:20:color=1,0.9,0.7 --overlay lights,map
+  glshadow render --bias none --filter hard --resolution 512    (shadow acne)
+  glshadow render model.glb -o model.exr --json
+"""
+
+
+@click.command(cls=Command, epilog=EXAMPLES)
+@picture_options
+@option("Picture", "--overlay", metavar="LIST", read=values.overlays, default=(),
+        help="Draw on top: map (the shadow maps in a corner), lights (gizmos and what their maps cover), axes, grid. "
+             "Commas between them.")
+@common
+def command(as_json: bool, debug: bool, overlay: tuple[str, ...], **options: Any) -> None:
+    """Render MODEL with shadows; without MODEL, the built-in courtyard.
+
+    MODEL is a .glb .gltf .obj .ply .stl or .off file. No option is needed: camera, light, bias, formats and what the
+    shadow map covers are derived. Without -o the picture is MODEL's name with .png, in the current folder.
+    """  # fmt: skip
+    with Work(as_json, debug) as work:
+        wanted = request(**options)
+        path = wanted.output or Path(f"{Path(wanted.name).stem}.png")
+        if overlay and path.suffix.lower() == ".exr":
+            raise click.UsageError("--overlay draws into the 8-bit picture and an .exr holds the floats: use .png, .jpg or .tif")
+        _render(work, wanted, path, overlay)
+
+
+def _render(work: Work, wanted: Request, path: Path, overlay: tuple[str, ...]) -> None:
+    with work.stage("load", f"loading {wanted.name}"):
+        scene = wanted.load()
+    camera, lights = wanted.camera(scene), wanted.lit(scene)
+    with work.stage("open", "opening OpenGL"):
+        from glshadow.renderer import Renderer
+
+        renderer = Renderer(wanted.backend)
+    with renderer:
+        with work.stage("render", f"rendering {wanted.name}"):
+            frame = renderer.render(
+                scene, camera, lights, wanted.size, wanted.ambient, wanted.background,
+                outputs=_outputs(path, overlay, work.as_json),
+            )  # fmt: skip
+        info = renderer.info
+    covered = refuse_blank(frame.depth, scene, camera)
+    warn_fallbacks(work, frame.used)
+    if overlay:
+        with work.stage("overlay", "drawing overlays"):
+            from glshadow.overlay import overlay as draw
+
+            frame = replace(frame, image=draw(frame, overlay))
+    with work.stage("write", f"writing {path.name}"):
+        frame.save(path)
+    facts = scene_facts(scene)
+    work.say(
+        f"{path}: {wanted.size[0]}x{wanted.size[1]}, {facts['triangles']} triangles, {_counted(len(lights), 'light')}, "
+        f"{sum(work.timings.values()):.2f} s ({info['backend']}, {info['renderer'].partition(' (')[0]})"
+    )
+    work.finish(_report(frame, path, scene, covered, info))
+
+
+def _outputs(path: Path, overlay: tuple[str, ...], timed: bool) -> tuple[str, ...]:
+    outputs = ["depth"]  # tells whether anything is in view
+    outputs += ["linear", "visibility"] if path.suffix.lower() == ".exr" else ["image"]
+    if overlay:
+        from glshadow.overlay import required_outputs
+
+        outputs += required_outputs(overlay)
+    return tuple(dict.fromkeys(outputs + ["timings"] * timed))
+
+
+def _counted(number: int, word: str) -> str:
+    return f"{number} {word}" if number == 1 else f"{number} {word}s"
+
+
+def _report(frame: Frame, path: Path, scene: Scene, covered: float, info: dict[str, Any]) -> dict[str, Any]:
+    camera = frame.camera
+    return {
+        "path": str(path),
+        "size": frame.size,
+        "scene": scene_facts(scene),
+        "camera": {"position": camera.position, "target": camera.target, "up": camera.up, "fov_y": camera.fov_y,
+                   "near": frame.near, "far": frame.far},
+        "covered": covered,
+        "lights": [light_facts(light, used) for light, used in zip(frame.lights, frame.used, strict=True)],
+        "driver": {name: info[name] for name in ("backend", "renderer", "version")},
+        "timings": {"passes": dict(frame.timings or {})},
+    }  # fmt: skip

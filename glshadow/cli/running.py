@@ -1,0 +1,175 @@
+"""How a command runs and ends: warnings, progress, times, JSON, exit codes."""
+
+from __future__ import annotations
+
+import json
+import sys
+import threading
+import time
+import traceback
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import TracebackType
+from typing import Any, Self
+
+import click
+
+from glshadow.errors import GlshadowError, GlshadowWarning
+
+FAILED, INTERRUPTED = 1, 130  # 130 = 128 + SIGINT, as a shell reports it
+DELAY_S = 1.0  # before progress is shown: a quick command prints nothing
+
+
+class Progress:
+    """A line on a terminal's standard error: what is being done and for how long. Appears after DELAY_S, vanishes at the end."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._text = ""
+        self._ended = False
+        self._display: Any = None
+        self._timer = threading.Timer(DELAY_S, self._show)
+        self._timer.daemon = True
+        if sys.stderr.isatty():
+            self._timer.start()
+
+    def _show(self) -> None:
+        from rich.console import Console
+        from rich.progress import Progress as Display
+        from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
+
+        columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn())
+        display = Display(*columns, console=Console(stderr=True), transient=True)
+        with self._lock:
+            if self._ended:
+                return
+            self._task = display.add_task(self._text, total=None)
+            display.start()
+            self._display = display
+
+    def stage(self, text: str) -> None:
+        """What is being done from now on."""
+        with self._lock:
+            self._text = text
+            if self._display is not None:
+                self._display.update(self._task, description=text)
+
+    def say(self, line: str) -> None:
+        """A line that stays, on standard error."""
+        with self._lock:
+            if self._display is not None:
+                self._display.console.print(line, markup=False, highlight=False, soft_wrap=True)
+                return
+        click.echo(line, err=True)
+
+    def end(self) -> None:
+        """Take the line away."""
+        self._timer.cancel()
+        with self._lock:
+            self._ended = True
+            if self._display is not None:
+                self._display.stop()
+                self._display = None
+
+
+class Work:
+    """One command at work: a context manager that turns what happens inside into lines and an exit code.
+
+    Parameters
+    ----------
+    as_json : bool
+        Print one JSON object on standard output at the end, also when it fails.
+    debug : bool
+        Show the traceback of a failure.
+    """
+
+    def __init__(self, as_json: bool = False, debug: bool = False) -> None:
+        self.as_json, self.debug = as_json, debug
+        self.warnings: list[str] = []
+        self.timings: dict[str, float] = {}
+
+    def __enter__(self) -> Self:
+        self.progress = Progress()
+        self._filters = warnings.catch_warnings()
+        self._filters.__enter__()
+        warnings.simplefilter("always", GlshadowWarning)
+        others = warnings.showwarning
+
+        def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+            if issubclass(category, GlshadowWarning):
+                self.warn(str(message))
+            else:
+                others(message, category, *place, **more)
+
+        warnings.showwarning = show
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._filters.__exit__(kind, error, trace)
+        self.progress.end()
+        if error is None or isinstance(error, click.ClickException | click.exceptions.Exit | SystemExit):
+            return
+        if self.debug:
+            traceback.print_exception(kind, error, trace)
+        message = one_line(error)
+        click.echo(f"error: {message}", err=True)
+        if self.as_json:
+            print_json({"error": message, "kind": type(error).__name__, "warnings": self.warnings})
+        raise click.exceptions.Exit(INTERRUPTED if isinstance(error, KeyboardInterrupt) else FAILED) from None
+
+    def warn(self, message: str) -> None:
+        """One `warning:` line per message, and one entry under "warnings"."""
+        message = " ".join(message.split())
+        if message not in self.warnings:
+            self.warnings.append(message)
+            self.progress.say(f"warning: {message}")
+
+    def say(self, line: str) -> None:
+        """A line about the result, on standard error."""
+        self.progress.say(line)
+
+    @contextmanager
+    def stage(self, name: str, text: str) -> Iterator[None]:
+        """Time what is inside under `name`, and show `text` meanwhile."""
+        self.progress.stage(text)
+        start = time.perf_counter()
+        yield
+        self.timings[name] = self.timings.get(name, 0.0) + time.perf_counter() - start
+
+    def finish(self, report: dict[str, Any]) -> None:
+        """Print the one JSON object, if it was asked for."""
+        self.progress.end()
+        if self.as_json:
+            print_json({**report, "timings": {**self.timings, **report.get("timings", {})}, "warnings": self.warnings})
+
+
+def one_line(error: BaseException) -> str:
+    """What to say about an error; what we did not expect names its type."""
+    text = " ".join(str(error).split())
+    if isinstance(error, GlshadowError):
+        return text
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted"
+    if isinstance(error, MemoryError):
+        return "there is not enough memory; try a smaller --size or --resolution" + (f" ({text})" if text else "")
+    return f"unexpected {type(error).__name__}: {text or 'no message'}; please report this (--debug shows where it happened)"
+
+
+def print_json(report: dict[str, Any]) -> None:
+    """One object on standard output; numbers that JSON does not have become null."""
+    click.echo(json.dumps(_plain(report), allow_nan=False))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if hasattr(value, "tolist"):  # numpy
+        return _plain(value.tolist())
+    if isinstance(value, float) and (value != value or value in (float("inf"), float("-inf"))):
+        return None
+    return value

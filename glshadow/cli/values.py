@@ -1,0 +1,221 @@
+"""What the options take as text, and the settings it becomes. Every refusal is a SettingsError that says what is allowed."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from glshadow.errors import SettingsError
+
+if TYPE_CHECKING:
+    from glshadow.core.bias import Bias
+    from glshadow.core.kernels import Filter
+    from glshadow.core.lights import Light
+    from glshadow.core.spaces import ClipSpace
+
+Triple = tuple[float, float, float]
+
+# Listed here, not taken from their classes, so that --help needs no numpy; a test compares them.
+TARGETS = ("depth16", "depth24", "depth32f", "r32f", "r16f", "r8", "rgba8")
+CLIPS = ("-1..1", "-1..1,reversed", "0..1", "0..1,reversed")
+IMAGES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
+OVERLAYS = ("map", "lights", "axes", "grid")
+LARGEST_SIDE = 16384  # pixels; the driver's own limit is checked when the picture is made
+
+FILTERS = "hard, pcf:R with R from 0 to 4"
+BIASES = "receiver-plane, constant:WORLD, slope[:FACTOR,UNITS], normal-offset[:TEXELS], clip:X, none"
+LIGHTS = "sun:dx,dy,dz, spot:px,py,pz:dx,dy,dz[:outer[:inner]], point:x,y,z, each with any :key=value after it"
+COMMON_KEYS = ("intensity", "color", "near", "far", "shadow")
+LIGHT_KEYS = {
+    "sun": (*COMMON_KEYS, "angle"),
+    "spot": (*COMMON_KEYS, "range", "falloff", "radius"),
+    "point": (*COMMON_KEYS, "range", "falloff", "radius"),
+}
+INNER_SHARE = 2.0 / 3.0  # of the outer angle, as SpotLight's own 20 of 30 degrees
+
+
+def size(text: str) -> tuple[int, int]:
+    """WIDTHxHEIGHT."""
+    match = re.fullmatch(r"(\d{1,9})[xX](\d{1,9})", text.strip())
+    width, height = (int(match[1]), int(match[2])) if match else (0, 0)
+    if not (1 <= width <= LARGEST_SIDE and 1 <= height <= LARGEST_SIDE):
+        raise SettingsError(f"{text!r} is not WIDTHxHEIGHT in pixels, each from 1 to {LARGEST_SIDE}, such as 1280x720")
+    return width, height
+
+
+def number(text: str) -> float:
+    """A finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise SettingsError(f"{text!r} is not a finite number")
+    return value
+
+
+def numbers(text: str, count: int) -> tuple[float, ...]:
+    """So many finite numbers with commas between them."""
+    parts = text.split(",")
+    try:
+        values = tuple(number(part) for part in parts)
+    except SettingsError:
+        values = ()
+    if len(values) != count:
+        example = ",".join(("1", "2.5", "-3")[:count])
+        raise SettingsError(f"{text!r} is not {count} finite numbers with commas between them, such as {example}")
+    return values
+
+
+def vector(text: str) -> Triple:
+    """x,y,z."""
+    x, y, z = numbers(text, 3)
+    return x, y, z
+
+
+def color(text: str) -> Triple:
+    """r,g,b in sRGB."""
+    red, green, blue = numbers(text, 3)
+    if not all(0.0 <= value <= 1.0 for value in (red, green, blue)):
+        raise SettingsError(f"{text!r} is not r,g,b with each from 0 to 1 (sRGB)")
+    return red, green, blue
+
+
+def ambient(text: str) -> float | Triple:
+    """One number, or r,g,b in linear light."""
+    value = vector(text) if "," in text else number(text)
+    if min(value if isinstance(value, tuple) else (value,)) < 0.0:
+        raise SettingsError(f"{text!r} is negative; ambient light is one number or r,g,b (linear), each 0 or more")
+    return value
+
+
+def fov(text: str) -> float:
+    """Degrees."""
+    from glshadow.core.cameras import PerspectiveCamera
+
+    return PerspectiveCamera(fov_y=number(text)).fov_y
+
+
+def plane(text: str) -> float:
+    """Distance of the camera's near or far plane."""
+    value = number(text)
+    if value <= 0.0:
+        raise SettingsError(f"{text!r} is not a distance greater than 0")
+    return value
+
+
+def resolution(text: str) -> int:
+    """Texels."""
+    from glshadow.core.shadow import Shadow
+
+    try:
+        value = int(text)
+    except ValueError as error:
+        raise SettingsError(f"{text!r} is not an integer from 1 to 16384 (texels)") from error
+    return Shadow(resolution=value).resolution
+
+
+def strength(text: str) -> float:
+    """0 to 1."""
+    from glshadow.core.shadow import Shadow
+
+    return Shadow(strength=number(text)).strength
+
+
+def shadow_filter(text: str) -> Filter:
+    """`FILTERS`."""
+    from glshadow.core.kernels import Hard, Pcf
+
+    name, colon, rest = text.partition(":")
+    if name == "hard" and not colon:
+        return Hard()
+    if name != "pcf" or (colon and not rest.isdecimal()):
+        raise SettingsError(f"{text!r} is none of: {FILTERS}")
+    return Pcf(int(rest)) if colon else Pcf()
+
+
+def bias(text: str) -> Bias:
+    """`BIASES`."""
+    from glshadow.core import bias as kinds
+
+    name, colon, rest = text.partition(":")
+    plain = {"receiver-plane": kinds.ReceiverPlaneBias, "none": kinds.NoBias}
+    if name in plain and not colon:
+        return plain[name]()
+    if not colon and name in ("slope", "normal-offset"):
+        return kinds.SlopeScaledBias() if name == "slope" else kinds.NormalOffsetBias()
+    if name == "slope":
+        return kinds.SlopeScaledBias(*numbers(rest, 2))
+    one = {"constant": kinds.ConstantBias, "normal-offset": kinds.NormalOffsetBias, "clip": kinds.ClipBias}
+    if name not in one or not colon:
+        raise SettingsError(f"{text!r} is none of: {BIASES}")
+    return one[name](number(rest))
+
+
+def clip(text: str) -> ClipSpace:
+    """One of `CLIPS`."""
+    from glshadow.core.spaces import CLIP_SPACES
+
+    found = next((space for space in CLIP_SPACES if str(space) == text.replace(" ", "")), None)
+    if found is None:
+        raise SettingsError(f"{text!r} is none of: {'  '.join(CLIPS)}")
+    return found
+
+
+def overlays(text: str) -> tuple[str, ...]:
+    """Names of overlays with commas between them."""
+    names = tuple(name.strip() for name in text.split(","))
+    if not set(names) <= set(OVERLAYS):
+        raise SettingsError(f"{text!r} is not a list of: {','.join(OVERLAYS)}")
+    return names
+
+
+def picture(text: str) -> Path:
+    """A file that an image can be written to."""
+    path = Path(text)
+    if path.suffix.lower() not in IMAGES:
+        raise SettingsError(f"{text!r} must end in one of {' '.join(IMAGES)}")
+    if not path.parent.is_dir():
+        raise SettingsError(f"there is no folder {str(path.parent)!r}")
+    if path.is_dir():
+        raise SettingsError(f"{text!r} is a folder")
+    return path
+
+
+def light(text: str) -> Light:
+    """`LIGHTS`."""
+    from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
+
+    kind, *parts = text.split(":")
+    places = [part for part in parts if "=" not in part]
+    if kind not in LIGHT_KEYS or parts[: len(places)] != places:
+        raise SettingsError(f"{text!r} is none of: {LIGHTS}")
+    least, most = {"sun": (1, 1), "spot": (2, 4), "point": (1, 1)}[kind]
+    if not least <= len(places) <= most:
+        raise SettingsError(f"{text!r} is none of: {LIGHTS}")
+    keys = dict(_key(kind, part) for part in parts[len(places) :])
+    if kind == "sun":
+        return DirectionalLight(direction=vector(places[0]), **keys)
+    if kind == "point":
+        return PointLight(position=vector(places[0]), **keys)
+    if len(places) > 2:
+        keys["outer_angle"] = number(places[2])
+        keys["inner_angle"] = number(places[3]) if len(places) > 3 else INNER_SHARE * keys["outer_angle"]
+    return SpotLight(position=vector(places[0]), direction=vector(places[1]), **keys)
+
+
+def _key(kind: str, text: str) -> tuple[str, Any]:
+    key, _, value = text.partition("=")
+    if key not in LIGHT_KEYS[kind]:
+        raise SettingsError(f"a {kind} has no {key!r}; it takes {', '.join(LIGHT_KEYS[kind])}")
+    if key == "color":
+        return key, vector(value)
+    if key != "shadow":
+        return key, number(value)
+    from glshadow.core.shadow import Shadow
+
+    if value not in ("on", "off"):
+        raise SettingsError(f"shadow must be on or off, got {value!r}")
+    return key, Shadow() if value == "on" else None

@@ -1,0 +1,157 @@
+"""The receiver for other people's programs: one light's map, and the GLSL and the uniforms that ask it from an own shader.
+
+::
+
+    shadow_map = draw_map(context, programs, gpu_scene, light, views)
+    program = ctx.program(MY_VERTEX_SHADER, receiver_source(context, light, shadow_map) + MY_DECLARATIONS_AND_MAIN)
+    values = receiver_uniforms(context, light, shadow_map, rounding_of(reach))
+    sampler = bind_map(ctx, shadow_map, unit)
+
+MAIN calls light_visibility(position_lv, normal_lv, cosine); what it gives is in the frame of `lv_from_world`. The caller
+writes those uniforms that the program has, and u_map = unit. glsl/pass/forward.vert and .frag are such a program.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from glshadow.core.bias import ReceiverPlaneBias
+from glshadow.core.lights import Light
+from glshadow.core.metric import Target
+from glshadow.core.spaces import Array
+from glshadow.core.view import ShadowView
+from glshadow.errors import SettingsError
+from glshadow.gl.caster import CasterSettings, draw_casters
+from glshadow.gl.context import GLContext
+from glshadow.gl.geometry import GpuScene
+from glshadow.gl.program import Programs
+from glshadow.gl.receiver import (
+    Map,
+    comparison_sampler,
+    light_view,
+    receiver_defines,
+    receiver_slots,
+    set_light,
+    set_receiver,
+)
+from glshadow.gl.targets import Atlas, layout
+from glshadow.shader.compose import compose
+
+_ROUNDINGS = 16.0  # of relative size 2^-24, in the matrix products that take a receiver into the light's view
+
+
+def draw_map(context: GLContext, programs: Programs, scene: GpuScene, light: Light, views: Sequence[ShadowView]) -> Map:
+    """One light's map in an atlas of its own, drawn with the settings of `light.shadow`.
+
+    Parameters
+    ----------
+    views : sequence of ShadowView
+        What `glshadow.core.view.shadow_views` gives, or a frame's `used[i].views`.
+
+    Returns
+    -------
+    Map
+        The caller releases its `atlas`.
+
+    Raises
+    ------
+    SettingsError
+        If the light casts nothing, or there is no view.
+    """
+    shadow = light.shadow
+    if shadow is None or not views:
+        raise SettingsError(
+            f"a map needs a light with a Shadow and at least one view, got {light!r} and {len(views)} views"
+        )
+    target, bias = shadow.target or Target.DEPTH32F, shadow.bias or ReceiverPlaneBias()
+    placed, size = layout(views, context.caps.max_texture_size)
+    shadow_map = Map(placed, Atlas(context, target, size), CasterSettings(target, bias, shadow.faces), shadow.filter)
+    draw_casters(context, programs, shadow_map.atlas, scene, light, placed, shadow_map.settings)
+    return shadow_map
+
+
+def receiver_source(context: GLContext, light: Light, shadow_map: Map | None, dialect: str = "core330") -> str:
+    """GLSL of `light_arriving` and `light_visibility` (glsl/light, glsl/receiver), `#version` first.
+
+    Parameters
+    ----------
+    shadow_map : Map or None
+        None: the light casts nothing.
+    dialect : {"core330", "core330_gather", "es100"}
+        GLSL 3.30, the same with textureGather on comparison samplers, or GLSL ES 1.00 (metric targets only).
+
+    Raises
+    ------
+    SettingsError
+        For an unknown dialect, and a depth target in GLSL ES 1.00, which has no comparison sampler.
+    """
+    if dialect not in ("core330", "core330_gather", "es100"):
+        raise SettingsError(f'dialect must be "core330", "core330_gather" or "es100", got {dialect!r}')
+    if shadow_map is not None and shadow_map.settings.target.is_depth and dialect == "es100":
+        raise SettingsError(
+            f"GLSL ES 1.00 cannot compare with target {shadow_map.settings.target.value}: use R32F, R16F, R8 or RGBA8"
+        )
+    # Comparison samplers in either case: what `bind_map` binds.
+    caps = replace(context.caps, texture_gather=dialect == "core330_gather", software=False)
+    slots = receiver_slots(light, shadow_map, caps)
+    known = compose("pass/include.frag", dialect, slots).declared
+    defines = {key: value for key, value in receiver_defines(light, shadow_map).items() if key in known}
+    return compose("pass/include.frag", dialect, slots, defines).code
+
+
+def receiver_uniforms(context: GLContext, light: Light, shadow_map: Map | None, rounding: float) -> dict[str, Any]:
+    """Values of every uniform of `receiver_source`, and `u_radiance`; a compiler may have dropped some of the names.
+
+    Parameters
+    ----------
+    rounding : float
+        World units by which float32 may misplace a receiver along the light: see `rounding_of`.
+
+    Returns
+    -------
+    dict
+        Floats, tuples of floats, and for `u_face_tile` float32 bytes.
+    """
+    values = _Values()
+    set_light(values, light)  # type: ignore[arg-type]
+    if shadow_map is not None:
+        set_receiver(values, context, light, shadow_map, rounding)  # type: ignore[arg-type]
+    return values.found
+
+
+def rounding_of(reach: float) -> float:
+    """World units by which float32 may misplace a receiver whose coordinates, in every frame on its way, are below `reach`."""
+    return _ROUNDINGS * 2.0**-24 * reach
+
+
+def lv_from_world(light: Light, shadow_map: Map) -> Array:
+    """(4, 4) float64 into the frame that `light_visibility` expects; multiply it with other matrices in float64."""
+    return np.array(light_view(light, shadow_map.views))
+
+
+def bind_map(ctx: moderngl.Context, shadow_map: Map, unit: int = 0) -> moderngl.Sampler | None:
+    """The map at a texture unit; a depth target also gets its comparison sampler, which is returned for release."""
+    shadow_map.atlas.texture.use(unit)
+    if not shadow_map.settings.target.is_depth:
+        return None
+    sampler = comparison_sampler(ctx, shadow_map.views[0].clip.reversed)
+    sampler.use(unit)
+    return sampler
+
+
+class _Values:
+    """Stands in for a Program: keeps what is set."""
+
+    def __init__(self) -> None:
+        self.found: dict[str, Any] = {}
+
+    def set(self, **values: Any) -> None:
+        self.found.update(values)
+
+    def write(self, name: str, data: bytes) -> None:
+        self.found[name] = data

@@ -1,0 +1,141 @@
+"""Every program text that settings can lead to: passes, their slots and defines, in each dialect."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import product
+from typing import get_args
+
+from glshadow.core.bias import Bias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias
+from glshadow.core.kernels import MAX_RADIUS, Filter, Hard, Pcf
+from glshadow.core.metric import Target
+from glshadow.core.view import Kind
+from glshadow.shader.compose import Text, compose
+from glshadow.shader.slots import Compare, mapped_defines, mapped_slots, metric_slot, open_slots
+
+KINDS: tuple[Kind, ...] = get_args(Kind)
+TARGETS = (Target.DEPTH32F, Target.R32F, Target.RGBA8)  # the others differ in numbers, not in code
+BIASES: tuple[Bias, ...] = (ReceiverPlaneBias(), ConstantBias(0.0), NormalOffsetBias(), NoBias())  # others: as NoBias
+FILTERS: tuple[Filter, ...] = (Hard(), *(Pcf(radius) for radius in range(MAX_RADIUS + 1)))
+DIALECTS = ("core330", "core330_gather", "es100")
+# How a depth texture can be read: a comparison sampler needs a core dialect. The last: stored depth reversed.
+_DEPTH_READS: tuple[tuple[str, Compare, bool], ...] = (
+    ("core330", "depth_taps", False),
+    ("core330_gather", "depth_gather", False),
+    ("core330_gather", "depth_gather_raw", False),
+    ("core330_gather", "depth_gather_raw", True),
+)
+_METRIC_READS: tuple[tuple[str, Compare, bool], ...] = tuple((dialect, "metric", False) for dialect in DIALECTS)
+
+
+@dataclass(frozen=True)
+class Receiver:
+    """One way to ask a light's map."""
+
+    kind: Kind
+    target: Target
+    bias: Bias
+    filter: Filter
+    dialect: str
+    compare: Compare
+    reversed_depth: bool
+
+    @property
+    def slots(self) -> dict[str, str]:
+        """Snippets of its slots."""
+        return mapped_slots(self.kind, self.target, self.bias, self.filter, self.compare)
+
+    @property
+    def defines(self) -> dict[str, int | str]:
+        """Defines of its snippets."""
+        return mapped_defines(self.kind, self.target, self.bias, self.filter, self.reversed_depth)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A pass in a dialect with its slots filled; defines that its snippets do not know are left out."""
+
+    name: str
+    dialect: str
+    slots: Mapping[str, str]
+    defines: Mapping[str, int | str]
+
+    @property
+    def label(self) -> str:
+        """For a report: pass, dialect, and what it is made of."""
+        parts = [self.name, self.dialect, *self.slots.values(), *(f"{k}={v}" for k, v in sorted(self.defines.items()))]
+        return " ".join(parts)
+
+    def compose(self) -> Text:
+        """The program text."""
+        known = compose(self.name, self.dialect, self.slots).declared
+        return compose(self.name, self.dialect, self.slots, {k: v for k, v in self.defines.items() if k in known})
+
+
+def receivers() -> Iterator[Receiver]:
+    """Every receiver that means something."""
+    for kind, target, bias, kernel in product(KINDS, TARGETS, BIASES, FILTERS):
+        for read in _DEPTH_READS if target.is_depth else _METRIC_READS:
+            yield Receiver(kind, target, bias, kernel, *read)
+
+
+def variants() -> Iterator[Variant]:
+    """Every text, some of them more than once."""
+    yield from _casters()
+    yield from _forward()
+    yield from _surface()
+    yield from _resolve()
+
+
+def distinct() -> dict[str, Variant]:
+    """Every different text once: its code and what it is."""
+    found: dict[str, Variant] = {}
+    for variant in variants():
+        found.setdefault(variant.compose().code, variant)
+    return found
+
+
+def _casters() -> Iterator[Variant]:
+    for kind, dialect, name in product(KINDS, ("core330", "es100"), ("pass/caster.vert", "pass/caster.frag")):
+        for metric, alpha, packed, biased in product((0, 1), (0, 1), (0, 1), (0, 1)):
+            if metric >= packed:
+                defines = {"GLS_METRIC": metric, "GLS_ALPHA": alpha, "GLS_PACKED": packed, "GLS_CLIP_BIAS": biased}
+                yield Variant(name, dialect, {"metric": metric_slot(kind)}, defines)
+
+
+def _forward() -> Iterator[Variant]:
+    for dialect, derived in product(("core330", "es100"), (0, 1)):
+        yield Variant("pass/forward.vert", dialect, {}, {"GLS_DERIVATIVES": derived})
+    for dialect, kind, derived, output in product(DIALECTS, KINDS, (0, 1), (0, 1, 2)):
+        defines = {"GLS_DERIVATIVES": derived, "GLS_OUTPUT": output}
+        yield Variant("pass/forward.frag", dialect, open_slots(kind), defines)
+    for receiver in receivers():
+        # The longest text of each; a receiver knows nothing of what its pass writes.
+        yield Variant("pass/forward.frag", receiver.dialect, receiver.slots, {**receiver.defines, "GLS_OUTPUT": 2})
+    for dialect, kind in product(DIALECTS, KINDS):
+        yield Variant("pass/include.frag", dialect, open_slots(kind), {})
+
+
+def _surface() -> Iterator[Variant]:
+    for channels, textured, smooth, alpha in product((1, 2, 4), (0, 1), (0, 1), (0, 1)):
+        if alpha <= textured <= (channels == 4) and smooth <= (channels >= 2):
+            defines = {"GLS_SURFACE": channels, "GLS_TEXTURED": textured, "GLS_SMOOTH": smooth, "GLS_ALPHA": alpha}
+            for name in ("pass/surface.vert", "pass/surface.frag"):
+                yield Variant(name, "core330", {}, defines)
+
+
+def _resolve() -> Iterator[Variant]:
+    yield Variant("pass/resolve.vert", "core330", {}, {})
+    surfaces = ((1, 0), (1, 1), (2, 0), (2, 1), (4, 2))  # channels, where the colour is
+    flags = ("GLS_FIRST", "GLS_LAST", "GLS_LIT", "GLS_SUM", "GLS_VISIBILITY")
+    for (channels, colors), *values in product(surfaces, *[(0, 1)] * len(flags)):
+        chosen = dict(zip(flags, values, strict=True))
+        if chosen["GLS_SUM"] <= chosen["GLS_LAST"] and (
+            chosen["GLS_LIT"] or chosen["GLS_FIRST"] == chosen["GLS_LAST"] == 1
+        ):
+            defines = {"GLS_SURFACE": channels, "GLS_COLORS": colors, **chosen}
+            yield Variant("pass/resolve.frag", "core330", open_slots("directional"), defines)
+    for receiver in receivers():
+        if receiver.dialect != "es100":
+            yield Variant("pass/resolve.frag", receiver.dialect, receiver.slots, receiver.defines)

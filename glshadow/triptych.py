@@ -1,0 +1,75 @@
+"""truth | ours | error as one picture: the same shading under exact and under mapped visibility, and where they differ."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from glshadow.core.spaces import Array
+
+if TYPE_CHECKING:
+    from glshadow.frame import Frame
+    from glshadow.measure.error import ShadowError
+    from glshadow.reference.trace import Truth
+    from glshadow.renderer import Renderer
+
+GAP, GAP_COLOR = 4, (255, 255, 255)  # pixels between the pictures
+
+
+def triptych(
+    renderer: Renderer,
+    frame: Frame,
+    truth: Truth,
+    error: ShadowError,
+    ambient: float | ArrayLike = 0.1,
+    background: ArrayLike = (0.0, 0.0, 0.0),
+) -> NDArray[np.uint8]:
+    """Three pictures side by side, and a row of them for each light, shaded by that light alone.
+
+    Parameters
+    ----------
+    renderer : Renderer
+        Renders each light without its shadow.
+    frame, truth, error
+        What was measured; `frame` needs its visibility.
+    ambient, background
+        As in Renderer.render.
+
+    Returns
+    -------
+    (L H + (L - 1) GAP, 3 W + 2 GAP, 3) uint8
+    """
+    assert frame.visibility is not None
+    rows = []
+    for number, light in enumerate(frame.lights):
+        bare = replace(light, shadow=None)
+        dark, lit = (
+            renderer.render(frame.scene, frame.camera, [bare], frame.size, level, background, outputs=("linear",)).linear
+            for level in (ambient, 0.0)
+        )
+        assert dark is not None and lit is not None
+        strength = 0.0 if light.shadow is None else light.shadow.strength
+        shaded = []
+        for visibility in (truth.visibility[number], frame.visibility[number]):
+            taken = strength * (1.0 - np.nan_to_num(visibility, nan=1.0).astype(np.float64))
+            shaded.append(_encoded(dark - lit * taken[..., None]))
+        rows.append(_beside([*shaded, error.picture(number)], axis=1))
+    return _beside(rows, axis=0)
+
+
+def _beside(pictures: list[NDArray[np.uint8]], axis: int) -> NDArray[np.uint8]:
+    shape = list(pictures[0].shape)
+    shape[axis] = GAP
+    gap = np.broadcast_to(np.array(GAP_COLOR, dtype=np.uint8), shape)
+    parts = [part for picture in pictures for part in (gap, picture)][1:]
+    return np.concatenate(parts, axis=axis)
+
+
+def _encoded(linear: Array) -> NDArray[np.uint8]:
+    """Linear light to sRGB bytes."""
+    value = np.clip(linear, 0.0, 1.0)
+    value = np.where(value <= 0.0031308, 12.92 * value, 1.055 * np.maximum(value, 1e-12) ** (1.0 / 2.4) - 0.055)
+    return np.asarray(np.rint(255.0 * value), dtype=np.uint8)
