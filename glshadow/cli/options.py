@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from glshadow.core.lights import Light
     from glshadow.scene.mesh import Scene
 
-SIZE = (1280, 720)
-AMBIENT, BACKGROUND = 0.1, (0.0, 0.0, 0.0)
+LAST = "Other"  # section of the help page that ends it
 
 
 class Value(click.ParamType):
@@ -40,7 +39,7 @@ class Value(click.ParamType):
 class Option(click.Option):
     """An option that knows its section of the help page."""
 
-    def __init__(self, *names: Any, section: str = "Options", **settings: Any) -> None:
+    def __init__(self, *names: Any, section: str = LAST, **settings: Any) -> None:
         super().__init__(*names, **settings)
         self.section = section
 
@@ -52,9 +51,9 @@ class Command(click.Command):
         sections: dict[str, list[tuple[str, str]]] = {}
         for param in self.get_params(ctx):
             record = param.get_help_record(ctx)
-            if record is not None:
-                sections.setdefault(getattr(param, "section", "Other"), []).append(record)
-        for title, records in sections.items():
+            if record is not None and isinstance(param, click.Option):
+                sections.setdefault(getattr(param, "section", LAST), []).append(record)
+        for title, records in sorted(sections.items(), key=lambda item: item[0] == LAST):
             with formatter.section(title):
                 formatter.write_dl(records)
 
@@ -76,8 +75,8 @@ def _all(*decorators: Any) -> Callable[[Any], Any]:
 
 
 common = _all(
-    option("Other", "--json", "as_json", is_flag=True, help="Print one JSON object on standard output."),
-    option("Other", "--debug", is_flag=True, help="Show the Python traceback of an error."),
+    option(LAST, "--json", "as_json", is_flag=True, help="Print one JSON object on standard output."),
+    option(LAST, "--debug", is_flag=True, help="Show the Python traceback of an error."),
 )
 
 picture_options = _all(

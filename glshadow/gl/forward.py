@@ -1,4 +1,4 @@
-"""The receiver for other people's programs: one light's map, and the GLSL and the uniforms that ask it from an own shader.
+"""The receiver for other people's programs: a light's map, and the GLSL and the uniforms that ask it from an own shader.
 
 ::
 
@@ -7,8 +7,8 @@
     values = receiver_uniforms(context, light, shadow_map, rounding_of(reach))
     sampler = bind_map(ctx, shadow_map, unit)
 
-MAIN calls light_visibility(position_lv, normal_lv, cosine); what it gives is in the frame of `lv_from_world`. The caller
-writes those uniforms that the program has, and u_map = unit. glsl/pass/forward.vert and .frag are such a program.
+MAIN calls light_visibility(position_lv, normal_lv, cosine), its arguments in the frame of `lv_from_world`. The caller writes
+those uniforms that the program has, and u_map = unit. glsl/pass/forward.vert and .frag are such a program.
 """
 
 from __future__ import annotations
@@ -125,7 +125,7 @@ def receiver_uniforms(context: GLContext, light: Light, shadow_map: Map | None, 
 
 
 def rounding_of(reach: float) -> float:
-    """World units by which float32 may misplace a receiver whose coordinates, in every frame on its way, are below `reach`."""
+    """World units by which float32 may misplace a receiver, its coordinates in every frame on its way below `reach`."""
     return _ROUNDINGS * 2.0**-24 * reach
 
 

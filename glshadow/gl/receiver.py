@@ -18,6 +18,11 @@ from glshadow.gl.context import Caps, GLContext
 from glshadow.gl.program import UNITS, Program
 from glshadow.gl.targets import Atlas
 
+# A curved surface is a fan of planes: its neighbouring facets, which the filter also reads, rise above the receiver's own. One degree
+# is allowed for, the angle between facets of a finely tessellated body (a sphere of 360 segments): a 1/57 of a texel at contact.
+_FACET_SLOPE = float(np.tan(np.radians(1.0)))
+
+
 @dataclass(frozen=True)
 class Map:
     """A light's finished shadow map: its views and the atlas that holds them."""
@@ -105,7 +110,7 @@ def set_receiver(program: Program, context: GLContext, light: Light, shadow_map:
         u_tile=(*corner, *last),
         u_map_texel=(1.0 / atlas.size[0], 1.0 / atlas.size[1]),
         u_depth=_depth_uniform(view, shadow_map),
-        u_rounding=rounding if isinstance(bias, ReceiverPlaneBias) else 0.0,
+        u_allowance=_allowance(view, shadow_map, rounding),
     )
     program.write("u_face_tile", tiles.astype(np.float32).tobytes())
     if isinstance(bias, ConstantBias):
@@ -113,6 +118,14 @@ def set_receiver(program: Program, context: GLContext, light: Light, shadow_map:
     elif isinstance(bias, NormalOffsetBias):
         program.set(u_bias=bias.texels * float(texel.max()))
     atlas.texture.use(UNITS["u_map"])
+
+
+def _allowance(view: ShadowView, shadow_map: Map, rounding: float) -> tuple[float, float]:
+    """World units, and share of the distance, that the derived bias takes off a receiver's distance; (0, 0) for other biases."""
+    if not isinstance(shadow_map.settings.bias, ReceiverPlaneBias):
+        return 0.0, 0.0
+    facet = _FACET_SLOPE * shadow_map.filter.reach_texels * max(view.texel)
+    return (rounding + facet, 0.0) if view.kind == "directional" else (rounding, facet)
 
 
 def _depth_uniform(view: ShadowView, shadow_map: Map) -> tuple[float, float, float, float]:

@@ -1,7 +1,7 @@
-"""`python -m glshadow.shader.validate`: every program text against the letter of its GLSL version, by glslangValidator.
+"""`python -m glshadow.shader.validate`: every program text against the letter of its GLSL, by glslangValidator.
 
-A driver takes more than the standard allows. GLSL ES 1.00 is checked with the limits of WebGL 1 (webgl1.conf): only what
-its Appendix A obliges drivers to take, and its least number of attributes, varyings and uniform vectors.
+A driver takes more than the standard allows. GLSL ES 1.00 is checked with the limits of WebGL 1 (webgl1.conf): only
+what its Appendix A obliges drivers to take, and its least number of attributes, varyings and uniform vectors.
 """
 
 from __future__ import annotations

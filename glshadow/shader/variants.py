@@ -127,14 +127,12 @@ def _surface() -> Iterator[Variant]:
 
 def _resolve() -> Iterator[Variant]:
     yield Variant("pass/resolve.vert", "core330", {}, {})
-    surfaces = ((1, 0), (1, 1), (2, 0), (2, 1), (4, 2))  # channels, where the colour is
-    flags = ("GLS_FIRST", "GLS_LAST", "GLS_LIT", "GLS_SUM", "GLS_VISIBILITY")
-    for (channels, colors), *values in product(surfaces, *[(0, 1)] * len(flags)):
-        chosen = dict(zip(flags, values, strict=True))
-        if chosen["GLS_SUM"] <= chosen["GLS_LAST"] and (
-            chosen["GLS_LIT"] or chosen["GLS_FIRST"] == chosen["GLS_LAST"] == 1
-        ):
-            defines = {"GLS_SURFACE": channels, "GLS_COLORS": colors, **chosen}
+    # channels and where the colour is; first, last, lit, visibility, linear sum
+    surfaces, switches = ((1, 0), (1, 1), (2, 0), (2, 1), (4, 2)), product((0, 1), (0, 1), (0, 1), (0, 1), (0, 1))
+    for (channels, colors), (first, last, lit, visibility, total) in product(surfaces, switches):
+        if total <= last and (lit or (first and last)):
+            defines = {"GLS_SURFACE": channels, "GLS_COLORS": colors, "GLS_FIRST": first, "GLS_LAST": last}
+            defines |= {"GLS_LIT": lit, "GLS_VISIBILITY": visibility, "GLS_SUM": total}
             yield Variant("pass/resolve.frag", "core330", open_slots("directional"), defines)
     for receiver in receivers():
         if receiver.dialect != "es100":

@@ -1,11 +1,11 @@
 // A spot: along the ray (x, y, -1) the plane N.(X - P) = 0 is met at depth z with 1/z = (Nx x + Ny y - Nz) / N.P, affine in the map.
 uniform vec4 u_texel_from_lv; // texel = xy * tangent + zw
-uniform float u_rounding;     // world units by which float32 may misplace a receiver: taken off its distance
+uniform vec2 u_allowance;     // taken off a receiver's distance: world units, and a share of the distance
 #define GLS_LEAST_COSINE 1e-7 // edge-on: such a receiver is unlit anyway
 
 Receiver project_receiver(vec3 position_lv, vec3 normal_lv) {
     Receiver receiver;
-    receiver.depth = 1.0 / max(-position_lv.z - u_rounding, 1e-30);
+    receiver.depth = 1.0 / max(-position_lv.z * (1.0 - u_allowance.y) - u_allowance.x, 1e-30);
     receiver.tangent = position_lv.xy / -position_lv.z;
     receiver.texel = receiver.tangent * u_texel_from_lv.xy + u_texel_from_lv.zw;
     float plane = -max(-dot(normal_lv, position_lv), GLS_LEAST_COSINE * length(position_lv));

@@ -1,0 +1,152 @@
+"""A small scene with a forward program around it, for tests that compare programs pixel by pixel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
+from glshadow.core.metric import Target
+from glshadow.core.shadow import Shadow
+from glshadow.core.spaces import Array, ClipSpace, perspective
+from glshadow.core.view import Kind, ShadowView, shadow_views
+from glshadow.gl.context import GLContext
+from glshadow.gl.forward import bind_map, lv_from_world, receiver_uniforms, rounding_of
+from glshadow.gl.geometry import GpuScene, Meshes
+from glshadow.gl.program import Program, Programs
+from glshadow.gl.receiver import Map
+from glshadow.scene import shapes
+from glshadow.scene.mesh import Mesh, Node, Scene, box_corners
+
+SIZE = (96, 64)
+REACH = 20.0  # no coordinate of the scene, in any frame, is larger
+RESOLUTION = 128
+CAMERA = PerspectiveCamera(position=(5.0, 4.0, 6.0), target=(0.0, 0.5, 0.0), fov_y=50.0)
+BACKGROUND = 0.25
+
+
+def small_scene() -> Scene:
+    """A ground, three columns and an icosahedron above them: 50 flat triangles, not centred on the origin."""
+    columns = shapes.joined([shapes.box((0.4, 1.5, 0.4), (x, 0.75, z)) for x, z in ((-1.2, 0.3), (0.1, -1.0), (1.1, 0.7))])
+    positions, triangles = shapes.icosphere(0, 0.5)
+    parts = {"ground": shapes.box((6.0, 0.2, 6.0), (0.0, -0.1, 0.0)), "columns": columns}
+    parts["ball"] = (positions + (0.0, 1.8, 0.4), triangles)
+    return Scene(tuple(Node(name, Mesh(*solid), np.eye(4)) for name, solid in parts.items()), CAMERA)
+
+
+def light_of(kind: Kind, shadow: Shadow) -> Light:
+    """A light of a kind that shadows the small scene."""
+    if kind == "directional":
+        return DirectionalLight(direction=(-0.55, -0.8, -0.25), shadow=shadow)
+    if kind == "spot":
+        position = np.array([2.5, 4.5, 1.5])
+        return SpotLight(position=tuple(position), direction=tuple(-position), outer_angle=38.0, shadow=shadow)
+    return PointLight(position=(0.6, 3.1, 0.9), shadow=shadow)
+
+
+def views_of(scene: Scene, light: Light, clip: ClipSpace, guard: int = 6) -> tuple[ShadowView, ...]:
+    """The light's views of the whole scene."""
+    corners = box_corners(*scene.boxes)
+    return shadow_views(light, list(corners), corners.reshape(-1, 3), clip, RESOLUTION, guard)
+
+
+@contextmanager
+def on_gpu(context: GLContext, scene: Scene) -> Iterator[tuple[GpuScene, Programs]]:
+    """The scene's buffers and an empty store of programs, freed at the end."""
+    meshes, programs = Meshes(context), Programs(context)
+    gpu = GpuScene(context, meshes, scene)
+    try:
+        yield gpu, programs
+    finally:
+        for thing in (gpu, meshes, programs):
+            thing.release()
+
+
+@dataclass
+class Picture:
+    """What the forward program drew: (H, W, 4) float32, row 0 at the bottom, and where there is a surface."""
+
+    values: NDArray[np.float32]
+
+    @property
+    def hit(self) -> NDArray[np.bool_]:
+        return self.values[..., 0] != BACKGROUND
+
+
+class Forward:
+    """Draws the scene as a foreign program would: unindexed triangles with face normals, one draw."""
+
+    def __init__(self, context: GLContext, scene: Scene) -> None:
+        corners = np.concatenate([node.mesh.positions[node.mesh.triangles] for node in scene.nodes])
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        self.context, self.triangles = context, len(corners)
+        self._buffers = {
+            "a_position": context.ctx.buffer(corners.astype(np.float32).tobytes()),
+            "a_normal": context.ctx.buffer(np.repeat(normals, 3, axis=0).astype(np.float32).tobytes()),
+        }
+
+    def __enter__(self) -> Forward:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for buffer in self._buffers.values():
+            buffer.release()
+
+    def vertex_array(self, program: Program) -> moderngl.VertexArray:
+        """The triangles as input of a program."""
+        content = [(buffer, "3f", name) for name, buffer in self._buffers.items() if name in program]
+        return self.context.ctx.vertex_array(program.gl, content)
+
+    def draw(self, program: Program, light: Light, shadow_map: Map | None, **more: Any) -> Picture:
+        """One picture in float32."""
+        ctx = self.context.ctx
+        eye_clip = perspective(*CAMERA.window(SIZE), 0.5, 30.0, ClipSpace(False, False))
+        view = lv_from_world(light, shadow_map) if shadow_map else np.eye(4)
+        rounding = rounding_of(REACH)
+        values: Mapping[str, Any] = receiver_uniforms(self.context, light, shadow_map, rounding)
+        for name, value in values.items():
+            program.write(name, value) if isinstance(value, bytes) else program.set(**{name: value})
+        program.set(
+            u_clip_from_mesh=eye_clip @ CAMERA.view_from_world,
+            u_lv_from_mesh=view,
+            u_normal_lv_from_mesh=view[:3, :3],
+            u_eye_lv=(*(view[:3, :3] @ np.asarray(CAMERA.position) + view[:3, 3]), 1.0),
+            u_ambient=(0.1, 0.1, 0.1),
+            u_color=(0.8, 0.7, 0.6),
+            u_strength=1.0,
+            **more,
+        )
+        sampler = bind_map(ctx, shadow_map) if shadow_map else None
+        color, depth = ctx.texture(SIZE, 4, dtype="f4"), ctx.depth_renderbuffer(SIZE)
+        framebuffer, array = ctx.framebuffer([color], depth), self.vertex_array(program)
+        framebuffer.use()
+        if self.context.caps.clip_control:
+            self.context.gl.clip_control(False)
+        framebuffer.clear(*[BACKGROUND] * 4, depth=1.0)
+        ctx.enable_only(moderngl.DEPTH_TEST)
+        ctx.depth_func = "<="
+        array.render(moderngl.TRIANGLES)
+        values_read = np.frombuffer(color.read(), np.float32).reshape(SIZE[1], SIZE[0], 4)
+        ctx.clear_samplers(0, 1)
+        ctx.enable_only(moderngl.NOTHING)
+        ctx.screen.use() if ctx.screen else None
+        for thing in (array, framebuffer, color, depth, sampler):
+            if thing is not None:
+                thing.release()
+        return Picture(values_read)
+
+
+def stored(shadow_map: Map) -> Array:
+    """What a map's atlas holds: (H, W, components), depth and float targets as they are, 8-bit ones in 0..1."""
+    atlas = shadow_map.atlas
+    raw = atlas.texture.read()
+    kind = {Target.R8: np.uint8, Target.RGBA8: np.uint8, Target.R16F: np.float16}.get(atlas.target, np.float32)
+    values = np.frombuffer(raw, kind).reshape(atlas.size[1], atlas.size[0], -1).astype(np.float64)
+    return values / 255.0 if kind is np.uint8 else values
