@@ -23,11 +23,11 @@ from glshadow.errors import (
     SettingsError,
     ShaderError,
 )
+from glshadow.measure.error import ShadowError, measure  # now: the function must hide the room of its name
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
 
 if TYPE_CHECKING:
     from glshadow.frame import Frame, Used
-    from glshadow.measure.error import ShadowError, measure
     from glshadow.reference.trace import Truth, trace
     from glshadow.renderer import Renderer, render
     from glshadow.scene import builtin as scenes
@@ -39,11 +39,9 @@ __version__ = "0.1.0"
 _LAZY = {
     "Frame": "glshadow.frame",
     "Renderer": "glshadow.renderer",
-    "ShadowError": "glshadow.measure.error",
     "Truth": "glshadow.reference.trace",
     "Used": "glshadow.frame",
     "load": "glshadow.scene.load",
-    "measure": "glshadow.measure.error",
     "render": "glshadow.renderer",
     "scenes": "glshadow.scene.builtin",
     "trace": "glshadow.reference.trace",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -76,21 +75,24 @@ class Canvas:
         y = (top - local[..., 1] / depth) / (top - bottom) * self.height
         self._draw(np.stack([x, y, 1.0 / depth], axis=-1), color, width, opacity, halo)
 
-    def strokes(self, segments: ArrayLike, color: Color, width: float = 1.5, opacity: float = 1.0, halo: bool = True) -> None:
+    def strokes(
+        self, segments: ArrayLike, color: Color, width: float = 1.5, opacity: float = 1.0, halo: bool = True
+    ) -> None:
         """Draw pixel segments (S, 2, 2) in front of everything."""
         flat = np.asarray(segments, dtype=np.float64).reshape(-1, 2, 2)
         infinite = np.full((len(flat), 2, 1), np.inf)
         self._draw(np.concatenate([flat, infinite], axis=-1), color, width, opacity, halo)
 
-    def disc(self, centre: Sequence[float], radius: float, color: Color, opacity: float = 1.0) -> None:
+    def disc(self, centre: ArrayLike, radius: float, color: Color, opacity: float = 1.0) -> None:
         """Fill a circle given in pixels, with a dark rim."""
         rim = radius + 0.5 * HALO_WIDTH * self.unit
-        low = np.maximum(np.floor(np.asarray(centre) - rim - 1.0), 0).astype(int)
-        high = np.minimum(np.ceil(np.asarray(centre) + rim + 1.0), [self.width, self.height]).astype(int)
+        middle = np.asarray(centre, dtype=np.float64)
+        low = np.maximum(np.floor(middle - rim - 1.0), 0).astype(int)
+        high = np.minimum(np.ceil(middle + rim + 1.0), [self.width, self.height]).astype(int)
         if (low >= high).any():
             return
         y, x = np.mgrid[low[1] : high[1], low[0] : high[0]] + 0.5
-        distance = np.hypot(x - centre[0], y - centre[1])
+        distance = np.hypot(x - middle[0], y - middle[1])
         patch = self.pixels[low[1] : high[1], low[0] : high[0]]
         for reach, tint, strength in ((rim, (0, 0, 0), HALO * opacity), (radius, color, opacity)):
             _blend(patch, np.clip(reach + 0.5 - distance, 0.0, 1.0) * strength, tint)
@@ -122,7 +124,7 @@ class Canvas:
 
 
 def _rasterised(start: Array, end: Array, width: float) -> tuple[NDArray[np.int64], NDArray[np.int64], Array, Array]:
-    """Pixels x and y of one segment, 1 / depth and coverage there: a row of pixels across the line at each step along it."""
+    """Pixels x and y of one segment, 1 / depth and coverage there: a row across the line at each step along it."""
     steep = abs(end[1] - start[1]) > abs(end[0] - start[0])
     a, b = (start[[1, 0, 2]], end[[1, 0, 2]]) if steep else (start, end)
     if a[0] > b[0]:
@@ -155,7 +157,7 @@ def _clipped_near(segments: Array, near: float) -> Array:
 
 
 def _clipped(segments: Array, width: int, height: int, margin: float) -> Array:
-    """Segments (S, 2, 3) inside the picture and `margin` round it (Liang, Barsky 1984); all coordinates are cut alike."""
+    """Segments (S, 2, 3) as far as they lie in the picture and `margin` round it (Liang, Barsky 1984)."""
     start, step = segments[:, 0], segments[:, 1] - np.where(np.isinf(segments[:, 1]), 0.0, segments[:, 0])
     step = np.where(np.isinf(step), 0.0, step)
     first, last = np.zeros(len(segments)), np.ones(len(segments))
@@ -173,7 +175,7 @@ def _clipped(segments: Array, width: int, height: int, margin: float) -> Array:
 
 
 def _farthest_around(depth: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Largest depth of each pixel's 3 x 3 neighbours: a line on a surface seen at a grazing angle is not hidden by it."""
+    """Largest depth of each pixel's 3 x 3 neighbours, so that a surface at a grazing angle hides no line on it."""
     padded = np.pad(depth.astype(np.float64), 1, mode="edge")
     rows = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
     return np.asarray(np.maximum(np.maximum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:]))

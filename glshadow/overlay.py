@@ -19,9 +19,21 @@ if TYPE_CHECKING:
     from glshadow.frame import Frame, Used
 
 OVERLAYS = ("map", "lights", "axes", "grid")
-_NEEDS = {"map": ("image", "shadow_maps"), "lights": ("image", "depth"), "axes": ("image", "depth"), "grid": ("image", "depth")}
+_NEEDS = {
+    "map": ("image", "shadow_maps"),
+    "lights": ("image", "depth"),
+    "axes": ("image", "depth"),
+    "grid": ("image", "depth"),
+}
 
-LIGHT_COLORS: tuple[Color, ...] = ((255, 196, 48), (72, 190, 255), (255, 110, 190), (130, 224, 90), (178, 140, 255), (255, 140, 70))
+LIGHT_COLORS: tuple[Color, ...] = (
+    (255, 196, 48),
+    (72, 190, 255),
+    (255, 110, 190),
+    (130, 224, 90),
+    (178, 140, 255),
+    (255, 140, 70),
+)
 AXIS_COLORS: tuple[Color, ...] = ((235, 72, 60), (84, 200, 74), (70, 130, 255))
 GRID_COLOR: Color = (96, 128, 176)
 GRID_CELLS = 20  # across the scene, roughly
@@ -37,7 +49,9 @@ LETTERS = (
     (((0, 0), (1, 0)), ((1, 0), (0, 1)), ((0, 1), (1, 1))),
 )
 
-_CUBE = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (0.0, 1.0)])
+Segment = tuple[tuple[float, float, float], tuple[float, float, float]]
+
+_CUBE: Array = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (0.0, 1.0)])
 _CUBE_EDGES = [(a, b) for a in range(8) for b in range(a + 1, 8) if (_CUBE[a] != _CUBE[b]).sum() == 1]
 
 
@@ -54,10 +68,10 @@ def overlay(frame: Frame, names: Sequence[str] = OVERLAYS) -> NDArray[np.uint8]:
     frame : Frame
         Rendered with the outputs that `required_outputs(names)` gives.
     names : sequence of str
-        Any of `OVERLAYS`. "map": each light's shadow maps in the top right corner, a row per light, bright is near the light,
-        dark blue is empty. "lights": where they are and shine, and what each map covers, in the colour of their maps' frames.
-        "axes": x red, y green, z blue, at a corner of the scene. "grid": on its floor, a round step (1, 2 or 5 times a power
-        of ten) apart. Lines behind a surface are faint.
+        Any of `OVERLAYS`. "map": the shadow maps in the top right corner, a row per light, bright is near the light, dark
+        blue is empty. "lights": where they are and shine, and what each map covers, in the colour of their maps' frames.
+        "axes": x red, y green, z blue, at a corner of the scene. "grid": on its floor, a round step (1, 2 or 5 times a
+        power of ten) apart. Lines behind a surface are faint.
 
     Returns
     -------
@@ -112,11 +126,15 @@ def floor_height(frame: Frame) -> float:
     """The scene's lowest y; or, if a fifth of what is seen is level within its lowest tenth, that ground's height."""
     low, high = frame.scene.bounds[:, 1]
     assert frame.depth is not None
-    rows, columns = (slice(None, None, max(1, n // 180)) for n in frame.depth.shape)
-    depth = frame.depth[rows, columns].astype(np.float64)
+    rows, columns = (np.arange(0, n, max(1, n // 180)) for n in frame.depth.shape)
+    depth = frame.depth[np.ix_(rows, columns)].astype(np.float64)
+    left, right, bottom, top = frame.camera.window(frame.size)
+    x = left + (columns + 0.5) / frame.size[0] * (right - left)
+    y = top - (rows + 0.5) / frame.size[1] * (top - bottom)
+    axes = frame.camera.view_from_world[:3, :3]
+    rise = x[None, :] * axes[0, 1] + y[:, None] * axes[1, 1] - axes[2, 1]
     seen = np.isfinite(depth)
-    rays = pixel_rays(frame.camera, frame.size)[rows, columns]
-    heights = frame.camera.position[1] + rays[seen][:, 1] * depth[seen]
+    heights = frame.camera.position[1] + rise[seen] * depth[seen]
     step = 2e-3 * max(float(high - low), 1e-3 * _extent(frame))
     lowest = heights[heights <= low + 0.1 * (high - low)]
     if len(lowest) == 0:
@@ -132,7 +150,8 @@ def _draw_grid(canvas: Canvas, frame: Frame) -> None:
     low, high = frame.scene.bounds
     width = max(float(high[0] - low[0]), float(high[2] - low[2])) or _extent(frame)
     step, y = round_step(width / GRID_CELLS), floor_height(frame)
-    fine, coarse = [], []
+    fine: list[Segment] = []
+    coarse: list[Segment] = []
     x0, x1, z0, z1 = (step * edge for edge in (np.floor(low[0] / step), np.ceil(high[0] / step),
                                                np.floor(low[2] / step), np.ceil(high[2] / step)))  # fmt: skip
     for x in np.arange(round(x0 / step), round(x1 / step) + 1):
@@ -210,7 +229,7 @@ def frustum_edges(view: ShadowView) -> Array:
 
 
 def _draw_sun(canvas: Canvas, frame: Frame, light: DirectionalLight, used: Used, color: Color) -> None:
-    """Disc with rays where the light enters the map's box, or as far towards there as the picture reaches; an arrow downwards."""
+    """Disc and arrow where the light enters the map's box, or as far towards there as the picture reaches."""
     direction = np.asarray(light.direction)
     if used.views:
         view = used.views[0]
@@ -250,7 +269,9 @@ def _cone(frame: Frame, light: SpotLight, used: Used, sides: int = 32) -> Array:
     axes, apex = view_axes(np.asarray(light.direction)), np.asarray(light.position)
     angle = 2.0 * np.pi * np.arange(sides) / sides
     round_ = np.cos(angle)[:, None] * axes[0] + np.sin(angle)[:, None] * axes[1]
-    rims = [apex + far * (-axes[2] + np.tan(np.radians(half)) * round_) for half in (light.outer_angle, light.inner_angle)]
+    rims = [
+        apex + far * (-axes[2] + np.tan(np.radians(half)) * round_) for half in (light.outer_angle, light.inner_angle)
+    ]
     segments = [np.stack([rim, np.roll(rim, -1, axis=0)], axis=1) for rim in rims]
     segments.append(np.stack([np.broadcast_to(apex, (4, 3)), rims[0][:: sides // 4]], axis=1))
     return np.concatenate(segments)
@@ -281,16 +302,18 @@ def _draw_maps(canvas: Canvas, frame: Frame) -> None:
 
 
 def map_previews(stored: NDArray[np.float32], used: Used, side: int) -> list[NDArray[np.uint8]]:
-    """A light's maps as pictures (side, side, 3): linear distance, bright is near the light, one stretch for all its views."""
+    """A light's maps as pictures (side, side, 3): bright is near the light, one stretch for all views."""
     from PIL import Image
 
-    distances = [_distance(values, view, used) for values, view in zip(stored, used.views, strict=True)]
+    step = max(1, stored.shape[-1] // (3 * side))  # nine texels for a pixel are enough
+    distances = [_distance(values[::step, ::step], view, used) for values, view in zip(stored, used.views, strict=True)]
     drawn = np.concatenate([distance[np.isfinite(distance)] for distance in distances])
     low, high = np.percentile(drawn, (1.0, 99.0)) if len(drawn) else (0.0, 1.0)
+    span = max(high - low, 1e-12 * abs(high), 1e-300)
     previews = []
     for distance in distances:
         empty = ~np.isfinite(distance)
-        bright = np.clip((high - np.where(empty, high, distance)) / max(high - low, 1e-12 * abs(high), 1e-300), 0.0, 1.0)
+        bright = np.clip((high - np.where(empty, high, distance)) / span, 0.0, 1.0)
         layers = [
             np.asarray(Image.fromarray(layer.astype(np.float32)).resize((side, side), Image.Resampling.BOX))
             for layer in (bright, empty)

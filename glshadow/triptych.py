@@ -1,4 +1,4 @@
-"""truth | ours | error as one picture: the same shading under exact and under mapped visibility, and where they differ."""
+"""truth | ours | error as one picture: the same shading under exact and mapped visibility, and where they differ."""
 
 from __future__ import annotations
 
@@ -46,16 +46,19 @@ def triptych(
     rows = []
     for number, light in enumerate(frame.lights):
         bare = replace(light, shadow=None)
-        dark, lit = (
-            renderer.render(frame.scene, frame.camera, [bare], frame.size, level, background, outputs=("linear",)).linear
+        whole, direct = (
+            renderer.render(
+                frame.scene, frame.camera, [bare], frame.size, level, background, outputs=("linear",)
+            ).linear
             for level in (ambient, 0.0)
         )
-        assert dark is not None and lit is not None
+        assert whole is not None
+        assert direct is not None
         strength = 0.0 if light.shadow is None else light.shadow.strength
         shaded = []
         for visibility in (truth.visibility[number], frame.visibility[number]):
             taken = strength * (1.0 - np.nan_to_num(visibility, nan=1.0).astype(np.float64))
-            shaded.append(_encoded(dark - lit * taken[..., None]))
+            shaded.append(_encoded(whole - direct * taken[..., None]))
         rows.append(_beside([*shaded, error.picture(number)], axis=1))
     return _beside(rows, axis=0)
 

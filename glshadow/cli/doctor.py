@@ -57,11 +57,12 @@ def _backend(report: dict[str, Any]) -> list[str]:
     caps = report["caps"]
     formats = report["depth_formats"] | report["color_formats"]
     broken = [name for name, works in formats.items() if not works]
-    limits = ", ".join(f"{title} {_word(caps[name])}" for name, title in LIMITS.items() if name in caps)
+    limits = [f"{title} {_word(caps[name])}" for name, title in LIMITS.items() if name in caps]
     return [
         f"  driver   {caps['renderer']}",
         f"           {caps['vendor']}, OpenGL {caps['version']}",
-        f"  limits   {limits}",
+        f"  limits   {', '.join(limits[:3])}",
+        f"           {', '.join(limits[3:])}",
         f"  formats  {' '.join(name for name, works in formats.items() if works)}"
         + (f"; not working: {' '.join(broken)}" if broken else ""),
     ]

@@ -10,6 +10,7 @@ from glshadow.cli.options import (
     Command,
     Request,
     common,
+    light_facts,
     picture_options,
     refuse_blank,
     request,
@@ -57,7 +58,7 @@ def _measure(work: Work, wanted: Request) -> None:
     with renderer:
         with work.stage("render", f"rendering {wanted.name}"):
             frame = renderer.render(scene, camera, lights, wanted.size, outputs=("visibility", "depth"))
-        refuse_blank(frame.depth, scene, camera)
+        refuse_blank(frame)
         warn_fallbacks(work, frame.used)
         with work.stage("trace", "tracing the truth"):
             from glshadow.reference.trace import trace
@@ -75,8 +76,9 @@ def _measure(work: Work, wanted: Request) -> None:
                 picture = triptych(renderer, frame, truth, error, wanted.ambient, wanted.background)
                 image.write(wanted.output, picture)
     if wanted.output is not None:
-        work.say(f"{wanted.output}: truth | ours | error, {len(lights)} x 3 pictures of {wanted.size[0]}x{wanted.size[1]}")
+        work.say(f"{wanted.output}: truth | ours | error, {len(lights)} x 3 of {wanted.size[0]}x{wanted.size[1]}")
     work.finish({"path": wanted.output and str(wanted.output), "size": wanted.size, "scene": scene_facts(scene),
-                 "error": error.as_dict(), "used": [used.as_dict() for used in frame.used]})  # fmt: skip
+                 "error": error.as_dict(),
+                 "lights": [light_facts(*pair) for pair in zip(frame.lights, frame.used, strict=True)]})  # fmt: skip
     if not work.as_json:
         click.echo(str(error))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -16,12 +16,15 @@ from glshadow.errors import SettingsError
 if TYPE_CHECKING:
     from glshadow.core.cameras import PerspectiveCamera
     from glshadow.core.lights import Light
+    from glshadow.frame import Frame
     from glshadow.scene.mesh import Scene
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 LAST = "Other"  # section of the help page that ends it
 
 
-class Value(click.ParamType):
+class Value(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.4 only
     """Text that a function of `values` reads; its SettingsError becomes a usage error that names the option."""
 
     def __init__(self, name: str, read: Callable[[str], Any]) -> None:
@@ -58,15 +61,17 @@ class Command(click.Command):
                 formatter.write_dl(records)
 
 
-def option(section: str, name: str, *more: str, read: Callable[[str], Any] | None = None, **settings: Any) -> Any:
+def option(
+    section: str, name: str, *more: str, read: Callable[[str], Any] | None = None, **settings: Any
+) -> Callable[[F], F]:
     """`click.option` with a section, and a reader from `values`."""
     if read is not None:
         settings["type"] = Value(settings.get("metavar", "text"), read)
     return click.option(name, *more, cls=Option, section=section, **settings)
 
 
-def _all(*decorators: Any) -> Callable[[Any], Any]:
-    def decorate(function: Any) -> Any:
+def _all(*decorators: Callable[[Any], Any]) -> Callable[[F], F]:
+    def decorate(function: F) -> F:
         for decorator in reversed(decorators):
             function = decorator(function)
         return function
@@ -98,26 +103,29 @@ picture_options = _all(
     option("Camera", "--target", metavar="X,Y,Z", read=values.vector,
            help="What it looks at. Default with --eye: the middle of the model."),
     option("Camera", "--up", metavar="X,Y,Z", read=values.vector, help="What is up in the picture. Default: 0,1,0."),
-    option("Camera", "--fov", metavar="DEG", read=values.fov, help="Vertical field of view. Default: the file's, else 50."),
-    option("Camera", "--near", metavar="D", read=values.plane, help="Nothing nearer is drawn. Default: all of the model is."),
-    option("Camera", "--far", metavar="D", read=values.plane, help="Nothing farther is drawn. Default: all of the model is."),
+    option("Camera", "--fov", metavar="DEG", read=values.fov,
+           help="Vertical field of view. Default: the file's, else 50."),
+    option("Camera", "--near", metavar="D", read=values.plane, help="Nothing nearer is drawn. Default: derived."),
+    option("Camera", "--far", metavar="D", read=values.plane, help="Nothing farther is drawn. Default: derived."),
     option("Lights", "--light", "lights", metavar="LIGHT", read=values.light, multiple=True,
-           help="sun:DX,DY,DZ or spot:PX,PY,PZ:DX,DY,DZ[:OUTER[:INNER]] or point:X,Y,Z. D is the way the light travels, P where "
-                "it is, OUTER and INNER degrees from the cone's axis (30, and two thirds of OUTER). May be followed by "
-                ":key=value, any of intensity=1 color=1,1,1 near=D far=D shadow=on|off, for spot and point range=D "
-                "falloff=0 (2: physical). Repeat for more lights. Default: the file's lights, else one sun."),
+           help="sun:DX,DY,DZ or spot:PX,PY,PZ:DX,DY,DZ[:OUTER[:INNER]] or point:X,Y,Z. D is the way the light travels, "
+                "P where it is, OUTER and INNER degrees from the cone's axis (30, and two thirds of OUTER). May be "
+                "followed by :key=value, any of intensity=1 color=1,1,1 near=D far=D shadow=on|off, for spot and point "
+                "range=D falloff=0 (2: physical) radius=0, for sun angle=0. Repeat for more lights. Default: the file's "
+                "lights, else one sun."),
     option("Shadow (of every light)", "--resolution", metavar="N", read=values.resolution,
            help="Texels along a side of the shadow map. Default: 2048."),
     option("Shadow (of every light)", "--filter", "filter_", metavar="FILTER", read=values.shadow_filter,
            help="hard (one texel decides) or pcf:R (mean over (2R+1)^2 comparisons, R 0 to 4). Default: pcf:1."),
     option("Shadow (of every light)", "--bias", metavar="BIAS", read=values.bias,
-           help="What keeps surfaces from shadowing themselves: receiver-plane (derived, no knob), constant:WORLD (units along "
-                "the light), slope[:FACTOR,UNITS] (polygon offset; depth formats), normal-offset[:TEXELS], clip:X (Babylon's), "
-                "none. Default: receiver-plane."),
+           help="What keeps surfaces from shadowing themselves: receiver-plane (derived, no knob), constant:WORLD (units "
+                "along the light), slope[:FACTOR,UNITS] (polygon offset; depth formats), normal-offset[:TEXELS], clip:X "
+                "(Babylon's), none. Default: receiver-plane."),
     option("Shadow (of every light)", "--target-format", type=click.Choice(values.TARGETS),
            help="Format of the map: depth* hold window depth, the others the depth metric. Default: depth32f."),
     option("Shadow (of every light)", "--clip", metavar="CLIP", read=values.clip,
-           help="Clip convention of the light: 0..1 or -1..1, either with ,reversed. Default: 0..1, reversed for spot and point."),
+           help="Clip convention of the light: 0..1 or -1..1, either with ,reversed. Default: 0..1, reversed for spot "
+                "and point."),
     option("Shadow (of every light)", "--fit", type=click.Choice(["view", "scene"]),
            help="What the map covers: what the camera sees, or the whole scene. Default: view."),
     option("Shadow (of every light)", "--faces", type=click.Choice(["auto", "front", "back", "both"]),
@@ -216,22 +224,28 @@ def request(
     return Request(output=output, shadow=shadow, **options)
 
 
-def refuse_blank(depth: Any, scene: Scene, camera: PerspectiveCamera) -> float:
-    """The share of pixels that see a surface; SceneError if it is none."""
+def refuse_blank(frame: Frame) -> float:
+    """The share of pixels that see a surface (`frame` has its depth); SceneError if it is none."""
     import numpy as np
 
     from glshadow.errors import SceneError
 
-    covered = float(np.isfinite(depth).mean())
-    if covered == 0.0:
-        low, high = (", ".join(f"{x:.4g}" for x in corner) for corner in scene.bounds)
-        eye, target = (", ".join(f"{x:.4g}" for x in point) for point in (camera.position, camera.target))
-        planes = f", near {camera.near}, far {camera.far}" if camera.near or camera.far else ""
-        raise SceneError(
-            f"nothing is in view: {scene.name} lies between ({low}) and ({high}), and the camera at ({eye}) looks at "
-            f"({target}) with fov {camera.fov_y:g}{planes}; move it with --eye and --target, or leave them out"
-        )
-    return covered
+    assert frame.depth is not None
+    covered = float(np.isfinite(frame.depth).mean())
+    if covered > 0.0:
+        return covered
+    scene, camera = frame.scene, frame.camera
+    low, high, eye, target = (
+        "(" + ", ".join(f"{x:.6g}" for x in point) + ")" for point in (*scene.bounds, camera.position, camera.target)
+    )
+    planes = "".join(f", {name} {d:g}" for name, d in (("near", camera.near), ("far", camera.far)) if d is not None)
+    advice = "move it with --eye and --target, or leave these out"
+    if camera == scene.camera:
+        advice = "the model is too thin or too small to be seen from there; try another --eye"
+    raise SceneError(
+        f"nothing is in view: {scene.name} lies between {low} and {high}, and the camera at {eye} looks at {target} "
+        f"with fov {camera.fov_y:g}{planes}; {advice}"
+    )
 
 
 def scene_facts(scene: Scene) -> dict[str, Any]:

@@ -43,9 +43,15 @@ Examples:
 
 @click.command(cls=Command, epilog=EXAMPLES)
 @picture_options
-@option("Picture", "--overlay", metavar="LIST", read=values.overlays, default=(),
-        help="Draw on top: map (the shadow maps in a corner), lights (gizmos and what their maps cover), axes, grid. "
-             "Commas between them.")
+@option(
+    "Picture",
+    "--overlay",
+    metavar="LIST",
+    read=values.overlays,
+    default=(),
+    help="Draw on top: map (the shadow maps in a corner), lights (gizmos and what their maps cover), axes, grid. "
+    "Commas between them.",
+)
 @common
 def command(as_json: bool, debug: bool, overlay: tuple[str, ...], **options: Any) -> None:
     """Render MODEL with shadows; without MODEL, the built-in courtyard.
@@ -57,7 +63,9 @@ def command(as_json: bool, debug: bool, overlay: tuple[str, ...], **options: Any
         wanted = request(**options)
         path = wanted.output or Path(f"{Path(wanted.name).stem}.png")
         if overlay and path.suffix.lower() == ".exr":
-            raise click.UsageError("--overlay draws into the 8-bit picture and an .exr holds the floats: use .png, .jpg or .tif")
+            raise click.UsageError(
+                "--overlay draws into the 8-bit picture, an .exr holds floats: use .png, .jpg or .tif"
+            )
         _render(work, wanted, path, overlay)
 
 
@@ -76,7 +84,7 @@ def _render(work: Work, wanted: Request, path: Path, overlay: tuple[str, ...]) -
                 outputs=_outputs(path, overlay, work.as_json),
             )  # fmt: skip
         info = renderer.info
-    covered = refuse_blank(frame.depth, scene, camera)
+    covered = refuse_blank(frame)
     warn_fallbacks(work, frame.used)
     if overlay:
         with work.stage("overlay", "drawing overlays"):

@@ -22,7 +22,7 @@ DELAY_S = 1.0  # before progress is shown: a quick command prints nothing
 
 
 class Progress:
-    """A line on a terminal's standard error: what is being done and for how long. Appears after DELAY_S, vanishes at the end."""
+    """What is being done and for how long: a line on a terminal, from DELAY_S on until the end."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -155,7 +155,7 @@ def one_line(error: BaseException) -> str:
         return "interrupted"
     if isinstance(error, MemoryError):
         return "there is not enough memory; try a smaller --size or --resolution" + (f" ({text})" if text else "")
-    return f"unexpected {type(error).__name__}: {text or 'no message'}; please report this (--debug shows where it happened)"
+    return f"unexpected {type(error).__name__}: {text or 'no message'}; please report this (--debug shows where)"
 
 
 def print_json(report: dict[str, Any]) -> None:

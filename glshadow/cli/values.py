@@ -1,9 +1,10 @@
-"""What the options take as text, and the settings it becomes. Every refusal is a SettingsError that says what is allowed."""
+"""Text of the options -> settings. Every refusal is a SettingsError that says what is allowed."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -141,14 +142,18 @@ def bias(text: str) -> Bias:
     from glshadow.core import bias as kinds
 
     name, colon, rest = text.partition(":")
-    plain = {"receiver-plane": kinds.ReceiverPlaneBias, "none": kinds.NoBias}
+    plain: dict[str, Callable[[], Bias]] = {"receiver-plane": kinds.ReceiverPlaneBias, "none": kinds.NoBias}
     if name in plain and not colon:
         return plain[name]()
     if not colon and name in ("slope", "normal-offset"):
         return kinds.SlopeScaledBias() if name == "slope" else kinds.NormalOffsetBias()
     if name == "slope":
         return kinds.SlopeScaledBias(*numbers(rest, 2))
-    one = {"constant": kinds.ConstantBias, "normal-offset": kinds.NormalOffsetBias, "clip": kinds.ClipBias}
+    one: dict[str, Callable[[float], Bias]] = {
+        "constant": kinds.ConstantBias,
+        "normal-offset": kinds.NormalOffsetBias,
+        "clip": kinds.ClipBias,
+    }
     if name not in one or not colon:
         raise SettingsError(f"{text!r} is none of: {BIASES}")
     return one[name](number(rest))

@@ -1,4 +1,4 @@
-"""The receiver for other people's programs: a light's map, and the GLSL and the uniforms that ask it from an own shader.
+"""The receiver for other people's programs: a light's map, and the GLSL and the uniforms that ask it in an own shader.
 
 ::
 
@@ -7,8 +7,8 @@
     values = receiver_uniforms(context, light, shadow_map, rounding_of(reach))
     sampler = bind_map(ctx, shadow_map, unit)
 
-MAIN calls light_visibility(position_lv, normal_lv, cosine), its arguments in the frame of `lv_from_world`. The caller writes
-those uniforms that the program has, and u_map = unit. glsl/pass/forward.vert and .frag are such a program.
+MAIN calls light_visibility(position_lv, normal_lv, cosine), its arguments in the frame of `lv_from_world`. The caller
+writes those uniforms that the program has, and u_map = unit. glsl/pass/forward.vert and .frag are such a program.
 """
 
 from __future__ import annotations
@@ -71,7 +71,10 @@ def draw_map(context: GLContext, programs: Programs, scene: GpuScene, light: Lig
     target, bias = shadow.target or Target.DEPTH32F, shadow.bias or ReceiverPlaneBias()
     placed, size = layout(views, context.caps.max_texture_size)
     shadow_map = Map(placed, Atlas(context, target, size), CasterSettings(target, bias, shadow.faces), shadow.filter)
+    bound = context.ctx.fbo
     draw_casters(context, programs, shadow_map.atlas, scene, light, placed, shadow_map.settings)
+    if bound is not None:
+        bound.use()
     return shadow_map
 
 

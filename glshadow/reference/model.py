@@ -11,7 +11,7 @@ renderer places them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -173,7 +173,27 @@ def depth_line(view: ShadowView) -> tuple[float, float]:
     return float(at[0] - y), float(y)
 
 
-def receive(
+def first_hits(camera: PerspectiveCamera, size: tuple[int, int], triangles: ArrayLike) -> tuple[Array, NDArray[np.intp], NDArray[np.bool_]]:
+    """What the camera sees through each pixel's centre.
+
+    Returns
+    -------
+    depth : (H, W) float64
+        Along the view, infinite where there is nothing.
+    triangle : (H, W) int
+        The one that is hit; 0 where there is nothing.
+    border : (H, W) bool
+        Where a triangle's edge passes so close that a rasteriser may see another surface.
+    """
+    corners = transform(camera.view_from_world, np.asarray(triangles, dtype=np.float64))
+    rays = pixel_rays(camera, size) @ camera.view_from_world[:3, :3].T
+    pixel = abs(camera.window(size)[1] - camera.window(size)[0]) / size[0]
+    depths = np.full((len(corners), size[1], size[0]), np.inf)
+    border = np.zeros((size[1], size[0]), dtype=bool)
+    for i, corner in enumerate(corners):
+        edges = np.cross(corner, np.roll(corner, -1, axis=0)) * np.sign(np.linalg.det(corner))
+        off = -(rays @ edges.T) / (np.maximum(np.linalg.norm(edges[:, :2], axis=1), 1e-300) * pixel)
+        normal = np.cross(corner[1] - corner[0], corner[2] - corner[0])
     stored: StoredMap,
     light: Light,
     points: Array,
@@ -205,8 +225,9 @@ def receive(
         if not mine.any():
             continue
         normal = normals[mine] @ view.view_from_world[:3, :3].T
+        receivers = _projected(view, stored.target, local[mine], normal, kernel, bias)
         for shift in precision.texels * np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)]):
-            least, most = _compared(stored, view, local[mine], normal, shift, kernel, bias, precision)
+            least, most = _filtered(stored, receivers, shift, kernel, precision)
             low[mine], high[mine] = np.minimum(low[mine], least), np.maximum(high[mine], most)
     return np.where(sure, low, 0.0), np.where(sure, high, 1.0)
 
@@ -238,96 +259,75 @@ def _on_face(view: ShadowView, local: Array, texels: float) -> tuple[NDArray[np.
     return depth >= widest - slack, depth > widest + slack
 
 
-def _compared(
-    stored: StoredMap,
-    view: ShadowView,
-    local: Array,
-    normal: Array,
-    shift: Array,
-    kernel: Filter,
-    bias: Bias,
-    precision: Precision,
-) -> tuple[Array, Array]:
-    """Project, follow the plane, compare, filter; visibility least and greatest."""
-    texel, sun = np.array(view.texel), view.kind == "directional"
-    depth = -local[:, 2]
-    ahead = depth > 0.0 if view.kind == "spot" else np.ones(len(local), dtype=bool)
-    depth = depth if sun else np.where(ahead & (depth > 0.0), depth, 1.0)
-    xy = local[:, :2] if sun else local[:, :2] / depth[:, None]
-    position = (xy - np.array([view.window[0], view.window[2]])) / texel + shift
-    inside = ((position >= 0.0) & (position <= view.resolution)).all(axis=1) & ahead
-    slope = np.zeros_like(xy)
-    if isinstance(bias, ReceiverPlaneBias):
-        below = normal[:, 2] if sun else (normal * local).sum(axis=-1)
-        slope = normal[:, :2] * texel / below[:, None]
-    slack = kernel.slack_texels * np.abs(slope).sum(axis=-1)
-    receiver = _Receiver(view, stored.target, bias, xy, depth, slope, slack, precision)
-    lit_low, lit_high = np.zeros(len(local)), np.zeros(len(local))
-    for offset, weight in _taps(position, kernel):
-        at = np.floor(position).astype(np.int64) if isinstance(kernel, Hard) else np.floor(position - 0.5).astype(np.int64)
-        x, y = (np.clip(at[:, i] + offset[i] + view.tile[i], 0, stored.low.shape[1 - i] - 1) for i in (0, 1))
-        block = offset if isinstance(kernel, Hard) else _block_corner(at, offset, kernel.radius) - position
-        least, most = receiver.lit(np.broadcast_to(block, position.shape), stored.low[y, x], stored.high[y, x])
-        lit_low += weight * least
-        lit_high += weight * most
-    return np.where(inside, lit_low, 1.0), np.where(inside, lit_high, 1.0)
+@dataclass(frozen=True, eq=False)
+class _Receivers:
+    """Points of one view as their depth comparison needs them; `xy` and `slope` (gradient of depth, or 1 / depth, per texel) (N, 2)."""
 
-
-def _taps(position: Array, kernel: Filter) -> list[tuple[NDArray[np.int64], Array]]:
-    """Texels of the filter, counted from the receiver's own or its lower left, and their weights (N,)."""
-    if isinstance(kernel, Hard):
-        return [(np.zeros(2, dtype=np.int64), np.ones(len(position)))]
-    base = position - 0.5
-    weights = box_weights(base - np.floor(base), kernel.radius)
-    reach = range(-kernel.radius, kernel.radius + 2)
-    return [(np.array([i, j]), weights[:, 0, i + kernel.radius] * weights[:, 1, j + kernel.radius]) for j in reach for i in reach]
-
-
-def _block_corner(base: NDArray[np.int64], offset: NDArray[np.int64], radius: int) -> Array:
-    """Corner in the middle of the block of 2 x 2 texels that a tap is fetched with."""
-    return np.asarray(base + offset - (offset + radius) % 2 + 1.0)
-
-
-@dataclass(frozen=True)
-class _Receiver:
     view: ShadowView
     target: Target
-    bias: Bias
+    follows: bool
     xy: Array
     depth: Array
+    ahead: NDArray[np.bool_]
     slope: Array
-    slack: Array
-    precision: Precision
+    slack_texels: float
+    constant: float  # stored units towards the light
 
-    def lit(self, offset: Array, low: Array, high: Array) -> tuple[Array, Array]:
-        """Least and greatest outcome of the comparison with texels of the plane `offset` texels away."""
-        follows = isinstance(self.bias, ReceiverPlaneBias)
-        error = self.precision.world
-        nearest, farthest = (self._compare(offset, change) for change in ((-2.0 * error if follows else -error), error))
-        margin = self.precision.stored
-        if self.target.is_depth and self.view.clip.reversed:
-            nearest, farthest, low, high = -nearest, -farthest, -high, -low
-        least, most = np.where(farthest + margin <= low, 1.0, 0.0), np.where(nearest - margin <= high, 1.0, 0.0)
-        return least, most
-
-    def _compare(self, offset: Array, change: float) -> Array:
-        """Compare depth in stored units, the receiver moved by `change` along the view."""
-        view, depth = self.view, self.depth + change
-        xy = self.xy + (offset * np.array(view.texel) if isinstance(self.bias, ReceiverPlaneBias) else 0.0)
-        along = (self.slope * offset).sum(axis=-1)
+    def compare_depth(self, offset: Array, change: float) -> Array:
+        """Depth to compare with what is stored `offset` (N, 2) texels away, the receiver moved by `change` along the view."""
+        view, texel, depth = self.view, np.array(self.view.texel), self.depth + change
+        along, slack = (self.slope * offset).sum(axis=-1), self.slack_texels * np.abs(self.slope).sum(axis=-1)
         if view.kind == "directional":
-            depth = depth - self.slack + along
+            depth = depth - slack + along
         else:
-            inverse = 1.0 / np.maximum(depth, 1e-30) + self.slack
-            if view.kind == "point" and not self.target.is_depth:
-                inverse = inverse * (1.0 + self._stretch())
-            depth = 1.0 / np.maximum(inverse + along, 1e-30)
-        return np.clip(stored_depth(view, self.target, xy, depth) + self._constant(), 0.0, 1.0)
+            nearer = 1.0 / np.maximum(depth, 1e-30) + slack
+            if view.kind == "point" and not self.target.is_depth and self.follows:
+                nearer = nearer * (1.0 + self.slack_texels * texel[0])  # the distance is not affine either
+            depth = 1.0 / np.maximum(nearer + along, 1e-30)
+        xy = self.xy + (offset * texel if self.follows else 0.0)
+        towards = -view.clip.sign if self.target.is_depth else -1.0
+        return np.clip(stored_depth(view, self.target, xy, depth) + towards * self.constant, 0.0, 1.0)
 
-    def _stretch(self) -> float:
-        if not isinstance(self.bias, ReceiverPlaneBias):
-            return 0.0
-        return self._kernel_slack * self.view.texel[0]
+    def lit(self, offset: Array, low: Array, high: Array, precision: Precision) -> tuple[Array, Array]:
+        """Least and greatest outcome of the comparison with texels that hold `low` to `high`."""
+        error = precision.world  # the derived bias takes it off, whatever the real error is
+        near, far = (self.compare_depth(offset, change) for change in ((-2.0 * error, 0.0) if self.follows else (-error, error)))
+        if self.target.is_depth and self.view.clip.reversed:
+            near, far, low, high = -near, -far, -high, -low
+        return np.where(far + precision.stored <= low, 1.0, 0.0), np.where(near - precision.stored <= high, 1.0, 0.0)
 
-    def _constant(self) -> float:
-        return 0.0
+
+def _projected(view: ShadowView, target: Target, local: Array, normal: Array, kernel: Filter, bias: Bias) -> _Receivers:
+    sun, follows = view.kind == "directional", isinstance(bias, ReceiverPlaneBias)
+    ahead = np.ones(len(local), dtype=bool) if sun else -local[:, 2] > 0.0
+    depth = np.where(ahead, -local[:, 2], 1.0)
+    xy = local[:, :2] if sun else local[:, :2] / depth[:, None]
+    below = normal[:, 2] if sun else (normal * local).sum(axis=-1)
+    slope = normal[:, :2] * np.array(view.texel) / below[:, None] if follows else np.zeros_like(xy)
+    constant = 0.0
+    if follows and not (target is Target.DEPTH32F and view.clip.reversed):
+        constant = target.quantum
+    if isinstance(bias, ClipBias) and not bias.caster:
+        constant = bias.clip * (bias_factor(view.clip) / _span(view) if target.is_depth else 1.0)
+    return _Receivers(view, target, follows, xy, depth, ahead, slope, kernel.slack_texels, constant)
+
+
+def _filtered(
+    stored: StoredMap, receivers: _Receivers, shift: Array, kernel: Filter, precision: Precision
+) -> tuple[Array, Array]:
+    view = receivers.view
+    position = (receivers.xy - np.array([view.window[0], view.window[2]])) / np.array(view.texel) + shift
+    inside = ((position >= 0.0) & (position <= view.resolution)).all(axis=1) & receivers.ahead
+    hard = isinstance(kernel, Hard)
+    base = np.floor(position - (0.0 if hard else 0.5))
+    weights = np.ones((len(position), 2, 1)) if hard else box_weights(position - 0.5 - base, kernel.radius)
+    lit = np.zeros((2, len(position)))
+    for j in range(weights.shape[2]):
+        for i in range(weights.shape[2]):
+            tap = base + np.array([i, j]) - (0 if hard else kernel.radius)
+            x, y = (np.clip(tap[:, k] + view.tile[k], 0, stored.low.shape[1 - k] - 1).astype(np.int64) for k in (0, 1))
+            # the plane is evaluated once per block of 2 x 2 texels, in its middle
+            block = tap - np.array([i, j]) % 2 + 1.0 - position if not hard else np.zeros_like(position)
+            outcome = receivers.lit(block, stored.low[y, x], stored.high[y, x], precision)
+            lit += weights[:, 0, i] * weights[:, 1, j] * np.stack(outcome)
+    return np.where(inside, lit[0], 1.0), np.where(inside, lit[1], 1.0)

@@ -9,7 +9,8 @@ uniform vec2 u_map_texel; // 1 / size of the atlas
 float compare_one(vec2 texel, float reference) {
     vec4 stored = GLS_TEXTURE_2D(u_map, texel * u_map_texel);
 #if GLS_PACKED
-    return step(reference, unpack(stored));
+    // Unlike other formats it cannot hold the 1 of "at far and beyond", only 1 - 2^-24, read back with a rounding or two.
+    return step(min(reference, 0.99999976), unpack(stored)); // 1 - 2^-22
 #else
     return step(reference, stored.r);
 #endif

@@ -44,7 +44,7 @@ def small_scene() -> Scene:
 def light_of(kind: Kind, shadow: Shadow) -> Light:
     """A light of a kind that shadows the small scene."""
     if kind == "directional":
-        return DirectionalLight(direction=(-0.55, -0.8, -0.25), shadow=shadow)
+        return DirectionalLight(direction=(-0.55, -0.8, 0.35), shadow=shadow)
     if kind == "spot":
         position = np.array([2.5, 4.5, 1.5])
         return SpotLight(position=tuple(position), direction=tuple(-position), outer_angle=38.0, shadow=shadow)
@@ -60,6 +60,9 @@ def views_of(scene: Scene, light: Light, clip: ClipSpace, guard: int = 6) -> tup
 @contextmanager
 def on_gpu(context: GLContext, scene: Scene) -> Iterator[tuple[GpuScene, Programs]]:
     """The scene's buffers and an empty store of programs, freed at the end."""
+    # moderngl binds again what was bound before, also a framebuffer that was released meanwhile: leave one that stays.
+    idle = context.ctx.simple_framebuffer((1, 1))
+    idle.use()
     meshes, programs = Meshes(context), Programs(context)
     gpu = GpuScene(context, meshes, scene)
     try:
@@ -67,6 +70,7 @@ def on_gpu(context: GLContext, scene: Scene) -> Iterator[tuple[GpuScene, Program
     finally:
         for thing in (gpu, meshes, programs):
             thing.release()
+        # `idle` stays bound: collected with the context
 
 
 @dataclass
@@ -125,7 +129,7 @@ class Forward:
         )
         sampler = bind_map(ctx, shadow_map) if shadow_map else None
         color, depth = ctx.texture(SIZE, 4, dtype="f4"), ctx.depth_renderbuffer(SIZE)
-        framebuffer, array = ctx.framebuffer([color], depth), self.vertex_array(program)
+        before, framebuffer, array = ctx.fbo, ctx.framebuffer([color], depth), self.vertex_array(program)
         framebuffer.use()
         if self.context.caps.clip_control:
             self.context.gl.clip_control(False)
@@ -136,7 +140,7 @@ class Forward:
         values_read = np.frombuffer(color.read(), np.float32).reshape(SIZE[1], SIZE[0], 4)
         ctx.clear_samplers(0, 1)
         ctx.enable_only(moderngl.NOTHING)
-        ctx.screen.use() if ctx.screen else None
+        before.use()
         for thing in (array, framebuffer, color, depth, sampler):
             if thing is not None:
                 thing.release()

@@ -1,0 +1,28 @@
+"""Every example runs in a fresh process, quietly, and writes the picture that its docstring speaks of."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("[0-9]*.py"))
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_example_runs(example: Path, tmp_path: Path) -> None:
+    done = subprocess.run([sys.executable, str(example)], cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    if ".png" in example.read_text():
+        assert (tmp_path / f"{example.stem}.png").stat().st_size > 10_000
+    else:
+        assert done.stdout.strip()
+
+
+def test_examples_are_short_and_say_what_to_look_at() -> None:
+    assert len(EXAMPLES) >= 8
+    for example in EXAMPLES:
+        text = example.read_text()
+        assert len(text.splitlines()) < 60, example.name
+        assert "Look at:" in text.splitlines()[0], example.name
