@@ -22,7 +22,7 @@ from glshadow.core.view import ShadowView
 from glshadow.errors import SettingsError
 from glshadow.scene.mesh import Scene
 
-OUTPUTS = ("image", "visibility", "linear", "depth", "depth_metric", "shadow_maps", "timings")
+OUTPUTS = ("image", "visibility", "linear", "depth", "depth_metric", "triangle", "shadow_maps", "timings")
 
 
 @dataclass(frozen=True)
@@ -97,6 +97,8 @@ class Frame:
         Distance along the camera's view, infinite where there is no surface.
     depth_metric : (H, W) float32
         The camera's own depth as (s z + min_z) / (min_z + max_z), 1 where there is no surface.
+    triangle : (H, W) int32
+        Number of the drawn triangle, counted over the scene's nodes in their order as in `Truth.triangle`; -1: no surface.
     shadow_maps : tuple of (V, R, R) float32
         Per light its views as they are stored (window depth, or metric), row 0 at v = 1.
     timings : mapping
@@ -121,6 +123,7 @@ class Frame:
     linear: NDArray[np.float32] | None = None
     depth: NDArray[np.float32] | None = None
     depth_metric: NDArray[np.float32] | None = None
+    triangle: NDArray[np.int32] | None = None
     shadow_maps: tuple[NDArray[np.float32], ...] | None = None
     timings: Mapping[str, float] | None = None
     info: Mapping[str, Any] = field(default_factory=dict)

@@ -68,8 +68,8 @@ def overlay(frame: Frame, names: Sequence[str] = OVERLAYS) -> NDArray[np.uint8]:
     frame : Frame
         Rendered with the outputs that `required_outputs(names)` gives.
     names : sequence of str
-        Any of `OVERLAYS`. "map": the shadow maps in the top right corner, a row per light, bright is near the light, dark
-        blue is empty. "lights": where they are and shine, and what each map covers, in the colour of their maps' frames.
+        Any of `OVERLAYS`. "map": the shadow maps in the top right corner, a row per light, bright is near the light,
+        dark blue is empty. "lights": where they are and shine, and what each map covers, in the colour of their maps.
         "axes": x red, y green, z blue, at a corner of the scene. "grid": on its floor, a round step (1, 2 or 5 times a
         power of ten) apart. Lines behind a surface are faint.
 
@@ -223,7 +223,7 @@ def frustum_edges(view: ShadowView) -> Array:
     corners = _CUBE.copy()
     if not view.clip.zero_to_one:
         corners[:, 2] = 2.0 * corners[:, 2] - 1.0
-    world = project(np.linalg.inv(view.clip_from_world), corners)
+    world = project(np.linalg.inv(view.clip_from_world).astype(np.float64), corners)
     world = world[:, :3] / world[:, 3:]
     return np.asarray([[world[a], world[b]] for a, b in _CUBE_EDGES])
 

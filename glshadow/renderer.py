@@ -135,7 +135,7 @@ class Renderer:
         background : (3,) floats
             sRGB, 0..1.
         outputs : sequence of str
-            What to read back: "image", "visibility", "linear", "depth", "depth_metric", "shadow_maps", "timings".
+            What to read back: "image", "visibility", "linear", "depth", "depth_metric", "triangle", "shadow_maps", "timings".
 
         Raises
         ------
@@ -469,8 +469,12 @@ class _Frame(contextlib.AbstractContextManager["_Frame"]):
             results["visibility"] = planes
         if targets.linear is not None:
             results["linear"] = _pixels(targets.linear, size, np.float32, 4)[..., :3]
-        if {"depth", "depth_metric"} & self.outputs:
-            results.update(self._depths(_pixels(targets.depth, size, np.float32, 1)[..., 0]))
+        if {"depth", "depth_metric", "triangle"} & self.outputs:
+            window = _pixels(targets.depth, size, np.float32, 1)[..., 0]
+            results.update(self._depths(window))
+            if "triangle" in self.outputs:
+                number = _pixels(targets.surface, size, np.uint32, targets.surface.components)[..., 0].astype(np.int32)
+                results["triangle"] = np.where(window == self.eye.clip.clear_depth, -1, number - 1)
         if "shadow_maps" in self.outputs:
             results["shadow_maps"] = tuple(_stored(shadow_map) for shadow_map in maps)
         return results

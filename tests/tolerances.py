@@ -11,23 +11,23 @@ RTOL_FLOAT64 = 1e-12
 """Closed forms in float64: a few thousand roundings of 2^-53."""
 
 WEIGHT = 1e-6
-"""Weights of a filter are float32 products of a position in texels: 16 roundings. Drivers that filter in hardware: 1 / 256."""
+"""Weights of a filter are float32 products of a position in texels: 16 roundings. Hardware filtering: 1 / 256."""
 
 POSITION_ROUNDINGS = 16.0
-"""Roundings from a pixel to a position in the light's view: ray x depth, the eye added, back on the plane, one matrix product."""
+"""Roundings from pixel to light view: ray x depth, the eye added, back on the plane, one matrix product."""
 
 PICTURE_CHANNELS = 1
 """Two ways to the same picture may round a channel of 8 bits to either side."""
 
 PICTURE_SHARE = 1e-3
-"""Share of pixels that may differ more, where two renders place vertices differently by roundings: edges move over pixel centres."""
+"""Share of pixels that may differ more: where vertices are rounded differently, edges move over pixel centres."""
 
 
 def depth_tolerance(texels: int, perspective: bool) -> float:
     """Stored and compared depths of a map `texels` wide, in stored units.
 
-    A depth is interpolated over the map from vertices that are rounded to UNIT and moved by a fraction of a texel: the error grows
-    with the number of texels that one interpolation spans. Under perspective the division by w enters four times more.
+    A depth is interpolated over the map from vertices that are rounded to UNIT and moved by a fraction of a texel: the
+    error grows with the number of texels that one interpolation spans; under perspective the division by w enters too.
     """
     return (16.0 if perspective else 4.0) * texels * UNIT
 

@@ -108,19 +108,19 @@ picture_options = _all(
     option("Camera", "--near", metavar="D", read=values.plane, help="Nothing nearer is drawn. Default: derived."),
     option("Camera", "--far", metavar="D", read=values.plane, help="Nothing farther is drawn. Default: derived."),
     option("Lights", "--light", "lights", metavar="LIGHT", read=values.light, multiple=True,
-           help="sun:DX,DY,DZ or spot:PX,PY,PZ:DX,DY,DZ[:OUTER[:INNER]] or point:X,Y,Z. D is the way the light travels, "
-                "P where it is, OUTER and INNER degrees from the cone's axis (30, and two thirds of OUTER). May be "
-                "followed by :key=value, any of intensity=1 color=1,1,1 near=D far=D shadow=on|off, for spot and point "
-                "range=D falloff=0 (2: physical) radius=0, for sun angle=0. Repeat for more lights. Default: the file's "
-                "lights, else one sun."),
+           help="sun:DX,DY,DZ or spot:PX,PY,PZ:DX,DY,DZ[:OUTER[:INNER]] or point:X,Y,Z. D is the way the light "
+                "travels, P where it is, OUTER and INNER degrees from the cone's axis (30, and two thirds of OUTER). May "
+                "be followed by :key=value, any of intensity=1 color=1,1,1 near=D far=D shadow=on|off, for spot and point "
+                "range=D falloff=0 (2: physical) radius=0, for sun angle=0. Repeat for more lights. Default: the "
+                "file's lights, else one sun."),
     option("Shadow (of every light)", "--resolution", metavar="N", read=values.resolution,
            help="Texels along a side of the shadow map. Default: 2048."),
     option("Shadow (of every light)", "--filter", "filter_", metavar="FILTER", read=values.shadow_filter,
            help="hard (one texel decides) or pcf:R (mean over (2R+1)^2 comparisons, R 0 to 4). Default: pcf:1."),
     option("Shadow (of every light)", "--bias", metavar="BIAS", read=values.bias,
-           help="What keeps surfaces from shadowing themselves: receiver-plane (derived, no knob), constant:WORLD (units "
-                "along the light), slope[:FACTOR,UNITS] (polygon offset; depth formats), normal-offset[:TEXELS], clip:X "
-                "(Babylon's), none. Default: receiver-plane."),
+           help="What keeps surfaces from shadowing themselves: receiver-plane (derived, no knob), constant:WORLD "
+                "(units along the light), slope[:FACTOR,UNITS] (polygon offset; depth formats), "
+                "normal-offset[:TEXELS], clip:X (Babylon's), none. Default: receiver-plane."),
     option("Shadow (of every light)", "--target-format", type=click.Choice(values.TARGETS),
            help="Format of the map: depth* hold window depth, the others the depth metric. Default: depth32f."),
     option("Shadow (of every light)", "--clip", metavar="CLIP", read=values.clip,

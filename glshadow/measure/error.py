@@ -6,7 +6,7 @@ A frame and a truth meet here as plain arrays: neither the renderer nor the trac
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from enum import IntEnum
 from typing import Protocol
 
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.fit import minimum_rectangle
 from glshadow.core.lights import DirectionalLight, Light, SpotLight
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, view_axes
@@ -185,13 +186,15 @@ def measure(frame: Frame, truth: Truth) -> ShadowError:
     Raises
     ------
     SettingsError
-        If they are not of the same scene (the same object), camera, lights and size.
+        If they are not of the same scene (the same object), camera, lights and size. How a light's shadow is made is the
+        frame's own business: one truth serves many settings.
     """
     _check_same(frame, truth)
     smooth = _smooth(truth.body, truth.normal)
     tallies, kinds = [], []
     for number in range(len(truth.lights)):
-        tally, kind = _score_light(frame.visibility[number], truth, number, smooth)
+        shadow = frame.lights[number].shadow or Shadow()
+        tally, kind = _score_light(frame.visibility[number], truth, number, smooth, shadow)
         tallies.append(tally)
         kinds.append(kind)
     total = _Tally(*(sum(values) for values in zip(*(asdict(tally).values() for tally in tallies), strict=True)))
@@ -207,6 +210,8 @@ def measure(frame: Frame, truth: Truth) -> ShadowError:
 def _check_same(frame: Frame, truth: Truth) -> None:
     if len(truth.lights) == 0:
         raise SettingsError("there is nothing to measure: the truth has no lights")
+    if frame.visibility is None:
+        raise SettingsError('the frame was rendered without the output "visibility", which is what is measured')
     if frame.visibility.shape != truth.visibility.shape:
         raise SettingsError(
             f"frame and truth must have the same lights and size: frame.visibility is {frame.visibility.shape}, "
@@ -220,7 +225,7 @@ def _check_same(frame: Frame, truth: Truth) -> None:
     if frame.camera != truth.camera:
         raise SettingsError(f"frame and truth must have the same camera: {frame.camera} is not {truth.camera}")
     for number, (ours, theirs) in enumerate(zip(frame.lights, truth.lights, strict=True)):
-        if ours != theirs:
+        if replace(ours, shadow=None) != replace(theirs, shadow=None) or (ours.shadow is None) != (theirs.shadow is None):
             raise SettingsError(f"frame and truth must have the same lights: light {number} is {ours} and {theirs}")
 
 
@@ -257,7 +262,7 @@ class _Tally:
 
 
 def _score_light(
-    visibility: NDArray[np.float32], truth: Truth, number: int, smooth: Bools
+    visibility: NDArray[np.float32], truth: Truth, number: int, smooth: Bools, shadow: Shadow
 ) -> tuple[_Tally, NDArray[np.uint8]]:
     exact = truth.visibility[number].astype(np.float64)
     surface = ~np.isnan(exact)
@@ -267,8 +272,6 @@ def _score_light(
     amount = np.where(surface, np.abs(difference), 0.0)
     counted = surface & smooth & truth.reached[number] & (truth.cosine[number] > LEAST_COSINE)
     wrong, uneven = counted & (amount > WRONG), counted & (amount > GRAIN)
-    light = truth.lights[number]
-    shadow = light.shadow or Shadow()
     texel = texel_size(truth, number, shadow.resolution)
     radius = shadow.filter.radius
     edge = truth.near_edge(number, (radius + 0.5) * np.sqrt(2.0) * texel, wrong)
@@ -323,27 +326,10 @@ def texel_size(truth: Truth, number: int, resolution: int) -> Array | float:
     light = truth.lights[number]
     if isinstance(light, DirectionalLight):
         points = truth.position[~np.isnan(truth.visibility[number])]
-        return max(_least_rectangle(points @ view_axes(np.asarray(light.direction))[:2].T)) / resolution
+        if len(points) == 0:
+            return 0.0
+        flat = (points - points.mean(axis=0)) @ view_axes(np.asarray(light.direction))[:2].T
+        return float(np.ptp(minimum_rectangle(flat)[1], axis=0).max()) / resolution
     distance = np.linalg.norm(truth.position - np.asarray(light.position), axis=-1)
     opening = np.tan(np.radians(light.outer_angle)) if isinstance(light, SpotLight) else 1.0
     return np.asarray(2.0 * opening / resolution * distance)
-
-
-def _least_rectangle(points: Array) -> tuple[float, float]:
-    """Sides of the rectangle of least area, turned any way, round points (N, 2); one side lies on their hull."""
-    from scipy.spatial import ConvexHull, QhullError
-
-    if len(points) == 0:
-        return (0.0, 0.0)
-    points = points - points.mean(axis=0)
-    try:
-        corners = points[ConvexHull(points).vertices]
-    except QhullError:  # fewer than three points, or all on one line
-        spread = points - points[np.argmax(np.linalg.norm(points, axis=1))]
-        return (float(np.linalg.norm(spread, axis=1).max()), 0.0)
-    edges = np.roll(corners, -1, axis=0) - corners
-    along = edges / np.linalg.norm(edges, axis=1, keepdims=True)
-    u, v = corners @ along.T, corners @ np.stack([-along[:, 1], along[:, 0]])
-    sides = np.stack([np.ptp(u, axis=0), np.ptp(v, axis=0)])
-    best = sides[:, np.argmin(sides[0] * sides[1])]
-    return (float(best[0]), float(best[1]))

@@ -1,12 +1,12 @@
 """Shadow mapping in float64 numpy: the twin of caster pass and receiver, for tiny maps and a handful of triangles.
 
-A driver may put a vertex elsewhere by a fraction of a pixel and rounds every sum to float32, so the twin answers with intervals:
-all that limited precision may give. Where an interval is one number, the picture has to show that number.
+A driver may put a vertex elsewhere by a fraction of a pixel and rounds every sum to float32, so the twin answers with
+intervals: all that limited precision may give. Where an interval is one number, the picture has to show that number.
 
     triangles --cast--> StoredMap [low, high] per texel --receive--> visibility [low, high] per point
 
-It mirrors glsl/pass/caster, metric, projection, bias, depth, compare and filter; one tile per view, placed in an atlas as the
-renderer places them.
+It mirrors glsl/pass/caster, metric, projection, bias, depth, compare and filter; one tile per view, placed in an atlas
+as the renderer places them.
 """
 
 from __future__ import annotations
@@ -25,13 +25,14 @@ from glshadow.core.bias import (
     SlopeScaledBias,
     bias_factor,
 )
+from glshadow.core.cameras import PerspectiveCamera, pixel_rays
 from glshadow.core.kernels import Filter, Hard, box_weights
 from glshadow.core.lights import DirectionalLight, Light, to_light
 from glshadow.core.metric import Target, metric_range, projected_metric, radial_metric, window_depth
 from glshadow.core.spaces import Array, transform
 from glshadow.core.view import ShadowView
 
-SNAP = 1.0 / 128.0  # texels by which rasterisers move vertices: 1/512 at 8 bits below the pixel, and once more for its derivatives
+SNAP = 1.0 / 128.0  # texels: rasterisers round a vertex to 1/256 (8 bits below the pixel), which moves edges and depths
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ class StoredMap:
 
 
 def stored_depth(view: ShadowView, target: Target, xy: Array, depth: Array) -> Array:
-    """What a map stores for the point at `depth` along the view through `xy` (..., 2), world units or tangents; not rounded."""
+    """What a map stores for the point at `depth` along the view through `xy` (..., 2), world units or tangents."""
     if view.kind == "point" and not target.is_depth:
         return radial_metric(depth * np.sqrt(1.0 + (xy**2).sum(axis=-1)), view.near, view.far)
     matrix = view.clip_from_view
@@ -113,48 +114,57 @@ def _draw(
     low: Array, high: Array, view: ShadowView, triangle: Array, target: Target, bias: Bias | None, precision: Precision
 ) -> None:
     local = transform(view.view_from_world, triangle)
-    flat = local * (1.0, 1.0, -1.0) if view.kind != "directional" else np.column_stack([local[:, :2], np.ones(3)])
-    texel, window = np.array(view.texel), view.window
-    index = np.arange(view.resolution) + 0.5
-    centres = np.stack(np.broadcast_arrays(window[0] + index * texel[0], window[2] + index[:, None] * texel[1]), axis=-1)
-    edges = np.cross(flat, np.roll(flat, -1, axis=0))  # homogeneous lines through the corners
-    edges *= np.sign(np.linalg.det(flat))
-    inside = centres @ edges[:, :2].T + edges[:, 2]
-    inside = (inside / np.maximum(np.hypot(*(edges[:, :2] * texel).T), 1e-300)).min(axis=-1)  # texels to the nearest edge
-    normal = np.cross(local[1] - local[0], local[2] - local[0])
-    if not normal.any() or (view.kind == "directional" and normal[2] == 0.0):
-        return  # edge-on
-    plane = float(normal @ local[0])
-    shifts = SNAP * texel * np.array([(0, 0), (-1, -1), (-1, 1), (1, -1), (1, 1)])[:, None, None, :]
-    xy = centres + shifts
-    if view.kind == "directional":
-        depth, ahead = (xy @ normal[:2] - plane) / normal[2], np.ones(centres.shape[:2], dtype=bool)
-    else:
-        inverse = (xy @ normal[:2] - normal[2]) / plane
-        ahead = (inverse > 0.0).all(axis=0)
-        depth = 1.0 / np.where(inverse > 0.0, inverse, 1.0)
-    value = stored_depth(view, target, xy, depth) + _offset(view, target, bias, texel, normal, plane, local)
+    texel, index = np.array(view.texel), np.arange(view.resolution) + 0.5
+    x, y = view.window[0] + index * texel[0], view.window[2] + index * texel[1]
+    centres = np.stack(np.broadcast_arrays(x, y[:, None]), axis=-1)
+    inside, xy, depth = _rasterised(local, centres, texel, view.kind == "directional")
+    value = stored_depth(view, target, xy, depth) + _offset(view, target, bias, local)
     value = np.clip(value, 0.0, 1.0)
     least, most = value.min(axis=0), value.max(axis=0)
-    maybe, surely = ahead & (inside > -SNAP), ahead & (inside > SNAP)
-    nearer = np.maximum if target.is_depth and view.clip.reversed else np.minimum
-    # the nearer end of a texel's interval follows every triangle that may cover it, the farther one those that surely do
-    near_side, far_side = (high, low) if nearer is np.maximum else (low, high)
-    near_value, far_value = (most, least) if nearer is np.maximum else (least, most)
-    near_side[:] = np.where(maybe, nearer(near_side, near_value), near_side)
-    far_side[:] = np.where(surely, nearer(far_side, far_value), far_side)
+    maybe, surely = inside > -SNAP, inside > SNAP
+    # an interval's near end follows every triangle that may cover the texel, its far end those that surely do
+    if target.is_depth and view.clip.reversed:
+        high[maybe], low[surely] = np.maximum(high, most)[maybe], np.maximum(low, least)[surely]
+    else:
+        low[maybe], high[surely] = np.minimum(low, least)[maybe], np.minimum(high, most)[surely]
 
 
-def _offset(
-    view: ShadowView, target: Target, bias: Bias | None, texel: Array, normal: Array, plane: float, local: Array
-) -> float:
+def _rasterised(local: Array, centres: Array, texel: Array, parallel: bool) -> tuple[Array, Array, Array]:
+    """A triangle (3, 3) in view space over a grid of rays through `centres` (H, W, 2).
+
+    Returns
+    -------
+    inside : (H, W) float64
+        Texels from the triangle's nearest edge, negative outside, -inf where the ray never meets its plane.
+    xy, depth : (5, H, W, 2), (5, H, W) float64
+        Where the ray meets the plane; first as it is, then moved by SNAP texels towards each corner of the texel.
+    """
+    flat = np.column_stack([local[:, :2], np.ones(3) if parallel else -local[:, 2]])
+    edges = np.cross(flat, np.roll(flat, -1, axis=0)) * np.sign(
+        np.linalg.det(flat)
+    )  # homogeneous lines through the corners
+    inside = (centres @ edges[:, :2].T + edges[:, 2]) / np.maximum(np.hypot(*(edges[:, :2] * texel).T), 1e-300)
+    xy = centres + SNAP * texel * np.array([(0, 0), (-1, -1), (-1, 1), (1, -1), (1, 1)])[:, None, None, :]
+    normal = np.cross(local[1] - local[0], local[2] - local[0])
+    plane = float(normal @ local[0])
+    if (normal[2] if parallel else plane) == 0.0:  # edge-on
+        return np.full(centres.shape[:2], -np.inf), xy, np.ones(xy.shape[:3])
+    if parallel:
+        return inside.min(axis=-1), xy, (xy @ normal[:2] - plane) / normal[2]
+    inverse = (xy @ normal[:2] - normal[2]) / plane
+    ahead = (inverse > 0.0).all(axis=0)
+    return np.where(ahead, inside.min(axis=-1), -np.inf), xy, 1.0 / np.where(inverse > 0.0, inverse, 1.0)
+
+
+def _offset(view: ShadowView, target: Target, bias: Bias | None, local: Array) -> float:
     """What a caster-side bias adds to the stored depth of a triangle."""
     if isinstance(bias, ClipBias) and bias.caster:
         return bias.clip * (view.clip.sign * bias_factor(view.clip) / _span(view) if target.is_depth else 1.0)
     if not isinstance(bias, SlopeScaledBias):
         return 0.0
-    _, scale = depth_line(view)
-    slope = np.abs(scale * normal[:2] * texel / (normal[2] if view.kind == "directional" else plane)).max()
+    normal = np.cross(local[1] - local[0], local[2] - local[0])
+    below = normal[2] if view.kind == "directional" else normal @ local[0]
+    slope = np.abs(_window_slope(view) * normal[:2] * np.array(view.texel) / below).max()
     depths = -local[:, 2]
     greatest = stored_depth(view, target, np.zeros((3, 2)), depths).max() if (depths > 0.0).all() else 1.0
     # the smallest step that GL promises to resolve, as llvmpipe takes it
@@ -166,14 +176,15 @@ def _span(view: ShadowView) -> float:
     return 1.0 if view.clip.zero_to_one else 2.0
 
 
-def depth_line(view: ShadowView) -> tuple[float, float]:
-    """(x, y) with window depth = x + y * d, d the distance along a sun's view, or 1 / depth of a lamp's."""
+def _window_slope(view: ShadowView) -> float:
+    """Window depth per unit of distance along a sun's view, or per unit of a lamp's 1 / depth."""
     at = stored_depth(view, Target.DEPTH32F, np.zeros((2, 2)), np.array([1.0, 2.0]))
-    y = at[1] - at[0] if view.kind == "directional" else 2.0 * (at[0] - at[1])
-    return float(at[0] - y), float(y)
+    return float(at[1] - at[0] if view.kind == "directional" else 2.0 * (at[0] - at[1]))
 
 
-def first_hits(camera: PerspectiveCamera, size: tuple[int, int], triangles: ArrayLike) -> tuple[Array, NDArray[np.intp], NDArray[np.bool_]]:
+def first_hits(
+    camera: PerspectiveCamera, size: tuple[int, int], triangles: ArrayLike
+) -> tuple[Array, NDArray[np.intp], NDArray[np.bool_]]:
     """What the camera sees through each pixel's centre.
 
     Returns
@@ -183,17 +194,21 @@ def first_hits(camera: PerspectiveCamera, size: tuple[int, int], triangles: Arra
     triangle : (H, W) int
         The one that is hit; 0 where there is nothing.
     border : (H, W) bool
-        Where a triangle's edge passes so close that a rasteriser may see another surface.
+        Where a moved vertex may show another surface.
     """
-    corners = transform(camera.view_from_world, np.asarray(triangles, dtype=np.float64))
+    left, right, bottom, top = camera.window(size)
     rays = pixel_rays(camera, size) @ camera.view_from_world[:3, :3].T
-    pixel = abs(camera.window(size)[1] - camera.window(size)[0]) / size[0]
-    depths = np.full((len(corners), size[1], size[0]), np.inf)
-    border = np.zeros((size[1], size[0]), dtype=bool)
-    for i, corner in enumerate(corners):
-        edges = np.cross(corner, np.roll(corner, -1, axis=0)) * np.sign(np.linalg.det(corner))
-        off = -(rays @ edges.T) / (np.maximum(np.linalg.norm(edges[:, :2], axis=1), 1e-300) * pixel)
-        normal = np.cross(corner[1] - corner[0], corner[2] - corner[0])
+    pixel = np.array([(right - left) / size[0], (top - bottom) / size[1]])
+    corners = transform(camera.view_from_world, triangles)
+    drawn = [_rasterised(corner, rays[..., :2], pixel, parallel=False) for corner in corners]
+    inside, depth = np.stack([each[0] for each in drawn]), np.stack([each[2][0] for each in drawn])
+    hits = [np.where(inside > margin, depth, np.inf) for margin in (0.0, -SNAP, SNAP)]
+    border = hits[1].argmin(axis=0) != hits[2].argmin(axis=0)
+    border |= np.isinf(hits[1].min(axis=0)) != np.isinf(hits[2].min(axis=0))
+    return hits[0].min(axis=0), hits[0].argmin(axis=0), border
+
+
+def receive(
     stored: StoredMap,
     light: Light,
     points: Array,
@@ -261,7 +276,7 @@ def _on_face(view: ShadowView, local: Array, texels: float) -> tuple[NDArray[np.
 
 @dataclass(frozen=True, eq=False)
 class _Receivers:
-    """Points of one view as their depth comparison needs them; `xy` and `slope` (gradient of depth, or 1 / depth, per texel) (N, 2)."""
+    """Points of one view as their depth comparison needs them; `slope`: gradient of depth, or 1 / depth, per texel."""
 
     view: ShadowView
     target: Target
@@ -274,7 +289,7 @@ class _Receivers:
     constant: float  # stored units towards the light
 
     def compare_depth(self, offset: Array, change: float) -> Array:
-        """Depth to compare with what is stored `offset` (N, 2) texels away, the receiver moved by `change` along the view."""
+        """Depth to compare with what is stored `offset` (N, 2) texels away, the receiver moved by `change`."""
         view, texel, depth = self.view, np.array(self.view.texel), self.depth + change
         along, slack = (self.slope * offset).sum(axis=-1), self.slack_texels * np.abs(self.slope).sum(axis=-1)
         if view.kind == "directional":
@@ -290,8 +305,9 @@ class _Receivers:
 
     def lit(self, offset: Array, low: Array, high: Array, precision: Precision) -> tuple[Array, Array]:
         """Least and greatest outcome of the comparison with texels that hold `low` to `high`."""
-        error = precision.world  # the derived bias takes it off, whatever the real error is
-        near, far = (self.compare_depth(offset, change) for change in ((-2.0 * error, 0.0) if self.follows else (-error, error)))
+        error = precision.world
+        taken_off = error if self.follows else 0.0  # by the derived bias, whatever the real error is
+        near, far = (self.compare_depth(offset, change - taken_off) for change in (-error, error))
         if self.target.is_depth and self.view.clip.reversed:
             near, far, low, high = -near, -far, -high, -low
         return np.where(far + precision.stored <= low, 1.0, 0.0), np.where(near - precision.stored <= high, 1.0, 0.0)

@@ -3,7 +3,7 @@
 #ifndef GLS_PACKED
 #define GLS_PACKED 0
 #endif
-uniform sampler2D u_map;
+uniform highp sampler2D u_map; // the default of ES 1.00 is lowp
 uniform vec2 u_map_texel; // 1 / size of the atlas
 
 float compare_one(vec2 texel, float reference) {

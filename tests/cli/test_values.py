@@ -1,0 +1,130 @@
+"""Text of the options: what it becomes, and what is refused with which words."""
+
+import pytest
+
+import glshadow as gs
+from glshadow import image, overlay
+from glshadow.cli import values
+from glshadow.core.metric import Target
+from glshadow.core.spaces import CLIP_SPACES
+from glshadow.errors import SettingsError
+
+
+def test_lists_for_help_are_those_of_the_settings():
+    assert set(values.TARGETS) == {target.value for target in Target}
+    assert set(values.CLIPS) == {str(space) for space in CLIP_SPACES}
+    assert values.IMAGES == image.SUFFIXES
+    assert values.OVERLAYS == overlay.OVERLAYS
+
+
+@pytest.mark.parametrize(
+    ("text", "light"),
+    [
+        ("sun:-1,-2,3", gs.DirectionalLight(direction=(-1, -2, 3))),
+        ("sun:0,-1,0:angle=0.5:near=-3:far=40", gs.DirectionalLight(direction=(0, -1, 0), angle=0.5, near=-3, far=40)),
+        ("point:1,2,-3", gs.PointLight(position=(1, 2, -3))),
+        (
+            "point:0,2,0:intensity=2:color=1,0.9,0.8:range=10:falloff=2:radius=0.1",
+            gs.PointLight(
+                position=(0, 2, 0), intensity=2, color=(1, 0.9, 0.8), range=10, falloff=2, radius=0.1
+            ),
+        ),
+        ("point:0,2,0:shadow=off", gs.PointLight(position=(0, 2, 0), shadow=None)),
+        ("spot:0,9,0:0,-1,0.5", gs.SpotLight(position=(0, 9, 0), direction=(0, -1, 0.5))),
+        (
+            "spot:0,9,0:0,-1,0:45:10",
+            gs.SpotLight(position=(0, 9, 0), direction=(0, -1, 0), outer_angle=45, inner_angle=10),
+        ),
+        (
+            "spot:0,9,0:0,-1,0:15:shadow=on",
+            gs.SpotLight(position=(0, 9, 0), direction=(0, -1, 0), outer_angle=15, inner_angle=10),
+        ),
+    ],
+)
+def test_light(text, light):
+    assert values.light(text) == light
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("moon:1,2,3", r"sun:dx,dy,dz.*spot:.*point:"),
+        ("sun", "sun:dx,dy,dz"),
+        ("sun:1,2", "3 finite numbers"),
+        ("sun:1,2,x", "3 finite numbers"),
+        ("sun:1,2,nan", "3 finite numbers"),
+        ("sun:0,0,0", "zero vector"),
+        ("sun:1,2,3:4", "sun:dx,dy,dz"),
+        ("sun:1,2,3:range=4", "a sun has no 'range'.*angle"),
+        ("point:1,2,3:range=-4", "range must be positive"),
+        ("point:1,2,3:range=", "'' is not a finite number"),
+        ("point:1,2,3:shadow=maybe", "on or off"),
+        ("point:intensity=2:1,2,3", "point:x,y,z"),
+        ("spot:1,2,3", "spot:px,py,pz:dx,dy,dz"),
+        ("spot:1,2,3:0,-1,0:95", "outer_angle"),
+        ("spot:1,2,3:0,-1,0:20:30", "inner_angle <= outer_angle"),
+        ("spot:1,2,3:0,-1,0:20:10:5", "spot:px,py,pz"),
+    ],
+)
+def test_light_refused(text, words):
+    with pytest.raises(SettingsError, match=words):
+        values.light(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "bias"),
+    [
+        ("receiver-plane", gs.ReceiverPlaneBias()),
+        ("constant:0.01", gs.ConstantBias(0.01)),
+        ("slope", gs.SlopeScaledBias()),
+        ("slope:2,3", gs.SlopeScaledBias(2, 3)),
+        ("normal-offset", gs.NormalOffsetBias()),
+        ("normal-offset:3", gs.NormalOffsetBias(3)),
+        ("clip:-0.001", gs.ClipBias(-0.001)),
+        ("none", gs.NoBias()),
+    ],
+)
+def test_bias(text, bias):
+    assert values.bias(text) == bias
+
+
+@pytest.mark.parametrize("text", ["constant", "constant:", "constant:x", "constant:-1", "slope:1", "none:1", "", "magic"])
+def test_bias_refused(text):
+    with pytest.raises(SettingsError):
+        values.bias(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "filter_"), [("hard", gs.Hard()), ("pcf", gs.Pcf()), ("pcf:0", gs.Pcf(0)), ("pcf:4", gs.Pcf(4))]
+)
+def test_filter(text, filter_):
+    assert values.shadow_filter(text) == filter_
+
+
+@pytest.mark.parametrize("text", ["hard:1", "pcf:5", "pcf:", "pcf:-1", "pcf:1.5", "PCSS", ""])
+def test_filter_refused(text):
+    with pytest.raises(SettingsError, match=r"hard, pcf:R|\[0, 4\]"):
+        values.shadow_filter(text)
+
+
+@pytest.mark.parametrize("space", CLIP_SPACES)
+def test_clip(space):
+    assert values.clip(str(space)) == space
+
+
+@pytest.mark.parametrize("text", ["12", "0x5", "5x0", "-3x4", "3x4x5", "1.5x2", "99999x2", "x", ""])
+def test_size_refused(text):
+    with pytest.raises(SettingsError, match=r"WIDTHxHEIGHT.*1 to 16384"):
+        values.size(text)
+
+
+def test_numbers_of_pictures():
+    assert values.size("640X480") == (640, 480)
+    assert values.ambient("0.25") == 0.25
+    assert values.ambient("0,0.5,1") == (0.0, 0.5, 1.0)
+    assert values.overlays("grid, map") == ("grid", "map")
+    for read, text in ((values.ambient, "-1"), (values.color, "0,0,2"), (values.plane, "0"), (values.resolution, "0"),
+                       (values.resolution, "2.5"), (values.resolution, "20000"), (values.strength, "1.1"),
+                       (values.fov, "180"), (values.overlays, "map,,grid")):  # fmt: skip
+        with pytest.raises(SettingsError):
+            read(text)

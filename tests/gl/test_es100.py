@@ -1,0 +1,163 @@
+"""The WebGL 1 path: the same pixels from GLSL ES 1.00 programs as from core ones, map and picture."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from typing import get_args
+
+import moderngl
+import numpy as np
+import pytest
+
+from glshadow.core.bias import Bias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias
+from glshadow.core.kernels import MAX_RADIUS, Filter, Hard, Pcf
+from glshadow.core.metric import Target
+from glshadow.core.shadow import Shadow
+from glshadow.core.spaces import ClipSpace
+from glshadow.core.view import Kind
+from glshadow.errors import SettingsError
+from glshadow.gl.caster import CasterSettings, metric_uniform
+from glshadow.gl.context import GLContext
+from glshadow.gl.forward import draw_map, receiver_source
+from glshadow.gl.geometry import GpuScene, pack_matrices
+from glshadow.gl.program import Programs
+from glshadow.gl.receiver import Map, receiver_defines, receiver_slots
+from glshadow.gl.targets import Atlas, layout
+from glshadow.shader.slots import metric_slot
+
+from .small_scene import Forward, light_of, on_gpu, small_scene, stored, views_of
+
+CLIP = ClipSpace(False, False)  # WebGL's
+# Both dialects become the same operations, but Mesa 22.3 orders sums and products of ES 1.00 differently: a filter of (2 R + 2)^2
+# weights in 0..1 may differ by a rounding each.
+ROUNDING = 100 * 2.0**-24
+KINDS: tuple[Kind, ...] = get_args(Kind)
+TARGETS = (Target.R32F, Target.R8, Target.RGBA8)
+BIASES: tuple[Bias, ...] = (ReceiverPlaneBias(), ConstantBias(0.05), NormalOffsetBias(), NoBias())
+FILTERS: tuple[Filter, ...] = (Hard(), *(Pcf(radius) for radius in range(MAX_RADIUS + 1)))
+
+
+@pytest.fixture
+def gpu(glcontext: GLContext) -> Iterator[tuple[GpuScene, Programs]]:
+    with on_gpu(glcontext, small_scene()) as both:
+        yield both
+
+
+@pytest.fixture
+def forward(glcontext: GLContext) -> Iterator[Forward]:
+    with Forward(glcontext, small_scene()) as drawer:
+        yield drawer
+
+
+def es_map(context: GLContext, gpu: GpuScene, programs: Programs, kind: Kind, shadow: Shadow, dialect: str) -> Map:
+    """A map drawn by the caster pass in a dialect, without what GL ES 2.0 does not have (depth clamp, clip control)."""
+    assert shadow.target is not None
+    assert shadow.bias is not None
+    light, target = light_of(kind, shadow), shadow.target
+    views, size = layout(views_of(small_scene(), light, CLIP), context.caps.max_texture_size)
+    atlas = Atlas(context, target, size)
+    program = programs.get(
+        "pass/caster.vert",
+        "pass/caster.frag",
+        dialect,
+        {"metric": metric_slot(kind)},
+        {"GLS_METRIC": 1, "GLS_PACKED": int(target is Target.RGBA8)},
+    )
+    ctx = context.ctx
+    before = ctx.fbo
+    atlas.framebuffer.use()
+    if context.caps.clip_control:
+        context.gl.clip_control(False)
+    ctx.enable_only(moderngl.DEPTH_TEST)
+    ctx.depth_func = "<="
+    for view in views:
+        atlas.framebuffer.viewport = (*view.tile, view.resolution, view.resolution)
+        atlas.framebuffer.clear(1.0, 1.0, 1.0, 1.0, depth=1.0, viewport=atlas.framebuffer.viewport)
+        clip = pack_matrices(view.clip_from_world @ gpu.world_from_origin)
+        local = pack_matrices(view.view_from_world @ gpu.world_from_origin)
+        program.set(u_metric=metric_uniform(view, 0.0))
+        for i, mesh in enumerate(gpu.meshes):
+            program.write("u_clip_from_mesh", clip[i])
+            program.write("u_view_from_mesh", local[i])
+            mesh.vertex_array(program).render()
+    ctx.enable_only(moderngl.NOTHING)
+    before.use()
+    return Map(views, atlas, CasterSettings(target, shadow.bias, None), shadow.filter)
+
+
+def test_programs_really_are_es100(glcontext: GLContext, gpu: tuple[GpuScene, Programs]) -> None:
+    shadow_map = es_map(glcontext, *gpu, "spot", Shadow(bias=NoBias(), target=Target.RGBA8), "es100")
+    text = receiver_source(glcontext, light_of("spot", Shadow()), shadow_map, "es100")
+    shadow_map.atlas.release()
+    assert text.startswith("#version 100\n")
+    assert "textureLod" not in text.replace("#define GLS_TEXTURE_2D(map, uv) textureLod(map, uv, 0.0)", "")
+
+
+@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_map_is_the_same_in_both_dialects(
+    glcontext: GLContext, gpu: tuple[GpuScene, Programs], kind: Kind, target: Target
+) -> None:
+    shadow = Shadow(bias=NoBias(), target=target)
+    maps = [es_map(glcontext, *gpu, kind, shadow, dialect) for dialect in ("core330", "es100")]
+    core, es = (stored(each) for each in maps)
+    for each in maps:
+        each.atlas.release()
+    assert len(np.unique(core)) > 5, "nothing was drawn"
+    np.testing.assert_array_equal(es, core)
+
+
+@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_picture_is_the_same_in_both_dialects(
+    glcontext: GLContext, gpu: tuple[GpuScene, Programs], forward: Forward, kind: Kind, target: Target
+) -> None:
+    # All biases with one filter and all filters with one bias: the two do not meet in the code.
+    pairs = {*itertools.product(BIASES, [Pcf(1)]), *itertools.product([ReceiverPlaneBias()], FILTERS)}
+    for bias, kernel in sorted(pairs, key=repr):
+        shadow = Shadow(bias=bias, target=target, filter=kernel)
+        light = light_of(kind, shadow)
+        pictures = []
+        for dialect in ("core330", "es100"):
+            shadow_map = es_map(glcontext, *gpu, kind, shadow, dialect)
+            slots = receiver_slots(light, shadow_map, glcontext.caps)
+            defines = {**receiver_defines(light, shadow_map), "GLS_OUTPUT": 0}
+            program = gpu[1].get("pass/forward.vert", "pass/forward.frag", dialect, slots, defines)
+            pictures.append(forward.draw(program, light, shadow_map))
+            shadow_map.atlas.release()
+        core, es = pictures
+        seen = core.values[core.hit][:, 0]
+        assert (seen < 0.5).any(), (bias, kernel)
+        assert (seen > 0.5).any() or isinstance(bias, NoBias), (bias, kernel)
+        assert np.abs(es.values - core.values).max() <= ROUNDING, (bias, kernel)
+
+
+@pytest.mark.parametrize("output", [1, 2])
+def test_shaded_picture_is_the_same_in_both_dialects(
+    glcontext: GLContext, gpu: tuple[GpuScene, Programs], forward: Forward, output: int
+) -> None:
+    shadow = Shadow(bias=ReceiverPlaneBias(), target=Target.RGBA8)
+    light = light_of("spot", shadow)
+    shadow_map = es_map(glcontext, *gpu, "spot", shadow, "es100")
+    slots, defines = receiver_slots(light, shadow_map, glcontext.caps), receiver_defines(light, shadow_map)
+    core, es = (
+        forward.draw(
+            gpu[1].get("pass/forward.vert", "pass/forward.frag", dialect, slots, {**defines, "GLS_OUTPUT": output}),
+            light,
+            shadow_map,
+        )
+        for dialect in ("core330", "es100")
+    )
+    shadow_map.atlas.release()
+    assert len(np.unique(core.values)) > 100
+    # sRGB encodes by pow, whose error is a few units in the last place of its result.
+    assert np.abs(es.values - core.values).max() <= ROUNDING
+
+
+def test_depth_targets_are_refused(glcontext: GLContext, gpu: tuple[GpuScene, Programs]) -> None:
+    light = light_of("directional", Shadow(target=Target.DEPTH16))
+    shadow_map = draw_map(glcontext, gpu[1], gpu[0], light, views_of(small_scene(), light, CLIP))
+    with pytest.raises(SettingsError, match="depth16.*R32F, R16F, R8 or RGBA8"):
+        receiver_source(glcontext, light, shadow_map, "es100")
+    shadow_map.atlas.release()
