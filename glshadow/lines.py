@@ -57,6 +57,15 @@ class Canvas:
         y = (top - tangent[..., 1]) / (top - bottom) * self.height
         return np.stack([x, y], axis=-1), depth
 
+    def point(self, places: ArrayLike, depth: ArrayLike) -> Array:
+        """World points (..., 3) at pixels (..., 2) and view depths (...): `place` the other way round."""
+        place = np.asarray(places, dtype=np.float64)
+        left, right, bottom, top = self._window
+        x = left + place[..., 0] / self.width * (right - left)
+        y = top - place[..., 1] / self.height * (top - bottom)
+        local = np.stack([x, y, -np.ones_like(x)], axis=-1) * np.asarray(depth, dtype=np.float64)[..., None]
+        return np.asarray((local - self._view[:3, 3]) @ self._view[:3, :3])
+
     def inside(self, points: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:
         """Which world points (..., 3) are in the picture, `margin` pixels from its edges."""
         place, _ = self.place(points)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.cameras import pixel_rays
 from glshadow.core.lights import DirectionalLight, Light, SpotLight
 from glshadow.core.spaces import Array, project, view_axes
 from glshadow.core.view import ShadowView
@@ -122,19 +121,15 @@ def round_step(length: float) -> float:
     return float(power * max(factor for factor in (1.0, 2.0, 5.0) if factor * power <= length * (1.0 + 1e-9)))
 
 
-def floor_height(frame: Frame) -> float:
+def floor_height(canvas: Canvas, frame: Frame) -> float:
     """The scene's lowest y; or, if a fifth of what is seen is level within its lowest tenth, that ground's height."""
     low, high = frame.scene.bounds[:, 1]
     assert frame.depth is not None
     rows, columns = (np.arange(0, n, max(1, n // 180)) for n in frame.depth.shape)
     depth = frame.depth[np.ix_(rows, columns)].astype(np.float64)
-    left, right, bottom, top = frame.camera.window(frame.size)
-    x = left + (columns + 0.5) / frame.size[0] * (right - left)
-    y = top - (rows + 0.5) / frame.size[1] * (top - bottom)
-    axes = frame.camera.view_from_world[:3, :3]
-    rise = x[None, :] * axes[0, 1] + y[:, None] * axes[1, 1] - axes[2, 1]
+    places = np.stack(np.meshgrid(columns + 0.5, rows + 0.5), axis=-1)
     seen = np.isfinite(depth)
-    heights = frame.camera.position[1] + rise[seen] * depth[seen]
+    heights = canvas.point(places[seen], depth[seen])[:, 1]
     step = 2e-3 * max(float(high - low), 1e-3 * _extent(frame))
     lowest = heights[heights <= low + 0.1 * (high - low)]
     if len(lowest) == 0:
@@ -149,7 +144,7 @@ def floor_height(frame: Frame) -> float:
 def _draw_grid(canvas: Canvas, frame: Frame) -> None:
     low, high = frame.scene.bounds
     width = max(float(high[0] - low[0]), float(high[2] - low[2])) or _extent(frame)
-    step, y = round_step(width / GRID_CELLS), floor_height(frame)
+    step, y = round_step(width / GRID_CELLS), floor_height(canvas, frame)
     fine: list[Segment] = []
     coarse: list[Segment] = []
     x0, x1, z0, z1 = (step * edge for edge in (np.floor(low[0] / step), np.ceil(high[0] / step),
@@ -164,7 +159,7 @@ def _draw_grid(canvas: Canvas, frame: Frame) -> None:
 
 def _draw_axes(canvas: Canvas, frame: Frame) -> None:
     low, high = frame.scene.bounds
-    y, length = floor_height(frame), 0.12 * _extent(frame)
+    y, length = floor_height(canvas, frame), 0.12 * _extent(frame)
     corners = np.array([[x, y, z] for x in (low[0], high[0]) for z in (low[2], high[2])])
     tips = corners[:, None] + length * np.eye(3)
     seen = canvas.inside(corners, 8.0) & canvas.inside(tips, 16.0).all(axis=-1)
@@ -174,10 +169,9 @@ def _draw_axes(canvas: Canvas, frame: Frame) -> None:
         _draw_triad(canvas, origin, length, flat=False)
         return
     # No corner is in the picture: only the directions, in its lower left
-    ray = pixel_rays(frame.camera, (1, 1), (0.09 * canvas.height / canvas.width, 0.87))[0, 0]
-    origin = np.asarray(frame.camera.position) + 2.0 * frame.near * ray
-    left, right, _, _ = frame.camera.window(frame.size)
-    _draw_triad(canvas, origin, 2.0 * frame.near * 0.07 * canvas.height / canvas.width * (right - left), flat=True)
+    places = canvas.height * np.array([[0.09, 0.87], [0.09, 0.80]])
+    origin, top = canvas.point(places, 2.0 * frame.near)
+    _draw_triad(canvas, origin, float(np.linalg.norm(top - origin)), flat=True)
 
 
 def _draw_triad(canvas: Canvas, origin: Array, length: float, flat: bool) -> None:

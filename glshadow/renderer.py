@@ -563,7 +563,7 @@ def _stored(shadow_map: Map | None) -> NDArray[np.float32]:
     components = atlas.texture.components
     if target in (Target.R8, Target.RGBA8):
         raw = np.frombuffer(atlas.texture.read(), np.uint8).reshape(atlas.size[1], atlas.size[0], components)
-        values = unpack(raw / 255.0) if target is Target.RGBA8 else raw[..., 0] / 255.0
+        values = np.minimum(unpack(raw / 255.0), 1.0) if target is Target.RGBA8 else raw[..., 0] / 255.0
     else:
         dtype = {Target.R16F: np.float16}.get(target, np.float32)
         values = np.frombuffer(atlas.texture.read(), dtype).reshape(atlas.size[1], atlas.size[0])

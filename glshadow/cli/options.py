@@ -109,8 +109,8 @@ picture_options = _all(
     option("Camera", "--far", metavar="D", read=values.plane, help="Nothing farther is drawn. Default: derived."),
     option("Lights", "--light", "lights", metavar="LIGHT", read=values.light, multiple=True,
            help="sun:DX,DY,DZ or spot:PX,PY,PZ:DX,DY,DZ[:OUTER[:INNER]] or point:X,Y,Z. D is the way the light "
-                "travels, P where it is, OUTER and INNER degrees from the cone's axis (30, and two thirds of OUTER). May "
-                "be followed by :key=value, any of intensity=1 color=1,1,1 near=D far=D shadow=on|off, for spot and point "
+                "travels, P where it is, OUTER and INNER degrees from the cone's axis (30, and two thirds of OUTER). "
+                "Any :key=value may follow: intensity=1 color=1,1,1 near=D far=D shadow=on|off, for spot and point "
                 "range=D falloff=0 (2: physical) radius=0, for sun angle=0. Repeat for more lights. Default: the "
                 "file's lights, else one sun."),
     option("Shadow (of every light)", "--resolution", metavar="N", read=values.resolution,

@@ -189,7 +189,8 @@ def _local_view(
         lateral = np.concatenate([local[:, :2], -local[:, :2]], axis=1)
         if depth.max() <= 0.0 or (lateral > edge * depth[:, None]).all(axis=0).any():
             continue  # behind the light, or wholly beyond one side of the window
-        nearest, farthest = min(nearest, float(depth.min())), max(farthest, float(depth.max()))
+        reach = np.linalg.norm(local, axis=1) if kind == "point" else depth  # its metric is the distance: sqrt(3) more in a corner
+        nearest, farthest = min(nearest, float(depth.min())), max(farthest, float(reach.max()))
         if depth.min() <= NEAREST_SHARE[True] * depth.max():
             low, high = np.full(2, -edge), np.full(2, edge)  # reaches around the light: every direction
         else:

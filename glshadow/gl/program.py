@@ -78,7 +78,12 @@ class Programs:
         self._programs: dict[tuple[Any, ...], Program] = {}
 
     def get(
-        self, vertex: str, fragment: str, dialect: str = "core330", slots: Slots | None = None, defines: Defines | None = None
+        self,
+        vertex: str,
+        fragment: str,
+        dialect: str = "core330",
+        slots: Slots | None = None,
+        defines: Defines | None = None,
     ) -> Program:
         """The program of a vertex and a fragment pass, compiled the first time it is asked for.
 

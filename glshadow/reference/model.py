@@ -33,6 +33,7 @@ from glshadow.core.spaces import Array, transform
 from glshadow.core.view import ShadowView
 
 SNAP = 1.0 / 128.0  # texels: rasterisers round a vertex to 1/256 (8 bits below the pixel), which moves edges and depths
+FACET_SLOPE = float(np.tan(np.radians(1.0)))  # angle between facets of a finely tessellated body
 
 
 @dataclass(frozen=True)
@@ -287,13 +288,15 @@ class _Receivers:
     slope: Array
     slack_texels: float
     constant: float  # stored units towards the light
+    facet: float  # by which the derived bias lets neighbouring facets rise: world units of a sun, else share of depth
 
     def compare_depth(self, offset: Array, change: float) -> Array:
         """Depth to compare with what is stored `offset` (N, 2) texels away, the receiver moved by `change`."""
-        view, texel, depth = self.view, np.array(self.view.texel), self.depth + change
+        view, texel = self.view, np.array(self.view.texel)
+        depth = self.depth * (1.0 - (0.0 if view.kind == "directional" else self.facet)) + change
         along, slack = (self.slope * offset).sum(axis=-1), self.slack_texels * np.abs(self.slope).sum(axis=-1)
         if view.kind == "directional":
-            depth = depth - slack + along
+            depth = depth - self.facet - slack + along
         else:
             nearer = 1.0 / np.maximum(depth, 1e-30) + slack
             if view.kind == "point" and not self.target.is_depth and self.follows:
@@ -320,12 +323,13 @@ def _projected(view: ShadowView, target: Target, local: Array, normal: Array, ke
     xy = local[:, :2] if sun else local[:, :2] / depth[:, None]
     below = normal[:, 2] if sun else (normal * local).sum(axis=-1)
     slope = normal[:, :2] * np.array(view.texel) / below[:, None] if follows else np.zeros_like(xy)
+    facet = FACET_SLOPE * kernel.reach_texels * max(view.texel) if follows else 0.0
     constant = 0.0
     if follows and not (target is Target.DEPTH32F and view.clip.reversed):
         constant = target.quantum
     if isinstance(bias, ClipBias) and not bias.caster:
         constant = bias.clip * (bias_factor(view.clip) / _span(view) if target.is_depth else 1.0)
-    return _Receivers(view, target, follows, xy, depth, ahead, slope, kernel.slack_texels, constant)
+    return _Receivers(view, target, follows, xy, depth, ahead, slope, kernel.slack_texels, constant, facet)
 
 
 def _filtered(

@@ -65,11 +65,15 @@ class AnalyticScene:
         return np.where(facing & ~dark.reshape(points.shape[:-1]), 1.0, 0.0)
 
 
-def wall(elevation: float = 30.0, height: float = 2.0) -> AnalyticScene:
-    """A thin wall at x = 0 under a sun: shadow on -height cot(elevation) < x < 0, as wide as the wall."""
+def wall(elevation: float = 30.0, height: float = 2.0, half: float | None = None) -> AnalyticScene:
+    """A thin wall at x = 0 under a sun: shadow on -height cot(elevation) < x < 0, as wide as the wall.
+
+    `half` is half the wall's width; None: wide enough for the default camera.
+    """
     sun = _sun(elevation)
     reach = height / np.tan(np.radians(elevation))
-    half, margin = max(height, 0.25 * reach), 0.5 * (height + reach)
+    half = max(height, 0.25 * reach) if half is None else half
+    margin = 0.5 * (height + reach)
     upright = shapes.rectangle((0.0, 0.0, half), (0.0, 0.0, -2.0 * half), (0.0, height, 0.0))
     ground = _ground(-reach - margin, margin, 2.0 * half)
     camera = _camera((-0.5 * reach, 0.0, 0.0), (-0.3, 0.8, 0.6), 1.2 * reach + 3.0 * height)

@@ -23,6 +23,7 @@ from glshadow.shader.variants import Variant, distinct
 TOOL = "glslangValidator"
 MISSING = f"{TOOL} is missing, so no shader was validated (apt-get install glslang-tools)"
 _LIMITS = Path(__file__).with_name("webgl1.conf")
+_CANARY = "canary.frag"  # a broken file in each batch: a tool that does not complain of it checks nothing
 _DECLARATION = re.compile(r"\b(uniform|attribute|varying)\s+(?:\w+p\s+)?(\w+)\s+\w+\s*(?:\[\s*(\d+)\s*\])?\s*;")
 # Rows and columns that a variable takes in the packing of GLSL ES 1.00, Appendix A.7.
 _SHAPES = {"float": (1, 1), "int": (1, 1), "bool": (1, 1), "vec2": (1, 2), "vec3": (1, 3), "vec4": (1, 4)}
@@ -82,7 +83,8 @@ def _write(texts: Mapping[str, Variant], folder: Path) -> list[str]:
 def _validate(texts: Mapping[str, Variant], folder: Path, options: list[str]) -> list[str]:
     if not texts:
         return []
-    names = _write(texts, folder)
+    (folder / _CANARY).write_text("this is no shader\n", encoding="utf-8")
+    names = [*_write(texts, folder), _CANARY]
     output = _run([*options, *names], folder)
     messages: dict[str, list[str]] = {}
     name = ""
@@ -92,15 +94,13 @@ def _validate(texts: Mapping[str, Variant], folder: Path, options: list[str]) ->
             messages[name] = []
         elif line.startswith("ERROR") and "compilation" not in line:
             messages.setdefault(name, []).append(line)
-    silent = set(names) - set(messages)
-    if silent:
-        raise ShaderError(f"{TOOL} said nothing about {len(silent)} of {len(names)} files; it printed {output[:500]!r}")
-    variants = list(texts.values())
-    found = []
-    for i, key in enumerate(names):
-        text = variants[i].compose() if messages[key] else None
-        found += [f"{text.explain(line)}    in {variants[i].label}" for line in messages[key] if text]
-    return found
+    if set(messages) != set(names) or not messages[_CANARY]:
+        raise ShaderError(f"{TOOL} answered for {len(messages)} of {len(names)} files; it printed {output[:500]!r}")
+    return [
+        f"{variant.compose().explain(line)}    in {variant.label}"
+        for key, variant in zip(names, texts.values(), strict=False)
+        for line in messages[key]
+    ]
 
 
 def _count(texts: Mapping[str, Variant], folder: Path) -> list[str]:

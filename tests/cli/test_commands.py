@@ -2,6 +2,7 @@
 
 import json
 import warnings
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -222,7 +223,8 @@ def test_missing_file(folder):
 
 
 @pytest.mark.parametrize(
-    "name", ["made_cube_all_nan.glb", "glb_truncated_chunk_data.glb", "RecursiveNodes.gltf", "empty.stl", "OutOfMemory.off"]
+    "name",
+    ["made_cube_all_nan.glb", "glb_truncated_chunk_data.glb", "RecursiveNodes.gltf", "empty.stl", "OutOfMemory.off"],
 )
 def test_hostile_file_is_one_line(folder, models, name):
     result = run("render", str(models / "hostile" / name), code=1)
@@ -320,7 +322,7 @@ def test_measure_without_embree(folder, monkeypatch):
     def missing(*_, **__):
         raise gs.ReferenceUnavailable("embreex is not installed: pip install 'glshadow[reference]'")
 
-    monkeypatch.setattr("glshadow.reference.trace.trace", missing)
+    monkeypatch.setattr(import_module("glshadow.reference.trace"), "trace", missing)
     assert "pip install" in run("measure", *SMALL, code=1).stderr
 
 
@@ -328,7 +330,8 @@ def test_measure_refuses_exr(folder):
     assert "-o of measure" in run("measure", *SMALL, "-o", "x.exr", code=2).stderr
 
 
-WORKS = {"works": True, "caps": {"renderer": "R", "vendor": "V", "version": "4.5", "max_texture_size": 16384, "clip_control": True},
+WORKS = {"works": True,
+         "caps": {"renderer": "R", "vendor": "V", "version": "4.5", "max_texture_size": 16384, "clip_control": True},
          "depth_formats": {"DEPTH16": True}, "color_formats": {"R8": False}}  # fmt: skip
 BROKEN = {"works": False, "reason": "libEGL is missing", "remedy": "apt-get install libegl1"}
 
@@ -365,5 +368,11 @@ def test_help(command):
 
 def test_help_tells_every_default():
     page = " ".join(run("render", "--help").stdout.split())
-    for words in ("Default: pcf:1", "Default: receiver-plane", "Default: depth32f", "Default: 2048", "default: 1280x720"):
+    for words in (
+        "Default: pcf:1",
+        "Default: receiver-plane",
+        "Default: depth32f",
+        "Default: 2048",
+        "default: 1280x720",
+    ):
         assert words in page

@@ -25,9 +25,7 @@ def test_lists_for_help_are_those_of_the_settings():
         ("point:1,2,-3", gs.PointLight(position=(1, 2, -3))),
         (
             "point:0,2,0:intensity=2:color=1,0.9,0.8:range=10:falloff=2:radius=0.1",
-            gs.PointLight(
-                position=(0, 2, 0), intensity=2, color=(1, 0.9, 0.8), range=10, falloff=2, radius=0.1
-            ),
+            gs.PointLight(position=(0, 2, 0), intensity=2, color=(1, 0.9, 0.8), range=10, falloff=2, radius=0.1),
         ),
         ("point:0,2,0:shadow=off", gs.PointLight(position=(0, 2, 0), shadow=None)),
         ("spot:0,9,0:0,-1,0.5", gs.SpotLight(position=(0, 9, 0), direction=(0, -1, 0.5))),
@@ -88,7 +86,9 @@ def test_bias(text, bias):
     assert values.bias(text) == bias
 
 
-@pytest.mark.parametrize("text", ["constant", "constant:", "constant:x", "constant:-1", "slope:1", "none:1", "", "magic"])
+@pytest.mark.parametrize(
+    "text", ["constant", "constant:", "constant:x", "constant:-1", "slope:1", "none:1", "", "magic"]
+)
 def test_bias_refused(text):
     with pytest.raises(SettingsError):
         values.bias(text)

@@ -25,19 +25,22 @@ from glshadow.gl.receiver import Map
 from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene, box_corners
 
-SIZE = (96, 64)
+SIZE = (192, 128)
 REACH = 20.0  # no coordinate of the scene, in any frame, is larger
-RESOLUTION = 128
-CAMERA = PerspectiveCamera(position=(5.0, 4.0, 6.0), target=(0.0, 0.5, 0.0), fov_y=50.0)
+RESOLUTION = 256
+CAMERA = PerspectiveCamera(position=(5.0, 4.0, 6.0), target=(0.0, 0.4, 0.0), fov_y=36.0)
 BACKGROUND = 0.25
 
 
 def small_scene() -> Scene:
-    """A ground, three columns and an icosahedron above them: 50 flat triangles, not centred on the origin."""
-    columns = shapes.joined([shapes.box((0.4, 1.5, 0.4), (x, 0.75, z)) for x, z in ((-1.2, 0.3), (0.1, -1.0), (1.1, 0.7))])
+    """A ground, three columns, a roof and an icosahedron: 80 flat triangles."""
+    columns = shapes.joined(
+        [shapes.box((0.4, 1.5, 0.4), (x, 0.75, z)) for x, z in ((-1.2, 0.3), (0.1, -1.0), (1.1, 0.7))]
+    )
     positions, triangles = shapes.icosphere(0, 0.5)
     parts = {"ground": shapes.box((6.0, 0.2, 6.0), (0.0, -0.1, 0.0)), "columns": columns}
-    parts["ball"] = (positions + (0.0, 1.8, 0.4), triangles)
+    parts["ball"] = (positions + (-1.4, 1.2, -1.2), triangles)
+    parts["roof"] = shapes.box((2.4, 0.1, 2.4), (0.6, 1.7, -0.3))
     return Scene(tuple(Node(name, Mesh(*solid), np.eye(4)) for name, solid in parts.items()), CAMERA)
 
 

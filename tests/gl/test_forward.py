@@ -18,6 +18,7 @@ from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, ClipSpace
+from glshadow.core.view import Kind
 from glshadow.errors import SettingsError
 from glshadow.gl.context import GLContext
 from glshadow.gl.forward import draw_map, receiver_source
@@ -127,8 +128,9 @@ def surface() -> tuple[Array, Array, NDArray[np.int64]]:
 
 
 @cache
-def truth(light: Light) -> Array:
+def truth(kind: Kind) -> Array:
     """(H, W) 1 lit, 0 dark or turned away, NaN where there is no surface."""
+    light = light_of(kind, Shadow())
     corners = np.concatenate([node.mesh.positions[node.mesh.triangles] for node in small_scene().nodes])
     points, normal, triangle = surface()
     if isinstance(light, DirectionalLight):
@@ -172,12 +174,15 @@ def test_pairwise_choice_has_every_setting() -> None:
     assert [len(column) for column in columns] == [len(KINDS), 3, len(BIASES), len(FILTERS), 3]
 
 
-# Pixels that an edge may reach: a texel of these maps is up to 0.09 units, a pixel 0.08 units at the middle of the picture.
+# Pixels that an edge may reach, and one more per texel of the radius: a texel of these maps is up to 0.05 units at the ground, a
+# pixel 0.045 at the middle of the picture.
 EDGE_PIXELS = 2
 
 
 @pytest.mark.parametrize(
-    "row", pairwise(), ids=lambda row: "-".join(re.sub(r"radius=|world=.*|texels=.*|[()]", "", str(getattr(v, "value", v))) for v in row)
+    "row",
+    pairwise(),
+    ids=lambda row: "-".join(re.sub(r"radius=|world=.*|texels=.*|[()]", "", str(getattr(v, "value", v))) for v in row),
 )
 def test_forward_draws_the_true_shadow(
     glcontext: GLContext, gpu: tuple[GpuScene, Programs], forward: Forward, row: tuple[object, ...]
@@ -191,11 +196,11 @@ def test_forward_draws_the_true_shadow(
     program = forward_program(glcontext, gpu[1], light, shadow_map, str(dialect), GLS_OUTPUT=0)
     picture = forward.draw(program, light, shadow_map)
     shadow_map.atlas.release()
-    found, true = picture.values[..., 0].astype(np.float64), truth(light)
+    found, true = picture.values[..., 0].astype(np.float64), truth(kind)  # type: ignore[arg-type]
     assert ((found >= 0.0) & (found <= 1.0 + 1e-6)).all()
     inside = interior(true, EDGE_PIXELS + kernel.radius)  # type: ignore[attr-defined]
-    # A kernel of radius 4 leaves little of the dark that no edge reaches.
     assert (inside & (true == 1.0)).sum() > 100
+    assert (inside & (true == 0.0)).sum() > 20
     if not isinstance(bias, ReceiverPlaneBias):
         inside &= true == 0.0  # other biases leave acne on the lit side, which is what they are there to show
     np.testing.assert_allclose(found[inside], true[inside], atol=1e-6)
@@ -215,7 +220,7 @@ def test_derived_normal_draws_the_same(
         assert ("a_normal" in program) == (not derived)
         pictures.append(forward.draw(program, light, shadow_map).values[..., 0])
     shadow_map.atlas.release()
-    # Differences of neighbouring positions keep about 2^-24 * 20 / 0.08 = 1.5e-5 of a pixel's width: the plane differs by less
+    # Differences of neighbouring positions keep about 2^-24 * 20 / 0.045 = 3e-5 of a pixel's width: the plane differs by less
     # than the slack, so that at most a comparison at an edge turns over.
     differs = np.abs(pictures[0] - pictures[1]) > 1e-5
     assert differs.sum() <= 0.002 * (pictures[0] != BACKGROUND).sum()
@@ -235,7 +240,7 @@ def test_derivatives_snippet_equals_its_twin(glcontext: GLContext, rng: np.rando
     ctx = glcontext.ctx
     program = ctx.program(TRIANGLE, code + "void main() { o_gradient = receiver_plane_from_derivatives(u_dx, u_dy); }")
     texture = ctx.texture((1, 1), 2, dtype="f4")
-    framebuffer, array = ctx.framebuffer([texture]), ctx.vertex_array(program, [])
+    before, framebuffer, array = ctx.fbo, ctx.framebuffer([texture]), ctx.vertex_array(program, [])
     framebuffer.use()
     cases = [(rng.normal(size=3), rng.normal(size=3)) for _ in range(50)]
     cases += [(np.array([1.0, 2.0, 0.5]), np.array([2.0, 4.0, 3.0])), (np.zeros(3), np.ones(3))]  # edge-on, no extent
@@ -249,6 +254,7 @@ def test_derivatives_snippet_equals_its_twin(glcontext: GLContext, rng: np.rando
         det = abs(dx[0] * dy[1] - dx[1] * dy[0]) or 1.0
         terms = np.abs(dx).max() * np.abs(dy).max() * 2.0
         np.testing.assert_allclose(found, expected, atol=8 * 2.0**-24 * terms / det * (1.0 + np.abs(expected).max()))
+    before.use()
     for thing in (array, framebuffer, texture, program):
         thing.release()
 
@@ -277,13 +283,15 @@ def test_foreign_program_includes_the_receiver(
     ours = forward_program(glcontext, gpu[1], light, shadow_map, "core330")
     vertex = Variant("pass/forward.vert", "core330", {}, {}).compose()
     lines = source.splitlines()
-    theirs = Program(glcontext, vertex, Text(source, (("stranger", 1),) * len(lines), ("stranger", "stranger"), frozenset()))
-    # The scene's faces are all turned outward, so this program needs no eye.
+    theirs = Program(
+        glcontext, vertex, Text(source, (("stranger", 1),) * len(lines), ("stranger", "stranger"), frozenset())
+    )
     expected = forward.draw(ours, light, shadow_map)
     found = forward.draw(theirs, light, shadow_map, u_towards=(0.0, 0.0, 1.0))
     theirs.gl.release()
     shadow_map.atlas.release()
-    np.testing.assert_array_equal(found.values, expected.values)
+    # Theirs knows no eye: a face edge-on to it, which ours turns to the side that is seen, may come out differently.
+    assert (found.values != expected.values).any(axis=-1).sum() <= 2
     assert (found.values[found.hit] < 0.5).any()
 
 

@@ -90,7 +90,7 @@ def test_every_texel_holds_the_formula(renderer: Renderer, kind: str, clip: Clip
     nearest, farthest = (1.0, 0.0) if target.is_depth and clip.reversed else (0.0, 1.0)
     assert (np.abs(stored - farthest) <= target.quantum).any(), "nothing lies beyond far"
     between = (low > 0.02) & (high < 0.98)
-    assert between.mean() > 0.04, "nothing lies between near and far"
+    assert between.mean() > 0.02, "nothing lies between near and far"
     if target.is_depth or kind == "directional":
         assert (stored == nearest).any(), "nothing is clamped to near"
 
@@ -101,8 +101,10 @@ def test_every_texel_holds_the_formula(renderer: Renderer, kind: str, clip: Clip
 def test_derived_range_holds_the_whole_scene(renderer: Renderer, kind: str, clip: ClipSpace, target: Target) -> None:
     stored, low, high = stored_bounds(renderer, light_of(kind, clip=clip, target=target), clip, target)
     assert ((stored >= low) & (stored <= high)).all()
-    assert stored.min() > 0.0
-    assert ((stored > 0.0) & (stored < 1.0)).mean() > 0.15
+    nothing = clip.clear_depth if target.is_depth else 1.0
+    drawn = stored[np.abs(stored - nothing) > 1.5 * target.quantum]
+    assert drawn.size > 0.05 * stored.size
+    assert 0.0 < drawn.min() < drawn.max() < 1.0  # what is seen lies strictly between near and far: nothing is clamped
 
 
 def facing_square(distance: float, half: float = 40.0) -> shapes.Solid:

@@ -1,0 +1,306 @@
+"""Mutated model files and random settings through the whole renderer, in worker processes that may crash or hang.
+
+The generators and the rules of judgement are those of tests/robustness, which runs a fixed 200 of each.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import multiprocessing as mp
+import os
+import resource
+import sys
+import tempfile
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tests" / "robustness"))
+
+import mutated_files
+import random_settings
+import verdict
+from verdict import FAIL, OK, REFUSED, WARNED, Verdict
+
+import glshadow as gs
+
+MODELS = Path(os.environ.get("GLSHADOW_MODELS", ROOT.parent / "shared" / "models"))
+KINDS = ("files", "settings")
+START_S = 60.0  # a worker may take so long to start: Python, the driver, the first programs
+MEMORY = 6 << 30  # address space of a worker: an allocation gone wild must fail in it, not in the machine
+CONTROL = 64  # cases between two pictures that must come out as they did at first
+
+Job = tuple[str, int, int]  # kind, seed, number
+
+
+def rng_of(job: Job) -> np.random.Generator:
+    """Each case has a generator of its own, so that it can be made again alone."""
+    return np.random.default_rng([job[1], KINDS.index(job[0]), job[2]])
+
+
+class Bench:
+    """One renderer, the files to mutate, and a picture that must never change."""
+
+    def __init__(self) -> None:
+        self.files = mutated_files.sources(MODELS)
+        self.refused = refused(self.files)
+        self.folder = tempfile.TemporaryDirectory(prefix="glshadow-fuzz-")
+        self.renderer = gs.Renderer()
+        self.control = random_settings.case(np.random.default_rng(3))
+        self.expected = self._control()
+        self.done = 0
+
+    def close(self) -> None:
+        """Free all."""
+        self.renderer.release()
+        self.folder.cleanup()
+
+    def _control(self) -> np.ndarray:
+        case = self.control
+        return self.renderer.render(case.scene, None, None, (32, 32)).image  # type: ignore[return-value]
+
+    def run(self, job: Job) -> Verdict:
+        """Judge one case; every CONTROL cases, and after every refusal by the renderer, the control picture too."""
+        result = self._file(job) if job[0] == "files" else self._settings(job)
+        self.done += 1
+        if self.done % CONTROL == 0 or (result.kind in (REFUSED, FAIL) and not result.cause.startswith("SceneError")):
+            after = verdict.judged(lambda: np.testing.assert_array_equal(self._control(), self.expected))
+            if after.kind == FAIL:
+                return Verdict(FAIL, f"the next picture is wrong after: {result.cause}", after.detail + result.detail)
+        return result
+
+    def _file(self, job: Job) -> Verdict:
+        mutant = mutated_files.mutant(rng_of(job), self.files, self.refused)
+        path = Path(self.folder.name) / f"fuzz{mutant.suffix}"
+        path.write_bytes(mutant.data)
+
+        def work() -> None:
+            scene = gs.load(path)
+            verdict.checked_render(self.renderer, scene, None, verdict.small_maps(scene.lights), (64, 64))
+
+        return verdict.judged(work)
+
+    def _settings(self, job: Job) -> Verdict:
+        case = random_settings.case(rng_of(job))
+        return verdict.judged(
+            lambda: verdict.checked_render(
+                self.renderer, case.scene, case.camera, case.lights, case.size, ambient=case.ambient, background=case.background
+            )  # type: ignore[arg-type,return-value]
+        )
+
+
+def keep(folder: Path, job: Job, result: Verdict) -> None:
+    """Save what it takes to see a failure again."""
+    folder.mkdir(parents=True, exist_ok=True)
+    name = f"{job[0]}_{job[1]}_{job[2]}"
+    story = [f"scripts/fuzz --only {job[0]}:{job[1]}:{job[2]}", result.cause, result.detail]
+    if job[0] == "files":
+        mutant = mutant_of(job)
+        (folder / f"{name}{mutant.suffix}").write_bytes(mutant.data)
+        story.insert(1, f"{mutant.source}: {'; '.join(mutant.changes)}")
+    else:
+        story.insert(1, random_settings.case(rng_of(job)).text)
+    (folder / f"{name}.txt").write_text("\n\n".join(story) + "\n")
+
+
+# --- workers
+
+
+def serve(pipe: Connection, log: str) -> None:
+    """A worker: jobs in, verdicts out, until None comes."""
+    with open(log, "w") as stream:
+        os.dup2(stream.fileno(), 2)
+        faulthandler.enable(stream, all_threads=False)
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        bench = Bench()
+        pipe.send("ready")
+        while (job := pipe.recv()) is not None:
+            pipe.send(bench.run(job))
+        bench.close()
+
+
+@dataclass
+class Worker:
+    """A process, its job and until when it has to be done."""
+
+    folder: Path
+    number: int
+    job: Job | None = None
+    deadline: float = 0.0
+    process: Any = field(init=False)
+    pipe: Connection = field(init=False)
+
+    def __post_init__(self) -> None:
+        context = mp.get_context("spawn")
+        self.log = self.folder / f"worker{self.number}.log"
+        self.pipe, theirs = context.Pipe()
+        self.process = context.Process(target=serve, args=(theirs, str(self.log)), daemon=True)
+        self.process.start()
+        theirs.close()
+        self.deadline = time.monotonic() + START_S
+
+    def give(self, job: Job, seconds: float) -> None:
+        """Start a job."""
+        self.job, self.deadline = job, time.monotonic() + seconds
+        self.pipe.send(job)
+
+    def end(self) -> str:
+        """Kill it; what it last said on standard error."""
+        self.process.kill()
+        self.process.join()
+        self.pipe.close()
+        return self.log.read_text(errors="replace")[-4000:]
+
+
+def run_all(jobs: list[Job], workers: int, seconds: float, kept: Path, tick: Any) -> dict[str, list[tuple[Job, Verdict]]]:
+    """Verdicts of all jobs by kind. A crash or a hang is the verdict of its job, and a new worker goes on."""
+    results: dict[str, list[tuple[Job, Verdict]]] = {kind: [] for kind in KINDS}
+    waiting = list(reversed(jobs))
+    broken_starts = 0
+
+    def note(job: Job, result: Verdict) -> None:
+        results[job[0]].append((job, result))
+        if result.kind == FAIL:
+            keep(kept, job, result)
+        tick(job[0], result.kind)
+
+    with tempfile.TemporaryDirectory(prefix="glshadow-fuzz-") as logs:
+        crew = [Worker(Path(logs), i) for i in range(workers)]
+        try:
+            while crew:
+                ready = wait([each.pipe for each in crew], timeout=0.2)
+                for place, worker in enumerate(list(crew)):
+                    answer, ended = None, False
+                    if worker.pipe in ready:
+                        try:
+                            answer = worker.pipe.recv()
+                        except (EOFError, OSError):
+                            ended = True
+                    late = time.monotonic() > worker.deadline and answer is None
+                    if ended or late:
+                        code, said = worker.process.exitcode, worker.end()
+                        cause = f"crash, exit code {worker.process.exitcode}" if ended else f"hang: more than {seconds:g} s"
+                        if worker.job is None:
+                            broken_starts += 1
+                            if broken_starts > 3:
+                                raise click.ClickException(f"the workers do not start ({code}):\n{said}")
+                        else:
+                            note(worker.job, Verdict(FAIL, cause, said))
+                        crew[place] = Worker(Path(logs), worker.number)
+                        continue
+                    if answer is None:
+                        continue
+                    if worker.job is not None:
+                        note(worker.job, answer)
+                    if waiting:
+                        worker.give(waiting.pop(), seconds)
+                    else:
+                        worker.pipe.send(None)
+                        worker.process.join(10)
+                        worker.end()
+                        crew.remove(worker)
+                        break  # the places have moved
+        finally:
+            for worker in crew:
+                worker.end()
+    return results
+
+
+# --- what is shown
+
+
+def table(results: dict[str, list[tuple[Job, Verdict]]], seconds: float) -> Any:
+    """Counts by kind and verdict."""
+    from rich.table import Table
+
+    shown = Table("", "cases", OK, WARNED, REFUSED, FAIL, title=f"{seconds:.0f} s")
+    for kind, rows in results.items():
+        if rows:
+            counts = Counter(result.kind for _, result in rows)
+            shown.add_row(kind, str(len(rows)), *(str(counts[each]) for each in (OK, WARNED, REFUSED, FAIL)))
+    return shown
+
+
+def causes(results: dict[str, list[tuple[Job, Verdict]]], which: tuple[str, ...]) -> list[str]:
+    """`count x kind cause (first case)`, most frequent first."""
+    groups: dict[tuple[str, str, str], list[Job]] = {}
+    for kind, rows in results.items():
+        for job, result in rows:
+            if result.kind in which:
+                groups.setdefault((result.kind, kind, result.cause), []).append(job)
+    rows = sorted(groups.items(), key=lambda item: (item[0][0], -len(item[1])))
+    return [
+        f"{len(jobs):5d} x {verdict_} [{kind}] {cause}   (--only {kind}:{jobs[0][1]}:{jobs[0][2]})"
+        for (verdict_, kind, cause), jobs in rows
+    ]
+
+
+def once(only: str) -> int:
+    """One case in this process, with all that is known about it."""
+    kind, seed, number = only.split(":")
+    job = (kind, int(seed), int(number))
+    if kind == "settings":
+        click.echo(random_settings.case(rng_of(job)).text)
+    bench = Bench()
+    if kind == "files":
+        mutant = mutated_files.mutant(rng_of(job), bench.files, bench.refused)
+        click.echo(f"{mutant.source}: {'; '.join(mutant.changes)}")
+    result = bench.run(job)
+    click.echo(f"{result.kind}: {result.cause}\n{result.detail}")
+    bench.close()
+    return int(result.kind == FAIL)
+
+
+@click.command(help=__doc__)
+@click.option("--files", default=10_000, show_default=True, help="Mutated model files.")
+@click.option("--settings", default=10_000, show_default=True, help="Random settings, lights and cameras.")
+@click.option("--seed", default=0, show_default=True)
+@click.option("--first", default=0, show_default=True, help="Number of the first case, to go on where a run ended.")
+@click.option("--seconds-per-case", default=10.0, show_default=True, help="More is a hang.")
+@click.option("--workers", default=2, show_default=True)
+@click.option("--keep", "kept", default="fuzz_failures", show_default=True, type=click.Path(path_type=Path),
+              help="Folder for the files and settings of failures; made when there is one.")
+@click.option("--causes", "all_causes", is_flag=True, help="Also count the warnings and named errors by their text.")
+@click.option("--only", metavar="KIND:SEED:NUMBER", help="One case again, in this process.")  # fmt: skip
+def main(
+    files: int, settings: int, seed: int, first: int, seconds_per_case: float, workers: int, kept: Path, all_causes: bool,
+    only: str | None,
+) -> None:  # fmt: skip
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    if only:
+        sys.exit(once(only))
+    jobs: list[Job] = [("files", seed, first + i) for i in range(files)] + [("settings", seed, first + i) for i in range(settings)]
+    console = Console(stderr=True)
+    start = time.monotonic()
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[failed]} failed"))
+    with Progress(*columns, TimeRemainingColumn(), console=console) as progress:
+        tasks = {"files": progress.add_task("files", total=files, failed=0), "settings": progress.add_task("settings", total=settings, failed=0)}
+        failed: Counter[str] = Counter()
+
+        def tick(kind: str, result: str) -> None:
+            failed[kind] += result == FAIL
+            progress.update(tasks[kind], advance=1, failed=failed[kind])
+
+        results = run_all(jobs, min(workers, max(len(jobs), 1)), seconds_per_case, kept, tick)
+    out = Console(width=max(console.width, 120))
+    out.print(table(results, time.monotonic() - start))
+    for line in causes(results, (FAIL, WARNED, REFUSED) if all_causes else (FAIL,)):
+        click.echo(line)
+    wrong = sum(result.kind == FAIL for rows in results.values() for _, result in rows)
+    if wrong:
+        click.echo(f"{wrong} failures, kept in {kept}")
+    sys.exit(int(wrong > 0))
+
+
+if __name__ == "__main__":
+    main()

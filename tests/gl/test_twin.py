@@ -1,0 +1,215 @@
+"""Visibility from the GPU against the float64 twin, every pixel, on maps of 3 x 3 to 64 x 64 texels.
+
+The twin answers with the least and the greatest visibility that limited precision allows. Every pixel must lie between,
+and almost everywhere the two are the same number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+
+from glshadow.core.bias import (
+    Bias,
+    ClipBias,
+    ConstantBias,
+    NoBias,
+    NormalOffsetBias,
+    ReceiverPlaneBias,
+    SlopeScaledBias,
+)
+from glshadow.core.cameras import PerspectiveCamera, pixel_rays
+from glshadow.core.fit import SceneFit
+from glshadow.core.kernels import Filter, Hard, Pcf
+from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
+from glshadow.core.metric import Target
+from glshadow.core.shadow import Faces, Shadow
+from glshadow.core.spaces import CLIP_SPACES, Array, ClipSpace
+from glshadow.frame import Frame
+from glshadow.reference import model
+from glshadow.renderer import Renderer
+from glshadow.scene import shapes
+from glshadow.scene.mesh import Mesh, Node, Scene
+
+from ..tolerances import WEIGHT, precision
+
+SIZE = (72, 54)
+CAMERA = PerspectiveCamera(position=(1.4, 3.2, 3.2), target=(-0.1, 0.3, 0.0))
+REACH = 12.0  # of the scene and the camera, world units
+FILTERS: tuple[Filter, ...] = (Hard(), *(Pcf(radius) for radius in range(5)))
+DERIVED, CASTER = ReceiverPlaneBias(), SlopeScaledBias(1.1, 4.0)
+BIASES: tuple[Bias, ...] = (
+    DERIVED,
+    ConstantBias(0.08),
+    NormalOffsetBias(1.5),
+    ClipBias(0.02),
+    ClipBias(0.02, caster=False),
+    NoBias(),
+)
+KINDS = ("directional", "spot", "point")
+DEPTH, METRIC = Target.DEPTH32F, Target.R32F
+
+
+def named(value: Any) -> str:
+    return value.value if isinstance(value, Target) else str(value)
+
+
+@pytest.fixture(scope="module")
+def renderer() -> Iterator[Renderer]:
+    with Renderer("egl") as renderer:
+        yield renderer
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    """A ground, a box that stands on it, and a tilted plate above."""
+    plate = shapes.rectangle((-1.6, 1.1, 1.2), (1.3, 0.2, 0.1), (0.1, 0.3, -1.1))
+    ground = shapes.rectangle((-2.5, 0.0, 2.5), (5.0, 0.0, 0.0), (0.0, 0.0, -5.0))
+    solids = (ground, shapes.box((0.9, 1.3, 0.8), (0.5, 0.65, -0.4)), plate)
+    return Scene(tuple(Node(f"part {i}", Mesh(*solid), np.eye(4)) for i, solid in enumerate(solids)), CAMERA)
+
+
+def light_of(kind: str, shadow: Shadow) -> Light:
+    if kind == "directional":
+        return DirectionalLight(direction=(-0.55, -0.8, 0.25), shadow=shadow)
+    if kind == "spot":
+        return SpotLight(position=(2.2, 3.8, -0.9), direction=(-0.5, -1.0, 0.2), outer_angle=48, shadow=shadow)
+    return PointLight(position=(1.7, 2.9, -1.3), shadow=shadow)
+
+
+def settings(resolution: int, kernel: Filter, bias: Bias, target: Target, **more: Any) -> Shadow:
+    common = {"fit": SceneFit(), "faces": Faces.BOTH} | more
+    return Shadow(resolution=resolution, filter=kernel, bias=bias, target=target, **common)
+
+
+@pytest.fixture(scope="module")
+def hits(scene: Scene) -> tuple[Array, Array, Array]:
+    return model.first_hits(CAMERA, SIZE, triangles_of(scene))
+
+
+def triangles_of(scene: Scene) -> Array:
+    return np.concatenate([node.mesh.positions[node.mesh.triangles] for node in scene.nodes])
+
+
+def surface(frame: Frame, hits: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+    """Per pixel the world point (H, W, 3) on its triangle, the normal that is seen, and whether it is certain."""
+    triangles, (expected, which, border) = triangles_of(frame.scene), hits
+    assert frame.depth is not None
+    certain = ~border & np.isfinite(expected) & np.isfinite(frame.depth)
+    depth = np.where(certain, frame.depth, 1.0).astype(np.float64)
+    ray = pixel_rays(frame.camera, frame.size)
+    points = np.asarray(frame.camera.position) + ray * depth[..., None]
+    edges = triangles[:, 1:] - triangles[:, :1]
+    normals = np.cross(edges[:, 0], edges[:, 1])
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    normal = normals[which]
+    points -= normal * ((points - triangles[which, 0]) * normal).sum(axis=-1, keepdims=True)
+    normal = np.where((normal * ray).sum(axis=-1, keepdims=True) > 0.0, -normal, normal)
+    return points, normal, certain
+
+
+Checker = Callable[[Light, float], None]
+
+
+@pytest.fixture
+def check(renderer: Renderer, scene: Scene, hits: tuple[Array, Array, Array]) -> Checker:
+    return partial(_check, renderer, scene, hits)
+
+
+def _check(
+    renderer: Renderer, scene: Scene, hits: tuple[Array, Array, Array], light: Light, least_known: float
+) -> None:
+    frame = renderer.render(scene, lights=[light], size=SIZE, outputs=("visibility", "depth", "shadow_maps"))
+    used = frame.used[0]
+    assert used.target is not None
+    assert used.bias is not None
+    assert used.filter is not None
+    assert frame.visibility is not None
+    assert frame.shadow_maps is not None
+    seen = frame.visibility[0].astype(np.float64)
+    points, normals, certain = surface(frame, hits)
+    assert certain.mean() > 0.6
+    cosine = (normals * to_light(light, points)[0]).sum(axis=-1)
+    assert (seen[certain & (cosine < -1e-6)] == 0.0).all()
+    asked = certain & (cosine > 1e-4)
+    assert not np.isnan(seen[asked]).any()
+    allowed = precision(used.views[0].resolution, used.views[0].kind != "directional", REACH)
+    if used.target is DEPTH and used.clip == ClipSpace(True, reversed=True):
+        # floats round relative to their size, and 0 is far: what is stored bounds the error
+        allowed = replace(allowed, stored=allowed.stored * float(frame.shadow_maps[0].max()))
+    stored = model.cast(used.views, triangles_of(scene), used.target, used.bias, allowed)
+    low, high = model.receive(stored, light, points[asked], normals[asked], used.filter, used.bias, allowed)
+    found = seen[asked]
+    slack = WEIGHT + 4.0 * allowed.texels  # a weight changes by as much as the position; two axes, two sides
+    wrong = (found < low - slack) | (found > high + slack)
+    assert not wrong.any(), (
+        f"{wrong.sum()} of {wrong.size} pixels beyond the twin, worst {np.maximum(low - found, found - high).max():.3g}"
+    )
+    known = (high - low <= slack).mean()
+    assert known >= least_known, f"the twin knows {known:.1%} of the pixels"
+    assert (found < 0.5).any(), "nothing is dark: the test shows nothing"
+
+
+# Share of pixels that the twin must know: under the others' filter lies a texel that a triangle's edge may or may not
+# cover, or a comparison within rounding of a tie. Larger kernels and smaller maps meet more edges.
+@pytest.mark.parametrize("kernel", FILTERS, ids=named)
+@pytest.mark.parametrize("target", [DEPTH, METRIC], ids=named)
+@pytest.mark.parametrize("kind", KINDS)
+def test_filters(check: Checker, kind: str, target: Target, kernel: Filter) -> None:
+    check(light_of(kind, settings(64, kernel, DERIVED, target)), 0.5)
+
+
+@pytest.mark.parametrize("bias", BIASES, ids=named)
+@pytest.mark.parametrize("kernel", [Hard(), Pcf(1)], ids=named)
+@pytest.mark.parametrize("target", [DEPTH, METRIC], ids=named)
+@pytest.mark.parametrize("kind", KINDS)
+def test_biases(check: Checker, kind: str, target: Target, kernel: Filter, bias: Bias) -> None:
+    check(light_of(kind, settings(48, kernel, bias, target)), 0.5)
+
+
+@pytest.mark.parametrize("clip", CLIP_SPACES, ids=str)
+@pytest.mark.parametrize("target", [Target.DEPTH16, Target.DEPTH24, Target.DEPTH32F], ids=named)
+@pytest.mark.parametrize("kind", KINDS)
+def test_slope_scaled(check: Checker, kind: str, target: Target, clip: Any) -> None:
+    check(light_of(kind, settings(64, Pcf(0), CASTER, target, clip=clip)), 0.5)
+
+
+@pytest.mark.parametrize("clip", CLIP_SPACES, ids=str)
+@pytest.mark.parametrize("target", list(Target), ids=named)
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_format_and_convention(check: Checker, kind: str, target: Target, clip: Any) -> None:
+    check(light_of(kind, settings(32, Pcf(1), DERIVED, target, clip=clip)), 0.3)
+
+
+@pytest.mark.parametrize("resolution", [3, 5, 8, 13, 33])
+@pytest.mark.parametrize("kernel", [Hard(), Pcf(0), Pcf(1)], ids=named)
+@pytest.mark.parametrize("target", [DEPTH, METRIC], ids=named)
+@pytest.mark.parametrize("kind", KINDS)
+def test_tiny_maps(check: Checker, kind: str, target: Target, kernel: Filter, resolution: int) -> None:
+    light = light_of(kind, settings(resolution, kernel, ConstantBias(0.05), target))
+    check(light, 0.3)
+
+
+@pytest.mark.parametrize("kernel", FILTERS, ids=named)
+@pytest.mark.parametrize("kind", KINDS)
+def test_all_ways_to_compare_agree(renderer: Renderer, scene: Scene, kind: str, kernel: Filter) -> None:
+    """Gathered raw depths, gathered comparisons and single comparisons give the same numbers, depth reversed or not."""
+    context = renderer._context
+    own = context.caps
+    for clip in CLIP_SPACES[2:]:
+        light = light_of(kind, settings(64, kernel, DERIVED, DEPTH, clip=clip))
+        frames = []
+        try:
+            for change in ({}, {"software": False}, {"texture_gather": False}):
+                context.caps = replace(own, **change)
+                frames.append(renderer.render(scene, lights=[light], size=SIZE))
+        finally:
+            context.caps = own
+        for other in frames[1:]:
+            np.testing.assert_array_equal(frames[0].visibility, other.visibility)
+            np.testing.assert_array_equal(frames[0].image, other.image)

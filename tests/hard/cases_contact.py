@@ -1,0 +1,167 @@
+"""N1 to N6 and N9 to N11: plain solids on a plane, in contact, near contact and far from it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
+from glshadow.core.spaces import Array
+from glshadow.scene import analytic, shapes
+from glshadow.scene.analytic import AnalyticScene
+from glshadow.scene.mesh import Mesh, Node, Scene
+
+from .registry import Case, Picture, overhead, picture_of, sun_direction
+
+FACETS_6 = 0.82 * 4.0**-6  # of the radius: how far the facets of icosphere 6 lie inside the sphere
+
+
+def lamp_towards(elevation: float, distance: float, target: tuple[float, float, float], *, spot: float = 0.0) -> Light:
+    """A point light, or a spot of that outer angle aimed at the target, where the sun of an elevation would be."""
+    aim = np.asarray(sun_direction(elevation))
+    position = tuple(np.asarray(target) - aim * distance)
+    if spot == 0.0:
+        return PointLight(position=position)  # type: ignore[arg-type]
+    return SpotLight(position=position, direction=tuple(aim), inner_angle=0.9 * spot, outer_angle=spot)  # type: ignore[arg-type]
+
+
+def walls() -> list[Picture]:
+    pictures = [
+        picture_of(f"wall, sun {elevation:g} degrees high", analytic.wall(elevation)) for elevation in (30.0, 60.0, 5.0)
+    ]
+    for elevation in (1.0, 0.1):
+        reach = 2.0 / np.tan(np.radians(elevation))
+        camera = overhead((-1.2 * reach, 0.1 * reach), (-3.0, 3.0), reach)
+        pictures.append(
+            picture_of(f"wall, sun {elevation:g} degrees high", analytic.wall(elevation, half=2.0), camera=camera)
+        )
+    near = analytic.wall(30.0)
+    for name, spot in (("point light", 0.0), ("spot", 40.0)):
+        light = lamp_towards(30.0, 12.0, (-1.0, 0.0, 0.0), spot=spot)
+        pictures.append(picture_of(f"wall, {name}", near, light))
+    low = lamp_towards(5.0, 30.0, (-10.0, 0.0, 0.0), spot=50.0)
+    pictures.append(picture_of("wall, spot 5 degrees high", analytic.wall(5.0), low, resolution=2048))
+    return pictures
+
+
+def spheres() -> list[Picture]:
+    slack = 1.05 * FACETS_6
+    return [
+        picture_of(f"sphere, sun {e:g} degrees high", analytic.sphere(e), closed_form_slack=slack / np.sin(np.radians(e)))
+        for e in (45.0, 90.0, 10.0)
+    ]
+
+
+def lamp_discs() -> list[Picture]:
+    built = analytic.sphere(height=6.0, lamp_height=10.0)
+    spot = SpotLight(position=(0.0, 10.0, 0.0), direction=(0.0, -1.0, 0.0), inner_angle=35.0, outer_angle=40.0)
+    slack = 10.0 * FACETS_6
+    # The top of the sphere above the light: the shadow is bounded by a hyperbola.
+    beside = analytic.sphere(height=6.0, lamp_height=10.0)
+    low = PointLight(position=(4.0, 6.5, 0.0))
+    return [
+        picture_of("disc, point light", built, closed_form_slack=slack),
+        picture_of("disc, spot", built, spot, closed_form_slack=slack),
+        picture_of("hyperbola, point light beside the sphere", beside, low, closed_form_slack=slack),
+    ]
+
+
+def lamp_squares() -> list[Picture]:
+    built = analytic.plates(gap=4.0, lamp_height=10.0)
+    spot = SpotLight(position=(0.0, 10.0, 0.0), direction=(0.0, -1.0, 0.0), inner_angle=25.0, outer_angle=30.0)
+    tilted = SpotLight(position=(0.0, 10.0, 0.0), direction=(0.2, -1.0, 0.1), inner_angle=35.0, outer_angle=40.0)
+    return [
+        picture_of("square, point light", built),
+        picture_of("square, spot", built, spot),
+        picture_of("square, tilted spot", built, tilted),
+        picture_of("square, three texels", built, spot, resolution=3),
+    ]
+
+
+def balls() -> list[Picture]:
+    pictures = [
+        picture_of(f"ball, sun {e:g} degrees high", analytic.ball(e), dark=False) for e in (30.0, 90.0, 5.0)
+    ]
+    for level in (3, 4):
+        coarse = analytic.ball(30.0, subdivisions=level)
+        pictures.append(picture_of(f"ball of {20 * 4**level} facets", coarse, dark=False))
+    ball = analytic.ball(30.0)
+    pictures.append(picture_of("ball, point light", ball, lamp_towards(30.0, 6.0, (0.0, 0.0, 0.0)), dark=False))
+    pictures.append(picture_of("ball, spot", ball, lamp_towards(30.0, 6.0, (0.0, 0.0, 0.0), spot=15.0), dark=False))
+    return pictures
+
+
+THETAS = (45.0, 0.0, 80.0, 89.0, 89.9, 89.99)
+
+
+def planes() -> list[Picture]:
+    """1024 texels over 10.24 m: t = 1 cm."""
+    camera = overhead((-5.0, 5.0), (-5.0, 5.0), 10.0)
+    pictures = [
+        picture_of(f"plane, theta {theta:g}", analytic.plane(90.0 - theta, half=5.12), camera=camera, dark=False)
+        for theta in THETAS
+    ]
+    diagonal = DirectionalLight(direction=sun_direction(1.0, 45.0))
+    pictures.append(picture_of("plane, theta 89, diagonal", analytic.plane(1.0), diagonal, dark=False))
+    for name, spot in (("point light", 0.0), ("spot", 60.0)):
+        light = lamp_towards(2.0, 20.0, (0.0, 0.0, 0.0), spot=spot)
+        pictures.append(picture_of(f"plane, {name} 2 degrees high", analytic.plane(2.0), light, camera, dark=False))
+    return pictures
+
+
+def feet() -> list[Picture]:
+    """The wall's foot from above: 40 cm of ground, texels of a millimetre."""
+    camera = overhead((-0.3, 0.1), (-0.2, 0.2), 3.0)
+    built = analytic.wall(30.0)
+    pictures = [picture_of("foot of the wall", built, camera=camera)]
+    for name, spot in (("point light", 0.0), ("spot", 30.0)):
+        light = lamp_towards(30.0, 6.0, (0.0, 0.0, 0.0), spot=spot)
+        pictures.append(picture_of(f"foot, {name}", built, light, camera))
+    return pictures
+
+
+def boxes() -> list[Picture]:
+    pictures = [
+        picture_of(f"box, elevation {e:g}, azimuth {a:g}", analytic.box(e, a))
+        for e, a in ((30.0, 30.0), (60.0, 0.0), (10.0, 75.0), (2.0, 45.0))
+    ]
+    built = analytic.box(30.0, 30.0)
+    for name, spot in (("point light", 0.0), ("spot", 40.0)):
+        pictures.append(picture_of(f"box, {name}", built, lamp_towards(30.0, 8.0, (0.0, 0.0, 0.0), spot=spot)))
+    return pictures
+
+
+GAPS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+
+
+def gaps() -> list[Picture]:
+    pictures = [picture_of(f"plate, gap {gap:g}", analytic.plates(gap, 45.0)) for gap in GAPS]
+    pictures.append(picture_of("plate, coplanar", analytic.plates(0.0, 45.0), dark=False))
+    pictures += [picture_of(f"plate, gap {gap:g}, from below", *_below(gap)) for gap in (1e-1, 1e-2)]
+    ground = shapes.rectangle((-2.0, 0.0, 2.0), (4.0, 0.0, 0.0), (0.0, 0.0, -4.0))
+    built = analytic.plane(30.0, half=2.0)
+    twice = Scene((*built.scene.nodes, Node("copy", Mesh(*ground), np.eye(4))), built.scene.camera, built.scene.lights)
+    pictures.append(picture_of("plane drawn twice", AnalyticScene(twice, built.blocked), dark=False))
+    return pictures
+
+
+def _below(gap: float) -> tuple[AnalyticScene, None, object]:
+    """The plate's shadow seen through the gap, from within it."""
+    from glshadow.core.cameras import PerspectiveCamera
+
+    camera = PerspectiveCamera((-1.5 - gap, 0.5 * gap, 0.1), (0.0, 0.0, 0.0), fov_y=20.0)
+    return analytic.plates(gap, 45.0), None, camera
+
+
+
+
+CASES = (
+    Case(1, "wall under a low sun", "shadow on -H cot e < x < 0", walls),
+    Case(2, "sphere over a plane", "ellipse r / sin e by r at -h cot e", spheres),
+    Case(3, "sphere under a lamp", "disc of radius H r / sqrt((H - h)^2 - r^2) = 2.582; beside it a hyperbola", lamp_discs),
+    Case(4, "square under a lamp", "square of half-side H / (H - h) = 1.667", lamp_squares),
+    Case(5, "convex sphere alone", "lit iff N.L > 0", balls),
+    Case(6, "empty plane to 89.99 degrees", "all lit", planes),
+    Case(9, "wall in contact", "shadow starts at x = 0", feet),
+    Case(10, "box on the plane", "hull of the footprint and of it moved by H cot e", boxes),
+    Case(11, "plate at a gap, and coplanar", "moved by g cot e; all lit at g = 0", gaps),
+)

@@ -1,0 +1,325 @@
+"""Draws a picture with a technique, compares every pixel that faces the light with the truth, and predicts failures.
+
+A mismatch: |visibility - truth| > 0.5 outside the first band, any difference outside the second (half-widths
+(radius + 1/2) sqrt 2 and (radius + 1) sqrt 2 texels of the map that was really used, in the light plane).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
+from glshadow.core.lights import DirectionalLight, to_light
+from glshadow.core.metric import metric_range
+from glshadow.core.spaces import Array, transform
+from glshadow.core.view import ShadowView
+from glshadow.frame import Frame
+from glshadow.gl.receiver import _FACET_SLOPE
+from glshadow.reference.rays import dot
+from glshadow.reference.trace import Truth, _moved, _Source, trace
+from glshadow.renderer import ROUNDINGS, Renderer
+
+from .registry import Picture, Technique
+
+Bools = NDArray[np.bool_]
+
+LEAST_COSINE = 2e-6
+"""N.L below which float32 cannot tell which side of a face the light is on: 16 roundings of 2^-24, doubled."""
+
+SAME = 1e-5
+"""Visibility that counts as equal: a filter's weights are sums of float32 products (16 roundings) over 25 texels."""
+
+PLANE_SLACK = 1e-6
+"""Of the scene's size: a rasterised triangle whose plane passes this close to the traced point is the same surface."""
+
+OTHER_SURFACE_SHARE = 0.02
+"""Pixels that may show another surface than the ray through their centre: vertices are snapped to 1/256 pixel."""
+
+DIRECTIONS, RADII = 24, 5
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came out of one picture.
+
+    Attributes
+    ----------
+    leak, acne : (H, W) bool
+        Mismatches: dark drawn lit, lit drawn dark.
+    judged : (H, W) bool
+        Pixels that face the light and show the surface that was traced.
+    """
+
+    picture: Picture
+    technique: Technique
+    frame: Frame
+    truth: Truth
+    judged: Bools
+    leak: Bools
+    acne: Bools
+
+    @property
+    def mismatches(self) -> int:
+        return int((self.leak | self.acne).sum())
+
+    def __str__(self) -> str:
+        dark = self.judged & (self.truth.visibility[0] < 0.5)
+        used = self.frame.used[0]
+        return (
+            f"{self.picture.name} / {self.technique.name}: leak {int(self.leak.sum())}, acne {int(self.acne.sum())} of "
+            f"{int(self.judged.sum())} pixels ({int(dark.sum())} dark), texel {used.texel}"
+        )
+
+
+@cache
+def truth_of(picture: Picture) -> Truth:
+    return trace(picture.scene, picture.camera, [picture.light], picture.size)
+
+
+def judge(renderer: Renderer, picture: Picture, technique: Technique) -> Outcome:
+    light = replace(picture.light, shadow=technique.shadow(picture))
+    frame = renderer.render(picture.scene, picture.camera, [light], picture.size, outputs=("visibility", "triangle"))
+    truth = truth_of(picture)
+    assert frame.visibility is not None
+    judged = (truth.cosine[0] > LEAST_COSINE) & ~np.isnan(truth.visibility[0]) & same_surface(frame, truth)
+    difference = np.where(judged, frame.visibility[0] - truth.visibility[0], 0.0)
+    assert not np.isnan(difference).any(), "NaN visibility on a surface"
+    radius = light.shadow.filter.radius if light.shadow else 0
+    wrong, uneven = np.abs(difference) > 0.5, np.abs(difference) > SAME
+    mismatch = wrong & ~near_edge(frame, truth, (radius + 0.5) * np.sqrt(2.0), wrong)
+    rest = uneven & ~mismatch
+    mismatch |= rest & ~near_edge(frame, truth, (radius + 1.0) * np.sqrt(2.0), rest)
+    return Outcome(picture, technique, frame, truth, judged, mismatch & (difference > 0), mismatch & (difference < 0))
+
+
+def same_surface(frame: Frame, truth: Truth) -> Bools:
+    """Whether the rasterised triangle lies in the plane of the traced one: coplanar neighbours and copies do."""
+    assert frame.triangle is not None
+    drawn, asked = frame.triangle, (frame.triangle >= 0) & (truth.triangle >= 0)
+    result = np.zeros(drawn.shape, dtype=bool)
+    points = truth.position[asked] - truth.rays.origin
+    off = np.abs(truth.rays.plane_distance(drawn[asked], points))
+    alike = np.abs(dot(truth.rays.normals[drawn[asked]], truth.rays.normals[truth.triangle[asked]])) > 1.0 - 1e-6
+    result[asked] = (drawn[asked] == truth.triangle[asked]) | ((off < PLANE_SLACK * truth.rays.size) & alike)
+    missed = (truth.triangle >= 0) & ~result
+    assert missed.mean() <= OTHER_SURFACE_SHARE, f"{missed.mean():.1%} of the pixels show another surface than traced"
+    return result
+
+
+def texel_field(view: ShadowView, points: Array) -> Array:
+    """Longer side of a texel in world units at world points (..., 3)."""
+    texel = max(view.texel)
+    if view.kind == "directional":
+        return np.full(points.shape[:-1], texel)
+    local = transform(view.view_from_world, points)
+    axial = np.abs(local).max(axis=-1) if view.kind == "point" else -local[..., 2]
+    return np.asarray(texel * np.maximum(axial, 0.0))
+
+
+def near_edge(frame: Frame, truth: Truth, texels: float, where: Bools) -> Bools:
+    """Whether the true boundary passes within so many texels of the map that was used; an ellipse for a sun's."""
+    near = np.zeros(where.shape, dtype=bool)
+    if not where.any() or not frame.used[0].views:
+        return near
+    view = frame.used[0].views[0]
+    if view.kind != "directional":
+        reach = np.nan_to_num(texels * texel_field(view, truth.position))
+        for fraction in (1.0, 0.8, 0.5, 0.25):
+            near |= truth.near_edge(0, reach * fraction, where & ~near)
+        return near
+    rows = np.flatnonzero(where)
+    lit = truth.visibility[0].ravel()[rows] > 0.5
+    points, own = truth.position.reshape(-1, 3)[rows] - truth.rays.origin, truth.triangle.ravel()[rows]
+    source = _Source(truth.lights[0], truth.rays.origin)
+    axes = view.view_from_world[:2, :3] * np.array(view.texel)[:, None]
+    u, v = _basis(truth)
+    found = np.zeros(len(rows), dtype=bool)
+    for ring in range(RADII, 0, -1):
+        for turn in range(DIRECTIONS):
+            left = np.flatnonzero(~found)
+            if len(left) == 0:
+                break
+            angle = 2.0 * np.pi * (turn + 0.5 * (ring % 2)) / DIRECTIONS
+            offset = texels * ring / RADII * (np.cos(angle) * axes[0] + np.sin(angle) * axes[1])
+            x, y = offset @ u, offset @ v
+            reach = np.full(len(left), np.hypot(x, y))
+            found[left] = source.lit(truth.rays, *_moved(truth.rays, source, own[left], points[left], reach,
+                                                         float(np.arctan2(y, x)))) != lit[left]  # fmt: skip
+    near.ravel()[rows] = found
+    return near
+
+
+def _basis(truth: Truth) -> tuple[Array, Array]:
+    from glshadow.reference.trace import _perpendicular
+
+    towards, _ = to_light(truth.lights[0], np.zeros((1, 3)))
+    u, v = _perpendicular(towards)
+    return u[0], v[0]
+
+
+# -- what a technique that cannot pass is predicted to do
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Expected numbers of mismatches."""
+
+    leak: float
+    acne: float
+
+
+def predict(outcome: Outcome) -> Prediction:
+    """Mismatches that follow from the bias alone, as if the map were infinitely fine (leak), or the receiver one plane
+    sampled at random places of a texel (acne).
+
+    leak: dark points that are lit once they are moved by what the bias moves them.
+    acne: P(sx u + sy v > bias), u and v uniform in +-1/2 texel, s the receiver's slope per texel (nearest texel).
+    """
+    truth, frame = outcome.truth, outcome.frame
+    used, light = frame.used[0], frame.lights[0]
+    if not used.views:
+        return Prediction(0.0, 0.0)
+    view = used.views[0]
+    rows = np.flatnonzero(outcome.judged)
+    points = truth.position.reshape(-1, 3)[rows]
+    normals, own = truth.normal.reshape(-1, 3)[rows], truth.triangle.ravel()[rows]
+    towards, distance = to_light(light, points)
+    cosine = dot(normals, towards)
+    sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
+    slope = _slope(view, light, points, normals)
+    start = points - truth.rays.origin
+    along = np.zeros(len(rows))
+    bias = used.bias
+    moved = start
+    if isinstance(bias, NormalOffsetBias):
+        offset = bias.texels * texel_field(view, points) * sine
+        moved = start + normals * offset[:, None]
+        allowed = offset / np.maximum(cosine, 1e-12)  # along the light, on the receiver's plane
+    else:
+        along = allowed = _along_light(outcome, view, points, slope)
+        moved = start + towards * along[:, None]
+    left = np.where(np.isfinite(distance), distance - along, np.inf)
+    blocked = truth.rays.blocked(own, moved, np.array(towards), left)[0]
+    if isinstance(bias, SlopeScaledBias):
+        blocked = _slope_scaled_blocked(outcome, view, rows, start, np.array(towards), own)
+    dark = truth.visibility[0].ravel()[rows] < 0.5
+    share = np.zeros(len(rows))
+    if not isinstance(bias, ReceiverPlaneBias):
+        share = _self_shadowed(slope, allowed)
+    leak, acne = np.zeros(truth.triangle.shape), np.zeros(truth.triangle.shape)
+    leak.ravel()[rows] = dark & ~blocked
+    acne.ravel()[rows] = np.where(~dark, np.maximum(share, blocked), 0.0)
+    radius = used.filter.radius if used.filter else 0
+    band = (radius + 0.5) * np.sqrt(2.0)
+    leak *= ~near_edge(frame, truth, band, leak > 0)
+    # Band of acne pixels: only a sample is asked, the rest is taken alike.
+    if acne.sum() > 0:
+        acne *= ~near_edge(frame, truth, band, acne > 0)
+    return Prediction(float(leak.sum()), float(acne.sum()))
+
+
+def _slope(view: ShadowView, light: object, points: Array, normals: Array) -> Array:
+    """|d distance along the light ray| per texel in the map's two directions, (N, 2)."""
+    rotation = view.view_from_world[:3, :3]
+    if view.kind == "directional":
+        n = normals @ rotation.T
+        return np.abs(n[:, :2]) / np.maximum(n[:, 2:], 1e-12) * np.array(view.texel)
+    towards, distance = to_light(light, points)  # type: ignore[arg-type]
+    texel = texel_field(view, points)
+    cosine = np.maximum(dot(normals, towards), 1e-12)
+    axis = np.cross(towards, np.eye(3)[np.abs(towards).argmin(axis=1)])
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    other = np.cross(towards, axis)
+    return np.abs(np.stack([dot(normals, axis), dot(normals, other)], axis=1)) / cosine[:, None] * texel[:, None]
+
+
+def _along_light(outcome: Outcome, view: ShadowView, points: Array, slope: Array) -> Array:
+    """World units along the light that a bias takes off the compare depth, (N,)."""
+    used = outcome.frame.used[0]
+    bias, filter_ = used.bias, used.filter
+    assert filter_ is not None
+    if isinstance(bias, ConstantBias):
+        return np.full(len(points), bias.world)
+    step = _world_step(outcome, view, points)
+    if isinstance(bias, ClipBias):
+        return bias.clip * (0.5 if view.clip.zero_to_one else 1.0) * step / (1.0 if view.clip.zero_to_one else 2.0)
+    if isinstance(bias, ReceiverPlaneBias):
+        assert used.target is not None
+        facet = _FACET_SLOPE * filter_.reach_texels * texel_field(view, points)
+        slack = filter_.slack_texels * slope.sum(axis=1)
+        return np.asarray(used.target.quantum * step + facet + slack + rounding(outcome))
+    assert isinstance(bias, NoBias | SlopeScaledBias)
+    if isinstance(bias, SlopeScaledBias):
+        return bias.factor * slope.max(axis=1)
+    return np.zeros(len(points))
+
+
+def rounding(outcome: Outcome) -> float:
+    """What the derived bias allows for float32: the renderer's own figure."""
+    frame = outcome.frame
+    centre = outcome.picture.scene.bounds.mean(axis=0)
+    left, right, _, _ = frame.camera.window(frame.size)
+    reach = np.abs(np.asarray(frame.camera.position) - centre).max()
+    reach += frame.far * np.hypot(1.0, np.abs([left, right]).max())
+    view = frame.used[0].views[0]
+    offset = np.asarray(getattr(frame.lights[0], "position", centre)) - centre
+    if view.kind == "directional":
+        offset = transform(view.view_from_world, centre)
+    return float(ROUNDINGS * 2.0**-24 * max(reach, np.abs(offset).max()))
+
+
+def _world_step(outcome: Outcome, view: ShadowView, points: Array) -> Array:
+    """World units along the light per unit of what is stored, (N,)."""
+    target = outcome.frame.used[0].target
+    assert target is not None
+    if view.kind == "directional":
+        return np.full(len(points), view.far - view.near)
+    depth = -transform(view.view_from_world, points)[:, 2]
+    if view.kind == "point":
+        depth = np.abs(transform(view.view_from_world, points)).max(axis=1)
+    if target.is_depth:
+        along = depth**2 * (view.far - view.near) / (view.far * view.near)
+        if view.clip.reversed and target.value == "depth32f":
+            along = along * view.near / depth  # reversed floats round relative to 1 / depth
+        return np.asarray(along)
+    low, high = metric_range(view.kind, view.clip, view.near, view.far)
+    if view.kind == "point":
+        return np.full(len(points), low + high)
+    return np.full(len(points), abs((low + high) / view.clip_from_view[2, 2]))
+
+
+def _self_shadowed(slope: Array, allowed: Array) -> Array:
+    """P(sx u + sy v > allowed), u and v uniform in [-1/2, 1/2]; slopes (N, 2)."""
+    grid = (np.arange(16) + 0.5) / 16 - 0.5
+    u, v = (part.ravel() for part in np.meshgrid(grid, grid))
+    share = np.zeros(len(slope))
+    for a, b in zip(u, v, strict=True):
+        share += slope[:, 0] * a + slope[:, 1] * b > allowed
+    return share / len(u)
+
+
+def _slope_scaled_blocked(
+    outcome: Outcome, view: ShadowView, rows: NDArray[np.int64], start: Array, towards: Array, own: NDArray[np.int32]
+) -> Bools:
+    """Polygon offset pushes every caster away by its own slope: blocked where one still lies in front."""
+    bias = outcome.frame.used[0].bias
+    assert isinstance(bias, SlopeScaledBias)
+    rays = outcome.truth.rays
+    blocked, gap = rays.blocked(own, start, towards, np.full(len(own), np.inf) if isinstance(
+        outcome.picture.light, DirectionalLight) else to_light(outcome.picture.light, start + rays.origin)[1])  # fmt: skip
+    result = np.zeros(len(own), dtype=bool)
+    some = np.flatnonzero(blocked)
+    if len(some) == 0:
+        return result
+    # The caster that answers in the map is the one nearest to the light: shoot back from it.
+    far = np.where(np.isfinite(gap[some]), gap[some], 0.0)
+    hit, place = rays.first_hits(start[some] + towards[some] * (0.5 * far)[:, None], towards[some], np.full(len(some), np.inf))
+    normal = rays.normals[np.maximum(hit, 0)]
+    facing = normal * np.sign(dot(normal, towards[some]))[:, None]
+    slope = _slope(view, outcome.picture.light, place + rays.origin, facing)
+    result[some] = (hit < 0) | (bias.factor * slope.max(axis=1) < dot(place - start[some], towards[some]))
+    return result

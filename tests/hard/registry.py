@@ -1,0 +1,189 @@
+"""What a hard case is: pictures with their exact answer, and which technique must pass them or fail them, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+import numpy as np
+
+from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, SlopeScaledBias
+from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.fit import SceneFit
+from glshadow.core.kernels import Hard, Pcf
+from glshadow.core.lights import Light
+from glshadow.core.metric import Target
+from glshadow.core.shadow import Faces, Shadow
+from glshadow.core.spaces import Array, ClipSpace
+from glshadow.scene.analytic import AnalyticScene
+from glshadow.scene.mesh import Scene
+
+SIZE = (192, 192)
+
+Exact = Callable[[Array, Array], Array]  # world points (N, 3), normals facing the viewer (N, 3) -> visibility (N,)
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """One light on one scene, seen by one camera, and its closed form if there is one.
+
+    Parameters
+    ----------
+    lit, dark : bool
+        Whether the truth has lit and dark pixels among those that face the light: then the test demands them.
+    length : float
+        Size of the thing that casts, world units: biases in world units are taken relative to it.
+    closed_form_slack : float
+        World units by which the mesh may differ from the closed form (facets of a sphere).
+    """
+
+    name: str
+    scene: Scene
+    light: Light
+    camera: PerspectiveCamera
+    exact: Exact | None = None
+    resolution: int = 1024
+    size: tuple[int, int] = SIZE
+    lit: bool = True
+    dark: bool = True
+    length: float = 2.0
+    closed_form_slack: float = 0.0
+
+
+class Verdict(Enum):
+    """What a technique is expected to do with a case."""
+
+    PASS = "pass"
+    FAILS = "fails as predicted"
+    NOT_APPLICABLE = "not applicable"
+    NOT_BUILT = "not built"
+
+
+@dataclass(frozen=True)
+class Expected:
+    """A verdict with its reason; `size`: how large the failure is predicted to be, in words."""
+
+    verdict: Verdict
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Technique:
+    """A way to make a shadow: settings that depend on the picture only through its resolution and its length."""
+
+    name: str
+    filter: Hard | Pcf = field(default_factory=Pcf)
+    target: Target | None = None
+    clip: ClipSpace | None = None
+    scene_fit: bool = False
+    faces: Faces | None = None
+    bias: str = "receiver plane"  # or constant, slope, normal offset, clip, none
+
+    def shadow(self, picture: Picture) -> Shadow:
+        bias = {
+            "receiver plane": None,
+            "constant": ConstantBias(CONSTANT * picture.length),
+            "slope": SlopeScaledBias(1.1, 4.0),
+            "normal offset": NormalOffsetBias(1.5),
+            "clip": ClipBias(CLIP_BIAS),
+            "none": NoBias(),
+        }[self.bias]
+        settings = Shadow(resolution=picture.resolution, filter=self.filter, target=self.target, clip=self.clip, bias=bias,
+                          faces=self.faces)  # fmt: skip
+        return replace(settings, fit=SceneFit()) if self.scene_fit else settings
+
+
+CONSTANT = 0.025  # of the picture's length: the 5 cm of N9 for its wall of 2 m
+CLIP_BIAS = 0.01
+
+DEFAULT, HARD = Technique("default"), Technique("hard", filter=Hard())
+CLAIMING = (
+    DEFAULT,
+    HARD,
+    Technique("pcf 0", filter=Pcf(0)),
+    Technique("pcf 4", filter=Pcf(4)),
+    Technique("-1..1", clip=ClipSpace(False, False)),
+    Technique("-1..1 reversed", clip=ClipSpace(False, True)),
+    Technique("scene fit", scene_fit=True),
+    Technique("both faces", faces=Faces.BOTH),
+    Technique("r32f", target=Target.R32F),
+    Technique("rgba8", target=Target.RGBA8),
+    Technique("depth24", target=Target.DEPTH24),
+)
+COARSE = (
+    Technique("depth16", target=Target.DEPTH16),
+    Technique("r16f", target=Target.R16F),
+    Technique("r8", target=Target.R8),
+)
+CLASSIC = tuple(
+    Technique(name, filter=Hard(), bias=name) for name in ("constant", "slope", "normal offset", "clip", "none")
+)
+TECHNIQUES = {technique.name: technique for technique in (*CLAIMING, *COARSE, *CLASSIC)}
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One row of the table.
+
+    Parameters
+    ----------
+    answer : str
+        The exact answer, in words.
+    build : callable
+        Its pictures; the first ones, `probes` of them, are drawn with every technique, the others with the default and
+        the nearest texel.
+    fails : mapping from technique name to why
+        The techniques that must fail some probe: by as many pixels as predicted, within a factor of 2.
+    skips : mapping from technique name to why
+        Not applicable.
+    elsewhere : str
+        Where the rest of the case is tested, or what is not built.
+    """
+
+    number: int
+    title: str
+    answer: str
+    build: Callable[[], list[Picture]]
+    fails: Mapping[str, str] = field(default_factory=dict)
+    skips: Mapping[str, str] = field(default_factory=dict)
+    probes: int = 1
+    elsewhere: str = ""
+
+    def expected(self, technique: str) -> Expected:
+        if technique in self.fails:
+            return Expected(Verdict.FAILS, self.fails[technique])
+        if technique in self.skips:
+            return Expected(Verdict.NOT_APPLICABLE, self.skips[technique])
+        return Expected(Verdict.PASS)
+
+
+def picture_of(
+    name: str,
+    built: AnalyticScene,
+    light: Light | None = None,
+    camera: PerspectiveCamera | None = None,
+    **options: object,
+) -> Picture:
+    """An analytic scene as a picture; another light or camera replaces its own."""
+    scene = built.scene if light is None else replace(built.scene, lights=(light,))
+    exact = AnalyticScene(scene, built.blocked).exact
+    return Picture(name, scene, scene.lights[0], camera or scene.camera, exact, **options)  # type: ignore[arg-type]
+
+
+def overhead(x: tuple[float, float], z: tuple[float, float], height: float, base: float = 0.0) -> PerspectiveCamera:
+    """Camera straight above a rectangle of the plane y = base, which fills a square picture; x right, z down."""
+    width, depth = x[1] - x[0], z[1] - z[0]
+    middle = (0.5 * (x[0] + x[1]), 0.5 * (z[0] + z[1]))
+    fov_y = float(2.0 * np.degrees(np.arctan(0.5 * depth / height)))
+    return PerspectiveCamera(
+        (middle[0], base + height, middle[1]), (middle[0], base, middle[1]), (0.0, 0.0, -1.0), fov_y,
+        pixel_aspect=width / depth,
+    )  # fmt: skip
+
+
+def sun_direction(elevation: float, azimuth: float = 0.0) -> tuple[float, float, float]:
+    """The way a sun's light travels; azimuth turns it about y from -x."""
+    e, a = np.radians(elevation), np.radians(azimuth)
+    level = 0.0 if elevation == 90.0 else float(np.cos(e))
+    return (-level * float(np.cos(a)), -float(np.sin(e)), level * float(np.sin(a)))

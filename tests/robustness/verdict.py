@@ -1,0 +1,139 @@
+"""What became of one picture: ok, rendered with a warning, refused with a named error, or FAIL; and what a picture has to hold."""
+
+from __future__ import annotations
+
+import re
+import traceback
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import glshadow as gs
+
+OK, WARNED, REFUSED, FAIL = "ok", "warned", "named error", "FAIL"
+OUTPUTS = ("image", "visibility", "linear", "depth")
+
+
+# A warning that prepares for an empty picture; one about a missing texture does not.
+BLANK = re.compile(r"nothing|nowhere|already lost|smaller than one texel")
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One of the four kinds; `cause` is what cases of the same kind are grouped by, `detail` the whole story."""
+
+    kind: str
+    cause: str = ""
+    detail: str = ""
+
+
+class Wrong(AssertionError):
+    """A picture came out that must not."""
+
+
+def judged(work: Callable[[], None]) -> Verdict:
+    """Run `work` and say how it ended. Anything but a GlshadowError or a GlshadowWarning is a failure."""
+    with warnings.catch_warnings(record=True) as caught, np.errstate(all="warn", under="ignore"):
+        warnings.simplefilter("always")
+        try:
+            work()
+            error: BaseException | None = None
+        except Exception as raised:
+            error = raised
+    foreign = [w for w in caught if not issubclass(w.category, gs.GlshadowWarning)]
+    if isinstance(error, Wrong):
+        cause, _, rest = str(error).partition(": ")
+        said = [w for w in caught if BLANK.search(str(w.message))]
+        if cause == "blank without a warning" and said:
+            return Verdict(WARNED, f"blank, {_first(said)}")
+        return Verdict(FAIL, cause, rest)
+    if error is not None and not isinstance(error, gs.GlshadowError):
+        story = "".join(traceback.format_exception(error))
+        return Verdict(FAIL, f"{type(error).__name__} at {_place(error)}: {str(error)[:90]}", story)
+    if foreign:
+        name = Path(foreign[0].filename)
+        return Verdict(FAIL, f"{foreign[0].category.__name__} at {name.name}:{foreign[0].lineno}: {foreign[0].message}")
+    if error is not None:
+        return Verdict(REFUSED, _shape(f"{type(error).__name__}: {error}"), str(error))
+    return Verdict(WARNED, _first(caught)) if caught else Verdict(OK)
+
+
+def _first(caught: Sequence[warnings.WarningMessage]) -> str:
+    return _shape(next(str(w.message) for w in caught if issubclass(w.category, gs.GlshadowWarning)))
+
+
+def _place(error: BaseException) -> str:
+    """Innermost line of the package, else of anything."""
+    frames = traceback.extract_tb(error.__traceback__)
+    ours = [frame for frame in frames if "/glshadow/" in frame.filename] or list(frames)
+    return f"{Path(ours[-1].filename).name}:{ours[-1].lineno}"
+
+
+def _shape(message: str) -> str:
+    """A message without its names and numbers, so that equal causes count together."""
+    words = ["#" if any(c.isdigit() for c in word) else word for word in message.split() if ".glb" not in word]
+    return " ".join(words)[:100]
+
+
+def small_maps(lights: Sequence[Any], resolution: int = 128) -> tuple[Any, ...]:
+    """The lights with small shadow maps."""
+    return tuple(
+        light if light.shadow is None else replace(light, shadow=replace(light.shadow, resolution=resolution))
+        for light in lights
+    )
+
+
+def checked_render(
+    renderer: gs.Renderer, scene: gs.Scene, camera: Any, lights: Any, size: tuple[int, int], **options: Any
+) -> gs.Frame:
+    """Render twice; Wrong unless both are equal, finite, in range, of the right shape, and show a surface."""
+    frame = renderer.render(scene, camera, lights, size, outputs=OUTPUTS, **options)
+    _check(frame)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", gs.GlshadowWarning)
+        again = renderer.render(scene, camera, lights, size, outputs=OUTPUTS, **options)
+    for name in OUTPUTS:
+        first, second = getattr(frame, name), getattr(again, name)
+        if not np.array_equal(first, second, equal_nan=first.dtype.kind == "f"):
+            raise Wrong(f"two pictures differ in {name}: {int((first != second).sum())} values")
+    if not np.isfinite(frame.depth).any():  # type: ignore[arg-type]
+        raise Wrong(f"blank without a warning: near {frame.near}, far {frame.far}, camera {frame.camera}")
+    return frame
+
+
+def _check(frame: gs.Frame) -> None:
+    width, height = frame.size
+    kinds: dict[str, tuple[tuple[int, ...], Any]] = {
+        "image": ((height, width, 3), np.uint8),
+        "visibility": ((len(frame.lights), height, width), np.float32),
+        "linear": ((height, width, 3), np.float32),
+        "depth": ((height, width), np.float32),
+    }
+    for name, (shape, dtype) in kinds.items():
+        value: NDArray[Any] = getattr(frame, name)
+        if value.shape != shape or value.dtype != dtype:
+            raise Wrong(f"{name} of the wrong form: {value.shape} {value.dtype}")
+    assert frame.visibility is not None and frame.linear is not None and frame.depth is not None
+    surface = np.isfinite(frame.depth)
+    if not (surface | np.isposinf(frame.depth)).all() or (frame.depth[surface] <= 0.0).any():
+        raise Wrong("depth neither positive nor +inf: " + _sample(frame.depth, ~(frame.depth > 0.0)))
+    if not np.isfinite(frame.linear).all():
+        raise Wrong("linear not finite: " + _sample(frame.linear, ~np.isfinite(frame.linear)))
+    for i, plane in enumerate(frame.visibility):
+        unknown = np.isnan(plane)
+        if (unknown & surface).any():
+            raise Wrong(f"visibility NaN on a surface: {int((unknown & surface).sum())} pixels of {frame.lights[i]}")
+        if (~unknown & ~surface).any():
+            raise Wrong(f"visibility where there is no surface: {int((~unknown & ~surface).sum())} pixels of {frame.lights[i]}")
+        seen = plane[surface]
+        if seen.size and not (seen.min() >= 0.0 and seen.max() <= 1.0):
+            raise Wrong(f"visibility beyond 0 to 1: {seen.min()} to {seen.max()} of {frame.lights[i]}")
+
+
+def _sample(values: NDArray[Any], bad: NDArray[np.bool_]) -> str:
+    return f"{int(bad.sum())} values, first {values[bad].ravel()[:3].tolist()}"
