@@ -353,7 +353,7 @@ class _Frame(contextlib.AbstractContextManager["_Frame"]):
                 culled = cull
                 ctx.enable(moderngl.CULL_FACE) if cull else ctx.disable(moderngl.CULL_FACE)
                 ctx.cull_face = cull or "back"
-            gpu.vertex_array(program).render()
+            gpu.vertex_array(program, numbered=True).render()
         ctx.enable_only(moderngl.DEPTH_TEST)
 
     def _surface_program(self, scene: GpuScene, smooth: bool, textured: bool, masked: bool) -> Program:
@@ -424,14 +424,15 @@ class _Frame(contextlib.AbstractContextManager["_Frame"]):
         x, y = (right - left) / eye.size[0], (top - bottom) / eye.size[1]
         rays_v = np.array([[x, 0.0, left], [0.0, y, bottom], [0.0, 0.0, -1.0]])
         lv_from_world = light_view(light, shadow_map.views if shadow_map else _unmapped_view(light, scene.origin))
-        lv_from_o = lv_from_world.copy()
-        lv_from_o[:3, 3] += lv_from_world[:3, :3] @ scene.origin
+        axes = lv_from_world[:3, :3]
+        offset = lv_from_world[:3, 3] + axes @ scene.origin
         program.set(
             u_far_z=(0.0 if eye.clip.zero_to_one else -1.0) if eye.clip.reversed else 1.0,
             u_unproject=_unproject(eye),
-            u_ray_w=view[:3, :3].T @ rays_v,
-            u_eye_o=tuple(position - scene.origin),
-            u_lv_from_o=lv_from_o,
+            u_ray_l=axes @ view[:3, :3].T @ rays_v,
+            u_eye_l=tuple(axes @ (position - scene.origin)),
+            u_lv_from_l=tuple(offset),
+            u_axes_l=axes,
             u_ambient=tuple(ambient),
             u_strength=light.shadow.strength if light.shadow else 1.0,
         )
@@ -440,7 +441,7 @@ class _Frame(contextlib.AbstractContextManager["_Frame"]):
         set_light(program, light)
         if shadow_map is not None:
             reach = float(np.abs(position - scene.origin).max() + eye.far * np.hypot(1.0, np.abs([left, right]).max()))
-            reach = max(reach, float(np.abs(lv_from_o[:3, 3]).max()))
+            reach = max(reach, float(np.abs(offset).max()))
             set_receiver(program, self.context, light, shadow_map, ROUNDINGS * 2.0**-24 * reach)
 
     def _bind(self, program: Program, scene: GpuScene, targets: CameraTargets, shadow_map: Map | None) -> None:

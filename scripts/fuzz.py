@@ -14,6 +14,7 @@ import tempfile
 import time
 from collections import Counter
 from dataclasses import dataclass, field
+from functools import cache
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
@@ -45,12 +46,22 @@ def rng_of(job: Job) -> np.random.Generator:
     return np.random.default_rng([job[1], KINDS.index(job[0]), job[2]])
 
 
+@cache
+def stock() -> tuple[dict[str, bytes], frozenset[str]]:
+    """The files to mutate, and which of them are refused unchanged."""
+    files = mutated_files.sources(MODELS)
+    return files, mutated_files.refused(files)
+
+
+def mutant_of(job: Job) -> mutated_files.Mutant:
+    """The file of a case."""
+    return mutated_files.mutant(rng_of(job), *stock())
+
+
 class Bench:
-    """One renderer, the files to mutate, and a picture that must never change."""
+    """One renderer, and a picture that must never change."""
 
     def __init__(self) -> None:
-        self.files = mutated_files.sources(MODELS)
-        self.refused = refused(self.files)
         self.folder = tempfile.TemporaryDirectory(prefix="glshadow-fuzz-")
         self.renderer = gs.Renderer()
         self.control = random_settings.case(np.random.default_rng(3))
@@ -77,7 +88,7 @@ class Bench:
         return result
 
     def _file(self, job: Job) -> Verdict:
-        mutant = mutated_files.mutant(rng_of(job), self.files, self.refused)
+        mutant = mutant_of(job)
         path = Path(self.folder.name) / f"fuzz{mutant.suffix}"
         path.write_bytes(mutant.data)
 
@@ -121,6 +132,7 @@ def serve(pipe: Connection, log: str) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         bench = Bench()
+        stock()
         pipe.send("ready")
         while (job := pipe.recv()) is not None:
             pipe.send(bench.run(job))
@@ -251,7 +263,7 @@ def once(only: str) -> int:
         click.echo(random_settings.case(rng_of(job)).text)
     bench = Bench()
     if kind == "files":
-        mutant = mutated_files.mutant(rng_of(job), bench.files, bench.refused)
+        mutant = mutant_of(job)
         click.echo(f"{mutant.source}: {'; '.join(mutant.changes)}")
     result = bench.run(job)
     click.echo(f"{result.kind}: {result.cause}\n{result.detail}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -97,10 +98,12 @@ class PerspectiveCamera:
             camera.position, camera.target, camera.up, fov_y, near, far, (cx / size[0], cy / size[1]), float(fy / fx)
         )
 
-    @property
+    @cached_property
     def view_from_world(self) -> Array:
-        """(4, 4) float64."""
-        return look_at(self.position, self.target, self.up)
+        """(4, 4) float64, read-only."""
+        matrix = look_at(self.position, self.target, self.up)
+        matrix.flags.writeable = False
+        return matrix
 
     def window(self, size: tuple[int, int]) -> tuple[float, float, float, float]:
         """Edges left, right, bottom, top of the image as tangents (coordinates at distance 1) for a size in pixels."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.spaces import Array
+from glshadow.core.spaces import Array, cross
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,8 @@ Fit = ViewFit | SceneFit
 
 _CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 _EDGES = np.array([(a, b) for a in range(8) for b in range(a + 1, 8) if np.abs(_CORNERS[a] - _CORNERS[b]).sum() == 1])
+
+_FACE_CORNERS = np.array([np.flatnonzero(_CORNERS[:, axis] == side)[:3] for axis in range(3) for side in (0, 1)])
 
 
 def frustum_corners(window: tuple[float, float, float, float], near: float, far: float, view_from_world: Array) -> Array:
@@ -65,7 +67,8 @@ def visible_corners(bounds: Array, world_from_mesh: Array, frustum: Array) -> li
     inside_frustum, box_points = _clip(
         corners[:, _EDGES[:, 0]], corners[:, _EDGES[:, 1]], np.broadcast_to(normals, (len(bounds), 6, 3)), limits[None, :]
     )
-    regular = np.linalg.cond(linear) < 1e12
+    size = np.abs(linear).max(axis=(1, 2))
+    regular = np.abs(np.linalg.det(linear)) > 1e-12 * size**3
     inverse = np.linalg.inv(np.where(regular[:, None, None], linear, np.eye(3)))
     frustum_local = np.einsum("nij,nkj->nki", inverse, frustum[None] - offset[:, None])
     axes = np.broadcast_to(np.concatenate([np.eye(3), -np.eye(3)]), (len(bounds), 6, 3))
@@ -83,16 +86,11 @@ def visible_corners(bounds: Array, world_from_mesh: Array, frustum: Array) -> li
 
 def _planes(frustum: Array) -> tuple[Array, Array]:
     """Inward normals (6, 3) and limits (6,) of a frustum's faces: inside where normal . p >= limit."""
-    centre = frustum.mean(axis=0)
-    normals, limits = [], []
-    for axis in range(3):
-        for side in (0, 1):
-            a, b, c = frustum[_CORNERS[:, axis] == side][:3]
-            normal = np.cross(b - a, c - a)
-            normal *= np.sign(normal @ (centre - a)) / np.linalg.norm(normal)
-            normals.append(normal)
-            limits.append(normal @ a)
-    return np.array(normals), np.array(limits)
+    a, b, c = frustum[_FACE_CORNERS].transpose(1, 2, 0)  # (3, 6) each
+    normals = cross(b - a, c - a).T
+    normals /= np.sqrt((normals * normals).sum(axis=1, keepdims=True))
+    normals *= np.sign((normals * (frustum.mean(axis=0) - a.T)).sum(axis=1, keepdims=True))
+    return normals, (normals * a.T).sum(axis=1)
 
 
 def _clip(start: Array, end: Array, normals: Array, limits: Array) -> tuple[NDArray[np.bool_], Array]:

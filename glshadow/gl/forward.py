@@ -103,7 +103,8 @@ def receiver_source(context: GLContext, light: Light, shadow_map: Map | None, di
     caps = replace(context.caps, texture_gather=dialect == "core330_gather", software=False)
     slots = receiver_slots(light, shadow_map, caps)
     known = compose("pass/include.frag", dialect, slots).declared
-    defines = {key: value for key, value in receiver_defines(light, shadow_map).items() if key in known}
+    wanted = {**receiver_defines(light, shadow_map), "GLS_BOUNDED": 1}  # a stranger's receivers may lie anywhere
+    defines = {key: value for key, value in wanted.items() if key in known}
     return compose("pass/include.frag", dialect, slots, defines).code
 
 

@@ -71,6 +71,7 @@ def receiver_defines(light: Light, shadow_map: Map | None) -> dict[str, int | st
         "GLS_SLACK_TEXELS": shadow_map.filter.slack_texels,
         "GLS_PCF_RADIUS": shadow_map.filter.radius,
         "GLS_REVERSED": int(shadow_map.views[0].clip.reversed),
+        "GLS_BOUNDED": int(isinstance(light, SpotLight)),  # a sun's fit holds every receiver, the six faces every direction
         "GLS_PACKED": int(shadow_map.settings.target is Target.RGBA8),
     }
 
@@ -107,6 +108,7 @@ def set_receiver(program: Program, context: GLContext, light: Light, shadow_map:
         corner, last = np.full(2, -1e9), np.full(2, 1e9)
     program.set(
         u_texel_from_lv=(*scale, *offset),
+        u_lv_from_texel=tuple(texel),
         u_tile=(*corner, *last),
         u_map_texel=(1.0 / atlas.size[0], 1.0 / atlas.size[1]),
         u_depth=_depth_uniform(view, shadow_map),

@@ -55,5 +55,6 @@ def mapped_defines(
         "GLS_SLACK_TEXELS": str(float(kernel.slack_texels)),
         "GLS_PCF_RADIUS": kernel.radius,
         "GLS_REVERSED": int(reversed_depth),
+        "GLS_BOUNDED": int(kind == "spot"),
         "GLS_PACKED": int(target is Target.RGBA8),
     }

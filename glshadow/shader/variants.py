@@ -112,7 +112,8 @@ def _forward() -> Iterator[Variant]:
         yield Variant("pass/forward.frag", dialect, open_slots(kind), defines)
     for receiver in receivers():
         # The longest text of each; a receiver knows nothing of what its pass writes.
-        yield Variant("pass/forward.frag", receiver.dialect, receiver.slots, {**receiver.defines, "GLS_OUTPUT": 2})
+        longest = {**receiver.defines, "GLS_BOUNDED": 1, "GLS_OUTPUT": 2}
+        yield Variant("pass/forward.frag", receiver.dialect, receiver.slots, longest)
     for dialect, kind in product(DIALECTS, KINDS):
         yield Variant("pass/include.frag", dialect, open_slots(kind), {})
 

@@ -2,6 +2,9 @@
 #ifndef GLS_SLACK_TEXELS
 #define GLS_SLACK_TEXELS 1.0
 #endif
+#ifndef GLS_REVERSED
+#define GLS_REVERSED 0
+#endif
 #ifndef GLS_FOLLOW_PLANE
 #define GLS_FOLLOW_PLANE 1
 #endif
@@ -20,5 +23,6 @@ void start_depth(inout Receiver receiver) {
 
 // Clamped as GL does for fixed-point formats only: beyond far nothing is stored, and a float map must not answer "dark" there.
 float compare_depth(Receiver receiver, vec2 offset) {
-    return clamp(receiver.depth + dot(receiver.slope, offset), 0.0, 1.0);
+    float depth = receiver.depth + dot(receiver.slope, offset);
+    return GLS_REVERSED == 1 ? max(depth, 0.0) : min(depth, 1.0);
 }

@@ -1,5 +1,6 @@
 // One light on every visible surface: position from depth, normal from the triangle, visibility from <shadow>, Lambert shading.
-// GLS_FIRST: adds the ambient term, else what earlier lights left. GLS_LAST: writes the display image, else the sum so far.
+// Everything happens in the light's axes. GLS_FIRST: adds the ambient term, else what earlier lights left. GLS_LAST: writes the
+// display image, else the sum so far.
 #ifndef GLS_SURFACE
 #define GLS_SURFACE 1
 #endif
@@ -21,7 +22,7 @@
 #ifndef GLS_SUM
 #define GLS_SUM 0 // also writes the linear sum
 #endif
-#include "lib/octahedral.glsl"
+#include "lib/direction.glsl"
 #include "lib/color_packing.glsl"
 #include "lib/srgb.glsl"
 #include <light>
@@ -38,9 +39,10 @@ uniform vec3 u_color; // every node's
 #endif
 uniform sampler2D u_sum; // linear light of earlier passes
 uniform vec2 u_unproject; // 1 / view depth = x + y * window depth
-uniform mat3 u_ray_w; // world ray of unit view depth = u_ray_w * (gl_FragCoord.xy, 1)
-uniform vec3 u_eye_o; // the eye, relative to the scene's origin; world axes
-uniform mat4 u_lv_from_o;
+uniform mat3 u_ray_l; // ray of unit view depth = u_ray_l * (gl_FragCoord.xy, 1), in the light's axes
+uniform vec3 u_eye_l; // the eye relative to the scene's origin, in the light's axes
+uniform vec3 u_lv_from_l; // from the scene's origin to the light's
+uniform mat3 u_axes_l; // the light's axes
 uniform vec3 u_radiance; // color * intensity
 uniform vec3 u_ambient;
 uniform float u_strength;
@@ -55,50 +57,48 @@ layout(location = 2) out vec4 o_linear;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-#if GLS_SURFACE == 1
-    uint id = texelFetch(u_surface, pixel, 0).r;
-    uint packed_normal = 0u;
-#else
     uvec4 surface = texelFetch(u_surface, pixel, 0);
-    uint id = surface.r;
-    uint packed_normal = surface.g;
-#endif
+    int triangle = int(surface.r) - 1;
 #if GLS_COLORS == 2
     vec3 color = unpack_color(surface.b);
 #elif GLS_COLORS == 1
-    vec3 color = texelFetch(u_colors, int(texelFetch(u_owners, int(id) - 1).r)).rgb;
+    vec3 color = texelFetch(u_colors, int(texelFetch(u_owners, triangle).r)).rgb;
 #else
     vec3 color = u_color;
 #endif
 #if GLS_FIRST
-    vec3 sum = u_ambient * color;
+    vec3 light = u_ambient;
+    vec3 sum = vec3(0.0);
 #else
+    vec3 light = vec3(0.0);
     vec3 sum = texelFetch(u_sum, pixel, 0).rgb;
 #endif
 #if GLS_LIT
-    vec4 plane = texelFetch(u_planes, int(id) - 1);
-    vec3 ray = u_ray_w * vec3(gl_FragCoord.xy, 1.0);
-    vec3 position_o = u_eye_o + ray / (u_unproject.x + u_unproject.y * texelFetch(u_camera_depth, pixel, 0).r);
+    vec4 plane = texelFetch(u_planes, triangle);
+    vec3 normal = u_axes_l * plane.xyz;
+    vec3 ray = u_ray_l[0] * gl_FragCoord.x + (u_ray_l[1] * gl_FragCoord.y + u_ray_l[2]);
+    vec3 position = u_eye_l + ray * (1.0 / (u_unproject.x + u_unproject.y * texelFetch(u_camera_depth, pixel, 0).r));
     // Depth was interpolated between vertices snapped to 1/256 pixel: back on the plane, without leaving the triangle's
     // depth range as ray x plane would where the ray misses the triangle by a hair.
-    position_o -= plane.xyz * (dot(plane.xyz, position_o) - plane.w);
-    vec3 position = (u_lv_from_o * vec4(position_o, 1.0)).xyz;
-    vec3 normal = mat3(u_lv_from_o) * (dot(plane.xyz, ray) > 0.0 ? -plane.xyz : plane.xyz); // the side that is seen
+    position += normal * (plane.w - dot(normal, position)) + u_lv_from_l;
+    normal *= dot(normal, ray) > 0.0 ? -1.0 : 1.0; // the side that is seen
     vec4 arriving = light_arriving(position);
     float cosine = dot(normal, arriving.xyz);
     float lit = cosine > 0.0 ? light_visibility(position, normal, cosine) : 0.0;
-#if GLS_SURFACE == 1
     float lambert = cosine;
-#else
-    vec3 shading = mat3(u_lv_from_o) * unpack_direction(packed_normal);
-    float lambert = packed_normal == 0u ? cosine : dot(dot(shading, normal) < 0.0 ? -shading : shading, arriving.xyz);
+#if GLS_SURFACE > 1
+    if (surface.g != 0u) { // an interpolated normal, on the same side
+        vec3 shading = u_axes_l * unpack_direction(surface.g);
+        lambert = dot(shading, arriving.xyz) * inversesqrt(dot(shading, shading));
+        lambert = dot(shading, normal) < 0.0 ? -lambert : lambert;
+    }
 #endif
-    float share = cosine > 0.0 ? mix(1.0, lit, u_strength) : 0.0;
-    sum += u_radiance * color * (max(lambert, 0.0) * arriving.w * share);
+    light += u_radiance * (max(lambert, 0.0) * arriving.w * (cosine > 0.0 ? 1.0 - u_strength * (1.0 - lit) : 0.0));
 #if GLS_VISIBILITY
     o_visibility = lit;
 #endif
 #endif
+    sum += color * light;
 #if GLS_SUM
     o_linear = vec4(sum, 1.0);
 #endif

@@ -12,9 +12,9 @@
 #ifndef GLS_ALPHA
 #define GLS_ALPHA 0
 #endif
-#include "lib/octahedral.glsl"
+#include "lib/direction.glsl"
 #include "lib/color_packing.glsl"
-uniform int u_first_triangle; // number of the draw's first triangle, from 1
+flat in int v_triangle;
 #if GLS_SURFACE == 1
 layout(location = 0) out uint o_surface;
 #elif GLS_SURFACE == 2
@@ -33,9 +33,9 @@ uniform float u_cutoff;
 #endif
 
 void main() {
-    uint triangle = uint(u_first_triangle + gl_PrimitiveID);
+    uint triangle = uint(v_triangle);
 #if GLS_SMOOTH
-    uint normal = max(pack_direction(v_normal_w), 1u);
+    uint normal = pack_direction(v_normal_w);
 #else
     uint normal = 0u;
 #endif

@@ -10,6 +10,8 @@
 #endif
 GLS_ATTRIBUTE vec3 a_position; // mesh space, relative to the mesh's origin
 uniform mat4 u_clip_from_mesh;
+uniform int u_first_triangle; // number of the draw's first triangle, from 1
+flat out int v_triangle; // of the last vertex, which is the k-th of triangle k
 #if GLS_SMOOTH
 GLS_ATTRIBUTE vec3 a_normal;
 uniform mat3 u_normal_from_mesh; // to world axes
@@ -21,6 +23,7 @@ GLS_VARYING vec2 v_uv;
 #endif
 
 void main() {
+    v_triangle = u_first_triangle + gl_VertexID;
     gl_Position = u_clip_from_mesh * vec4(a_position, 1.0);
 #if GLS_SMOOTH
     v_normal_w = u_normal_from_mesh * a_normal;

@@ -96,12 +96,12 @@ class Floor:
                     gpu = gpu_scene.meshes[i]
                     if i not in self.arrays:
                         if "a_normal" not in gpu._buffers:
-                            gpu._buffers["a_normal"] = ctx.buffer(gpu._averaged_normals().tobytes())
+                            gpu._buffers["a_normal"] = ctx.buffer(gpu._averaged_normals()[gpu._order].tobytes())
                         position, normal = gpu._buffers["a_position"], gpu._buffers["a_normal"]
                         self.arrays[i] = (
-                            ctx.vertex_array(self.depth, [(position, "3f", "a_position")], gpu._index),
+                            ctx.vertex_array(self.depth, [(position, "3f", "a_position")], gpu._shared),
                             ctx.vertex_array(
-                                self.lambert, [(position, "3f", "a_position"), (normal, "3f", "a_normal")], gpu._index
+                                self.lambert, [(position, "3f", "a_position"), (normal, "3f", "a_normal")], gpu._shared
                             ),
                         )
                     program["u_clip_from_mesh"].write(matrices[i])

@@ -39,7 +39,7 @@ def small_scene() -> Scene:
     )
     positions, triangles = shapes.icosphere(0, 0.5)
     parts = {"ground": shapes.box((6.0, 0.2, 6.0), (0.0, -0.1, 0.0)), "columns": columns}
-    parts["ball"] = (positions + (-1.4, 1.2, -1.2), triangles)
+    parts["ball"] = (positions + np.array((-1.4, 1.2, -1.2)), triangles)
     parts["roof"] = shapes.box((2.4, 0.1, 2.4), (0.6, 1.7, -0.3))
     return Scene(tuple(Node(name, Mesh(*solid), np.eye(4)) for name, solid in parts.items()), CAMERA)
 

@@ -30,8 +30,8 @@ from glshadow.shader.slots import metric_slot
 from .small_scene import Forward, light_of, on_gpu, small_scene, stored, views_of
 
 CLIP = ClipSpace(False, False)  # WebGL's
-# Both dialects become the same operations, but Mesa 22.3 orders sums and products of ES 1.00 differently: a filter of (2 R + 2)^2
-# weights in 0..1 may differ by a rounding each.
+# Both dialects become the same operations, but Mesa 22.3 orders sums and products of ES 1.00 differently: a filter of
+# (2 R + 2)^2 weights in 0..1 may differ by a rounding each.
 ROUNDING = 100 * 2.0**-24
 KINDS: tuple[Kind, ...] = get_args(Kind)
 TARGETS = (Target.R32F, Target.R8, Target.RGBA8)
@@ -159,6 +159,6 @@ def test_shaded_picture_is_the_same_in_both_dialects(
 def test_depth_targets_are_refused(glcontext: GLContext, gpu: tuple[GpuScene, Programs]) -> None:
     light = light_of("directional", Shadow(target=Target.DEPTH16))
     shadow_map = draw_map(glcontext, gpu[1], gpu[0], light, views_of(small_scene(), light, CLIP))
-    with pytest.raises(SettingsError, match="depth16.*R32F, R16F, R8 or RGBA8"):
+    with pytest.raises(SettingsError, match=r"depth16.*R32F, R16F, R8 or RGBA8"):
         receiver_source(glcontext, light, shadow_map, "es100")
     shadow_map.atlas.release()

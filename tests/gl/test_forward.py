@@ -1,4 +1,4 @@
-"""The forward receiver: every text compiles, a pairwise choice of them draws the true shadow, and strangers can include it."""
+"""The forward receiver: every text compiles, a pairwise choice draws the true shadow, strangers can include it."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def forward_program(
     context: GLContext, programs: Programs, light: Light, shadow_map: Map, dialect: str, **defines: int
 ) -> Program:
     caps = replace(context.caps, texture_gather=dialect == "core330_gather", software=False)
-    slots, settings = receiver_slots(light, shadow_map, caps), receiver_defines(light, shadow_map)
+    slots, settings = receiver_slots(light, shadow_map, caps), {**receiver_defines(light, shadow_map), "GLS_BOUNDED": 1}
     return programs.get("pass/forward.vert", "pass/forward.frag", dialect, slots, {**settings, **defines})
 
 
@@ -94,7 +94,7 @@ def _compile(context: GLContext, code: str, vertex: bool) -> str:
 
 
 def hits(origin: Array, direction: Array, corners: Array) -> Array:
-    """Distance (N, T) along each ray to each triangle in units of `direction`; inf where it misses. Moeller, Trumbore 1997."""
+    """Distance (N, T) from rays to triangles in units of `direction`; inf where they miss. Moeller, Trumbore 1997."""
     a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     p = np.cross(direction[:, None], ac)
     det = (p * ab).sum(-1)
@@ -144,7 +144,7 @@ def truth(kind: Kind) -> Array:
 
 
 def interior(image: Array, reach: int) -> NDArray[np.bool_]:
-    """Pixels whose neighbourhood of `reach` pixels lies on one triangle and is all lit or all dark: no edge comes near."""
+    """Pixels whose neighbourhood of `reach` pixels lies on one triangle, all lit or all dark: no edge is near."""
     triangle = surface()[2].reshape(SIZE[1], SIZE[0])
     same = np.zeros(image.shape, dtype=np.bool_)
     same[reach:-reach, reach:-reach] = triangle[reach:-reach, reach:-reach] >= 0
@@ -174,8 +174,8 @@ def test_pairwise_choice_has_every_setting() -> None:
     assert [len(column) for column in columns] == [len(KINDS), 3, len(BIASES), len(FILTERS), 3]
 
 
-# Pixels that an edge may reach, and one more per texel of the radius: a texel of these maps is up to 0.05 units at the ground, a
-# pixel 0.045 at the middle of the picture.
+# Pixels that an edge may reach, and one more per texel of the radius: a texel of these maps is up to 0.05 units at the
+# ground, a pixel 0.045 at the middle of the picture.
 EDGE_PIXELS = 2
 
 
@@ -220,8 +220,8 @@ def test_derived_normal_draws_the_same(
         assert ("a_normal" in program) == (not derived)
         pictures.append(forward.draw(program, light, shadow_map).values[..., 0])
     shadow_map.atlas.release()
-    # Differences of neighbouring positions keep about 2^-24 * 20 / 0.045 = 3e-5 of a pixel's width: the plane differs by less
-    # than the slack, so that at most a comparison at an edge turns over.
+    # Differences of neighbouring positions keep about 2^-24 * 20 / 0.045 = 3e-5 of a pixel's width: the plane
+    # differs by less than the slack, so that at most a comparison at an edge turns over.
     differs = np.abs(pictures[0] - pictures[1]) > 1e-5
     assert differs.sum() <= 0.002 * (pictures[0] != BACKGROUND).sum()
 
@@ -230,7 +230,8 @@ TWIN_HEAD = """#version 330 core
 uniform vec3 u_dx, u_dy;
 out vec2 o_gradient;
 """
-TRIANGLE = "#version 330 core\nvoid main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }"
+TRIANGLE = """#version 330 core
+void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }"""
 
 
 def test_derivatives_snippet_equals_its_twin(glcontext: GLContext, rng: np.random.Generator) -> None:
@@ -302,7 +303,7 @@ def test_light_without_a_map_is_open(glcontext: GLContext) -> None:
 
 
 def test_unknown_dialect_and_missing_shadow_are_named(glcontext: GLContext, gpu: tuple[GpuScene, Programs]) -> None:
-    with pytest.raises(SettingsError, match="core330_gather.*got 'es300'"):
+    with pytest.raises(SettingsError, match=r"core330_gather.*got 'es300'"):
         receiver_source(glcontext, DirectionalLight(), None, "es300")
     with pytest.raises(SettingsError, match="a light with a Shadow"):
         draw_map(glcontext, gpu[1], gpu[0], DirectionalLight(shadow=None), ())

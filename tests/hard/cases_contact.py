@@ -56,12 +56,16 @@ def lamp_discs() -> list[Picture]:
     spot = SpotLight(position=(0.0, 10.0, 0.0), direction=(0.0, -1.0, 0.0), inner_angle=35.0, outer_angle=40.0)
     slack = 10.0 * FACETS_6
     # The top of the sphere above the light: the shadow is bounded by a hyperbola.
-    beside = analytic.sphere(height=6.0, lamp_height=10.0)
-    low = PointLight(position=(4.0, 6.5, 0.0))
+    low = PointLight(position=(3.0, 6.5, 0.0))
+    beside = overhead((-60.0, 0.0), (-10.0, 10.0), 60.0)
+    wide = Scene(
+        (Node("ground", Mesh(*shapes.rectangle((-100.0, 0.0, 50.0), (120.0, 0.0, 0.0), (0.0, 0.0, -100.0))), np.eye(4)),
+         built.scene.nodes[1]), beside, (low,),
+    )  # fmt: skip
     return [
         picture_of("disc, point light", built, closed_form_slack=slack),
         picture_of("disc, spot", built, spot, closed_form_slack=slack),
-        picture_of("hyperbola, point light beside the sphere", beside, low, closed_form_slack=slack),
+        picture_of("hyperbola, point light beside the sphere", AnalyticScene(wide, built.blocked), closed_form_slack=10.0 * slack),
     ]
 
 
@@ -110,7 +114,7 @@ def planes() -> list[Picture]:
 
 def feet() -> list[Picture]:
     """The wall's foot from above: 40 cm of ground, texels of a millimetre."""
-    camera = overhead((-0.3, 0.1), (-0.2, 0.2), 3.0)
+    camera = overhead((-0.2, 0.2), (-0.2, 0.2), 3.0)
     built = analytic.wall(30.0)
     pictures = [picture_of("foot of the wall", built, camera=camera)]
     for name, spot in (("point light", 0.0), ("spot", 30.0)):
@@ -134,7 +138,7 @@ GAPS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 
 
 def gaps() -> list[Picture]:
-    pictures = [picture_of(f"plate, gap {gap:g}", analytic.plates(gap, 45.0)) for gap in GAPS]
+    pictures = [picture_of(f"plate, gap {gap:g}", analytic.plates(gap, 45.0), dark=gap > 1e-4) for gap in GAPS]
     pictures.append(picture_of("plate, coplanar", analytic.plates(0.0, 45.0), dark=False))
     pictures += [picture_of(f"plate, gap {gap:g}, from below", *_below(gap)) for gap in (1e-1, 1e-2)]
     ground = shapes.rectangle((-2.0, 0.0, 2.0), (4.0, 0.0, 0.0), (0.0, 0.0, -4.0))

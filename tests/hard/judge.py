@@ -127,7 +127,8 @@ def near_edge(frame: Frame, truth: Truth, texels: float, where: Bools) -> Bools:
         return near
     view = frame.used[0].views[0]
     if view.kind != "directional":
-        reach = np.nan_to_num(texels * texel_field(view, truth.position))
+        # Directions are 1/16 of a turn apart: a straight edge at the very rim passes between two of them.
+        reach = np.nan_to_num(texels * texel_field(view, truth.position)) / np.cos(np.pi / 16)
         for fraction in (1.0, 0.8, 0.5, 0.25):
             near |= truth.near_edge(0, reach * fraction, where & ~near)
         return near
@@ -135,7 +136,7 @@ def near_edge(frame: Frame, truth: Truth, texels: float, where: Bools) -> Bools:
     lit = truth.visibility[0].ravel()[rows] > 0.5
     points, own = truth.position.reshape(-1, 3)[rows] - truth.rays.origin, truth.triangle.ravel()[rows]
     source = _Source(truth.lights[0], truth.rays.origin)
-    axes = view.view_from_world[:2, :3] * np.array(view.texel)[:, None]
+    axes = view.view_from_world[:2, :3] * np.array(view.texel)[:, None] / np.cos(np.pi / DIRECTIONS)
     u, v = _basis(truth)
     found = np.zeros(len(rows), dtype=bool)
     for ring in range(RADII, 0, -1):

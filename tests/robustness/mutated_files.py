@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import struct
+import tempfile
+import warnings
 import zlib
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -11,6 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+import glshadow as gs
 
 Rng = np.random.Generator
 
@@ -44,6 +48,21 @@ def sources(models: Path | None) -> dict[str, bytes]:
         if path.suffix.lower() in (".glb", ".obj", ".ply", ".stl", ".off") and 0 < path.stat().st_size <= LARGEST:
             found[path.name] = path.read_bytes()
     return found
+
+
+def refused(files: dict[str, bytes]) -> frozenset[str]:
+    """Names of those that cannot be rendered even unchanged."""
+    names = set()
+    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore", gs.GlshadowWarning)
+        for name, data in files.items():
+            path = Path(folder, name)
+            path.write_bytes(data)
+            try:
+                gs.load(path)
+            except gs.SceneError:
+                names.add(name)
+    return frozenset(names)
 
 
 def mutant(rng: Rng, files: dict[str, bytes], refused: Collection[str] = ()) -> Mutant:

@@ -1,4 +1,4 @@
-"""House rules of the snippets: headers, contracts of the slots, defaults of defines, names, constants, and none left unused."""
+"""House rules of the snippets: headers, contracts of slots, defaults of defines, names, constants, none left unused."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def test_every_text_is_valid(tool: None) -> None:
             "17 uniform vectors, MaxFragmentUniformVectors is 16",
         ),
         (
-            "varying vec2 a[8]; varying vec2 b[8]; varying float c; void main() { gl_FragColor = vec4(a[0], b[0] * c); }",
+            "varying vec4 a[8]; varying float c; void main() { gl_FragColor = a[0] * c; }",
             "9 varying vectors, MaxVaryingVectors is 8",
         ),
     ],

@@ -1,0 +1,138 @@
+"""The two cases in which any shadow at all is an artefact: an empty plane at grazing light, and a convex body alone.
+
+Default settings, three lights, two resolutions, three views; every pixel with N.L > 0 for the geometric normal counts, and not one
+may be darkened.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from glshadow.core.cameras import PerspectiveCamera, pixel_rays
+from glshadow.core.kernels import Filter, Hard, Pcf
+from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
+from glshadow.core.shadow import Shadow
+from glshadow.core.spaces import Array
+from glshadow.frame import Frame
+from glshadow.reference import model
+from glshadow.renderer import Renderer
+from glshadow.scene import builtin
+from glshadow.scene.mesh import Scene
+
+from ..tolerances import WEIGHT
+
+SIZE = (320, 240)
+KINDS = ("directional", "spot", "point")
+DEFAULT = Shadow().filter
+PLANE_VIEWS = {
+    "built-in": None,
+    "top": PerspectiveCamera((0.0, 12.0, 0.001), (0.0, 0.0, 0.0)),
+    "grazing": PerspectiveCamera((0.3, 0.15, 7.0), (0.0, 0.0, 0.0)),
+    "grazing across": PerspectiveCamera((7.0, 0.4, 0.3), (0.0, 0.0, 0.0)),
+}
+BALL_VIEWS = {
+    "built-in": None,
+    "top": PerspectiveCamera((0.2, 3.0, 0.1), (0.0, 0.0, 0.0)),
+    "close": PerspectiveCamera((-0.8, 0.5, 1.0), (0.0, 0.0, 0.0)),
+}
+
+
+@pytest.fixture(scope="module")
+def renderer() -> Iterator[Renderer]:
+    with Renderer("egl") as renderer:
+        yield renderer
+
+
+@pytest.fixture(scope="module")
+def plane() -> Scene:
+    return builtin.plane().scene
+
+
+@pytest.fixture(scope="module")
+def ball() -> Scene:
+    return builtin.ball().scene
+
+
+def lights(towards: Array, distance: float, resolution: int, kernel: Filter) -> dict[str, Light]:
+    """The three lights, seen from the origin in direction `towards`."""
+    shadow = Shadow(resolution=resolution, filter=kernel)
+    position, direction = tuple(distance * towards), tuple(-towards)
+    return {
+        "directional": DirectionalLight(direction=direction, shadow=shadow),
+        "spot": SpotLight(position=position, direction=direction, outer_angle=25, shadow=shadow),
+        "point": PointLight(position=position, shadow=shadow),
+    }
+
+
+def positions(frame: Frame) -> tuple[Array, Array]:
+    """World points (H, W, 3), and which pixels show a surface."""
+    assert frame.depth is not None
+    hit = np.isfinite(frame.depth)
+    depth = np.where(hit, frame.depth, 0.0).astype(np.float64)
+    return np.asarray(frame.camera.position) + pixel_rays(frame.camera, frame.size) * depth[..., None], hit
+
+
+def assert_lit(frame: Frame, counted: Array) -> None:
+    assert frame.visibility is not None
+    dark = counted & ~(frame.visibility[0] >= 1.0 - WEIGHT)
+    assert not dark.any(), f"{dark.sum()} of {counted.sum()} pixels darkened, worst {frame.visibility[0][dark].min():.3f}"
+
+
+@pytest.mark.parametrize("view", PLANE_VIEWS)
+@pytest.mark.parametrize("theta", [0.0, 45.0, 80.0, 89.0, 89.9, 89.99])
+@pytest.mark.parametrize("resolution", [2048, 512])
+@pytest.mark.parametrize("kernel", [DEFAULT, Hard(), Pcf(4)], ids=str)
+@pytest.mark.parametrize("kind", KINDS)
+def test_empty_plane(
+    renderer: Renderer, plane: Scene, kind: str, kernel: Filter, resolution: int, theta: float, view: str
+) -> None:
+    """N6: all lit, however low the light."""
+    e = np.radians(90.0 - theta)
+    towards = np.array([0.8 * np.cos(e), np.sin(e), 0.6 * np.cos(e)])
+    light = lights(towards, 40.0, resolution, kernel)[kind]
+    frame = renderer.render(plane, PLANE_VIEWS[view], [light], SIZE, outputs=("visibility", "depth"))
+    points, hit = positions(frame)
+    points[..., 1] = 0.0
+    cosine = to_light(light, points)[0][..., 1]
+    counted = hit & (cosine > 0.0)
+    assert counted.sum() > 4000
+    assert_lit(frame, counted)
+
+
+@pytest.mark.parametrize("height", [5.0, 1.0, 0.1, 0.01])
+@pytest.mark.parametrize("kind", ["spot", "point"])
+@pytest.mark.parametrize("kernel", [DEFAULT, Hard()], ids=str)
+def test_lamp_just_above_the_plane(renderer: Renderer, plane: Scene, kernel: Filter, kind: str, height: float) -> None:
+    """Every angle up to grazing in one picture."""
+    shadow = Shadow(filter=kernel)
+    where = (0.0, height, 0.3)
+    light: Light = PointLight(position=where, shadow=shadow)
+    if kind == "spot":
+        light = SpotLight(position=where, direction=(1.0, -0.3, 0.0), outer_angle=60, shadow=shadow)
+    for view in PLANE_VIEWS.values():
+        frame = renderer.render(plane, view, [light], SIZE, outputs=("visibility", "depth"))
+        assert_lit(frame, positions(frame)[1])
+
+
+@pytest.mark.parametrize("view", BALL_VIEWS)
+@pytest.mark.parametrize("elevation", [0.0, 30.0, 75.0])
+@pytest.mark.parametrize("resolution", [2048, 512])
+@pytest.mark.parametrize("kernel", [DEFAULT, Hard()], ids=str)
+@pytest.mark.parametrize("kind", KINDS)
+def test_convex_body_alone(
+    renderer: Renderer, ball: Scene, kind: str, kernel: Filter, resolution: int, elevation: float, view: str
+) -> None:
+    """N5: a sphere of 81,920 triangles is lit wherever its facet faces the light."""
+    e = np.radians(elevation)
+    towards = np.array([0.6 * np.cos(e), np.sin(e), 0.8 * np.cos(e)])
+    light = lights(towards, 3.0, resolution, kernel)[kind]
+    frame = renderer.render(ball, BALL_VIEWS[view], [light], SIZE, outputs=("visibility", "depth"))
+    points, hit = positions(frame)
+    lit = facing(ball, points[hit], light)
+    counted = hit.copy()
+    counted[hit] = lit
+    assert counted.sum() > 2000
+    assert_lit(frame, counted)
