@@ -1,4 +1,4 @@
-"""How wrong is a picture? Needs the extra `reference`. Look at: yellow on the shadow edges (the price of the resolution), no red, no blue."""
+"""How wrong is a picture? Needs the extra `reference`. Look at: yellow on shadow edges, the price of resolution; no red or blue."""
 
 from dataclasses import replace
 

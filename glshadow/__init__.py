@@ -27,7 +27,8 @@ from glshadow.measure.error import ShadowError, measure  # now: the function mus
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
 
 if TYPE_CHECKING:
-    from glshadow.frame import Frame, Used
+    from glshadow.core.used import Used
+    from glshadow.frame import Frame
     from glshadow.reference.trace import Truth, trace
     from glshadow.renderer import Renderer, render
     from glshadow.scene import builtin as scenes
@@ -40,7 +41,7 @@ _LAZY = {
     "Frame": "glshadow.frame",
     "Renderer": "glshadow.renderer",
     "Truth": "glshadow.reference.trace",
-    "Used": "glshadow.frame",
+    "Used": "glshadow.core.used",
     "load": "glshadow.scene.load",
     "render": "glshadow.renderer",
     "scenes": "glshadow.scene.builtin",
@@ -62,9 +63,46 @@ def __dir__() -> list[str]:
 
 
 __all__ = [
-    "AlphaMode", "ClipBias", "ClipSpace", "ConstantBias", "ContextError", "DirectionalLight", "Faces", "Frame",
-    "GlshadowError", "GlshadowWarning", "Hard", "Material", "Mesh", "NoBias", "Node", "NormalOffsetBias", "Pcf",
-    "PerspectiveCamera", "PointLight", "ReceiverPlaneBias", "ReferenceUnavailable", "Renderer", "ResourceError",
-    "Scene", "SceneError", "SceneFit", "SettingsError", "Shadow", "ShadowError", "ShaderError", "SlopeScaledBias",
-    "SpotLight", "Target", "Truth", "Used", "ViewFit", "__version__", "load", "measure", "render", "scenes", "trace",
+    "AlphaMode",
+    "ClipBias",
+    "ClipSpace",
+    "ConstantBias",
+    "ContextError",
+    "DirectionalLight",
+    "Faces",
+    "Frame",
+    "GlshadowError",
+    "GlshadowWarning",
+    "Hard",
+    "Material",
+    "Mesh",
+    "NoBias",
+    "Node",
+    "NormalOffsetBias",
+    "Pcf",
+    "PerspectiveCamera",
+    "PointLight",
+    "ReceiverPlaneBias",
+    "ReferenceUnavailable",
+    "Renderer",
+    "ResourceError",
+    "Scene",
+    "SceneError",
+    "SceneFit",
+    "SettingsError",
+    "ShaderError",
+    "Shadow",
+    "ShadowError",
+    "SlopeScaledBias",
+    "SpotLight",
+    "Target",
+    "Truth",
+    "Used",
+    "ViewFit",
+    "__version__",
+    "load",
+    "measure",
+    "render",
+    "scenes",
+    "trace",
 ]  # fmt: skip

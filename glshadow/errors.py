@@ -1,15 +1,15 @@
 """Every exception and warning of the package, as one tree.
 
-    Exception
-    └── GlshadowError
-        ├── ContextError            no usable OpenGL context, or it lacks what was asked for
-        ├── ResourceError           the driver ran out of memory for a map, an image or a mesh
-        ├── SceneError              the model, mesh or file cannot be rendered as it is
-        ├── SettingsError           a setting is out of range or two settings cannot work together (also a ValueError)
-        ├── ShaderError             a GLSL snippet is missing, cyclic or does not compile
-        └── ReferenceUnavailable    the ray-traced reference needs an extra that is not installed
-    UserWarning
-    └── GlshadowWarning             rendered, but not all that was given could be honoured
+Exception
+└── GlshadowError
+    ├── ContextError            no usable OpenGL context, or it lacks what was asked for
+    ├── ResourceError           the driver ran out of memory for a map, an image or a mesh
+    ├── SceneError              the model, mesh or file cannot be rendered as it is
+    ├── SettingsError           a setting is out of range or two settings cannot work together (also a ValueError)
+    ├── ShaderError             a GLSL snippet is missing, cyclic or does not compile
+    └── ReferenceUnavailable    the ray-traced reference needs an extra that is not installed
+UserWarning
+└── GlshadowWarning             rendered, but not all that was given could be honoured
 """
 
 

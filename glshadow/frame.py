@@ -11,74 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.bias import Bias
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.kernels import Filter
 from glshadow.core.lights import Light
-from glshadow.core.metric import Target
-from glshadow.core.shadow import Faces
-from glshadow.core.spaces import ClipSpace
-from glshadow.core.view import ShadowView
+from glshadow.core.used import Used
 from glshadow.errors import SettingsError
 from glshadow.scene.mesh import Scene
 
 OUTPUTS = ("image", "visibility", "linear", "depth", "depth_metric", "triangle", "shadow_maps", "timings")
-
-
-@dataclass(frozen=True)
-class Used:
-    """What was really used for one light, every None resolved.
-
-    Parameters
-    ----------
-    views : tuple of ShadowView
-        Matrices, window, near and far, tile; empty for a light that casts nothing or lights nothing that is seen.
-    filter, bias, target, clip, faces
-        As in Shadow. None throughout for a light without a shadow; faces None: back faces culled for closed meshes.
-    draws : int
-        Meshes drawn into its maps in this frame.
-    fallbacks : tuple of str
-        Every request that could not be met as given, with its reason.
-    """
-
-    views: tuple[ShadowView, ...] = ()
-    filter: Filter | None = None
-    bias: Bias | None = None
-    target: Target | None = None
-    clip: ClipSpace | None = None
-    faces: Faces | None = None
-    draws: int = 0
-    fallbacks: tuple[str, ...] = ()
-
-    @property
-    def texel(self) -> tuple[float, float] | None:
-        """Size of a texel of the first view: world units for a sun, tangents (at distance 1) otherwise."""
-        return self.views[0].texel if self.views else None
-
-    def as_dict(self) -> dict[str, Any]:
-        """As JSON-able values."""
-        return {
-            "filter": repr(self.filter),
-            "bias": repr(self.bias),
-            "target": self.target.value if self.target else None,
-            "clip": str(self.clip) if self.clip else None,
-            "faces": self.faces.value if self.faces else "auto",
-            "draws": self.draws,
-            "fallbacks": list(self.fallbacks),
-            "views": [
-                {
-                    "face": view.face,
-                    "tile": list(view.tile),
-                    "resolution": view.resolution,
-                    "window": list(view.window),
-                    "near": view.near,
-                    "far": view.far,
-                    "texel": list(view.texel),
-                    "clip_from_world": view.clip_from_world.tolist(),
-                }
-                for view in self.views
-            ],
-        }
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,8 @@ from glshadow.errors import SettingsError
 from glshadow.lines import Canvas, Color
 
 if TYPE_CHECKING:
-    from glshadow.frame import Frame, Used
+    from glshadow.core.used import Used
+from glshadow.frame import Frame
 
 OVERLAYS = ("map", "lights", "axes", "grid")
 _NEEDS = {

@@ -102,7 +102,13 @@ class Bench:
         case = random_settings.case(rng_of(job))
         return verdict.judged(
             lambda: verdict.checked_render(
-                self.renderer, case.scene, case.camera, case.lights, case.size, ambient=case.ambient, background=case.background
+                self.renderer,
+                case.scene,
+                case.camera,
+                case.lights,
+                case.size,
+                ambient=case.ambient,
+                background=case.background,
             )  # type: ignore[arg-type,return-value]
         )
 
@@ -172,7 +178,9 @@ class Worker:
         return self.log.read_text(errors="replace")[-4000:]
 
 
-def run_all(jobs: list[Job], workers: int, seconds: float, kept: Path, tick: Any) -> dict[str, list[tuple[Job, Verdict]]]:
+def run_all(
+    jobs: list[Job], workers: int, seconds: float, kept: Path, tick: Any
+) -> dict[str, list[tuple[Job, Verdict]]]:
     """Verdicts of all jobs by kind. A crash or a hang is the verdict of its job, and a new worker goes on."""
     results: dict[str, list[tuple[Job, Verdict]]] = {kind: [] for kind in KINDS}
     waiting = list(reversed(jobs))
@@ -199,7 +207,9 @@ def run_all(jobs: list[Job], workers: int, seconds: float, kept: Path, tick: Any
                     late = time.monotonic() > worker.deadline and answer is None
                     if ended or late:
                         code, said = worker.process.exitcode, worker.end()
-                        cause = f"crash, exit code {worker.process.exitcode}" if ended else f"hang: more than {seconds:g} s"
+                        cause = (
+                            f"crash, exit code {worker.process.exitcode}" if ended else f"hang: more than {seconds:g} s"
+                        )
                         if worker.job is None:
                             broken_starts += 1
                             if broken_starts > 3:
@@ -278,8 +288,14 @@ def once(only: str) -> int:
 @click.option("--first", default=0, show_default=True, help="Number of the first case, to go on where a run ended.")
 @click.option("--seconds-per-case", default=10.0, show_default=True, help="More is a hang.")
 @click.option("--workers", default=2, show_default=True)
-@click.option("--keep", "kept", default="fuzz_failures", show_default=True, type=click.Path(path_type=Path),
-              help="Folder for the files and settings of failures; made when there is one.")
+@click.option(
+    "--keep",
+    "kept",
+    default="fuzz_failures",
+    show_default=True,
+    type=click.Path(path_type=Path),
+    help="Folder for the files and settings of failures; made when there is one.",
+)
 @click.option("--causes", "all_causes", is_flag=True, help="Also count the warnings and named errors by their text.")
 @click.option("--only", metavar="KIND:SEED:NUMBER", help="One case again, in this process.")  # fmt: skip
 def main(
@@ -291,12 +307,22 @@ def main(
 
     if only:
         sys.exit(once(only))
-    jobs: list[Job] = [("files", seed, first + i) for i in range(files)] + [("settings", seed, first + i) for i in range(settings)]
+    jobs: list[Job] = [("files", seed, first + i) for i in range(files)] + [
+        ("settings", seed, first + i) for i in range(settings)
+    ]
     console = Console(stderr=True)
     start = time.monotonic()
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[failed]} failed"))
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[failed]} failed"),
+    )
     with Progress(*columns, TimeRemainingColumn(), console=console) as progress:
-        tasks = {"files": progress.add_task("files", total=files, failed=0), "settings": progress.add_task("settings", total=settings, failed=0)}
+        tasks = {
+            "files": progress.add_task("files", total=files, failed=0),
+            "settings": progress.add_task("settings", total=settings, failed=0),
+        }
         failed: Counter[str] = Counter()
 
         def tick(kind: str, result: str) -> None:

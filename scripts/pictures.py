@@ -6,6 +6,7 @@ import os
 import warnings
 from pathlib import Path
 
+import click
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,13 +28,14 @@ def triptych() -> NDArray[np.uint8]:
         # the same shading with the traced visibility: one light of intensity 1 on white, ambient 0.1
         lit = renderer.render(scene, lights=[gs.DirectionalLight(direction=scene.lights[0].direction, shadow=None)],
                               background=SKY, outputs=("linear",))  # fmt: skip
-    assert lit.linear is not None and ours.image is not None
+    assert lit.linear is not None
+    assert ours.image is not None
     exact = np.where(np.isnan(truth.visibility[0])[..., None], lit.linear,
                      0.1 + (lit.linear - 0.1) * np.nan_to_num(truth.visibility[0])[..., None])  # fmt: skip
     value = np.clip(exact, 0.0, 1.0)
     shown = np.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
     error = gs.measure(ours, truth)
-    print(error)
+    click.echo(error)
     window = (slice(230, 650), slice(300, 720))
     gap = np.full((420, 10, 3), 255, dtype=np.uint8)
     return np.hstack(

@@ -64,7 +64,7 @@ class PerspectiveCamera:
         """Camera from its world_from_view matrix (4, 4), as trimesh, pyrender and glTF store it (looks along -z)."""
         position, forward, up = _pose_axes(pose)
         target = position + forward * max(1.0, float(np.abs(position).max()) * 1e-3)  # far enough to survive float64
-        return cls(tuple(position), tuple(target), tuple(up), fov_y, near, far)  # type: ignore[arg-type]
+        return cls(tuple(position), tuple(target), tuple(up), fov_y, near, far)
 
     @classmethod
     def from_intrinsics(

@@ -32,12 +32,16 @@ _EDGES = np.array([(a, b) for a in range(8) for b in range(a + 1, 8) if np.abs(_
 _FACE_CORNERS = np.array([np.flatnonzero(_CORNERS[:, axis] == side)[:3] for axis in range(3) for side in (0, 1)])
 
 
-def frustum_corners(window: tuple[float, float, float, float], near: float, far: float, view_from_world: Array) -> Array:
+def frustum_corners(
+    window: tuple[float, float, float, float], near: float, far: float, view_from_world: Array
+) -> Array:
     """World corners (8, 3) of a view's frustum; `window` is left, right, bottom, top as tangents."""
     left, right, bottom, top = window
     tangents = np.array([left, bottom, right, top]).reshape(2, 2)
     distance = np.array([near, far])[_CORNERS[:, 2]]
-    local = np.stack([tangents[_CORNERS[:, 0], 0] * distance, tangents[_CORNERS[:, 1], 1] * distance, -distance], axis=-1)
+    local = np.stack(
+        [tangents[_CORNERS[:, 0], 0] * distance, tangents[_CORNERS[:, 1], 1] * distance, -distance], axis=-1
+    )
     return np.asarray((local - view_from_world[:3, 3]) @ view_from_world[:3, :3])
 
 
@@ -65,7 +69,10 @@ def visible_corners(bounds: Array, world_from_mesh: Array, frustum: Array) -> li
     corners = np.einsum("nij,nkj->nki", linear, local) + offset[:, None]
     normals, limits = _planes(frustum)
     inside_frustum, box_points = _clip(
-        corners[:, _EDGES[:, 0]], corners[:, _EDGES[:, 1]], np.broadcast_to(normals, (len(bounds), 6, 3)), limits[None, :]
+        corners[:, _EDGES[:, 0]],
+        corners[:, _EDGES[:, 1]],
+        np.broadcast_to(normals, (len(bounds), 6, 3)),
+        limits[None, :],
     )
     size = np.abs(linear).max(axis=(1, 2))
     regular = np.abs(np.linalg.det(linear)) > 1e-12 * size**3

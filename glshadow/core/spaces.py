@@ -74,7 +74,7 @@ def unit(name: str, value: ArrayLike) -> Array:
     if largest == 0.0:
         raise SettingsError(f"{name} must not be the zero vector")
     vector = vector / largest  # first, so that lengths of 1e-200 or 1e200 neither underflow nor overflow
-    return vector / np.linalg.norm(vector)
+    return np.asarray(vector / np.linalg.norm(vector))
 
 
 def cross(a: Array, b: Array) -> Array:

@@ -79,7 +79,9 @@ class ShadowView:
     @cached_property
     def clip_from_view(self) -> Array:
         """(4, 4) projection."""
-        return (orthographic if self.kind == "directional" else perspective)(*self.window, self.near, self.far, self.clip)
+        return (orthographic if self.kind == "directional" else perspective)(
+            *self.window, self.near, self.far, self.clip
+        )
 
     @cached_property
     def clip_from_world(self) -> Array:
@@ -189,7 +191,9 @@ def _local_view(
         lateral = np.concatenate([local[:, :2], -local[:, :2]], axis=1)
         if depth.max() <= 0.0 or (lateral > edge * depth[:, None]).all(axis=0).any():
             continue  # behind the light, or wholly beyond one side of the window
-        reach = np.linalg.norm(local, axis=1) if kind == "point" else depth  # its metric is the distance: sqrt(3) more in a corner
+        reach = (
+            np.linalg.norm(local, axis=1) if kind == "point" else depth
+        )  # its metric is the distance: sqrt(3) more in a corner
         nearest, farthest = min(nearest, float(depth.min())), max(farthest, float(reach.max()))
         if depth.min() <= NEAREST_SHARE[True] * depth.max():
             low, high = np.full(2, -edge), np.full(2, edge)  # reaches around the light: every direction
@@ -199,11 +203,16 @@ def _local_view(
     if farthest == 0.0:
         return None
     if kind == "point":
-        low, high = np.full(2, -edge), np.full(2, edge)  # all faces share one window, so that they share the shader's scale
+        low, high = (
+            np.full(2, -edge),
+            np.full(2, edge),
+        )  # all faces share one window, so that they share the shader's scale
     low, high = np.clip(low, -edge, edge), np.clip(high, -edge, edge)
     far = 1.001 * farthest if light.far is None else light.far
     near = max(0.5 * nearest, NEAREST_SHARE[clip.reversed] * far) if light.near is None else light.near
     half = 0.5 * np.maximum(high - low, 1e-6 * edge) * resolution / (resolution - 2 * guard)
     middle = 0.5 * (low + high)
-    window = tuple(float(v) for v in (middle[0] - half[0], middle[0] + half[0], middle[1] - half[1], middle[1] + half[1]))
+    window = tuple(
+        float(v) for v in (middle[0] - half[0], middle[0] + half[0], middle[1] - half[1], middle[1] + half[1])
+    )
     return ShadowView(kind, face, view, window, near, max(far, 1.001 * near), clip, resolution)  # type: ignore[arg-type]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import moderngl
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.bias import Bias, ClipBias, SlopeScaledBias, bias_factor
+from glshadow.core.kernels import Filter
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.metric import Target, metric_range
 from glshadow.core.shadow import Faces
@@ -19,7 +19,7 @@ from glshadow.gl.context import GLContext
 from glshadow.gl.geometry import GpuScene, pack_matrices
 from glshadow.gl.program import Program, Programs
 from glshadow.gl.targets import Atlas
-from glshadow.scene.mesh import AlphaMode, box_corners
+from glshadow.scene.mesh import AlphaMode
 
 
 @dataclass(frozen=True)
@@ -31,31 +31,33 @@ class CasterSettings:
     faces: Faces | None
 
 
+@dataclass(frozen=True)
+class Map:
+    """A light's shadow map: its views and the atlas that holds them."""
+
+    views: tuple[ShadowView, ...]
+    atlas: Atlas
+    settings: CasterSettings
+    filter: Filter
+
+
 def casters(scene: GpuScene) -> NDArray[np.bool_]:
     """Which nodes (N,) cast: all but blended ones."""
     return np.array([node.mesh.material.alpha_mode is not AlphaMode.BLEND for node in scene.nodes])
 
 
-def draw_casters(
-    context: GLContext,
-    programs: Programs,
-    atlas: Atlas,
-    scene: GpuScene,
-    light: Light,
-    views: Sequence[ShadowView],
-    settings: CasterSettings,
-) -> int:
+def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light: Light, shadow_map: Map) -> int:
     """Draw all views of a light into their tiles; returns the number of draws.
 
     Casters nearer than a view's near plane are clamped to it, not cut (depth clamp). Nodes outside a view are not drawn.
     """
     ctx = context.ctx
-    boxes = box_corners(*_boxes(scene))
+    atlas, settings, boxes = shadow_map.atlas, shadow_map.settings, scene.corners
     casting = casters(scene)
     solid = _hides_back_faces(scene, light, boxes, settings.faces)
     atlas.framebuffer.use()
     draws = 0
-    for view in views:
+    for view in shadow_map.views:
         tile = (*view.tile, view.resolution, view.resolution)
         context.gl.clip_control(view.clip.zero_to_one) if context.caps.clip_control else None
         ctx.depth_func = ">=" if view.clip.reversed else "<="
@@ -110,7 +112,9 @@ def _draw(
     return len(chosen)
 
 
-def caster_program(programs: Programs, settings: CasterSettings, view: ShadowView, alpha: bool, context: GLContext) -> Program:
+def caster_program(
+    programs: Programs, settings: CasterSettings, view: ShadowView, alpha: bool, context: GLContext
+) -> Program:
     """The caster program of a view, its uniforms that do not change from draw to draw set."""
     target, bias = settings.target, settings.bias
     caster_bias = bias if isinstance(bias, ClipBias) and bias.caster else None
@@ -141,11 +145,6 @@ def metric_uniform(view: ShadowView, bias: float) -> tuple[float, float, float]:
     return (sign / (low + high), low / (low + high), bias)
 
 
-def _boxes(scene: GpuScene) -> tuple[Array, Array]:
-    bounds = np.stack([node.mesh.bounds for node in scene.nodes])
-    return bounds, np.stack([node.world_from_mesh for node in scene.nodes])
-
-
 def seen_by(clip_from_world: Array, boxes: Array, view: ShadowView) -> NDArray[np.bool_]:
     """Which boxes (N, 8, 3) may be seen by a view: not wholly beyond one of its sides or its far plane, nor behind a lamp."""
     clip = project(clip_from_world, boxes)
@@ -166,7 +165,7 @@ def _hides_back_faces(scene: GpuScene, light: Light, boxes: Array, faces: Faces 
         return closed
     position = np.asarray(light.position)
     inside = ((boxes.min(axis=1) <= position) & (position <= boxes.max(axis=1))).all(axis=1)
-    return closed & ~inside
+    return np.asarray(closed & ~inside)
 
 
 def _cull(faces: Faces | None, solid: bool, mirrored: bool) -> str | None:

@@ -21,24 +21,16 @@ import moderngl
 import numpy as np
 
 from glshadow.core.bias import ReceiverPlaneBias
-from glshadow.core.lights import Light
+from glshadow.core.lights import Light, PointLight
 from glshadow.core.metric import Target
-from glshadow.core.spaces import Array
+from glshadow.core.spaces import Array, rigid_inverse
 from glshadow.core.view import ShadowView
 from glshadow.errors import SettingsError
-from glshadow.gl.caster import CasterSettings, draw_casters
+from glshadow.gl.caster import CasterSettings, Map, draw_casters
 from glshadow.gl.context import GLContext
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Programs
-from glshadow.gl.receiver import (
-    Map,
-    comparison_sampler,
-    light_view,
-    receiver_defines,
-    receiver_slots,
-    set_light,
-    set_receiver,
-)
+from glshadow.gl.receiver import receiver_defines, receiver_slots, set_light, set_receiver
 from glshadow.gl.targets import Atlas, layout
 from glshadow.shader.compose import compose
 
@@ -72,7 +64,7 @@ def draw_map(context: GLContext, programs: Programs, scene: GpuScene, light: Lig
     placed, size = layout(views, context.caps.max_texture_size)
     shadow_map = Map(placed, Atlas(context, target, size), CasterSettings(target, bias, shadow.faces), shadow.filter)
     bound = context.ctx.fbo
-    draw_casters(context, programs, shadow_map.atlas, scene, light, placed, shadow_map.settings)
+    draw_casters(context, programs, scene, light, shadow_map)
     if bound is not None:
         bound.use()
     return shadow_map
@@ -135,7 +127,9 @@ def rounding_of(reach: float) -> float:
 
 def lv_from_world(light: Light, shadow_map: Map) -> Array:
     """(4, 4) float64 into the frame that `light_visibility` expects; multiply it with other matrices in float64."""
-    return np.array(light_view(light, shadow_map.views))
+    if isinstance(light, PointLight):  # world axes around it
+        return rigid_inverse(np.eye(3), np.asarray(light.position))
+    return shadow_map.views[0].view_from_world
 
 
 def bind_map(ctx: moderngl.Context, shadow_map: Map, unit: int = 0) -> moderngl.Sampler | None:
@@ -143,7 +137,10 @@ def bind_map(ctx: moderngl.Context, shadow_map: Map, unit: int = 0) -> moderngl.
     shadow_map.atlas.texture.use(unit)
     if not shadow_map.settings.target.is_depth:
         return None
-    sampler = comparison_sampler(ctx, shadow_map.views[0].clip.reversed)
+    sampler = ctx.sampler(
+        compare_func=">=" if shadow_map.views[0].clip.reversed else "<=", repeat_x=False, repeat_y=False
+    )
+    sampler.filter = (moderngl.NEAREST, moderngl.NEAREST)
     sampler.use(unit)
     return sampler
 

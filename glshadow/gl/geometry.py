@@ -17,7 +17,9 @@ from glshadow.gl.program import Program
 from glshadow.scene.mesh import AlphaMode, Mesh, Node, Scene
 
 _SRGB8_ALPHA8 = 0x8C43
-_FAR_FROM_ORIGIN = 16.0  # a mesh further from its origin than this many extents is stored relative to its middle (4 bits of float32)
+_FAR_FROM_ORIGIN = (
+    16.0  # a mesh further from its origin than this many extents is stored relative to its middle (4 bits of float32)
+)
 
 
 class GpuMesh:
@@ -70,14 +72,17 @@ class GpuMesh:
             if "a_normal" in names and "a_normal" not in self._buffers:  # a bias along the normal asks even flat meshes
                 self._buffers["a_normal"] = self._ctx.buffer(self._averaged_normals()[self._order].tobytes())
             content = [(self._buffers[name], "2f" if name == "a_uv" else "3f", name) for name in names]
-            self._arrays[key] = self._ctx.vertex_array(program.gl, content, self._numbered if numbered else self._shared)
+            self._arrays[key] = self._ctx.vertex_array(
+                program.gl, content, self._numbered if numbered else self._shared
+            )
         return self._arrays[key]
 
     def _averaged_normals(self) -> NDArray[np.float32]:
         """Per vertex (V, 3) the mean of its triangles' normals, unit length; zero where there is none."""
         triangles = self._triangles
         total = np.stack(
-            [np.bincount(triangles.ravel(), np.repeat(self.face_normals[:, k], 3), self.vertices) for k in range(3)], axis=-1
+            [np.bincount(triangles.ravel(), np.repeat(self.face_normals[:, k], 3), self.vertices) for k in range(3)],
+            axis=-1,
         )
         length = np.linalg.norm(total, axis=1, keepdims=True)
         return np.asarray(total / np.where(length > 0.0, length, 1.0), dtype=np.float32)
@@ -209,6 +214,7 @@ class GpuScene:
         self.mirrored = np.linalg.det(matrices[:, :3, :3]) < 0.0
         self.normal_from_mesh = _cofactors(matrices[:, :3, :3])
         self.origin: Array = scene.bounds.mean(axis=0)
+        self.corners = scene.corners
         planes = np.zeros((int(counts.sum()), 4), dtype=np.float32)
         for i, gpu in enumerate(self.meshes):
             planes[self.first[i] : self.first[i] + gpu.count] = self._planes(i)

@@ -25,7 +25,7 @@ UNITS = {
 }
 
 Slots = Mapping[str, str]
-Defines = Mapping[str, int | str]
+Defines = Mapping[str, float | str]
 
 
 class Program:

@@ -2,35 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import moderngl
 import numpy as np
 
 from glshadow.core.bias import ClipBias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias, bias_factor
-from glshadow.core.kernels import Filter, Hard
+from glshadow.core.kernels import Hard
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.metric import Target, metric_range
-from glshadow.core.spaces import Array, bias_matrix
+from glshadow.core.spaces import Array, bias_matrix, rigid_inverse, view_axes
 from glshadow.core.view import ShadowView
-from glshadow.gl.caster import CasterSettings
+from glshadow.gl.caster import Map
 from glshadow.gl.context import Caps, GLContext
 from glshadow.gl.program import UNITS, Program
-from glshadow.gl.targets import Atlas
 
 # A curved surface is a fan of planes: its neighbouring facets, which the filter also reads, rise above the receiver's own. One degree
 # is allowed for, the angle between facets of a finely tessellated body (a sphere of 360 segments): a 1/57 of a texel at contact.
 _FACET_SLOPE = float(np.tan(np.radians(1.0)))
 
-
-@dataclass(frozen=True)
-class Map:
-    """A light's finished shadow map: its views and the atlas that holds them."""
-
-    views: tuple[ShadowView, ...]
-    atlas: Atlas
-    settings: CasterSettings
-    filter: Filter
+# A receiver's position is a sum of products in float32: ray x depth, the eye added, back on the plane, into the light's view, and
+# the caster's vertex takes a matrix product of its own. 16 roundings of relative size 2^-24 bound the sum.
+_ROUNDINGS = 16.0
 
 
 def receiver_slots(light: Light, shadow_map: Map | None, caps: Caps) -> dict[str, str]:
@@ -61,7 +54,7 @@ def receiver_slots(light: Light, shadow_map: Map | None, caps: Caps) -> dict[str
     }
 
 
-def receiver_defines(light: Light, shadow_map: Map | None) -> dict[str, int | str]:
+def receiver_defines(light: Light, shadow_map: Map | None) -> dict[str, float | str]:
     """Defines of the receiver contract for a light."""
     if shadow_map is None:
         return {}
@@ -71,18 +64,11 @@ def receiver_defines(light: Light, shadow_map: Map | None) -> dict[str, int | st
         "GLS_SLACK_TEXELS": shadow_map.filter.slack_texels,
         "GLS_PCF_RADIUS": shadow_map.filter.radius,
         "GLS_REVERSED": int(shadow_map.views[0].clip.reversed),
-        "GLS_BOUNDED": int(isinstance(light, SpotLight)),  # a sun's fit holds every receiver, the six faces every direction
+        "GLS_BOUNDED": int(
+            isinstance(light, SpotLight)
+        ),  # a sun's fit holds every receiver, the six faces every direction
         "GLS_PACKED": int(shadow_map.settings.target is Target.RGBA8),
     }
-
-
-def light_view(light: Light, views: tuple[ShadowView, ...]) -> Array:
-    """(4, 4) lv_from_world: the frame in which a light's receivers are given. World axes around a point light."""
-    if isinstance(light, PointLight):
-        matrix = np.eye(4)
-        matrix[:3, 3] = -np.asarray(light.position)
-        return matrix
-    return views[0].view_from_world
 
 
 def set_receiver(program: Program, context: GLContext, light: Light, shadow_map: Map, rounding: float) -> None:
@@ -178,11 +164,29 @@ def set_light(program: Program, light: Light) -> None:
         program.set(u_cone=(0.0, 1.0))
 
 
+def rounding_of(reach: float) -> float:
+    """World units by which float32 may misplace a receiver, its coordinates in every frame on its way below `reach`."""
+    return _ROUNDINGS * 2.0**-24 * reach
+
+
+def light_view(light: Light, views: Sequence[ShadowView], origin: Array | None = None) -> Array:
+    """(4, 4) lv_from_world: the frame in which a light's receivers are given.
+
+    Parameters
+    ----------
+    views : sequence of ShadowView
+        Of the light's map; empty: it has none, and a sun's frame begins at `origin`.
+    """
+    if isinstance(light, PointLight):  # one frame for all faces: world axes
+        return rigid_inverse(np.eye(3), np.asarray(light.position))
+    if views:
+        return views[0].view_from_world
+    place = light.position if isinstance(light, SpotLight) else origin if origin is not None else np.zeros(3)
+    return rigid_inverse(view_axes(np.asarray(light.direction)), np.asarray(place))
+
+
 def comparison_sampler(ctx: moderngl.Context, reversed_depth: bool) -> moderngl.Sampler:
-    """Nearest comparison: 1 where the reference is not farther than what is stored; border texels stand for outside."""
-    return ctx.sampler(
-        compare_func=">=" if reversed_depth else "<=",
-        filter=(moderngl.NEAREST, moderngl.NEAREST),
-        repeat_x=False,
-        repeat_y=False,
-    )
+    """1 where the reference is not farther than the nearest texel's depth; edges repeated outwards."""
+    sampler = ctx.sampler(compare_func=">=" if reversed_depth else "<=", repeat_x=False, repeat_y=False)
+    sampler.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return sampler

@@ -1,4 +1,4 @@
-"""Where passes draw to: the shadow atlas of one format, and the camera's surface and image buffers. Made once, kept while the sizes hold."""
+"""Where passes draw to: the shadow atlas of one format, and the camera's buffers. Made once, kept while the sizes hold."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ import math
 from collections.abc import Sequence
 
 import moderngl
+import numpy as np
 
 from glshadow.core.metric import Target
+from glshadow.core.spaces import Array
 from glshadow.core.view import ShadowView
 from glshadow.errors import SettingsError
 from glshadow.gl.context import GLContext
@@ -111,6 +113,18 @@ def layout(views: Sequence[ShadowView], limit: int) -> tuple[tuple[ShadowView, .
     return tuple(view.placed(places[i]) for i, view in enumerate(views)), (width, height)
 
 
+def clear_outputs(context: GLContext, targets: CameraTargets, background: Array) -> None:
+    """Background colour (sRGB) everywhere, and NaN where no light can be asked."""
+    for i in range(max(len(targets.visibility), 1)):
+        targets.framebuffer(targets.image, i).use()
+        if targets.visibility:
+            context.gl.clear_floats(1, (np.nan,) * 4)
+    context.gl.clear_floats(0, (*background, 1.0))
+    if targets.linear is not None:
+        linear = np.where(background <= 0.04045, background / 12.92, ((background + 0.055) / 1.055) ** 2.4)
+        context.gl.clear_floats(2, (*linear, 1.0))
+
+
 class CameraTargets:
     """What the camera pass and the resolve passes draw to, for one image size."""
 
@@ -143,7 +157,7 @@ class CameraTargets:
             if light < len(self.visibility):
                 textures.append(self.visibility[light])
             if self.linear is not None and color is self.image:
-                if len(textures) == 1:
+                if self.spare is not None:
                     textures.append(self.spare)  # keeps place 1
                 textures.append(self.linear)
             framebuffer = self._context.ctx.framebuffer(textures, self.depth)

@@ -225,7 +225,9 @@ def _check_same(frame: Frame, truth: Truth) -> None:
     if frame.camera != truth.camera:
         raise SettingsError(f"frame and truth must have the same camera: {frame.camera} is not {truth.camera}")
     for number, (ours, theirs) in enumerate(zip(frame.lights, truth.lights, strict=True)):
-        if replace(ours, shadow=None) != replace(theirs, shadow=None) or (ours.shadow is None) != (theirs.shadow is None):
+        if replace(ours, shadow=None) != replace(theirs, shadow=None) or (ours.shadow is None) != (
+            theirs.shadow is None
+        ):
             raise SettingsError(f"frame and truth must have the same lights: light {number} is {ours} and {theirs}")
 
 

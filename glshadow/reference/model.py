@@ -165,6 +165,8 @@ def _offset(view: ShadowView, target: Target, bias: Bias | None, local: Array) -
         return 0.0
     normal = np.cross(local[1] - local[0], local[2] - local[0])
     below = normal[2] if view.kind == "directional" else normal @ local[0]
+    if below == 0.0:
+        return 0.0  # edge-on: covers no texel
     slope = np.abs(_window_slope(view) * normal[:2] * np.array(view.texel) / below).max()
     depths = -local[:, 2]
     greatest = stored_depth(view, target, np.zeros((3, 2)), depths).max() if (depths > 0.0).all() else 1.0

@@ -94,7 +94,9 @@ class Mesh:
             used[triangles.ravel()] = True
             bad = int((used & ~np.isfinite(positions).all(axis=1)).sum())
             if bad:
-                raise SceneError(f"{bad} of {len(positions)} vertices have coordinates that are not finite (NaN or infinite)")
+                raise SceneError(
+                    f"{bad} of {len(positions)} vertices have coordinates that are not finite (NaN or infinite)"
+                )
             positions = np.where(used[:, None], positions, 0.0)
         object.__setattr__(self, "positions", positions)
         object.__setattr__(self, "triangles", triangles)
@@ -112,7 +114,9 @@ class Mesh:
         """(2, 3) least and greatest corner of the vertices that triangles use."""
         used = np.zeros(len(self.positions), dtype=bool)
         used[self.triangles.ravel()] = True
-        columns = [self.positions[used, axis] for axis in range(3)]  # numpy reduces columns much faster than rows of three
+        columns = [
+            self.positions[used, axis] for axis in range(3)
+        ]  # numpy reduces columns much faster than rows of three
         return np.array([[c.min() for c in columns], [c.max() for c in columns]])
 
     @cached_property
@@ -126,7 +130,9 @@ class Mesh:
 
 def _closed(positions: Array, triangles: NDArray[np.int32]) -> bool:
     corners = welded(positions)[triangles]
-    corners = corners[(corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])]
+    corners = corners[
+        (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])
+    ]
     if len(corners) == 0:
         return False
     start, end = corners.ravel().astype(np.int64), corners[:, [1, 2, 0]].ravel().astype(np.int64)
@@ -208,8 +214,12 @@ class Scene:
     @cached_property
     def bounds(self) -> Array:
         """(2, 3) least and greatest world corner of all nodes' boxes."""
-        corners = box_corners(*self.boxes).reshape(-1, 3)
-        return np.stack([corners.min(axis=0), corners.max(axis=0)])
+        return np.stack([self.corners.min(axis=(0, 1)), self.corners.max(axis=(0, 1))])
+
+    @cached_property
+    def corners(self) -> Array:
+        """World corners (N, 8, 3) of the boxes."""
+        return box_corners(*self.boxes)
 
     def moved(self, matrices: Mapping[str, ArrayLike]) -> Scene:
         """The same scene with some nodes placed anew; meshes, and what the GPU holds of them, are shared.
@@ -227,8 +237,9 @@ class Scene:
         if unknown:
             known = ", ".join(sorted({node.name for node in self.nodes})[:8])
             raise SceneError(f"no node is named {', '.join(map(repr, sorted(unknown)))}; the scene has: {known}")
+        placed = {name: np.asarray(matrix, dtype=np.float64) for name, matrix in matrices.items()}
         nodes = tuple(
-            replace(node, world_from_mesh=matrices[node.name]) if node.name in matrices else node for node in self.nodes
+            replace(node, world_from_mesh=placed[node.name]) if node.name in placed else node for node in self.nodes
         )
         return replace(self, nodes=nodes)
 
@@ -240,7 +251,9 @@ class Scene:
         half = 1.5 * size
         x, y, z = 0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])
         corners = np.array([[-half, 0, half], [half, 0, half], [half, 0, -half], [-half, 0, -half]])
-        ground = Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32), material=Material(color=(0.7, 0.7, 0.7, 1.0)))
+        ground = Mesh(
+            corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32), material=Material(color=(0.7, 0.7, 0.7, 1.0))
+        )
         matrix = np.eye(4)
         matrix[:3, 3] = (x, y, z)
         return replace(self, nodes=(*self.nodes, Node("ground", ground, matrix)))
@@ -260,7 +273,11 @@ def box_corners(bounds: Array, world_from_mesh: Array) -> Array:
     return np.asarray(np.einsum("nij,nkj->nki", world_from_mesh[:, :3, :3], local) + world_from_mesh[:, None, :3, 3])
 
 
-VIEW_DIRECTION = (0.55, 0.45, 0.70)  # from the scene to the default camera: three-quarter view from above, chosen by eye
+VIEW_DIRECTION = (
+    0.55,
+    0.45,
+    0.70,
+)  # from the scene to the default camera: three-quarter view from above, chosen by eye
 VIEW_MARGIN = 1.1  # of the picture to what the box needs of it, so that nothing touches the frame
 SUN_DIRECTION = (-0.55, -0.8, -0.25)  # the bench courtyard's: 53 degrees high, shadows fall to the left and away
 
@@ -272,9 +289,11 @@ def default_camera(bounds: Array) -> PerspectiveCamera:
     towards = np.asarray(VIEW_DIRECTION) / np.linalg.norm(VIEW_DIRECTION)
     corners = box_corners(bounds[None], np.eye(4)[None])[0] - centre
     x, y, z = view_axes(-towards) @ corners.T
-    tangent = np.tan(np.radians(25.0)) / VIEW_MARGIN  # a corner at distance d - z is inside while |x|, |y| <= tangent (d - z)
+    tangent = (
+        np.tan(np.radians(25.0)) / VIEW_MARGIN
+    )  # a corner at distance d - z is inside while |x|, |y| <= tangent (d - z)
     eye = centre + towards * float((z + np.maximum(np.abs(x), np.abs(y)) / tangent).max())
-    return PerspectiveCamera(tuple(eye), tuple(centre))  # type: ignore[arg-type]
+    return PerspectiveCamera(tuple(eye), tuple(centre))
 
 
 def default_sun() -> DirectionalLight:

@@ -24,8 +24,7 @@ import numpy as np
 import glshadow as gs
 from glshadow.gl.caster import seen_by
 from glshadow.gl.geometry import pack_matrices
-from glshadow.renderer import Renderer, _eye
-from glshadow.scene.mesh import box_corners
+from glshadow.renderer import Renderer
 
 SIZE = (1280, 720)
 FILTERS = {"hard": gs.Hard(), "default": gs.Pcf(1), "pcf 3": gs.Pcf(3)}
@@ -64,7 +63,9 @@ class Floor:
         with context.drawing():
             ctx = context.ctx
             self.lambert, self.depth = ctx.program(*LAMBERT), ctx.program(*DEPTH)
-            self.map = ctx.framebuffer(depth_attachment=depth_texture(context, (resolution,) * 2, Target.DEPTH32F, "map"))
+            self.map = ctx.framebuffer(
+                depth_attachment=depth_texture(context, (resolution,) * 2, Target.DEPTH32F, "map")
+            )
             self.color = ctx.texture(SIZE, 4)
             self.image = ctx.framebuffer([self.color], depth_texture(context, SIZE, Target.DEPTH32F, "image"))
             self.arrays: dict[int, tuple[Any, Any]] = {}
@@ -73,14 +74,20 @@ class Floor:
         """One frame with the matrices of a rendered one."""
         context, gpu_scene = self.r._context, self.r._scene
         assert gpu_scene is not None
-        eye = _eye(self.scene, self.scene.camera, SIZE, context.caps.clip_control)
-        view = used.views[0]
-        boxes = box_corners(*self.scene.boxes)
+        eye = self.r._sight
+        assert eye is not None
+        view, boxes = used.views[0], self.scene.corners
         with context.drawing():
             ctx = context.ctx
             for program, target, clip, clip_from_world, reversed_depth in (
                 (self.depth, self.map, view.clip, view.clip_from_world, view.clip.reversed),
-                (self.lambert, self.image, eye.clip, eye.clip_from_view @ self.scene.camera.view_from_world, eye.clip.reversed),
+                (
+                    self.lambert,
+                    self.image,
+                    eye.clip,
+                    eye.clip_from_view @ self.scene.camera.view_from_world,
+                    eye.clip.reversed,
+                ),
             ):
                 context.gl.clip_control(clip.zero_to_one)
                 target.use()
@@ -89,7 +96,11 @@ class Floor:
                 ctx.depth_clamp_range = (0.0, 1.0) if target is self.map else None
                 target.clear(depth=clip.clear_depth)
                 matrices = pack_matrices(clip_from_world @ gpu_scene.world_from_origin)
-                seen = seen_by(view.clip_from_world, boxes, view) if target is self.map else np.ones(len(boxes), dtype=bool)
+                seen = (
+                    seen_by(view.clip_from_world, boxes, view)
+                    if target is self.map
+                    else np.ones(len(boxes), dtype=bool)
+                )
                 if target is self.image:
                     program["u_light"].value = tuple(-np.asarray(light.direction))
                 for i in np.flatnonzero(seen):
@@ -128,17 +139,19 @@ def measure(scene: gs.Scene, repeats: int, filters: dict[str, Any]) -> dict[str,
 
         def sun(k: int, shadow: gs.Shadow) -> gs.DirectionalLight:
             angle = 0.002 * k
-            x, y, z = scene.lights[0].direction if isinstance(scene.lights[0], gs.DirectionalLight) else (-0.55, -0.8, -0.25)
+            x, y, z = (
+                scene.lights[0].direction if isinstance(scene.lights[0], gs.DirectionalLight) else (-0.55, -0.8, -0.25)
+            )
             turned = (x * np.cos(angle) - z * np.sin(angle), y, x * np.sin(angle) + z * np.cos(angle))
             return gs.DirectionalLight(direction=turned, shadow=shadow)
 
         for k in range(-2, repeats):
             jobs: dict[str, Callable[[], Any]] = {
-                name: (lambda s=shadow: renderer.render(scene, None, [sun(k, s)], SIZE, outputs=("image",)))
+                name: (lambda k=k, s=shadow: renderer.render(scene, None, [sun(k, s)], SIZE, outputs=("image",)))
                 for name, shadow in lights.items()
             }
             used = renderer.render(scene, None, [sun(k, gs.Shadow())], SIZE, outputs=("image",)).used[0]
-            jobs = {"floor": lambda u=used: floor.frame(sun(k, gs.Shadow()), u), **jobs}
+            jobs = {"floor": lambda k=k, u=used: floor.frame(sun(k, gs.Shadow()), u), **jobs}
             for name, job in jobs.items():
                 start = time.perf_counter()
                 job()
@@ -208,7 +221,9 @@ def main(folder: Path | None, repeats: int, profiled: bool, output: Path | None,
     default = Path(os.environ.get("GLSHADOW_MODELS", Path(__file__).resolve().parents[3] / "shared" / "models"))
     folder = folder or (default if default.is_dir() else None)
     results: dict[str, Any] = {}
-    click.echo(f"{'scene':34s} {'triangles':>9s} {'floor ms':>9s} " + " ".join(f"{name + ' x':>10s}" for name in FILTERS))
+    click.echo(
+        f"{'scene':34s} {'triangles':>9s} {'floor ms':>9s} " + " ".join(f"{name + ' x':>10s}" for name in FILTERS)
+    )
     scenes: list[tuple[str, Callable[[], gs.Scene]]] = [("courtyard", gs.scenes.courtyard)]
     if folder:
         scenes += [(name, lambda n=name, u=up: gs.load(folder / n, up_axis=u)) for name, up in MODELS]
@@ -231,7 +246,9 @@ def main(folder: Path | None, repeats: int, profiled: bool, output: Path | None,
         merged = one_draw(scene)
         many, one = (measure(each, repeats, {"default": gs.Pcf(1)})["default"]["median_ms"] for each in (scene, merged))
         results["dungeon, nodes against one draw"] = {"nodes_ms": many, "one_draw_ms": one, "ratio": many / one}
-        click.echo(f"dungeon, {len(scene.nodes)} nodes against one draw: {many:.1f} / {one:.1f} ms = {many / one:.2f} x")
+        click.echo(
+            f"dungeon, {len(scene.nodes)} nodes against one draw: {many:.1f} / {one:.1f} ms = {many / one:.2f} x"
+        )
         start = results["glshadow render chess_board.glb"] = start_up(folder / "chess_board.glb", 5)
         click.echo(f"glshadow render chess_board.glb: {start['median_s']:.2f} s; {start['where']}")
     if output:

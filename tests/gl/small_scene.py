@@ -17,13 +17,13 @@ from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, ClipSpace, perspective
 from glshadow.core.view import Kind, ShadowView, shadow_views
+from glshadow.gl.caster import Map
 from glshadow.gl.context import GLContext
 from glshadow.gl.forward import bind_map, lv_from_world, receiver_uniforms, rounding_of
 from glshadow.gl.geometry import GpuScene, Meshes
 from glshadow.gl.program import Program, Programs
-from glshadow.gl.receiver import Map
 from glshadow.scene import shapes
-from glshadow.scene.mesh import Mesh, Node, Scene, box_corners
+from glshadow.scene.mesh import Mesh, Node, Scene
 
 SIZE = (192, 128)
 REACH = 20.0  # no coordinate of the scene, in any frame, is larger
@@ -56,7 +56,7 @@ def light_of(kind: Kind, shadow: Shadow) -> Light:
 
 def views_of(scene: Scene, light: Light, clip: ClipSpace, guard: int = 6) -> tuple[ShadowView, ...]:
     """The light's views of the whole scene."""
-    corners = box_corners(*scene.boxes)
+    corners = scene.corners
     return shadow_views(light, list(corners), corners.reshape(-1, 3), clip, RESOLUTION, guard)
 
 

@@ -18,12 +18,12 @@ from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import ClipSpace
 from glshadow.core.view import Kind
 from glshadow.errors import SettingsError
-from glshadow.gl.caster import CasterSettings, metric_uniform
+from glshadow.gl.caster import CasterSettings, Map, metric_uniform
 from glshadow.gl.context import GLContext
 from glshadow.gl.forward import draw_map, receiver_source
 from glshadow.gl.geometry import GpuScene, pack_matrices
 from glshadow.gl.program import Programs
-from glshadow.gl.receiver import Map, receiver_defines, receiver_slots
+from glshadow.gl.receiver import receiver_defines, receiver_slots
 from glshadow.gl.targets import Atlas, layout
 from glshadow.shader.slots import metric_slot
 

@@ -20,11 +20,12 @@ from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, ClipSpace
 from glshadow.core.view import Kind
 from glshadow.errors import SettingsError
+from glshadow.gl.caster import Map
 from glshadow.gl.context import GLContext
 from glshadow.gl.forward import draw_map, receiver_source
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Program, Programs
-from glshadow.gl.receiver import Map, receiver_defines, receiver_slots
+from glshadow.gl.receiver import receiver_defines, receiver_slots
 from glshadow.shader.compose import Text
 from glshadow.shader.variants import BIASES, FILTERS, KINDS, Variant, distinct, receivers, variants
 

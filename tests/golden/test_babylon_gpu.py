@@ -60,7 +60,7 @@ class Caster:
         return program
 
     def store(self, reading: Reading, target: Target, dialect: str = "core330", quad: Array | None = None) -> Array:
-        """What the texel holds once the reading's point is drawn, or a quad (4, 3) in its plane with the normal bias."""
+        """What the texel holds after the reading's point, or a quad (4, 3) of its plane with the normal bias."""
         config, face = reading.config, reading.face
         on_depth = config.filter in ("pcf", "pcss")
         program = self._program(reading, target, on_depth or quad is not None, dialect)
@@ -144,7 +144,7 @@ def test_babylon_metric_from_our_shader(
         found, read = metric_of(caster.store(reading, target, dialect), target), reading.read_metric
         tolerance = reading.tolerance(read)
         if reading.config.filter == "esm":
-            # None of our techniques stores an exponential: back to the metric, 2^-24 for the exponential's own rounding.
+            # None of our techniques stores an exponential: back to the metric, 2^-24 for its own rounding.
             read, tolerance = -np.log(read) / reading.config.depth_scale, F32_TOLERANCE + 2.0**-24
         # Babylon's float targets hold the metric beyond far too; ours is clamped, as its receivers clamp it.
         within += read < 1.0

@@ -46,7 +46,9 @@ def walls() -> list[Picture]:
 def spheres() -> list[Picture]:
     slack = 1.05 * FACETS_6
     return [
-        picture_of(f"sphere, sun {e:g} degrees high", analytic.sphere(e), closed_form_slack=slack / np.sin(np.radians(e)))
+        picture_of(
+            f"sphere, sun {e:g} degrees high", analytic.sphere(e), closed_form_slack=slack / np.sin(np.radians(e))
+        )
         for e in (45.0, 90.0, 10.0)
     ]
 
@@ -65,7 +67,11 @@ def lamp_discs() -> list[Picture]:
     return [
         picture_of("disc, point light", built, closed_form_slack=slack),
         picture_of("disc, spot", built, spot, closed_form_slack=slack),
-        picture_of("hyperbola, point light beside the sphere", AnalyticScene(wide, built.blocked), closed_form_slack=10.0 * slack),
+        picture_of(
+            "hyperbola, point light beside the sphere",
+            AnalyticScene(wide, built.blocked),
+            closed_form_slack=10.0 * slack,
+        ),
     ]
 
 
@@ -82,9 +88,7 @@ def lamp_squares() -> list[Picture]:
 
 
 def balls() -> list[Picture]:
-    pictures = [
-        picture_of(f"ball, sun {e:g} degrees high", analytic.ball(e), dark=False) for e in (30.0, 90.0, 5.0)
-    ]
+    pictures = [picture_of(f"ball, sun {e:g} degrees high", analytic.ball(e), dark=False) for e in (30.0, 90.0, 5.0)]
     for level in (3, 4):
         coarse = analytic.ball(30.0, subdivisions=level)
         pictures.append(picture_of(f"ball of {20 * 4**level} facets", coarse, dark=False))
@@ -156,12 +160,15 @@ def _below(gap: float) -> tuple[AnalyticScene, None, object]:
     return analytic.plates(gap, 45.0), None, camera
 
 
-
-
 CASES = (
     Case(1, "wall under a low sun", "shadow on -H cot e < x < 0", walls),
     Case(2, "sphere over a plane", "ellipse r / sin e by r at -h cot e", spheres),
-    Case(3, "sphere under a lamp", "disc of radius H r / sqrt((H - h)^2 - r^2) = 2.582; beside it a hyperbola", lamp_discs),
+    Case(
+        3,
+        "sphere under a lamp",
+        "disc of radius H r / sqrt((H - h)^2 - r^2) = 2.582; beside it a hyperbola",
+        lamp_discs,
+    ),
     Case(4, "square under a lamp", "square of half-side H / (H - h) = 1.667", lamp_squares),
     Case(5, "convex sphere alone", "lit iff N.L > 0", balls),
     Case(6, "empty plane to 89.99 degrees", "all lit", planes),

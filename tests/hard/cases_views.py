@@ -104,8 +104,12 @@ def borders() -> list[Picture]:
     low = camera_below((-14.0, 2.0, 0.0), (0.0, 0.0, 0.0))
     flat = analytic.plates(gap=4.0, elevation=90.0)
     return [
-        picture_of("spot, its map ends on the receiver", AnalyticScene(scene_of(parts, low, spot, "border"), built.blocked)),
-        picture_of("sun, the plane goes on", AnalyticScene(scene_of(parts, inner, sun, "border"), flat.blocked), dark=False),
+        picture_of(
+            "spot, its map ends on the receiver", AnalyticScene(scene_of(parts, low, spot, "border"), built.blocked)
+        ),
+        picture_of(
+            "sun, the plane goes on", AnalyticScene(scene_of(parts, inner, sun, "border"), flat.blocked), dark=False
+        ),
         picture_of("sun, seen from the side", AnalyticScene(scene_of(parts, low, sun, "border"), flat.blocked)),
         picture_of("spot from above", AnalyticScene(scene_of(parts, camera, spot, "border"), built.blocked)),
     ]
@@ -160,10 +164,14 @@ def shells() -> list[Picture]:
     lights = {"near 0.1": PointLight(position=(0.0, 0.0, 0.0), near=0.1), "near derived": PointLight(position=(0.0, 0.0, 0.0)),
               "off centre": PointLight(position=(0.02, -0.01, 0.015), near=0.1)}  # fmt: skip
     pictures = [
-        Picture(f"shell, {name}", scene_of(parts, room.scene.camera, light, "shell"), light, room.scene.camera, lit=False)
+        Picture(
+            f"shell, {name}", scene_of(parts, room.scene.camera, light, "shell"), light, room.scene.camera, lit=False
+        )
         for name, light in lights.items()
     ]
-    spot = SpotLight(position=(0.0, 0.0, 0.0), direction=(-0.5, -0.4, -1.0), inner_angle=60.0, outer_angle=60.0, near=0.1)
+    spot = SpotLight(
+        position=(0.0, 0.0, 0.0), direction=(-0.5, -0.4, -1.0), inner_angle=60.0, outer_angle=60.0, near=0.1
+    )
     pictures.append(Picture("shell, spot", scene_of(parts, room.scene.camera, spot, "shell"), spot, room.scene.camera,
                             lit=False))  # fmt: skip
     return pictures

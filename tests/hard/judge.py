@@ -21,7 +21,7 @@ from glshadow.frame import Frame
 from glshadow.gl.receiver import _FACET_SLOPE
 from glshadow.reference.rays import dot
 from glshadow.reference.trace import Truth, _moved, _Source, trace
-from glshadow.renderer import ROUNDINGS, Renderer
+from glshadow.renderer import Renderer
 
 from .registry import Picture, Technique
 
@@ -39,6 +39,9 @@ PLANE_SLACK = 1e-6
 OTHER_SURFACE_SHARE = 0.02
 """Pixels that may show another surface than the ray through their centre: vertices are snapped to 1/256 pixel."""
 
+ROUNDINGS = 16.0
+"""Of 2^-24 of the reach that the derived bias allows for: only to predict what it loses."""
+
 DIRECTIONS, RADII = 24, 5
 
 
@@ -51,7 +54,7 @@ class Outcome:
     leak, acne : (H, W) bool
         Mismatches: dark drawn lit, lit drawn dark.
     judged : (H, W) bool
-        Pixels that face the light and show the surface that was traced.
+        Pixels that face the light, in its reach, and show the surface that was traced.
     """
 
     picture: Picture
@@ -85,7 +88,7 @@ def judge(renderer: Renderer, picture: Picture, technique: Technique) -> Outcome
     frame = renderer.render(picture.scene, picture.camera, [light], picture.size, outputs=("visibility", "triangle"))
     truth = truth_of(picture)
     assert frame.visibility is not None
-    judged = (truth.cosine[0] > LEAST_COSINE) & ~np.isnan(truth.visibility[0]) & same_surface(frame, truth)
+    judged = (truth.cosine[0] > LEAST_COSINE) & truth.reached[0] & ~np.isnan(truth.visibility[0]) & same_surface(frame, truth)
     difference = np.where(judged, frame.visibility[0] - truth.visibility[0], 0.0)
     assert not np.isnan(difference).any(), "NaN visibility on a surface"
     radius = light.shadow.filter.radius if light.shadow else 0
@@ -318,7 +321,9 @@ def _slope_scaled_blocked(
         return result
     # The caster that answers in the map is the one nearest to the light: shoot back from it.
     far = np.where(np.isfinite(gap[some]), gap[some], 0.0)
-    hit, place = rays.first_hits(start[some] + towards[some] * (0.5 * far)[:, None], towards[some], np.full(len(some), np.inf))
+    hit, place = rays.first_hits(
+        start[some] + towards[some] * (0.5 * far)[:, None], towards[some], np.full(len(some), np.inf)
+    )
     normal = rays.normals[np.maximum(hit, 0)]
     facing = normal * np.sign(dot(normal, towards[some]))[:, None]
     slope = _slope(view, outcome.picture.light, place + rays.origin, facing)

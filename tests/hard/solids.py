@@ -92,12 +92,12 @@ def heights_at(relief: Array, size: float, x: Array, z: Array) -> Array:
 
 def mapped(scene: Scene, matrix: Array) -> Scene:
     """Every node placed anew by a matrix that comes last."""
-    return replace(scene, nodes=tuple(replace(node, world_from_mesh=matrix @ node.world_from_mesh) for node in scene.nodes))
+    return replace(
+        scene, nodes=tuple(replace(node, world_from_mesh=matrix @ node.world_from_mesh) for node in scene.nodes)
+    )
 
 
 def bars(period: float, width: float, count: int, length: float, y: float) -> Solid:
     """`count` level strips, centred on x = 0."""
     centres = (np.arange(count) - 0.5 * (count - 1)) * period
     return ribbons(centres, width, length, y)
-
-

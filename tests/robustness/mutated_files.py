@@ -24,7 +24,22 @@ LARGEST = 1_200_000  # bytes: one case has to be a matter of milliseconds
 # Written instead of numbers: ends of the integer and float formats, beyond both, and what is no number.
 NUMBERS = (0, 1, -1, 2, 3, 4, 255, 65535, 2**31 - 1, 2**31, 2**32, 2**53, 10**15, -(2**31), 0.5, 1e-30, 1e-45, 1e30, 1e39, 1e300,
            -1e300, float("nan"), float("inf"), float("-inf"), 5120, 5121, 5123, 5125, 5126)  # fmt: skip
-OTHERS = (None, True, False, "", "1", "SCALAR", "VEC3", "../../etc/hostname", "data:;base64,AAAA", [], [0], [1e300] * 16, {}, "\0")
+OTHERS = (
+    None,
+    True,
+    False,
+    "",
+    "1",
+    "SCALAR",
+    "VEC3",
+    "../../etc/hostname",
+    "data:;base64,AAAA",
+    [],
+    [0],
+    [1e300] * 16,
+    {},
+    "\0",
+)
 SINGLES = (np.nan, np.inf, -np.inf, 3e38, -3e38, 1e-40, 1e20, 0.0)
 
 
@@ -68,7 +83,11 @@ def refused(files: dict[str, bytes]) -> frozenset[str]:
 def mutant(rng: Rng, files: dict[str, bytes], refused: Collection[str] = ()) -> Mutant:
     """One of the files, changed in one to three ways; seven of eight are GLB, and few of those that are `refused` as they are."""
     name, wanted = "", rng.random() < 0.125
-    while not name or (not name.endswith(".glb")) != (wanted and len(files) > 2) or (name in refused and rng.random() < 0.9):
+    while (
+        not name
+        or (not name.endswith(".glb")) != (wanted and len(files) > 2)
+        or (name in refused and rng.random() < 0.9)
+    ):
         name = str(rng.choice(list(files)))
     data, changes = files[name], []
     for _ in range(int(rng.choice([1, 2, 3], p=[0.7, 0.2, 0.1]))):
@@ -108,14 +127,17 @@ def unpack(data: bytes) -> tuple[Any, bytes] | None:
 
 def _change_glb(rng: Rng, data: bytes, parts: tuple[Any, bytes] | None) -> tuple[bytes, str]:
     way = rng.random()
-    if parts is not None and way < 0.6:
+    if parts is not None and way < 0.45:
         document, binary = parts
         change = _change_json(rng, document)
         return pack(document, binary), change
     if parts is not None and parts[1] and way < 0.92:
         return _change_bytes(rng, data, len(data) - len(parts[1]))
     if way < 0.97 and len(data) > 24:
-        at, value = int(rng.choice([0, 4, 8, 12, 16])), int(rng.choice([0, 1, 2**31, 2**32 - 1, len(data), rng.integers(2**16)]))
+        at, value = (
+            int(rng.choice([0, 4, 8, 12, 16])),
+            int(rng.choice([0, 1, 2**31, 2**32 - 1, len(data), rng.integers(2**16)])),
+        )
         return data[:at] + struct.pack("<I", value) + data[at + 4 :], f"header word {at} = {value}"
     end = int(rng.integers(0, len(data)))
     return data[:end], f"cut at byte {end} of {len(data)}"
@@ -136,7 +158,9 @@ def _change_json(rng: Rng, document: Any) -> str:
     places = _places(document)
     if not places:
         return "nothing"
-    path = max((places[int(rng.integers(len(places)))] for _ in range(2)), key=len)  # rather a number than a whole branch
+    path = max(
+        (places[int(rng.integers(len(places)))] for _ in range(2)), key=len
+    )  # rather a number than a whole branch
     holder = document
     for key in path[:-1]:
         holder = holder[key]
@@ -153,14 +177,20 @@ def _change_json(rng: Rng, document: Any) -> str:
         other = places[int(rng.integers(len(places)))]
         value: Any = document
         for step in other:
-            value = value[step] if isinstance(value, dict | list) and (isinstance(value, dict) or isinstance(step, int)) else None
+            value = (
+                value[step]
+                if isinstance(value, dict | list) and (isinstance(value, dict) or isinstance(step, int))
+                else None
+            )
         holder[key] = json.loads(json.dumps(value))
         return f"{name} = that of {'.'.join(map(str, other))}"
     if isinstance(old, int | float) and not isinstance(old, bool) and way < 0.85:
-        near = [old + 1, old - 1, old * 2, -old, old * float(10.0 ** rng.uniform(-20, 20))]
-        value = near[int(rng.integers(5))] if rng.random() < 0.5 else NUMBERS[int(rng.integers(len(NUMBERS)))]
+        near = [old + 1, old - 1, old * 2, -old, old * float(10.0 ** rng.uniform(-20, 20)), old * 0.9, old * 1.1]
+        value = near[int(rng.integers(7))] if rng.random() < 0.7 else NUMBERS[int(rng.integers(len(NUMBERS)))]
     else:
-        value = OTHERS[int(rng.integers(len(OTHERS)))] if rng.random() < 0.5 else NUMBERS[int(rng.integers(len(NUMBERS)))]
+        value = (
+            OTHERS[int(rng.integers(len(OTHERS)))] if rng.random() < 0.5 else NUMBERS[int(rng.integers(len(NUMBERS)))]
+        )
     holder[key] = value
     return f"{name} = {value!r}"
 
@@ -173,7 +203,11 @@ def _change_bytes(rng: Rng, data: bytes, start: int) -> tuple[bytes, str]:
     if way < 0.4 and room >= 4:
         for _ in range(count):
             at = start + 4 * int(rng.integers(room // 4))
-            struct.pack_into("<f", changed, at, float(SINGLES[int(rng.integers(len(SINGLES)))]))
+            (old,) = struct.unpack_from("<f", changed, at)
+            value = old * float(rng.normal()) if abs(old) < 1e30 else 1.0
+            if rng.random() < 0.15:
+                value = float(SINGLES[int(rng.integers(len(SINGLES)))])
+            struct.pack_into("<f", changed, at, value)
         return bytes(changed), f"{count} float32 from byte {start} on"
     if way < 0.6 and room >= 4:
         at = start + int(rng.integers(room))
@@ -195,7 +229,9 @@ def _change_text(rng: Rng, data: bytes) -> tuple[bytes, str]:
     way = rng.random()
     if words and way < 0.6:
         at = int(rng.integers(len(words)))
-        value = NUMBERS[int(rng.integers(len(NUMBERS)))] if rng.random() < 0.8 else OTHERS[int(rng.integers(len(OTHERS)))]
+        value = (
+            NUMBERS[int(rng.integers(len(NUMBERS)))] if rng.random() < 0.8 else OTHERS[int(rng.integers(len(OTHERS)))]
+        )
         words[at] = str(value).encode()
         lines[row] = b" ".join(words)
         return b"\n".join(lines), f"line {row + 1} word {at + 1} = {value!r}"
@@ -227,7 +263,9 @@ def _png(rows: int, columns: int) -> bytes:
 def box_document(plane: bool = False) -> tuple[dict[str, Any], bytes]:
     """A textured, alpha masked box over a floor, with camera, three lights, instances; `plane`: no indices and nothing optional."""
     corners = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype="<f4") - np.float32(0.5)
-    faces = np.array([[int(c) for c in word] for word in "130 410 032 240 173 514 571 372 642 276 654 756".split()], dtype="<u2")
+    faces = np.array(
+        [[int(c) for c in word] for word in "130 410 032 240 173 514 571 372 642 276 654 756".split()], dtype="<u2"
+    )
     floor = np.array([[-3, -1, 3], [3, -1, 3], [3, -1, -3], [-3, -1, 3], [3, -1, -3], [-3, -1, -3]], dtype="<f4")
     blocks: list[bytes] = [floor.tobytes()]
     if not plane:
@@ -259,7 +297,9 @@ def box_document(plane: bool = False) -> tuple[dict[str, Any], bytes]:
     document["textures"] = [{"source": 0, "sampler": 0}]
     document["images"] = [{"bufferView": 5, "mimeType": "image/png"}]
     document["samplers"] = [{"wrapS": 10497, "wrapT": 33071}]
-    document["cameras"] = [{"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1, "zfar": 100.0, "aspectRatio": 1.5}}]
+    document["cameras"] = [
+        {"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1, "zfar": 100.0, "aspectRatio": 1.5}}
+    ]
     document["extensionsUsed"] = ["KHR_lights_punctual"]
     kinds: list[dict[str, Any]] = [{"type": "directional"}, {"type": "point", "range": 20.0, "intensity": 30.0}]
     kinds.append({"type": "spot", "intensity": 40.0, "spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.6}})
@@ -270,6 +310,9 @@ def box_document(plane: bool = False) -> tuple[dict[str, Any], bytes]:
         {"mesh": 1, "children": [2], "rotation": [0.0, 0.3826834, 0.0, 0.9238795]},
         {"mesh": 1, "translation": [1.5, 0.0, 0.0], "scale": [0.5, -0.5, 0.5]},
         {"camera": 0, "translation": [0.0, 0.5, 5.0]},
-        *({"extensions": {"KHR_lights_punctual": {"light": i}}, "translation": [0.5, 3.0, 0.5], "rotation": down} for i in range(3)),
+        *(
+            {"extensions": {"KHR_lights_punctual": {"light": i}}, "translation": [0.5, 3.0, 0.5], "rotation": down}
+            for i in range(3)
+        ),
     ]
     return document, binary

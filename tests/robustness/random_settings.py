@@ -44,7 +44,8 @@ def case(rng: Rng) -> Case:
             continue
         size = (int(rng.integers(1, 81)), int(rng.integers(1, 81)))
         background = tuple(float(x) for x in rng.random(3))
-        return Case(scene, camera, lights, size, float(rng.choice([0.0, 0.1, 1.0])), background)  # type: ignore[arg-type]
+        ambient = float(rng.choice([0.0, 0.1, 1.0])) if rng.random() < 0.95 else float(10.0 ** rng.uniform(-50, 38))
+        return Case(scene, camera, lights, size, ambient, background)  # type: ignore[arg-type]
 
 
 def _scene(rng: Rng) -> gs.Scene:
@@ -116,7 +117,14 @@ def _point(rng: Rng, scene: gs.Scene) -> tuple[float, float, float]:
 
 
 def _direction(rng: Rng) -> tuple[float, float, float]:
-    axes = [(0.0, -1.0, 0.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (1e-7, -1.0, 0.0), (1.0, -1e-4, 0.0), (0.0, -1e-200, 0.0)]
+    axes = [
+        (0.0, -1.0, 0.0),
+        (0.0, 1.0, 0.0),
+        (1.0, 0.0, 0.0),
+        (1e-7, -1.0, 0.0),
+        (1.0, -1e-4, 0.0),
+        (0.0, -1e-200, 0.0),
+    ]
     if rng.random() < 0.3:
         return axes[int(rng.integers(len(axes)))]
     x, y, z = rng.normal(size=3).tolist()
@@ -146,14 +154,16 @@ def _camera(rng: Rng, scene: gs.Scene) -> gs.PerspectiveCamera:
 def _light(rng: Rng, scene: gs.Scene) -> gs.DirectionalLight | gs.SpotLight | gs.PointLight:
     settings: dict[str, Any] = {
         "color": tuple(float(x) for x in rng.random(3)),
-        "intensity": float(10.0 ** rng.uniform(-3, 3)) if rng.random() < 0.5 else float(rng.choice([0.0, 1.0])),
+        "intensity": _amount(rng),
         "shadow": _shadow(rng, scene) if rng.random() < 0.9 else None,
         "near": _plane(rng, scene),
         "far": _plane(rng, scene),
     }
     kind = rng.integers(3)
     if kind == 0:
-        return gs.DirectionalLight(direction=_direction(rng), angle=float(rng.choice([0.0, 0.0, 0.5, 89.9])), **settings)
+        return gs.DirectionalLight(
+            direction=_direction(rng), angle=float(rng.choice([0.0, 0.0, 0.5, 89.9])), **settings
+        )
     settings["position"] = _point(rng, scene)
     settings["radius"] = float(rng.choice([0.0, 0.0, 0.1])) * _size(scene)
     settings["range"] = None if rng.random() < 0.7 else _size(scene) * float(10.0 ** rng.uniform(-3, 3))
@@ -163,6 +173,13 @@ def _light(rng: Rng, scene: gs.Scene) -> gs.DirectionalLight | gs.SpotLight | gs
     outer = float(rng.choice([0.01, 0.1, 45.0, 89.0, 89.9, 89.99])) if rng.random() < 0.4 else float(rng.uniform(1, 85))
     inner = outer * float(rng.choice([0.0, 0.5, 1.0]))
     return gs.SpotLight(direction=_direction(rng), inner_angle=inner, outer_angle=outer, **settings)
+
+
+def _amount(rng: Rng) -> float:
+    """A strength: common, none, or any that float64 holds."""
+    if rng.random() < 0.5:
+        return float(rng.choice([0.0, 1.0]))
+    return float(10.0 ** (rng.uniform(-3, 3) if rng.random() < 0.9 else rng.uniform(-300, 300)))
 
 
 def _shadow(rng: Rng, scene: gs.Scene) -> gs.Shadow:

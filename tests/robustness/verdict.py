@@ -129,7 +129,9 @@ def _check(frame: gs.Frame) -> None:
         if (unknown & surface).any():
             raise Wrong(f"visibility NaN on a surface: {int((unknown & surface).sum())} pixels of {frame.lights[i]}")
         if (~unknown & ~surface).any():
-            raise Wrong(f"visibility where there is no surface: {int((~unknown & ~surface).sum())} pixels of {frame.lights[i]}")
+            raise Wrong(
+                f"visibility where there is no surface: {int((~unknown & ~surface).sum())} pixels of {frame.lights[i]}"
+            )
         seen = plane[surface]
         if seen.size and not (seen.min() >= 0.0 and seen.max() <= 1.0):
             raise Wrong(f"visibility beyond 0 to 1: {seen.min()} to {seen.max()} of {frame.lights[i]}")

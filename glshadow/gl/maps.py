@@ -1,0 +1,71 @@
+"""From a light's settings to a place for its map: every None decided, views fitted, tiles laid out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from glshadow.core.bias import ReceiverPlaneBias
+from glshadow.core.fit import SceneFit
+from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.metric import Target
+from glshadow.core.shadow import Shadow
+from glshadow.core.spaces import ClipSpace
+from glshadow.core.used import Used
+from glshadow.core.view import ShadowView, shadow_views
+from glshadow.gl.camera import Sight
+from glshadow.gl.caster import CasterSettings, Map, casters
+from glshadow.gl.context import Caps, GLContext
+from glshadow.gl.geometry import GpuScene
+from glshadow.gl.targets import Atlas, layout
+from glshadow.scene.mesh import Scene
+
+
+def plan(light: Light, scene: Scene, gpu: GpuScene, sight: Sight, caps: Caps) -> Used:
+    """Everything about a light's shadow decided; its views are not placed yet."""
+    shadow = light.shadow
+    if shadow is None:
+        return Used()
+    target = shadow.target or Target.DEPTH32F
+    clip, fallbacks = _clip(light, shadow, target, caps)
+    if getattr(light, "radius", 0.0) > 0.0 or getattr(light, "angle", 0.0) > 0.0:
+        fallbacks += (f"the light's size is ignored: {shadow.filter!r} knows only points, so its shadow is hard",)
+    casting = casters(gpu)
+    views: tuple[ShadowView, ...] = ()
+    if casting.any():
+        receivers = list(scene.corners) if isinstance(shadow.fit, SceneFit) else sight.receivers
+        guard = int(np.ceil(shadow.filter.reach_texels)) + 1
+        views = shadow_views(light, receivers, scene.corners[casting].reshape(-1, 3), clip, shadow.resolution, guard)
+    return Used(views, shadow.filter, shadow.bias or ReceiverPlaneBias(), target, clip, shadow.faces, 0, fallbacks)
+
+
+def _clip(light: Light, shadow: Shadow, target: Target, caps: Caps) -> tuple[ClipSpace, tuple[str, ...]]:
+    """Reversed 0..1 pays for perspective views in float depth only; a sun's depth is linear."""
+    reversed_pays = not isinstance(light, DirectionalLight) and target is Target.DEPTH32F
+    wanted = shadow.clip or ClipSpace(True, reversed_pays)
+    if not wanted.zero_to_one or caps.clip_control:
+        return wanted, ()
+    have = ClipSpace(False, wanted.reversed if shadow.clip else False)
+    return have, (f"clip {wanted} became {have}: this driver has no glClipControl ({caps.renderer})",)
+
+
+def place(context: GLContext, atlases: dict[Target, Atlas], plans: list[Used]) -> list[Map | None]:
+    """One atlas per format, kept in `atlases` while its size holds, and in it the tiles of all lights of that format."""
+    maps: list[Map | None] = [None] * len(plans)
+    for target in dict.fromkeys(plan.target for plan in plans if plan.target and plan.views):
+        which = [i for i, each in enumerate(plans) if each.target is target and each.views]
+        views, size = layout([view for i in which for view in plans[i].views], context.caps.max_texture_size)
+        atlas = atlases.get(target)
+        if atlas is None or atlas.size != size:
+            if atlas is not None:
+                del atlases[target]
+                atlas.release()
+            atlas = atlases[target] = Atlas(context, target, size)
+        start = 0
+        for i in which:
+            each, count = plans[i], len(plans[i].views)
+            assert each.bias is not None
+            assert each.filter is not None
+            settings = CasterSettings(target, each.bias, each.faces)
+            maps[i] = Map(views[start : start + count], atlas, settings, each.filter)
+            start += count
+    return maps
