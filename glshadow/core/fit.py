@@ -156,18 +156,18 @@ def convex_hull(points: Array) -> Array:
     following = np.roll(extreme, -1, axis=0)
     side = np.stack([extreme[:, 1] - following[:, 1], following[:, 0] - extreme[:, 0]])  # inward normals (2, 32)
     inside = (points @ side - (extreme.T * side).sum(axis=0) > 0.0) | ((side == 0.0).all(axis=0))
-    kept = np.unique(np.concatenate([points[~inside.all(axis=1)], extreme]), axis=0)
+    kept = sorted({(x, y) for x, y in np.concatenate([points[~inside.all(axis=1)], extreme]).tolist()})
     if len(kept) < 3:
-        return kept
+        return np.array(kept)
     chains = []
-    for ordered in (kept.tolist(), kept[::-1].tolist()):
-        chain: list[list[float]] = []
+    for ordered in (kept, kept[::-1]):
+        chain: list[tuple[float, float]] = []
         for x, y in ordered:
             while len(chain) > 1:
                 (ax, ay), (bx, by) = chain[-2], chain[-1]
                 if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0:
                     break
                 chain.pop()
-            chain.append([x, y])
+            chain.append((x, y))
         chains.append(chain[:-1])
     return np.array(chains[0] + chains[1])

@@ -23,6 +23,14 @@ from glshadow.core.spaces import (
 
 Kind = Literal["directional", "spot", "point"]
 
+
+def kind_of(light: Light) -> Kind:
+    """Which of the three a light is."""
+    if isinstance(light, DirectionalLight):
+        return "directional"
+    return "spot" if isinstance(light, SpotLight) else "point"
+
+
 # Rows x, y, z (backward) of the six faces of a point light: +x -x +y -y +z -z. Signed permutations, so that a face changes no
 # coordinate's bits. GLSL twin: glsl/projection/cube.glsl
 FACES = np.array(

@@ -100,13 +100,17 @@ def draw_surface(context: GLContext, programs: Programs, scene: GpuScene, sight:
     ctx.enable_only(moderngl.DEPTH_TEST)
     targets.surface_framebuffer.clear(depth=sight.clip.clear_depth)
     culled: str | None = None
+    by_kind: dict[tuple[bool, bool, bool], Program] = {}
     for i in sight.drawn:
         gpu, material = scene.meshes[i], scene.nodes[i].mesh.material
-        program = _program(programs, scene, gpu.smooth, gpu.textured, material.alpha_mode is AlphaMode.MASK)
+        kind = (gpu.smooth, gpu.textured, material.alpha_mode is AlphaMode.MASK)
+        if kind not in by_kind:
+            by_kind[kind] = _program(programs, scene, *kind)
+        program = by_kind[kind]
         program.write("u_clip_from_mesh", sight.clip_from_mesh[i])
-        program.set(u_first_triangle=int(scene.first[i]) + 1, u_color=material.color)
+        program.set(u_first_triangle=scene.first_triangle[i], u_color=material.color)
         if gpu.smooth:
-            program.set(u_normal_from_mesh=scene.normal_from_mesh[i])
+            program.write("u_normal_from_mesh", scene.packed_normals[i])
         if gpu.texture is not None:
             program.set(u_cutoff=material.cutoff)
             gpu.texture.use(0)

@@ -20,6 +20,7 @@ from glshadow.gl.geometry import GpuScene, pack_matrices
 from glshadow.gl.program import Program, Programs
 from glshadow.gl.targets import Atlas
 from glshadow.scene.mesh import AlphaMode
+from glshadow.shader.slots import metric_slot
 
 
 @dataclass(frozen=True)
@@ -89,14 +90,18 @@ def _draw(
 ) -> int:
     ctx = context.ctx
     clip = pack_matrices(view.clip_from_world @ scene.world_from_origin)
-    local = pack_matrices(view.view_from_world @ scene.world_from_origin)
+    local = None if settings.target.is_depth else pack_matrices(view.view_from_world @ scene.world_from_origin)
     culled: str | None = None
+    by_alpha: dict[bool, Program] = {}
     for i in chosen:
         gpu, material = scene.meshes[i], scene.nodes[i].mesh.material
         alpha = material.alpha_mode is AlphaMode.MASK and gpu.textured
-        program = caster_program(programs, settings, view, alpha, context)
+        if alpha not in by_alpha:
+            by_alpha[alpha] = caster_program(programs, settings, view, alpha)
+        program = by_alpha[alpha]
         program.write("u_clip_from_mesh", clip[i])
-        program.write("u_view_from_mesh", local[i])
+        if local:
+            program.write("u_view_from_mesh", local[i])
         if alpha:
             program.set(u_alpha=(material.color[3], material.cutoff))
             assert gpu.texture is not None
@@ -113,7 +118,7 @@ def _draw(
 
 
 def caster_program(
-    programs: Programs, settings: CasterSettings, view: ShadowView, alpha: bool, context: GLContext
+    programs: Programs, settings: CasterSettings, view: ShadowView, alpha: bool, dialect: str = "core330"
 ) -> Program:
     """The caster program of a view, its uniforms that do not change from draw to draw set."""
     target, bias = settings.target, settings.bias
@@ -122,7 +127,8 @@ def caster_program(
     program = programs.get(
         "pass/caster.vert",
         "pass/caster.frag",
-        slots={"metric": "metric/radial.glsl" if view.kind == "point" else "metric/projected.glsl"},
+        dialect,
+        slots={"metric": metric_slot(view.kind)},
         defines={
             "GLS_METRIC": int(metric),
             "GLS_ALPHA": int(alpha),

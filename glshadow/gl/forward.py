@@ -4,7 +4,7 @@
 
     shadow_map = draw_map(context, programs, gpu_scene, light, views)
     program = ctx.program(MY_VERTEX_SHADER, receiver_source(context, light, shadow_map) + MY_DECLARATIONS_AND_MAIN)
-    values = receiver_uniforms(context, light, shadow_map, rounding_of(reach))
+    values = receiver_uniforms(light, shadow_map, rounding_of(reach))
     sampler = bind_map(ctx, shadow_map, unit)
 
 MAIN calls light_visibility(position_lv, normal_lv, cosine), its arguments in the frame of `lv_from_world`. The caller
@@ -15,26 +15,35 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import moderngl
-import numpy as np
 
 from glshadow.core.bias import ReceiverPlaneBias
-from glshadow.core.lights import Light, PointLight
+from glshadow.core.lights import Light
 from glshadow.core.metric import Target
-from glshadow.core.spaces import Array, rigid_inverse
+from glshadow.core.spaces import Array
 from glshadow.core.view import ShadowView
 from glshadow.errors import SettingsError
 from glshadow.gl.caster import CasterSettings, Map, draw_casters
 from glshadow.gl.context import GLContext
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Programs
-from glshadow.gl.receiver import receiver_defines, receiver_slots, set_light, set_receiver
+from glshadow.gl.receiver import (
+    comparison_sampler,
+    light_uniforms,
+    light_view,
+    receiver_defines,
+    receiver_slots,
+    receiver_uniforms,
+    rounding_of,
+)
 from glshadow.gl.targets import Atlas, layout
 from glshadow.shader.compose import compose
 
-_ROUNDINGS = 16.0  # of relative size 2^-24, in the matrix products that take a receiver into the light's view
+# The names below come from gl.receiver and belong to the interface.
+__all__ = [
+    "bind_map", "draw_map", "light_uniforms", "lv_from_world", "receiver_source", "receiver_uniforms", "rounding_of",
+]  # fmt: skip
 
 
 def draw_map(context: GLContext, programs: Programs, scene: GpuScene, light: Light, views: Sequence[ShadowView]) -> Map:
@@ -100,36 +109,9 @@ def receiver_source(context: GLContext, light: Light, shadow_map: Map | None, di
     return compose("pass/include.frag", dialect, slots, defines).code
 
 
-def receiver_uniforms(context: GLContext, light: Light, shadow_map: Map | None, rounding: float) -> dict[str, Any]:
-    """Values of every uniform of `receiver_source`, and `u_radiance`; a compiler may have dropped some of the names.
-
-    Parameters
-    ----------
-    rounding : float
-        World units by which float32 may misplace a receiver along the light: see `rounding_of`.
-
-    Returns
-    -------
-    dict
-        Floats, tuples of floats, and for `u_face_tile` float32 bytes.
-    """
-    values = _Values()
-    set_light(values, light)  # type: ignore[arg-type]
-    if shadow_map is not None:
-        set_receiver(values, context, light, shadow_map, rounding)  # type: ignore[arg-type]
-    return values.found
-
-
-def rounding_of(reach: float) -> float:
-    """World units by which float32 may misplace a receiver, its coordinates in every frame on its way below `reach`."""
-    return _ROUNDINGS * 2.0**-24 * reach
-
-
 def lv_from_world(light: Light, shadow_map: Map) -> Array:
     """(4, 4) float64 into the frame that `light_visibility` expects; multiply it with other matrices in float64."""
-    if isinstance(light, PointLight):  # world axes around it
-        return rigid_inverse(np.eye(3), np.asarray(light.position))
-    return shadow_map.views[0].view_from_world
+    return light_view(light, shadow_map.views)
 
 
 def bind_map(ctx: moderngl.Context, shadow_map: Map, unit: int = 0) -> moderngl.Sampler | None:
@@ -137,22 +119,6 @@ def bind_map(ctx: moderngl.Context, shadow_map: Map, unit: int = 0) -> moderngl.
     shadow_map.atlas.texture.use(unit)
     if not shadow_map.settings.target.is_depth:
         return None
-    sampler = ctx.sampler(
-        compare_func=">=" if shadow_map.views[0].clip.reversed else "<=", repeat_x=False, repeat_y=False
-    )
-    sampler.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    sampler = comparison_sampler(ctx, shadow_map.views[0].clip.reversed)
     sampler.use(unit)
     return sampler
-
-
-class _Values:
-    """Stands in for a Program: keeps what is set."""
-
-    def __init__(self) -> None:
-        self.found: dict[str, Any] = {}
-
-    def set(self, **values: Any) -> None:
-        self.found.update(values)
-
-    def write(self, name: str, data: bytes) -> None:
-        self.found[name] = data

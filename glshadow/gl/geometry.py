@@ -213,6 +213,8 @@ class GpuScene:
         self.world_from_origin[:, :3, 3] += np.einsum("nij,nj->ni", matrices[:, :3, :3], origins)
         self.mirrored = np.linalg.det(matrices[:, :3, :3]) < 0.0
         self.normal_from_mesh = _cofactors(matrices[:, :3, :3])
+        self.packed_normals = pack_matrices(self.normal_from_mesh)
+        self.first_triangle: list[int] = (self.first + 1).tolist()  # as shaders count, 0 being none
         self.origin: Array = scene.bounds.mean(axis=0)
         self.corners = scene.corners
         planes = np.zeros((int(counts.sum()), 4), dtype=np.float32)

@@ -25,7 +25,7 @@ UNITS = {
 }
 
 Slots = Mapping[str, str]
-Defines = Mapping[str, float | str]
+Defines = Mapping[str, int | str]
 
 
 class Program:
@@ -53,12 +53,14 @@ class Program:
         return name in self._members
 
     def set(self, **values: Any) -> None:
-        """Numbers, tuples and float64 arrays to uniforms; matrices are given as row-major arrays, as everywhere in Python."""
+        """Numbers, tuples, float64 arrays (matrices row-major, as everywhere in Python) and raw bytes to uniforms."""
         for name, value in values.items():
             member = self._members.get(name)
             if member is None:
                 continue
-            if isinstance(value, np.ndarray):
+            if isinstance(value, bytes):
+                member.write(value)
+            elif isinstance(value, np.ndarray):
                 member.write(np.ascontiguousarray(value.T, dtype=np.float32).tobytes())
             else:
                 member.value = value
@@ -105,6 +107,8 @@ class Programs:
     def release(self) -> None:
         """Delete all programs."""
         for program in self._programs.values():
+            if program._empty is not None:
+                program._empty.release()
             program.gl.release()
         self._programs.clear()
 

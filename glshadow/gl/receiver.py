@@ -1,21 +1,21 @@
-"""Asks a light's shadow map from every visible surface, and adds the light that arrives to the image."""
+"""The receiver contract from Python: which snippets, defines and uniforms ask a light's map."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import moderngl
 import numpy as np
 
 from glshadow.core.bias import ClipBias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias, bias_factor
-from glshadow.core.kernels import Hard
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.metric import Target, metric_range
 from glshadow.core.spaces import Array, bias_matrix, rigid_inverse, view_axes
-from glshadow.core.view import ShadowView
+from glshadow.core.view import ShadowView, kind_of
 from glshadow.gl.caster import Map
-from glshadow.gl.context import Caps, GLContext
-from glshadow.gl.program import UNITS, Program
+from glshadow.gl.context import Caps
+from glshadow.shader.slots import Compare, mapped_defines, mapped_slots, open_slots
 
 # A curved surface is a fan of planes: its neighbouring facets, which the filter also reads, rise above the receiver's own. One degree
 # is allowed for, the angle between facets of a finely tessellated body (a sphere of 360 segments): a 1/57 of a texel at contact.
@@ -28,84 +28,61 @@ _ROUNDINGS = 16.0
 
 def receiver_slots(light: Light, shadow_map: Map | None, caps: Caps) -> dict[str, str]:
     """Snippets of the receiver contract for a light; None: it casts nothing."""
-    sun = isinstance(light, DirectionalLight)
-    slots = {"light": "light/sun.glsl" if sun else "light/local.glsl"}
     if shadow_map is None:
-        return {**slots, "shadow": "receiver/open.glsl"}
-    target, bias = shadow_map.settings.target, shadow_map.settings.bias
-    kind = shadow_map.views[0].kind
-    projection = {"directional": "orthographic", "spot": "perspective", "point": "cube"}[kind]
-    depth = "affine" if target.is_depth else {"directional": "affine", "spot": "linear", "point": "radial"}[kind]
-    moved = {ConstantBias: "constant", NormalOffsetBias: "normal_offset"}.get(type(bias), "none")
-    if not target.is_depth:
+        return open_slots(kind_of(light))
+    compare: Compare = "depth_taps"
+    if not shadow_map.settings.target.is_depth:
         compare = "metric"
     elif caps.texture_gather:
         compare = "depth_gather_raw" if caps.software else "depth_gather"
-    else:
-        compare = "depth_taps"
-    return {
-        **slots,
-        "shadow": "receiver/mapped.glsl",
-        "projection": f"projection/{projection}.glsl",
-        "depth": f"depth/{depth}.glsl",
-        "bias": f"bias/{moved}.glsl",
-        "compare": f"compare/{compare}.glsl",
-        "filter": "filter/hard.glsl" if isinstance(shadow_map.filter, Hard) else "filter/pcf.glsl",
-    }
+    settings = shadow_map.settings
+    return mapped_slots(kind_of(light), settings.target, settings.bias, shadow_map.filter, compare)
 
 
-def receiver_defines(light: Light, shadow_map: Map | None) -> dict[str, float | str]:
+def receiver_defines(light: Light, shadow_map: Map | None) -> dict[str, int | str]:
     """Defines of the receiver contract for a light."""
     if shadow_map is None:
         return {}
-    return {
-        "GLS_SUN": int(isinstance(light, DirectionalLight)),
-        "GLS_FOLLOW_PLANE": int(isinstance(shadow_map.settings.bias, ReceiverPlaneBias)),
-        "GLS_SLACK_TEXELS": shadow_map.filter.slack_texels,
-        "GLS_PCF_RADIUS": shadow_map.filter.radius,
-        "GLS_REVERSED": int(shadow_map.views[0].clip.reversed),
-        "GLS_BOUNDED": int(
-            isinstance(light, SpotLight)
-        ),  # a sun's fit holds every receiver, the six faces every direction
-        "GLS_PACKED": int(shadow_map.settings.target is Target.RGBA8),
-    }
+    settings = shadow_map.settings
+    reversed_depth = settings.target.is_depth and shadow_map.views[0].clip.reversed  # a metric always grows away
+    return mapped_defines(kind_of(light), settings.target, settings.bias, shadow_map.filter, reversed_depth)
 
 
-def set_receiver(program: Program, context: GLContext, light: Light, shadow_map: Map, rounding: float) -> None:
-    """Uniforms of the receiver contract, and the map bound to texture unit 0.
+def receiver_uniforms(light: Light, shadow_map: Map, rounding: float) -> dict[str, Any]:
+    """Uniforms of the receiver contract.
 
     Parameters
     ----------
     rounding : float
-        World units by which float32 may misplace a receiver along the light; only the derived bias takes notice.
+        World units by which float32 may misplace a receiver along the light, see `rounding_of`; only the derived bias takes notice.
+
+    Returns
+    -------
+    dict
+        Floats, tuples of floats, and for `u_face_tile` float32 bytes.
     """
     views, atlas, bias = shadow_map.views, shadow_map.atlas, shadow_map.settings.bias
     view = views[0]
     left, _, bottom, _ = view.window
-    texel = np.array(view.texel)
-    scale = 1.0 / texel
-    corner = np.array(view.tile if view.kind != "point" else (0, 0), dtype=np.float64)
-    offset = corner - np.array([left, bottom]) * scale
-    tiles = np.zeros((6, 2))
+    x, y = view.texel
+    tile = view.tile if view.kind != "point" else (0, 0)  # a point light's tile is added once its face is known
+    tiles = np.zeros((6, 2), dtype=np.float32)
     for each in views:
         tiles[each.face] = each.tile
-    last = corner + view.resolution
-    if view.kind == "point":  # the axis decides the face, so nothing lies outside
-        corner, last = np.full(2, -1e9), np.full(2, 1e9)
-    program.set(
-        u_texel_from_lv=(*scale, *offset),
-        u_lv_from_texel=tuple(texel),
-        u_tile=(*corner, *last),
-        u_map_texel=(1.0 / atlas.size[0], 1.0 / atlas.size[1]),
-        u_depth=_depth_uniform(view, shadow_map),
-        u_allowance=_allowance(view, shadow_map, rounding),
-    )
-    program.write("u_face_tile", tiles.astype(np.float32).tobytes())
-    if isinstance(bias, ConstantBias):
-        program.set(u_bias=bias.world)
-    elif isinstance(bias, NormalOffsetBias):
-        program.set(u_bias=bias.texels * float(texel.max()))
-    atlas.texture.use(UNITS["u_map"])
+    moved = bias.world if isinstance(bias, ConstantBias) else 0.0
+    if isinstance(bias, NormalOffsetBias):
+        moved = bias.texels * max(x, y)
+    return {
+        "u_texel_from_lv": (1.0 / x, 1.0 / y, tile[0] - left / x, tile[1] - bottom / y),
+        "u_lv_from_texel": (x, y),
+        # the axis decides a point light's face, so nothing lies outside
+        "u_tile": (-1e9, -1e9, 1e9, 1e9) if view.kind == "point" else (*tile, *(c + view.resolution for c in tile)),
+        "u_face_tile": tiles.tobytes(),
+        "u_map_texel": (1.0 / atlas.size[0], 1.0 / atlas.size[1]),
+        "u_depth": _depth_uniform(view, shadow_map),
+        "u_allowance": _allowance(view, shadow_map, rounding),
+        "u_bias": moved,
+    }
 
 
 def _allowance(view: ShadowView, shadow_map: Map, rounding: float) -> tuple[float, float]:
@@ -150,18 +127,18 @@ def _window_depth_line(view: ShadowView) -> tuple[float, float]:
     return -matrix[2, 2], matrix[2, 3]
 
 
-def set_light(program: Program, light: Light) -> None:
+def light_uniforms(light: Light) -> dict[str, Any]:
     """Uniforms of the shading: radiance, cone, range and falloff."""
-    program.set(u_radiance=tuple(c * light.intensity for c in light.color))
+    values: dict[str, Any] = {"u_radiance": tuple(c * light.intensity for c in light.color)}
     if isinstance(light, DirectionalLight):
-        return
-    program.set(u_reach=(0.0 if light.range is None else 1.0 / light.range, light.falloff))
+        return values
+    values["u_reach"] = (0.0 if light.range is None else 1.0 / light.range, light.falloff)
+    values["u_cone"] = (0.0, 1.0)
     if isinstance(light, SpotLight):
         inner, outer = np.cos(np.radians([light.inner_angle, light.outer_angle]))
-        width = max(inner - outer, 1e-6)
-        program.set(u_cone=(1.0 / width, -outer / width))
-    else:
-        program.set(u_cone=(0.0, 1.0))
+        width = max(float(inner - outer), 1e-6)
+        values["u_cone"] = (1.0 / width, -float(outer) / width)
+    return values
 
 
 def rounding_of(reach: float) -> float:

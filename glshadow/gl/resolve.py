@@ -16,12 +16,12 @@ from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import UNITS, Program, Programs
 from glshadow.gl.receiver import (
     comparison_sampler,
+    light_uniforms,
     light_view,
     receiver_defines,
     receiver_slots,
+    receiver_uniforms,
     rounding_of,
-    set_light,
-    set_receiver,
 )
 from glshadow.gl.targets import CameraTargets
 
@@ -97,7 +97,7 @@ def resolve(
             "GLS_SUM": int(last and targets.linear is not None),
         },
     )
-    _set(program, context, scene, sight, light, share)
+    _set(program, scene, sight, light, share)
     _bind(program, context, samplers, scene, targets, share.shadow_map)
     if not first:
         targets.sums[(share.number - 1) % 2].use(UNITS["u_sum"])
@@ -110,7 +110,7 @@ def resolve(
     ctx.clear_samplers(0, max(UNITS.values()) + 1)
 
 
-def _set(program: Program, context: GLContext, scene: GpuScene, sight: Sight, light: Light, share: Share) -> None:
+def _set(program: Program, scene: GpuScene, sight: Sight, light: Light, share: Share) -> None:
     camera, size = sight.camera, sight.size
     eye = np.asarray(camera.position) - scene.origin
     left, right, bottom, top = camera.window(size)
@@ -131,11 +131,11 @@ def _set(program: Program, context: GLContext, scene: GpuScene, sight: Sight, li
     )
     if scene.color is not None:
         program.set(u_color=scene.color)
-    set_light(program, light)
+    program.set(**light_uniforms(light))
     if share.shadow_map is not None:
         ray = float(np.hypot(1.0, np.hypot(max(abs(left), abs(right)), max(abs(bottom), abs(top)))))
         reach = max(float(np.abs(eye).max()) + sight.far * ray, float(np.abs(offset).max()))
-        set_receiver(program, context, light, share.shadow_map, rounding_of(reach))
+        program.set(**receiver_uniforms(light, share.shadow_map, rounding_of(reach)))
 
 
 def _bind(
@@ -153,7 +153,10 @@ def _bind(
     if "u_colors" in program:
         scene.owners.use(UNITS["u_owners"])
         scene.colors.use(UNITS["u_colors"])
-    if shadow_map is not None and shadow_map.settings.target.is_depth:
+    if shadow_map is None:
+        return
+    shadow_map.atlas.texture.use(UNITS["u_map"])
+    if shadow_map.settings.target.is_depth:
         raw = context.caps.texture_gather and context.caps.software
         compared = samplers.nearer_reversed if shadow_map.views[0].clip.reversed else samplers.nearer
         (samplers.plain if raw else compared).use(UNITS["u_map"])

@@ -81,7 +81,7 @@ class _Builder:
 
 
 def compose(
-    name: str, dialect: str, slots: Mapping[str, str] | None = None, defines: Mapping[str, float | str] | None = None
+    name: str, dialect: str, slots: Mapping[str, str] | None = None, defines: Mapping[str, int | str] | None = None
 ) -> Text:
     """One compilable text from a pass and the snippets it includes.
 

@@ -48,13 +48,15 @@ def mapped_slots(kind: Kind, target: Target, bias: Bias, kernel: Filter, compare
 def mapped_defines(
     kind: Kind, target: Target, bias: Bias, kernel: Filter, reversed_depth: bool
 ) -> dict[str, int | str]:
-    """Defines that go with `mapped_slots`."""
+    """Defines that go with `mapped_slots`. A sun's fit holds every receiver and six faces hold every direction: only a spot is bounded."""
     return {
         "GLS_SUN": int(kind == "directional"),
         "GLS_FOLLOW_PLANE": int(isinstance(bias, ReceiverPlaneBias)),
         "GLS_SLACK_TEXELS": str(float(kernel.slack_texels)),
         "GLS_PCF_RADIUS": kernel.radius,
-        "GLS_REVERSED": int(reversed_depth),
+        "GLS_REVERSED": int(
+            reversed_depth and target.is_depth
+        ),  # a metric grows away from the light in every convention
         "GLS_BOUNDED": int(kind == "spot"),
         "GLS_PACKED": int(target is Target.RGBA8),
     }

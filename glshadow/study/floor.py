@@ -1,8 +1,8 @@
 """The floor: what the same driver needs for the same picture without a shadow, but with the map's triangles drawn once.
 
-A Lambert pass of the camera and a depth-only pass of the light into a map nobody reads, with the culling, matrices and sizes of a real
-frame, read-back included. No shadow map can be faster; a frame time divided by its floor says what the shadows cost beyond that, and
-hardly depends on the machine.
+A Lambert pass of the camera and a depth-only pass of the light into a map that nobody reads, with the culling, matrices and sizes of
+a real frame, read-back included, and nothing kept from the last frame. A frame time divided by its floor hardly depends on the machine.
+It falls below 1 where the map is smaller than the floor's, or where something did not have to be drawn again.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from itertools import groupby
 from typing import Any
@@ -272,13 +272,13 @@ def run_study(
         raise SettingsError("there is nothing to study: no light casts a shadow (Light.shadow is None)")
     start = time.perf_counter()
     settings = settings_of(Grid.default(scene) if grid is None else grid)
-    with Renderer(backend) as renderer:  # type: ignore[arg-type]  # Renderer itself says what is allowed
-        with Floor(renderer, scene, size, FLOOR_RESOLUTION) as floor:
-            run = _Run(
-                renderer, floor, scene, camera or scene.camera, size, settings, repeats, Journal(resume), progress
-            )
-            run.total = len(settings) * len(casting)
-            results = [result for number, light in enumerate(casting) for result in run.light(number, light)]
+    with (
+        Renderer(backend) as renderer,  # type: ignore[arg-type]  # Renderer itself says what is allowed
+        Floor(renderer, scene, size, FLOOR_RESOLUTION) as floor,
+    ):
+        run = _Run(renderer, floor, scene, camera or scene.camera, size, settings, repeats, Journal(resume), progress)
+        run.total = len(settings) * len(casting)
+        results = [result for number, light in enumerate(casting) for result in run.light(number, light)]
     return Study(
         scene.name, sum(len(node.mesh.triangles) for node in scene.nodes), len(scene.nodes), size, run.camera,
         casting, tuple(results), run.machine, repeats, time.perf_counter() - start, run.panels,
@@ -390,9 +390,3 @@ def _moved(light: Light, k: int, scene: Scene) -> Light:
     low, high = scene.bounds
     step = 0.1 * STEP_RAD * k * float(np.linalg.norm(high - low))
     return replace(light, position=(light.position[0], light.position[1] + step, light.position[2]))
-
-
-def rounds(study: Study) -> Iterator[str]:
-    """What the times mean, a sentence each, for reports."""
-    yield f"Each setting was drawn {study.repeats} times after {WARM_UP} that do not count, the light moving every time."
-    yield "Settings with the same map were timed in turn with the floor; costs are medians of ratios within a round."

@@ -19,7 +19,7 @@ from glshadow.core.spaces import Array, ClipSpace, perspective
 from glshadow.core.view import Kind, ShadowView, shadow_views
 from glshadow.gl.caster import Map
 from glshadow.gl.context import GLContext
-from glshadow.gl.forward import bind_map, lv_from_world, receiver_uniforms, rounding_of
+from glshadow.gl.forward import bind_map, light_uniforms, lv_from_world, receiver_uniforms, rounding_of
 from glshadow.gl.geometry import GpuScene, Meshes
 from glshadow.gl.program import Program, Programs
 from glshadow.scene import shapes
@@ -117,7 +117,10 @@ class Forward:
         eye_clip = perspective(*CAMERA.window(SIZE), 0.5, 30.0, ClipSpace(False, False))
         view = lv_from_world(light, shadow_map) if shadow_map else np.eye(4)
         rounding = rounding_of(REACH)
-        values: Mapping[str, Any] = receiver_uniforms(self.context, light, shadow_map, rounding)
+        values: Mapping[str, Any] = {
+            **light_uniforms(light),
+            **(receiver_uniforms(light, shadow_map, rounding) if shadow_map else {}),
+        }
         for name, value in values.items():
             program.write(name, value) if isinstance(value, bytes) else program.set(**{name: value})
         program.set(

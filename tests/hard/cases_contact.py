@@ -12,7 +12,7 @@ from glshadow.scene.mesh import Mesh, Node, Scene
 
 from .registry import Case, Picture, overhead, picture_of, sun_direction
 
-FACETS_6 = 0.82 * 4.0**-6  # of the radius: how far the facets of icosphere 6 lie inside the sphere
+FACETS = 2e-3  # share of pixels: facets of icosphere 6 lie up to 2e-4 of the radius inside the sphere
 
 
 def lamp_towards(elevation: float, distance: float, target: tuple[float, float, float], *, spot: float = 0.0) -> Light:
@@ -44,10 +44,9 @@ def walls() -> list[Picture]:
 
 
 def spheres() -> list[Picture]:
-    slack = 1.05 * FACETS_6
     return [
         picture_of(
-            f"sphere, sun {e:g} degrees high", analytic.sphere(e), closed_form_slack=slack / np.sin(np.radians(e))
+            f"sphere, sun {e:g} degrees high", analytic.sphere(e), closed_form_share=FACETS
         )
         for e in (45.0, 90.0, 10.0)
     ]
@@ -56,7 +55,6 @@ def spheres() -> list[Picture]:
 def lamp_discs() -> list[Picture]:
     built = analytic.sphere(height=6.0, lamp_height=10.0)
     spot = SpotLight(position=(0.0, 10.0, 0.0), direction=(0.0, -1.0, 0.0), inner_angle=35.0, outer_angle=40.0)
-    slack = 10.0 * FACETS_6
     # The top of the sphere above the light: the shadow is bounded by a hyperbola.
     low = PointLight(position=(3.0, 6.5, 0.0))
     beside = overhead((-60.0, 0.0), (-10.0, 10.0), 60.0)
@@ -65,12 +63,12 @@ def lamp_discs() -> list[Picture]:
          built.scene.nodes[1]), beside, (low,),
     )  # fmt: skip
     return [
-        picture_of("disc, point light", built, closed_form_slack=slack),
-        picture_of("disc, spot", built, spot, closed_form_slack=slack),
+        picture_of("disc, point light", built, closed_form_share=FACETS),
+        picture_of("disc, spot", built, spot, closed_form_share=FACETS),
         picture_of(
             "hyperbola, point light beside the sphere",
             AnalyticScene(wide, built.blocked),
-            closed_form_slack=10.0 * slack,
+            closed_form_share=FACETS,
         ),
     ]
 
@@ -124,6 +122,12 @@ def feet() -> list[Picture]:
     for name, spot in (("point light", 0.0), ("spot", 30.0)):
         light = lamp_towards(30.0, 6.0, (0.0, 0.0, 0.0), spot=spot)
         pictures.append(picture_of(f"foot, {name}", built, light, camera))
+    # The lit side, from so near that a texel is many pixels: the wall is steep to the light, the ground is flat to it.
+    near = overhead((0.45, 0.65), (-0.1, 0.1), 3.0)
+    for resolution in (1024, 40):
+        pictures.append(
+            picture_of(f"lit foot, {resolution} texels", analytic.box(80.0, 0.0), camera=near, resolution=resolution, dark=False)
+        )
     return pictures
 
 

@@ -222,7 +222,7 @@ def insides() -> list[Picture]:
     """N40: the camera in a shadow, in a caster, and with its near plane across one."""
     built = analytic.box(30.0, 30.0, (2.0, 2.0, 2.0))
     direction = np.asarray(built.scene.lights[0].direction)  # type: ignore[union-attr]
-    dark = np.array([0.0, 1.0, 0.0]) + 2.2 * direction
+    dark = np.array([0.0, 1.0, 0.0]) + 1.5 * direction
     places = {
         "in the shadow": PerspectiveCamera(tuple(dark), (-3.0, 0.0, 2.5), fov_y=100.0),  # type: ignore[arg-type]
         "in the caster": PerspectiveCamera((0.3, 1.2, 0.2), (-4.0, 0.0, 3.0), fov_y=90.0),

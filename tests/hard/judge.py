@@ -6,8 +6,10 @@ A mismatch: |visibility - truth| > 0.5 outside the first band, any difference ou
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +28,7 @@ from glshadow.renderer import Renderer
 from .registry import Picture, Technique
 
 Bools = NDArray[np.bool_]
+Ints = NDArray[Any]
 
 LEAST_COSINE = 2e-6
 """N.L below which float32 cannot tell which side of a face the light is on: 16 roundings of 2^-24, doubled."""
@@ -42,7 +45,13 @@ OTHER_SURFACE_SHARE = 0.02
 ROUNDINGS = 16.0
 """Of 2^-24 of the reach that the derived bias allows for: only to predict what it loses."""
 
-DIRECTIONS, RADII = 24, 5
+DIRECTIONS = 20
+_SPOKES = [
+    (ring / rings, 2.0 * np.pi * (turn + 0.5 * (ring % 2)) / directions)
+    for rings, directions in ((4, DIRECTIONS), (20, 36))  # coarse first; then so fine that few thin features slip through
+    for ring in range(rings, 0, -1)
+    for turn in range(directions)
+]
 
 
 @dataclass(frozen=True)
@@ -68,6 +77,12 @@ class Outcome:
     @property
     def mismatches(self) -> int:
         return int((self.leak | self.acne).sum())
+
+    def off_creases(self) -> int:
+        """Mismatches other than lit pixels drawn darker within the filter's reach of a concave crease."""
+        radius = self.technique.filter.radius
+        crease = near_crease(self.frame, self.truth, (radius + 1.0) * np.sqrt(2.0), self.acne)
+        return int((self.leak | (self.acne & ~crease)).sum())
 
     def __str__(self) -> str:
         dark = self.judged & (self.truth.visibility[0] < 0.5)
@@ -125,36 +140,57 @@ def texel_field(view: ShadowView, points: Array) -> Array:
 
 def near_edge(frame: Frame, truth: Truth, texels: float, where: Bools) -> Bools:
     """Whether the true boundary passes within so many texels of the map that was used; an ellipse for a sun's."""
-    near = np.zeros(where.shape, dtype=bool)
-    if not where.any() or not frame.used[0].views:
-        return near
-    view = frame.used[0].views[0]
-    if view.kind != "directional":
-        # Directions are 1/16 of a turn apart: a straight edge at the very rim passes between two of them.
-        reach = np.nan_to_num(texels * texel_field(view, truth.position)) / np.cos(np.pi / 16)
-        for fraction in (1.0, 0.8, 0.5, 0.25):
-            near |= truth.near_edge(0, reach * fraction, where & ~near)
-        return near
-    rows = np.flatnonzero(where)
+    return _around(frame, truth, texels, where, _other_visibility)
+
+
+def near_crease(frame: Frame, truth: Truth, texels: float, where: Bools) -> Bools:
+    """Whether within so many texels the surface rises above the receiver's own plane, towards the light, and is lit."""
+    return _around(frame, truth, texels, where, _rises)
+
+
+def _other_visibility(truth: Truth, source: _Source, rows: Ints, found: Ints, place: Array) -> Bools:
     lit = truth.visibility[0].ravel()[rows] > 0.5
-    points, own = truth.position.reshape(-1, 3)[rows] - truth.rays.origin, truth.triangle.ravel()[rows]
-    source = _Source(truth.lights[0], truth.rays.origin)
-    axes = view.view_from_world[:2, :3] * np.array(view.texel)[:, None] / np.cos(np.pi / DIRECTIONS)
-    u, v = _basis(truth)
-    found = np.zeros(len(rows), dtype=bool)
-    for ring in range(RADII, 0, -1):
-        for turn in range(DIRECTIONS):
-            left = np.flatnonzero(~found)
-            if len(left) == 0:
-                break
-            angle = 2.0 * np.pi * (turn + 0.5 * (ring % 2)) / DIRECTIONS
-            offset = texels * ring / RADII * (np.cos(angle) * axes[0] + np.sin(angle) * axes[1])
+    return np.asarray(source.lit(truth.rays, found, place) != lit)
+
+
+def _rises(truth: Truth, source: _Source, rows: Ints, found: Ints, place: Array) -> Bools:
+    own, rays = truth.triangle.ravel()[rows], truth.rays
+    normal = truth.normal.reshape(-1, 3)[rows]
+    height = dot(place - (truth.position.reshape(-1, 3)[rows] - rays.origin), normal)
+    return np.asarray((found != own) & (height > 1e-6 * rays.size) & source.lit(rays, found, place))
+
+
+def _around(
+    frame: Frame, truth: Truth, texels: float, where: Bools, ask: Callable[[Truth, _Source, Ints, Ints, Array], Bools]
+) -> Bools:
+    """Ask about points within `texels` of pixels, in the light plane and put back on the surface along the light."""
+    result = np.zeros(where.shape, dtype=bool)
+    rows = np.flatnonzero(where)
+    if len(rows) == 0 or not frame.used[0].views:
+        return result
+    view, rays = frame.used[0].views[0], truth.rays
+    points, own = truth.position.reshape(-1, 3)[rows] - rays.origin, truth.triangle.ravel()[rows]
+    source = _Source(truth.lights[0], rays.origin)
+    # A straight edge at the very rim passes between two directions: circumscribed.
+    texels = texels / float(np.cos(np.pi / DIRECTIONS))
+    sun = view.kind == "directional"
+    axes = view.view_from_world[:2, :3] * np.array(view.texel)[:, None]
+    size = texel_field(view, truth.position).ravel()[rows]
+    u, v = _basis(truth) if sun else (np.zeros(3), np.zeros(3))
+    near = np.zeros(len(rows), dtype=bool)
+    for ring, turn in _SPOKES:
+        if near.all():
+            break
+        # The first and the last stay: alone, a point would be asked in other directions.
+        left = np.union1d(np.flatnonzero(~near), [0, len(rows) - 1])
+        angle, reach = turn, texels * ring * size[left]
+        if sun:
+            offset = texels * ring * (np.cos(turn) * axes[0] + np.sin(turn) * axes[1])
             x, y = offset @ u, offset @ v
-            reach = np.full(len(left), np.hypot(x, y))
-            found[left] = source.lit(truth.rays, *_moved(truth.rays, source, own[left], points[left], reach,
-                                                         float(np.arctan2(y, x)))) != lit[left]  # fmt: skip
-    near.ravel()[rows] = found
-    return near
+            reach, angle = np.full(len(left), np.hypot(x, y)), float(np.arctan2(y, x))
+        near[left] |= ask(truth, source, rows[left], *_moved(rays, source, own[left], points[left], reach, angle))
+    result.ravel()[rows] = near
+    return result
 
 
 def _basis(truth: Truth) -> tuple[Array, Array]:

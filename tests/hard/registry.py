@@ -34,8 +34,8 @@ class Picture:
         Whether the truth has lit and dark pixels among those that face the light: then the test demands them.
     length : float
         Size of the thing that casts, world units: biases in world units are taken relative to it.
-    closed_form_slack : float
-        World units by which the mesh may differ from the closed form (facets of a sphere).
+    closed_form_share : float
+        Share of pixels at which mesh and closed form may differ: facets of a sphere, steps of a search.
     """
 
     name: str
@@ -48,7 +48,7 @@ class Picture:
     lit: bool = True
     dark: bool = True
     length: float = 2.0
-    closed_form_slack: float = 0.0
+    closed_form_share: float = 0.0
 
 
 class Verdict(Enum):
@@ -171,14 +171,16 @@ def picture_of(
     return Picture(name, scene, scene.lights[0], camera or scene.camera, exact, **options)  # type: ignore[arg-type]
 
 
-def overhead(x: tuple[float, float], z: tuple[float, float], height: float, base: float = 0.0) -> PerspectiveCamera:
-    """Camera straight above a rectangle of the plane y = base, which fills a square picture; x right, z down."""
+def overhead(
+    x: tuple[float, float], z: tuple[float, float], height: float, size: tuple[int, int] = SIZE
+) -> PerspectiveCamera:
+    """Camera straight above a rectangle of the plane y = 0, which fills a picture of that size; x right, z down."""
     width, depth = x[1] - x[0], z[1] - z[0]
     middle = (0.5 * (x[0] + x[1]), 0.5 * (z[0] + z[1]))
     fov_y = float(2.0 * np.degrees(np.arctan(0.5 * depth / height)))
     return PerspectiveCamera(
-        (middle[0], base + height, middle[1]), (middle[0], base, middle[1]), (0.0, 0.0, -1.0), fov_y,
-        pixel_aspect=width / depth,
+        (middle[0], height, middle[1]), (middle[0], 0.0, middle[1]), (0.0, 0.0, -1.0), fov_y,
+        pixel_aspect=width / depth * size[1] / size[0],
     )  # fmt: skip
 
 

@@ -1,0 +1,226 @@
+"""pyrender and Embree beside glshadow: one scene, camera, sun and size, timed in turn in one process, read-back included.
+
+Every picture is scored by `gs.measure` against the same truth. pyrender tells no visibility: it is the ratio of its own pictures
+with and without shadows (ambient light off, its gamma undone), as delivered and with its map size raised. What is not installed
+or does not run is left out, with the reason.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+
+import glshadow as gs
+from glshadow.core.spaces import view_axes
+from glshadow.study.floor import Floor
+
+SIZE = (1280, 720)
+WARM_UP = 2
+GAMMA = 2.2  # pyrender's own, its shaders/mesh.frag
+
+
+@dataclass
+class Row:
+    """One technique: what is timed, what draws the same without shadows, and what gives the visibility (H, W)."""
+
+    name: str
+    draw: Callable[[int], Any]
+    plain: Callable[[int], Any] | None = None
+    visibility: Callable[[], NDArray[np.float32]] | None = None
+    shadow: gs.Shadow = gs.Shadow()
+
+
+def turned(light: gs.DirectionalLight, k: int) -> gs.DirectionalLight:
+    """The sun at round k: it moves, so that nothing drawn for the last round will do."""
+    (x, y, z), a = light.direction, 0.002 * k
+    return replace(light, direction=(x * np.cos(a) - z * np.sin(a), y, x * np.sin(a) + z * np.cos(a)))
+
+
+def glshadow_rows(renderer: gs.Renderer, scene: gs.Scene, sun: gs.DirectionalLight) -> list[Row]:
+    def row(name: str, shadow: gs.Shadow) -> Row:
+        def draw(k: int, shadow: gs.Shadow | None = shadow) -> Any:
+            return renderer.render(scene, None, [replace(turned(sun, k), shadow=shadow)], SIZE, outputs=("image",))
+
+        def visibility() -> NDArray[np.float32]:
+            frame = renderer.render(scene, None, [replace(sun, shadow=shadow)], SIZE, outputs=("visibility",))
+            assert frame.visibility is not None
+            return frame.visibility[0]
+
+        return Row(f"glshadow, {name}", draw, lambda k: draw(k, None), visibility, shadow)
+
+    return [row("default (2048, PCF 3 x 3)", gs.Shadow()), row("2048, hard", gs.Shadow(filter=gs.Hard())),
+            row("4096, PCF 3 x 3", gs.Shadow(resolution=4096))]  # fmt: skip
+
+
+def floor_row(renderer: gs.Renderer, floor: Floor, scene: gs.Scene, sun: gs.DirectionalLight, rounds: range) -> Row:
+    frames = {
+        k: replace(renderer.render(scene, None, [turned(sun, k)], SIZE, outputs=("image",)), image=None) for k in rounds
+    }
+    return Row("floor: Lambert + depth pass", lambda k: floor.draw(frames[k]))
+
+
+def embree_row(scene: gs.Scene, sun: gs.DirectionalLight) -> Row:
+    def draw(k: int) -> gs.Truth:
+        return gs.trace(scene, None, [turned(sun, k)], SIZE)
+
+    return Row("Embree: gs.trace, one ray", draw, None, lambda: gs.trace(scene, None, [sun], SIZE).visibility[0])
+
+
+def pyrender_module() -> Any:
+    """Import pyrender 0.1.45, which knows neither numpy 2 nor our choice of platform."""
+    os.environ.setdefault("PYOPENGL_PLATFORM", "egl")
+    for name, value in (("infty", np.inf), ("float", float), ("int", int), ("bool", bool)):
+        if name not in vars(np):
+            setattr(np, name, value)  # names that numpy has dropped
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        import pyrender
+
+    return pyrender
+
+
+def pose(axes: NDArray[np.float64], position: Any) -> NDArray[np.float64]:
+    """world_from_node, from rows x, y, z (backward)."""
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = axes.T, position
+    return matrix
+
+
+def pyrender_scene(pyrender: Any, scene: gs.Scene, sun: gs.DirectionalLight) -> tuple[Any, Any]:
+    """The same triangles, white and rough, under the same camera and sun; and the sun's node."""
+    import trimesh
+
+    there = pyrender.Scene(ambient_light=(0.0, 0.0, 0.0), bg_color=(0.0, 0.0, 0.0, 1.0))
+    material = pyrender.MetallicRoughnessMaterial(
+        baseColorFactor=(1.0, 1.0, 1.0, 1.0), metallicFactor=0.0, roughnessFactor=1.0, doubleSided=True
+    )
+    for node in scene.nodes:
+        mesh = trimesh.Trimesh(
+            node.mesh.positions, node.mesh.triangles, vertex_normals=node.mesh.normals, process=False, validate=False
+        )
+        smooth = node.mesh.normals is not None
+        there.add(pyrender.Mesh.from_trimesh(mesh, material=material, smooth=smooth), pose=node.world_from_mesh)
+    camera = scene.camera
+    eye = pyrender.PerspectiveCamera(yfov=float(np.radians(camera.fov_y)), aspectRatio=SIZE[0] / SIZE[1], znear=0.1, zfar=100.0)
+    there.add(eye, pose=np.linalg.inv(camera.view_from_world))
+    light = there.add(pyrender.DirectionalLight(intensity=2.0), pose=pose(view_axes(np.asarray(sun.direction)), (0, 0, 0)))
+    return there, light
+
+
+def pyrender_row(scene: gs.Scene, sun: gs.DirectionalLight, resolution: int) -> Row:
+    """pyrender with its directional shadow; raises what is wrong with the installation."""
+    pyrender = pyrender_module()
+    delivered = pyrender.constants.SHADOW_TEX_SZ
+    pyrender.light.SHADOW_TEX_SZ = pyrender.renderer.SHADOW_TEX_SZ = resolution
+    there, light = pyrender_scene(pyrender, scene, sun)
+    offscreen = pyrender.OffscreenRenderer(*SIZE)
+
+    def draw(k: int, shadows: bool = True) -> NDArray[np.uint8]:
+        pyrender.light.SHADOW_TEX_SZ = pyrender.renderer.SHADOW_TEX_SZ = resolution
+        there.set_pose(light, pose(view_axes(np.asarray(turned(sun, k).direction)), (0, 0, 0)))
+        flags = pyrender.RenderFlags.SHADOWS_DIRECTIONAL if shadows else pyrender.RenderFlags.NONE
+        image: NDArray[np.uint8] = offscreen.render(there, flags=flags)[0]
+        return image
+
+    def visibility() -> NDArray[np.float32]:
+        dark, lit = ((draw(0, shadows)[..., 0] / 255.0) ** GAMMA for shadows in (True, False))
+        seen = offscreen.render(there, flags=pyrender.RenderFlags.DEPTH_ONLY) > 0.0
+        share = np.where(lit > 0.0, dark / np.where(lit > 0.0, lit, 1.0), 0.0)
+        return np.where(seen, np.clip(share, 0.0, 1.0), np.nan).astype(np.float32)
+
+    draw(0)  # what does not work shall not work here
+    what = "as delivered" if resolution == delivered else "map raised"
+    shadow = gs.Shadow(resolution=resolution)  # its filter too is 3 x 3 bilinear comparisons
+    return Row(f"pyrender {pyrender.__version__}, {what} ({resolution})", draw, lambda k: draw(k, False), visibility, shadow)
+
+
+def timed(rows: list[Row], repeats: int) -> dict[str, dict[str, float]]:
+    """Median milliseconds with and without shadows, and the ratio to the floor of the same round."""
+    jobs = {(row.name, "ms"): row.draw for row in rows}
+    jobs |= {(row.name, "without_ms"): row.plain for row in rows if row.plain is not None}
+    times: dict[tuple[str, str], list[float]] = {key: [] for key in jobs}
+    for k in range(-WARM_UP, repeats):
+        for key, job in jobs.items():
+            start = time.perf_counter()
+            job(k)
+            if k >= 0:
+                times[key].append(1e3 * (time.perf_counter() - start))
+    floor = np.array(times[rows[0].name, "ms"])
+    results: dict[str, dict[str, float]] = {row.name: {} for row in rows}
+    for (name, what), values in times.items():
+        results[name][what] = float(np.median(values))
+        if what == "ms":
+            results[name]["cost"] = float(np.median(np.array(values) / floor))
+    return results
+
+
+def scored(row: Row, truth: gs.Truth, sun: gs.DirectionalLight) -> dict[str, float]:
+    """The error of a row's visibility; nothing for a row without shadows."""
+    if row.visibility is None:
+        return {}
+    frame = SimpleNamespace(visibility=row.visibility()[None], scene=truth.scene, camera=truth.camera,
+                            lights=(replace(sun, shadow=row.shadow),))  # fmt: skip
+    score = gs.measure(frame, truth)
+    return {name: float(getattr(score, name)) for name in ("wrong", "edge", "acne", "leak", "grain", "mean", "all_wrong")}
+
+
+def build_ms(scene: gs.Scene) -> float:
+    """What Embree's tree takes: a scene it has not seen, one pixel."""
+    fresh = replace(scene, name="fresh")
+    start = time.perf_counter()
+    gs.trace(fresh, size=(1, 1))
+    return 1e3 * (time.perf_counter() - start)
+
+
+@click.command(help=__doc__)
+@click.option("--repeats", default=9, show_default=True, type=click.IntRange(1), help="Rounds.")
+@click.option("--json", "output", type=click.Path(path_type=Path), help="Write all figures there.")
+def main(repeats: int, output: Path | None) -> None:
+    warnings.simplefilter("ignore", gs.GlshadowWarning)
+    scene = gs.scenes.courtyard()
+    sun = scene.lights[0]
+    assert isinstance(sun, gs.DirectionalLight)
+    truth = gs.trace(scene, None, [sun], SIZE)
+    missing: dict[str, str] = {}
+    with gs.Renderer() as renderer, Floor(renderer, scene, SIZE) as floor:
+        rows = [floor_row(renderer, floor, scene, sun, range(-WARM_UP, repeats)), *glshadow_rows(renderer, scene, sun)]
+        for resolution in (2048, 4096):
+            try:
+                rows.append(pyrender_row(scene, sun, resolution))
+            except Exception as error:  # an import, a driver, a version: whatever it is, the table says so
+                missing[f"pyrender, {resolution}"] = f"{type(error).__name__}: {error}"
+        rows.append(embree_row(scene, sun))
+        results = timed(rows, repeats)
+        for row in rows:
+            results[row.name] |= scored(row, truth, sun)
+    results[rows[-1].name]["build_ms"] = build_ms(scene)
+    click.echo(f"courtyard, {SIZE[0]} x {SIZE[1]}, {renderer.info['renderer']}, {repeats} rounds")
+    click.echo(f"{'':36s} {'wrong %':>9s} {'mean':>8s} {'ms':>8s} {'without':>8s} {'x floor':>8s}")
+    for name, row_result in results.items():
+        cells = [
+            f"{100 * row_result['wrong']:9.4f} {row_result['mean']:8.5f}" if "wrong" in row_result else f"{'':18s}",
+            f"{row_result['ms']:8.1f}",
+            f"{row_result['without_ms']:8.1f}" if "without_ms" in row_result else f"{'':8s}",
+            f"{row_result['cost']:8.2f}",
+        ]
+        build = f"   tree: {row_result['build_ms']:.0f} ms more" if "build_ms" in row_result else ""
+        click.echo(f"{name:36s} {' '.join(cells)}{build}")
+    for name, reason in missing.items():
+        click.echo(f"{name}: left out, {reason}")
+    if output:
+        output.write_text(json.dumps({"results": results, "missing": missing}, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
