@@ -9,6 +9,7 @@ import faulthandler
 import multiprocessing as mp
 import os
 import resource
+import signal
 import sys
 import tempfile
 import time
@@ -61,8 +62,8 @@ def mutant_of(job: Job) -> mutated_files.Mutant:
 class Bench:
     """One renderer, and a picture that must never change."""
 
-    def __init__(self) -> None:
-        self.folder = tempfile.TemporaryDirectory(prefix="glshadow-fuzz-")
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
         self.renderer = gs.Renderer()
         self.control = random_settings.case(np.random.default_rng(3))
         self.expected = self._control()
@@ -71,7 +72,6 @@ class Bench:
     def close(self) -> None:
         """Free all."""
         self.renderer.release()
-        self.folder.cleanup()
 
     def _control(self) -> np.ndarray:
         case = self.control
@@ -89,7 +89,7 @@ class Bench:
 
     def _file(self, job: Job) -> Verdict:
         mutant = mutant_of(job)
-        path = Path(self.folder.name) / f"fuzz{mutant.suffix}"
+        path = self.folder / f"fuzz{os.getpid()}{mutant.suffix}"
         path.write_bytes(mutant.data)
 
         def work() -> None:
@@ -132,12 +132,13 @@ def keep(folder: Path, job: Job, result: Verdict) -> None:
 
 def serve(pipe: Connection, log: str) -> None:
     """A worker: jobs in, verdicts out, until None comes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends it
     with open(log, "w") as stream:
         os.dup2(stream.fileno(), 2)
         faulthandler.enable(stream, all_threads=False)
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        bench = Bench()
+        bench = Bench(Path(log).parent)
         stock()
         pipe.send("ready")
         while (job := pipe.recv()) is not None:
@@ -153,6 +154,7 @@ class Worker:
     number: int
     job: Job | None = None
     deadline: float = 0.0
+    cpu_s: float = 0.0
     process: Any = field(init=False)
     pipe: Connection = field(init=False)
 
@@ -167,8 +169,20 @@ class Worker:
 
     def give(self, job: Job, seconds: float) -> None:
         """Start a job."""
-        self.job, self.deadline = job, time.monotonic() + seconds
+        self.job, self.deadline, self.cpu_s = job, time.monotonic() + seconds, self._cpu_s()
         self.pipe.send(job)
+
+    def late(self, seconds: float) -> bool:
+        """Whether it hangs: it had the time and used the processor, or it had six times the time. A busy machine is no hang."""
+        over = time.monotonic() - self.deadline
+        return over > 0.0 and (self._cpu_s() - self.cpu_s > 0.5 * seconds or over > 5.0 * seconds)
+
+    def _cpu_s(self) -> float:
+        try:
+            words = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
+        except OSError:
+            return 0.0
+        return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
     def end(self) -> str:
         """Kill it; what it last said on standard error."""
@@ -204,7 +218,7 @@ def run_all(
                             answer = worker.pipe.recv()
                         except (EOFError, OSError):
                             ended = True
-                    late = time.monotonic() > worker.deadline and answer is None
+                    late = answer is None and worker.late(seconds)
                     if ended or late:
                         code, said = worker.process.exitcode, worker.end()
                         cause = (
@@ -230,6 +244,8 @@ def run_all(
                         worker.end()
                         crew.remove(worker)
                         break  # the places have moved
+        except KeyboardInterrupt:
+            click.echo(f"interrupted, {len(waiting)} cases not begun", err=True)
         finally:
             for worker in crew:
                 worker.end()
@@ -271,13 +287,14 @@ def once(only: str) -> int:
     job = (kind, int(seed), int(number))
     if kind == "settings":
         click.echo(random_settings.case(rng_of(job)).text)
-    bench = Bench()
     if kind == "files":
         mutant = mutant_of(job)
         click.echo(f"{mutant.source}: {'; '.join(mutant.changes)}")
-    result = bench.run(job)
+    with tempfile.TemporaryDirectory(prefix="glshadow-fuzz-") as folder:
+        bench = Bench(Path(folder))
+        result = bench.run(job)
+        bench.close()
     click.echo(f"{result.kind}: {result.cause}\n{result.detail}")
-    bench.close()
     return int(result.kind == FAIL)
 
 
@@ -305,6 +322,7 @@ def main(
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     if only:
         sys.exit(once(only))
     jobs: list[Job] = [("files", seed, first + i) for i in range(files)] + [

@@ -12,7 +12,7 @@ import os
 import time
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -38,7 +38,7 @@ class Row:
     draw: Callable[[int], Any]
     plain: Callable[[int], Any] | None = None
     visibility: Callable[[], NDArray[np.float32]] | None = None
-    shadow: gs.Shadow = gs.Shadow()
+    shadow: gs.Shadow = field(default_factory=gs.Shadow)
 
 
 def turned(light: gs.DirectionalLight, k: int) -> gs.DirectionalLight:

@@ -69,18 +69,20 @@ def receiver_uniforms(light: Light, shadow_map: Map, rounding: float) -> dict[st
     tiles = np.zeros((6, 2), dtype=np.float32)
     for each in views:
         tiles[each.face] = each.tile
+    allowance = _allowance(view, shadow_map, rounding)
+    scale, depth = _depth_uniforms(view, shadow_map, allowance)
     moved = bias.world if isinstance(bias, ConstantBias) else 0.0
     if isinstance(bias, NormalOffsetBias):
         moved = bias.texels * max(x, y)
     return {
         "u_texel_from_lv": (1.0 / x, 1.0 / y, tile[0] - left / x, tile[1] - bottom / y),
-        "u_lv_from_texel": (x, y),
+        "u_base": (scale, scale * x, scale * y),
         # the axis decides a point light's face, so nothing lies outside
         "u_tile": (-1e9, -1e9, 1e9, 1e9) if view.kind == "point" else (*tile, *(c + view.resolution for c in tile)),
         "u_face_tile": tiles.tobytes(),
         "u_map_texel": (1.0 / atlas.size[0], 1.0 / atlas.size[1]),
-        "u_depth": _depth_uniform(view, shadow_map),
-        "u_allowance": _allowance(view, shadow_map, rounding),
+        "u_depth": depth,
+        "u_allowance": allowance,
         "u_bias": moved,
     }
 
@@ -93,7 +95,10 @@ def _allowance(view: ShadowView, shadow_map: Map, rounding: float) -> tuple[floa
     return (rounding + facet, 0.0) if view.kind == "directional" else (rounding, facet)
 
 
-def _depth_uniform(view: ShadowView, shadow_map: Map) -> tuple[float, float, float, float]:
+def _depth_uniforms(
+    view: ShadowView, shadow_map: Map, allowance: tuple[float, float]
+) -> tuple[float, float | tuple[float, float, float]]:
+    """Factor of the base, and what turns the base into stored depth, the constant slack taken off: see glsl/depth."""
     target, bias = shadow_map.settings.target, shadow_map.settings.bias
     quantum = target.quantum if isinstance(bias, ReceiverPlaneBias) else 0.0
     if target is Target.DEPTH32F and view.clip.reversed:
@@ -101,17 +106,15 @@ def _depth_uniform(view: ShadowView, shadow_map: Map) -> tuple[float, float, flo
     shift = bias.clip if isinstance(bias, ClipBias) and not bias.caster else 0.0
     if target.is_depth:
         x, y = _window_depth_line(view)
-        nearer = -view.clip.sign
-        slack = quantum + shift * bias_factor(view.clip) / _span(view)
-        return (x, y, nearer * abs(y), nearer * slack)
+        x -= view.clip.sign * (quantum + shift * bias_factor(view.clip) / _span(view))
+        return y, x - y * allowance[0] if view.kind == "directional" else x
     low, high = metric_range(view.kind, view.clip, view.near, view.far)
-    sign = view.clip.sign
     slack = quantum + shift
     if view.kind == "point":
-        return (low / (low + high), 1.0 / (low + high), view.texel[0], -slack)
-    matrix = view.clip_from_view
-    y, x = -sign * matrix[2, 2] / (low + high), (sign * matrix[2, 3] + low) / (low + high)
-    return (x, y, -abs(y), -slack)
+        return 1.0, (low / (low + high) - slack, 1.0 / (low + high), view.texel[0])
+    matrix, sign = view.clip_from_view, view.clip.sign
+    y, x = -sign * matrix[2, 2] / (low + high), (sign * matrix[2, 3] + low) / (low + high) - slack
+    return (y, x - y * allowance[0]) if view.kind == "directional" else (1.0, (x, y, 0.0))
 
 
 def _span(view: ShadowView) -> float:

@@ -93,6 +93,7 @@ def resolve(
             "GLS_FIRST": int(first),
             "GLS_LAST": int(last),
             "GLS_LIT": int(share.light is not None),
+            "GLS_WEAK": int(light.shadow is not None and light.shadow.strength < 1.0),
             "GLS_VISIBILITY": int(bool(targets.visibility)),
             "GLS_SUM": int(last and targets.linear is not None),
         },
@@ -114,8 +115,8 @@ def _set(program: Program, scene: GpuScene, sight: Sight, light: Light, share: S
     camera, size = sight.camera, sight.size
     eye = np.asarray(camera.position) - scene.origin
     left, right, bottom, top = camera.window(size)
-    x, y = (right - left) / size[0], (top - bottom) / size[1]
-    rays_v = np.array([[x, 0.0, left], [0.0, y, bottom], [0.0, 0.0, -1.0]])
+    x, y = 0.5 * (right - left), 0.5 * (top - bottom)
+    rays_v = np.array([[x, 0.0, left + x], [0.0, y, bottom + y], [0.0, 0.0, -1.0]])
     lv_from_world = light_view(light, share.shadow_map.views if share.shadow_map else (), scene.origin)
     axes = lv_from_world[:3, :3]
     offset = lv_from_world[:3, 3] + axes @ scene.origin
@@ -126,12 +127,12 @@ def _set(program: Program, scene: GpuScene, sight: Sight, light: Light, share: S
         u_eye_l=tuple(axes @ eye),
         u_lv_from_l=tuple(offset),
         u_axes_l=axes,
-        u_ambient=tuple(share.ambient),
         u_strength=light.shadow.strength if light.shadow else 1.0,
     )
-    if scene.color is not None:
-        program.set(u_color=scene.color)
     program.set(**light_uniforms(light))
+    color = np.ones(3) if scene.color is None else np.asarray(scene.color)
+    radiance = color * np.asarray(light.color) * light.intensity
+    program.set(u_ambient=tuple(share.ambient * color), u_radiance=tuple(radiance))
     if share.shadow_map is not None:
         ray = float(np.hypot(1.0, np.hypot(max(abs(left), abs(right)), max(abs(bottom), abs(top)))))
         reach = max(float(np.abs(eye).max()) + sight.far * ray, float(np.abs(offset).max()))

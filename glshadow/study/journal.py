@@ -38,8 +38,7 @@ class Journal:
         whole = data.rfind(b"\n") + 1
         for number, line in enumerate(data[:whole].splitlines(), start=1):
             try:
-                record = json.loads(line)
-                self.records[record["key"]] = record
+                self._merge(json.loads(line))
             except (ValueError, TypeError, KeyError) as error:
                 raise SettingsError(
                     f"{self.path}, line {number}, is not a result of a study; give another file or delete it"
@@ -49,8 +48,8 @@ class Journal:
                 file.truncate(whole)
 
     def add(self, record: dict[str, Any]) -> None:
-        """Append a record with its "key", and wait until it is on the disk."""
-        self.records[record["key"]] = record
+        """Append a record with its "key", and wait until it is on the disk; later records add to earlier ones of their key."""
+        self._merge(record)
         if self.path is None:
             return
         line = json.dumps(record, allow_nan=False, separators=(",", ":")) + "\n"
@@ -58,6 +57,9 @@ class Journal:
         with self.path.open("ab", buffering=0) as file:
             file.write(line.encode())
             os.fsync(file.fileno())
+
+    def _merge(self, record: dict[str, Any]) -> None:
+        self.records[record["key"]] = {**self.records.get(record["key"], {}), **record}
 
 
 def fingerprint(scene: Scene) -> str:

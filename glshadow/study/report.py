@@ -176,9 +176,10 @@ class _Look:
 
 def _axes(axes: Axes, zero: float | None, zero_at: float) -> None:
     """Scales and labels; `zero` not None: the lowest place stands for no error at all."""
-    from matplotlib.ticker import FuncFormatter, NullFormatter
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.set_xlabel(f"frame time / floor (Lambert + depth-only pass into {FLOOR_RESOLUTION}²)   faster ←")
     axes.set_ylabel("wrong pixels, % of those counted   ↓ better")
     axes.yaxis.set_major_formatter(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from itertools import groupby
 from typing import Any
 
@@ -101,9 +101,8 @@ class Result:
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON; numbers that are not finite become None."""
-        numbers = {name: value if np.isfinite(value) else None for name, value in asdict(self.score).items()}
         return {"key": self.key, "light": self.light, "setting": self.name, "ms": self.ms, "floor_ms": self.floor_ms,
-                "cost": self.cost, "error": numbers, "used": self.used, "times_ms": list(self.times_ms),
+                "cost": self.cost, "error": plain_score(self.score), "used": self.used, "times_ms": list(self.times_ms),
                 "floors_ms": list(self.floors_ms)}  # fmt: skip
 
     @classmethod
@@ -202,6 +201,12 @@ class Study:
         )
 
 
+def plain_score(score: Score) -> dict[str, float | None]:
+    """For JSON; None where no pixel counts."""
+    values = {item.name: float(getattr(score, item.name)) for item in fields(Score)}
+    return {name: value if np.isfinite(value) else None for name, value in values.items()}
+
+
 def pareto_front(costs: ArrayLike, errors: ArrayLike) -> NDArray[np.bool_]:
     """Which of N settings no other beats.
 
@@ -234,7 +239,7 @@ def run_study(
     """Measure every setting of a grid, for every light that casts, for speed and for error.
 
     Each light is studied alone: its frames have no other. Settings that share a resolution and a target are timed round-robin with
-    the floor, the light moving a little every round; then each is scored on the picture itself.
+    the floor, the light moving a little every round; then all are scored on the picture itself.
 
     Parameters
     ----------
@@ -310,29 +315,23 @@ class _Run:
     def light(self, number: int, light: Light) -> list[Result]:
         """Results of one light, in the order of the grid."""
         keys = {shadow: self._key(light, shadow) for shadow in self.settings}
-        missing = [shadow for shadow in self.settings if keys[shadow] not in self.journal.records]
-        self.done += len(self.settings) - len(missing)
+        records = self.journal.records
+        untimed = [shadow for shadow in self.settings if "times_ms" not in records.get(keys[shadow], {})]
+        unscored = [shadow for shadow in self.settings if "error" not in records.get(keys[shadow], {})]
+        self._say(f"light {number}: timing")
+        self._time_all(number, light, untimed, keys)
+        self.done += len(self.settings) - len(unscored)
         self._say(f"light {number}: tracing the truth")
         truth = RememberedTruth.of(trace(self.scene, self.camera, [light], self.size))
-        moved = [replace(_moved(light, k, self.scene), shadow=Shadow()) for k in range(-WARM_UP, self.repeats)]
-        # what the floor needs of a frame, made before the clock runs: it would change the map's size between two settings
-        plain = [replace(self._frame(each, "image"), image=None) for each in moved] if missing else []
-        for _, group in groupby(sorted(missing, key=_map_of), key=_map_of):
-            chosen = list(group)
-            self._say(f"light {number}: timing {chosen[0].resolution}")
-            times, floors = self._time(moved, plain, chosen)
-            for shadow in chosen:
-                self._say(f"light {number}: {setting_name(shadow)}")
-                frame, error = self._score(light, shadow, truth)
-                used = {
-                    name: value for name, value in frame.used[0].as_dict().items() if name not in ("views", "draws")
-                }
-                used["texel"] = frame.used[0].texel
-                result = Result(keys[shadow], number, shadow, times[shadow], floors, error.lights[0], used)
-                self.journal.add(result.as_dict())
-                self.done += 1
+        for shadow in unscored:
+            self._say(f"light {number}: {setting_name(shadow)}")
+            frame, error = self._score(light, shadow, truth)
+            used = {name: value for name, value in frame.used[0].as_dict().items() if name not in ("views", "draws")}
+            used["texel"] = frame.used[0].texel
+            self.journal.add({"key": keys[shadow], "error": plain_score(error.lights[0]), "used": used})
+            self.done += 1
         self._say(f"light {number}: pictures")
-        results = [Result.from_dict(self.journal.records[keys[shadow]], number, shadow) for shadow in self.settings]
+        results = [Result.from_dict(records[keys[shadow]], number, shadow) for shadow in self.settings]
         self._picture(light, truth, results)
         return results
 
@@ -349,10 +348,23 @@ class _Run:
         frame = self._frame(replace(light, shadow=shadow), "visibility")
         return frame, measure(frame, truth)  # type: ignore[arg-type]  # visibility was asked for
 
+    def _time_all(self, number: int, light: Light, untimed: list[Shadow], keys: dict[Shadow, str]) -> None:
+        """Milliseconds of settings and floors, into the journal."""
+        moved = [replace(_moved(light, k, self.scene), shadow=Shadow()) for k in range(-WARM_UP, self.repeats)]
+        # what the floor needs of a frame, made before the clock runs: it would change the map's size between two settings
+        plain = [replace(self._frame(each, "image"), image=None) for each in moved] if untimed else []
+        for _, group in groupby(sorted(untimed, key=_map_of), key=_map_of):
+            chosen = list(group)
+            self._say(f"light {number}: timing {chosen[0].resolution}")
+            times = self._time(moved, plain, chosen)
+            for shadow in chosen:
+                facts = {"light": number, "setting": setting_name(shadow), "times_ms": times[shadow], "floors_ms": times[None]}
+                self.journal.add({"key": keys[shadow], **facts})
+
     def _time(
         self, moved: list[Light], plain: list[Frame], chosen: list[Shadow]
-    ) -> tuple[dict[Shadow, tuple[float, ...]], tuple[float, ...]]:
-        """Milliseconds of each setting and of the floor, round-robin."""
+    ) -> dict[Shadow | None, list[float]]:
+        """Milliseconds of each setting and, as None, of the floor, round-robin."""
         times: dict[Shadow | None, list[float]] = {None: [], **{shadow: [] for shadow in chosen}}
         for k, (light, frame) in enumerate(zip(moved, plain, strict=True)):
             for shadow in times:
@@ -363,7 +375,7 @@ class _Run:
                     self._frame(replace(light, shadow=shadow), "image")
                 if k >= WARM_UP:
                     times[shadow].append(1e3 * (time.perf_counter() - start))
-        return {shadow: tuple(times[shadow]) for shadow in chosen}, tuple(times[None])
+        return times
 
     def _picture(self, light: Light, truth: RememberedTruth, results: list[Result]) -> None:
         best = pareto_front([r.cost for r in results], [r.score.wrong for r in results])

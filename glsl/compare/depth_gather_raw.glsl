@@ -7,7 +7,7 @@ uniform highp sampler2D u_map;
 uniform vec2 u_map_texel; // 1 / size of the atlas
 
 float compare_one(vec2 texel, float reference) {
-    float stored = textureLod(u_map, texel * u_map_texel, 0.0).r;
+    float stored = texelFetch(u_map, ivec2(texel), 0).r; // texel lies inside the map: see GLS_BOUNDED
     return GLS_REVERSED == 1 ? step(stored, reference) : step(reference, stored);
 }
 

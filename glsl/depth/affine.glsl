@@ -1,4 +1,4 @@
-// Stored depth that is affine over the map: window depth of every light, and a sun's metric. stored = x + y * depth.
+// Stored depth that is affine over the map: window depth of every light, and a sun's metric. stored = u_depth + base.
 #ifndef GLS_SLACK_TEXELS
 #define GLS_SLACK_TEXELS 1.0
 #endif
@@ -8,17 +8,16 @@
 #ifndef GLS_FOLLOW_PLANE
 #define GLS_FOLLOW_PLANE 1
 #endif
-uniform vec4 u_depth; // x, y; then towards the light: |y| and the constant slack, both with the sign of "nearer"
+uniform float u_depth; // the constant, less the constant slack
 
 void start_depth(inout Receiver receiver) {
 #if GLS_FOLLOW_PLANE
     float slack = GLS_SLACK_TEXELS * (abs(receiver.slope.x) + abs(receiver.slope.y));
+    receiver.depth += GLS_REVERSED == 1 ? slack : -slack; // nearer
 #else
-    float slack = 0.0;
     receiver.slope = vec2(0.0);
 #endif
-    receiver.depth = u_depth.x + u_depth.y * receiver.depth + u_depth.z * slack + u_depth.w;
-    receiver.slope *= u_depth.y;
+    receiver.depth += u_depth;
 }
 
 // Clamped as GL does for fixed-point formats only: beyond far nothing is stored, and a float map must not answer "dark" there.

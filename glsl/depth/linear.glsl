@@ -1,11 +1,11 @@
-// Metric of a spot light: linear in depth, so the plane is followed in 1 / depth. stored = x + y * depth.
+// Metric of a spot light: linear in depth, so the plane is followed in 1 / depth. stored = x + y / base, base = 1 / depth.
 #ifndef GLS_SLACK_TEXELS
 #define GLS_SLACK_TEXELS 1.0
 #endif
 #ifndef GLS_FOLLOW_PLANE
 #define GLS_FOLLOW_PLANE 1
 #endif
-uniform vec4 u_depth; // x, y, unused, constant slack (negative: nearer)
+uniform vec3 u_depth; // x, less the constant slack; y; unused
 
 void start_depth(inout Receiver receiver) {
 #if GLS_FOLLOW_PLANE
@@ -17,5 +17,5 @@ void start_depth(inout Receiver receiver) {
 
 float compare_depth(Receiver receiver, vec2 offset) {
     float inverse = max(receiver.depth + dot(receiver.slope, offset), 1e-30); // a ray that never meets the plane: infinitely far
-    return clamp(u_depth.x + u_depth.y / inverse + u_depth.w, 0.0, 1.0);
+    return clamp(u_depth.x + u_depth.y / inverse, 0.0, 1.0);
 }

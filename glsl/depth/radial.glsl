@@ -1,11 +1,11 @@
-// Metric of a point light: the distance, length(tangent, 1) / (1 / depth) on the plane. stored = x + y * distance.
+// Metric of a point light: the distance, length(tangent, 1) / (1 / depth) on the plane. stored = x + y * distance, base = 1 / depth.
 #ifndef GLS_SLACK_TEXELS
 #define GLS_SLACK_TEXELS 1.0
 #endif
 #ifndef GLS_FOLLOW_PLANE
 #define GLS_FOLLOW_PLANE 1
 #endif
-uniform vec4 u_depth; // x, y, size of a texel as tangent, constant slack (negative: nearer)
+uniform vec3 u_depth; // x, less the constant slack; y; size of a texel as tangent
 
 void start_depth(inout Receiver receiver) {
 #if GLS_FOLLOW_PLANE
@@ -24,5 +24,5 @@ float compare_depth(Receiver receiver, vec2 offset) {
     float stretch = length(vec3(receiver.tangent, 1.0));
 #endif
     float inverse = max(receiver.depth + dot(receiver.slope, offset), 1e-30); // a ray that never meets the plane: infinitely far
-    return clamp(u_depth.x + u_depth.y * stretch / inverse + u_depth.w, 0.0, 1.0);
+    return clamp(u_depth.x + u_depth.y * stretch / inverse, 0.0, 1.0);
 }

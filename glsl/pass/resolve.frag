@@ -16,6 +16,9 @@
 #ifndef GLS_LIT
 #define GLS_LIT 1 // 0: no light at all, only the ambient term
 #endif
+#ifndef GLS_WEAK
+#define GLS_WEAK 0 // 1: a shadow takes away u_strength of the light, not all of it
+#endif
 #ifndef GLS_VISIBILITY
 #define GLS_VISIBILITY 1 // also writes the light's visibility
 #endif
@@ -34,18 +37,18 @@ uniform samplerBuffer u_planes; // per drawn triangle: unit world normal, distan
 #if GLS_COLORS == 1
 uniform usamplerBuffer u_owners; // per drawn triangle: its node
 uniform samplerBuffer u_colors; // per node: base colour, linear
-#elif GLS_COLORS == 0
-uniform vec3 u_color; // every node's
 #endif
 uniform sampler2D u_sum; // linear light of earlier passes
 uniform vec2 u_unproject; // 1 / view depth = x + y * window depth
-uniform mat3 u_ray_l; // ray of unit view depth = u_ray_l * (gl_FragCoord.xy, 1), in the light's axes
+noperspective in vec3 v_ray_l; // ray of unit view depth, in the light's axes
 uniform vec3 u_eye_l; // the eye relative to the scene's origin, in the light's axes
 uniform vec3 u_lv_from_l; // from the scene's origin to the light's
 uniform mat3 u_axes_l; // the light's axes
 uniform vec3 u_radiance; // color * intensity
 uniform vec3 u_ambient;
+#if GLS_WEAK
 uniform float u_strength;
+#endif
 
 layout(location = 0) out vec4 o_color;
 #if GLS_VISIBILITY
@@ -64,7 +67,7 @@ void main() {
 #elif GLS_COLORS == 1
     vec3 color = texelFetch(u_colors, int(texelFetch(u_owners, triangle).r)).rgb;
 #else
-    vec3 color = u_color;
+    const vec3 color = vec3(1.0); // is in u_ambient and u_radiance
 #endif
 #if GLS_FIRST
     vec3 light = u_ambient;
@@ -76,12 +79,11 @@ void main() {
 #if GLS_LIT
     vec4 plane = texelFetch(u_planes, triangle);
     vec3 normal = u_axes_l * plane.xyz;
-    vec3 ray = u_ray_l[0] * gl_FragCoord.x + (u_ray_l[1] * gl_FragCoord.y + u_ray_l[2]);
-    vec3 position = u_eye_l + ray * (1.0 / (u_unproject.x + u_unproject.y * texelFetch(u_camera_depth, pixel, 0).r));
+    vec3 position = u_eye_l + v_ray_l * (1.0 / (u_unproject.x + u_unproject.y * texelFetch(u_camera_depth, pixel, 0).r));
     // Depth was interpolated between vertices snapped to 1/256 pixel: back on the plane, without leaving the triangle's
     // depth range as ray x plane would where the ray misses the triangle by a hair.
     position += normal * (plane.w - dot(normal, position)) + u_lv_from_l;
-    normal *= dot(normal, ray) > 0.0 ? -1.0 : 1.0; // the side that is seen
+    normal *= dot(normal, v_ray_l) > 0.0 ? -1.0 : 1.0; // the side that is seen
     vec4 arriving = light_arriving(position);
     float cosine = dot(normal, arriving.xyz);
     float lit = cosine > 0.0 ? light_visibility(position, normal, cosine) : 0.0;
@@ -93,7 +95,12 @@ void main() {
         lambert = dot(shading, normal) < 0.0 ? -lambert : lambert;
     }
 #endif
-    light += u_radiance * (max(lambert, 0.0) * arriving.w * (cosine > 0.0 ? 1.0 - u_strength * (1.0 - lit) : 0.0));
+#if GLS_WEAK
+    float share = cosine > 0.0 ? 1.0 - u_strength * (1.0 - lit) : 0.0;
+#else
+    float share = lit;
+#endif
+    light += u_radiance * (max(lambert, 0.0) * arriving.w * share);
 #if GLS_VISIBILITY
     o_visibility = lit;
 #endif

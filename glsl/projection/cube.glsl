@@ -1,7 +1,7 @@
 // A point light: the face is chosen by the longest axis, then as for a spot. position_lv is relative to the light, in world axes.
 // Faces +x -x +y -y +z -z are signed permutations of the axes. Twin: glshadow.core.view.FACES
 uniform vec4 u_texel_from_lv; // texel in its tile = xy * tangent + zw
-uniform vec2 u_lv_from_texel;  // size of a texel, as tangent
+uniform vec3 u_base;           // depth as the map stores it = a constant + base: its factor, and that of its slope along x and y
 uniform vec2 u_allowance;     // taken off a receiver's distance: world units, and a share of the distance
 uniform vec2 u_face_tile[6]; // corner of each face's tile in the atlas
 #define GLS_LEAST_COSINE 1e-7 // edge-on: such a receiver is unlit anyway
@@ -23,11 +23,11 @@ Receiver project_receiver(vec3 position_lv, vec3 normal_lv) {
         if (face == float(i)) tile = u_face_tile[i];
     }
     Receiver receiver;
-    receiver.depth = 1.0 / max(-position.z * (1.0 - u_allowance.y) - u_allowance.x, 1e-30);
+    receiver.depth = u_base.x / max(-position.z * (1.0 - u_allowance.y) - u_allowance.x, 1e-30);
     receiver.tangent = position.xy / max(-position.z, 1e-30);
     receiver.texel = receiver.tangent * u_texel_from_lv.xy + u_texel_from_lv.zw + tile;
     float plane = -max(-dot(normal, position), GLS_LEAST_COSINE * length(position));
-    receiver.slope = normal.xy * u_lv_from_texel * (1.0 / plane);
+    receiver.slope = normal.xy * u_base.yz * (1.0 / plane);
     return receiver;
 }
 
