@@ -88,6 +88,7 @@ def resolve(
         slots=receiver_slots(light, share.shadow_map, context.caps),
         defines={
             **receiver_defines(light, share.shadow_map),
+            "GLS_SUN": int(isinstance(light, DirectionalLight)),
             "GLS_SURFACE": targets.surface.components,
             "GLS_COLORS": 2 if scene.textured else 0 if scene.color is not None else 1,
             "GLS_FIRST": int(first),
@@ -127,6 +128,7 @@ def _set(program: Program, scene: GpuScene, sight: Sight, light: Light, share: S
         u_eye_l=tuple(axes @ eye),
         u_lv_from_l=tuple(offset),
         u_axes_l=axes,
+        u_towards_w=tuple(axes[2]),
         u_strength=light.shadow.strength if light.shadow else 1.0,
     )
     program.set(**light_uniforms(light))

@@ -170,6 +170,7 @@ def _offset(view: ShadowView, target: Target, bias: Bias | None, local: Array) -
     slope = np.abs(_window_slope(view) * normal[:2] * np.array(view.texel) / below).max()
     depths = -local[:, 2]
     greatest = stored_depth(view, target, np.zeros((3, 2)), depths).max() if (depths > 0.0).all() else 1.0
+    greatest = float(np.clip(greatest, 2.0**-126, 1.0))
     # the smallest step that GL promises to resolve, as llvmpipe takes it
     step = {Target.DEPTH16: 2.0**-15, Target.DEPTH24: 2.0**-23}.get(target, 2.0 ** (np.floor(np.log2(greatest)) - 23.0))
     return float(view.clip.sign * (bias.factor * slope + bias.units * step))

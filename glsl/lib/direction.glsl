@@ -1,9 +1,8 @@
-// A direction as 11 + 11 + 10 bits, never 0, and back: not of unit length, within 0.001 radians. Needs core330.
+// A vector of length at most 1 as 11 + 11 + 10 bits, never 0, and back, 1024 times as long: a direction within 0.001 radians.
+// Needs core330.
 
 uint pack_direction(vec3 direction) {
-    vec3 size = abs(direction);
-    vec3 scaled = direction / max(max(size.x, max(size.y, size.z)), 1e-30);
-    uvec3 bits = uvec3(scaled * vec3(1023.0, 1023.0, 511.0) + vec3(1024.5, 1024.5, 512.5)); // 1..2047, 1..2047, 1..1023
+    uvec3 bits = uvec3(direction * vec3(1023.0, 1023.0, 511.0) + vec3(1024.5, 1024.5, 512.5)); // 1..2047, 1..2047, 1..1023
     return bits.x | (bits.y << 11u) | (bits.z << 22u);
 }
 

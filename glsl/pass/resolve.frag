@@ -7,6 +7,9 @@
 #ifndef GLS_COLORS
 #define GLS_COLORS 0 // base colour: 0 one for all, 1 per node, 2 per pixel (textures; needs 4 channels)
 #endif
+#ifndef GLS_SUN
+#define GLS_SUN 0
+#endif
 #ifndef GLS_FIRST
 #define GLS_FIRST 1
 #endif
@@ -44,6 +47,9 @@ noperspective in vec3 v_ray_l; // ray of unit view depth, in the light's axes
 uniform vec3 u_eye_l; // the eye relative to the scene's origin, in the light's axes
 uniform vec3 u_lv_from_l; // from the scene's origin to the light's
 uniform mat3 u_axes_l; // the light's axes
+#if GLS_SUN
+uniform vec3 u_towards_w;
+#endif
 uniform vec3 u_radiance; // color * intensity
 uniform vec3 u_ambient;
 #if GLS_WEAK
@@ -57,6 +63,14 @@ layout(location = 1) out float o_visibility;
 #if GLS_SUM
 layout(location = 2) out vec4 o_linear;
 #endif
+
+vec3 towards_w(vec3 towards_l) {
+#if GLS_SUN
+    return u_towards_w;
+#else
+    return towards_l * u_axes_l; // transposed: back to world axes
+#endif
+}
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -83,16 +97,17 @@ void main() {
     // Depth was interpolated between vertices snapped to 1/256 pixel: back on the plane, without leaving the triangle's
     // depth range as ray x plane would where the ray misses the triangle by a hair.
     position += normal * (plane.w - dot(normal, position)) + u_lv_from_l;
-    normal *= dot(normal, v_ray_l) > 0.0 ? -1.0 : 1.0; // the side that is seen
+    float side = dot(normal, v_ray_l) > 0.0 ? -1.0 : 1.0; // the side that is seen
+    normal *= side;
     vec4 arriving = light_arriving(position);
     float cosine = dot(normal, arriving.xyz);
     float lit = cosine > 0.0 ? light_visibility(position, normal, cosine) : 0.0;
     float lambert = cosine;
 #if GLS_SURFACE > 1
     if (surface.g != 0u) { // an interpolated normal, on the same side
-        vec3 shading = u_axes_l * unpack_direction(surface.g);
-        lambert = dot(shading, arriving.xyz) * inversesqrt(dot(shading, shading));
-        lambert = dot(shading, normal) < 0.0 ? -lambert : lambert;
+        vec3 shading = unpack_direction(surface.g);
+        lambert = dot(shading, towards_w(arriving.xyz)) * inversesqrt(dot(shading, shading));
+        lambert = dot(shading, plane.xyz) * side < 0.0 ? -lambert : lambert;
     }
 #endif
 #if GLS_WEAK

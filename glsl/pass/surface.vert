@@ -26,7 +26,7 @@ void main() {
     v_triangle = u_first_triangle + gl_VertexID;
     gl_Position = u_clip_from_mesh * vec4(a_position, 1.0);
 #if GLS_SMOOTH
-    v_normal_w = u_normal_from_mesh * a_normal;
+    v_normal_w = normalize(u_normal_from_mesh * a_normal);
 #endif
 #if GLS_TEXTURED
     v_uv = a_uv;

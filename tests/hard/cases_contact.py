@@ -81,7 +81,7 @@ def lamp_squares() -> list[Picture]:
         picture_of("square, point light", built),
         picture_of("square, spot", built, spot),
         picture_of("square, tilted spot", built, tilted),
-        picture_of("square, three texels", built, spot, resolution=3),
+        picture_of("square, eight texels", built, spot, resolution=8),
     ]
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
+from glshadow.core.kernels import Hard, Pcf
 from glshadow.core.lights import DirectionalLight, to_light
 from glshadow.core.metric import metric_range
 from glshadow.core.spaces import Array, transform
@@ -42,13 +43,16 @@ PLANE_SLACK = 1e-6
 OTHER_SURFACE_SHARE = 0.02
 """Pixels that may show another surface than the ray through their centre: vertices are snapped to 1/256 pixel."""
 
+SNAPPED = 1.0 / 64.0
+"""Texels added to a band: rasterisers snap casters' vertices to 1/256 texel, and positions are rounded."""
+
 ROUNDINGS = 16.0
 """Of 2^-24 of the reach that the derived bias allows for: only to predict what it loses."""
 
-DIRECTIONS = 20
+DIRECTIONS, COARSE_SPOKES, FEW = 20, 80, 500
 _SPOKES = [
     (ring / rings, 2.0 * np.pi * (turn + 0.5 * (ring % 2)) / directions)
-    for rings, directions in ((4, DIRECTIONS), (20, 36))  # coarse first; then so fine that few thin features slip through
+    for rings, directions in ((4, DIRECTIONS), (12, 36))  # for the few left over finer, so that thin features are found
     for ring in range(rings, 0, -1)
     for turn in range(directions)
 ]
@@ -172,14 +176,14 @@ def _around(
     points, own = truth.position.reshape(-1, 3)[rows] - rays.origin, truth.triangle.ravel()[rows]
     source = _Source(truth.lights[0], rays.origin)
     # A straight edge at the very rim passes between two directions: circumscribed.
-    texels = texels / float(np.cos(np.pi / DIRECTIONS))
+    texels = (texels + SNAPPED) / float(np.cos(np.pi / DIRECTIONS))
     sun = view.kind == "directional"
     axes = view.view_from_world[:2, :3] * np.array(view.texel)[:, None]
     size = texel_field(view, truth.position).ravel()[rows]
     u, v = _basis(truth) if sun else (np.zeros(3), np.zeros(3))
     near = np.zeros(len(rows), dtype=bool)
-    for ring, turn in _SPOKES:
-        if near.all():
+    for number, (ring, turn) in enumerate(_SPOKES):
+        if near.all() or (number == COARSE_SPOKES and (~near).sum() > FEW):
             break
         # The first and the last stay: alone, a point would be asked in other directions.
         left = np.union1d(np.flatnonzero(~near), [0, len(rows) - 1])
@@ -291,7 +295,7 @@ def _along_light(outcome: Outcome, view: ShadowView, points: Array, slope: Array
         assert used.target is not None
         facet = _FACET_SLOPE * filter_.reach_texels * texel_field(view, points)
         slack = filter_.slack_texels * slope.sum(axis=1)
-        return np.asarray(used.target.quantum * step + facet + slack + rounding(outcome))
+        return np.asarray(1.5 * used.target.quantum * step + facet + slack + rounding(outcome))
     assert isinstance(bias, NoBias | SlopeScaledBias)
     if isinstance(bias, SlopeScaledBias):
         return bias.factor * slope.max(axis=1)
@@ -310,6 +314,11 @@ def rounding(outcome: Outcome) -> float:
     if view.kind == "directional":
         offset = transform(view.view_from_world, centre)
     return float(ROUNDINGS * 2.0**-24 * max(reach, np.abs(offset).max()))
+
+
+def default_allowance(reach: float, filter_: Hard | Pcf, texel: float) -> float:
+    """World units that the derived bias takes off under an overhead sun, format aside; `reach` is the scene's size."""
+    return ROUNDINGS * 2.0**-24 * reach + _FACET_SLOPE * filter_.reach_texels * texel
 
 
 def _world_step(outcome: Outcome, view: ShadowView, points: Array) -> Array:

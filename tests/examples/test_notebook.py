@@ -1,0 +1,77 @@
+"""The notebook runs from top to bottom in a fresh kernel, and what it says in words is what its numbers say."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+NOTEBOOK = Path(__file__).parents[2] / "examples" / "visual_check.ipynb"
+
+# In a process of its own: the Jupyter machinery warns about its own affairs, and pytest here turns warnings into errors.
+RUN = """
+import sys, nbformat
+from nbclient import NotebookClient
+notebook = nbformat.read(sys.argv[1], as_version=4)
+NotebookClient(notebook, timeout=120, kernel_name="python3").execute(cwd=sys.argv[2])
+nbformat.write(notebook, sys.argv[3])
+"""
+
+
+@pytest.fixture(scope="module")
+def executed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    pytest.importorskip("nbclient", reason="the notebook needs nbclient and ipykernel: pip install 'glshadow[dev]'")
+    folder = tmp_path_factory.mktemp("notebook")
+    result = folder / "executed.ipynb"
+    command = [sys.executable, "-c", RUN, str(NOTEBOOK), str(folder), str(result)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr[-3000:]
+    notebook: dict[str, Any] = json.loads(result.read_text())
+    return notebook
+
+
+def _outputs(notebook: dict[str, Any]) -> list[dict[str, Any]]:
+    return [output for cell in notebook["cells"] for output in cell.get("outputs", [])]
+
+
+def _printed(notebook: dict[str, Any]) -> str:
+    streams = (output["text"] for output in _outputs(notebook) if output["output_type"] == "stream")
+    return "".join("".join(text) for text in streams)
+
+
+def test_every_picture_is_shown_and_nothing_is_said_on_stderr(executed: dict[str, Any]) -> None:
+    outputs = _outputs(executed)
+    pictures = [output for output in outputs if "image/png" in output.get("data", {})]
+    assert len(pictures) == 5
+    assert [output for output in outputs if output.get("name") == "stderr"] == []
+
+
+def test_the_shadows_are_right(executed: dict[str, Any]) -> None:
+    score = re.search(r"wrong ([\d.]+)%", _printed(executed))
+    assert score is not None
+    assert float(score[1]) < 0.2  # no shadow at all: 6 %; the README's picture, larger: 0.05 %
+
+
+def test_blurring_the_map_is_hard_and_fringed_and_pcf_is_not(executed: dict[str, Any]) -> None:
+    found = re.findall(r"(\d+) grey levels; lit ground drawn dark: ([\d.]+)%", _printed(executed))
+    (hard, fringe), (soft, edge) = [(int(levels), float(share)) for levels, share in found]
+    assert hard == 2
+    assert soft > 10  # of 26 that 5 x 5 comparisons can give
+    assert fringe > 4.0 * max(edge, 0.01)
+
+
+def test_pcf_by_hand_is_what_glshadow_does(executed: dict[str, Any]) -> None:
+    difference = re.search(r"on average ([\d.]+) from", _printed(executed))
+    assert difference is not None
+    # nearest against bilinear taps differ in the ramp only, which is a few percent of the ground
+    assert float(difference[1]) < 0.02
+
+
+def test_the_notebook_is_stored_without_outputs() -> None:
+    cells = json.loads(NOTEBOOK.read_text())["cells"]
+    code = [cell for cell in cells if cell["cell_type"] == "code"]
+    assert len(code) >= 8
+    assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in code)

@@ -1,0 +1,96 @@
+"""A fixed 200 mutated files and 200 random settings through the whole renderer; scripts/fuzz runs more of them."""
+
+import time
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+
+from . import mutated_files, random_settings, verdict
+
+CASES = 200
+SEED = 20260101
+SLOWEST_S = 10.0  # of processor time: a hang, however busy the machine is
+
+
+@pytest.fixture(scope="module")
+def renderer():
+    with gs.Renderer() as renderer:
+        yield renderer
+
+
+@pytest.fixture(scope="module")
+def files(models):
+    stock = mutated_files.sources(models)
+    return stock, mutated_files.refused(stock)
+
+
+def failures(run):
+    """`number: cause` of all cases that fail, and how many ended in each way."""
+    wrong, kinds = [], dict.fromkeys((verdict.OK, verdict.WARNED, verdict.REFUSED, verdict.FAIL), 0)
+    for number in range(CASES):
+        start = time.process_time()
+        result = run(np.random.default_rng([SEED, number]))
+        kinds[result.kind] += 1
+        if result.kind == verdict.FAIL:
+            wrong.append(f"{number}: {result.cause}: {result.detail[-400:]}")
+        if time.process_time() - start > SLOWEST_S:
+            wrong.append(f"{number}: hang")
+    return wrong, kinds
+
+
+def test_mutated_files(renderer, files, tmp_path, capfd):
+    def run(rng):
+        mutant = mutated_files.mutant(rng, *files)
+        path = tmp_path / f"fuzz{mutant.suffix}"
+        path.write_bytes(mutant.data)
+
+        def work():
+            scene = gs.load(path)
+            verdict.checked_render(renderer, scene, None, verdict.small_maps(scene.lights), (64, 64))
+
+        return verdict.judged(work)
+
+    wrong, kinds = failures(run)
+    assert wrong == []
+    # the mutations are neither harmless nor all deadly
+    assert kinds[verdict.OK] + kinds[verdict.WARNED] > CASES // 10, kinds
+    assert kinds[verdict.REFUSED] > CASES // 10, kinds
+
+
+def test_random_settings(renderer):
+    def run(rng):
+        case = random_settings.case(rng)
+        return verdict.judged(
+            lambda: verdict.checked_render(
+                renderer, case.scene, case.camera, case.lights, case.size, ambient=case.ambient, background=case.background
+            )
+        )
+
+    wrong, kinds = failures(run)
+    assert wrong == []
+    assert kinds[verdict.OK] > CASES // 4, kinds  # most cameras see something
+
+
+def test_the_judge_can_fail(renderer, monkeypatch):
+    scene = gs.scenes.courtyard()
+    render = gs.Renderer.render
+
+    def judge(change):
+        def broken(self, *arguments, **options):
+            frame = render(self, *arguments, **options)
+            change(frame)
+            return frame
+
+        monkeypatch.setattr(gs.Renderer, "render", broken)
+        result = verdict.judged(lambda: verdict.checked_render(renderer, scene, None, None, (32, 32)))
+        return result.kind, result.cause
+
+    assert judge(lambda frame: None)[0] == verdict.OK
+    assert judge(lambda frame: frame.linear.__setitem__((3, 4, 0), np.nan))[1] == "linear not finite"
+    assert judge(lambda frame: frame.visibility.__setitem__((0, 0, 0), 1.5))[0] == verdict.FAIL
+    assert judge(lambda frame: (frame.depth.fill(np.inf), frame.visibility.fill(np.nan)))[1] == "blank without a warning"
+    noise = iter(range(1, 99))
+    assert judge(lambda frame: frame.image.fill(next(noise)))[1] == "two pictures differ in image"
+    assert judge(lambda frame: {}["no such key"])[1].startswith("KeyError at ")

@@ -1,0 +1,79 @@
+"""The front and the grid, on points known beforehand."""
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow.measure.error import Kind
+from glshadow.study import Grid, pareto_front
+from glshadow.study.grid import bias_name, filter_name, setting_name
+from glshadow.study.pictures import REGION_SHARE, worst_regions
+from glshadow.study.report import percent
+
+
+def test_front_of_known_points() -> None:
+    points = {
+        (1.0, 9.0): True,  # the fastest
+        (2.0, 4.0): True,
+        (2.0, 5.0): False,  # as fast as the last, and worse
+        (3.0, 4.0): False,  # as good, and slower
+        (3.0, 3.0): True,
+        (4.0, 1.0): True,
+        (5.0, 1.0): False,
+        (6.0, 2.0): False,
+    }
+    cost, error = np.array(list(points)).T
+    assert pareto_front(cost, error).tolist() == list(points.values())
+
+
+def test_ties_stand_or_fall_together_and_nan_never_stands() -> None:
+    assert pareto_front([1.0, 1.0, 2.0], [1.0, 1.0, 1.0]).tolist() == [True, True, False]
+    assert pareto_front([1.0, np.nan, 0.5], [1.0, 0.0, np.nan]).tolist() == [True, False, False]
+    assert pareto_front([], []).tolist() == []
+
+
+def test_front_against_the_definition(rng: np.random.Generator) -> None:
+    cost, error = rng.integers(0, 6, (2, 60)).astype(float)
+    expected = [
+        not any(c <= cost[i] and e <= error[i] and (c < cost[i] or e < error[i]) for c, e in zip(cost, error, strict=True))
+        for i in range(60)
+    ]
+    assert pareto_front(cost, error).tolist() == expected
+
+
+def test_default_grid_knows_the_scale_of_the_scene_and_keeps_the_default() -> None:
+    scene = gs.scenes.courtyard()
+    settings = Grid.default(scene).settings()
+    assert gs.Shadow() in settings
+    assert len(settings) == len(set(settings)) == 51
+    assert gs.ConstantBias(0.03) in {shadow.bias for shadow in settings}  # a thousandth of its diagonal of 34
+
+
+def test_a_grid_leaves_out_what_cannot_work() -> None:
+    grid = Grid((512,), (gs.Hard(),), (None, gs.SlopeScaledBias()), (None, gs.Target.R32F))
+    assert [setting_name(shadow) for shadow in grid.settings()] == ["512 hard", "512 hard slope:1.1,4", "512 hard r32f"]
+
+
+def test_names() -> None:
+    assert filter_name(gs.Pcf(0)) == "pcf:0"
+    assert bias_name(None) == bias_name(gs.ReceiverPlaneBias()) == "receiver-plane"
+    assert bias_name(gs.NoBias()) == "no"
+    assert bias_name(gs.ConstantBias(0.001)) == "constant:0.001"
+    assert setting_name(gs.Shadow(fit=gs.SceneFit())) == "2048 pcf:1 SceneFit"
+
+
+@pytest.mark.parametrize(("value", "text"), [(0.0, "0"), (5.35e-4, "0.0535"), (0.0104, "1.04"), (0.24, "24.0"), (2e-6, "0.0002")])
+def test_percent(value: float, text: str) -> None:
+    assert percent(value) == text
+
+
+def test_worst_regions_find_the_worst_first() -> None:
+    kinds = np.full((100, 200), Kind.GOOD, dtype=np.uint8)
+    kinds[10:14, 20:24] = Kind.EDGE
+    kinds[70:74, 150:154] = Kind.ACNE
+    first, second = worst_regions(kinds)
+    assert (first.wrong, second.wrong) == (16, 16)
+    assert first.x <= 150 <= first.x + first.width
+    assert second.y <= 10 <= second.y + second.height
+    assert (first.width, first.height) == (round(200 * REGION_SHARE), round(100 * REGION_SHARE))
+    assert worst_regions(np.full((100, 200), Kind.GOOD, dtype=np.uint8)) == ()

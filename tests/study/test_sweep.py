@@ -1,0 +1,140 @@
+"""A study on a small picture: what it measures, in which order, and what an interruption leaves behind."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow.study import Grid, Result, Study, run_study
+
+SIZE = (160, 90)
+GRID = Grid(resolutions=(256, 512), filters=(gs.Hard(), gs.Pcf(1)))
+REPEATS = 2
+
+
+def _study(scene: gs.Scene, resume: Path | None = None, progress: Callable[..., None] | None = None) -> Study:
+    return run_study(scene, size=SIZE, grid=GRID, repeats=REPEATS, resume=resume, progress=progress, backend="egl")
+
+
+@pytest.fixture(scope="module")
+def scene() -> gs.Scene:
+    return gs.scenes.box().scene
+
+
+@pytest.fixture(scope="module")
+def study(scene: gs.Scene) -> Study:
+    return _study(scene)
+
+
+def test_results_are_in_the_order_of_the_grid(study: Study) -> None:
+    assert [result.shadow for result in study.results] == list(GRID.settings())
+    assert [result.name for result in study.results] == ["256 hard", "256 pcf:1", "512 hard", "512 pcf:1"]
+
+
+def test_the_error_is_that_of_measure(study: Study, scene: gs.Scene) -> None:
+    result = study.results[1]
+    light = replace(scene.lights[0], shadow=result.shadow)
+    with gs.Renderer("egl") as renderer:
+        frame = renderer.render(scene, lights=[light], size=SIZE)
+    assert result.score == gs.measure(frame, gs.trace(scene, lights=[light], size=SIZE)).lights[0]
+    assert study.results[0].score.wrong > study.results[2].score.wrong > 0.0  # twice the resolution
+
+
+def test_times_are_positive_and_one_for_every_round(study: Study) -> None:
+    for result in study.results:
+        assert len(result.times_ms) == len(result.floors_ms) == REPEATS
+        assert min(result.times_ms + result.floors_ms) > 0.0
+        low, high = result.spread_ms
+        assert low <= result.ms <= high
+        assert result.cost == np.median(np.array(result.times_ms) / np.array(result.floors_ms))
+
+
+def test_the_front_is_not_beaten_and_has_pictures(study: Study) -> None:
+    front = study.front()
+    assert front
+    assert list(front) == sorted(front, key=lambda result: result.cost)
+    assert [r.score.wrong for r in front] == sorted((r.score.wrong for r in front), reverse=True)
+    for result in front:
+        assert study.panels[result.key].truth.shape == (SIZE[1], SIZE[0], 3)
+    assert study.panels[front[0].key].regions[0].wrong > 0
+
+
+def test_an_interrupted_study_goes_on_where_it_was(study: Study, scene: gs.Scene, tmp_path: Path) -> None:
+    journal = tmp_path / "study.jsonl"
+
+    def interrupt(done: int, total: int, text: str) -> None:
+        assert total == 4
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        _study(scene, journal, interrupt)
+    before = journal.read_bytes()
+    assert sum("error" in json.loads(line) for line in before.splitlines()) == 2
+    journal.write_bytes(before + b'{"key": "cut off in the mid')  # as a power cut leaves it
+
+    seen: list[str] = []
+    resumed = _study(scene, journal, lambda done, total, text: seen.append(f"{done} {text}"))
+    after = journal.read_bytes()
+    assert after.startswith(before)
+    assert b"cut off" not in after
+    assert not any("timing 256" in text or "timing 512" in text for text in seen)  # they had all been timed
+    assert not any("256" in text for text in seen)  # and these two scored
+    assert [result.shadow for result in resumed.results] == [result.shadow for result in study.results]
+    assert [result.score for result in resumed.results] == [result.score for result in study.results]
+
+    assert _study(scene, journal).results == resumed.results
+    assert journal.read_bytes() == after  # nothing left to measure
+
+
+def test_another_scene_does_not_take_over_results(scene: gs.Scene, tmp_path: Path) -> None:
+    journal = tmp_path / "study.jsonl"
+    grid = [gs.Shadow(resolution=128)]
+    first = run_study(scene, size=SIZE, grid=grid, repeats=1, resume=journal, backend="egl")
+    lines = len(journal.read_text().splitlines())
+    matrix = np.eye(4)
+    matrix[0, 3] = 0.25
+    moved = run_study(scene.moved({"box": matrix}), size=SIZE, grid=grid, repeats=1, resume=journal, backend="egl")
+    assert len(journal.read_text().splitlines()) == 2 * lines
+    assert first.results[0].key != moved.results[0].key
+
+
+def test_lights_are_studied_alone(scene: gs.Scene) -> None:
+    lamp = gs.PointLight(position=(2.0, 4.0, 1.0))
+    lights = (scene.lights[0], gs.DirectionalLight(shadow=None), lamp)
+    both = run_study(scene, lights=lights, size=SIZE, grid=[gs.Shadow(resolution=128)], repeats=1, backend="egl")
+    assert both.lights == (scene.lights[0], lamp)
+    assert [result.light for result in both.results] == [0, 1]
+    assert len(both.front(0)) == len(both.front(1)) == 1
+
+
+def test_what_cannot_be_studied_is_refused(scene: gs.Scene, tmp_path: Path) -> None:
+    with pytest.raises(gs.SettingsError, match="no light casts a shadow"):
+        run_study(scene, lights=[gs.DirectionalLight(shadow=None)])
+    with pytest.raises(gs.SettingsError, match="got nothing"):
+        run_study(scene, grid=[])
+    with pytest.raises(gs.SettingsError, match="the grid is empty"):
+        Grid(filters=())
+    with pytest.raises(gs.SettingsError, match="repeats must be"):
+        run_study(scene, repeats=0)
+    other = tmp_path / "shopping.txt"
+    other.write_text("milk\n")
+    with pytest.raises(gs.SettingsError, match=r"shopping\.txt, line 1, is not a result"):
+        _study(scene, other)
+    assert other.read_text() == "milk\n"
+
+
+def test_a_result_survives_json(study: Study) -> None:
+    for result in study.results:
+        record = json.loads(json.dumps(result.as_dict()))
+        assert Result.from_dict(record, result.light, result.shadow).score == result.score
+
+
+def test_it_shows_itself_in_a_notebook(study: Study) -> None:
+    html = study._repr_html_()
+    assert html.count("<tr>") == 1 + len(study.front())
+    assert study.front()[0].name in html
