@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 import glshadow as gs
 from glshadow.core.spaces import view_axes
 from glshadow.study.floor import Floor
+from glshadow.study.remembered import RememberedTruth
 
 SIZE = (1280, 720)
 WARM_UP = 2
@@ -191,7 +192,7 @@ def main(repeats: int, output: Path | None) -> None:
     scene = gs.scenes.courtyard()
     sun = scene.lights[0]
     assert isinstance(sun, gs.DirectionalLight)
-    truth = gs.trace(scene, None, [sun], SIZE)
+    truth = RememberedTruth.of(gs.trace(scene, None, [sun], SIZE))
     missing: dict[str, str] = {}
     with gs.Renderer() as renderer, Floor(renderer, scene, SIZE) as floor:
         rows = [floor_row(renderer, floor, scene, sun, range(-WARM_UP, repeats)), *glshadow_rows(renderer, scene, sun)]

@@ -7,7 +7,7 @@ from typing import Literal, Self, get_args
 
 import moderngl
 
-from glshadow.errors import ContextError, GlshadowError, ResourceError, SettingsError
+from glshadow.errors import ContextError, GlshadowError, SettingsError
 from glshadow.gl.backends import LOADERS, Loader, make_context
 from glshadow.gl.current import Switch, address, current, make_current
 from glshadow.gl.entry_points import EntryPoints
@@ -153,13 +153,13 @@ class GLContext:
 
         Raises
         ------
-        ResourceError
+        SettingsError
             If a side is over the limit; the message names it.
         """
         width, height = size
         limit = min(self.caps.max_texture_size, self.caps.max_renderbuffer_size, *self.caps.max_viewport)
         if not (1 <= width <= limit and 1 <= height <= limit):
-            raise ResourceError(
+            raise SettingsError(
                 f"{what} must be 1 to {limit} pixels wide and high on this driver ({self.caps.renderer}), "
                 f"got {width} x {height}"
             )

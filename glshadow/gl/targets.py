@@ -29,7 +29,7 @@ def depth_texture(context: GLContext, size: tuple[int, int], target: Target, wha
     Raises
     ------
     ResourceError
-        If it is larger than the driver allows, or its memory is not to be had.
+        If its memory is not to be had. One that is larger than the driver allows is a SettingsError.
     """
     context.check_size(size, what)
     texture = context.ctx.depth_texture(size)

@@ -50,10 +50,7 @@ class Grid:
 
     @classmethod
     def default(cls, scene: Scene) -> Self:
-        """Resolution, filter and the four kinds of bias that people use; formats at the default setting only.
-
-        NoBias is left out: nearly half of its pixels are wrong, and each of them is asked about by 48 rays.
-        """
+        """Resolution, filter and the four kinds of bias that people use; formats at the default setting only."""
         low, high = scene.bounds
         constant = ConstantBias(float(f"{CONSTANT_SHARE * np.linalg.norm(high - low):.1g}"))
         formats = tuple(Shadow(target=target) for target in (Target.DEPTH16, Target.R32F, Target.RGBA8))

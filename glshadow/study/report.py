@@ -277,7 +277,7 @@ def _row(result: Result, front: bool) -> dict[str, Any]:
         "light": result.light, "front": front, "resolution": shadow.resolution, "filter": filter_name(shadow.filter),
         "bias": bias_name(shadow.bias), "target": result.used["target"] or NONE, "cost": result.cost, "ms": result.ms,
         "low": low, "high": high, "score": result.score, "default": shadow == Shadow(),
-        "fallbacks": "; ".join(result.used["fallbacks"]),
+        "fallbacks": "; ".join(result.used["fallbacks"]), "sampled": result.used["sampled"],
     }  # fmt: skip
 
 

@@ -56,7 +56,8 @@ class Result:
     score : Score
         Its error.
     used : dict
-        What was really used: target, clip, bias, texel, fallbacks.
+        What was really used: target, clip, bias, texel, fallbacks; `sampled`: the kinds of its wrong pixels, and its grain, are
+        estimates from a sample (see `remembered`), `wrong` and `mean` are not.
     """
 
     key: str
@@ -249,7 +250,7 @@ def run_study(
     size : (2,) ints
         Width and height.
     grid : Grid or iterable of Shadow, optional
-        None: Grid.default(scene). A setting with many wrong pixels takes long to score (a minute for one without a bias).
+        None: Grid.default(scene).
     repeats : int
         Rounds that count, at least 1.
     resume : path, optional
@@ -327,7 +328,8 @@ class _Run:
             self._say(f"light {number}: {setting_name(shadow)}")
             frame, error = self._score(light, shadow, truth)
             used = {name: value for name, value in frame.used[0].as_dict().items() if name not in ("views", "draws")}
-            used["texel"] = frame.used[0].texel
+            used["texel"] = list(frame.used[0].texel or ())
+            used["sampled"] = truth.sampled()
             self.journal.add({"key": keys[shadow], "error": plain_score(error.lights[0]), "used": used})
             self.done += 1
         self._say(f"light {number}: pictures")

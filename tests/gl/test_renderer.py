@@ -403,6 +403,19 @@ def test_mirrored_node(renderer: Renderer) -> None:
         assert_same_picture(a, b)
 
 
+def test_mirrored_sheet_keeps_its_front(renderer: Renderer) -> None:
+    """Mirrored, a sheet still faces up: under a lamp above, only its front casts when only fronts are drawn."""
+    mirror = np.diag([-1.0, 1.0, 1.0, 1.0])
+    scene = Scene((node("ground", ground()), node("sheet", ground(0.8, level=1.0), mirror)))
+    below = PerspectiveCamera((4.0, 0.5, 4.0), (0.0, 0.0, 0.0))
+    dark = {}
+    for faces in Faces:
+        frame = renderer.render(scene, below, [sun(0.1, -1.0, 0.1, faces=faces)], SIZE, outputs=("visibility", "depth"))
+        dark[faces] = (dark_points(frame)[:, 1] < 0.01).sum()
+    assert dark[Faces.BACK] == 0
+    assert dark[Faces.FRONT] == dark[Faces.BOTH] > 20
+
+
 def test_instances_share_one_mesh(renderer: Renderer) -> None:
     mesh = Mesh(*shapes.box((0.5, 0.5, 0.5), (0.0, 0.25, 0.0)))
     instances = [Node(f"box {i}", mesh, translation((i - 2.0, 0.0, 0.5 * i - 1.0))) for i in range(5)]

@@ -170,7 +170,7 @@ def test_picture_beyond_the_driver(renderer: Renderer, scene: Scene) -> None:
     still_works(renderer, scene)
     for size in ((limit + 1, 4), (4, 2 * limit)):
         with pytest.raises(
-            ResourceError, match=rf"the image must be 1 to \d+ pixels wide and high .* got {size[0]} x {size[1]}"
+            SettingsError, match=rf"the image must be 1 to \d+ pixels wide and high .* got {size[0]} x {size[1]}"
         ):
             renderer.render(scene, size=size, lights=lights(0))
         still_works(renderer, scene)

@@ -23,7 +23,10 @@ def layer(gap: float) -> Picture:
     """Two level planes `gap` apart under an overhead sun whose map spans 1000 m; the camera looks between them."""
     sun = DirectionalLight(direction=OVERHEAD, near=-900.0, far=100.0)
     parts = {"ground": level((-12.0, 12.0), (-12.0, 12.0)), "roof": level((-5.0, 5.0), (-5.0, 5.0), gap)}
-    camera = PerspectiveCamera((-8.0, min(0.4 * gap, 2.0), 0.2), (0.0, 0.0, 0.0), fov_y=30.0)
+    eye = 0.4 * min(gap, 2.0)  # sees ground from a distance of 1 on, up to beyond the roof
+    camera = PerspectiveCamera(
+        (-4.0, eye, 0.2), (0.0, eye, 0.0), fov_y=float(np.degrees(2.0 * np.arctan(eye))), pixel_aspect=0.3 / eye
+    )
     return Picture(f"layers {gap:g} apart", scene_of(parts, camera, sun, "layers"), sun, camera, _roofed, length=gap)
 
 

@@ -10,6 +10,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.study import Grid, Result, Study, run_study
+from glshadow.study.remembered import RememberedTruth
 
 SIZE = (160, 90)
 GRID = Grid(resolutions=(256, 512), filters=(gs.Hard(), gs.Pcf(1)))
@@ -42,6 +43,27 @@ def test_the_error_is_that_of_measure(study: Study, scene: gs.Scene) -> None:
         frame = renderer.render(scene, lights=[light], size=SIZE)
     assert result.score == gs.measure(frame, gs.trace(scene, lights=[light], size=SIZE)).lights[0]
     assert study.results[0].score.wrong > study.results[2].score.wrong > 0.0  # twice the resolution
+
+
+def test_a_sample_estimates_the_kinds_of_many_wrong_pixels(scene: gs.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    light = replace(scene.lights[0], shadow=gs.Shadow(resolution=256, bias=gs.NoBias()))
+    with gs.Renderer("egl") as renderer:
+        frame = renderer.render(scene, lights=[light], size=(64, 36))
+    truth = gs.trace(scene, lights=[light], size=(64, 36))
+    exact = gs.measure(frame, truth)
+    monkeypatch.setattr("glshadow.study.remembered.SAMPLE", 200)
+    careful = RememberedTruth.of(truth)
+    estimate = gs.measure(frame, careful)
+    assert careful.sampled()
+    assert not careful.sampled()  # since the last call
+    assert (estimate.wrong, estimate.mean) == pytest.approx((exact.wrong, exact.mean), rel=1e-12)
+    assert exact.acne > 0.1
+    # a sample of 200 knows a share to 0.5 / sqrt(200) = 3.5 % of the wrong pixels; three times that
+    assert estimate.acne == pytest.approx(exact.acne, abs=0.105 * exact.wrong)
+    assert estimate.edge == pytest.approx(exact.edge, abs=0.105 * exact.wrong)
+    monkeypatch.setattr("glshadow.study.remembered.SAMPLE", 10**9)
+    assert gs.measure(frame, careful) == gs.measure(frame, careful) == exact  # what it had asked is remembered
+    assert not careful.sampled()
 
 
 def test_times_are_positive_and_one_for_every_round(study: Study) -> None:

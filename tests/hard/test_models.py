@@ -1,0 +1,33 @@
+"""N36: real models with narrow gaps and many instances against rays."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import pytest
+
+from glshadow.core.lights import DirectionalLight
+from glshadow.errors import GlshadowWarning
+from glshadow.measure.error import measure
+from glshadow.reference.trace import trace
+from glshadow.renderer import Renderer
+from glshadow.scene.load import load
+
+SIZE = (256, 256)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["brain_cortex.ply", "dungeon_instances.glb"])
+def test_n36_large_models(renderer: Renderer, models: Path, name: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GlshadowWarning)
+        scene = load(models / name, ground=True)
+    lights = [DirectionalLight(direction=(-0.55, -0.8, -0.25))]
+    frame = renderer.render(scene, scene.camera, lights, SIZE)
+    truth = trace(scene, scene.camera, lights, SIZE)
+    error = measure(frame, truth)
+    assert error.counted > 0.05
+    assert (truth.visibility[0] == 0.0).any()
+    # Counted pixels are those off silhouettes and creases.
+    assert error.acne + error.leak == 0.0, str(error)

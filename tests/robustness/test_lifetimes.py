@@ -1,0 +1,267 @@
+"""Renderers come and go, in turn, at once, in threads and processes, out of memory and interrupted; what stays is right, and little."""
+
+import multiprocessing as mp
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import moderngl
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow.scene import shapes
+
+from .gl_objects import counted, resident_mib
+
+SIZE = (48, 32)
+PATIENCE_S = 60.0
+
+
+def box(height=1.0):
+    floor = shapes.rectangle((-2, 0, 2), (4, 0, 0), (0, 0, -4))
+    solids = (floor, shapes.box((1, height, 1), (0, height / 2, 0)))
+    return gs.Scene(tuple(gs.Node(str(i), gs.Mesh(*solid), np.eye(4)) for i, solid in enumerate(solids)))
+
+
+def picture(renderer, scene=None):
+    return renderer.render(scene or box(), size=SIZE).image
+
+
+def alone(queue=None):
+    with gs.Renderer() as renderer:
+        image = picture(renderer)
+    if queue is not None:
+        queue.put(image)
+    return image
+
+
+@pytest.fixture(scope="module")
+def expected():
+    return alone()
+
+
+def test_a_second_renderer_after_release(expected):
+    first = gs.Renderer()
+    kept = picture(first)
+    first.release()
+    first.release()
+    np.testing.assert_array_equal(alone(), expected)
+    np.testing.assert_array_equal(kept, expected)
+    with pytest.raises(gs.GlshadowError, match="released"):
+        picture(first)
+
+
+def test_two_renderers_in_turn_release_in_any_order(expected):
+    first, second = gs.Renderer(), gs.Renderer()
+    scene = box()
+    for renderer in (first, second, first, second):
+        np.testing.assert_array_equal(picture(renderer, scene), expected)
+    first.release()
+    np.testing.assert_array_equal(picture(second, scene), expected)
+    second.release()
+
+
+def test_threads_with_a_renderer_each(expected):
+    results, errors = {}, []
+
+    def work(number):
+        try:
+            with gs.Renderer() as renderer:
+                results[number] = [picture(renderer) for _ in range(3)]
+        except BaseException as error:
+            errors.append(error)
+
+    threads = [threading.Thread(target=work, args=(i,), daemon=True) for i in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(PATIENCE_S)
+        assert not thread.is_alive(), "a thread hangs"
+    assert errors == []
+    assert sorted(results) == [0, 1, 2]
+    for images in results.values():
+        for image in images:
+            np.testing.assert_array_equal(image, expected)
+
+
+def test_a_renderer_made_here_and_used_in_another_thread(expected):
+    outcome = []
+    with gs.Renderer() as renderer:
+        picture(renderer)
+
+        def work():
+            try:
+                outcome.append(picture(renderer))
+            except gs.GlshadowError as error:
+                outcome.append(error)
+
+        thread = threading.Thread(target=work, daemon=True)
+        thread.start()
+        thread.join(PATIENCE_S)
+        assert not thread.is_alive()
+        assert isinstance(outcome[0], gs.GlshadowError) or np.array_equal(outcome[0], expected)
+        np.testing.assert_array_equal(picture(renderer), expected)
+
+
+def test_spawned_processes(expected):
+    context = mp.get_context("spawn")
+    queue = context.Queue()
+    workers = [context.Process(target=_spawned, args=(queue, os.fspath(__file__))) for _ in range(2)]
+    for worker in workers:
+        worker.start()
+    for _ in workers:
+        np.testing.assert_array_equal(queue.get(timeout=PATIENCE_S), expected)
+    for worker in workers:
+        worker.join(PATIENCE_S)
+        assert worker.exitcode == 0
+
+
+def _spawned(queue, _):
+    alone(queue)
+
+
+FORK = """
+import os, signal, sys
+sys.path.insert(0, {folder!r})
+import glshadow as gs
+from glshadow.scene import shapes
+import numpy as np
+scene = gs.Scene((gs.Node("box", gs.Mesh(*shapes.box((1, 1, 1))), np.eye(4)),))
+when = sys.argv[1]
+used = gs.Renderer() if when != "before" else None
+if used:
+    used.render(scene, size=(8, 8))
+if when == "released":
+    used.release()
+child = os.fork()
+if child == 0:
+    signal.alarm(20)
+    try:
+        renderer = used if when == "shared" else gs.Renderer()
+        renderer.render(scene, size=(8, 8))
+        renderer.release()
+        os._exit(0)
+    except gs.GlshadowError as error:
+        print(error, flush=True)
+        if used:
+            used.release()
+        os._exit(7)
+_, status = os.waitpid(child, 0)
+if when in ("shared", "other"):
+    used.render(scene, size=(8, 8))
+    used.release()
+sys.exit(os.waitstatus_to_exitcode(status))
+"""
+
+
+@pytest.mark.parametrize("when", ["before", "released", "other", "shared"])
+def test_fork(when):
+    code = FORK.format(folder=os.getcwd())
+    done = subprocess.run([sys.executable, "-c", code, when], capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    assert done.returncode == (0 if when == "before" else 7), f"{done.returncode} (-14: it hung)\n{done.stderr}"
+    if when != "before":
+        assert "fork" in done.stdout or "released" in done.stdout
+
+
+MEMORY = """
+import resource, sys
+from pathlib import Path
+sys.path.insert(0, {folder!r})
+from gl_objects import counted
+import numpy as np
+import glshadow as gs
+from glshadow.scene import shapes
+scene = gs.Scene((gs.Node("box", gs.Mesh(*shapes.box((1, 1, 1))), np.eye(4)),))
+with gs.Renderer() as renderer:
+    before = renderer.render(scene, size=(64, 64)).image
+    held = counted(renderer)
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (used + (256 << 20), resource.RLIM_INFINITY))
+    sun = [gs.DirectionalLight(shadow=gs.Shadow(resolution=12000, target=target)) for target in (None, gs.Target.RGBA8)]
+    for options in (dict(lights=sun[:1]), dict(size=(9000, 9000)), dict(size=(3000, 3000)), dict(lights=sun[1:])) * 2:
+        try:
+            renderer.render(scene, **(dict(size=(64, 64)) | options))
+            sys.exit("rendered")
+        except gs.ResourceError as error:
+            assert "memory" in str(error), error
+        again = renderer.render(scene, size=(64, 64)).image
+        assert np.array_equal(before, again), "the picture after it is wrong"
+        assert counted(renderer) == held, f"left behind after {{options}}: {{held}} -> {{counted(renderer)}}"
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="optional: RLIMIT_AS limits what it says on Linux only")
+def test_out_of_memory_is_a_named_error_and_leaves_a_working_renderer():
+    done = subprocess.run([sys.executable, "-c", MEMORY.format(folder=os.path.dirname(__file__))], capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_what_is_refused_leaves_nothing_on_the_gpu():
+    with gs.Renderer() as renderer:
+        scene = box()
+        picture(renderer, scene)
+        before = counted(renderer)
+        for size in ((1 << 20, 4), (4, 1 << 20)):
+            with pytest.raises(gs.ResourceError):
+                renderer.render(scene, size=size)
+        with pytest.raises(gs.SettingsError):
+            lights = [gs.PointLight(position=(0, 2, 0), shadow=gs.Shadow(resolution=16384))]
+            renderer.render(scene, lights=lights, size=SIZE)
+        picture(renderer, scene)
+        assert counted(renderer) == before
+
+
+def test_changing_scenes_do_not_pile_up():
+    with gs.Renderer() as renderer:
+        counts = []
+        for turn in range(30):
+            picture(renderer, box(1.0 + 0.01 * turn))
+            if turn % 10 == 9:
+                counts.append(counted(renderer))
+        assert counts[0] == counts[1] == counts[2]
+
+
+def test_a_foreign_context_gets_everything_back():
+    context = moderngl.create_standalone_context(backend="egl")
+    first = gs.Renderer(context=context)
+    empty = {}
+    for _ in range(3):
+        with gs.Renderer(context=context) as renderer:
+            picture(renderer)
+        empty = empty or counted(first)
+        assert counted(first) == empty
+    first.release()
+    context.release()
+
+
+def test_ctrl_c_in_a_picture_leaves_a_working_renderer(expected):
+    scene = gs.scenes.courtyard()
+    lights = [gs.PointLight(position=(0, 3, 0), shadow=gs.Shadow(resolution=1024))] * 4
+    interrupted = 0
+    with gs.Renderer() as renderer:
+        for delay in (0.02, 0.1, 0.3):
+            timer = threading.Timer(delay, os.kill, (os.getpid(), signal.SIGINT))
+            timer.start()
+            try:
+                start = time.monotonic()
+                while time.monotonic() - start < PATIENCE_S:
+                    renderer.render(scene, lights=lights, size=(320, 180))
+            except KeyboardInterrupt:
+                interrupted += 1
+            timer.join()
+            np.testing.assert_array_equal(picture(renderer), expected)
+    assert interrupted == 3
+
+
+def test_renderers_give_their_memory_back():
+    for _ in range(3):
+        alone()
+    before = resident_mib()
+    for _ in range(8):
+        alone()
+    # one 2048 x 2048 float map is 16 MiB: eight renderers that kept theirs would be 128
+    assert resident_mib() - before < 32.0
