@@ -21,18 +21,15 @@ from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
-
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "tests" / "robustness"))
-
 import mutated_files
+import numpy as np
 import random_settings
 import verdict
 from verdict import FAIL, OK, REFUSED, WARNED, Verdict
 
 import glshadow as gs
 
+ROOT = Path(__file__).resolve().parents[1]
 MODELS = Path(os.environ.get("GLSHADOW_MODELS", ROOT.parent / "shared" / "models"))
 KINDS = ("files", "settings")
 START_S = 60.0  # a worker may take so long to start: Python, the driver, the first programs
@@ -133,7 +130,7 @@ def keep(folder: Path, job: Job, result: Verdict) -> None:
 def serve(pipe: Connection, log: str) -> None:
     """A worker: jobs in, verdicts out, until None comes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends it
-    with open(log, "w") as stream:
+    with Path(log).open("w") as stream:
         os.dup2(stream.fileno(), 2)
         faulthandler.enable(stream, all_threads=False)
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))

@@ -12,6 +12,7 @@ import os
 import time
 import warnings
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -48,8 +49,12 @@ def turned(light: gs.DirectionalLight, k: int) -> gs.DirectionalLight:
     return replace(light, direction=(x * np.cos(a) - z * np.sin(a), y, x * np.sin(a) + z * np.cos(a)))
 
 
-def glshadow_rows(renderer: gs.Renderer, scene: gs.Scene, sun: gs.DirectionalLight) -> list[Row]:
+def glshadow_rows(stack: ExitStack, scene: gs.Scene, sun: gs.DirectionalLight) -> list[Row]:
+    """Each with a renderer of its own: one for all would allocate its map anew whenever the resolution changes."""
+
     def row(name: str, shadow: gs.Shadow) -> Row:
+        renderer = stack.enter_context(gs.Renderer())
+
         def draw(k: int, shadow: gs.Shadow | None = shadow) -> Any:
             return renderer.render(scene, None, [replace(turned(sun, k), shadow=shadow)], SIZE, outputs=("image",))
 
@@ -104,7 +109,7 @@ def pyrender_scene(pyrender: Any, scene: gs.Scene, sun: gs.DirectionalLight) -> 
 
     there = pyrender.Scene(ambient_light=(0.0, 0.0, 0.0), bg_color=(0.0, 0.0, 0.0, 1.0))
     material = pyrender.MetallicRoughnessMaterial(
-        baseColorFactor=(1.0, 1.0, 1.0, 1.0), metallicFactor=0.0, roughnessFactor=1.0, doubleSided=True
+        baseColorFactor=(1.0, 1.0, 1.0, 1.0), metallicFactor=0.0, roughnessFactor=1.0
     )
     for node in scene.nodes:
         mesh = trimesh.Trimesh(
@@ -113,9 +118,13 @@ def pyrender_scene(pyrender: Any, scene: gs.Scene, sun: gs.DirectionalLight) -> 
         smooth = node.mesh.normals is not None
         there.add(pyrender.Mesh.from_trimesh(mesh, material=material, smooth=smooth), pose=node.world_from_mesh)
     camera = scene.camera
-    eye = pyrender.PerspectiveCamera(yfov=float(np.radians(camera.fov_y)), aspectRatio=SIZE[0] / SIZE[1], znear=0.1, zfar=100.0)
+    eye = pyrender.PerspectiveCamera(
+        yfov=float(np.radians(camera.fov_y)), aspectRatio=SIZE[0] / SIZE[1], znear=0.1, zfar=100.0
+    )
     there.add(eye, pose=np.linalg.inv(camera.view_from_world))
-    light = there.add(pyrender.DirectionalLight(intensity=2.0), pose=pose(view_axes(np.asarray(sun.direction)), (0, 0, 0)))
+    light = there.add(
+        pyrender.DirectionalLight(intensity=2.0), pose=pose(view_axes(np.asarray(sun.direction)), (0, 0, 0))
+    )
     return there, light
 
 
@@ -143,7 +152,9 @@ def pyrender_row(scene: gs.Scene, sun: gs.DirectionalLight, resolution: int) -> 
     draw(0)  # what does not work shall not work here
     what = "as delivered" if resolution == delivered else "map raised"
     shadow = gs.Shadow(resolution=resolution)  # its filter too is 3 x 3 bilinear comparisons
-    return Row(f"pyrender {pyrender.__version__}, {what} ({resolution})", draw, lambda k: draw(k, False), visibility, shadow)
+    return Row(
+        f"pyrender {pyrender.__version__}, {what} ({resolution})", draw, lambda k: draw(k, False), visibility, shadow
+    )
 
 
 def timed(rows: list[Row], repeats: int) -> dict[str, dict[str, float]]:
@@ -173,7 +184,9 @@ def scored(row: Row, truth: gs.Truth, sun: gs.DirectionalLight) -> dict[str, flo
     frame = SimpleNamespace(visibility=row.visibility()[None], scene=truth.scene, camera=truth.camera,
                             lights=(replace(sun, shadow=row.shadow),))  # fmt: skip
     score = gs.measure(frame, truth)
-    return {name: float(getattr(score, name)) for name in ("wrong", "edge", "acne", "leak", "grain", "mean", "all_wrong")}
+    return {
+        name: float(getattr(score, name)) for name in ("wrong", "edge", "acne", "leak", "grain", "mean", "all_wrong")
+    }
 
 
 def build_ms(scene: gs.Scene) -> float:
@@ -194,8 +207,10 @@ def main(repeats: int, output: Path | None) -> None:
     assert isinstance(sun, gs.DirectionalLight)
     truth = RememberedTruth.of(gs.trace(scene, None, [sun], SIZE))
     missing: dict[str, str] = {}
-    with gs.Renderer() as renderer, Floor(renderer, scene, SIZE) as floor:
-        rows = [floor_row(renderer, floor, scene, sun, range(-WARM_UP, repeats)), *glshadow_rows(renderer, scene, sun)]
+    with ExitStack() as stack:
+        renderer = stack.enter_context(gs.Renderer())
+        floor = stack.enter_context(Floor(renderer, scene, SIZE))
+        rows = [floor_row(renderer, floor, scene, sun, range(-WARM_UP, repeats)), *glshadow_rows(stack, scene, sun)]
         for resolution in (2048, 4096):
             try:
                 rows.append(pyrender_row(scene, sun, resolution))

@@ -12,21 +12,23 @@ import sys
 import time
 import warnings
 from pathlib import Path
-from typing import Any
 
 import click
 import numpy as np
-
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "tests" / "robustness"))
-
 import random_settings
 from gl_objects import counted, resident_mib
 
 import glshadow as gs
 
+ROOT = Path(__file__).resolve().parents[1]
 MODELS = Path(os.environ.get("GLSHADOW_MODELS", ROOT.parent / "shared" / "models"))
-FILES = ("milk_truck.glb", "cesium_man.glb", "hostile/simple_instancing.glb", "hostile/fox.glb", "hostile/made_alpha_mask_checker.glb")
+FILES = (
+    "milk_truck.glb",
+    "cesium_man.glb",
+    "hostile/simple_instancing.glb",
+    "hostile/fox.glb",
+    "hostile/made_alpha_mask_checker.glb",
+)
 # Mesa's and numpy's heaps breathe with the order of sizes; a leak of one 64 x 64 target in each picture would be 32 MiB in 2,000.
 MAY_GROW_MIB = 16.0
 
@@ -105,7 +107,9 @@ def main(renders: int, cycle: int, renderers: int, seed: int) -> None:
             progress.advance(task)
             if (i + 1) % cycle == 0:
                 gc.collect()
-                picture(renderer, seed, 0)  # the same scene is held whenever it is counted; also sweeps what was collected
+                picture(
+                    renderer, seed, 0
+                )  # the same scene is held whenever it is counted; also sweeps what was collected
                 rows.append((i + 1, resident_mib(), counted(renderer)))
     table = Table("renders", "MiB", *rows[0][2]) if rows else Table()
     for number, memory, counts in rows if len(rows) < 12 else rows[:: len(rows) // 10]:

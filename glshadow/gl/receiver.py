@@ -8,7 +8,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from glshadow.core.bias import ClipBias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias, bias_factor
+from glshadow.core.bias import FACET_SLOPE, ClipBias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias, bias_factor
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.metric import Target, metric_range
 from glshadow.core.spaces import Array, bias_matrix, rigid_inverse, view_axes
@@ -16,12 +16,6 @@ from glshadow.core.view import ShadowView, kind_of
 from glshadow.gl.caster import Map
 from glshadow.gl.context import Caps
 from glshadow.shader.slots import Compare, mapped_defines, mapped_slots, open_slots
-
-# A curved surface is a fan of planes: neighbouring facets, which the filter also reads, rise above the receiver's own. They are
-# allowed the 25 degrees within which two facets count as one smooth surface when errors are measured (glshadow.measure), over the
-# filter's reach: just under a texel of depth for 3 x 3. Less leaves grain (terrain 0.78 % of pixels at 1 degree, none at 25), and
-# what it costs at a caster's foot stays within the edge's own texel.
-_FACET_SLOPE = float(np.tan(np.radians(25.0)))
 
 # A receiver's position is a sum of products in float32: ray x depth, the eye added, back on the plane, into the light's view, and
 # the caster's vertex takes a matrix product of its own. 16 roundings of relative size 2^-24 bound the sum.
@@ -93,7 +87,7 @@ def _allowance(view: ShadowView, shadow_map: Map, rounding: float) -> tuple[floa
     """World units, and share of the distance, that the derived bias takes off a receiver's distance; (0, 0) for other biases."""
     if not isinstance(shadow_map.settings.bias, ReceiverPlaneBias):
         return 0.0, 0.0
-    facet = _FACET_SLOPE * shadow_map.filter.reach_texels * max(view.texel)
+    facet = FACET_SLOPE * shadow_map.filter.reach_texels * max(view.texel)
     return (rounding + facet, 0.0) if view.kind == "directional" else (rounding, facet)
 
 

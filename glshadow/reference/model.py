@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from glshadow.core.bias import (
+    FACET_SLOPE,
     Bias,
     ClipBias,
     ConstantBias,
@@ -33,7 +34,6 @@ from glshadow.core.spaces import Array, transform
 from glshadow.core.view import ShadowView
 
 SNAP = 1.0 / 128.0  # texels: rasterisers round a vertex to 1/256 (8 bits below the pixel), which moves edges and depths
-FACET_SLOPE = float(np.tan(np.radians(1.0)))  # angle between facets of a finely tessellated body
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from glshadow.study.grid import Grid
 from glshadow.study.report import write_report
-from glshadow.study.sweep import Result, Study, pareto_front, run_study
+from glshadow.study.result import Result, Study, pareto_front
+from glshadow.study.sweep import run_study
 
 __all__ = ["Grid", "Result", "Study", "pareto_front", "run_study", "write_report"]

@@ -64,7 +64,8 @@ def _sample(where: Bools) -> Bools:
     rows = np.flatnonzero(where)
     if len(rows) <= SAMPLE:
         return where
-    order = np.argsort(rows.astype(np.uint64) * np.uint64(2654435761) % np.uint64(1 << 32), kind="stable")  # Knuth's hash
+    scrambled = rows.astype(np.uint64) * np.uint64(2654435761) % np.uint64(1 << 32)  # Knuth's multiplicative hash
+    order = np.argsort(scrambled, kind="stable")
     result = np.zeros(where.shape, dtype=bool)
     result.ravel()[rows[order[:SAMPLE]]] = True
     return result

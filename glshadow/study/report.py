@@ -17,7 +17,8 @@ from glshadow.core.shadow import Shadow
 from glshadow.errors import GlshadowError
 from glshadow.study.grid import bias_name, filter_name
 from glshadow.study.pictures import Panel, Region
-from glshadow.study.sweep import FLOOR_RESOLUTION, WARM_UP, Result, Study
+from glshadow.study.result import Result, Study
+from glshadow.study.sweep import FLOOR_RESOLUTION, WARM_UP
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,6 +40,7 @@ COLORS = (
 )  # by kind of bias; told apart by the colour-blind
 MARKERS = ("s", "o", "^", "D", "v")  # by filter
 AREAS = (22.0, 44.0, 80.0, 130.0, 190.0)  # points squared, by resolution
+LINE_POINTS = 11.0  # between two labels
 JPEG_QUALITY = 88
 NONE = "\N{EN DASH}"  # in place of a number
 
@@ -126,13 +128,10 @@ def _figure(study: Study, light: int) -> Figure:
         axes.step([*costs, 1.04 * max(r.cost for r in results)], [*heights, heights[-1]], where="post",
                   color=INK, linewidth=1.0, alpha=0.55, zorder=1)  # fmt: skip
         _points(axes, results, height, {r.key for r in front})
-        for number, result in enumerate(front):
-            up = number % 2 == 0 or number == len(front) - 1
-            axes.annotate(result.name, (result.cost, height[result.key]), (7, 7) if up else (-7, -8), fontsize=8.5, color=INK,
-                          textcoords="offset points", ha="left" if up else "right", va="bottom" if up else "top",
-                          zorder=4)  # fmt: skip
         _axes(axes, min(positive, default=0.0) if len(positive) < len(results) else None, 100.0 * least)
         _legend(axes, results)
+        figure.draw_without_rendering()  # the labels need to know where the points have come to lie
+        _labels(axes, front, height)
     return figure
 
 
@@ -150,10 +149,22 @@ def _points(axes: Axes, results: tuple[Result, ...], height: dict[str, float], f
         x, y, (low, high) = result.cost, height[result.key], result.cost_spread
         color, marker, area = look.of(result.shadow)
         best = result.key in front
-        axes.plot([low, high], [y, y], color=color, linewidth=1.2, alpha=0.35, zorder=2, solid_capstyle="butt")
+        axes.plot([low, high], [y, y], color=color, linewidth=0.9, alpha=0.25, zorder=2, solid_capstyle="butt")
         hollow = result.shadow.target is not None
         axes.scatter([x], [y], s=area, marker=marker, facecolor="white" if hollow else color, zorder=3,
                      edgecolor=INK if best else color if hollow else "white", linewidth=1.4 if best else 0.8)  # fmt: skip
+
+
+def _labels(axes: Axes, front: tuple[Result, ...], height: dict[str, float]) -> None:
+    """Names below and left of the front's points, where no other point can be; apart from each other."""
+    points = 72.0 / axes.figure.dpi
+    above = np.inf
+    for result in front:
+        y = float(axes.transData.transform((result.cost, height[result.key]))[1]) * points
+        place = min(y - 5.0, above - LINE_POINTS)
+        axes.annotate(result.name, (result.cost, height[result.key]), (-9.0, place - y), textcoords="offset points",
+                      fontsize=8.5, color=INK, ha="right", va="center", zorder=4)  # fmt: skip
+        above = place
 
 
 class _Look:
@@ -193,7 +204,7 @@ def _axes(axes: Axes, zero: float | None, zero_at: float) -> None:
     axes.grid(axis="y", which="major", color="#e8eaed", linewidth=0.8, zorder=0)
     axes.set_axisbelow(True)
     low, high = axes.get_xlim()
-    axes.set_xlim(low, high + 0.04 * (high - low))
+    axes.set_xlim(low - 0.14 * (high - low), high + 0.02 * (high - low))  # room for the first label
 
 
 def _legend(axes: Axes, results: tuple[Result, ...]) -> None:

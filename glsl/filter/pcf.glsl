@@ -25,5 +25,5 @@ float visibility(Receiver receiver) {
             sum += lower * (lit.w * left + lit.z * right) + upper * (lit.x * left + lit.y * right);
         }
     }
-    return sum / float((2 * GLS_PCF_RADIUS + 1) * (2 * GLS_PCF_RADIUS + 1));
+    return min(sum / float((2 * GLS_PCF_RADIUS + 1) * (2 * GLS_PCF_RADIUS + 1)), 1.0); // a lit plateau may round above 1
 }

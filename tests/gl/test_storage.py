@@ -144,14 +144,9 @@ def closed_form(kind: str, clip: ClipSpace, target: Target, d: float, n: float, 
     if target.is_depth:
         share = (d - n) / (f - n) if kind == "directional" else f * (d - n) / (d * (f - n))
         return 1.0 - share if clip.reversed else share
-    if kind == "directional":
-        return (d - n) / (f - n)
     if kind == "point":
         return (d + n) / (n + f)
-    across = (d - n) / (f - n)  # of clip z between near and far
-    if clip.zero_to_one:
-        return across  # z runs from 0 to f, reversed from n to 0: (f - n) / f d and so on cancel to the same line
-    return across
+    return (d - n) / (f - n)  # clip z is linear in d: the metric is the same line in every convention
 
 
 @conventions
@@ -173,8 +168,8 @@ def test_camera_depth_and_metric(renderer: Renderer, clip: ClipSpace) -> None:
     # a moved vertex tilts the depth by 1/512 pixel: the ground's steepest slope is 0.2 units a pixel
     np.testing.assert_allclose(frame.depth[hit & inner], expected[hit & inner], atol=1e-3)
     own = ClipSpace(True, reversed=True)
-    matrix_z = lambda d: 2.0 * (20.0 - d) / (20.0 - 2.0)  # noqa: E731  clip z of 0..1 reversed: n (f - d) / (f - n)
-    metric = projected_metric(matrix_z(frame.depth[hit]), own, *metric_range("spot", own, 2.0, 20.0))
+    clip_z = 2.0 * (20.0 - frame.depth[hit]) / (20.0 - 2.0)  # of 0..1 reversed: n (f - d) / (f - n)
+    metric = projected_metric(clip_z, own, *metric_range("spot", own, 2.0, 20.0))
     np.testing.assert_allclose(frame.depth_metric[hit], metric, atol=1e-6)
     assert (frame.depth_metric[~hit] == 1.0).all()
     np.testing.assert_allclose(metric, (frame.depth[hit] - 2.0) / 18.0, atol=1e-6)

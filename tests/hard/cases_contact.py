@@ -10,7 +10,7 @@ from glshadow.scene import analytic, shapes
 from glshadow.scene.analytic import AnalyticScene
 from glshadow.scene.mesh import Mesh, Node, Scene
 
-from .registry import Case, Picture, overhead, picture_of, sun_direction
+from .registry import Case, Known, Picture, crease, overhead, picture_of, sun_direction
 
 FACETS = 2e-3  # share of pixels: facets of icosphere 6 lie up to 2e-4 of the radius inside the sphere
 
@@ -103,7 +103,7 @@ def planes() -> list[Picture]:
     """1024 texels over 10.24 m: t = 1 cm."""
     camera = overhead((-5.0, 5.0), (-5.0, 5.0), 10.0)
     pictures = [
-        picture_of(f"plane, theta {theta:g}", analytic.plane(90.0 - theta, half=5.12), camera=camera, dark=False)
+        picture_of(f"plane, theta {theta:g}", analytic.plane(90.0 - theta, half=5.12), camera=camera, dark=False, size=(96, 96))
         for theta in THETAS
     ]
     diagonal = DirectionalLight(direction=sun_direction(1.0, 45.0))
@@ -146,7 +146,7 @@ GAPS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 
 
 def gaps() -> list[Picture]:
-    pictures = [picture_of(f"plate, gap {gap:g}", analytic.plates(gap, 45.0), dark=gap > 1e-4) for gap in GAPS]
+    pictures = [picture_of(f"plate, gap {gap:g}", analytic.plates(gap, 45.0), dark=gap > 5e-6) for gap in GAPS]
     pictures.append(picture_of("plate, coplanar", analytic.plates(0.0, 45.0), dark=False))
     pictures += [picture_of(f"plate, gap {gap:g}, from below", *_below(gap)) for gap in (1e-1, 1e-2)]
     ground = shapes.rectangle((-2.0, 0.0, 2.0), (4.0, 0.0, 0.0), (0.0, 0.0, -4.0))
@@ -164,19 +164,42 @@ def _below(gap: float) -> tuple[AnalyticScene, None, object]:
     return analytic.plates(gap, 45.0), None, camera
 
 
-CASES = (
-    Case(1, "wall under a low sun", "shadow on -H cot e < x < 0", walls),
-    Case(2, "sphere over a plane", "ellipse r / sin e by r at -h cot e", spheres),
-    Case(
-        3,
-        "sphere under a lamp",
-        "disc of radius H r / sqrt((H - h)^2 - r^2) = 2.582; beside it a hyperbola",
-        lamp_discs,
-    ),
-    Case(4, "square under a lamp", "square of half-side H / (H - h) = 1.667", lamp_squares),
-    Case(5, "convex sphere alone", "lit iff N.L > 0", balls),
-    Case(6, "empty plane to 89.99 degrees", "all lit", planes),
-    Case(9, "wall in contact", "shadow starts at x = 0", feet),
-    Case(10, "box on the plane", "hull of the footprint and of it moved by H cot e", boxes),
-    Case(11, "plate at a gap, and coplanar", "moved by g cot e; all lit at g = 0", gaps),
+CONTACT = (
+    "the allowance for curved neighbours, tan 25 degrees x reach x the longer side of a texel, leaks at a foot beyond the "
+    "second band where the texel is longer than wide"
 )
+CONTACT_TECHNIQUES = (
+    "default", "-1..1", "-1..1 reversed", "scene fit", "both faces", "r32f", "rgba8", "depth24", "depth16", "r16f",
+)  # fmt: skip
+STRIP = "lit strip of b cos e where the shadow begins"
+CLIPPED = (
+    "a triangle that the map's window cuts: pixels on the seam read a sliver of the driver's clipper, whose depth "
+    "is off by ten texels' rise"
+)
+
+CASES = (
+    Case(1, "wall under a low sun", "shadow on -H cot e < x < 0", walls,
+         fails={"constant": STRIP, "clip": STRIP, "r8": "one and a half quanta of 1/255 of the range",
+                "normal offset": "the far edge moves in by n cot e"},
+         passes=("slope", "depth16", "r16f"),
+         findings=(Known(("wall, sun 30 degrees high",), ("pcf 0",),
+                         "the slack of one texel leaks beyond the band of half a texel at the wall's foot"),
+                   Known(("wall, sun 30 degrees high",), CONTACT_TECHNIQUES, CONTACT),
+                   Known(("wall, sun 5 degrees high",), ("default",), CONTACT))),
+    Case(2, "sphere over a plane", "ellipse r / sin e by r at -h cot e", spheres,
+         findings=(crease("sphere, sun 45 degrees high", techniques=("pcf 4",)),)),
+    Case(3, "sphere under a lamp", "disc of radius H r / sqrt((H - h)^2 - r^2) = 2.582; beside it a hyperbola", lamp_discs,
+         findings=(crease("disc, point light", techniques=("pcf 4",)),)),
+    Case(4, "square under a lamp", "square of half-side H / (H - h) = 1.667", lamp_squares),
+    Case(5, "convex sphere alone", "lit iff N.L > 0", balls,
+         fails={"clip": "acne where the slope exceeds the bias"}),
+    Case(6, "empty plane to 89.99 degrees", "all lit", planes, fails={"none": "half the plane"},
+         passes=("constant", "slope", "normal offset", "clip", "depth16", "r16f", "r8"),
+         findings=(Known(("plane, theta 89.99",), ("default", "hard"), CLIPPED),)),
+    Case(9, "wall in contact", "shadow starts at x = 0", feet,
+         fails={"constant": STRIP, "clip": STRIP}, passes=("normal offset", "slope"),
+         findings=(Known(("foot of the wall",), ("scene fit",), CONTACT),)),
+    Case(10, "box on the plane", "hull of the footprint and of it moved by H cot e", boxes),
+    Case(11, "plate at a gap, and coplanar", "moved by g cot e; all lit at g = 0", gaps,
+         fails={"normal offset": "the far edge moves in by n cot e"}, passes=("slope", "depth16")),
+)  # fmt: skip

@@ -12,7 +12,8 @@ from glshadow.scene import analytic, shapes
 from glshadow.scene.analytic import AnalyticScene
 from glshadow.scene.mesh import Mesh
 
-from .registry import Case, Picture, overhead, picture_of, sun_direction
+from .cases_contact import CONTACT
+from .registry import AS_DEFAULT, CREASES, Case, Known, Picture, crease, overhead, picture_of, sun_direction
 from .solids import checker, level, posts, scene_of
 
 
@@ -137,7 +138,7 @@ def projections() -> list[Picture]:
     back = PerspectiveCamera((0.5, 0.2, -1.5), (0.0, 0.0, 4.0), fov_y=70.0)
     return [
         Picture("plane in front of the spot", scene_of(parts, ahead, spot, "spot"), spot, ahead, exact),
-        Picture("plane behind the spot", scene_of(parts, back, spot, "spot"), spot, back, exact, dark=False),
+        Picture("plane behind the spot", scene_of(parts, back, spot, "spot"), spot, back, exact, lit=False, dark=False),
     ]
 
 
@@ -219,14 +220,13 @@ def smooth_back() -> Mesh:
 
 
 def insides() -> list[Picture]:
-    """N40: the camera in a shadow, in a caster, and with its near plane across one."""
+    """N40: the camera in a shadow and in a caster; its near plane across one: see test_settings.py."""
     built = analytic.box(30.0, 30.0, (2.0, 2.0, 2.0))
     direction = np.asarray(built.scene.lights[0].direction)  # type: ignore[union-attr]
     dark = np.array([0.0, 1.0, 0.0]) + 1.5 * direction
     places = {
         "in the shadow": PerspectiveCamera(tuple(dark), (-3.0, 0.0, 2.5), fov_y=100.0),  # type: ignore[arg-type]
         "in the caster": PerspectiveCamera((0.3, 1.2, 0.2), (-4.0, 0.0, 3.0), fov_y=90.0),
-        "near plane across the caster": PerspectiveCamera((0.5, 4.0, 4.0), (0.0, 0.0, 0.0), near=4.0, far=40.0),
     }
     lit = {"in the caster": False}
     return [
@@ -236,15 +236,17 @@ def insides() -> list[Picture]:
 
 CASES = (
     Case(14, "alpha mask", "half the area; edges at 0.25 m", masks),
-    Case(15, "duelling frusta", "as N1", duels),
-    Case(16, "back sides and thin sheets", "dark", backs),
+    Case(15, "duelling frusta", "as N1", duels, findings=(crease("duel, spot"),)),
+    Case(16, "back sides and thin sheets", "dark", backs, 
+         findings=(crease("hut, point light"), Known(("hut",), ("default",), f"{CREASES}; {CONTACT}"))),
     Case(17, "receiver beyond far", "all lit", ranges),
     Case(18, "receiver beyond the map's border", "the caster's shadow only", borders),
     Case(19, "planes before and behind a spot", "square of half-side 1; no light behind", projections),
     Case(20, "spots of 160 to 180 degrees", "square of half-side 1.667; 180 is an error", openings),
-    Case(21, "point light in a room", "all lit; rods unbroken", rooms),
+    Case(21, "point light in a room", "all lit; rods unbroken", rooms, skips=AS_DEFAULT,
+         findings=(crease("room", "room with rods"),)),
     Case(22, "light in a closed shell", "all dark", shells),
     Case(23, "caster far above the view", "its shadow", towers),
-    Case(24, "beam across the near plane", "its projection", beams),
-    Case(40, "camera in a shadow, in a caster", "as traced", insides),
-)
+    Case(24, "beam across the near plane", "its projection", beams, findings=(crease("beam, spot"), crease("beam, sun", techniques=("pcf 4",)))),
+    Case(40, "camera in a shadow, in a caster", "as traced", insides, findings=(Known(("camera in the caster",), ("default",), CONTACT),)),
+)  # fmt: skip

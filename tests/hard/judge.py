@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
 from glshadow.core.kernels import Hard, Pcf
 from glshadow.core.lights import DirectionalLight, to_light
-from glshadow.core.metric import metric_range
-from glshadow.core.spaces import Array, transform
+from glshadow.core.metric import Target, metric_range
+from glshadow.core.spaces import Array, ClipSpace, transform
 from glshadow.core.view import ShadowView
 from glshadow.frame import Frame
 from glshadow.gl.receiver import _FACET_SLOPE
@@ -332,7 +332,7 @@ def _world_step(outcome: Outcome, view: ShadowView, points: Array) -> Array:
         depth = np.abs(transform(view.view_from_world, points)).max(axis=1)
     if target.is_depth:
         along = depth**2 * (view.far - view.near) / (view.far * view.near)
-        if view.clip.reversed and target.value == "depth32f":
+        if view.clip == ClipSpace(True, True) and target is Target.DEPTH32F:
             along = along * view.near / depth  # reversed floats round relative to 1 / depth
         return np.asarray(along)
     low, high = metric_range(view.kind, view.clip, view.near, view.far)

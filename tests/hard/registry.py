@@ -143,7 +143,10 @@ class Known:
     creases_only: bool = False
 
 
-CREASES = "percentage closer filtering takes lit neighbours above the receiver's extended plane for occluders: a darker seam"
+CREASES = (
+    "lit neighbours that rise above the receiver's extended plane count as occluders: a darker seam along concave edges "
+    "and beside faces that graze the light"
+)
 
 
 def crease(*pictures: str, techniques: tuple[str, ...] = ("default",)) -> Known:
@@ -151,6 +154,9 @@ def crease(*pictures: str, techniques: tuple[str, ...] = ("default",)) -> Known:
     return Known(pictures, techniques, CREASES, creases_only=True)
 
 
+AS_DEFAULT = {
+    each.name: "fails for the default's reason and by as much" for each in CLAIMING if each not in (DEFAULT, HARD)
+}
 NO_CLAIM = "claims no zero; N1, N5, N6, N7, N8, N9 and N11 show what it costs"
 
 

@@ -14,6 +14,7 @@ from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array
 from glshadow.errors import ResourceError, SceneError, SettingsError
+from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
 from glshadow.scene import analytic, shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
@@ -196,12 +197,7 @@ def test_n38_maps_of_a_few_texels(renderer: Renderer, resolution: int, light: st
         frame = renderer.render(built.scene, None, [replace(chosen, shadow=shadow)], SMALL)
         assert frame.visibility is not None
         lit = frame.visibility[0][~np.isnan(frame.visibility[0])]
-        clean = bool((np.abs(lit - 1.0) <= SAME).all())  # an empty plane is lit by any map
-        if filter_ == Pcf(1) and resolution < 3:
-            # Finding: no room for the guard band, so that taps read the map's last texel again.
-            assert not clean, "clean now: no longer list it"
-            pytest.xfail("a map of less than 3 texels has no guard band for the default filter")
-        assert clean, f"{filter_}: least {lit.min()}"
+        assert (np.abs(lit - 1.0) <= SAME).all(), f"{filter_}: least {lit.min()}"  # an empty plane is lit by any map
 
 
 def test_n38_sizes_that_are_none(renderer: Renderer) -> None:
@@ -221,3 +217,16 @@ def test_n38_a_map_beyond_the_drivers_limit_is_a_named_error(renderer: Renderer)
     lamp = PointLight(position=(0.0, 0.0, 0.0), shadow=Shadow(resolution=16384))  # six of them do not fit in one atlas
     with pytest.raises((ResourceError, SettingsError), match="limit"):
         renderer.render(analytic.room().scene, lights=[lamp], size=SMALL)
+
+
+# -- N40
+
+
+@pytest.mark.xfail(strict=True, reason="finding: back faces of a closed mesh are culled although the near plane opens it")
+def test_n40_a_near_plane_across_a_closed_caster_shows_its_inside(renderer: Renderer) -> None:
+    built = analytic.box(30.0, 30.0, (2.0, 2.0, 2.0))
+    camera = PerspectiveCamera((0.5, 4.0, 4.0), (0.0, 0.0, 0.0), near=4.0, far=40.0)
+    frame = renderer.render(built.scene, camera, size=SMALL, outputs=("triangle",))
+    truth = trace(built.scene, camera, size=SMALL)
+    assert frame.triangle is not None
+    assert ((frame.triangle >= 2) != (truth.triangle >= 2)).mean() < 0.02  # triangles 0 and 1 are the ground

@@ -263,9 +263,8 @@ def _png(rows: int, columns: int) -> bytes:
 def box_document(plane: bool = False) -> tuple[dict[str, Any], bytes]:
     """A textured, alpha masked box over a floor, with camera, three lights, instances; `plane`: no indices and nothing optional."""
     corners = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype="<f4") - np.float32(0.5)
-    faces = np.array(
-        [[int(c) for c in word] for word in "130 410 032 240 173 514 571 372 642 276 654 756".split()], dtype="<u2"
-    )
+    words = ("130", "410", "032", "240", "173", "514", "571", "372", "642", "276", "654", "756")
+    faces = np.array([[int(digit) for digit in word] for word in words], dtype="<u2")
     floor = np.array([[-3, -1, 3], [3, -1, 3], [3, -1, -3], [-3, -1, 3], [3, -1, -3], [-3, -1, -3]], dtype="<f4")
     blocks: list[bytes] = [floor.tobytes()]
     if not plane:

@@ -64,7 +64,13 @@ def test_random_settings(renderer):
         case = random_settings.case(rng)
         return verdict.judged(
             lambda: verdict.checked_render(
-                renderer, case.scene, case.camera, case.lights, case.size, ambient=case.ambient, background=case.background
+                renderer,
+                case.scene,
+                case.camera,
+                case.lights,
+                case.size,
+                ambient=case.ambient,
+                background=case.background,
             )
         )
 
@@ -90,7 +96,9 @@ def test_the_judge_can_fail(renderer, monkeypatch):
     assert judge(lambda frame: None)[0] == verdict.OK
     assert judge(lambda frame: frame.linear.__setitem__((3, 4, 0), np.nan))[1] == "linear not finite"
     assert judge(lambda frame: frame.visibility.__setitem__((0, 0, 0), 1.5))[0] == verdict.FAIL
-    assert judge(lambda frame: (frame.depth.fill(np.inf), frame.visibility.fill(np.nan)))[1] == "blank without a warning"
+    assert (
+        judge(lambda frame: (frame.depth.fill(np.inf), frame.visibility.fill(np.nan)))[1] == "blank without a warning"
+    )
     noise = iter(range(1, 99))
     assert judge(lambda frame: frame.image.fill(next(noise)))[1] == "two pictures differ in image"
     assert judge(lambda frame: {}["no such key"])[1].startswith("KeyError at ")

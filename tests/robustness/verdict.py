@@ -123,7 +123,9 @@ def _check(frame: gs.Frame) -> None:
         value: NDArray[Any] = getattr(frame, name)
         if value.shape != shape or value.dtype != dtype:
             raise Wrong(f"{name} of the wrong form: {value.shape} {value.dtype}")
-    assert frame.visibility is not None and frame.linear is not None and frame.depth is not None
+    assert frame.visibility is not None
+    assert frame.linear is not None
+    assert frame.depth is not None
     surface = np.isfinite(frame.depth)
     if not (surface | np.isposinf(frame.depth)).all() or (frame.depth[surface] <= 0.0).any():
         raise Wrong("depth neither positive nor +inf: " + _sample(frame.depth, ~(frame.depth > 0.0)))

@@ -35,7 +35,9 @@ def test_ties_stand_or_fall_together_and_nan_never_stands() -> None:
 def test_front_against_the_definition(rng: np.random.Generator) -> None:
     cost, error = rng.integers(0, 6, (2, 60)).astype(float)
     expected = [
-        not any(c <= cost[i] and e <= error[i] and (c < cost[i] or e < error[i]) for c, e in zip(cost, error, strict=True))
+        not any(
+            c <= cost[i] and e <= error[i] and (c < cost[i] or e < error[i]) for c, e in zip(cost, error, strict=True)
+        )
         for i in range(60)
     ]
     assert pareto_front(cost, error).tolist() == expected
@@ -62,7 +64,9 @@ def test_names() -> None:
     assert setting_name(gs.Shadow(fit=gs.SceneFit())) == "2048 pcf:1 SceneFit"
 
 
-@pytest.mark.parametrize(("value", "text"), [(0.0, "0"), (5.35e-4, "0.0535"), (0.0104, "1.04"), (0.24, "24.0"), (2e-6, "0.0002")])
+@pytest.mark.parametrize(
+    ("value", "text"), [(0.0, "0"), (5.35e-4, "0.0535"), (0.0104, "1.04"), (0.24, "24.0"), (2e-6, "0.0002")]
+)
 def test_percent(value: float, text: str) -> None:
     assert percent(value) == text
 

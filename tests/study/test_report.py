@@ -110,7 +110,15 @@ def test_the_table_sorts_by_click(folder: Path, tmp_path: Path) -> None:
     click = "<script>document.querySelectorAll('#settings button')[7].click()</script></body>"
     page = tmp_path / "clicked.html"
     page.write_text((folder / "study.html").read_text().replace("</body>", click))
-    command = [node, "--headless", "--no-sandbox", "--disable-gpu", "--dump-dom", f"--user-data-dir={tmp_path}", page.as_uri()]
+    command = [
+        node,
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--dump-dom",
+        f"--user-data-dir={tmp_path}",
+        page.as_uri(),
+    ]
     dom = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
     table = dom[dom.index('id="settings"') :]
     body = table[table.index("<tbody>") : table.index("</tbody>")]
@@ -125,7 +133,12 @@ def test_the_command_writes_everything_and_prints_one_object(tmp_path: Path) -> 
     report = json.loads(done.stdout)
     assert len(report["results"]) == 4
     assert Path(report["path"]).is_file()
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["plot.png", "study.html", "study.json", "study.jsonl"]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "plot.png",
+        "study.html",
+        "study.json",
+        "study.jsonl",
+    ]
     times = [row["times_ms"] for row in report["results"]]
     again = json.loads(CliRunner().invoke(command, arguments).stdout)
     assert [row["times_ms"] for row in again["results"]] == times

@@ -66,6 +66,17 @@ def test_a_sample_estimates_the_kinds_of_many_wrong_pixels(scene: gs.Scene, monk
     assert not careful.sampled()
 
 
+def test_an_estimate_takes_over_what_its_neighbours_are(scene: gs.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    light = replace(scene.lights[0], shadow=gs.Shadow(resolution=32, filter=gs.Hard()))
+    with gs.Renderer("egl") as renderer:
+        frame = renderer.render(scene, lights=[light], size=SIZE)
+    truth = gs.trace(scene, lights=[light], size=SIZE)
+    exact = gs.measure(frame, truth)
+    assert exact.edge == exact.wrong > 0.0  # a coarse map, but no artefact
+    monkeypatch.setattr("glshadow.study.remembered.SAMPLE", 10)
+    assert gs.measure(frame, RememberedTruth.of(truth)).edge == exact.edge
+
+
 def test_times_are_positive_and_one_for_every_round(study: Study) -> None:
     for result in study.results:
         assert len(result.times_ms) == len(result.floors_ms) == REPEATS

@@ -1,0 +1,201 @@
+"""What a study found: results, which of them no other beats, and how they are shown and stored."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.lights import Light
+from glshadow.core.shadow import Shadow
+from glshadow.measure.error import Score
+from glshadow.study.grid import setting_name
+from glshadow.study.pictures import Panel
+
+
+@dataclass(frozen=True)
+class Result:
+    """One setting of one light.
+
+    Attributes
+    ----------
+    light : int
+        Number of the light in the study.
+    shadow : Shadow
+        The setting.
+    times_ms, floors_ms : tuple of float
+        Wall clock of a frame of this light alone, image read back, and of the floor; one per round.
+    score : Score
+        Its error.
+    used : dict
+        What was really used: target, clip, bias, texel, fallbacks; `sampled`: the kinds of its wrong pixels, and its grain, are
+        estimates from a sample (see `remembered`), `wrong` and `mean` are not.
+    """
+
+    key: str
+    light: int
+    shadow: Shadow
+    times_ms: tuple[float, ...]
+    floors_ms: tuple[float, ...]
+    score: Score
+    used: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """The setting in a few words."""
+        return setting_name(self.shadow)
+
+    @property
+    def ms(self) -> float:
+        """Median frame time."""
+        return float(np.median(self.times_ms))
+
+    @property
+    def spread_ms(self) -> tuple[float, float]:
+        """Quartiles of the frame time."""
+        low, high = np.percentile(self.times_ms, (25.0, 75.0))
+        return float(low), float(high)
+
+    @property
+    def floor_ms(self) -> float:
+        """Median floor of the same rounds."""
+        return float(np.median(self.floors_ms))
+
+    @property
+    def cost(self) -> float:
+        """Median over the rounds of frame time / floor of that round."""
+        return float(np.median(np.asarray(self.times_ms) / np.asarray(self.floors_ms)))
+
+    @property
+    def cost_spread(self) -> tuple[float, float]:
+        """Quartiles of that ratio."""
+        low, high = np.percentile(np.asarray(self.times_ms) / np.asarray(self.floors_ms), (25.0, 75.0))
+        return float(low), float(high)
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON; numbers that are not finite become None."""
+        return {"key": self.key, "light": self.light, "setting": self.name, "ms": self.ms, "floor_ms": self.floor_ms,
+                "cost": self.cost, "error": plain_score(self.score), "used": self.used, "times_ms": list(self.times_ms),
+                "floors_ms": list(self.floors_ms)}  # fmt: skip
+
+    @classmethod
+    def from_dict(cls, record: dict[str, Any], light: int, shadow: Shadow) -> Result:
+        """From a journal's record; the setting is known from the grid by its key."""
+        numbers = {item.name: record["error"][item.name] for item in fields(Score)}
+        score = Score(**{name: np.nan if value is None else value for name, value in numbers.items()})
+        return cls(
+            record["key"], light, shadow, tuple(record["times_ms"]), tuple(record["floors_ms"]), score, record["used"]
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """Results of all settings of all lights, in the order of the grid.
+
+    Attributes
+    ----------
+    scene : str
+        Its name; `triangles` and `nodes` it draws.
+    size : (2,) ints
+    camera : PerspectiveCamera
+    lights : tuple of Light
+        Those that cast, each studied alone.
+    results : tuple of Result
+        By light, then in the order of the grid.
+    machine : dict
+        Processor, driver, versions.
+    repeats : int
+        Rounds per setting.
+    seconds : float
+        What this run took.
+    panels : dict
+        Result key -> Panel, for the front of each light and the default setting.
+    """
+
+    scene: str
+    triangles: int
+    nodes: int
+    size: tuple[int, int]
+    camera: PerspectiveCamera
+    lights: tuple[Light, ...]
+    results: tuple[Result, ...]
+    machine: dict[str, str]
+    repeats: int
+    seconds: float
+    panels: dict[str, Panel] = field(default_factory=dict, repr=False)
+
+    def of_light(self, light: int) -> tuple[Result, ...]:
+        """Results of one light."""
+        return tuple(result for result in self.results if result.light == light)
+
+    def front(self, light: int = 0) -> tuple[Result, ...]:
+        """The settings of one light that no other beats (`pareto_front` of cost and wrong), cheapest first."""
+        results = self.of_light(light)
+        best = pareto_front([r.cost for r in results], [r.score.wrong for r in results])
+        chosen = [result for result, keep in zip(results, best, strict=True) if keep]
+        return tuple(sorted(chosen, key=lambda result: (result.cost, result.score.wrong)))
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        fronts = {result.key for light in range(len(self.lights)) for result in self.front(light)}
+        return {
+            "scene": {"name": self.scene, "triangles": self.triangles, "nodes": self.nodes},
+            "size": list(self.size),
+            "camera": repr(self.camera),
+            "lights": [repr(replace(light, shadow=None)) for light in self.lights],
+            "machine": self.machine,
+            "repeats": self.repeats,
+            "seconds": self.seconds,
+            "results": [{**result.as_dict(), "front": result.key in fronts} for result in self.results],
+        }
+
+    def __str__(self) -> str:
+        lines = [
+            f"{self.scene}, {self.size[0]} x {self.size[1]}: {len(self.results)} settings; not beaten by any other:"
+        ]
+        for light in range(len(self.lights)):
+            lines += [f"  light {light}  {r.cost:5.2f} x floor {r.ms:7.1f} ms  wrong {r.score.wrong:8.4%}  {r.name}"
+                      for r in self.front(light)]  # fmt: skip
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        """The fronts as a table in a notebook."""
+        rows = "".join(
+            f"<tr><td>{light}</td><td style='text-align:left'>{r.name}</td><td>{r.cost:.2f}</td><td>{r.ms:.1f}</td>"
+            f"<td>{r.score.wrong:.4%}</td><td>{r.score.acne + r.score.leak:.4%}</td><td>{r.score.grain:.4%}</td></tr>"
+            for light in range(len(self.lights))
+            for r in self.front(light)
+        )
+        return (
+            f"<p>{self.scene}, {self.size[0]} x {self.size[1]}: {len(self.results)} settings measured. "
+            "Those that no other beats in both speed and error:</p><table><thead><tr><th>light</th><th>setting</th>"
+            "<th>&times; floor</th><th>ms</th><th>wrong</th><th>acne + leak</th><th>grain</th></tr></thead>"
+            f"<tbody>{rows}</tbody></table>"
+        )
+
+
+def plain_score(score: Score) -> dict[str, float | None]:
+    """For JSON; None where no pixel counts."""
+    values = {item.name: float(getattr(score, item.name)) for item in fields(Score)}
+    return {name: value if np.isfinite(value) else None for name, value in values.items()}
+
+
+def pareto_front(costs: ArrayLike, errors: ArrayLike) -> NDArray[np.bool_]:
+    """Which of N settings no other beats.
+
+    A setting is beaten if another one is at least as cheap and at least as right, and strictly better in one of the two.
+    Settings that tie in both stand or fall together; one whose cost or error is NaN is beaten.
+
+    Parameters
+    ----------
+    costs, errors : (N,) array_like
+        Less is better.
+    """
+    cost, error = np.asarray(costs, dtype=np.float64), np.asarray(errors, dtype=np.float64)
+    known = ~(np.isnan(cost) | np.isnan(error))
+    as_good = (cost[:, None] <= cost) & (error[:, None] <= error)
+    better = (cost[:, None] < cost) | (error[:, None] < error)
+    return np.asarray(known & ~(as_good & better & known[:, None]).any(axis=0))
