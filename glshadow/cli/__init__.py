@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from glshadow import __version__
-from glshadow.cli import doctor, measure, render
+from glshadow.cli import doctor, measure, render, study
 from glshadow.cli.running import INTERRUPTED
 
 
@@ -39,4 +39,5 @@ def main() -> None:
 
 main.add_command(render.command, "render")
 main.add_command(measure.command, "measure")
+main.add_command(study.study, "study")
 main.add_command(doctor.command, "doctor")

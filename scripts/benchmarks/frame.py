@@ -18,13 +18,11 @@ from pathlib import Path
 from typing import Any
 
 import click
-import moderngl
 import numpy as np
 
 import glshadow as gs
-from glshadow.gl.caster import seen_by
-from glshadow.gl.geometry import pack_matrices
 from glshadow.renderer import Renderer
+from glshadow.study.floor import Floor
 
 SIZE = (1280, 720)
 FILTERS = {"hard": gs.Hard(), "default": gs.Pcf(1), "pcf 3": gs.Pcf(3)}
@@ -35,106 +33,12 @@ MODELS = (
     ("milk_truck.glb", "y"), ("terrain_jacksboro.ply", "z"),
 )  # fmt: skip
 
-LAMBERT = (
-    """#version 330 core
-in vec3 a_position; in vec3 a_normal; out vec3 v_normal; uniform mat4 u_clip_from_mesh; uniform mat3 u_normal;
-void main() { v_normal = u_normal * a_normal; gl_Position = u_clip_from_mesh * vec4(a_position, 1.0); }""",
-    """#version 330 core
-in vec3 v_normal; uniform vec3 u_light; out vec4 o_color;
-void main() { o_color = vec4(vec3(0.1 + 0.9 * max(dot(normalize(v_normal), u_light), 0.0)), 1.0); }""",
-)
-DEPTH = (
-    """#version 330 core
-in vec3 a_position; uniform mat4 u_clip_from_mesh;
-void main() { gl_Position = u_clip_from_mesh * vec4(a_position, 1.0); }""",
-    "#version 330 core\nvoid main() {}",
-)
-
-
-class Floor:
-    """A Lambert pass and a depth-only pass in the renderer's own context."""
-
-    def __init__(self, renderer: Renderer, scene: gs.Scene, resolution: int) -> None:
-        from glshadow.core.metric import Target
-        from glshadow.gl.targets import depth_texture
-
-        self.r, self.scene, self.resolution = renderer, scene, resolution
-        context = renderer._context
-        with context.drawing():
-            ctx = context.ctx
-            self.lambert, self.depth = ctx.program(*LAMBERT), ctx.program(*DEPTH)
-            self.map = ctx.framebuffer(
-                depth_attachment=depth_texture(context, (resolution,) * 2, Target.DEPTH32F, "map")
-            )
-            self.color = ctx.texture(SIZE, 4)
-            self.image = ctx.framebuffer([self.color], depth_texture(context, SIZE, Target.DEPTH32F, "image"))
-            self.arrays: dict[int, tuple[Any, Any]] = {}
-
-    def frame(self, light: gs.DirectionalLight, used: Any) -> None:
-        """One frame with the matrices of a rendered one."""
-        context, gpu_scene = self.r._context, self.r._scene
-        assert gpu_scene is not None
-        eye = self.r._sight
-        assert eye is not None
-        view, boxes = used.views[0], self.scene.corners
-        with context.drawing():
-            ctx = context.ctx
-            for program, target, clip, clip_from_world, reversed_depth in (
-                (self.depth, self.map, view.clip, view.clip_from_world, view.clip.reversed),
-                (
-                    self.lambert,
-                    self.image,
-                    eye.clip,
-                    eye.clip_from_view @ self.scene.camera.view_from_world,
-                    eye.clip.reversed,
-                ),
-            ):
-                context.gl.clip_control(clip.zero_to_one)
-                target.use()
-                ctx.enable_only(moderngl.DEPTH_TEST)
-                ctx.depth_func = ">=" if reversed_depth else "<="
-                ctx.depth_clamp_range = (0.0, 1.0) if target is self.map else None
-                target.clear(depth=clip.clear_depth)
-                matrices = pack_matrices(clip_from_world @ gpu_scene.world_from_origin)
-                seen = (
-                    seen_by(view.clip_from_world, boxes, view)
-                    if target is self.map
-                    else np.ones(len(boxes), dtype=bool)
-                )
-                if target is self.image:
-                    program["u_light"].value = tuple(-np.asarray(light.direction))
-                for i in np.flatnonzero(seen):
-                    gpu = gpu_scene.meshes[i]
-                    if i not in self.arrays:
-                        if "a_normal" not in gpu._buffers:
-                            gpu._buffers["a_normal"] = ctx.buffer(gpu._averaged_normals()[gpu._order].tobytes())
-                        position, normal = gpu._buffers["a_position"], gpu._buffers["a_normal"]
-                        self.arrays[i] = (
-                            ctx.vertex_array(self.depth, [(position, "3f", "a_position")], gpu._shared),
-                            ctx.vertex_array(
-                                self.lambert, [(position, "3f", "a_position"), (normal, "3f", "a_normal")], gpu._shared
-                            ),
-                        )
-                    program["u_clip_from_mesh"].write(matrices[i])
-                    if target is self.image:
-                        normals = np.ascontiguousarray(gpu_scene.normal_from_mesh[i].T, dtype=np.float32)
-                        program["u_normal"].write(normals.tobytes())
-                    if gpu.closed:
-                        ctx.enable(moderngl.CULL_FACE)
-                        ctx.cull_face = "front" if gpu_scene.mirrored[i] else "back"
-                    else:
-                        ctx.disable(moderngl.CULL_FACE)
-                    self.arrays[i][0 if target is self.map else 1].render()
-            data = np.frombuffer(self.color.read(), np.uint8).reshape(SIZE[1], SIZE[0], 4)
-            np.ascontiguousarray(data[::-1])
-            self.r._idle.use()
-
 
 def measure(scene: gs.Scene, repeats: int, filters: dict[str, Any]) -> dict[str, Any]:
     """Medians in ms of the floor and of each filter, round-robin, with a sun that moves every round."""
     with Renderer() as renderer:
         lights = {name: gs.Shadow(filter=kind) for name, kind in filters.items()}
-        floor = Floor(renderer, scene, 2048)
+        floor = Floor(renderer, scene, SIZE, 2048)
         times: dict[str, list[float]] = {"floor": [], **{name: [] for name in filters}}
 
         def sun(k: int, shadow: gs.Shadow) -> gs.DirectionalLight:
@@ -150,13 +54,14 @@ def measure(scene: gs.Scene, repeats: int, filters: dict[str, Any]) -> dict[str,
                 name: (lambda k=k, s=shadow: renderer.render(scene, None, [sun(k, s)], SIZE, outputs=("image",)))
                 for name, shadow in lights.items()
             }
-            used = renderer.render(scene, None, [sun(k, gs.Shadow())], SIZE, outputs=("image",)).used[0]
-            jobs = {"floor": lambda k=k, u=used: floor.frame(sun(k, gs.Shadow()), u), **jobs}
+            made = renderer.render(scene, None, [sun(k, gs.Shadow())], SIZE, outputs=("image",))
+            jobs = {"floor": lambda made=made: floor.draw(made), **jobs}
             for name, job in jobs.items():
                 start = time.perf_counter()
                 job()
                 if k >= 0:
                     times[name].append(1e3 * (time.perf_counter() - start))
+        floor.release()
         triangles = sum(len(node.mesh.triangles) for node in scene.nodes)
     row: dict[str, Any] = {"triangles": triangles, "nodes": len(scene.nodes)}
     for name, values in times.items():

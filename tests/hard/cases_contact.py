@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
-from glshadow.core.spaces import Array
 from glshadow.scene import analytic, shapes
 from glshadow.scene.analytic import AnalyticScene
 from glshadow.scene.mesh import Mesh, Node, Scene
@@ -45,9 +44,7 @@ def walls() -> list[Picture]:
 
 def spheres() -> list[Picture]:
     return [
-        picture_of(
-            f"sphere, sun {e:g} degrees high", analytic.sphere(e), closed_form_share=FACETS
-        )
+        picture_of(f"sphere, sun {e:g} degrees high", analytic.sphere(e), closed_form_share=FACETS)
         for e in (45.0, 90.0, 10.0)
     ]
 
@@ -103,7 +100,9 @@ def planes() -> list[Picture]:
     """1024 texels over 10.24 m: t = 1 cm."""
     camera = overhead((-5.0, 5.0), (-5.0, 5.0), 10.0)
     pictures = [
-        picture_of(f"plane, theta {theta:g}", analytic.plane(90.0 - theta, half=5.12), camera=camera, dark=False, size=(96, 96))
+        picture_of(
+            f"plane, theta {theta:g}", analytic.plane(90.0 - theta, half=5.12), camera=camera, dark=False, size=(96, 96)
+        )
         for theta in THETAS
     ]
     diagonal = DirectionalLight(direction=sun_direction(1.0, 45.0))
@@ -126,7 +125,13 @@ def feet() -> list[Picture]:
     near = overhead((0.45, 0.65), (-0.1, 0.1), 3.0)
     for resolution in (1024, 40):
         pictures.append(
-            picture_of(f"lit foot, {resolution} texels", analytic.box(80.0, 0.0), camera=near, resolution=resolution, dark=False)
+            picture_of(
+                f"lit foot, {resolution} texels",
+                analytic.box(80.0, 0.0),
+                camera=near,
+                resolution=resolution,
+                dark=False,
+            )
         )
     return pictures
 

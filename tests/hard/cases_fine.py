@@ -137,7 +137,9 @@ def outliers() -> list[Picture]:
     scene = replace(built.scene, nodes=nodes)
     pictures = [picture_of("cube and outlier", analytic.AnalyticScene(scene, built.blocked), size=(128, 128))]
     lamp = PointLight(position=(3.0, 4.0, 2.0))
-    pictures.append(picture_of("cube and outlier, point light", analytic.AnalyticScene(scene, built.blocked), lamp, size=(128, 128)))
+    pictures.append(
+        picture_of("cube and outlier, point light", analytic.AnalyticScene(scene, built.blocked), lamp, size=(128, 128))
+    )
     return pictures
 
 

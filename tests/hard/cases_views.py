@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera
@@ -237,7 +236,7 @@ def insides() -> list[Picture]:
 CASES = (
     Case(14, "alpha mask", "half the area; edges at 0.25 m", masks),
     Case(15, "duelling frusta", "as N1", duels, findings=(crease("duel, spot"),)),
-    Case(16, "back sides and thin sheets", "dark", backs, 
+    Case(16, "back sides and thin sheets", "dark", backs,
          findings=(crease("hut, point light"), Known(("hut",), ("default",), f"{CREASES}; {CONTACT}"))),
     Case(17, "receiver beyond far", "all lit", ranges),
     Case(18, "receiver beyond the map's border", "the caster's shadow only", borders),

@@ -14,14 +14,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
+from glshadow.core.bias import (
+    FACET_SLOPE,
+    ClipBias,
+    ConstantBias,
+    NoBias,
+    NormalOffsetBias,
+    ReceiverPlaneBias,
+    SlopeScaledBias,
+)
 from glshadow.core.kernels import Hard, Pcf
 from glshadow.core.lights import DirectionalLight, to_light
 from glshadow.core.metric import Target, metric_range
 from glshadow.core.spaces import Array, ClipSpace, transform
 from glshadow.core.view import ShadowView
 from glshadow.frame import Frame
-from glshadow.gl.receiver import _FACET_SLOPE
 from glshadow.reference.rays import dot
 from glshadow.reference.trace import Truth, _moved, _Source, trace
 from glshadow.renderer import Renderer
@@ -107,7 +114,12 @@ def judge(renderer: Renderer, picture: Picture, technique: Technique) -> Outcome
     frame = renderer.render(picture.scene, picture.camera, [light], picture.size, outputs=("visibility", "triangle"))
     truth = truth_of(picture)
     assert frame.visibility is not None
-    judged = (truth.cosine[0] > LEAST_COSINE) & truth.reached[0] & ~np.isnan(truth.visibility[0]) & same_surface(frame, truth)
+    judged = (
+        (truth.cosine[0] > LEAST_COSINE)
+        & truth.reached[0]
+        & ~np.isnan(truth.visibility[0])
+        & same_surface(frame, truth)
+    )
     difference = np.where(judged, frame.visibility[0] - truth.visibility[0], 0.0)
     assert not np.isnan(difference).any(), "NaN visibility on a surface"
     radius = light.shadow.filter.radius if light.shadow else 0
@@ -293,7 +305,7 @@ def _along_light(outcome: Outcome, view: ShadowView, points: Array, slope: Array
         return bias.clip * (0.5 if view.clip.zero_to_one else 1.0) * step / (1.0 if view.clip.zero_to_one else 2.0)
     if isinstance(bias, ReceiverPlaneBias):
         assert used.target is not None
-        facet = _FACET_SLOPE * filter_.reach_texels * texel_field(view, points)
+        facet = FACET_SLOPE * filter_.reach_texels * texel_field(view, points)
         slack = filter_.slack_texels * slope.sum(axis=1)
         return np.asarray(1.5 * used.target.quantum * step + facet + slack + rounding(outcome))
     assert isinstance(bias, NoBias | SlopeScaledBias)
@@ -318,7 +330,7 @@ def rounding(outcome: Outcome) -> float:
 
 def default_allowance(reach: float, filter_: Hard | Pcf, texel: float) -> float:
     """World units that the derived bias takes off under an overhead sun, format aside; `reach` is the scene's size."""
-    return ROUNDINGS * 2.0**-24 * reach + _FACET_SLOPE * filter_.reach_texels * texel
+    return ROUNDINGS * 2.0**-24 * reach + FACET_SLOPE * filter_.reach_texels * texel
 
 
 def _world_step(outcome: Outcome, view: ShadowView, points: Array) -> Array:

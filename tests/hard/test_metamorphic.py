@@ -148,7 +148,9 @@ def test_n39_a_mirrored_scene_is_the_same(renderer: Renderer, light: Light, axis
     mirrored = picture(
         renderer, mapped(BUILT.scene, flip), moved_camera(BUILT.scene.camera, flip), moved_light(light, flip)
     )
-    assert_same(mirrored[:, ::-1], base(renderer, light), share=0.02)  # a camera does not mirror: the picture is turned over
+    assert_same(
+        mirrored[:, ::-1], base(renderer, light), share=0.02
+    )  # a camera does not mirror: the picture is turned over
 
 
 def remeshed(change: object) -> Scene:
@@ -211,7 +213,8 @@ def test_n39_a_caster_off_every_light_path_changes_nothing(renderer: Renderer, l
 def test_n39_swapped_lights_give_the_same_picture(renderer: Renderer) -> None:
     chosen = [replace(light, intensity=0.3, shadow=Shadow(resolution=512)) for light in LIGHTS.values()]
     frames = [
-        renderer.render(BUILT.scene, None, order, SIZE, outputs=("visibility", "image")) for order in (chosen, chosen[::-1])
+        renderer.render(BUILT.scene, None, order, SIZE, outputs=("visibility", "image"))
+        for order in (chosen, chosen[::-1])
     ]
     assert frames[0].visibility is not None
     assert frames[1].visibility is not None

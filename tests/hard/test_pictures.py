@@ -59,5 +59,3 @@ def test_no_mismatch_but_what_is_listed(renderer: Renderer, case: Case, techniqu
             assert failing[name].off_creases() == 0, f"{failing[name]}: not only next to surfaces that rise"
     if known:
         pytest.xfail("; ".join(f"{name}: {reason.why}" for name, reason in known.items()))
-
-

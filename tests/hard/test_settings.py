@@ -50,7 +50,9 @@ def test_n16_no_light_on_the_back_whatever_the_shading_normal(renderer: Renderer
 
 def test_n18_no_copies_and_no_streaks_outside_a_spots_map(renderer: Renderer) -> None:
     picture = cases_views.borders()[3]
-    values = renderer.render(picture.scene, picture.camera, [picture.light], picture.size, outputs=("visibility",)).visibility
+    values = renderer.render(
+        picture.scene, picture.camera, [picture.light], picture.size, outputs=("visibility",)
+    ).visibility
     assert values is not None
     truth = judge(renderer, picture, DEFAULT).truth
     outside = ~truth.reached[0] & (truth.cosine[0] > 0.0)
@@ -81,7 +83,9 @@ def test_n20_a_cone_of_180_degrees_is_refused(across: float) -> None:
     [(0, -1, 0), (1e-7, -1, 0), (0, -1e-20, 0), (0, -1e20, 0), (0.3e-20, -1e-20, 0), (0, -1, -1e-12)],
     ids=str,
 )
-def test_n28_directions_at_the_pole_and_of_any_length(renderer: Renderer, direction: tuple[float, float, float]) -> None:
+def test_n28_directions_at_the_pole_and_of_any_length(
+    renderer: Renderer, direction: tuple[float, float, float]
+) -> None:
     steep = picture_of("plate", analytic.plates(0.5, 60.0), DirectionalLight(direction=direction), size=(96, 96))
     for technique in (DEFAULT, HARD):
         outcome = judge(renderer, replace(steep, exact=None), technique)
@@ -119,7 +123,9 @@ def test_n29_flat_scenes(renderer: Renderer, kind: str) -> None:
     solid = {
         "one triangle": triangle,
         "one plane": level((-1.0, 1.0), (-1.0, 1.0)),
-        "edge-on": shapes.joined([shapes.rectangle((x, 0.0, -1.0), (0.0, 0.0, 2.0), (0.0, 1.0, 0.0)) for x in (-0.5, 0.5)]),
+        "edge-on": shapes.joined(
+            [shapes.rectangle((x, 0.0, -1.0), (0.0, 0.0, 2.0), (0.0, 1.0, 0.0)) for x in (-0.5, 0.5)]
+        ),
     }[kind]
     camera = PerspectiveCamera((0.7, 1.5, 2.0), (0.2, 0.2, 0.0))
     for light in (DirectionalLight(direction=(0.0, -1.0, 0.0)), PointLight(position=(0.5, 5.0, 0.0))):
@@ -222,7 +228,9 @@ def test_n38_a_map_beyond_the_drivers_limit_is_a_named_error(renderer: Renderer)
 # -- N40
 
 
-@pytest.mark.xfail(strict=True, reason="finding: back faces of a closed mesh are culled although the near plane opens it")
+@pytest.mark.xfail(
+    strict=True, reason="finding: back faces of a closed mesh are culled although the near plane opens it"
+)
 def test_n40_a_near_plane_across_a_closed_caster_shows_its_inside(renderer: Renderer) -> None:
     built = analytic.box(30.0, 30.0, (2.0, 2.0, 2.0))
     camera = PerspectiveCamera((0.5, 4.0, 4.0), (0.0, 0.0, 0.0), near=4.0, far=40.0)

@@ -52,7 +52,9 @@ def test_n6_needed_constant_bias(renderer: Renderer, number: int) -> None:
     # A bias of half a texel's rise is needed: none dark just above it, some just below.
     view = draw(renderer, picture, Shadow(resolution=1024, filter=Hard())).used[0].views[0]
     needed = 0.5 * rise_per_texel(view, np.array([0.0, 1.0, 0.0]))
-    enough = visibility(renderer, picture, Shadow(resolution=1024, filter=Hard(), bias=ConstantBias(1.05 * needed + 1e-5)))
+    enough = visibility(
+        renderer, picture, Shadow(resolution=1024, filter=Hard(), bias=ConstantBias(1.05 * needed + 1e-5))
+    )
     assert (enough == 1.0).all()
     if theta == 0.0:
         return
@@ -87,7 +89,9 @@ def test_n6_needed_normal_offset(renderer: Renderer) -> None:
 # -- N7
 
 
-@pytest.mark.parametrize("target", [Target.R8, Target.DEPTH16, Target.R16F, Target.DEPTH24, Target.DEPTH32F, Target.RGBA8])
+@pytest.mark.parametrize(
+    "target", [Target.R8, Target.DEPTH16, Target.R16F, Target.DEPTH24, Target.DEPTH32F, Target.RGBA8]
+)
 @pytest.mark.parametrize("filter_", [Hard(), Pcf(1)], ids=["hard", "pcf 1"])
 def test_n7_lost_gap(renderer: Renderer, target: Target, filter_: Hard | Pcf) -> None:
     """Lost below 0.45 of what is predicted (half a step is luck of rounding), there above twice that: quantum x range + rounding + facet allowance."""

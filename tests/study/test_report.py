@@ -12,8 +12,8 @@ from click.testing import CliRunner
 from PIL import Image
 
 import glshadow as gs
+from glshadow.cli.study import study as command
 from glshadow.study import Grid, Study, run_study, write_report
-from glshadow.study.command import study as command
 
 SIZE = (160, 90)
 VOID = {"meta", "img", "br", "link", "input", "hr"}
