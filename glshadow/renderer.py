@@ -17,18 +17,19 @@ from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.spaces import Array, finite_vector
 from glshadow.core.used import Used
-from glshadow.errors import GlshadowError, SceneError, SettingsError
+from glshadow.errors import GlshadowError, ResourceError, SceneError, SettingsError
 from glshadow.frame import OUTPUTS, Frame
 from glshadow.gl.camera import Sight, draw_surface, look
 from glshadow.gl.caster import draw_casters
 from glshadow.gl.context import Backend, open_context
+from glshadow.gl.entry_points import AnySamples
 from glshadow.gl.geometry import GpuScene, Meshes
 from glshadow.gl.maps import place, plan
 from glshadow.gl.program import Programs
 from glshadow.gl.readback import read
 from glshadow.gl.resolve import Samplers, Share, resolve
 from glshadow.gl.targets import Atlas, CameraTargets, clear_outputs
-from glshadow.scene.mesh import Scene
+from glshadow.scene.mesh import Scene, warn
 
 
 class Renderer:
@@ -54,7 +55,9 @@ class Renderer:
             self._programs = Programs(self._context)
             self._meshes = Meshes(self._context)
             self._samplers = Samplers.make(ctx)
-            self._idle = ctx.simple_framebuffer((1, 1))
+            self._covered = AnySamples(self._context.gl)
+            self._idle_color = ctx.renderbuffer((1, 1))
+            self._idle = ctx.framebuffer([self._idle_color])
             self._idle.use()
         self._scene: GpuScene | None = None
         self._sight: Sight | None = None
@@ -72,7 +75,16 @@ class Renderer:
         if self._context.released:
             return
         with self._context.drawing():
-            owned = (self._programs, self._meshes, self._samplers, self._idle, self._scene, self._targets)
+            owned = (
+                self._programs,
+                self._meshes,
+                self._samplers,
+                self._covered,
+                self._idle,
+                self._idle_color,
+                self._scene,
+                self._targets,
+            )
             for thing in (*owned, *self._atlases.values()):
                 if thing is not None:
                     thing.release()
@@ -123,6 +135,10 @@ class Renderer:
         with self._context.drawing():
             try:
                 return _Frame(self, scene, camera, lights, size, outputs).run(ambient_rgb, background_rgb)
+            except MemoryError as error:
+                raise ResourceError(
+                    f"there is not enough memory for {size[0]} x {size[1]} pixels of {', '.join(outputs)}; use a smaller picture"
+                ) from error
             finally:
                 # moderngl binds again what was bound before, also a framebuffer released meanwhile: leave one that stays
                 self._idle.use()
@@ -177,7 +193,7 @@ class _Frame:
         plans = [plan(light, self.scene, self.gpu, self.sight, context.caps) for light in self.lights]
         maps = place(context, self.r._atlases, plans)
         targets = self._targets()
-        with self._clock("surface"):
+        with self._clock("surface"), self.r._covered:
             draw_surface(context, programs, self.gpu, self.sight, targets)
         with self._clock("clear"):
             clear_outputs(context, targets, background)
@@ -194,6 +210,8 @@ class _Frame:
         with self._clock("read"):
             results = read(self.outputs, self.sight, targets, maps)
         context.check_errors("rendering")
+        if not self.r._covered.passed:
+            warn(_nothing_in_view(self.scene, self.sight))
         return self._result(used, results)
 
     def _result(self, used: list[Used], results: dict[str, Any]) -> Frame:
@@ -248,6 +266,17 @@ class _Frame:
                 kept.release()
             self.r._targets = kept = CameraTargets(self.context, *key)
         return kept
+
+
+def _nothing_in_view(scene: Scene, sight: Sight) -> str:
+    camera = sight.camera
+    low, high, position, target = (
+        "(" + ", ".join(f"{x:.6g}" for x in point) + ")" for point in (*scene.bounds, camera.position, camera.target)
+    )
+    return (
+        f"nothing is in view: {scene.name} lies between {low} and {high}, and the camera at {position} looks at {target} "
+        f"with fov {camera.fov_y:g}, near {sight.near:g}, far {sight.far:g}"
+    )
 
 
 def render(

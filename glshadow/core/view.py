@@ -72,6 +72,8 @@ class ShadowView:
         Texels along each side of the tile.
     tile : (2,) ints
         Corner of the tile in its atlas, texels.
+    gutter : int
+        Texels around the tile that stay empty: where the map is too small for a guard band inside it.
     """
 
     kind: Kind
@@ -83,6 +85,7 @@ class ShadowView:
     clip: ClipSpace
     resolution: int
     tile: tuple[int, int] = (0, 0)
+    gutter: int = 0
 
     @cached_property
     def clip_from_view(self) -> Array:
@@ -134,7 +137,15 @@ def shadow_views(
     bodies = [points for points in receivers if len(points)]
     if not bodies:
         return ()
-    guard = min(guard, (resolution - 1) // 2)
+    inside = min(guard, (resolution - 1) // 2)
+    gutter = guard if inside < guard else 0
+    found = _views(light, bodies, casters, clip, resolution, inside)
+    return tuple(replace(view, gutter=gutter) for view in found) if gutter else found
+
+
+def _views(
+    light: Light, bodies: list[Array], casters: Array, clip: ClipSpace, resolution: int, guard: int
+) -> tuple[ShadowView, ...]:
     if isinstance(light, DirectionalLight):
         return (_sun_view(light, np.concatenate(bodies), casters, clip, resolution, guard),)
     if isinstance(light, SpotLight):

@@ -17,7 +17,7 @@ from glshadow.gl.context import GLContext
 from glshadow.gl.geometry import GpuScene, pack_matrices
 from glshadow.gl.program import Program, Programs
 from glshadow.gl.targets import CameraTargets
-from glshadow.scene.mesh import AlphaMode, Scene, warn
+from glshadow.scene.mesh import AlphaMode, Scene
 
 NEAREST_SHARE = 1e-5  # of far: how close a derived near plane comes
 
@@ -84,7 +84,6 @@ def _depth_range(scene: Scene, camera: PerspectiveCamera) -> tuple[float, float]
     depth = -(scene.corners.reshape(-1, 3) @ row[:3] + row[3])
     far = camera.far if camera.far is not None else 1.001 * float(depth.max())
     if far <= 0.0 or (camera.near is not None and far <= camera.near):
-        warn("the camera sees nothing: the whole scene is behind it or nearer than its near plane")
         far = 2.0 * (camera.near or 1.0)
     near = camera.near if camera.near is not None else max(0.999 * float(depth.min()), NEAREST_SHARE * far)
     return min(near, 0.999 * far), far

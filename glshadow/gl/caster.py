@@ -68,7 +68,9 @@ def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light:
             sign = view.clip.sign
             ctx.polygon_offset = (sign * settings.bias.factor, sign * settings.bias.units)
         atlas.framebuffer.viewport = tile
-        atlas.framebuffer.clear(1.0, 1.0, 1.0, 1.0, depth=view.clip.clear_depth, viewport=tile)
+        side = view.resolution + 2 * view.gutter
+        cleared = (view.tile[0] - view.gutter, view.tile[1] - view.gutter, side, side)
+        atlas.framebuffer.clear(1.0, 1.0, 1.0, 1.0, depth=view.clip.clear_depth, viewport=cleared)
         chosen = np.flatnonzero(casting & seen_by(view.clip_from_world, boxes, view))
         draws += _draw(context, programs, scene, light, view, settings, chosen, solid)
     ctx.polygon_offset = (0.0, 0.0)
@@ -182,9 +184,9 @@ def _cull(faces: Faces | None, solid: bool, mirrored: bool) -> str | None:
 
 
 def _light_in_mesh(light: Light, world_from_mesh: Array) -> tuple[float, float, float, float]:
-    inverse = np.linalg.inv(world_from_mesh)
+    inverse = np.linalg.pinv(world_from_mesh[:3, :3])  # a node squashed flat has no other
     if isinstance(light, DirectionalLight):
-        x, y, z = inverse[:3, :3] @ -np.asarray(light.direction)
+        x, y, z = inverse @ -np.asarray(light.direction)
         return (x, y, z, 0.0)
-    x, y, z = inverse[:3, :3] @ np.asarray(light.position) + inverse[:3, 3]
+    x, y, z = inverse @ (np.asarray(light.position) - world_from_mesh[:3, 3])
     return (x, y, z, 1.0)

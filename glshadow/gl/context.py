@@ -1,5 +1,9 @@
 """One OpenGL context, made here or adopted: current inside `with`, what it can do, what it reports, and its release."""
 
+from __future__ import annotations
+
+import os
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -60,7 +64,7 @@ class Caps:
     software: bool
 
     @classmethod
-    def probe(cls, backend: str, ctx: moderngl.Context, gl: EntryPoints) -> "Caps":
+    def probe(cls, backend: str, ctx: moderngl.Context, gl: EntryPoints) -> Caps:
         """Ask the current context; leaves no OpenGL error behind."""
         info, version, extensions = ctx.info, ctx.version_code, ctx.extensions
         renderer = str(info["GL_RENDERER"])
@@ -86,6 +90,20 @@ class Caps:
         return caps
 
 
+_contexts: weakref.WeakSet[GLContext] = weakref.WeakSet()
+_used_in: list[int] = []  # process in which OpenGL was first used
+
+
+def _after_fork() -> None:
+    """The driver's threads stay behind: whatever is asked of it in the child waits for ever."""
+    for context in _contexts:
+        context.released = True
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork)
+
+
 class GLContext:
     """A moderngl context with the entry points it lacks; made by `open_context`.
 
@@ -106,6 +124,8 @@ class GLContext:
         self.ctx = ctx
         self.owned = owned
         self.released = False
+        _contexts.add(self)
+        _used_in[:] = [os.getpid()]
         self._switch = switch
         with switch:
             self.gl = EntryPoints(_loader_of(ctx))
@@ -194,6 +214,11 @@ def open_context(backend: Backend = "auto", context: moderngl.Context | None = N
     if backend not in get_args(Backend):
         names = ", ".join(repr(name) for name in get_args(Backend))
         raise SettingsError(f"backend must be one of {names}, got {backend!r}")
+    if _used_in and _used_in[0] != os.getpid():
+        raise ContextError(
+            "this process was forked from one that had already used OpenGL, and the driver's threads do not survive that: make "
+            'the first Renderer after the fork, or start processes with multiprocessing.get_context("spawn")'
+        )
     if context is not None:
         return _adopt(context)
     if backend != "auto":

@@ -27,6 +27,7 @@ _TEXTURE0, _ACTIVE_TEXTURE = 0x84C0, 0x84E0
 _DRAW_FRAMEBUFFER_BINDING, _DRAW_FRAMEBUFFER = 0x8CA6, 0x8CA9
 _FRAMEBUFFER_COMPLETE = 0x8CD5
 _CURRENT_PROGRAM = 0x8B8D
+_ANY_SAMPLES_PASSED, _QUERY_RESULT = 0x8C2F, 0x8866
 DEPTH_ATTACHMENT = 0x8D00
 
 _ERRORS = {
@@ -56,6 +57,11 @@ _TYPES: dict[str, Any] = {
 # name -> (type returned, types of the arguments), in the letters above.
 _SIGNATURES = {
     "glActiveTexture": ("", "I"),
+    "glBeginQuery": ("", "II"),
+    "glDeleteQueries": ("", "ip"),
+    "glEndQuery": ("", "I"),
+    "glGenQueries": ("", "ip"),
+    "glGetQueryObjectuiv": ("", "IIp"),
     "glBindBuffer": ("", "II"),
     "glBindBufferBase": ("", "III"),
     "glBindBufferRange": ("", "IIInn"),
@@ -359,4 +365,33 @@ class BufferTexture:
         """Delete the texture; the buffer stays."""
         if self.glo:
             self._gl.call("glDeleteTextures", 1, C.byref(C.c_uint(self.glo)))
+            self.glo = 0
+
+
+class AnySamples:
+    """Whether anything was drawn inside `with`; moderngl's own query cannot be released."""
+
+    def __init__(self, gl: EntryPoints) -> None:
+        self._gl = gl
+        name = C.c_uint()
+        gl.call("glGenQueries", 1, C.byref(name))
+        self.glo = name.value
+
+    def __enter__(self) -> None:
+        self._gl.call("glBeginQuery", _ANY_SAMPLES_PASSED, self.glo)
+
+    def __exit__(self, *_: object) -> None:
+        self._gl.call("glEndQuery", _ANY_SAMPLES_PASSED)
+
+    @property
+    def passed(self) -> bool:
+        """The answer; waits for the drawing."""
+        result = C.c_uint()
+        self._gl.call("glGetQueryObjectuiv", self.glo, _QUERY_RESULT, C.byref(result))
+        return bool(result.value)
+
+    def release(self) -> None:
+        """Delete the query."""
+        if self.glo:
+            self._gl.call("glDeleteQueries", 1, C.byref(C.c_uint(self.glo)))
             self.glo = 0

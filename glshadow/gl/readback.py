@@ -37,7 +37,9 @@ def read(outputs: Collection[str], sight: Sight, targets: CameraTargets, maps: l
 def _pixels(texture: moderngl.Texture, dtype: Any) -> NDArray[Any]:
     """A texture's pixels (H, W, C)."""
     width, height = texture.size
-    data = np.frombuffer(texture.read(), dtype=dtype).reshape(height, width, texture.components)
+    # not texture.read(): moderngl 5.13 does not check its own allocation, and without memory the process would end here
+    data = np.zeros((height, width, texture.components), dtype=dtype)
+    texture.read_into(data)
     return np.ascontiguousarray(data[::-1])
 
 

@@ -128,7 +128,7 @@ def _window_depth_line(view: ShadowView) -> tuple[float, float]:
 
 def light_uniforms(light: Light) -> dict[str, Any]:
     """Uniforms of the shading: radiance, cone, range and falloff."""
-    values: dict[str, Any] = {"u_radiance": tuple(c * light.intensity for c in light.color)}
+    values: dict[str, Any] = {"u_radiance": tuple(min(c * light.intensity, 1e18) for c in light.color)}
     if isinstance(light, DirectionalLight):
         return values
     values["u_reach"] = (0.0 if light.range is None else 1.0 / light.range, light.falloff)

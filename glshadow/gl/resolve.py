@@ -133,7 +133,7 @@ def _set(program: Program, scene: GpuScene, sight: Sight, light: Light, share: S
     )
     program.set(**light_uniforms(light))
     color = np.ones(3) if scene.color is None else np.asarray(scene.color)
-    radiance = color * np.asarray(light.color) * light.intensity
+    radiance = np.minimum(color * np.asarray(light.color) * light.intensity, 1e18)  # its square root is still a float32
     program.set(u_ambient=tuple(share.ambient * color), u_radiance=tuple(radiance))
     if share.shadow_map is not None:
         ray = float(np.hypot(1.0, np.hypot(max(abs(left), abs(right)), max(abs(bottom), abs(top)))))

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -33,10 +35,22 @@ def depth_texture(context: GLContext, size: tuple[int, int], target: Target, wha
     """
     context.check_size(size, what)
     texture = context.ctx.depth_texture(size)
-    if target is not Target.DEPTH24:
-        context.gl.specify_depth(texture.glo, size, DEPTH_FORMATS[target])
-    context.check_errors(f"allocating {what}, {size[0]} x {size[1]} {target.value}")
+    with released_on_error([texture]):
+        if target is not Target.DEPTH24:
+            context.gl.specify_depth(texture.glo, size, DEPTH_FORMATS[target])
+        context.check_errors(f"allocating {what}, {size[0]} x {size[1]} {target.value}")
     return texture
+
+
+@contextmanager
+def released_on_error(things: Sequence[Any]) -> Iterator[None]:
+    """Free what was made so far where making the rest fails: moderngl deletes nothing by itself."""
+    try:
+        yield
+    except BaseException:
+        for thing in things:
+            thing.release()
+        raise
 
 
 class Atlas:
@@ -54,17 +68,17 @@ class Atlas:
         what = "the shadow map atlas"
         depth = depth_texture(context, size, target if target.is_depth else Target.DEPTH32F, what)
         self._owned: list[moderngl.Texture] = [depth]
-        if target.is_depth:
+        with released_on_error(self._owned):
             self.texture = depth
-            self.framebuffer = context.ctx.framebuffer(depth_attachment=depth)
-        else:
-            components, dtype = _COLOR_FORMATS[target]
-            self.texture = context.ctx.texture(size, components, dtype=dtype)
-            self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-            self.texture.repeat_x = self.texture.repeat_y = False
-            self._owned.append(self.texture)
-            self.framebuffer = context.ctx.framebuffer([self.texture], depth)
-        context.check_errors(f"allocating {what}, {size[0]} x {size[1]} {target.value}")
+            if not target.is_depth:
+                components, dtype = _COLOR_FORMATS[target]
+                self.texture = context.ctx.texture(size, components, dtype=dtype)
+                self._owned.append(self.texture)
+                self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+                self.texture.repeat_x = self.texture.repeat_y = False
+            context.check_errors(f"allocating {what}, {size[0]} x {size[1]} {target.value}")
+            colors = () if target.is_depth else (self.texture,)
+            self.framebuffer = context.ctx.framebuffer(colors, depth)
 
     def release(self) -> None:
         """Free the GPU memory."""
@@ -93,16 +107,16 @@ def layout(views: Sequence[ShadowView], limit: int) -> tuple[tuple[ShadowView, .
     """
     if not views:
         return (), (0, 0)
-    area = sum(view.resolution**2 for view in views)
-    widest = max(view.resolution for view in views)
+    sides = [view.resolution + 2 * view.gutter for view in views]
+    area, widest = sum(side**2 for side in sides), max(sides)
     width = min(max(widest, widest * math.ceil(math.sqrt(area) / widest)), limit)
     x = y = shelf = 0
     places: dict[int, tuple[int, int]] = {}
-    for i in sorted(range(len(views)), key=lambda i: -views[i].resolution):
-        side = views[i].resolution
+    for i in sorted(range(len(views)), key=lambda i: -sides[i]):
+        side = sides[i]
         if x + side > width:
             x, y, shelf = 0, y + shelf, 0
-        places[i] = (x, y)
+        places[i] = (x + views[i].gutter, y + views[i].gutter)
         x, shelf = x + side, max(shelf, side)
     height = y + shelf
     if widest > limit or height > limit:
@@ -136,17 +150,24 @@ class CameraTargets:
         what = "the image"
         context.check_size(size, what)
         self.depth = depth_texture(context, size, Target.DEPTH32F, what)
-        self.surface = ctx.texture(size, channels, dtype="u4")
-        self.surface.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self.image = ctx.texture(size, 4)
-        self.sums = [ctx.texture(size, 4, dtype="f4") for _ in range(min(lights - 1, 2))]  # read one, write the other
-        self.visibility = [ctx.texture(size, 1, dtype="f4") for _ in range(lights if visibility else 0)]
-        self.linear = ctx.texture(size, 4, dtype="f4") if linear else None
-        self.spare = ctx.texture(size, 1, dtype="f1") if linear and not self.visibility else None
+        made = [self.depth]
+
+        def texture(components: int, dtype: str) -> moderngl.Texture:
+            made.append(ctx.texture(size, components, dtype=dtype))
+            context.check_errors(f"allocating {what}, {size[0]} x {size[1]}")
+            return made[-1]
+
+        with released_on_error(made):
+            self.surface = texture(channels, "u4")
+            self.surface.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self.image = texture(4, "f1")
+            self.sums = [texture(4, "f4") for _ in range(min(lights - 1, 2))]  # read one, write the other
+            self.visibility = [texture(1, "f4") for _ in range(lights if visibility else 0)]
+            self.linear = texture(4, "f4") if linear else None
+            self.spare = texture(1, "f1") if linear and not self.visibility else None
+            self.surface_framebuffer = ctx.framebuffer([self.surface], self.depth)
         self._framebuffers: dict[tuple[int, ...], moderngl.Framebuffer] = {}
         self._context = context
-        context.check_errors(f"allocating {what}, {size[0]} x {size[1]}")
-        self.surface_framebuffer = ctx.framebuffer([self.surface], self.depth)
 
     def framebuffer(self, color: moderngl.Texture, light: int) -> moderngl.Framebuffer:
         """Framebuffer of a colour texture, the visibility of one light and the linear sum, where they are wanted, and the camera's

@@ -147,6 +147,10 @@ def _check_obj(data: bytes, notes: list[str]) -> bytes:
     short = len(SHORT_FACE.findall(data))
     if short:
         notes.append(f"{short} face(s) with fewer than 3 corners left out")
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:  # names and comments of older exporters; trimesh would want another package to guess
+        data = data.decode("latin-1").encode("utf-8")
     return _absolute(data) if RELATIVE_FACE.search(data) else data
 
 

@@ -9,6 +9,6 @@ vec4 light_arriving(vec3 position_lv) {
     float x = clamp(towards.z * u_cone.x + u_cone.y, 0.0, 1.0);
     float window = distance_lv * u_reach.x;
     window = max(1.0 - window * window * window * window, 0.0);
-    float strength = x * x * (3.0 - 2.0 * x) * window * window * pow(max(distance_lv, 1e-30), -u_reach.y);
+    float strength = x * x * (3.0 - 2.0 * x) * window * window * min(pow(max(distance_lv, 1e-30), -u_reach.y), 1e18); // at the light itself: never infinite
     return vec4(towards, strength);
 }

@@ -880,7 +880,7 @@ def test_released_renderer() -> None:
 
 def test_camera_that_sees_nothing(renderer: Renderer) -> None:
     away = PerspectiveCamera((0.0, 5.0, 20.0), (0.0, 5.0, 40.0))
-    with pytest.warns(GlshadowWarning, match="sees nothing"):
+    with pytest.warns(GlshadowWarning, match="nothing is in view"):
         frame = renderer.render(box_scene(), away, [sun()], SIZE, background=(1.0, 0.5, 0.0))
     assert np.isnan(frame.visibility).all()
     assert (frame.image == [255, 128, 0]).all()

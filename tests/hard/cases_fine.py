@@ -169,6 +169,7 @@ CASES = (
     Case(27, "far outlier", "as N10", outliers, skips=AS_DEFAULT,
          findings=(Known(("cube and outlier", "cube and outlier, point light"), ("default", "hard"), FAR_ORIGIN),)),
     Case(30, "terrain under a low sun", "lit iff below the horizon line", landscapes, skips=AS_DEFAULT,
-         findings=(crease("terrain, sun 5 degrees high", "terrain, sun 0.5 degrees high", techniques=("default", "hard")),)),
+         findings=(crease("terrain, sun 5 degrees high", techniques=("default", "hard")),
+                   crease("terrain, sun 0.5 degrees high"))),
     Case(35, "posts in depth", "every shadow has length H cot e", cascades),
 )  # fmt: skip

@@ -272,7 +272,6 @@ def predict(outcome: Outcome) -> Prediction:
     radius = used.filter.radius if used.filter else 0
     band = (radius + 0.5) * np.sqrt(2.0)
     leak *= ~near_edge(frame, truth, band, leak > 0)
-    # Band of acne pixels: only a sample is asked, the rest is taken alike.
     if acne.sum() > 0:
         acne *= ~near_edge(frame, truth, band, acne > 0)
     return Prediction(float(leak.sum()), float(acne.sum()))
@@ -284,7 +283,7 @@ def _slope(view: ShadowView, light: object, points: Array, normals: Array) -> Ar
     if view.kind == "directional":
         n = normals @ rotation.T
         return np.abs(n[:, :2]) / np.maximum(n[:, 2:], 1e-12) * np.array(view.texel)
-    towards, distance = to_light(light, points)  # type: ignore[arg-type]
+    towards, _ = to_light(light, points)  # type: ignore[arg-type]
     texel = texel_field(view, points)
     cosine = np.maximum(dot(normals, towards), 1e-12)
     axis = np.cross(towards, np.eye(3)[np.abs(towards).argmin(axis=1)])

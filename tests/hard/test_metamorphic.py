@@ -112,8 +112,8 @@ def test_n26_any_scale(renderer: Renderer, exponent: float) -> None:
 @pytest.mark.parametrize("scale", [1e-6, 1e7])
 @pytest.mark.parametrize("technique", [DEFAULT, HARD], ids=["default", "hard"])
 def test_n26_no_mismatch_at_any_scale(renderer: Renderer, scale: float, technique: object) -> None:
-    built = analytic.wall(30.0, 2.0 * scale)
-    outcome = judge(renderer, picture_of(f"wall x {scale:g}", built, length=2.0 * scale), technique)  # type: ignore[arg-type]
+    built = analytic.box(30.0, 30.0, (scale, 2.0 * scale, 1.5 * scale))
+    outcome = judge(renderer, picture_of(f"box x {scale:g}", built, length=2.0 * scale), technique)  # type: ignore[arg-type]
     assert outcome.mismatches == 0, str(outcome)
 
 

@@ -449,3 +449,9 @@ def test_ply_missing_picture_is_a_warning_and_trimesh_stays_quiet(tmp_path, capl
         scene = load(tmp_path / "a.ply")
     assert scene.nodes[0].mesh.normals.tolist() == [[0, 0, 1]] * 3  # the file's, made unit
     assert not caplog.records
+
+
+def test_obj_with_a_latin1_comment_loads(tmp_path: Path) -> None:
+    path = tmp_path / "old.obj"
+    path.write_bytes(b"# caf\xe9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    assert len(load(path).nodes[0].mesh.triangles) == 1

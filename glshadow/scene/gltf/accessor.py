@@ -113,7 +113,8 @@ def _sparse(document: Document, sparse: dict[str, Any], values: NDArray[Any], wh
 def read_floats(document: Document, index: Any, types: tuple[str, ...], user: str) -> Array:
     """Values (count, columns) float64; normalised integers mapped to -1..1 or 0..1 (glTF 2.0, 3.6.2.2)."""
     values, normalized = read_accessor(document, index, types, user)
-    floats = values.astype(np.float64)
+    with np.errstate(invalid="ignore"):  # a signalling NaN: refused later, with its count
+        floats = values.astype(np.float64)
     if not normalized:
         return floats
     return np.asarray(np.maximum(floats / np.iinfo(values.dtype).max, -1.0))

@@ -78,7 +78,13 @@ def _check_declared(document: Document, accessor: int, positions: Array, where: 
         low, high = (np.asarray(given[key], dtype=np.float64) for key in ("min", "max"))
     except (KeyError, TypeError, ValueError):
         return
-    if low.shape != (3,) or high.shape != (3,) or given.get("normalized") or not np.isfinite(positions).all():
+    if (
+        low.shape != (3,)
+        or high.shape != (3,)
+        or given.get("normalized")
+        or not np.isfinite([*low, *high]).all()
+        or not np.isfinite(positions).all()
+    ):
         return
     slack = 1e-3 * float(np.abs([low, high]).max()) + float((high - low).max())
     outside = int(((positions < low - slack) | (positions > high + slack)).any(axis=1).sum())
