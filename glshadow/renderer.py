@@ -1,4 +1,4 @@
-"""Renderer: the one place where a picture comes together. Camera pass, then light by light: draw its map, resolve, add up."""
+"""Renderer: the one place where a picture comes together: what the camera sees, each light's map, then light by light resolved."""
 
 from __future__ import annotations
 
@@ -195,18 +195,18 @@ class _Frame:
         targets = self._targets()
         with self._clock("surface"), self.r._covered:
             draw_surface(context, programs, self.gpu, self.sight, targets)
-        with self._clock("clear"):
-            clear_outputs(context, targets, background)
         used: list[Used] = []
-        for i, (light, shadow_map) in enumerate(zip(self.lights, maps, strict=True)):
-            with self._clock("shadow"):
+        with self._clock("shadow"):
+            for each, light, shadow_map in zip(plans, self.lights, maps, strict=True):
                 draws = draw_casters(context, programs, self.gpu, light, shadow_map) if shadow_map else 0
-            with self._clock("resolve"):
-                share = Share(light, shadow_map, i, len(self.lights), ambient)
+                used.append(replace(each, views=shadow_map.views if shadow_map else (), draws=draws))
+        with self._clock("resolve"):
+            clear_outputs(context, targets, background)  # here, so that tiles are cleared and drawn in one go
+            for i, light in enumerate(self.lights):
+                share = Share(light, maps[i], i, len(self.lights), ambient)
                 resolve(context, programs, samplers, self.gpu, self.sight, targets, share)
-            used.append(replace(plans[i], views=shadow_map.views if shadow_map else (), draws=draws))
-        if not self.lights:
-            resolve(context, programs, samplers, self.gpu, self.sight, targets, Share(None, None, 0, 1, ambient))
+            if not self.lights:
+                resolve(context, programs, samplers, self.gpu, self.sight, targets, Share(None, None, 0, 1, ambient))
         with self._clock("read"):
             results = read(self.outputs, self.sight, targets, maps)
         context.check_errors("rendering")

@@ -129,7 +129,7 @@ def layout(views: Sequence[ShadowView], limit: int) -> tuple[tuple[ShadowView, .
 
 def clear_outputs(context: GLContext, targets: CameraTargets, background: Array) -> None:
     """Background colour (sRGB) everywhere, and NaN where no light can be asked."""
-    for i in range(max(len(targets.visibility), 1)):
+    for i in reversed(range(max(len(targets.visibility), 1))):  # the first light's last: it is drawn to next
         targets.framebuffer(targets.image, i).use()
         if targets.visibility:
             context.gl.clear_floats(1, (np.nan,) * 4)

@@ -42,16 +42,14 @@ uniform usamplerBuffer u_owners; // per drawn triangle: its node
 uniform samplerBuffer u_colors; // per node: base colour, linear
 #endif
 uniform sampler2D u_sum; // linear light of earlier passes
-uniform vec2 u_unproject; // 1 / view depth = x + y * window depth
 noperspective in vec3 v_ray_l; // ray of unit view depth, in the light's axes
-uniform vec3 u_eye_l; // the eye relative to the scene's origin, in the light's axes
-uniform vec3 u_lv_from_l; // from the scene's origin to the light's
-uniform mat3 u_axes_l; // the light's axes
-#if GLS_SUN
-uniform vec3 u_towards_w;
-#endif
-uniform vec3 u_radiance; // color * intensity
-uniform vec3 u_ambient;
+flat in vec2 v_unproject; // and on: see resolve.vert
+flat in vec3 v_eye_l;
+flat in vec3 v_lv_from_l;
+flat in mat3 v_axes_l;
+flat in vec3 v_towards_w;
+flat in vec3 v_radiance; // the base colour is in these two where all share one
+flat in vec3 v_ambient;
 #if GLS_WEAK
 uniform float u_strength;
 #endif
@@ -66,9 +64,9 @@ layout(location = 2) out vec4 o_linear;
 
 vec3 towards_w(vec3 towards_l) {
 #if GLS_SUN
-    return u_towards_w;
+    return v_towards_w;
 #else
-    return towards_l * u_axes_l; // transposed: back to world axes
+    return towards_l * v_axes_l; // transposed: back to world axes
 #endif
 }
 
@@ -81,10 +79,10 @@ void main() {
 #elif GLS_COLORS == 1
     vec3 color = texelFetch(u_colors, int(texelFetch(u_owners, triangle).r)).rgb;
 #else
-    const vec3 color = vec3(1.0); // is in u_ambient and u_radiance
+    const vec3 color = vec3(1.0); // is in v_ambient and v_radiance
 #endif
 #if GLS_FIRST
-    vec3 light = u_ambient;
+    vec3 light = v_ambient;
     vec3 sum = vec3(0.0);
 #else
     vec3 light = vec3(0.0);
@@ -92,11 +90,11 @@ void main() {
 #endif
 #if GLS_LIT
     vec4 plane = texelFetch(u_planes, triangle);
-    vec3 normal = u_axes_l * plane.xyz;
-    vec3 position = u_eye_l + v_ray_l * (1.0 / (u_unproject.x + u_unproject.y * texelFetch(u_camera_depth, pixel, 0).r));
+    vec3 normal = v_axes_l * plane.xyz;
+    vec3 position = v_eye_l + v_ray_l * (1.0 / (v_unproject.x + v_unproject.y * texelFetch(u_camera_depth, pixel, 0).r));
     // Depth was interpolated between vertices snapped to 1/256 pixel: back on the plane, without leaving the triangle's
     // depth range as ray x plane would where the ray misses the triangle by a hair.
-    position += normal * (plane.w - dot(normal, position)) + u_lv_from_l;
+    position += normal * (plane.w - dot(normal, position)) + v_lv_from_l;
     float side = dot(normal, v_ray_l) > 0.0 ? -1.0 : 1.0; // the side that is seen
     normal *= side;
     vec4 arriving = light_arriving(position);
@@ -115,7 +113,7 @@ void main() {
 #else
     float share = lit;
 #endif
-    light += u_radiance * (max(lambert, 0.0) * arriving.w * share);
+    light += v_radiance * (max(lambert, 0.0) * arriving.w * share);
 #if GLS_VISIBILITY
     o_visibility = lit;
 #endif

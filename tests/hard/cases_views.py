@@ -246,6 +246,7 @@ CASES = (
          findings=(crease("room", "room with rods"),)),
     Case(22, "light in a closed shell", "all dark", shells),
     Case(23, "caster far above the view", "its shadow", towers),
-    Case(24, "beam across the near plane", "its projection", beams, findings=(crease("beam, spot"), crease("beam, sun", techniques=("pcf 4",)))),
+    Case(24, "beam across the near plane", "its projection", beams,
+         findings=(crease("beam, spot"), crease("beam, sun", techniques=("pcf 4",)))),
     Case(40, "camera in a shadow, in a caster", "as traced", insides, findings=(Known(("camera in the caster",), ("default",), CONTACT),)),
 )  # fmt: skip
