@@ -15,10 +15,9 @@ from glshadow.core.spaces import Array, ClipSpace
 from glshadow.errors import SettingsError
 
 # A curved surface is a fan of planes: neighbouring facets, which the filter also reads, rise above the receiver's own. They are
-# allowed the 25 degrees within which two facets count as one smooth surface when errors are measured (glshadow.measure), over the
-# filter's reach: just under a texel of depth for 3 x 3. Less leaves grain (terrain 0.78 % of pixels at 1 degree, none at 25), and
-# what it costs at a caster's foot stays within the edge's own texel.
-FACET_SLOPE = float(np.tan(np.radians(25.0)))
+# allowed 15 degrees over the filter's reach, half a texel of depth for 3 x 3. Less leaves grain (terrain: 0.78 % of pixels at 1
+# degree, 0.006 at 15), more is seen at a caster's foot (at 20 the hard cases have the first leaks beyond an edge's own texels).
+FACET_SLOPE = float(np.tan(np.radians(15.0)))
 
 
 def _finite(name: str, value: float, low: float = 0.0) -> None:

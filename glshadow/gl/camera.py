@@ -37,7 +37,7 @@ class Sight:
     clip_from_mesh : list of bytes
         Per node, float32.
     outside : (N,) bool
-        Whether the eye is outside a node's box, so that it sees no back face of it if it is closed.
+        Whether a node's box is wholly beyond the near plane, so that no back face of it is seen if it is closed.
     """
 
     camera: PerspectiveCamera
@@ -68,13 +68,13 @@ def look(scene: Scene, gpu: GpuScene, camera: PerspectiveCamera, size: tuple[int
     window, view = camera.window(size), camera.view_from_world
     frustum = ShadowView("spot", 0, view, window, near, far, clip, 1)
     corners = scene.corners
-    position = np.asarray(camera.position)
+    depth = -(corners @ view[2, :3] + view[2, 3])
     return Sight(
         camera, size, near, far, clip, perspective(*window, near, far, clip),
         receivers=visible_corners(*scene.boxes, frustum_corners(window, near, far, view)),
         drawn=np.flatnonzero(seen_by(frustum.clip_from_world, corners, frustum)),
         clip_from_mesh=pack_matrices(frustum.clip_from_world @ gpu.world_from_origin),
-        outside=~((corners.min(axis=1) <= position) & (position <= corners.max(axis=1))).all(axis=1),
+        outside=depth.min(axis=1) > near,
     )  # fmt: skip
 
 

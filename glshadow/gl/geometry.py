@@ -191,7 +191,7 @@ class GpuScene:
     world_from_origin : (N, 4, 4) float64
         Places the float32 vertices: world_from_mesh after the mesh's origin.
     origin : (3,) float64
-        World point that the planes are relative to: the middle of the scene.
+        World point that the planes are relative to: the median corner, where most of the scene is even if a stray triangle is not.
     color : (3,) floats or None
         The base colour, where all nodes share one and none has a texture.
     """
@@ -215,7 +215,7 @@ class GpuScene:
         self.normal_from_mesh = _cofactors(matrices[:, :3, :3])
         self.packed_normals = pack_matrices(self.normal_from_mesh)
         self.first_triangle: list[int] = (self.first + 1).tolist()  # as shaders count, 0 being none
-        self.origin: Array = scene.bounds.mean(axis=0)
+        self.origin: Array = np.median(self._sample(1024), axis=0)
         self.corners = scene.corners
         planes = np.zeros((int(counts.sum()), 4), dtype=np.float32)
         for i, gpu in enumerate(self.meshes):
@@ -230,6 +230,15 @@ class GpuScene:
         self.smooth = any(gpu.smooth for gpu in self.meshes)
         one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())
         self.color: tuple[float, float, float] | None = tuple(float(c) for c in colors[0, :3]) if one else None  # type: ignore[assignment]
+
+    def _sample(self, count: int) -> Array:
+        """World corners (about `count` or one per node, 3) of triangles all over the scene."""
+        step = max(1, int(self.first[-1] + self.meshes[-1].count) // count)
+        corners = []
+        for node in self.nodes:
+            mesh = node.mesh
+            corners.append(transform(node.world_from_mesh, mesh.positions[mesh.triangles[::step, 0]]))
+        return np.concatenate(corners)
 
     def _planes(self, i: int) -> Array:
         """Unit world normal and distance from `origin` of a node's triangles, (T, 4); zero for a triangle without area."""

@@ -97,8 +97,8 @@ def _depth_uniforms(
     """Factor of the base, and what turns the base into stored depth, the constant slack taken off: see glsl/depth."""
     target, bias = shadow_map.settings.target, shadow_map.settings.bias
     quantum = target.quantum if isinstance(bias, ReceiverPlaneBias) else 0.0
-    if target is Target.DEPTH32F and view.clip.reversed:
-        quantum = 0.0  # reversed floats round relative to 1 / depth: part of what `rounding` allows for
+    if target is Target.DEPTH32F and view.clip.reversed and view.clip.zero_to_one:
+        quantum = 0.0  # reversed 0..1 floats round relative to 1 / depth: part of what `rounding` allows for
     shift = bias.clip if isinstance(bias, ClipBias) and not bias.caster else 0.0
     if target.is_depth:
         x, y = _window_depth_line(view)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
-from glshadow.core.spaces import Array, view_axes
+from glshadow.core.spaces import Array
 from glshadow.errors import SettingsError
 from glshadow.reference.rays import LIFT, Bools, Ints, Rays, dot
 from glshadow.scene.mesh import Scene
@@ -323,9 +323,6 @@ def _facts(source: _Source, hits: _Hits) -> tuple[Array, Bools]:
 
 def _perpendicular(directions: Array) -> tuple[Array, Array]:
     """Two unit vectors (N, 3) that span the plane perpendicular to unit vectors (N, 3)."""
-    if len(directions) and (directions == directions[0]).all():
-        axes = view_axes(-directions[0])
-        return np.broadcast_to(axes[0], directions.shape), np.broadcast_to(axes[1], directions.shape)
     axis = np.eye(3)[np.abs(directions).argmin(axis=1)]
     u = np.cross(axis, directions)
     u /= np.linalg.norm(u, axis=1, keepdims=True)

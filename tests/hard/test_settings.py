@@ -228,9 +228,6 @@ def test_n38_a_map_beyond_the_drivers_limit_is_a_named_error(renderer: Renderer)
 # -- N40
 
 
-@pytest.mark.xfail(
-    strict=True, reason="finding: back faces of a closed mesh are culled although the near plane opens it"
-)
 def test_n40_a_near_plane_across_a_closed_caster_shows_its_inside(renderer: Renderer) -> None:
     built = analytic.box(30.0, 30.0, (2.0, 2.0, 2.0))
     camera = PerspectiveCamera((0.5, 4.0, 4.0), (0.0, 0.0, 0.0), near=4.0, far=40.0)
