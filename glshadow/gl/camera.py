@@ -99,27 +99,30 @@ def draw_surface(context: GLContext, programs: Programs, scene: GpuScene, sight:
     ctx.enable_only(moderngl.DEPTH_TEST)
     targets.surface_framebuffer.clear(depth=sight.clip.clear_depth)
     culled: str | None = None
-    by_kind: dict[tuple[bool, bool, bool], Program] = {}
-    for i in sight.drawn:
-        gpu, material = scene.meshes[i], scene.nodes[i].mesh.material
-        kind = (gpu.smooth, gpu.textured, material.alpha_mode is AlphaMode.MASK)
-        if kind not in by_kind:
-            by_kind[kind] = _program(programs, scene, *kind)
-        program = by_kind[kind]
+    outside = sight.outside.tolist()
+    previous, program, array = None, None, None
+    for i in sorted(sight.drawn.tolist(), key=scene.mesh_number.__getitem__):  # instances one after another
+        gpu = scene.meshes[i]
+        if gpu is not previous:
+            previous, material = gpu, scene.nodes[i].mesh.material
+            program = _program(programs, scene, gpu.smooth, gpu.textured, material.alpha_mode is AlphaMode.MASK)
+            program.set(u_color=material.color, u_cutoff=material.cutoff)
+            array = gpu.vertex_array(program, numbered=True)
+            if gpu.texture is not None:
+                gpu.texture.use(0)
+        assert program is not None
+        assert array is not None
         program.write("u_clip_from_mesh", sight.clip_from_mesh[i])
-        program.set(u_first_triangle=scene.first_triangle[i], u_color=material.color)
+        program.write("u_first_triangle", scene.packed_first[i])
         if gpu.smooth:
             program.write("u_normal_from_mesh", scene.packed_normals[i])
-        if gpu.texture is not None:
-            program.set(u_cutoff=material.cutoff)
-            gpu.texture.use(0)
         # nobody outside a closed mesh sees its back faces
-        cull = ("front" if scene.mirrored[i] else "back") if gpu.closed and sight.outside[i] else None
+        cull = ("front" if scene.mirrored[i] else "back") if gpu.closed and outside[i] else None
         if cull != culled:
             culled = cull
             ctx.enable(moderngl.CULL_FACE) if cull else ctx.disable(moderngl.CULL_FACE)
             ctx.cull_face = cull or "back"
-        gpu.vertex_array(program, numbered=True).render()
+        array.render()
     ctx.enable_only(moderngl.DEPTH_TEST)
 
 

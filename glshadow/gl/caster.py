@@ -93,29 +93,36 @@ def _draw(
     ctx = context.ctx
     clip = pack_matrices(view.clip_from_world @ scene.world_from_origin)
     local = None if settings.target.is_depth else pack_matrices(view.view_from_world @ scene.world_from_origin)
+    caster_bias = isinstance(settings.bias, ClipBias) and settings.bias.caster
+    hidden = {flag: _cull(settings.faces, flag) for flag in (False, True)}
+    solid_list = solid.tolist()
     culled: str | None = None
-    by_alpha: dict[bool, Program] = {}
-    for i in chosen:
-        gpu, material = scene.meshes[i], scene.nodes[i].mesh.material
-        alpha = material.alpha_mode is AlphaMode.MASK and gpu.textured
-        if alpha not in by_alpha:
-            by_alpha[alpha] = caster_program(programs, settings, view, alpha)
-        program = by_alpha[alpha]
+    previous, program, array = None, None, None
+    for i in sorted(chosen.tolist(), key=scene.mesh_number.__getitem__):  # instances one after another
+        gpu = scene.meshes[i]
+        if gpu is not previous:
+            previous, material = gpu, scene.nodes[i].mesh.material
+            alpha = material.alpha_mode is AlphaMode.MASK and gpu.texture is not None
+            program = caster_program(programs, settings, view, alpha)
+            program.set(u_alpha=(material.color[3], material.cutoff))
+            array = gpu.vertex_array(program)
+            if gpu.texture is not None:
+                gpu.texture.use(0)
+        assert program is not None
+        assert array is not None
         program.write("u_clip_from_mesh", clip[i])
         if local:
             program.write("u_view_from_mesh", local[i])
-        if alpha:
-            program.set(u_alpha=(material.color[3], material.cutoff))
-            assert gpu.texture is not None
-            gpu.texture.use(0)
-        if isinstance(settings.bias, ClipBias) and settings.bias.caster:
+        if caster_bias:
             program.set(u_light=_light_in_mesh(light, scene.world_from_origin[i]))
-        cull = _cull(settings.faces, bool(solid[i]), bool(scene.mirrored[i]))
+        cull = hidden[solid_list[i]]
+        if cull is not None and scene.mirrored[i]:  # winding is turned over by the matrix
+            cull = "front" if cull == "back" else "back"
         if cull != culled:
             culled = cull
             ctx.enable(moderngl.CULL_FACE) if cull else ctx.disable(moderngl.CULL_FACE)
             ctx.cull_face = cull or "back"
-        gpu.vertex_array(program).render()
+        array.render()
     return len(chosen)
 
 
@@ -176,11 +183,9 @@ def _hides_back_faces(scene: GpuScene, light: Light, boxes: Array, faces: Faces 
     return np.asarray(closed & ~inside)
 
 
-def _cull(faces: Faces | None, solid: bool, mirrored: bool) -> str | None:
-    hidden = {Faces.FRONT: "back", Faces.BACK: "front", Faces.BOTH: None, None: "back" if solid else None}[faces]
-    if hidden is not None and mirrored:  # winding is turned over by the matrix
-        return "front" if hidden == "back" else "back"
-    return hidden
+def _cull(faces: Faces | None, solid: bool) -> str | None:
+    """Which side is left out; of a closed mesh the one that looks away, if nothing else was asked for."""
+    return {Faces.FRONT: "back", Faces.BACK: "front", Faces.BOTH: None, None: "back" if solid else None}[faces]
 
 
 def _light_in_mesh(light: Light, world_from_mesh: Array) -> tuple[float, float, float, float]:

@@ -66,16 +66,16 @@ class GpuMesh:
         numbered : bool
             gl_VertexID of a triangle's last vertex is the triangle's number; else vertices are shared by as many triangles as can be.
         """
-        names = tuple(name for name in ("a_position", "a_normal", "a_uv") if name in program)
         key = (program.gl.glo, numbered)
-        if key not in self._arrays:
+        array = self._arrays.get(key)
+        if array is None:
+            names = [name for name in ("a_position", "a_normal", "a_uv") if name in program]
             if "a_normal" in names and "a_normal" not in self._buffers:  # a bias along the normal asks even flat meshes
                 self._buffers["a_normal"] = self._ctx.buffer(self._averaged_normals()[self._order].tobytes())
             content = [(self._buffers[name], "2f" if name == "a_uv" else "3f", name) for name in names]
-            self._arrays[key] = self._ctx.vertex_array(
-                program.gl, content, self._numbered if numbered else self._shared
-            )
-        return self._arrays[key]
+            index = self._numbered if numbered else self._shared
+            array = self._arrays[key] = self._ctx.vertex_array(program.gl, content, index)
+        return array
 
     def _averaged_normals(self) -> NDArray[np.float32]:
         """Per vertex (V, 3) the mean of its triangles' normals, unit length; zero where there is none."""
@@ -200,6 +200,8 @@ class GpuScene:
         self.scene = weakref.ref(scene)
         self.nodes: tuple[Node, ...] = tuple(node for node in scene.nodes if len(node.mesh.triangles))
         self.meshes = [meshes.get(node.mesh) for node in self.nodes]
+        numbers = {id(gpu): k for k, gpu in enumerate(dict.fromkeys(self.meshes))}
+        self.mesh_number = [numbers[id(gpu)] for gpu in self.meshes]
         counts = np.array([gpu.count for gpu in self.meshes])
         self.first = np.concatenate([[0], np.cumsum(counts)[:-1]])
         limit = context.caps.max_texture_buffer_size
@@ -211,10 +213,11 @@ class GpuScene:
         origins = np.stack([gpu.origin for gpu in self.meshes])
         self.world_from_origin: Array = matrices.copy()
         self.world_from_origin[:, :3, 3] += np.einsum("nij,nj->ni", matrices[:, :3, :3], origins)
-        self.mirrored = np.linalg.det(matrices[:, :3, :3]) < 0.0
+        self.mirrored: list[bool] = (np.linalg.det(matrices[:, :3, :3]) < 0.0).tolist()
         self.normal_from_mesh = _cofactors(matrices[:, :3, :3])
         self.packed_normals = pack_matrices(self.normal_from_mesh)
-        self.first_triangle: list[int] = (self.first + 1).tolist()  # as shaders count, 0 being none
+        first = (self.first + 1).astype(np.int32)  # as shaders count, 0 being none
+        self.packed_first = [number.tobytes() for number in first]
         self.origin: Array = np.median(self._sample(1024), axis=0)
         self.corners = scene.corners
         planes = np.zeros((int(counts.sum()), 4), dtype=np.float32)
