@@ -454,5 +454,5 @@ def test_ply_missing_picture_is_a_warning_and_trimesh_stays_quiet(tmp_path, capl
 
 def test_obj_with_a_latin1_comment_loads(tmp_path: Path) -> None:
     path = tmp_path / "old.obj"
-    path.write_bytes(b"# caf\xe9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    path.write_bytes(b"# Gr\xf6sse\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     assert len(load(path).nodes[0].mesh.triangles) == 1
