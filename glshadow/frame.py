@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from os import PathLike
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,7 +64,6 @@ class Frame:
     triangle: NDArray[np.int32] | None = None
     shadow_maps: tuple[NDArray[np.float32], ...] | None = None
     timings: Mapping[str, float] | None = None
-    info: Mapping[str, Any] = field(default_factory=dict)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the picture: .png .jpg .tif the image; .exr all float outputs as named channels.
