@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.fit import SceneFit, ViewFit
-from glshadow.core.kernels import Hard, Pcf
+from glshadow.core.kernels import Exact, Hard, Pcf
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
@@ -69,6 +69,7 @@ __all__ = [
     "ConstantBias",
     "ContextError",
     "DirectionalLight",
+    "Exact",
     "Faces",
     "Frame",
     "GlshadowError",

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.kernels import Exact
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.spaces import Array, finite_vector
@@ -20,10 +21,11 @@ from glshadow.core.used import Used
 from glshadow.errors import GlshadowError, ResourceError, SceneError, SettingsError
 from glshadow.frame import OUTPUTS, Frame
 from glshadow.gl.camera import Sight, draw_surface, look
-from glshadow.gl.caster import draw_casters
+from glshadow.gl.caster import Map, draw_casters
 from glshadow.gl.context import Backend, open_context
 from glshadow.gl.entry_points import AnySamples
 from glshadow.gl.geometry import GpuScene, Meshes
+from glshadow.gl.lists import Lists
 from glshadow.gl.maps import place, plan
 from glshadow.gl.program import Programs
 from glshadow.gl.readback import read
@@ -63,6 +65,7 @@ class Renderer:
         self._sight: Sight | None = None
         self._targets: CameraTargets | None = None
         self._atlases: dict[Target, Atlas] = {}
+        self._lists: dict[int, Lists] = {}
 
     def __enter__(self) -> Self:
         return self
@@ -85,10 +88,11 @@ class Renderer:
                 self._scene,
                 self._targets,
             )
-            for thing in (*owned, *self._atlases.values()):
+            for thing in (*owned, *self._atlases.values(), *self._lists.values()):
                 if thing is not None:
                     thing.release()
         self._atlases.clear()
+        self._lists.clear()
         self._context.release()
 
     @property
@@ -196,14 +200,19 @@ class _Frame:
         with self._clock("surface"), self.r._covered:
             draw_surface(context, programs, self.gpu, self.sight, targets)
         used: list[Used] = []
+        shadows: list[Map | Lists | None] = list(maps)
         with self._clock("shadow"):
-            for each, light, shadow_map in zip(plans, self.lights, maps, strict=True):
+            for i, (each, light, shadow_map) in enumerate(zip(plans, self.lights, maps, strict=True)):
+                if isinstance(each.filter, Exact):
+                    shadows[i] = lists = self.r._lists.setdefault(i, Lists(context))
+                    used.append(replace(each, draws=int(lists.update(programs, self.gpu, light)), links=lists.links))
+                    continue
                 draws = draw_casters(context, programs, self.gpu, light, shadow_map) if shadow_map else 0
                 used.append(replace(each, views=shadow_map.views if shadow_map else (), draws=draws))
         with self._clock("resolve"):
             clear_outputs(context, targets, background)  # here, so that tiles are cleared and drawn in one go
             for i, light in enumerate(self.lights):
-                share = Share(light, maps[i], i, len(self.lights), ambient)
+                share = Share(light, shadows[i], i, len(self.lights), ambient)
                 resolve(context, programs, samplers, self.gpu, self.sight, targets, share)
             if not self.lights:
                 resolve(context, programs, samplers, self.gpu, self.sight, targets, Share(None, None, 0, 1, ambient))

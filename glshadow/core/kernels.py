@@ -59,7 +59,47 @@ class Pcf:
         return self.radius + 1.0
 
 
-Filter = Hard | Pcf
+SAMPLES = (1, 4, 8, 16)
+
+
+@dataclass(frozen=True)
+class Exact:
+    """No map: each receiver asks the triangles themselves, sorted by where they lie seen from the light. Needs no bias.
+
+    Exact hard shadows where OpenGL 4.3 is; elsewhere the triangles nearest in a map of their numbers are asked, which misses those
+    that no texel saw (`Used.fallbacks` says so).
+
+    Parameters
+    ----------
+    samples : int
+        1, 4, 8 or 16 points in each pixel near a shadow's edge.
+
+    References
+    ----------
+    Wyman, Hoetzlein, Lefohn 2015, "Frustum-Traced Raster Shadows: Revisiting Irregular Z-Buffers", I3D; Story 2015, "Hybrid
+    Ray-Traced Shadows", GDC.
+    """
+
+    samples: int = 1
+
+    radius = 0
+
+    def __post_init__(self) -> None:
+        if isinstance(self.samples, bool) or self.samples not in SAMPLES:
+            raise SettingsError(f"Exact samples must be one of {', '.join(map(str, SAMPLES))}, got {self.samples!r}")
+
+    @property
+    def slack_texels(self) -> float:
+        """Nothing depends on texels."""
+        return 0.0
+
+    @property
+    def reach_texels(self) -> float:
+        """Texels of the map of numbers that the fallback reads to each side."""
+        return 2.0
+
+
+Filter = Hard | Pcf | Exact
 
 
 def box_weights(fraction: ArrayLike, radius: int) -> Array:

@@ -8,7 +8,7 @@ from typing import get_args
 
 from glshadow.core.bias import Bias, SlopeScaledBias
 from glshadow.core.fit import Fit, ViewFit
-from glshadow.core.kernels import Filter, Pcf
+from glshadow.core.kernels import Exact, Filter, Pcf
 from glshadow.core.metric import Target
 from glshadow.core.spaces import ClipSpace
 from glshadow.errors import SettingsError
@@ -32,8 +32,8 @@ class Shadow:
     ----------
     resolution : int
         Texels along each side of a view's map, 1 to 16384.
-    filter : Hard or Pcf
-        How many texels answer for one receiver.
+    filter : Hard, Pcf or Exact
+        How many texels answer for one receiver; Exact: none, it asks the triangles.
     bias : optional
         None: ReceiverPlaneBias(). Also ConstantBias, SlopeScaledBias, NormalOffsetBias, ClipBias, NoBias.
     target : Target, optional
@@ -78,4 +78,9 @@ class Shadow:
             raise SettingsError(
                 f"SlopeScaledBias is polygon offset and moves a depth attachment only; target {self.target.value} stores a "
                 "metric. Use ReceiverPlaneBias or ConstantBias, or a depth target."
+            )
+        if isinstance(self.filter, Exact) and (self.bias is not None or self.target is not None):
+            raise SettingsError(
+                f"Exact() compares triangles, not depths: leave bias and target at None, got bias {self.bias!r} and target "
+                f"{self.target.value if self.target else None!r}"
             )

@@ -185,6 +185,17 @@ def transform(matrix: Array, points: ArrayLike) -> Array:
     return np.asarray(points, dtype=np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
 
 
+def world_positions(positions: Array, world_from_mesh: Array, origin: Array) -> Array:
+    """Mesh positions (V, 3) in the world, relative to `origin`.
+
+    Sums in a fixed order, not a matrix product: equal vertices must stay equal to the last bit, or edges come apart.
+    """
+    x, y, z = positions.T
+    rows = world_from_mesh[:3, :3]
+    offset = world_from_mesh[:3, 3] - origin
+    return np.stack([rows[i, 0] * x + rows[i, 1] * y + rows[i, 2] * z + offset[i] for i in range(3)], axis=-1)
+
+
 def project(matrix: Array, points: ArrayLike) -> Array:
     """`points` (..., 3) by any (4, 4) matrix, homogeneous result (..., 4): divide by w where w > 0 means in front."""
     return np.asarray(points, dtype=np.float64) @ matrix[:, :3].T + matrix[:, 3]

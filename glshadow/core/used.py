@@ -25,6 +25,8 @@ class Used:
         As in Shadow. None throughout for a light without a shadow; faces None: back faces culled for closed meshes.
     draws : int
         Meshes drawn into its maps in this frame.
+    links : int
+        Exact: entries of the light's triangle lists.
     fallbacks : tuple of str
         Every request that could not be met as given, with its reason.
     """
@@ -37,6 +39,7 @@ class Used:
     faces: Faces | None = None
     draws: int = 0
     fallbacks: tuple[str, ...] = ()
+    links: int = 0
 
     @property
     def texel(self) -> tuple[float, float] | None:
@@ -52,6 +55,7 @@ class Used:
             "clip": str(self.clip) if self.clip else None,
             "faces": self.faces.value if self.faces else "auto",
             "draws": self.draws,
+            "links": self.links,
             "fallbacks": list(self.fallbacks),
             "views": [
                 {

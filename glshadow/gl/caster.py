@@ -55,7 +55,7 @@ def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light:
     ctx = context.ctx
     atlas, settings, boxes = shadow_map.atlas, shadow_map.settings, scene.corners
     casting = casters(scene)
-    solid = _hides_back_faces(scene, light, boxes, settings.faces)
+    solid = hides_back_faces(scene, light, settings.faces)
     atlas.framebuffer.use()
     draws = 0
     for view in shadow_map.views:
@@ -173,12 +173,13 @@ def seen_by(clip_from_world: Array, boxes: Array, view: ShadowView) -> NDArray[n
     return ~outside
 
 
-def _hides_back_faces(scene: GpuScene, light: Light, boxes: Array, faces: Faces | None) -> NDArray[np.bool_]:
+def hides_back_faces(scene: GpuScene, light: Light, faces: Faces | None) -> NDArray[np.bool_]:
     """Which nodes (N,) may be drawn without their back faces: closed ones that do not contain the light."""
     closed = np.array([gpu.closed for gpu in scene.meshes])
     if faces is not None or isinstance(light, DirectionalLight):
         return closed
     position = np.asarray(light.position)
+    boxes = scene.corners
     inside = ((boxes.min(axis=1) <= position) & (position <= boxes.max(axis=1))).all(axis=1)
     return np.asarray(closed & ~inside)
 

@@ -39,10 +39,14 @@ class Caps:
         Pixels along one side.
     max_texture_buffer_size
         Elements of one buffer texture.
+    max_storage_block
+        Bytes of one storage buffer; 0 where there is none.
     clip_control
         NDC depth 0..1 can be had.
     texture_gather
         textureGather of a depth texture with comparison.
+    compute
+        Compute passes with storage buffers and images: OpenGL 4.3.
     software
         Mesa draws on the CPU: timer queries mean nothing.
     """
@@ -61,6 +65,8 @@ class Caps:
     clip_control: bool
     texture_gather: bool
     depth_clamp: bool
+    compute: bool
+    max_storage_block: int
     software: bool
 
     @classmethod
@@ -84,6 +90,8 @@ class Caps:
             clip_control=(version >= 450 or "GL_ARB_clip_control" in extensions) and gl.has("glClipControl"),
             texture_gather=version >= 400 or {"GL_ARB_texture_gather", "GL_ARB_gpu_shader5"} <= extensions,
             depth_clamp=version >= 320 or "GL_ARB_depth_clamp" in extensions,
+            compute=version >= 430,
+            max_storage_block=gl.integer(0x90DE) if version >= 430 else 0,
             software=any(name in renderer.lower() for name in _SOFTWARE),
         )
         gl.errors()

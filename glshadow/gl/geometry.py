@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import weakref
 from typing import Any
 
@@ -12,8 +13,9 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array, transform
 from glshadow.errors import ResourceError
 from glshadow.gl.context import GLContext
-from glshadow.gl.entry_points import R32UI, RGBA32F, BufferTexture
+from glshadow.gl.entry_points import R32UI, RGBA32F
 from glshadow.gl.program import Program
+from glshadow.gl.world import WorldTriangles, texture_buffer
 from glshadow.scene.mesh import AlphaMode, Mesh, Node, Scene
 
 _SRGB8_ALPHA8 = 0x8C43
@@ -194,10 +196,17 @@ class GpuScene:
         World point that the planes are relative to: the median corner, where most of the scene is even if a stray triangle is not.
     color : (3,) floats or None
         The base colour, where all nodes share one and none has a texture.
+    identity : int
+        Never the same for two of them.
     """
+
+    _count = itertools.count()
 
     def __init__(self, context: GLContext, meshes: Meshes, scene: Scene) -> None:
         self.scene = weakref.ref(scene)
+        self.identity = next(self._count)
+        self._context = context
+        self._world: WorldTriangles | None = None
         self.nodes: tuple[Node, ...] = tuple(node for node in scene.nodes if len(node.mesh.triangles))
         self.meshes = [meshes.get(node.mesh) for node in self.nodes]
         numbers = {id(gpu): k for k, gpu in enumerate(dict.fromkeys(self.meshes))}
@@ -225,14 +234,21 @@ class GpuScene:
             planes[self.first[i] : self.first[i] + gpu.count] = self._planes(i)
         owners = np.repeat(np.arange(len(counts), dtype=np.uint32), counts)
         colors = np.array([node.mesh.material.color for node in self.nodes], dtype=np.float32)
-        self.planes = _texture_buffer(context, planes, RGBA32F)
-        self.owners = _texture_buffer(context, owners, R32UI)
-        self.colors = _texture_buffer(context, colors, RGBA32F)
+        self.planes = texture_buffer(context, planes, RGBA32F)
+        self.owners = texture_buffer(context, owners, R32UI)
+        self.colors = texture_buffer(context, colors, RGBA32F)
         context.check_errors(f"uploading the planes of {counts.sum()} triangles")
         self.textured = any(gpu.textured for gpu in self.meshes)
         self.smooth = any(gpu.smooth for gpu in self.meshes)
         one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())
         self.color: tuple[float, float, float] | None = tuple(float(c) for c in colors[0, :3]) if one else None  # type: ignore[assignment]
+
+    @property
+    def world(self) -> WorldTriangles:
+        """All triangles in one frame, made when first asked for."""
+        if self._world is None:
+            self._world = WorldTriangles(self._context, self)
+        return self._world
 
     def _sample(self, count: int) -> Array:
         """World corners (about `count` or one per node, 3) of triangles all over the scene."""
@@ -259,10 +275,8 @@ class GpuScene:
         for texture in (self.planes, self.owners, self.colors):
             texture.release()
             texture.buffer.release()
-
-
-def _texture_buffer(context: GLContext, data: NDArray[Any], internal_format: int) -> BufferTexture:
-    return BufferTexture(context.gl, context.ctx.buffer(data.tobytes()), internal_format)
+        if self._world is not None:
+            self._world.release()
 
 
 def _cofactors(linear: Array) -> Array:

@@ -6,6 +6,7 @@ import numpy as np
 
 from glshadow.core.bias import ReceiverPlaneBias
 from glshadow.core.fit import SceneFit
+from glshadow.core.kernels import Exact
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
@@ -25,10 +26,11 @@ def plan(light: Light, scene: Scene, gpu: GpuScene, sight: Sight, caps: Caps) ->
     shadow = light.shadow
     if shadow is None:
         return Used()
+    if isinstance(shadow.filter, Exact):
+        return Used(filter=shadow.filter, faces=shadow.faces, fallbacks=_sized(light, shadow))
     target = shadow.target or Target.DEPTH32F
     clip, fallbacks = _clip(light, shadow, target, caps)
-    if getattr(light, "radius", 0.0) > 0.0 or getattr(light, "angle", 0.0) > 0.0:
-        fallbacks += (f"the light's size is ignored: {shadow.filter!r} knows only points, so its shadow is hard",)
+    fallbacks += _sized(light, shadow)
     casting = casters(gpu)
     views: tuple[ShadowView, ...] = ()
     if casting.any():
@@ -36,6 +38,12 @@ def plan(light: Light, scene: Scene, gpu: GpuScene, sight: Sight, caps: Caps) ->
         guard = int(np.ceil(shadow.filter.reach_texels)) + 1
         views = shadow_views(light, receivers, scene.corners[casting].reshape(-1, 3), clip, shadow.resolution, guard)
     return Used(views, shadow.filter, shadow.bias or ReceiverPlaneBias(), target, clip, shadow.faces, 0, fallbacks)
+
+
+def _sized(light: Light, shadow: Shadow) -> tuple[str, ...]:
+    if getattr(light, "radius", 0.0) == 0.0 and getattr(light, "angle", 0.0) == 0.0:
+        return ()
+    return (f"the light's size is ignored: {shadow.filter!r} knows only points, so its shadow is hard",)
 
 
 def _clip(light: Light, shadow: Shadow, target: Target, caps: Caps) -> tuple[ClipSpace, tuple[str, ...]]:

@@ -22,6 +22,12 @@ UNITS = {
     "u_owners": 4,
     "u_colors": 5,
     "u_sum": 6,
+    "u_heads": 0,
+    "u_numbers": 0,
+    "u_facets": 7,
+    "u_links": 8,
+    "u_masks": 9,
+    "u_alphas": 10,
 }
 
 Slots = Mapping[str, str]
@@ -36,8 +42,7 @@ class Program:
             self.gl = context.ctx.program(vertex.code, fragment.code)
         except moderngl.Error as error:
             message = str(error)
-            text = vertex if "\nvertex_shader\n" in message else fragment
-            raise ShaderError(f"{text.files[1]} of {text.files}: {text.explain(message)}") from error
+            raise _rejected(vertex if "\nvertex_shader\n" in message else fragment, message) from error
         self._empty: moderngl.VertexArray | None = None
         self._members: dict[str, Any] = {name: self.gl[name] for name in self.gl}
         for name, unit in UNITS.items():
@@ -54,16 +59,7 @@ class Program:
 
     def set(self, **values: Any) -> None:
         """Numbers, tuples, float64 arrays (matrices row-major, as everywhere in Python) and raw bytes to uniforms."""
-        for name, value in values.items():
-            member = self._members.get(name)
-            if member is None:
-                continue
-            if isinstance(value, bytes):
-                member.write(value)
-            elif isinstance(value, np.ndarray):
-                member.write(np.ascontiguousarray(value.T, dtype=np.float32).tobytes())
-            else:
-                member.value = value
+        _set(self._members, values)
 
     def write(self, name: str, data: bytes) -> None:
         """Raw float32 bytes to a uniform, if it is there."""
@@ -72,12 +68,45 @@ class Program:
             member.write(data)
 
 
+class ComputeProgram:
+    """A linked compute pass."""
+
+    def __init__(self, context: GLContext, text: Text) -> None:
+        try:
+            self.gl = context.ctx.compute_shader(text.code)
+        except moderngl.Error as error:
+            raise _rejected(text, str(error)) from error
+        self._members: dict[str, Any] = {name: self.gl[name] for name in self.gl}
+
+    def set(self, **values: Any) -> None:
+        """Numbers, tuples and float64 matrices to uniforms, which may be absent."""
+        _set(self._members, values)
+
+
+def _set(members: Mapping[str, Any], values: Mapping[str, Any]) -> None:
+    for name, value in values.items():
+        member = members.get(name)
+        if member is None:
+            continue
+        if isinstance(value, bytes):
+            member.write(value)
+        elif isinstance(value, np.ndarray):
+            member.write(np.ascontiguousarray(value.T, dtype=np.float32).tobytes())
+        else:
+            member.value = value
+
+
+def _rejected(text: Text, message: str) -> ShaderError:
+    return ShaderError(f"{text.files[1]} of {text.files}: {text.explain(message)}")
+
+
 class Programs:
     """Every program that a context has compiled, by its composition."""
 
     def __init__(self, context: GLContext) -> None:
         self._context = context
         self._programs: dict[tuple[Any, ...], Program] = {}
+        self._computes: dict[tuple[Any, ...], ComputeProgram] = {}
 
     def get(
         self,
@@ -104,8 +133,19 @@ class Programs:
             self._programs[key] = Program(self._context, *texts)
         return self._programs[key]
 
+    def compute(self, name: str, slots: Slots | None = None, defines: Defines | None = None) -> ComputeProgram:
+        """The program of a compute pass, compiled the first time it is asked for; needs `Caps.compute`."""
+        slots, defines = slots or {}, defines or {}
+        key = (name, tuple(sorted(slots.items())), tuple(sorted(defines.items())))
+        if key not in self._computes:
+            self._computes[key] = ComputeProgram(self._context, compose(name, "core430", slots, defines))
+        return self._computes[key]
+
     def release(self) -> None:
         """Delete all programs."""
+        for each in self._computes.values():
+            each.gl.release()
+        self._computes.clear()
         for program in self._programs.values():
             if program._empty is not None:
                 program._empty.release()

@@ -10,22 +10,26 @@ import numpy as np
 
 from glshadow.core.bias import FACET_SLOPE, ClipBias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias, bias_factor
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
+from glshadow.core.lists import RATIO
 from glshadow.core.metric import Target, metric_range
 from glshadow.core.spaces import Array, bias_matrix, rigid_inverse, view_axes
 from glshadow.core.view import ShadowView, kind_of
 from glshadow.gl.caster import Map
 from glshadow.gl.context import Caps
-from glshadow.shader.slots import Compare, mapped_defines, mapped_slots, open_slots
+from glshadow.gl.lists import Lists
+from glshadow.shader.slots import Compare, exact_defines, exact_slots, mapped_defines, mapped_slots, open_slots
 
 # A receiver's position is a sum of products in float32: ray x depth, the eye added, back on the plane, into the light's view, and
 # the caster's vertex takes a matrix product of its own. 16 roundings of relative size 2^-24 bound the sum.
 _ROUNDINGS = 16.0
 
 
-def receiver_slots(light: Light, shadow_map: Map | None, caps: Caps) -> dict[str, str]:
+def receiver_slots(light: Light, shadow_map: Map | Lists | None, caps: Caps) -> dict[str, str]:
     """Snippets of the receiver contract for a light; None: it casts nothing."""
     if shadow_map is None:
         return open_slots(kind_of(light))
+    if isinstance(shadow_map, Lists):
+        return exact_slots(kind_of(light), "lists")
     compare: Compare = "depth_taps"
     if not shadow_map.settings.target.is_depth:
         compare = "metric"
@@ -35,10 +39,12 @@ def receiver_slots(light: Light, shadow_map: Map | None, caps: Caps) -> dict[str
     return mapped_slots(kind_of(light), settings.target, settings.bias, shadow_map.filter, compare)
 
 
-def receiver_defines(light: Light, shadow_map: Map | None) -> dict[str, int | str]:
+def receiver_defines(light: Light, shadow_map: Map | Lists | None) -> dict[str, int | str]:
     """Defines of the receiver contract for a light."""
     if shadow_map is None:
         return {}
+    if isinstance(shadow_map, Lists):
+        return exact_defines(kind_of(light), shadow_map.grid.cells, RATIO, shadow_map.masked)
     settings = shadow_map.settings
     reversed_depth = settings.target.is_depth and shadow_map.views[0].clip.reversed  # a metric always grows away
     return mapped_defines(kind_of(light), settings.target, settings.bias, shadow_map.filter, reversed_depth)

@@ -8,11 +8,13 @@ import moderngl
 import numpy as np
 
 from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.lists import distance_bound
 from glshadow.core.spaces import Array
 from glshadow.gl.camera import Sight
 from glshadow.gl.caster import Map
 from glshadow.gl.context import GLContext
 from glshadow.gl.geometry import GpuScene
+from glshadow.gl.lists import Lists, light_frame
 from glshadow.gl.program import UNITS, Program, Programs
 from glshadow.gl.receiver import (
     comparison_sampler,
@@ -62,7 +64,7 @@ class Share:
     """
 
     light: Light | None
-    shadow_map: Map | None
+    shadow: Map | Lists | None
     number: int
     count: int
     ambient: Array
@@ -85,9 +87,9 @@ def resolve(
         "pass/resolve.vert",
         "pass/resolve.frag",
         dialect="core330_gather" if context.caps.texture_gather else "core330",
-        slots=receiver_slots(light, share.shadow_map, context.caps),
+        slots=receiver_slots(light, share.shadow, context.caps),
         defines={
-            **receiver_defines(light, share.shadow_map),
+            **receiver_defines(light, share.shadow),
             "GLS_SUN": int(isinstance(light, DirectionalLight)),
             "GLS_SURFACE": targets.surface.components,
             "GLS_COLORS": 2 if scene.textured else 0 if scene.color is not None else 1,
@@ -100,7 +102,7 @@ def resolve(
         },
     )
     _set(program, scene, sight, light, share)
-    _bind(program, context, samplers, scene, targets, share.shadow_map)
+    _bind(program, context, samplers, scene, targets, share.shadow)
     if not first:
         targets.sums[(share.number - 1) % 2].use(UNITS["u_sum"])
     targets.framebuffer(targets.image if last else targets.sums[share.number % 2], share.number).use()
@@ -118,14 +120,20 @@ def _set(program: Program, scene: GpuScene, sight: Sight, light: Light, share: S
     left, right, bottom, top = camera.window(size)
     x, y = 0.5 * (right - left), 0.5 * (top - bottom)
     rays_v = np.array([[x, 0.0, left + x], [0.0, y, bottom + y], [0.0, 0.0, -1.0]])
-    lv_from_world = light_view(light, share.shadow_map.views if share.shadow_map else (), scene.origin)
-    axes = lv_from_world[:3, :3]
-    offset = lv_from_world[:3, 3] + axes @ scene.origin
+    exact = isinstance(share.shadow, Lists)
+    if isinstance(share.shadow, Lists):
+        axes, origin = light_frame(share.shadow.grid, scene)
+        offset = -axes @ origin
+    else:
+        lv_from_world = light_view(light, share.shadow.views if share.shadow else (), scene.origin)
+        axes = lv_from_world[:3, :3]
+        offset = lv_from_world[:3, 3] + axes @ scene.origin
     program.set(
         u_far_z=(0.0 if sight.clip.zero_to_one else -1.0) if sight.clip.reversed else 1.0,
         u_unproject=sight.unproject,
         u_ray_l=axes @ camera.view_from_world[:3, :3].T @ rays_v,
-        u_eye_l=tuple(axes @ eye),
+        u_eye_l=tuple(axes @ eye + (offset if exact else 0.0)),
+        u_forward_l=tuple(-axes @ camera.view_from_world[2, :3]),
         u_lv_from_l=tuple(offset),
         u_axes_l=axes,
         u_towards_w=tuple(axes[2]),
@@ -135,10 +143,15 @@ def _set(program: Program, scene: GpuScene, sight: Sight, light: Light, share: S
     color = np.ones(3) if scene.color is None else np.asarray(scene.color)
     radiance = np.minimum(color * np.asarray(light.color) * light.intensity, 1e18)  # its square root is still a float32
     program.set(u_ambient=tuple(share.ambient * color), u_radiance=tuple(radiance))
-    if share.shadow_map is not None:
+    if isinstance(share.shadow, Lists):
+        local = axes @ (scene.corners.reshape(-1, 3) - scene.origin).T + offset[:, None]
+        reach = max(float(np.abs(local).max()), float(np.abs(axes @ eye + offset).max()))
+        bound = distance_bound(scene.world.reach, reach)
+        program.set(u_cells=share.shadow.grid.cells_from_window, u_bound=bound)
+    elif share.shadow is not None:
         ray = float(np.hypot(1.0, np.hypot(max(abs(left), abs(right)), max(abs(bottom), abs(top)))))
         reach = max(float(np.abs(eye).max()) + sight.far * ray, float(np.abs(offset).max()))
-        program.set(**receiver_uniforms(light, share.shadow_map, rounding_of(reach)))
+        program.set(**receiver_uniforms(light, share.shadow, rounding_of(reach)))
 
 
 def _bind(
@@ -147,7 +160,7 @@ def _bind(
     samplers: Samplers,
     scene: GpuScene,
     targets: CameraTargets,
-    shadow_map: Map | None,
+    shadow: Map | Lists | None,
 ) -> None:
     targets.surface.use(UNITS["u_surface"])
     targets.depth.use(UNITS["u_camera_depth"])
@@ -156,10 +169,16 @@ def _bind(
     if "u_colors" in program:
         scene.owners.use(UNITS["u_owners"])
         scene.colors.use(UNITS["u_colors"])
-    if shadow_map is None:
+    if shadow is None:
         return
-    shadow_map.atlas.texture.use(UNITS["u_map"])
-    if shadow_map.settings.target.is_depth:
+    if isinstance(shadow, Lists):
+        shadow.use(UNITS["u_heads"], UNITS["u_links"], UNITS["u_facets"])
+        if scene.world.masks is not None and scene.world.alphas is not None:
+            scene.world.masks.use(UNITS["u_masks"])
+            scene.world.alphas.use(UNITS["u_alphas"])
+        return
+    shadow.atlas.texture.use(UNITS["u_map"])
+    if shadow.settings.target.is_depth:
         raw = context.caps.texture_gather and context.caps.software
-        compared = samplers.nearer_reversed if shadow_map.views[0].clip.reversed else samplers.nearer
+        compared = samplers.nearer_reversed if shadow.views[0].clip.reversed else samplers.nearer
         (samplers.plain if raw else compared).use(UNITS["u_map"])

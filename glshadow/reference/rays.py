@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.spaces import Array
+from glshadow.core.spaces import Array, world_positions
 from glshadow.errors import ReferenceUnavailable, SceneError
 from glshadow.scene.mesh import AlphaMode, Material, Scene, welded
 
@@ -289,17 +289,6 @@ def dot(a: Array, b: Array) -> Array:
 def _along(directions: Array, offsets: Array) -> Array:
     """How far offsets (N, 3) go along directions (N, 3), in units of the directions."""
     return dot(offsets, directions) / dot(directions, directions)
-
-
-def world_positions(positions: Array, world_from_mesh: Array, origin: Array) -> Array:
-    """Mesh positions (V, 3) in the world, relative to `origin`.
-
-    Sums in a fixed order, not a matrix product: equal vertices must stay equal to the last bit, or edges come apart.
-    """
-    x, y, z = positions.T
-    rows = world_from_mesh[:3, :3]
-    offset = world_from_mesh[:3, 3] - origin
-    return np.stack([rows[i, 0] * x + rows[i, 1] * y + rows[i, 2] * z + offset[i] for i in range(3)], axis=-1)
 
 
 def texture_alpha(material: Material, uv: Array) -> Array:

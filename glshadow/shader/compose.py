@@ -18,6 +18,8 @@ _DEFAULT = re.compile(r"^\s*#ifndef\s+(GLS_\w+)", re.MULTILINE)
 # At the start of a line: Mesa 0:12(3):, glslang, Apple and AMD ERROR: 0:12:, NVIDIA 0(12) :
 _LOCATION = re.compile(r"^(?:(?:ERROR|WARNING): )?0(?::(\d+)(?:\(\d+\))?|\((\d+)\) ?)(?=:)", re.MULTILINE)
 
+_STAGES = {"vert": "GLS_VERTEX", "frag": "GLS_FRAGMENT", "comp": "GLS_COMPUTE"}
+
 
 @dataclass(frozen=True)
 class Text:
@@ -104,7 +106,7 @@ def compose(
     builder = _Builder(slots or {})
     builder.add(f"dialect/{dialect}.glsl", ())
     settings = [f"#define {key} {value}" for key, value in sorted((defines or {}).items())]
-    stage = "GLS_VERTEX" if name.endswith(".vert") else "GLS_FRAGMENT"
+    stage = _STAGES[name.rpartition(".")[2]]
     head = 1  # behind #version, which must be first
     builder.lines[head:head] = [f"#define {stage} 1", *settings]
     builder.origin[head:head] = [("defines", i) for i in range(1 + len(settings))]

@@ -45,6 +45,27 @@ def mapped_slots(kind: Kind, target: Target, bias: Bias, kernel: Filter, compare
     }
 
 
+def exact_slots(kind: Kind, candidates: str) -> dict[str, str]:
+    """Snippets for a light whose triangles are asked; `candidates`: "lists" or "numbers"."""
+    return {
+        "light": light_slot(kind),
+        "shadow": "receiver/exact.glsl",
+        "candidates": f"exact/{candidates}.glsl",
+    }
+
+
+def exact_defines(kind: Kind, cells: int, ratio: int, masked: bool) -> dict[str, int | str]:
+    """Defines that go with `exact_slots`."""
+    return {
+        "GLS_EXACT": 1,
+        "GLS_SUN": int(kind == "directional"),
+        "GLS_POINT": int(kind == "point"),
+        "GLS_CELLS": cells,
+        "GLS_RATIO": ratio,
+        "GLS_MASKED": int(masked),
+    }
+
+
 def mapped_defines(
     kind: Kind, target: Target, bias: Bias, kernel: Filter, reversed_depth: bool
 ) -> dict[str, int | str]:

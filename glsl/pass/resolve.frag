@@ -28,6 +28,9 @@
 #ifndef GLS_SUM
 #define GLS_SUM 0 // also writes the linear sum
 #endif
+#ifndef GLS_EXACT
+#define GLS_EXACT 0 // 1: <shadow> is receiver/exact.glsl, and the receiver lies where the ray meets its triangle
+#endif
 #include "lib/direction.glsl"
 #include "lib/color_packing.glsl"
 #include "lib/srgb.glsl"
@@ -36,7 +39,9 @@
 
 uniform usampler2D u_surface;
 uniform sampler2D u_camera_depth;
+#if !GLS_EXACT
 uniform samplerBuffer u_planes; // per drawn triangle: unit world normal, distance from the scene's origin
+#endif
 #if GLS_COLORS == 1
 uniform usamplerBuffer u_owners; // per drawn triangle: its node
 uniform samplerBuffer u_colors; // per node: base colour, linear
@@ -46,6 +51,7 @@ noperspective in vec3 v_ray_l; // ray of unit view depth, in the light's axes
 flat in vec2 v_unproject; // and on: see resolve.vert
 flat in vec3 v_eye_l;
 flat in vec3 v_lv_from_l;
+flat in vec3 v_forward_l;
 flat in mat3 v_axes_l;
 flat in vec3 v_towards_w;
 flat in vec3 v_radiance; // the base colour is in these two where all share one
@@ -89,12 +95,29 @@ void main() {
     vec3 sum = texelFetch(u_sum, pixel, 0).rgb;
 #endif
 #if GLS_LIT
+#if GLS_EXACT
+    // Ray x plane; where the ray misses the triangle (GL snaps vertices to 1/256 pixel) and looks along its plane, no further than
+    // the triangle reaches. A Newton step takes it back to the plane.
+    Facet own = facet(triangle);
+    vec3 normal = own.normal;
+    vec3 from_eye = vec3(dot(v_forward_l, own.a - v_eye_l), dot(v_forward_l, own.b - v_eye_l), dot(v_forward_l, own.c - v_eye_l));
+    float slant = dot(normal, v_ray_l);
+    float along = dot(normal, own.a - v_eye_l) / (slant == 0.0 ? 1.0 : slant);
+    along = clamp(along, min(from_eye.x, min(from_eye.y, from_eye.z)), max(from_eye.x, max(from_eye.y, from_eye.z)));
+    vec3 position = v_eye_l + v_ray_l * along;
+    position -= normal * dot(normal, position - own.a);
+    vec3 normal_w = normal * v_axes_l;
+    receiver_triangle = triangle;
+    receiver_corner = own.a;
+#else
     vec4 plane = texelFetch(u_planes, triangle);
-    vec3 normal = v_axes_l * plane.xyz;
+    vec3 normal_w = plane.xyz;
+    vec3 normal = v_axes_l * normal_w;
     vec3 position = v_eye_l + v_ray_l * (1.0 / (v_unproject.x + v_unproject.y * texelFetch(u_camera_depth, pixel, 0).r));
     // Depth was interpolated between vertices snapped to 1/256 pixel: back on the plane, without leaving the triangle's
     // depth range as ray x plane would where the ray misses the triangle by a hair.
     position += normal * (plane.w - dot(normal, position)) + v_lv_from_l;
+#endif
     float side = dot(normal, v_ray_l) > 0.0 ? -1.0 : 1.0; // the side that is seen
     normal *= side;
     vec4 arriving = light_arriving(position);
@@ -105,7 +128,7 @@ void main() {
     if (surface.g != 0u) { // an interpolated normal, on the same side
         vec3 shading = unpack_direction(surface.g);
         lambert = dot(shading, towards_w(arriving.xyz)) * inversesqrt(dot(shading, shading));
-        lambert = dot(shading, plane.xyz) * side < 0.0 ? -lambert : lambert;
+        lambert = dot(shading, normal_w) * side < 0.0 ? -lambert : lambert;
     }
 #endif
 #if GLS_WEAK

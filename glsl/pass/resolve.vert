@@ -3,8 +3,9 @@
 uniform float u_far_z; // NDC z of the far plane
 uniform mat3 u_ray_l; // ray of unit view depth at the corners = u_ray_l * (NDC x, y, 1), in the light's axes
 uniform vec2 u_unproject; // 1 / view depth = x + y * window depth
-uniform vec3 u_eye_l; // the eye relative to the scene's origin, in the light's axes
+uniform vec3 u_eye_l; // the eye in the light's axes, relative to the scene's origin (exact filters: to the light's)
 uniform vec3 u_lv_from_l; // from the scene's origin to the light's
+uniform vec3 u_forward_l; // the camera looks along
 uniform mat3 u_axes_l; // the light's axes
 uniform vec3 u_towards_w; // to a sun
 uniform vec3 u_radiance; // color * intensity
@@ -13,6 +14,7 @@ noperspective out vec3 v_ray_l; // linear over the image
 flat out vec2 v_unproject;
 flat out vec3 v_eye_l;
 flat out vec3 v_lv_from_l;
+flat out vec3 v_forward_l;
 flat out mat3 v_axes_l;
 flat out vec3 v_towards_w;
 flat out vec3 v_radiance;
@@ -24,6 +26,7 @@ void main() {
     v_unproject = u_unproject;
     v_eye_l = u_eye_l;
     v_lv_from_l = u_lv_from_l;
+    v_forward_l = u_forward_l;
     v_axes_l = u_axes_l;
     v_towards_w = u_towards_w;
     v_radiance = u_radiance;

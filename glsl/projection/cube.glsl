@@ -6,7 +6,7 @@ uniform vec2 u_allowance;     // taken off a receiver's distance: world units, a
 uniform vec2 u_face_tile[6]; // corner of each face's tile in the atlas
 #define GLS_LEAST_COSINE 1e-7 // edge-on: such a receiver is unlit anyway
 
-vec3 turned(vec3 v, float axis, float s) { // into the frame of the face along s * axis: right, up, backward
+vec3 turned(vec3 v, float axis, float s) { // into the frame of the face: lib/faces.glsl, multiplied out
     return axis < 0.5 ? vec3(s * v.z, v.y, -s * v.x) : axis < 1.5 ? vec3(v.x, s * v.z, -s * v.y) : vec3(-s * v.x, v.y, -s * v.z);
 }
 

@@ -1,0 +1,202 @@
+"""Triangle lists of one light on the GPU: built by a compute pass, walked by glsl/exact/lists.glsl, kept while nothing changes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.lists import CELLS, LEAST_CELLS, RATIO, ListGrid, distance_bound, list_grid
+from glshadow.core.shadow import Faces
+from glshadow.core.spaces import Array
+from glshadow.core.view import kind_of
+from glshadow.errors import ResourceError
+from glshadow.gl.caster import casters, hides_back_faces
+from glshadow.gl.context import GLContext
+from glshadow.gl.entry_points import RGBA32F, RGBA32UI, BufferTexture
+from glshadow.gl.geometry import GpuScene
+from glshadow.gl.program import Programs
+
+_CULL_BACK, _CULL_FRONT, _CASTS, _MASKED = 1, 2, 4, 8  # pass/lists.comp
+_GROUP, _MOST_GROUPS = 64, 65535
+_LINK_BYTES, _FACET_BYTES = 16, 48
+_SPARE = 1.25  # a buffer that was too small grows to this much of what was needed
+
+
+class Lists:
+    """One light's triangle lists and what they were built for.
+
+    Attributes
+    ----------
+    grid : ListGrid
+    links : int
+        Entries of all lists together.
+    masked : bool
+        Whether some casters are cut out by their texture.
+    builds : int
+        How often they were built.
+    """
+
+    def __init__(self, context: GLContext) -> None:
+        self._context = context
+        self._key: tuple[Any, ...] | None = None
+        self._heads: moderngl.Texture | None = None
+        self._framebuffer: moderngl.Framebuffer | None = None
+        self._links: BufferTexture | None = None
+        self._facets: BufferTexture | None = None
+        self._traits: moderngl.Buffer | None = None
+        self._counter = context.ctx.buffer(reserve=4)
+        self.grid: ListGrid
+        self.links = 0
+        self.masked = False
+        self.builds = 0
+
+    def update(self, programs: Programs, scene: GpuScene, light: Light) -> bool:
+        """Build them, unless they are those of this scene and light already; whether they had to be built.
+
+        Raises
+        ------
+        ResourceError
+            If the scene does not fit into the driver's buffers on any grid.
+        """
+        faces = light.shadow.faces if light.shadow else None
+        place = light.direction if isinstance(light, DirectionalLight) else (light.position, getattr(light, "direction", None))
+        key = (scene.identity, kind_of(light), place, getattr(light, "outer_angle", None), faces)
+        if key == self._key:
+            return False
+        self._key = None
+        limit = min(self._context.caps.max_storage_block, 16 * self._context.caps.max_texture_buffer_size)
+        if _FACET_BYTES * scene.world.count > limit:
+            raise ResourceError(
+                f"Exact() needs {_FACET_BYTES} bytes for each of the scene's {scene.world.count} triangles, a buffer of this driver "
+                f"holds {limit}: split the scene, or use another filter"
+            )
+        traits = _traits(scene, light, faces)
+        corners = scene.corners[casters(scene)].reshape(-1, 3)
+        cells = CELLS[kind_of(light)]
+        while True:
+            self.grid = list_grid(light, corners, cells)
+            self.links = self._build(programs, scene, traits)
+            if self._links is not None and self.links * _LINK_BYTES <= self._links.buffer.size:
+                break
+            if self.links * _LINK_BYTES <= limit:
+                self._reserve_links(min(int(_SPARE * self.links) * _LINK_BYTES, limit))
+            elif cells > LEAST_CELLS:
+                cells //= 2
+            else:
+                raise ResourceError(
+                    f"Exact() needs {self.links} list entries even on its coarsest grid, a buffer of this driver holds "
+                    f"{limit // _LINK_BYTES}: split the scene, or use another filter"
+                )
+        self.masked = scene.world.masks is not None
+        self._key = key
+        self.builds += 1
+        return True
+
+    def _build(self, programs: Programs, scene: GpuScene, traits: NDArray[np.uint32]) -> int:
+        """One pass over all triangles; how many links it wanted."""
+        context, grid, world = self._context, self.grid, scene.world
+        ctx = context.ctx
+        self._reserve(scene)
+        assert self._heads is not None and self._framebuffer is not None
+        assert self._links is not None and self._facets is not None
+        program = programs.compute(
+            "pass/lists.comp",
+            defines={
+                "GLS_SUN": int(grid.kind == "directional"),
+                "GLS_POINT": int(grid.kind == "point"),
+                "GLS_CELLS": grid.cells,
+                "GLS_RATIO": RATIO,
+            },
+        )
+        axes, origin = light_frame(grid, scene)
+        program.set(
+            u_axes=axes,
+            u_origin=tuple(origin),
+            u_triangles=world.count,
+            u_capacity=self._links.buffer.size // _LINK_BYTES,
+            u_cells=grid.cells_from_window,
+        )
+        self._framebuffer.use()
+        context.gl.clear_unsigned(0, (0, 0, 0, 0))
+        self._counter.write(b"\0\0\0\0")
+        if self._traits is None or self._traits.size != traits.nbytes:
+            if self._traits is not None:
+                self._traits.release()
+            self._traits = ctx.buffer(reserve=traits.nbytes)
+        self._traits.write(traits.tobytes())
+        stored = (*world.buffers, self._traits, self._facets.buffer, self._links.buffer, self._counter)
+        for binding, buffer in enumerate(stored):
+            buffer.bind_to_storage_buffer(binding)
+        self._heads.bind_to_image(0, read=True, write=True)
+        groups = -(-world.count // _GROUP)
+        program.gl.run(min(groups, _MOST_GROUPS), -(-groups // _MOST_GROUPS))
+        ctx.memory_barrier()
+        return int(np.frombuffer(self._counter.read(), dtype=np.uint32)[0])
+
+    def _reserve(self, scene: GpuScene) -> None:
+        context, grid = self._context, self.grid
+        size = (grid.cells, grid.faces * (grid.cells + grid.cells // RATIO))
+        if self._heads is None or self._heads.size != size:
+            for thing in (self._framebuffer, self._heads):
+                if thing is not None:
+                    thing.release()
+            self._heads = context.ctx.texture(size, 1, dtype="u4")
+            self._heads.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self._framebuffer = context.ctx.framebuffer([self._heads])
+        if self._facets is None or self._facets.buffer.size != scene.world.count * _FACET_BYTES:
+            self._facets = self._buffer(self._facets, scene.world.count * _FACET_BYTES, RGBA32F)
+        if self._links is None:
+            self._reserve_links(max(2 * scene.world.count, 1 << 16) * _LINK_BYTES)
+        context.check_errors(f"allocating the triangle lists of {scene.world.count} triangles")
+
+    def _reserve_links(self, size: int) -> None:
+        self._links = self._buffer(self._links, size, RGBA32UI)
+        self._context.check_errors(f"allocating triangle lists of {size} bytes")
+
+    def _buffer(self, old: BufferTexture | None, size: int, internal_format: int) -> BufferTexture:
+        if old is not None:
+            old.release()
+            old.buffer.release()
+        return BufferTexture(self._context.gl, self._context.ctx.buffer(reserve=size), internal_format)
+
+    def use(self, heads: int, links: int, facets: int) -> None:
+        """Bind what glsl/exact/lists.glsl reads to texture units."""
+        assert self._heads is not None and self._links is not None and self._facets is not None
+        self._heads.use(heads)
+        self._links.use(links)
+        self._facets.use(facets)
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        for texture in (self._links, self._facets):
+            if texture is not None:
+                texture.release()
+                texture.buffer.release()
+        for thing in (self._framebuffer, self._heads, self._traits, self._counter):
+            if thing is not None:
+                thing.release()
+
+
+def _traits(scene: GpuScene, light: Light, faces: Faces | None) -> NDArray[np.uint32]:
+    """Per node (N, 2): flags, and what turns a triangle's number into its mask's."""
+    casting, solid = casters(scene), hides_back_faces(scene, light, faces)
+    mirrored = np.array(scene.mirrored)
+    back = solid if faces is None else np.full(len(casting), faces is Faces.FRONT)
+    front = np.full(len(casting), faces is Faces.BACK)
+    # a mirrored node's winding is turned over by its matrix
+    back, front = np.where(mirrored, front, back), np.where(mirrored, back, front)
+    masked = scene.world.mask_shift != 0
+    flags = _CULL_BACK * back + _CULL_FRONT * front + _CASTS * casting + _MASKED * masked
+    return np.stack([flags, scene.world.mask_shift], axis=1).astype(np.int64).astype(np.uint32)
+
+
+def light_frame(grid: ListGrid, scene: GpuScene) -> tuple[Array, Array]:
+    """Axes (3, 3) and origin (3,), relative to the scene's, of a light's frame; both are float32 values, so that CPU and GPU agree."""
+    axes = grid.view_from_world[:3, :3].astype(np.float32).astype(np.float64)
+    origin = -grid.view_from_world[:3, :3].T @ grid.view_from_world[:3, 3] - scene.origin
+    return axes, origin.astype(np.float32).astype(np.float64)

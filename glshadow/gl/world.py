@@ -1,0 +1,130 @@
+"""All triangles of a scene in one frame, for passes that ask triangles instead of maps."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.spaces import Array, world_positions
+from glshadow.errors import ResourceError
+from glshadow.gl.context import GLContext
+from glshadow.gl.entry_points import R8, RGBA32UI, BufferTexture
+from glshadow.scene.mesh import AlphaMode, Node
+
+if TYPE_CHECKING:
+    from glshadow.gl.geometry import GpuScene
+
+
+class WorldTriangles:
+    """Vertices of a scene's drawn triangles in world axes, relative to the scene's origin, float32; masks of cut-out materials.
+
+    Attributes
+    ----------
+    count : int
+        Triangles, numbered as the surface buffer numbers them, from 0.
+    reach : float
+        Largest coordinate.
+    mask_shift : (N,) int64
+        Per node what turns a triangle's number into 1 + its number among masked triangles; 0 for nodes without a mask.
+    masks, alphas : BufferTexture or None
+        Three texels per masked triangle: texture coordinates (float bits), then alpha factor, cutoff, and where its image begins,
+        how wide and high it is; and the images' alpha. None where nothing is masked.
+    """
+
+    def __init__(self, context: GLContext, scene: GpuScene) -> None:
+        points, triangles, start = [], [], 0
+        for number, node in enumerate(scene.nodes):
+            mesh = node.mesh
+            points.append(world_positions(mesh.positions, node.world_from_mesh, scene.origin).astype(np.float32))
+            owner = np.full((len(mesh.triangles), 1), number)
+            triangles.append(np.concatenate([mesh.triangles.astype(np.int64) + start, owner], axis=1).astype(np.uint32))
+            start += len(mesh.positions)
+        self.positions = np.concatenate(points)
+        self.triangles = np.concatenate(triangles)
+        self.count = len(self.triangles)
+        self.reach = float(np.abs(self.positions).max())
+        self._context = context
+        self._buffers: tuple[moderngl.Buffer, moderngl.Buffer] | None = None
+        self.masks: BufferTexture | None = None
+        self.alphas: BufferTexture | None = None
+        self.mask_shift = np.zeros(len(scene.nodes), dtype=np.int64)
+        masked = [k for k, node in enumerate(scene.nodes) if _is_masked(node)]
+        if masked:
+            self._upload_masks(scene, masked)
+        context.check_errors(f"uploading {self.count} triangles")
+
+    @property
+    def buffers(self) -> tuple[moderngl.Buffer, moderngl.Buffer]:
+        """Storage buffers: positions (V, 3) float32, and per triangle three vertices and its node, uint32."""
+        if self._buffers is None:
+            ctx = self._context.ctx
+            self._buffers = ctx.buffer(self.positions.tobytes()), ctx.buffer(self.triangles.tobytes())
+        return self._buffers
+
+    def _upload_masks(self, scene: GpuScene, masked: list[int]) -> None:
+        starts: dict[int, int] = {}  # an image is uploaded once, however many nodes show it
+        images: list[NDArray[np.uint8]] = []
+        texels: list[NDArray[np.uint32]] = []
+        before = end = 0
+        for k in masked:
+            mesh = scene.nodes[k].mesh
+            texture, uv = mesh.material.texture, mesh.uv
+            assert texture is not None
+            assert uv is not None
+            height, width = texture.shape[:2]
+            if id(texture) not in starts:
+                starts[id(texture)] = end
+                images.append(texture[::-1, :, 3].ravel())  # v up
+                end += width * height
+            record = np.zeros((len(mesh.triangles), 12), dtype=np.uint32)
+            record[:, :6] = uv[mesh.triangles].reshape(-1, 6).view(np.uint32)
+            numbers = np.array([mesh.material.color[3], mesh.material.cutoff], dtype=np.float32)
+            record[:, 6:8] = numbers.view(np.uint32)
+            record[:, 8:11] = starts[id(texture)], width, height
+            self.mask_shift[k] = before + 1 - int(scene.first[k])
+            before += len(record)
+            texels.append(record)
+        limit = self._context.caps.max_texture_buffer_size
+        if max(end, 3 * before) > limit:
+            raise ResourceError(
+                f"the scene's masks have {end} texels and {before} triangles, a texture buffer of this driver holds {limit} texels: "
+                "use smaller textures, or another filter than Exact()"
+            )
+        self.masks = texture_buffer(self._context, np.concatenate(texels), RGBA32UI)
+        self.alphas = texture_buffer(self._context, np.concatenate(images), R8)
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        for buffer in self._buffers or ():
+            buffer.release()
+        for texture in (self.masks, self.alphas):
+            if texture is not None:
+                texture.release()
+                texture.buffer.release()
+
+
+def _is_masked(node: Node) -> bool:
+    material = node.mesh.material
+    return material.alpha_mode is AlphaMode.MASK and material.texture is not None and node.mesh.uv is not None
+
+
+def texture_buffer(context: GLContext, data: NDArray[Any], internal_format: int) -> BufferTexture:
+    """Data in a buffer that shaders read by texelFetch; the caller releases both."""
+    return BufferTexture(context.gl, context.ctx.buffer(data.tobytes()), internal_format)
+
+
+def local_corners(world: WorldTriangles, axes: Array, origin: Array) -> Array:
+    """Vertices (T, 3, 3) in a light's frame, rounded to float32 where pass/lists.comp rounds them.
+
+    Parameters
+    ----------
+    axes : (4, 4) float64
+        Rotation into the light's frame; float32 values.
+    origin : (3,) float64
+        Relative to the scene's; float32 values.
+    """
+    local = world_positions(world.positions.astype(np.float64) - origin, axes, np.zeros(3))
+    return np.asarray(local.astype(np.float32).astype(np.float64)[world.triangles[:, :3]])

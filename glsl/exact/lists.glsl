@@ -1,0 +1,46 @@
+// Slot <candidates>: the links of the receiver's fine cell, then those of its coarse cell. See pass/lists.comp.
+#ifndef GLS_CELLS
+#define GLS_CELLS 512
+#endif
+#ifndef GLS_RATIO
+#define GLS_RATIO 16
+#endif
+#define GLS_FACES (GLS_POINT == 1 ? 6 : 1)
+#ifndef GLS_MASKED
+#define GLS_MASKED 0 // some casters are cut out by their texture
+#endif
+#if GLS_MASKED
+#include "lib/mask.glsl"
+#endif
+uniform usampler2D u_heads;
+uniform usamplerBuffer u_links;
+
+bool blocked(Ray ray, vec2 cell, float face, float depth, bool asked) {
+    ivec2 fine = clamp(ivec2(cell), ivec2(0), ivec2(GLS_CELLS - 1));
+    uint link = texelFetch(u_heads, fine + ivec2(0, int(face) * GLS_CELLS), 0).r;
+    uint rest = texelFetch(u_heads, fine / GLS_RATIO + ivec2(0, GLS_FACES * GLS_CELLS + int(face) * (GLS_CELLS / GLS_RATIO)), 0).r;
+    link = asked ? link : 0u;
+    rest = asked ? rest : 0u;
+    bool dark = false;
+    // Lists in one loop: llvmpipe skips only loops whose trip count varies, and what an inner one leaves behind it gets wrong.
+    while ((link | rest) != 0u) {
+        bool fine_left = link != 0u;
+        uvec4 entry = texelFetch(u_links, int(fine_left ? link : rest) - 1);
+        rest = fine_left ? rest : entry.y;
+        link = fine_left ? entry.y : 0u;
+        int triangle = int(entry.x);
+        if (triangle == receiver_triangle || uintBitsToFloat(entry.z) > depth) continue;
+        Facet other = facet(triangle);
+        vec3 area = turns(across(ray, other.a), across(ray, other.b), across(ray, other.c));
+        if (!met(area)) continue;
+#if GLS_MASKED
+        if (entry.w != 0u && !solid(int(entry.w) - 1, area)) continue;
+#endif
+        if (behind(ray, other)) {
+            dark = true;
+            link = 0u;
+            rest = 0u;
+        }
+    }
+    return dark;
+}

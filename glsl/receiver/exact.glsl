@@ -1,0 +1,96 @@
+// Slot <shadow>: exact. A receiver is dark iff a triangle other than its own lies between it and the light: no map, no bias, no texel.
+//
+// Watertight: each vertex is moved to the ray first, then the edges' signs are taken in 2D (Woop, Benthin, Wald 2013, section 3). The
+// moved vertex depends on nothing but its position and the ray, so that per ray a mesh stays a mesh, each vertex moved a little; and
+// of two rounded products (no fma: GLS_PRECISE) the difference has the exact sign or is 0, which counts for both sides of an edge. So
+// between neighbours no ray can slip.
+//
+// No self-shadow: the receiver's own triangle is left out by its number; of another one, the receiver's distance to its plane must be
+// larger than the rounding of that distance, u_bound. Distance to the occluder's plane, not along the ray: it does not grow at grazing
+// light. Twin and derivation: glshadow.core.lists.distance_bound
+#ifndef GLS_SUN
+#define GLS_SUN 0
+#endif
+#ifndef GLS_POINT
+#define GLS_POINT 0
+#endif
+#if GLS_POINT
+#include "lib/faces.glsl"
+#endif
+#include "lib/facet.glsl"
+uniform vec4 u_cells; // cell of the lists, or texel of the map of numbers = xy (a sun) or tangent * u_cells.xy + u_cells.zw
+uniform vec2 u_bound; // world units; share of the distances to the corners that planes are measured from
+int receiver_triangle; // set before light_visibility is called
+vec3 receiver_corner; // a corner of it, in the light's frame
+
+struct Ray { // from a receiver to the light
+    vec3 position; // in the light's frame
+#if GLS_POINT
+    vec3 right; // two vectors across the ray: both are 0 for every point on it
+    vec3 up;
+#elif !GLS_SUN
+    vec2 tangent;
+#endif
+    float bound;
+};
+
+vec2 across(Ray ray, vec3 v) { // a vertex seen along the ray, which is the origin
+#if GLS_SUN
+    GLS_PRECISE vec2 seen = v.xy - ray.position.xy;
+#elif GLS_POINT
+    GLS_PRECISE vec2 seen = vec2(v.x * ray.right.x + v.y * ray.right.y + v.z * ray.right.z, v.x * ray.up.x + v.y * ray.up.y + v.z * ray.up.z);
+#else
+    GLS_PRECISE vec2 seen = v.xy + ray.tangent * v.z;
+#endif
+    return seen;
+}
+
+vec3 turns(vec2 a, vec2 b, vec2 c) { // twice the areas of the triangles between the ray and the edges: c's share, a's, b's
+    GLS_PRECISE vec3 area = vec3(a.x * b.y, b.x * c.y, c.x * a.y) - vec3(a.y * b.x, b.y * c.x, c.y * a.x);
+    return area;
+}
+
+bool met(vec3 area) { // one sign, or on an edge
+    return !(min(area.x, min(area.y, area.z)) < 0.0 && max(area.x, max(area.y, area.z)) > 0.0);
+}
+
+bool behind(Ray ray, Facet other) { // whether the receiver lies beyond the other's plane, seen from the light
+    vec3 offset = ray.position - other.a;
+    float gap = dot(other.normal, offset);
+#if GLS_SUN
+    float side = -other.normal.z;
+#else
+    float side = dot(other.normal, other.a);
+#endif
+    return (side < 0.0 ? -gap : gap) > ray.bound + u_bound.y * dot(abs(offset), vec3(1.0));
+}
+
+#include <candidates>
+
+float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
+    Ray ray;
+    ray.position = position_lv;
+    ray.bound = u_bound.x + u_bound.y * dot(abs(position_lv - receiver_corner), vec3(1.0));
+    float face = 0.0, depth = -position_lv.z;
+    vec2 place = position_lv.xy;
+#if GLS_POINT
+    vec3 size = abs(position_lv);
+    float axis = size.x >= size.y && size.x >= size.z ? 0.0 : size.y >= size.z ? 1.0 : 2.0;
+    float s = (axis < 0.5 ? position_lv.x : axis < 1.5 ? position_lv.y : position_lv.z) < 0.0 ? -1.0 : 1.0;
+    face = 2.0 * axis + (s < 0.0 ? 1.0 : 0.0);
+    vec3 right = face_right(axis, s), up = face_up(axis, s), backward = face_backward(axis, s);
+    depth = -dot(backward, position_lv);
+    place = vec2(dot(right, position_lv), dot(up, position_lv)) / max(depth, 1e-30);
+    ray.right = right + place.x * backward;
+    ray.up = up + place.y * backward;
+#elif !GLS_SUN
+    place /= max(depth, 1e-30);
+    ray.tangent = place;
+#endif
+    vec2 cell = place * u_cells.xy + u_cells.zw;
+    bool inside = all(greaterThanEqual(cell, vec2(0.0))) && all(lessThan(cell, vec2(GLS_CELLS)));
+#if !GLS_SUN && !GLS_POINT
+    inside = inside && depth > 0.0;
+#endif
+    return blocked(ray, cell, face, depth, inside && cosine > 0.0) ? 0.0 : 1.0;
+}
