@@ -29,6 +29,7 @@ from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
 if TYPE_CHECKING:
     from glshadow.core.used import Used
     from glshadow.frame import Frame
+    from glshadow.measure.flip import flip
     from glshadow.reference.trace import Truth, trace
     from glshadow.renderer import Renderer, render
     from glshadow.scene import builtin as scenes
@@ -42,6 +43,7 @@ _LAZY = {
     "Renderer": "glshadow.renderer",
     "Truth": "glshadow.reference.trace",
     "Used": "glshadow.core.used",
+    "flip": "glshadow.measure.flip",
     "load": "glshadow.scene.load",
     "render": "glshadow.renderer",
     "scenes": "glshadow.scene.builtin",
@@ -101,6 +103,7 @@ __all__ = [
     "Used",
     "ViewFit",
     "__version__",
+    "flip",
     "load",
     "measure",
     "render",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
@@ -99,14 +98,14 @@ class Frame:
         return channels
 
     def _repr_png_(self) -> bytes | None:
-        """The picture in a notebook."""
-        if self.image is None:
-            return None
-        from PIL import Image
+        """The picture in a notebook; without one, the visibility of every light, one below the other."""
+        from glshadow.inline import png, visibility_picture
 
-        data = io.BytesIO()
-        Image.fromarray(np.ascontiguousarray(self.image)).save(data, format="png", compress_level=1)
-        return data.getvalue()
+        if self.image is not None:
+            return png(self.image)
+        if self.visibility is None or len(self.visibility) == 0:
+            return None
+        return png(np.concatenate([visibility_picture(one) for one in self.visibility]))
 
 
 def decoded(image: NDArray[np.uint8]) -> NDArray[np.float32]:

@@ -1,4 +1,4 @@
-"""Images through OpenImageIO: textures as RGBA bytes; PNG, JPEG, TIFF and EXR written whole or not at all."""
+"""Images through OpenImageIO, JPEG through Pillow: textures as RGBA bytes; PNG, JPEG, TIFF and EXR written whole or not at all."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ PNG_LEVEL, PNG_FILTER = (
     2,
     16,
 )  # zlib level, and PNG_FILTER_SUB alone: 1280 x 720 in 20 ms, all filters need 50 for the same size (measured)
+PNG_END = bytes.fromhex("0000000049454e44ae426082")  # the IEND chunk
 JPEG_QUALITY = 95
 MAGIC = ((b"\x89PNG", ".png"), (b"\xff\xd8", ".jpg"), (b"RIFF", ".webp"), (b"II*\0", ".tif"), (b"MM\0*", ".tif"))
 
@@ -60,6 +61,8 @@ def _read_file(path: Path, name: str) -> NDArray[np.uint8]:
 
     if not path.is_file():
         raise SceneError(f"{name}: there is no such image file")
+    if not _utf8(path):
+        return read(path.read_bytes())
     wanted = oiio.ImageSpec()
     wanted.attribute("oiio:UnassociatedAlpha", 1)  # otherwise colour is multiplied by alpha on the way in
     reader = oiio.ImageInput.open(str(path), wanted)
@@ -157,12 +160,14 @@ def _channels(path: Path, image: Pixels | Mapping[str, Pixels]) -> tuple[list[st
 def _replace(path: Path, suffix: str, names: list[str], pixels: Pixels) -> None:
     """Write beside `path`, then rename: a reader, or Ctrl-C, never meets half a file."""
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=suffix, dir=path.parent)
+        handle, name = tempfile.mkstemp(prefix=".glshadow-", suffix=suffix, dir=path.parent)
     except OSError as error:
         raise GlshadowError(f"{path} cannot be written: {error.strerror or error}") from error
     os.close(handle)
     part = Path(name)
     try:
+        if not _utf8(part):
+            raise OSError("the name of its folder is not UTF-8; write elsewhere and move it")
         _write_file(part, suffix, names, pixels)
         part.chmod(0o666 & ~_umask())
         part.replace(path)
@@ -172,13 +177,45 @@ def _replace(path: Path, suffix: str, names: list[str], pixels: Pixels) -> None:
         part.unlink(missing_ok=True)
 
 
+def _utf8(path: Path) -> bool:
+    """Whether OpenImageIO can be told its name."""
+    try:
+        str(path.absolute()).encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
 def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
 
 
+def _jpeg(pixels: NDArray[np.uint8]) -> bytes:
+    """By Pillow: where the disk is full, the libjpeg inside OpenImageIO (3.0) ends the process."""
+    import io
+
+    from PIL import Image
+
+    stream = io.BytesIO()
+    picture = Image.fromarray(pixels[..., 0] if pixels.shape[2] == 1 else pixels)
+    picture.save(stream, "JPEG", quality=JPEG_QUALITY, subsampling=0)  # 4:4:4: thin shadow edges keep their colour
+    return stream.getvalue()
+
+
+def _check_png(path: Path) -> None:
+    """OpenImageIO (3.0) does not notice a disk that was full."""
+    with path.open("rb") as file:
+        file.seek(-len(PNG_END), os.SEEK_END)
+        if file.read() != PNG_END:
+            raise OSError("its end is missing; is the disk full?")
+
+
 def _write_file(path: Path, suffix: str, names: list[str], pixels: Pixels) -> None:
+    if suffix in (".jpg", ".jpeg"):
+        path.write_bytes(_jpeg(pixels))
+        return
     import OpenImageIO as oiio
 
     height, width, count = pixels.shape
@@ -189,9 +226,6 @@ def _write_file(path: Path, suffix: str, names: list[str], pixels: Pixels) -> No
     if suffix == ".png":
         spec.attribute("png:compressionLevel", PNG_LEVEL)
         spec.attribute("png:filter", PNG_FILTER)
-    elif suffix in (".jpg", ".jpeg"):
-        spec.attribute("Compression", f"jpeg:{JPEG_QUALITY}")
-        spec.attribute("jpeg:subsampling", "4:4:4")  # thin shadow edges keep their colour
     else:
         spec.attribute("Compression", "zip")
     writer = oiio.ImageOutput.create(str(path))
@@ -203,3 +237,5 @@ def _write_file(path: Path, suffix: str, names: list[str], pixels: Pixels) -> No
     finally:
         if not writer.close():
             raise OSError(writer.geterror().strip())
+    if suffix == ".png":
+        _check_png(path)

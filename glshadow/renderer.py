@@ -26,10 +26,12 @@ from glshadow.gl.context import Backend, open_context
 from glshadow.gl.entry_points import AnySamples
 from glshadow.gl.geometry import GpuScene, Meshes
 from glshadow.gl.lists import Lists
+from glshadow.gl.numbers import Numbers
 from glshadow.gl.maps import place, plan
 from glshadow.gl.program import Programs
 from glshadow.gl.readback import read
-from glshadow.gl.resolve import Samplers, Share, resolve
+from glshadow.gl.refine import Refined
+from glshadow.gl.resolve import Asked, Samplers, Share, resolve
 from glshadow.gl.targets import Atlas, CameraTargets, clear_outputs
 from glshadow.scene.mesh import Scene, warn
 
@@ -65,7 +67,8 @@ class Renderer:
         self._sight: Sight | None = None
         self._targets: CameraTargets | None = None
         self._atlases: dict[Target, Atlas] = {}
-        self._lists: dict[int, Lists] = {}
+        self._refined: Refined | None = None
+        self._lists: dict[int, Lists | Numbers] = {}
 
     def __enter__(self) -> Self:
         return self
@@ -86,6 +89,7 @@ class Renderer:
                 self._idle,
                 self._idle_color,
                 self._scene,
+                self._refined,
                 self._targets,
             )
             for thing in (*owned, *self._atlases.values(), *self._lists.values()):
@@ -200,11 +204,11 @@ class _Frame:
         with self._clock("surface"), self.r._covered:
             draw_surface(context, programs, self.gpu, self.sight, targets)
         used: list[Used] = []
-        shadows: list[Map | Lists | None] = list(maps)
+        shadows: list[Map | Lists | Numbers | None] = list(maps)
         with self._clock("shadow"):
             for i, (each, light, shadow_map) in enumerate(zip(plans, self.lights, maps, strict=True)):
                 if isinstance(each.filter, Exact):
-                    shadows[i] = lists = self.r._lists.setdefault(i, Lists(context))
+                    shadows[i] = lists = self._candidates(i)
                     used.append(replace(each, draws=int(lists.update(programs, self.gpu, light)), links=lists.links))
                     continue
                 draws = draw_casters(context, programs, self.gpu, light, shadow_map) if shadow_map else 0
@@ -212,7 +216,8 @@ class _Frame:
         with self._clock("resolve"):
             clear_outputs(context, targets, background)  # here, so that tiles are cleared and drawn in one go
             for i, light in enumerate(self.lights):
-                share = Share(light, shadows[i], i, len(self.lights), ambient)
+                shadow = self._refined(targets, light, shadows[i])
+                share = Share(light, shadow, i, len(self.lights), ambient)
                 resolve(context, programs, samplers, self.gpu, self.sight, targets, share)
             if not self.lights:
                 resolve(context, programs, samplers, self.gpu, self.sight, targets, Share(None, None, 0, 1, ambient))
@@ -249,6 +254,25 @@ class _Frame:
         self.timings[name] = self.timings.get(name, 0.0) + time.perf_counter() - start
 
     # What is kept from frame to frame
+
+    def _refined(self, targets: CameraTargets, light: Light, shadow: Map | Lists | Numbers | None) -> Asked:
+        """What the resolve pass asks: the visibility itself, where an exact filter wants several points in a pixel."""
+        kind = light.shadow.filter if light.shadow else None
+        if not isinstance(shadow, Lists | Numbers) or not isinstance(kind, Exact) or kind.samples == 1:
+            return shadow
+        kept = self.r._refined
+        if kept is None or kept.targets is not targets:
+            if kept is not None:
+                self.r._refined = None
+                kept.release()
+            self.r._refined = kept = Refined(self.context, targets)
+        return kept.draw(self.r._programs, self.r._samplers, self.gpu, self.sight, light, shadow, kind.samples)
+
+    def _candidates(self, light: int) -> Lists | Numbers:
+        kept = self.r._lists.get(light)
+        if kept is None:
+            kept = self.r._lists[light] = Lists(self.context) if self.context.caps.compute else Numbers(self.context)
+        return kept
 
     def _gpu_scene(self) -> GpuScene:
         kept = self.r._scene

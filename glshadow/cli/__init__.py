@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from glshadow import __version__
-from glshadow.cli import doctor, measure, render, study
+from glshadow.cli import doctor, measure, plan, render, study
 from glshadow.cli.running import INTERRUPTED
 
 
@@ -31,6 +31,8 @@ def main() -> None:
     glshadow render                             the built-in courtyard into courtyard.png
     glshadow render model.glb -o model.png      any .glb .gltf .obj .ply .stl .off
     glshadow measure model.glb                  its shadows against the exact answer
+    glshadow study model.glb -o folder          speed against error of many settings, as a page
+    glshadow plan model.glb --wrong 0.1%        the cheapest settings for that error
     glshadow doctor                             what works on this machine
 
     Exit codes: 0 done, 1 the input cannot be rendered, 2 the command line is wrong, 130 interrupted.
@@ -39,5 +41,6 @@ def main() -> None:
 
 main.add_command(render.command, "render")
 main.add_command(measure.command, "measure")
-main.add_command(study.study, "study")
+main.add_command(study.command, "study")
+main.add_command(plan.command, "plan")
 main.add_command(doctor.command, "doctor")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -84,15 +84,9 @@ common = _all(
     option(LAST, "--debug", is_flag=True, help="Show the Python traceback of an error."),
 )
 
-picture_options = _all(
+scene_options = _all(
     click.argument("model", required=False, type=click.Path()),
-    option("Picture", "-o", "--output", metavar="FILE", read=values.picture,
-           help="The image to write: .png .jpg .tif, or .exr with all float outputs as channels."),
     option("Picture", "--size", metavar="WxH", read=values.size, default="1280x720", show_default=True, help="Pixels."),
-    option("Picture", "--ambient", metavar="A|R,G,B", read=values.ambient, default="0.1", show_default=True,
-           help="Light from everywhere, linear."),
-    option("Picture", "--background", metavar="R,G,B", read=values.color, default="0,0,0", show_default=True,
-           help="sRGB, each 0 to 1."),
     option("Picture", "--backend", type=click.Choice(["auto", "egl", "osmesa", "window"]), default="auto",
            show_default=True, help="Where the OpenGL context comes from; auto takes the first that works."),
     option("Model", "--ground", is_flag=True, help="Put a plane under the model to catch its shadow."),
@@ -113,6 +107,16 @@ picture_options = _all(
                 "Any :key=value may follow: intensity=1 color=1,1,1 near=D far=D shadow=on|off, for spot and point "
                 "range=D falloff=0 (2: physical) radius=0, for sun angle=0. Repeat for more lights. Default: the "
                 "file's lights, else one sun."),
+)  # fmt: skip
+
+picture_options = _all(
+    option("Picture", "-o", "--output", metavar="FILE", read=values.picture,
+           help="The image to write: .png .jpg .tif, or .exr with all float outputs as channels."),
+    scene_options,
+    option("Picture", "--ambient", metavar="A|R,G,B", read=values.ambient, default="0.1", show_default=True,
+           help="Light from everywhere, linear."),
+    option("Picture", "--background", metavar="R,G,B", read=values.color, default="0,0,0", show_default=True,
+           help="sRGB, each 0 to 1."),
     option("Shadow (of every light)", "--resolution", metavar="N", read=values.resolution,
            help="Texels along a side of the shadow map. Default: 2048."),
     option("Shadow (of every light)", "--filter", "filter_", metavar="FILTER", read=values.shadow_filter,
@@ -137,13 +141,10 @@ picture_options = _all(
 
 @dataclass(frozen=True)
 class Request:
-    """What the picture options ask for."""
+    """What the scene options ask for, and the picture options where a command has them."""
 
     model: str | None
-    output: Path | None
     size: tuple[int, int]
-    ambient: float | values.Triple
-    background: values.Triple
     backend: Any
     ground: bool
     up_axis: str | None
@@ -154,7 +155,10 @@ class Request:
     near: float | None
     far: float | None
     lights: tuple[Light, ...]
-    shadow: dict[str, Any]
+    output: Path | None = None
+    ambient: float | values.Triple = 0.1
+    background: values.Triple = (0.0, 0.0, 0.0)
+    shadow: dict[str, Any] = field(default_factory=dict)
 
     @property
     def name(self) -> str:

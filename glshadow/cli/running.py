@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import threading
 import time
 import traceback
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import TracebackType
 from typing import Any, Self
 
@@ -31,7 +32,7 @@ class Progress:
         self._display: Any = None
         self._timer = threading.Timer(DELAY_S, self._show)
         self._timer.daemon = True
-        if sys.stderr.isatty():
+        if sys.stderr is not None and sys.stderr.isatty():  # None: the caller closed it
             self._timer.start()
 
     def _show(self) -> None:
@@ -61,7 +62,7 @@ class Progress:
             if self._display is not None:
                 self._display.console.print(line, markup=False, highlight=False, soft_wrap=True)
                 return
-        click.echo(line, err=True)
+        say(line)
 
     def end(self) -> None:
         """Take the line away."""
@@ -114,11 +115,18 @@ class Work:
             return
         if self.debug:
             traceback.print_exception(kind, error, trace)
-        message = one_line(error)
-        click.echo(f"error: {message}", err=True)
-        if self.as_json:
-            print_json({"error": message, "kind": type(error).__name__, "warnings": self.warnings})
+        if not isinstance(error, BrokenPipeError):  # else whoever read it has gone: nobody to tell
+            self._tell(error)
+        if isinstance(error, OSError):
+            _give_up_output()  # it may be what failed
         raise click.exceptions.Exit(INTERRUPTED if isinstance(error, KeyboardInterrupt) else FAILED) from None
+
+    def _tell(self, error: BaseException) -> None:
+        message = one_line(error)
+        say(f"error: {message}")
+        if self.as_json:
+            with suppress(OSError):
+                print_json({"error": message, "kind": type(error).__name__, "warnings": self.warnings})
 
     def warn(self, message: str) -> None:
         """One `warning:` line per message, and one entry under "warnings"."""
@@ -146,6 +154,22 @@ class Work:
             print_json({**report, "timings": {**self.timings, **report.get("timings", {})}, "warnings": self.warnings})
 
 
+def say(line: str) -> None:
+    """A line on standard error, if that can be written."""
+    with suppress(OSError):
+        click.echo(line, err=True)
+
+
+def _give_up_output() -> None:
+    """Standard output that cannot be written leads nowhere from now on, so that its rest is no error at the end."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except AttributeError:  # None: the caller closed it
+        pass
+
+
 def one_line(error: BaseException) -> str:
     """What to say about an error; what we did not expect names its type."""
     text = " ".join(str(error).split())
@@ -153,6 +177,8 @@ def one_line(error: BaseException) -> str:
         return text
     if isinstance(error, KeyboardInterrupt):
         return "interrupted"
+    if isinstance(error, OSError) and error.strerror:
+        return f"cannot read or write {error.filename or 'the output'}: {error.strerror}"
     if isinstance(error, MemoryError):
         return "there is not enough memory; try a smaller --size or --resolution" + (f" ({text})" if text else "")
     return f"unexpected {type(error).__name__}: {text or 'no message'}; please report this (--debug shows where)"

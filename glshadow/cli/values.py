@@ -182,10 +182,13 @@ def picture(text: str) -> Path:
     path = Path(text)
     if path.suffix.lower() not in IMAGES:
         raise SettingsError(f"{text!r} must end in one of {' '.join(IMAGES)}")
-    if not path.parent.is_dir():
-        raise SettingsError(f"there is no folder {str(path.parent)!r}")
-    if path.is_dir():
-        raise SettingsError(f"{text!r} is a folder")
+    try:
+        if not path.parent.is_dir():
+            raise SettingsError(f"there is no folder {str(path.parent)!r}")
+        if path.is_dir():
+            raise SettingsError(f"{text!r} is a folder")
+    except OSError as error:
+        raise SettingsError(f"{text!r} is no name for a file: {error.strerror}") from error
     return path
 
 

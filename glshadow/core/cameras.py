@@ -8,10 +8,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from glshadow.core.spaces import Array, finite_vector, look_at, unit
+from glshadow.core.spaces import FARTHEST, NEAREST, Array, finite_vector, look_at, unit
 from glshadow.errors import SettingsError
 
 Triple = tuple[float, float, float]
+
+# No lens goes so far; beyond, the window's edges could not be told apart in float32.
+LEAST_FOV, MOST_ASPECT, MOST_SHIFT = 1e-6, 1e3, 1e6
 
 
 @dataclass(frozen=True)
@@ -23,7 +26,7 @@ class PerspectiveCamera:
     position, target, up : (3,) floats
         The eye, the point it looks at, and the direction that is up in the image; world units.
     fov_y : float
-        Vertical field of view, degrees, in (0, 180).
+        Vertical field of view, degrees, in [1e-6, 180).
     near, far : float, optional
         Depth range, distances along the view; None derives it from the scene, so that nothing is cut away.
     principal : (2,) floats
@@ -43,16 +46,20 @@ class PerspectiveCamera:
 
     def __post_init__(self) -> None:
         for name in ("position", "target", "up"):
-            vector = finite_vector(name, getattr(self, name))
+            vector = finite_vector(name, getattr(self, name), largest=np.inf if name == "up" else FARTHEST)
             object.__setattr__(self, name, (float(vector[0]), float(vector[1]), float(vector[2])))
-        if not (np.isfinite(self.fov_y) and 0.0 < self.fov_y < 180.0):
-            raise SettingsError(f"fov_y must be in (0, 180) degrees, got {self.fov_y!r}")
-        if not (np.isfinite(self.pixel_aspect) and self.pixel_aspect > 0):
-            raise SettingsError(f"pixel_aspect must be positive, got {self.pixel_aspect!r}")
-        finite_vector("principal", self.principal, 2)
+        if not LEAST_FOV <= self.fov_y < 180.0:
+            raise SettingsError(f"fov_y must be in [{LEAST_FOV:g}, 180) degrees, got {self.fov_y!r}")
+        if not 1.0 / MOST_ASPECT <= self.pixel_aspect <= MOST_ASPECT:
+            raise SettingsError(
+                f"pixel_aspect must be in [{1.0 / MOST_ASPECT:g}, {MOST_ASPECT:g}], got {self.pixel_aspect!r}"
+            )
+        finite_vector("principal", self.principal, 2, largest=MOST_SHIFT)
         for name, plane in (("near", self.near), ("far", self.far)):
-            if plane is not None and not (np.isfinite(plane) and plane > 0):
-                raise SettingsError(f"{name} must be positive or None (derived from the scene), got {plane!r}")
+            if plane is not None and not NEAREST <= plane <= FARTHEST:
+                raise SettingsError(
+                    f"{name} must be in [{NEAREST:g}, {FARTHEST:g}] or None (derived from the scene), got {plane!r}"
+                )
         if self.near is not None and self.far is not None and not self.near < self.far:
             raise SettingsError(f"near must be less than far, got near={self.near}, far={self.far}")
         _ = self.view_from_world  # position == target or a zero up fails here, when built

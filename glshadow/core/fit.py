@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.spaces import Array, cross
+from glshadow.core.spaces import Array
 
 
 @dataclass(frozen=True)
@@ -29,23 +29,43 @@ Fit = ViewFit | SceneFit
 _CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 _EDGES = np.array([(a, b) for a in range(8) for b in range(a + 1, 8) if np.abs(_CORNERS[a] - _CORNERS[b]).sum() == 1])
 
-_FACE_CORNERS = np.array([np.flatnonzero(_CORNERS[:, axis] == side)[:3] for axis in range(3) for side in (0, 1)])
+
+@dataclass(frozen=True, eq=False)
+class Frustum:
+    """What a perspective view can see.
+
+    Parameters
+    ----------
+    corners : (8, 3) float64
+        World.
+    normals, limits : (6, 3), (6,) float64
+        Its faces: a world point p is inside where normals @ p >= limits. Not of unit length.
+    """
+
+    corners: Array
+    normals: Array
+    limits: Array
 
 
-def frustum_corners(
-    window: tuple[float, float, float, float], near: float, far: float, view_from_world: Array
-) -> Array:
-    """World corners (8, 3) of a view's frustum; `window` is left, right, bottom, top as tangents."""
+def frustum_of(window: tuple[float, float, float, float], near: float, far: float, view_from_world: Array) -> Frustum:
+    """The frustum of a view; `window` is left, right, bottom, top as tangents.
+
+    The faces come from the window, not from the corners: far from the origin those of a narrow one round to a single point.
+    """
     left, right, bottom, top = window
+    rotation, offset = view_from_world[:3, :3], view_from_world[:3, 3]
     tangents = np.array([left, bottom, right, top]).reshape(2, 2)
     distance = np.array([near, far])[_CORNERS[:, 2]]
-    local = np.stack(
+    corners_v = np.stack(
         [tangents[_CORNERS[:, 0], 0] * distance, tangents[_CORNERS[:, 1], 1] * distance, -distance], axis=-1
     )
-    return np.asarray((local - view_from_world[:3, 3]) @ view_from_world[:3, :3])
+    # x >= left * depth, and so on, with depth = -z
+    normals_v = np.array([[1, 0, left], [-1, 0, -right], [0, 1, bottom], [0, -1, -top], [0, 0, -1], [0, 0, 1]])
+    limits = np.array([0.0, 0.0, 0.0, 0.0, near, -far]) - normals_v @ offset
+    return Frustum((corners_v - offset) @ rotation, normals_v @ rotation, limits)
 
 
-def visible_corners(bounds: Array, world_from_mesh: Array, frustum: Array) -> list[Array]:
+def visible_corners(bounds: Array, world_from_mesh: Array, frustum: Frustum) -> list[Array]:
     """Corners of what a frustum contains of each box.
 
     Parameters
@@ -53,8 +73,7 @@ def visible_corners(bounds: Array, world_from_mesh: Array, frustum: Array) -> li
     bounds : (N, 2, 3) float64
         Boxes in mesh space.
     world_from_mesh : (N, 4, 4) float64
-    frustum : (8, 3) float64
-        World corners in the order of `frustum_corners`.
+    frustum : Frustum
 
     Returns
     -------
@@ -67,17 +86,16 @@ def visible_corners(bounds: Array, world_from_mesh: Array, frustum: Array) -> li
     low, high = low - pad, high + pad  # so that a flat box is crossed, not touched
     local = np.where(_CORNERS[None, :, :] == 0, low[:, None], high[:, None])
     corners = np.einsum("nij,nkj->nki", linear, local) + offset[:, None]
-    normals, limits = _planes(frustum)
     inside_frustum, box_points = _clip(
         corners[:, _EDGES[:, 0]],
         corners[:, _EDGES[:, 1]],
-        np.broadcast_to(normals, (len(bounds), 6, 3)),
-        limits[None, :],
+        np.broadcast_to(frustum.normals, (len(bounds), 6, 3)),
+        frustum.limits[None, :],
     )
     size = np.abs(linear).max(axis=(1, 2))
     regular = np.abs(np.linalg.det(linear)) > 1e-12 * size**3
     inverse = np.linalg.inv(np.where(regular[:, None, None], linear, np.eye(3)))
-    frustum_local = np.einsum("nij,nkj->nki", inverse, frustum[None] - offset[:, None])
+    frustum_local = np.einsum("nij,nkj->nki", inverse, frustum.corners[None] - offset[:, None])
     axes = np.broadcast_to(np.concatenate([np.eye(3), -np.eye(3)]), (len(bounds), 6, 3))
     inside_box, frustum_points = _clip(
         frustum_local[:, _EDGES[:, 0]], frustum_local[:, _EDGES[:, 1]], axes, np.concatenate([low, -high], axis=1)
@@ -89,15 +107,6 @@ def visible_corners(bounds: Array, world_from_mesh: Array, frustum: Array) -> li
         else corners[i]  # squashed flat by its matrix: take it whole
         for i in range(len(bounds))
     ]
-
-
-def _planes(frustum: Array) -> tuple[Array, Array]:
-    """Inward normals (6, 3) and limits (6,) of a frustum's faces: inside where normal . p >= limit."""
-    a, b, c = frustum[_FACE_CORNERS].transpose(1, 2, 0)  # (3, 6) each
-    normals = cross(b - a, c - a).T
-    normals /= np.sqrt((normals * normals).sum(axis=1, keepdims=True))
-    normals *= np.sign((normals * (frustum.mean(axis=0) - a.T)).sum(axis=1, keepdims=True))
-    return normals, (normals * a.T).sum(axis=1)
 
 
 def _clip(start: Array, end: Array, normals: Array, limits: Array) -> tuple[NDArray[np.bool_], Array]:

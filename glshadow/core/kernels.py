@@ -99,6 +99,18 @@ class Exact:
         return 2.0
 
 
+def sample_offsets(samples: int) -> Array:
+    """Where in a pixel Exact's points lie: (samples, 2) from its middle, right and up, in pixels.
+
+    16: a 4 x 4 grid. 4 and 8: one point in each row and column of a 4 x 4 or 8 x 8 grid.
+    """
+    if samples == 16:
+        steps = (np.arange(4) + 0.5) / 4.0 - 0.5
+        return np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    columns = {1: (0,), 4: (1, 3, 0, 2), 8: (2, 5, 7, 1, 4, 0, 6, 3)}[samples]
+    return np.stack([np.asarray(columns), np.arange(samples)], axis=-1) / samples + 0.5 / samples - 0.5
+
+
 Filter = Hard | Pcf | Exact
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from glshadow.core.shadow import Shadow
-from glshadow.core.spaces import Array, finite_vector, unit
+from glshadow.core.spaces import FARTHEST, NEAREST, Array, finite_vector, unit
 from glshadow.errors import SettingsError
 
 Triple = tuple[float, float, float]
@@ -39,8 +39,8 @@ class _Light:
         if self.shadow is not None and not isinstance(self.shadow, Shadow):
             raise SettingsError(f"shadow must be a glshadow.Shadow or None (casts nothing), got {self.shadow!r}")
         for name, plane in (("near", self.near), ("far", self.far)):
-            if plane is not None and not np.isfinite(plane):
-                raise SettingsError(f"{name} must be finite or None (derived), got {plane!r}")
+            if plane is not None and not abs(plane) <= FARTHEST:
+                raise SettingsError(f"{name} must be in [{-FARTHEST:g}, {FARTHEST:g}] or None (derived), got {plane!r}")
         if self.near is not None and self.far is not None and not self.near < self.far:
             raise SettingsError(f"near must be less than far, got near={self.near}, far={self.far}")
 
@@ -59,13 +59,16 @@ class _LocalLight(_Light):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _set(self, "position", _triple(finite_vector("position", self.position)))
-        _check("radius", self.radius, 0.0, np.inf)
+        _set(self, "position", _triple(finite_vector("position", self.position, largest=FARTHEST)))
+        _check("radius", self.radius, 0.0, FARTHEST, open_high=False)
         _check("falloff", self.falloff, 0.0, 8.0, open_high=False)
-        if self.range is not None and not (np.isfinite(self.range) and self.range > 0):
-            raise SettingsError(f"range must be positive or None (no end), got {self.range!r}")
-        if self.near is not None and self.near <= 0:
-            raise SettingsError(f"near must be positive for a light with a position, got {self.near!r}")
+        if self.range is not None and not NEAREST <= self.range <= FARTHEST:
+            raise SettingsError(f"range must be in [{NEAREST:g}, {FARTHEST:g}] or None (no end), got {self.range!r}")
+        for name, plane in (("near", self.near), ("far", self.far)):
+            if plane is not None and plane < NEAREST:
+                raise SettingsError(
+                    f"{name} must be positive for a light with a position, {NEAREST:g} or more, got {plane!r}"
+                )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,35 +9,36 @@ import numpy as np
 from glshadow.core.fit import minimum_rectangle
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import Array, rigid_inverse, view_axes
-from glshadow.core.view import Kind, kind_of
+from glshadow.core.view import Kind
 
 # Cells along a side of the fine grid: one grid for a sun or a spot, one per face for a point light.
 CELLS: dict[Kind, int] = {"directional": 512, "spot": 512, "point": 256}
 RATIO = 16  # fine cells along a side of a coarse one
 LEAST_CELLS = 32  # two coarse cells along a side
-_GROWN = 1.0005  # window of a sun: its casters, and a little, so that none of them touches the border
+_GROWN = 1.0005
+_FAR_COSINE = 0.5  # casters within 60 degrees of the axis: tangents to 1.7
 _UNIT = 2.0**-24  # float32's relative rounding
 
 
 @dataclass(frozen=True, eq=False)
 class ListGrid:
-    """The grid of a light's triangle lists. Follows from the scene and the light, not from the camera.
+    """The grid of a light's triangle lists. Follows from what casts and from the light, not from the camera.
 
     Parameters
     ----------
     kind : str
-        Which light: decides the projection.
+        How it projects: a point light far from all casters has one grid, as a spot has.
     view_from_world : (4, 4) float64
-        Rigid: a spot's view, a sun's about the middle of what casts; a point light's has world axes.
-    half : (2,) floats
-        Half the window: world units for a sun, else tangents.
+        Rigid: a spot's view, a sun's about the middle of what casts; for the six faces of a point light with world axes.
+    window : (4,) floats
+        Left, right, bottom, top: world units for a sun, else tangents.
     cells : int
         Along a side of the fine grid.
     """
 
     kind: Kind
     view_from_world: Array
-    half: tuple[float, float]
+    window: tuple[float, float, float, float]
     cells: int
 
     @property
@@ -48,36 +49,87 @@ class ListGrid:
     @property
     def cells_from_window(self) -> tuple[float, float, float, float]:
         """(x, y, z, w) with fine cell = xy or tangent * (x, y) + (z, w)."""
-        middle = 0.5 * self.cells
-        return (middle / self.half[0], middle / self.half[1], middle, middle)
+        left, right, bottom, top = self.window
+        x, y = self.cells / (right - left), self.cells / (top - bottom)
+        return (x, y, -left * x, -bottom * y)
 
 
-def list_grid(light: Light, casters: Array, cells: int) -> ListGrid:
+def list_grid(light: Light, casters: Array, halvings: int = 0) -> ListGrid:
     """The grid of a light.
 
     Parameters
     ----------
     casters : (K, 3) float64
         World points whose convex hull holds everything that casts.
-    cells : int
-        Along a side of the fine grid.
+    halvings : int
+        How often the usual number of cells is halved.
     """
-    kind = kind_of(light)
-    if isinstance(light, PointLight):
-        return ListGrid(kind, rigid_inverse(np.eye(3), np.asarray(light.position)), (1.0, 1.0), cells)
-    axes = view_axes(np.asarray(light.direction))
+    if isinstance(light, DirectionalLight):
+        middle = 0.5 * (casters.min(axis=0) + casters.max(axis=0))
+        axes = view_axes(np.asarray(light.direction))
+        return _grid("directional", axes, middle, (casters - middle) @ axes[:2].T, halvings)
+    position = np.asarray(light.position)
+    offset = casters - position
     if isinstance(light, SpotLight):
-        edge = float(np.tan(np.radians(light.outer_angle)))
-        return ListGrid(kind, rigid_inverse(axes, np.asarray(light.position)), (edge, edge), cells)
-    assert isinstance(light, DirectionalLight)
-    middle = 0.5 * (casters.min(axis=0) + casters.max(axis=0))
-    angle, rectangle = minimum_rectangle((casters - middle) @ axes[:2].T)
+        forward, edge = np.asarray(light.direction), float(np.tan(np.radians(light.outer_angle)))
+    else:
+        forward = unit_or_x(0.5 * (offset.min(axis=0) + offset.max(axis=0)))
+        edge = np.inf
+    axes = view_axes(forward)
+    local = offset @ axes.T
+    # so far away that no caster comes near the light's plane
+    if (local[:, 2] < -_FAR_COSINE * np.sqrt((local * local).sum(axis=1))).all():
+        tangents = local[:, :2] / -local[:, 2:]
+        if np.abs(tangents).max() <= edge:
+            return _grid("spot", axes, position, tangents, halvings)
+        low, high = np.clip([tangents.min(axis=0), tangents.max(axis=0)], -edge, edge)
+        if (low < high).all():
+            window = _grown(np.stack([low, high]))
+            return ListGrid("spot", rigid_inverse(axes, position), window, CELLS["spot"] >> halvings)
+    if isinstance(light, PointLight):
+        window = (-1.0, 1.0, -1.0, 1.0)
+        return ListGrid("point", rigid_inverse(np.eye(3), position), window, CELLS["point"] >> halvings)
+    return ListGrid("spot", rigid_inverse(axes, position), (-edge, edge, -edge, edge), CELLS["spot"] >> halvings)
+
+
+def unit_or_x(vector: Array) -> Array:
+    """A vector scaled to length 1; the x axis for none."""
+    length = float(np.sqrt(vector @ vector))
+    return vector / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
+
+
+def _grid(kind: Kind, axes: Array, origin: Array, points: Array, halvings: int) -> ListGrid:
+    """The grid on the smallest rectangle round points (K, 2) of the window, its axes turned into the view's."""
+    angle, rectangle = minimum_rectangle(points)
     cosine, sine = np.cos(angle), np.sin(angle)
     axes = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]]) @ axes
-    middle = middle + rectangle.mean(axis=0) @ axes[:2]
-    size = np.ptp(rectangle, axis=0)
-    half = 0.5 * _GROWN * np.maximum(size, max(1e-6 * float(np.ptp(casters, axis=0).max()), 1e-300))
-    return ListGrid(kind, rigid_inverse(axes, middle), (float(half[0]), float(half[1])), cells)
+    if kind == "directional":  # centred: coordinates stay small
+        origin = origin + rectangle.mean(axis=0) @ axes[:2]
+        rectangle = rectangle - rectangle.mean(axis=0)
+    return ListGrid(kind, rigid_inverse(axes, origin), _grown(rectangle), CELLS[kind] >> halvings)
+
+
+def _grown(rectangle: Array) -> tuple[float, float, float, float]:
+    """Left, right, bottom, top of corners (K, 2), and a little more, so that nothing touches the border."""
+    low, high = rectangle.min(axis=0), rectangle.max(axis=0)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    half = _GROWN * np.maximum(half, max(1e-6 * float(half.max()), 1e-6 * float(np.abs(middle).max()), 1e-300))
+    (left, bottom), (right, top) = middle - half, middle + half
+    return (float(left), float(right), float(bottom), float(top))
+
+
+def shades(corners: Array, light: Light, others: Array, slack: float) -> bool:
+    """Whether any of the triangles (T, 3, 3) may darken any of the other points (K, 3): one that lies beyond its plane, seen from
+    the light, by more than `slack`."""
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = normal / np.where(length > 0.0, length, 1.0)
+    if isinstance(light, DirectionalLight):
+        towards = normal @ -np.asarray(light.direction)
+    else:
+        towards = np.einsum("ij,ij->i", normal, np.asarray(light.position) - corners[:, 0])
+    height = others @ normal.T - np.einsum("ij,ij->i", normal, corners[:, 0])
+    return bool((height * np.sign(towards) < -slack).any())
 
 
 def distance_bound(world: float, local: float) -> tuple[float, float]:

@@ -56,25 +56,33 @@ class ClipSpace:
 CLIP_SPACES = tuple(ClipSpace(z, r) for z in (False, True) for r in (False, True))
 
 
-def finite_vector(name: str, value: ArrayLike, size: int = 3) -> Array:
-    """`value` as a float64 vector of `size` finite numbers; SettingsError names `name` otherwise."""
+# World units, distances and coordinates alike: times what a matrix of a narrow view multiplies by, they stay inside float32's 1e38.
+NEAREST, FARTHEST = 1e-20, 1e20
+
+
+def finite_vector(name: str, value: ArrayLike, size: int = 3, largest: float = np.inf) -> Array:
+    """`value` as a float64 vector of `size` finite numbers up to `largest`; SettingsError names `name` otherwise."""
     try:
         vector = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise SettingsError(f"{name} must be {size} numbers, got {value!r}") from error
     if vector.shape != (size,) or not np.isfinite(vector).all():
         raise SettingsError(f"{name} must be {size} finite numbers, got {value!r}")
+    if np.abs(vector).max() > largest:
+        raise SettingsError(f"{name} must be {size} numbers from {-largest:g} to {largest:g}, got {value!r}")
     return vector
 
 
 def unit(name: str, value: ArrayLike) -> Array:
     """`value` scaled to length 1, for any length that float64 can hold; a zero vector is a SettingsError."""
-    vector = finite_vector(name, value)
-    largest = np.abs(vector).max()
+    given = finite_vector(name, value)
+    largest = np.abs(given).max()
     if largest == 0.0:
         raise SettingsError(f"{name} must not be the zero vector")
-    vector = vector / largest  # first, so that lengths of 1e-200 or 1e200 neither underflow nor overflow
-    return np.asarray(vector / np.linalg.norm(vector))
+    vector = given / largest  # first, so that lengths of 1e-200 or 1e200 neither underflow nor overflow
+    vector /= np.linalg.norm(vector)
+    # A unit vector stays as it is, to the last bit: a light that is copied with another shadow is still the same light.
+    return given if np.abs(vector - given).max() <= 2.0**-51 else vector
 
 
 def cross(a: Array, b: Array) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.fit import frustum_corners, visible_corners
+from glshadow.core.fit import frustum_of, visible_corners
 from glshadow.core.spaces import Array, ClipSpace, perspective
 from glshadow.core.view import ShadowView
 from glshadow.gl.caster import seen_by
@@ -52,6 +52,13 @@ class Sight:
     outside: NDArray[np.bool_]
 
     @property
+    def rays(self) -> Array:
+        """(3, 3) ray of unit view depth = rays @ (NDC x, NDC y, 1), in view axes."""
+        left, right, bottom, top = self.camera.window(self.size)
+        x, y = 0.5 * (right - left), 0.5 * (top - bottom)
+        return np.array([[x, 0.0, left + x], [0.0, y, bottom + y], [0.0, 0.0, -1.0]])
+
+    @property
     def unproject(self) -> tuple[float, float]:
         """(x, y) with 1 / view depth = x + y * window depth, exact in every clip convention."""
         matrix = self.clip_from_view
@@ -71,7 +78,7 @@ def look(scene: Scene, gpu: GpuScene, camera: PerspectiveCamera, size: tuple[int
     depth = -(corners @ view[2, :3] + view[2, 3])
     return Sight(
         camera, size, near, far, clip, perspective(*window, near, far, clip),
-        receivers=visible_corners(*scene.boxes, frustum_corners(window, near, far, view)),
+        receivers=visible_corners(*scene.boxes, frustum_of(window, near, far, view)),
         drawn=np.flatnonzero(seen_by(frustum.clip_from_world, corners, frustum)),
         clip_from_mesh=pack_matrices(frustum.clip_from_world @ gpu.world_from_origin),
         outside=depth.min(axis=1) > near,
@@ -95,7 +102,7 @@ def draw_surface(context: GLContext, programs: Programs, scene: GpuScene, sight:
     if context.caps.clip_control:
         context.gl.clip_control(sight.clip.zero_to_one)
     targets.surface_framebuffer.use()
-    ctx.depth_func = ">=" if sight.clip.reversed else "<="
+    ctx.depth_func = ">" if sight.clip.reversed else "<"  # an equal depth would be that of "nothing there"
     ctx.enable_only(moderngl.DEPTH_TEST)
     targets.surface_framebuffer.clear(depth=sight.clip.clear_depth)
     culled: str | None = None

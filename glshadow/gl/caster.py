@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 import moderngl
@@ -43,17 +44,22 @@ class Map:
 
 
 def casters(scene: GpuScene) -> NDArray[np.bool_]:
-    """Which nodes (N,) cast: all but blended ones."""
-    return np.array([node.mesh.material.alpha_mode is not AlphaMode.BLEND for node in scene.nodes])
+    """Which nodes (N,) cast: all but blended ones and those that are told not to."""
+    return np.array([node.casts and node.mesh.material.alpha_mode is not AlphaMode.BLEND for node in scene.nodes])
 
 
 def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light: Light, shadow_map: Map) -> int:
-    """Draw all views of a light into their tiles; returns the number of draws.
+    """Draw all views of a light into their tiles, unless they hold just that; returns the number of draws.
 
     Casters nearer than a view's near plane are clamped to it, not cut (depth clamp). Nodes outside a view are not drawn.
     """
     ctx = context.ctx
     atlas, settings, boxes = shadow_map.atlas, shadow_map.settings, scene.corners
+    tiles = tuple(view.tile for view in shadow_map.views)
+    source = _source(scene, light, shadow_map)
+    if atlas.drawn.get(tiles) == source:
+        return 0
+    atlas.drawn.pop(tiles, None)
     casting = casters(scene)
     solid = hides_back_faces(scene, light, settings.faces)
     atlas.framebuffer.use()
@@ -77,7 +83,15 @@ def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light:
     ctx.depth_clamp_range = None
     ctx.front_face = "ccw"
     ctx.enable_only(moderngl.NOTHING)
+    atlas.drawn[tiles] = source
     return draws
+
+
+def _source(scene: GpuScene, light: Light, shadow_map: Map) -> Hashable:
+    """All that a light's maps depend on."""
+    place = light.direction if isinstance(light, DirectionalLight) else light.position
+    views = tuple((view.clip_from_world.tobytes(), view.near, view.far, view.clip) for view in shadow_map.views)
+    return (scene.identity, shadow_map.settings, place, views)
 
 
 def _draw(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import weakref
-from typing import Any
 
 import moderngl
 import numpy as np
@@ -18,6 +17,7 @@ from glshadow.gl.program import Program
 from glshadow.gl.world import WorldTriangles, texture_buffer
 from glshadow.scene.mesh import AlphaMode, Mesh, Node, Scene
 
+NOT_RECEIVING = 1 << 31  # marks the numbers of triangles that no light's shadow falls on
 _SRGB8_ALPHA8 = 0x8C43
 _FAR_FROM_ORIGIN = (
     16.0  # a mesh further from its origin than this many extents is stored relative to its middle (4 bits of float32)
@@ -196,6 +196,8 @@ class GpuScene:
         World point that the planes are relative to: the median corner, where most of the scene is even if a stray triangle is not.
     color : (3,) floats or None
         The base colour, where all nodes share one and none has a texture.
+    selective : bool
+        Whether shadows leave out some nodes.
     identity : int
         Never the same for two of them.
     """
@@ -225,7 +227,10 @@ class GpuScene:
         self.mirrored: list[bool] = (np.linalg.det(matrices[:, :3, :3]) < 0.0).tolist()
         self.normal_from_mesh = _cofactors(matrices[:, :3, :3])
         self.packed_normals = pack_matrices(self.normal_from_mesh)
-        first = (self.first + 1).astype(np.int32)  # as shaders count, 0 being none
+        first = (self.first + 1).astype(np.uint32)  # as shaders count, 0 being none
+        receives = np.array([node.receives for node in self.nodes])
+        self.selective = not receives.all()
+        first[~receives] |= np.uint32(NOT_RECEIVING)
         self.packed_first = [number.tobytes() for number in first]
         self.origin: Array = np.median(self._sample(1024), axis=0)
         self.corners = scene.corners

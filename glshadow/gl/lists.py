@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
+from collections.abc import Hashable
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.lights import DirectionalLight, Light
-from glshadow.core.lists import CELLS, LEAST_CELLS, RATIO, ListGrid, distance_bound, list_grid
+from glshadow.core.lists import LEAST_CELLS, RATIO, ListGrid, distance_bound, list_grid, shades
 from glshadow.core.shadow import Faces
-from glshadow.core.spaces import Array
+from glshadow.core.spaces import Array, transform
 from glshadow.core.view import kind_of
 from glshadow.errors import ResourceError
 from glshadow.gl.caster import casters, hides_back_faces
@@ -24,7 +23,17 @@ from glshadow.gl.program import Programs
 _CULL_BACK, _CULL_FRONT, _CASTS, _MASKED = 1, 2, 4, 8  # pass/lists.comp
 _GROUP, _MOST_GROUPS = 64, 65535
 _LINK_BYTES, _FACET_BYTES = 16, 48
+_FEW = 12  # triangles of a node that is asked whether it casts on anything at all
 _SPARE = 1.25  # a buffer that was too small grows to this much of what was needed
+
+
+def made_for(scene: GpuScene, light: Light) -> tuple[Hashable, ...]:
+    """All that a light's candidates depend on."""
+    faces = light.shadow.faces if light.shadow else None
+    place = (
+        light.direction if isinstance(light, DirectionalLight) else (light.position, getattr(light, "direction", None))
+    )
+    return (scene.identity, kind_of(light), place, getattr(light, "outer_angle", None), faces)
 
 
 class Lists:
@@ -41,9 +50,11 @@ class Lists:
         How often they were built.
     """
 
+    candidates = "lists"
+
     def __init__(self, context: GLContext) -> None:
         self._context = context
-        self._key: tuple[Any, ...] | None = None
+        self._key: tuple[Hashable, ...] | None = None
         self._heads: moderngl.Texture | None = None
         self._framebuffer: moderngl.Framebuffer | None = None
         self._links: BufferTexture | None = None
@@ -63,9 +74,7 @@ class Lists:
         ResourceError
             If the scene does not fit into the driver's buffers on any grid.
         """
-        faces = light.shadow.faces if light.shadow else None
-        place = light.direction if isinstance(light, DirectionalLight) else (light.position, getattr(light, "direction", None))
-        key = (scene.identity, kind_of(light), place, getattr(light, "outer_angle", None), faces)
+        key = made_for(scene, light)
         if key == self._key:
             return False
         self._key = None
@@ -75,18 +84,18 @@ class Lists:
                 f"Exact() needs {_FACET_BYTES} bytes for each of the scene's {scene.world.count} triangles, a buffer of this driver "
                 f"holds {limit}: split the scene, or use another filter"
             )
-        traits = _traits(scene, light, faces)
-        corners = scene.corners[casters(scene)].reshape(-1, 3)
-        cells = CELLS[kind_of(light)]
+        traits = _traits(scene, light)
+        corners = scene.corners[(traits[:, 0] & _CASTS) != 0].reshape(-1, 3)
+        halvings = 0
         while True:
-            self.grid = list_grid(light, corners, cells)
+            self.grid = list_grid(light, corners, halvings)
             self.links = self._build(programs, scene, traits)
             if self._links is not None and self.links * _LINK_BYTES <= self._links.buffer.size:
                 break
             if self.links * _LINK_BYTES <= limit:
                 self._reserve_links(min(int(_SPARE * self.links) * _LINK_BYTES, limit))
-            elif cells > LEAST_CELLS:
-                cells //= 2
+            elif self.grid.cells > LEAST_CELLS:
+                halvings += 1
             else:
                 raise ResourceError(
                     f"Exact() needs {self.links} list entries even on its coarsest grid, a buffer of this driver holds "
@@ -182,9 +191,10 @@ class Lists:
                 thing.release()
 
 
-def _traits(scene: GpuScene, light: Light, faces: Faces | None) -> NDArray[np.uint32]:
+def _traits(scene: GpuScene, light: Light) -> NDArray[np.uint32]:
     """Per node (N, 2): flags, and what turns a triangle's number into its mask's."""
-    casting, solid = casters(scene), hides_back_faces(scene, light, faces)
+    faces = light.shadow.faces if light.shadow else None
+    casting, solid = casting_on_others(scene, light), hides_back_faces(scene, light, faces)
     mirrored = np.array(scene.mirrored)
     back = solid if faces is None else np.full(len(casting), faces is Faces.FRONT)
     front = np.full(len(casting), faces is Faces.BACK)
@@ -193,6 +203,19 @@ def _traits(scene: GpuScene, light: Light, faces: Faces | None) -> NDArray[np.ui
     masked = scene.world.mask_shift != 0
     flags = _CULL_BACK * back + _CULL_FRONT * front + _CASTS * casting + _MASKED * masked
     return np.stack([flags, scene.world.mask_shift], axis=1).astype(np.int64).astype(np.uint32)
+
+
+def casting_on_others(scene: GpuScene, light: Light) -> NDArray[np.bool_]:
+    """Which nodes (N,) cast; not a plane under everything, which would widen the grid for nothing."""
+    casting = casters(scene)
+    points = scene.corners.reshape(-1, 3)
+    slack = distance_bound(scene.world.reach, scene.world.reach)[0]
+    for i in np.flatnonzero(casting):
+        mesh = scene.nodes[i].mesh
+        if len(mesh.triangles) <= _FEW and casting.sum() > 1:
+            corners = transform(scene.nodes[i].world_from_mesh, mesh.positions)[mesh.triangles]
+            casting[i] = shades(corners, light, points, slack)
+    return casting
 
 
 def light_frame(grid: ListGrid, scene: GpuScene) -> tuple[Array, Array]:

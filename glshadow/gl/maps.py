@@ -20,6 +20,11 @@ from glshadow.gl.geometry import GpuScene
 from glshadow.gl.targets import Atlas, layout
 from glshadow.scene.mesh import Scene
 
+_NOT_EXACT = (
+    "Exact() asks the triangles of a map of numbers, 4 x 4 texels, not lists of all: not exact, casters thinner than a texel may be "
+    "missed; lists need OpenGL 4.3, {} has {:.1f}"
+)
+
 
 def plan(light: Light, scene: Scene, gpu: GpuScene, sight: Sight, caps: Caps) -> Used:
     """Everything about a light's shadow decided; its views are not placed yet."""
@@ -27,7 +32,8 @@ def plan(light: Light, scene: Scene, gpu: GpuScene, sight: Sight, caps: Caps) ->
     if shadow is None:
         return Used()
     if isinstance(shadow.filter, Exact):
-        return Used(filter=shadow.filter, faces=shadow.faces, fallbacks=_sized(light, shadow))
+        missing = () if caps.compute else (_NOT_EXACT.format(caps.renderer, caps.version_code / 100),)
+        return Used(filter=shadow.filter, faces=shadow.faces, fallbacks=_sized(light, shadow) + missing)
     target = shadow.target or Target.DEPTH32F
     clip, fallbacks = _clip(light, shadow, target, caps)
     fallbacks += _sized(light, shadow)
@@ -68,6 +74,10 @@ def place(context: GLContext, atlases: dict[Target, Atlas], plans: list[Used]) -
                 del atlases[target]
                 atlas.release()
             atlas = atlases[target] = Atlas(context, target, size)
+        tiles = tuple((view.tile, view.resolution, view.gutter) for view in views)
+        if atlas.tiles != tiles:
+            atlas.tiles = tiles
+            atlas.drawn.clear()
         start = 0
         for i in which:
             each, count = plans[i], len(plans[i].views)

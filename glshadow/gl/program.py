@@ -24,6 +24,8 @@ UNITS = {
     "u_sum": 6,
     "u_heads": 0,
     "u_numbers": 0,
+    "u_probe": 0,
+    "u_given": 0,
     "u_facets": 7,
     "u_links": 8,
     "u_masks": 9,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from glshadow.core.metric import Target, metric_range, projected_metric, unpack
 from glshadow.gl.camera import Sight
 from glshadow.gl.caster import Map
+from glshadow.gl.geometry import NOT_RECEIVING
 from glshadow.gl.targets import CameraTargets
 
 
@@ -59,6 +60,7 @@ def _depths(outputs: Collection[str], sight: Sight, targets: CameraTargets) -> d
         results["depth_metric"] = np.where(nothing, 1.0, metric).astype(np.float32)
     if "triangle" in outputs:
         number = _pixels(targets.surface, np.uint32)[..., 0].astype(np.int64)
+        number &= NOT_RECEIVING - 1
         results["triangle"] = np.where(nothing, -1, number - 1).astype(np.int32)
     return results
 

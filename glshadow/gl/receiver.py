@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import moderngl
@@ -17,19 +18,29 @@ from glshadow.core.view import ShadowView, kind_of
 from glshadow.gl.caster import Map
 from glshadow.gl.context import Caps
 from glshadow.gl.lists import Lists
-from glshadow.shader.slots import Compare, exact_defines, exact_slots, mapped_defines, mapped_slots, open_slots
+from glshadow.gl.numbers import Numbers
+from glshadow.shader.slots import Compare, exact_defines, exact_slots, given_slots, mapped_defines, mapped_slots, open_slots
 
 # A receiver's position is a sum of products in float32: ray x depth, the eye added, back on the plane, into the light's view, and
 # the caster's vertex takes a matrix product of its own. 16 roundings of relative size 2^-24 bound the sum.
 _ROUNDINGS = 16.0
 
 
-def receiver_slots(light: Light, shadow_map: Map | Lists | None, caps: Caps) -> dict[str, str]:
+@dataclass(frozen=True)
+class Given:
+    """A light's visibility, pixel by pixel, found by an earlier pass."""
+
+    texture: moderngl.Texture
+
+
+def receiver_slots(light: Light, shadow_map: Map | Lists | Numbers | Given | None, caps: Caps) -> dict[str, str]:
     """Snippets of the receiver contract for a light; None: it casts nothing."""
     if shadow_map is None:
         return open_slots(kind_of(light))
-    if isinstance(shadow_map, Lists):
-        return exact_slots(kind_of(light), "lists")
+    if isinstance(shadow_map, Lists | Numbers):
+        return exact_slots(kind_of(light), shadow_map.candidates)
+    if isinstance(shadow_map, Given):
+        return given_slots(kind_of(light))
     compare: Compare = "depth_taps"
     if not shadow_map.settings.target.is_depth:
         compare = "metric"
@@ -39,12 +50,12 @@ def receiver_slots(light: Light, shadow_map: Map | Lists | None, caps: Caps) -> 
     return mapped_slots(kind_of(light), settings.target, settings.bias, shadow_map.filter, compare)
 
 
-def receiver_defines(light: Light, shadow_map: Map | Lists | None) -> dict[str, int | str]:
+def receiver_defines(light: Light, shadow_map: Map | Lists | Numbers | Given | None) -> dict[str, int | str]:
     """Defines of the receiver contract for a light."""
-    if shadow_map is None:
+    if shadow_map is None or isinstance(shadow_map, Given):
         return {}
-    if isinstance(shadow_map, Lists):
-        return exact_defines(kind_of(light), shadow_map.grid.cells, RATIO, shadow_map.masked)
+    if isinstance(shadow_map, Lists | Numbers):
+        return exact_defines(shadow_map.grid.kind, shadow_map.grid.cells, RATIO, shadow_map.masked)
     settings = shadow_map.settings
     reversed_depth = settings.target.is_depth and shadow_map.views[0].clip.reversed  # a metric always grows away
     return mapped_defines(kind_of(light), settings.target, settings.bias, shadow_map.filter, reversed_depth)

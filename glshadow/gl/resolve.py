@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -15,8 +16,10 @@ from glshadow.gl.caster import Map
 from glshadow.gl.context import GLContext
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.lists import Lists, light_frame
+from glshadow.gl.numbers import Numbers
 from glshadow.gl.program import UNITS, Program, Programs
 from glshadow.gl.receiver import (
+    Given,
     comparison_sampler,
     light_uniforms,
     light_view,
@@ -49,6 +52,10 @@ class Samplers:
             sampler.release()
 
 
+Asked = Map | Lists | Numbers | Given | None
+"""What a light's shadow is asked of; None: it casts nothing."""
+
+
 @dataclass(frozen=True)
 class Share:
     """One light's part of a picture.
@@ -64,7 +71,7 @@ class Share:
     """
 
     light: Light | None
-    shadow: Map | Lists | None
+    shadow: Asked
     number: int
     count: int
     ambient: Array
@@ -95,6 +102,7 @@ def resolve(
             "GLS_COLORS": 2 if scene.textured else 0 if scene.color is not None else 1,
             "GLS_FIRST": int(first),
             "GLS_LAST": int(last),
+            "GLS_SELECTIVE": int(scene.selective),
             "GLS_LIT": int(share.light is not None),
             "GLS_WEAK": int(light.shadow is not None and light.shadow.strength < 1.0),
             "GLS_VISIBILITY": int(bool(targets.visibility)),
@@ -106,52 +114,55 @@ def resolve(
     if not first:
         targets.sums[(share.number - 1) % 2].use(UNITS["u_sum"])
     targets.framebuffer(targets.image if last else targets.sums[share.number % 2], share.number).use()
-    if context.caps.clip_control:
-        context.gl.clip_control(sight.clip.zero_to_one)
-    ctx.enable_only(moderngl.DEPTH_TEST)
-    ctx.depth_func = "<" if sight.clip.reversed else ">"
-    program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
+    draw_over(context, program, sight)
     ctx.clear_samplers(0, max(UNITS.values()) + 1)
 
 
 def _set(program: Program, scene: GpuScene, sight: Sight, light: Light, share: Share) -> None:
-    camera, size = sight.camera, sight.size
-    eye = np.asarray(camera.position) - scene.origin
-    left, right, bottom, top = camera.window(size)
-    x, y = 0.5 * (right - left), 0.5 * (top - bottom)
-    rays_v = np.array([[x, 0.0, left + x], [0.0, y, bottom + y], [0.0, 0.0, -1.0]])
-    exact = isinstance(share.shadow, Lists)
-    if isinstance(share.shadow, Lists):
-        axes, origin = light_frame(share.shadow.grid, scene)
-        offset = -axes @ origin
-    else:
-        lv_from_world = light_view(light, share.shadow.views if share.shadow else (), scene.origin)
-        axes = lv_from_world[:3, :3]
-        offset = lv_from_world[:3, 3] + axes @ scene.origin
-    program.set(
-        u_far_z=(0.0 if sight.clip.zero_to_one else -1.0) if sight.clip.reversed else 1.0,
-        u_unproject=sight.unproject,
-        u_ray_l=axes @ camera.view_from_world[:3, :3].T @ rays_v,
-        u_eye_l=tuple(axes @ eye + (offset if exact else 0.0)),
-        u_forward_l=tuple(-axes @ camera.view_from_world[2, :3]),
-        u_lv_from_l=tuple(offset),
-        u_axes_l=axes,
-        u_towards_w=tuple(axes[2]),
-        u_strength=light.shadow.strength if light.shadow else 1.0,
-    )
+    program.set(**place_uniforms(scene, sight, light, share.shadow))
     program.set(**light_uniforms(light))
     color = np.ones(3) if scene.color is None else np.asarray(scene.color)
     radiance = np.minimum(color * np.asarray(light.color) * light.intensity, 1e18)  # its square root is still a float32
-    program.set(u_ambient=tuple(share.ambient * color), u_radiance=tuple(radiance))
-    if isinstance(share.shadow, Lists):
-        local = axes @ (scene.corners.reshape(-1, 3) - scene.origin).T + offset[:, None]
-        reach = max(float(np.abs(local).max()), float(np.abs(axes @ eye + offset).max()))
+    program.set(u_ambient=tuple(np.minimum(share.ambient * color, 1e18)), u_radiance=tuple(radiance))
+    program.set(u_strength=light.shadow.strength if light.shadow else 1.0)
+
+
+def place_uniforms(scene: GpuScene, sight: Sight, light: Light, shadow: Asked) -> dict[str, Any]:
+    """Uniforms of pass/resolve.vert that say where camera and light are, and those that ask what the light's shadow is made of."""
+    camera = sight.camera
+    eye = np.asarray(camera.position) - scene.origin
+    axes, offset = _light_frame(scene, light, shadow)
+    eye_l = axes @ eye
+    values = {
+        "u_far_z": (0.0 if sight.clip.zero_to_one else -1.0) if sight.clip.reversed else 1.0,
+        "u_unproject": sight.unproject,
+        "u_ray_l": axes @ camera.view_from_world[:3, :3].T @ sight.rays,
+        "u_eye_l": tuple(eye_l),
+        "u_forward_l": tuple(-axes @ camera.view_from_world[2, :3]),
+        "u_lv_from_l": tuple(offset),
+        "u_axes_l": axes,
+        "u_towards_w": tuple(axes[2]),
+    }
+    if isinstance(shadow, Lists | Numbers):
+        local = (scene.corners.reshape(-1, 3) - scene.origin) @ axes.T + offset
+        reach = max(float(np.abs(local).max()), float(np.abs(eye_l + offset).max()))
         bound = distance_bound(scene.world.reach, reach)
-        program.set(u_cells=share.shadow.grid.cells_from_window, u_bound=bound)
-    elif share.shadow is not None:
-        ray = float(np.hypot(1.0, np.hypot(max(abs(left), abs(right)), max(abs(bottom), abs(top)))))
+        return values | {"u_eye_l": tuple(eye_l + offset), "u_cells": shadow.grid.cells_from_window, "u_bound": bound}
+    if isinstance(shadow, Map):
+        ray = float(np.linalg.norm(np.abs(sight.rays).sum(axis=1)))
         reach = max(float(np.abs(eye).max()) + sight.far * ray, float(np.abs(offset).max()))
-        program.set(**receiver_uniforms(light, share.shadow, rounding_of(reach)))
+        values |= receiver_uniforms(light, shadow, rounding_of(reach))
+    return values
+
+
+def _light_frame(scene: GpuScene, light: Light, shadow: Asked) -> tuple[Array, Array]:
+    """Axes (3, 3) of the frame in which a light's receivers are given, and where the scene's origin lies in it."""
+    if isinstance(shadow, Lists | Numbers):
+        axes, origin = light_frame(shadow.grid, scene)
+        return axes, -axes @ origin
+    lv_from_world = light_view(light, shadow.views if isinstance(shadow, Map) else (), scene.origin)
+    axes = lv_from_world[:3, :3]
+    return axes, lv_from_world[:3, 3] + axes @ scene.origin
 
 
 def _bind(
@@ -160,25 +171,44 @@ def _bind(
     samplers: Samplers,
     scene: GpuScene,
     targets: CameraTargets,
-    shadow: Map | Lists | None,
+    shadow: Asked,
 ) -> None:
+    bind_surface(samplers, scene, targets)
+    if "u_colors" in program:
+        scene.owners.use(UNITS["u_owners"])
+        scene.colors.use(UNITS["u_colors"])
+    if isinstance(shadow, Lists | Numbers):
+        bind_candidates(scene, shadow)
+    elif isinstance(shadow, Given):
+        shadow.texture.use(UNITS["u_given"])
+    elif shadow is not None:
+        shadow.atlas.texture.use(UNITS["u_map"])
+        if shadow.settings.target.is_depth:
+            raw = context.caps.texture_gather and context.caps.software
+            compared = samplers.nearer_reversed if shadow.views[0].clip.reversed else samplers.nearer
+            (samplers.plain if raw else compared).use(UNITS["u_map"])
+
+
+def bind_surface(samplers: Samplers, scene: GpuScene, targets: CameraTargets) -> None:
+    """What the camera sees, to its texture units."""
     targets.surface.use(UNITS["u_surface"])
     targets.depth.use(UNITS["u_camera_depth"])
     samplers.plain.use(UNITS["u_camera_depth"])
     scene.planes.use(UNITS["u_planes"])
-    if "u_colors" in program:
-        scene.owners.use(UNITS["u_owners"])
-        scene.colors.use(UNITS["u_colors"])
-    if shadow is None:
-        return
-    if isinstance(shadow, Lists):
-        shadow.use(UNITS["u_heads"], UNITS["u_links"], UNITS["u_facets"])
-        if scene.world.masks is not None and scene.world.alphas is not None:
-            scene.world.masks.use(UNITS["u_masks"])
-            scene.world.alphas.use(UNITS["u_alphas"])
-        return
-    shadow.atlas.texture.use(UNITS["u_map"])
-    if shadow.settings.target.is_depth:
-        raw = context.caps.texture_gather and context.caps.software
-        compared = samplers.nearer_reversed if shadow.views[0].clip.reversed else samplers.nearer
-        (samplers.plain if raw else compared).use(UNITS["u_map"])
+
+
+def bind_candidates(scene: GpuScene, shadow: Lists | Numbers) -> None:
+    """What exact filters ask, to its texture units."""
+    shadow.use(UNITS["u_heads"], UNITS["u_links"], UNITS["u_facets"])
+    if scene.world.masks is not None and scene.world.alphas is not None:
+        scene.world.masks.use(UNITS["u_masks"])
+        scene.world.alphas.use(UNITS["u_alphas"])
+
+
+def draw_over(context: GLContext, program: Program, sight: Sight) -> None:
+    """A pass over all pixels that see a surface: one triangle at the far plane, the camera's depth attached."""
+    if context.caps.clip_control:
+        context.gl.clip_control(sight.clip.zero_to_one)
+    context.ctx.enable_only(moderngl.DEPTH_TEST)
+    context.ctx.depth_func = "<" if sight.clip.reversed else ">"
+    program.vertex_array().render(moderngl.TRIANGLES, vertices=3)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -61,10 +61,16 @@ class Atlas:
     texture : moderngl.Texture
         What receivers read: the depth texture, or the colour target of the metric.
     framebuffer : moderngl.Framebuffer
+    tiles : tuple
+        How its tiles lie; where that changes, nothing drawn before counts.
+    drawn : dict
+        What each light's tiles were last drawn from.
     """
 
     def __init__(self, context: GLContext, target: Target, size: tuple[int, int]) -> None:
         self.target, self.size = target, size
+        self.tiles: tuple[Hashable, ...] = ()
+        self.drawn: dict[Hashable, Hashable] = {}
         what = "the shadow map atlas"
         depth = depth_texture(context, size, target if target.is_depth else Target.DEPTH32F, what)
         self._owned: list[moderngl.Texture] = [depth]

@@ -56,6 +56,8 @@ class Truth(Frame, Protocol):
     @property
     def normal(self) -> Array: ...  # (H, W, 3)
     @property
+    def triangle(self) -> NDArray[np.int32]: ...  # (H, W)
+    @property
     def body(self) -> NDArray[np.int32]: ...  # (H, W)
     def near_edge(self, light: int, radius: Array | float, where: Bools | None = None) -> Bools: ...
     def near_foot(self, radius: Array | float, where: Bools) -> Bools: ...
@@ -163,6 +165,12 @@ class ShadowError(Score):
             image[kinds == kind] = color
         return image
 
+    def _repr_html_(self) -> str:
+        """The numbers and the pictures of all lights in a notebook."""
+        from glshadow.measure.html import error_html
+
+        return error_html(self)
+
 
 def _plain(score: Score) -> dict[str, object]:
     numbers = {item.name: getattr(score, item.name) for item in fields(Score)}
@@ -177,10 +185,14 @@ def measure(frame: Frame, truth: Truth) -> ShadowError:
     may differ; pixels on the image's border do not count). A pixel where the frame has no surface but the truth has one
     counts as wrong.
 
+    If the frame carries the output `triangle`, a pixel that shows another triangle than the exact ray meets does not
+    count either: GL snaps vertices to 1/256 pixel, so that beside an edge a picture may show the neighbour, and its
+    visibility answers for another point. Without it such pixels count as they come.
+
     Parameters
     ----------
     frame : glshadow.Frame
-        Or anything with `visibility`, `scene`, `camera` and `lights`.
+        Or anything with `visibility`, `scene`, `camera`, `lights` and perhaps `triangle`, numbered as the truth's.
     truth : glshadow.Truth
 
     Raises
@@ -190,7 +202,7 @@ def measure(frame: Frame, truth: Truth) -> ShadowError:
         frame's own business: one truth serves many settings.
     """
     _check_same(frame, truth)
-    smooth = _smooth(truth.body, truth.normal)
+    smooth = _smooth(truth.body, truth.normal) & ~_shows_another(frame, truth)
     tallies, kinds = [], []
     for number in range(len(truth.lights)):
         shadow = frame.lights[number].shadow or Shadow()
@@ -305,6 +317,14 @@ def _smooth(body: NDArray[np.int32], normal: Array) -> Bools:
         good &= (body[other] == body[inner]) & (np.einsum("ijk,ijk->ij", normal[other], normal[inner]) >= SMOOTH_COSINE)
     result[inner] = good
     return result
+
+
+def _shows_another(frame: Frame, truth: Truth) -> Bools:
+    """Pixels (H, W) where the frame shows another triangle than the truth; nowhere if it does not say which."""
+    drawn: NDArray[np.int32] | None = getattr(frame, "triangle", None)
+    if drawn is None:
+        return np.zeros(truth.triangle.shape, dtype=bool)
+    return np.asarray((drawn >= 0) & (drawn != truth.triangle))
 
 
 def texel_size(truth: Truth, number: int, resolution: int) -> Array | float:

@@ -83,10 +83,21 @@ class Rays:
         return _Embree(self.corners, np.flatnonzero(self.solid), self.size)
 
     @cached_property
+    def receives(self) -> Bools:
+        """Triangles (T,) that can be in shadow."""
+        return np.array([node.receives for node in self.scene.nodes])[self.node]
+
+    @cached_property
+    def casts(self) -> Bools:
+        """Triangles (T,) that block light: with an area, not blended, of a node that casts."""
+        nodes = self.scene.nodes
+        casting = [n.casts and n.mesh.material.alpha_mode is not AlphaMode.BLEND for n in nodes]
+        return np.asarray(self.solid & np.array(casting)[self.node])
+
+    @cached_property
     def _casting(self) -> _Embree | None:
-        blend = np.array([n.mesh.material.alpha_mode is AlphaMode.BLEND for n in self.scene.nodes])[self.node]
-        casting = np.flatnonzero(self.solid & ~blend)
-        if not blend.any():
+        casting = np.flatnonzero(self.casts)
+        if len(casting) == self.solid.sum():
             return self._drawn
         return _Embree(self.corners, casting, self.size) if len(casting) else None
 

@@ -134,6 +134,19 @@ class Truth:
         result.ravel()[rows] = near
         return result
 
+    def _repr_html_(self) -> str:
+        """In a notebook: for every light the surfaces it lights, bright, and those in shadow, dark."""
+        from glshadow.inline import figure, visibility_picture
+
+        seen = self.triangle >= 0
+        figures = []
+        for number, light in enumerate(self.lights):
+            share = float(self.visibility[number][seen].mean()) if seen.any() else 0.0
+            kind = type(light).__name__.removesuffix("Light").lower()
+            picture = visibility_picture(self.visibility[number], self.cosine[number])
+            figures.append(figure(picture, f"truth, light {number} ({kind}): {share:.2%} of what is seen is lit"))
+        return "".join(figures)
+
 
 def trace(
     scene: Scene,
@@ -142,11 +155,13 @@ def trace(
     size: tuple[int, int] = (1280, 720),
     pixel_samples: int = 1,
     light_samples: int = 1,
+    surface: Ints | None = None,
 ) -> Truth:
     """Trace the exact shadows of a picture.
 
     A point is in shadow iff the open segment from it to the light meets a triangle, and unlit where the geometric
-    normal that faces the viewer points away from the light. Surfaces are two-sided. Texels below the cutoff of a MASK
+    normal that faces the viewer points away from the light. Surfaces are two-sided. A node that does not receive is never in
+    shadow, one that does not cast darkens nothing. Texels below the cutoff of a MASK
     material do not exist (alpha sampled bilinearly at the finest level); BLEND materials are seen but cast nothing; a
     light with `shadow=None` is not blocked by anything. Cone, range and strength do not dim visibility (see
     `Truth.reached`).
@@ -164,6 +179,11 @@ def trace(
         Points on each light with a radius or an angle, stratified and turned at random (but reproducibly) from pixel to
         pixel. 1: its centre, a hard shadow.
 
+    surface : (H, W) int32, optional
+        The triangles that a picture shows (`Frame.triangle`), asked instead of those that exact rays meet first: GL snaps vertices
+        to 1/256 pixel, so that a few dozen pixels show another one. Their points are where the rays meet the triangles' planes,
+        within each triangle's range of view depth: a picture's filter and its truth are then compared at the same points.
+
     Raises
     ------
     ReferenceUnavailable
@@ -174,9 +194,14 @@ def trace(
     camera = scene.camera if camera is None else camera
     lights = scene.lights if lights is None else tuple(lights)
     _check_counts(size, pixel_samples, light_samples)
+    if surface is not None and (surface.shape != (size[1], size[0]) or pixel_samples > 1):
+        raise SettingsError(
+            f"surface must have one triangle per pixel of the size, and one sample: it is {surface.shape} (height, width) for size "
+            f"{tuple(size)} and pixel_samples {pixel_samples}"
+        )
     rays = _rays_of(scene, camera)
     sources = [_Source(light, rays.origin) for light in lights]
-    hits = _surfaces(rays, camera, size, (0.5, 0.5))
+    hits = _surfaces(rays, camera, size, (0.5, 0.5)) if surface is None else _shown(rays, camera, size, surface)
     generator = np.random.default_rng(20)
     steps = (np.arange(pixel_samples) + 0.5) / pixel_samples
     seen = np.zeros(len(hits.triangle))
@@ -246,6 +271,20 @@ def _surfaces(rays: Rays, camera: PerspectiveCamera, size: tuple[int, int], offs
     return _Hits(triangle, rows, points[rows], np.where(away[:, None], -normals, normals))
 
 
+def _shown(rays: Rays, camera: PerspectiveCamera, size: tuple[int, int], surface: Ints) -> _Hits:
+    triangle = surface.ravel().astype(np.int32)
+    rows = np.flatnonzero(triangle >= 0)
+    own, directions = triangle[rows], pixel_rays(camera, size, (0.5, 0.5)).reshape(-1, 3)[rows]
+    eye = np.asarray(camera.position) - rays.origin
+    corners, normals = rays.corners[own], rays.normals[own]
+    depth = (corners - eye) @ -camera.view_from_world[2, :3]  # pixel_rays have unit view depth
+    slant = dot(normals, directions)
+    along = dot(normals, corners[:, 0] - eye) / np.where(slant == 0.0, 1.0, slant)
+    points = eye + np.clip(along, depth.min(axis=1), depth.max(axis=1))[:, None] * directions
+    points -= normals * dot(normals, points - corners[:, 0])[:, None]
+    return _Hits(triangle, rows, points, np.where((slant > 0.0)[:, None], -normals, normals))
+
+
 def _spread(hits: _Hits, values: Array) -> Array:
     image = np.full((len(hits.triangle), *values.shape[1:]), np.nan)
     image[hits.rows] = values
@@ -294,7 +333,8 @@ class _Source:
             end = distance if self.position is None else length
             open_to = facing & (dot(hits.normals, aim) > 0.0)
             if self.light.shadow is not None:
-                open_to[open_to] = ~rays.blocked(own[open_to], hits.points[open_to], aim[open_to], end[open_to])[0]
+                asked = open_to & rays.receives[own]
+                open_to[asked] = ~rays.blocked(own[asked], hits.points[asked], aim[asked], end[asked])[0]
             total += open_to
         mean = total / samples
         return mean, mean * (1.0 - mean)
@@ -303,7 +343,7 @@ class _Source:
         """Whether the middle of the light sees points (N, 3) on triangles (N,), whichever side they are seen from."""
         if self.light.shadow is None:
             return np.ones(len(own), dtype=bool)
-        return ~rays.blocked(own, points, *self.towards(points))[0]
+        return ~rays.blocked(own, points, *self.towards(points))[0] | ~rays.receives[own]
 
 
 def _facts(source: _Source, hits: _Hits) -> tuple[Array, Bools]:

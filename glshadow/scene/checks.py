@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from glshadow.core.spaces import Array
+from glshadow.core.spaces import FARTHEST, Array
 from glshadow.errors import SceneError
 from glshadow.scene.mesh import Node, box_corners
 
@@ -44,6 +44,9 @@ def check_scene(nodes: list[Node], *, stored: bool) -> list[str]:
         raise SceneError(
             f"its size is {size:.3g}; sizes from {LEAST_SIZE:g} to {MOST_SIZE:g} can be drawn: scale it first"
         )
+    far = float(np.abs(corners).max())
+    if far > 0.1 * FARTHEST:  # the default camera has to stand outside
+        raise SceneError(f"it lies {far:.3g} from the origin; up to {0.1 * FARTHEST:g} can be drawn: move it first")
     notes = _lost_in_float32(nodes) if stored else []
     if not _any_area(nodes):
         if notes:

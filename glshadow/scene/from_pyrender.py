@@ -12,7 +12,7 @@ from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import Array
 from glshadow.scene.from_trimesh import Builder
-from glshadow.scene.imported import WIDEST_CONE, Imported, alpha_mode, blended, fans, solid
+from glshadow.scene.imported import WIDEST_CONE, Imported, alpha_mode, blended, fans, reflectance, solid
 from glshadow.scene.mesh import Material, Mesh, Node
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
@@ -94,11 +94,15 @@ def _colors(primitive: Any) -> Array | None:
 
 def _uv(given: Any, triangles: NDArray[np.int64], count: int) -> NDArray[np.float32] | None:
     """Texture coordinates (v up) of the vertices that triangles use, in their order."""
-    if given is None or len(given) != count or not np.isfinite(given).all():
+    if given is None or len(given) != count:
+        return None
+    with np.errstate(over="ignore"):
+        uv = np.asarray(given, dtype=np.float32)
+    if not np.isfinite(uv).all():
         return None
     used = np.zeros(count, dtype=bool)
     used[triangles.ravel()] = True
-    return np.asarray(given, dtype=np.float32)[used][:, :2]
+    return uv[used][:, :2]
 
 
 def _material(builder: Builder, given: Any, name: str) -> Material:
@@ -106,9 +110,9 @@ def _material(builder: Builder, given: Any, name: str) -> Material:
         return Material()
     factor = getattr(given, "baseColorFactor", getattr(given, "diffuseFactor", None))
     texture = getattr(given, "baseColorTexture", getattr(given, "diffuseTexture", None))
-    color = (1.0,) * 4 if factor is None else tuple(np.append(np.asarray(factor, dtype=np.float64), 1.0)[:4].tolist())
+    color = (1.0,) * 4 if factor is None else reflectance(np.append(factor, 1.0)[:4], name, builder.notes)
     material = Material(
-        color=color,
+        color=color,  # type: ignore[arg-type]
         texture=_texture(builder, texture, name),
         alpha_mode=alpha_mode(given.alphaMode),
         cutoff=0.5 if given.alphaCutoff is None else float(given.alphaCutoff),

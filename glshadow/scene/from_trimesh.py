@@ -17,6 +17,7 @@ from glshadow.scene.imported import (
     alpha_mode,
     blended,
     fans,
+    reflectance,
     solid,
     srgb_to_linear,
     uniform,
@@ -80,7 +81,8 @@ class Builder:
         if color is None:
             self.notes.append(f"{name} has vertex or face colours, which are not modelled: drawn in one colour")
             return material
-        return replace(material, color=(*srgb_to_linear(color[:3]).tolist(), 1.0))
+        red, green, blue = srgb_to_linear(reflectance(color[:3], name, self.notes)).tolist()
+        return replace(material, color=(red, green, blue, 1.0))
 
     def _visual(self, visual: Any, vertices: int, name: str) -> tuple[Material, NDArray[np.float32] | None]:
         kind = getattr(visual, "kind", None)
@@ -92,7 +94,8 @@ class Builder:
         material = self._material(visual.material, name)
         if material.texture is None:
             return material, None
-        uv = None if visual.uv is None else np.asarray(visual.uv, dtype=np.float32)
+        with np.errstate(over="ignore"):  # beyond float32: not usable, as is said below
+            uv = None if visual.uv is None else np.asarray(visual.uv, dtype=np.float32)
         if uv is None or uv.ndim != 2 or len(uv) != vertices or not np.isfinite(uv[:, :2]).all():
             self.notes.append(f"{name} has a texture but no usable texture coordinates: drawn without it")
             return replace(material, texture=None), None
@@ -121,7 +124,7 @@ class Builder:
         extra = getattr(given, "kwargs", {}) or {}
         diffuse = tuple(np.asarray(given.diffuse).tolist())
         if "kd" in extra and np.shape(extra["kd"]) == (3,):
-            color = np.clip(np.asarray(extra["kd"], dtype=np.float64), 0.0, None)  # not rounded to bytes
+            color = np.array(reflectance(extra["kd"], name, self.notes))  # not rounded to bytes
         else:
             color = np.ones(3) if diffuse == UNSET_DIFFUSE else np.asarray(diffuse[:3]) / 255.0
         if texture is not None and not color.any():

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import Light
 from glshadow.core.spaces import Array
+from glshadow.errors import SceneError
 from glshadow.scene.mesh import AlphaMode, Material, Node
 
 WIDEST_CONE = 89.0  # degrees from the axis; SpotLight needs less than 90
@@ -47,6 +48,22 @@ def srgb_to_linear(value: ArrayLike) -> Array:
     """IEC 61966-2-1, values in 0..1."""
     x = np.asarray(value, dtype=np.float64)
     return np.where(x <= 0.04045, x / 12.92, ((np.maximum(x, 0.0) + 0.055) / 1.055) ** 2.4)
+
+
+def reflectance(color: ArrayLike, where: str, notes: list[str]) -> tuple[float, ...]:
+    """A base colour inside 0..1, all that a surface can reflect; notes what was beyond.
+
+    Raises
+    ------
+    SceneError
+        If it is not made of finite numbers.
+    """
+    given = np.asarray(color, dtype=np.float64)
+    if not np.isfinite(given).all():
+        raise SceneError(f"{where}: its colour must be finite numbers, got {given.tolist()}")
+    if (given < 0.0).any() or (given > 1.0 + 1e-6).any():  # what rounding to float32 leaves is no news
+        notes.append(f"{where}: its colour ({', '.join(f'{x:g}' for x in given)}) is clipped to 0..1")
+    return tuple(np.clip(given, 0.0, 1.0).tolist())
 
 
 def uniform(colors: Array) -> Array | None:

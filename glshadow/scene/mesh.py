@@ -32,13 +32,18 @@ class Material:
     Parameters
     ----------
     color : (4,) floats
-        Linear RGBA factor.
+        Linear RGBA factor, each from 0 to 1.
     texture : (H, W, 4) uint8, optional
         sRGB colour with linear alpha, row 0 at the top (v = 1), multiplied by `color`.
     alpha_mode : AlphaMode
         MASK: fragments below `cutoff` do not exist, in the camera and in the caster pass. BLEND: drawn opaque, casts nothing.
     double_sided : bool
         Both sides are meant to be seen. (Both are always drawn; culling is only used where it cannot be seen.)
+
+    Raises
+    ------
+    SceneError
+        For a colour or a cutoff out of range.
     """
 
     color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
@@ -46,6 +51,14 @@ class Material:
     alpha_mode: AlphaMode = AlphaMode.OPAQUE
     cutoff: float = 0.5
     double_sided: bool = False
+
+    def __post_init__(self) -> None:
+        if len(self.color) != 4 or not all(0.0 <= x <= 1.0 for x in self.color):
+            raise SceneError(
+                f"color must be 4 numbers from 0 to 1 (linear red, green, blue, alpha), got {self.color!r}"
+            )
+        if not np.isfinite(self.cutoff):
+            raise SceneError(f"cutoff must be a finite number, got {self.cutoff!r}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,11 +172,22 @@ def welded(positions: Array) -> NDArray[np.int64]:
 
 @dataclass(frozen=True, eq=False)
 class Node:
-    """One placement of a mesh: instances share the Mesh object."""
+    """One placement of a mesh: instances share the Mesh object.
+
+    Parameters
+    ----------
+    name : str
+    mesh : Mesh
+    world_from_mesh : (4, 4) float64
+    casts, receives : bool
+        Whether it darkens what lies behind it, and whether others darken it.
+    """
 
     name: str
     mesh: Mesh
     world_from_mesh: Array
+    casts: bool = True
+    receives: bool = True
 
     def __post_init__(self) -> None:
         matrix = np.ascontiguousarray(self.world_from_mesh, dtype=np.float64)

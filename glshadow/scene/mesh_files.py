@@ -38,10 +38,7 @@ def read_mesh_file(path: Path) -> Imported:
     kind = path.suffix.lower()[1:]
     data = path.read_bytes()
     builder = Builder()
-    if kind == "obj":
-        data = _check_obj(data, builder.notes)
-    else:
-        {"ply": _check_ply, "stl": _check_stl, "off": _check_off}[kind](data)
+    data = {"obj": _check_obj, "ply": _check_ply, "stl": _check_stl, "off": _check_off}[kind](data, builder.notes)
     beside = Beside(path.parent, builder.notes)
     parts = _parse(kind, data, beside)
     found = Imported(notes=builder.notes)
@@ -126,8 +123,9 @@ class Beside:
             self.notes.append(f"the file {name!r} that it names {reason}: drawn without it")
             raise FileNotFoundError(name)
         data = path.read_bytes()
-        if path.suffix.lower() != ".mtl":
-            self._check_image(name, data)
+        if path.suffix.lower() == ".mtl":
+            return _utf8(data)
+        self._check_image(name, data)
         return data
 
     def _check_image(self, name: str, data: bytes) -> None:
@@ -147,11 +145,17 @@ def _check_obj(data: bytes, notes: list[str]) -> bytes:
     short = len(SHORT_FACE.findall(data))
     if short:
         notes.append(f"{short} face(s) with fewer than 3 corners left out")
+    data = _utf8(data)
+    return _absolute(data) if RELATIVE_FACE.search(data) else data
+
+
+def _utf8(data: bytes) -> bytes:
+    """Text with names and comments of older exporters in UTF-8; trimesh would want another package to guess their code."""
     try:
         data.decode("utf-8")
-    except UnicodeDecodeError:  # names and comments of older exporters; trimesh would want another package to guess
-        data = data.decode("latin-1").encode("utf-8")
-    return _absolute(data) if RELATIVE_FACE.search(data) else data
+    except UnicodeDecodeError:
+        return data.decode("latin-1").encode("utf-8")
+    return data
 
 
 def _absolute(data: bytes) -> bytes:
@@ -185,8 +189,8 @@ def _text(line: bytes) -> str:
     return repr(line[:60].decode(errors="replace"))
 
 
-def _check_ply(data: bytes) -> None:
-    head, end, _ = data.partition(b"end_header")
+def _check_ply(data: bytes, _: list[str]) -> bytes:
+    head, end, body = data.partition(b"end_header")
     if not data.startswith(b"ply") or not end:
         raise SceneError("not a PLY file: it must begin with 'ply' and have a header that ends with 'end_header'")
     lines = [line.split() for line in head.decode("latin-1").splitlines()]
@@ -199,9 +203,10 @@ def _check_ply(data: bytes) -> None:
             # a list has at least its count; a number in text at least a digit and a separator
             needed += length * (2 if text else PLY_SIZES.get(line[2 if line[1] == "list" else 1], 1))
     _enough(data, needed - 1)
+    return _utf8(head) + end + body
 
 
-def _check_off(data: bytes) -> None:
+def _check_off(data: bytes, _: list[str]) -> bytes:
     words = re.sub(rb"#[^\n]*", b"", data[:4096]).split()
     head = next((at for at, word in enumerate(words) if word.endswith(b"OFF")), None)
     counts = words[head + 1 : head + 3] if head is not None else []
@@ -209,20 +214,23 @@ def _check_off(data: bytes) -> None:
         raise SceneError("not an OFF file: it must begin with 'OFF' and the numbers of vertices, faces and edges")
     vertices, faces = (int(word) for word in counts)
     _enough(data, 6 * vertices + 4 * faces - 1)  # "0 0 0\n", and "1 0\n" for the smallest face
+    return _utf8(data)
 
 
-def _check_stl(data: bytes) -> None:
+def _check_stl(data: bytes, _: list[str]) -> bytes:
     if len(data) >= 84:
         facets = int.from_bytes(data[80:84], "little")
         if len(data) == 84 + 50 * facets:
-            return
-    if b"facet" not in data[:100_000] and not data.lstrip().startswith(b"solid"):
+            return data
+    text = b"facet" in data[:100_000] or data.lstrip().startswith(b"solid")
+    if not text or b"\0" in data.rstrip(b"\0"):
         declared = int.from_bytes(data[80:84], "little") if len(data) >= 84 else 0
         raise SceneError(
             f"broken STL: its header declares {declared} facets, {84 + 50 * declared} bytes, but the file has "
             f"{len(data)}; "
             "export or download it again"
         )
+    return _utf8(data)
 
 
 def _enough(data: bytes, needed: int) -> None:

@@ -12,7 +12,7 @@ from glshadow.core.kernels import MAX_RADIUS, Filter, Hard, Pcf
 from glshadow.core.metric import Target
 from glshadow.core.view import Kind
 from glshadow.shader.compose import Text, compose
-from glshadow.shader.slots import Compare, mapped_defines, mapped_slots, metric_slot, open_slots
+from glshadow.shader.slots import Compare, exact_defines, exact_slots, given_slots, mapped_defines, mapped_slots, metric_slot, open_slots
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
 TARGETS = (Target.DEPTH32F, Target.R32F, Target.RGBA8)  # the others differ in numbers, not in code
@@ -86,6 +86,7 @@ def variants() -> Iterator[Variant]:
     yield from _forward()
     yield from _surface()
     yield from _resolve()
+    yield from _exact()
 
 
 def distinct() -> dict[str, Variant]:
@@ -120,10 +121,26 @@ def _forward() -> Iterator[Variant]:
 
 def _surface() -> Iterator[Variant]:
     for channels, textured, smooth, alpha in product((1, 2, 4), (0, 1), (0, 1), (0, 1)):
-        if alpha <= textured <= (channels == 4) and smooth <= (channels >= 2):
+        colored = textured <= (channels == 4) or (alpha and channels == 1)  # a map of numbers: cut out, but without colour
+        if alpha <= textured and colored and smooth <= (channels >= 2):
             defines = {"GLS_SURFACE": channels, "GLS_TEXTURED": textured, "GLS_SMOOTH": smooth, "GLS_ALPHA": alpha}
             for name in ("pass/surface.vert", "pass/surface.frag"):
                 yield Variant(name, "core330", {}, defines)
+
+
+def _exact() -> Iterator[Variant]:
+    for kind in KINDS:
+        defines = exact_defines(kind, 512, 16, False)
+        yield Variant("pass/lists.comp", "core430", {}, defines)
+        for candidates, masked, dialect in product(("lists", "numbers"), (False, True), ("core330", "core330_gather")):
+            defines = exact_defines(kind, 512, 16, masked)
+            slots = exact_slots(kind, candidates)
+            yield Variant("pass/resolve.frag", dialect, slots, defines)
+            for subpixel, selective in product((0, 1), (0, 1)):
+                switches = {"GLS_SUBPIXEL": subpixel, "GLS_SELECTIVE": selective}
+                yield Variant("pass/visibility.frag", dialect, slots, defines | switches)
+        yield Variant("pass/resolve.frag", "core330", given_slots(kind), {"GLS_SELECTIVE": 1})
+    yield Variant("pass/edges.frag", "core330", {}, {})
 
 
 def _resolve() -> Iterator[Variant]:

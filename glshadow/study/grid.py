@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from contextlib import suppress
+from dataclasses import dataclass, fields, replace
 from itertools import product
 from typing import Self
 
 import numpy as np
 
 from glshadow.core.bias import Bias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
-from glshadow.core.kernels import Filter, Hard, Pcf
+from glshadow.core.kernels import Exact, Filter, Hard, Pcf
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
@@ -65,9 +66,9 @@ class Grid:
         """Every setting once, in order; pairs that Shadow refuses (polygon offset on a colour target) are left out."""
         chosen: dict[Shadow, None] = {}
         for resolution, target, kind, bias in product(self.resolutions, self.targets, self.filters, self.biases):
-            if isinstance(bias, SlopeScaledBias) and target is not None and not target.is_depth:
-                continue
-            chosen[Shadow(resolution=resolution, filter=kind, bias=bias, target=target)] = None
+            plain = Shadow(resolution=resolution, filter=kind)
+            with suppress(SettingsError):
+                chosen[replace(plain, bias=bias, target=target)] = None
         return tuple(dict.fromkeys((*chosen, *self.more)))
 
 
@@ -89,8 +90,9 @@ def settings_of(grid: Grid | Iterable[Shadow]) -> tuple[Shadow, ...]:
 
 
 def filter_name(kind: Filter) -> str:
-    """As on the command line: hard, pcf:1."""
-    return f"pcf:{kind.radius}" if isinstance(kind, Pcf) else "hard"
+    """As on the command line, kind and number: hard, pcf:1, exact, exact:4."""
+    numbers = [] if kind == Exact() else [f"{getattr(kind, item.name):g}" for item in fields(kind)]
+    return ":".join([type(kind).__name__.lower(), *numbers])
 
 
 def bias_name(bias: Bias | None) -> str:

@@ -24,13 +24,14 @@ WEIGHTS = {Kind.GRAIN: 1, Kind.EDGE: 4, Kind.ACNE: 8, Kind.LEAK: 8}
 
 @dataclass(frozen=True)
 class Region:
-    """A rectangle of the picture, pixels; `wrong` counts its wrong pixels."""
+    """A rectangle of the picture, pixels; `wrong` and `grainy` count its pixels of these kinds."""
 
     x: int
     y: int
     width: int
     height: int
     wrong: int
+    grainy: int
 
     def cut(self, image: Image) -> Image:
         """The part of an image (H, W, 3)."""
@@ -75,7 +76,8 @@ def worst_regions(kinds: NDArray[np.uint8], count: int = REGIONS) -> tuple[Regio
         if boxes[y, x] == 0:
             break
         inside = kinds[y : y + height, x : x + width]
-        regions.append(Region(x, y, width, height, int((inside >= Kind.EDGE).sum())))
+        wrong, grainy = int((inside >= Kind.EDGE).sum()), int((inside == Kind.GRAIN).sum())
+        regions.append(Region(x, y, width, height, wrong, grainy))
         weight[y : y + height, x : x + width] = 0
         # a window that only grazes this one would show it again
         weight[max(0, y - height // 2) : y + height + height // 2, max(0, x - width // 2) : x + width + width // 2] = 0

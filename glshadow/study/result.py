@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -75,6 +76,11 @@ class Result:
         low, high = np.percentile(np.asarray(self.times_ms) / np.asarray(self.floors_ms), (25.0, 75.0))
         return float(low), float(high)
 
+    @property
+    def error(self) -> float:
+        """What settings are compared by (`decisive_error`)."""
+        return decisive_error(self.score)
+
     def as_dict(self) -> dict[str, Any]:
         """For JSON; numbers that are not finite become None."""
         return {"key": self.key, "light": self.light, "setting": self.name, "ms": self.ms, "floor_ms": self.floor_ms,
@@ -84,11 +90,10 @@ class Result:
     @classmethod
     def from_dict(cls, record: dict[str, Any], light: int, shadow: Shadow) -> Result:
         """From a journal's record; the setting is known from the grid by its key."""
-        numbers = {item.name: record["error"][item.name] for item in fields(Score)}
-        score = Score(**{name: np.nan if value is None else value for name, value in numbers.items()})
         return cls(
-            record["key"], light, shadow, tuple(record["times_ms"]), tuple(record["floors_ms"]), score, record["used"]
-        )
+            record["key"], light, shadow, tuple(record["times_ms"]), tuple(record["floors_ms"]),
+            score_from(record), record["used"],
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,11 +137,11 @@ class Study:
         return tuple(result for result in self.results if result.light == light)
 
     def front(self, light: int = 0) -> tuple[Result, ...]:
-        """The settings of one light that no other beats (`pareto_front` of cost and wrong), cheapest first."""
+        """The settings of one light that no other beats (`pareto_front` of cost and error), cheapest first."""
         results = self.of_light(light)
-        best = pareto_front([r.cost for r in results], [r.score.wrong for r in results])
+        best = pareto_front([r.cost for r in results], [r.error for r in results])
         chosen = [result for result, keep in zip(results, best, strict=True) if keep]
-        return tuple(sorted(chosen, key=lambda result: (result.cost, result.score.wrong)))
+        return tuple(sorted(chosen, key=lambda result: (result.cost, result.error)))
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
@@ -162,19 +167,35 @@ class Study:
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        """The fronts as a table in a notebook."""
-        rows = "".join(
-            f"<tr><td>{light}</td><td style='text-align:left'>{r.name}</td><td>{r.cost:.2f}</td><td>{r.ms:.1f}</td>"
-            f"<td>{r.score.wrong:.4%}</td><td>{r.score.acne + r.score.leak:.4%}</td><td>{r.score.grain:.4%}</td></tr>"
+        """In a notebook: the plot of each light (with the extra `study`), and the fronts as a table."""
+        from glshadow.inline import table
+        from glshadow.study.plot import plots
+
+        head = ["light", "setting", "x floor", "ms", "wrong", "acne + leak", "grain"]
+        rows = [
+            [str(light), r.name, f"{r.cost:.2f}", f"{r.ms:.1f}", f"{r.score.wrong:.4%}",
+             f"{r.score.acne + r.score.leak:.4%}", f"{r.score.grain:.4%}"]
             for light in range(len(self.lights))
             for r in self.front(light)
-        )
+        ]  # fmt: skip
         return (
-            f"<p>{self.scene}, {self.size[0]} x {self.size[1]}: {len(self.results)} settings measured. "
-            "Those that no other beats in both speed and error:</p><table><thead><tr><th>light</th><th>setting</th>"
-            "<th>&times; floor</th><th>ms</th><th>wrong</th><th>acne + leak</th><th>grain</th></tr></thead>"
-            f"<tbody>{rows}</tbody></table>"
+            f"<p>{escape(self.scene)}, {self.size[0]} x {self.size[1]}: {len(self.results)} settings measured. "
+            f"Those that no other beats in both speed and error:</p>{table(head, rows)}{''.join(plots(self))}"
         )
+
+
+def decisive_error(score: Score) -> float:
+    """The share of wrong pixels, or of grainy ones where these are more.
+
+    A bias too small for its filter darkens everything a little: nothing is wrong, and yet the picture is spoilt.
+    """
+    return float(np.maximum(score.wrong, score.grain))
+
+
+def score_from(record: dict[str, Any]) -> Score:
+    """The error in a journal's record."""
+    numbers = {item.name: record["error"][item.name] for item in fields(Score)}
+    return Score(**{name: np.nan if value is None else value for name, value in numbers.items()})
 
 
 def plain_score(score: Score) -> dict[str, float | None]:

@@ -5,6 +5,9 @@
 #ifndef GLS_RATIO
 #define GLS_RATIO 16
 #endif
+#ifndef GLS_POINT
+#define GLS_POINT 0
+#endif
 #define GLS_FACES (GLS_POINT == 1 ? 6 : 1)
 #ifndef GLS_MASKED
 #define GLS_MASKED 0 // some casters are cut out by their texture

@@ -173,12 +173,11 @@ void main() {
     vec3 p = a, q = b, r = c;
 #endif
 #if !GLS_SUN
-        // beyond one side of the window, or behind the light; the slack is rounding
-        vec3 w = vec3(-p.z, -q.z, -r.z) * 1.00001;
-        vec2 edge = 0.5 * float(GLS_CELLS) / u_cells.xy;
-        vec3 x = vec3(p.x, q.x, r.x) / edge.x, y = vec3(p.y, q.y, r.y) / edge.y;
-        bool seen = any(greaterThanEqual(w, vec3(0.0))) && any(lessThanEqual(x, w)) && any(greaterThanEqual(x, -w))
-            && any(lessThanEqual(y, w)) && any(greaterThanEqual(y, -w));
+        // beyond one side of the window, or behind the light; the slack, a quarter of a cell, is more than rounding
+        vec3 w = vec3(-p.z, -q.z, -r.z), slack = 0.25 * abs(w);
+        vec3 x = vec3(p.x, q.x, r.x) * u_cells.x + w * u_cells.z, y = vec3(p.y, q.y, r.y) * u_cells.y + w * u_cells.w;
+        bool seen = any(greaterThanEqual(w, vec3(0.0))) && any(greaterThanEqual(x, -slack)) && any(greaterThanEqual(y, -slack))
+            && any(lessThanEqual(x, w * float(GLS_CELLS) + slack)) && any(lessThanEqual(y, w * float(GLS_CELLS) + slack));
         if (seen)
 #endif
         insert(triangle, mask, face, p, q, r);

@@ -28,6 +28,9 @@
 #ifndef GLS_SUM
 #define GLS_SUM 0 // also writes the linear sum
 #endif
+#ifndef GLS_SELECTIVE
+#define GLS_SELECTIVE 0 // 1: triangles whose number has its top bit set are not darkened
+#endif
 #ifndef GLS_EXACT
 #define GLS_EXACT 0 // 1: <shadow> is receiver/exact.glsl, and the receiver lies where the ray meets its triangle
 #endif
@@ -36,6 +39,9 @@
 #include "lib/srgb.glsl"
 #include <light>
 #include <shadow>
+#if GLS_EXACT
+#include "lib/surface_point.glsl"
+#endif
 
 uniform usampler2D u_surface;
 uniform sampler2D u_camera_depth;
@@ -79,6 +85,10 @@ vec3 towards_w(vec3 towards_l) {
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     uvec4 surface = texelFetch(u_surface, pixel, 0);
+#if GLS_SELECTIVE
+    bool receives = surface.r < 0x80000000u;
+    surface.r &= 0x7fffffffu;
+#endif
     int triangle = int(surface.r) - 1;
 #if GLS_COLORS == 2
     vec3 color = unpack_color(surface.b);
@@ -96,16 +106,9 @@ void main() {
 #endif
 #if GLS_LIT
 #if GLS_EXACT
-    // Ray x plane; where the ray misses the triangle (GL snaps vertices to 1/256 pixel) and looks along its plane, no further than
-    // the triangle reaches. A Newton step takes it back to the plane.
     Facet own = facet(triangle);
     vec3 normal = own.normal;
-    vec3 from_eye = vec3(dot(v_forward_l, own.a - v_eye_l), dot(v_forward_l, own.b - v_eye_l), dot(v_forward_l, own.c - v_eye_l));
-    float slant = dot(normal, v_ray_l);
-    float along = dot(normal, own.a - v_eye_l) / (slant == 0.0 ? 1.0 : slant);
-    along = clamp(along, min(from_eye.x, min(from_eye.y, from_eye.z)), max(from_eye.x, max(from_eye.y, from_eye.z)));
-    vec3 position = v_eye_l + v_ray_l * along;
-    position -= normal * dot(normal, position - own.a);
+    vec3 position = surface_point(own, v_eye_l, v_ray_l, v_forward_l);
     vec3 normal_w = normal * v_axes_l;
     receiver_triangle = triangle;
     receiver_corner = own.a;
@@ -123,6 +126,9 @@ void main() {
     vec4 arriving = light_arriving(position);
     float cosine = dot(normal, arriving.xyz);
     float lit = cosine > 0.0 ? light_visibility(position, normal, cosine) : 0.0;
+#if GLS_SELECTIVE
+    lit = receives || cosine <= 0.0 ? lit : 1.0;
+#endif
     float lambert = cosine;
 #if GLS_SURFACE > 1
     if (surface.g != 0u) { // an interpolated normal, on the same side

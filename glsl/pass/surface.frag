@@ -21,6 +21,8 @@ layout(location = 0) out uint o_surface;
 layout(location = 0) out uvec2 o_surface;
 #else
 layout(location = 0) out uvec4 o_surface;
+#endif
+#if GLS_SURFACE == 4 || GLS_ALPHA
 uniform vec4 u_color; // linear factor
 #endif
 #if GLS_SMOOTH
@@ -39,12 +41,12 @@ void main() {
 #else
     uint normal = 0u;
 #endif
-#if GLS_TEXTURED
-    vec4 color = u_color * texture(u_texture, v_uv);
 #if GLS_ALPHA
     // Alpha of the finest level, as in the caster pass: averaged levels would shrink foliage with distance.
     if (textureLod(u_texture, v_uv, 0.0).a * u_color.a < u_cutoff) discard;
 #endif
+#if GLS_TEXTURED && GLS_SURFACE == 4
+    vec4 color = u_color * texture(u_texture, v_uv);
 #elif GLS_SURFACE == 4
     vec4 color = u_color;
 #endif

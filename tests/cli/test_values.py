@@ -54,7 +54,7 @@ def test_light(text, light):
         ("sun:0,0,0", "zero vector"),
         ("sun:1,2,3:4", "sun:dx,dy,dz"),
         ("sun:1,2,3:range=4", "a sun has no 'range'.*angle"),
-        ("point:1,2,3:range=-4", "range must be positive"),
+        ("point:1,2,3:range=-4", "range must be in"),
         ("point:1,2,3:range=", "'' is not a finite number"),
         ("point:1,2,3:shadow=maybe", "on or off"),
         ("point:intensity=2:1,2,3", "point:x,y,z"),

@@ -1,12 +1,19 @@
-"""The table case x technique, as data: `rows()`, for reports and tests."""
+"""The table case x technique, as data: `rows()`, for reports and tests.
+
+`python -m tests.hard.table` writes it to where the report of a study reads it.
+"""
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from functools import cache
+from pathlib import Path
 
 from . import cases_contact, cases_fine, cases_views
 from .registry import TECHNIQUES, Case, Picture, Verdict
+
+SHIPPED = Path(__file__).resolve().parents[2] / "glshadow" / "study" / "hard_cases.json"
 
 CASES: tuple[Case, ...] = tuple(
     sorted((*cases_contact.CASES, *cases_fine.CASES, *cases_views.CASES), key=lambda case: case.number)
@@ -63,3 +70,15 @@ def rows() -> list[dict[str, str | int]]:
 def summary() -> dict[str, int]:
     """How many cells have which verdict."""
     return dict(Counter(str(row["verdict"]) for row in rows()))
+
+
+def as_json() -> str:
+    """What `glshadow.study.cases` reads; a technique that does not apply to a case is left out of it."""
+    void = Verdict.NOT_APPLICABLE.value
+    kept = [row for row in rows() if row["technique"] not in TECHNIQUES or row["verdict"] != void]
+    cells = ",\n".join("  " + json.dumps(row) for row in kept)
+    return f'{{\n "techniques": {json.dumps(list(TECHNIQUES))},\n "cells": [\n{cells}\n ]\n}}\n'
+
+
+if __name__ == "__main__":
+    SHIPPED.write_text(as_json(), encoding="utf-8")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from .registry import TECHNIQUES, Verdict
-from .table import CASES, ELSEWHERE, pictures, rows
+from .table import CASES, ELSEWHERE, SHIPPED, as_json, pictures, rows
 
 
 def test_all_40_cases_are_in_the_table() -> None:
@@ -33,3 +33,7 @@ def test_listed_techniques_pictures_and_files_exist() -> None:
     for *_, why in ELSEWHERE:
         if why.startswith("test_"):
             assert (Path(__file__).parent / why.split(":")[0]).exists()
+
+
+def test_the_report_shows_this_table() -> None:
+    assert SHIPPED.read_text(encoding="utf-8") == as_json(), "write it anew: python -m tests.hard.table"

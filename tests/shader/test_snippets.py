@@ -48,7 +48,7 @@ def test_header_says_what_it_is(name: str) -> None:
 @pytest.mark.parametrize("name", FILES)
 def test_every_define_has_its_default_in_the_file(name: str) -> None:
     # What a dialect gives, and what compose adds.
-    given = {"GLS_VERTEX", "GLS_FRAGMENT", "GLS_CORE", "GLS_ATTRIBUTE", "GLS_VARYING", "GLS_TEXTURE_2D"}
+    given = {"GLS_VERTEX", "GLS_FRAGMENT", "GLS_COMPUTE", "GLS_PRECISE", "GLS_CORE", "GLS_ATTRIBUTE", "GLS_VARYING", "GLS_TEXTURE_2D"}
     code = code_of(name)
     used = set(re.findall(r"\bGLS_\w+", code)) - given
     missing = {define for define in used if not re.search(rf"#(?:ifndef {define}\n\s*#)?define {define}\b", code)}

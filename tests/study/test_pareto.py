@@ -1,14 +1,18 @@
 """The front and the grid, on points known beforehand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.measure.error import Kind
+from glshadow.cli import values
+from glshadow.measure.error import Kind, Score
 from glshadow.study import Grid, pareto_front
 from glshadow.study.grid import bias_name, filter_name, setting_name
 from glshadow.study.pictures import REGION_SHARE, worst_regions
 from glshadow.study.report import percent
+from glshadow.study.result import decisive_error
 
 
 def test_front_of_known_points() -> None:
@@ -64,6 +68,18 @@ def test_names() -> None:
     assert setting_name(gs.Shadow(fit=gs.SceneFit())) == "2048 pcf:1 SceneFit"
 
 
+@pytest.mark.parametrize("kind", [gs.Hard(), gs.Pcf(0), gs.Pcf(3)])
+def test_filters_are_named_as_the_command_line_reads_them(kind: gs.Hard | gs.Pcf) -> None:
+    assert values.shadow_filter(filter_name(kind)) == kind
+
+
+def test_a_grainy_setting_does_not_beat_a_clean_one() -> None:
+    clean = Score(0.01, 0.002, 0.002, 0.0, 0.0, 0.0, 0.0, 1.0, 0.002, 0.01)
+    assert decisive_error(clean) == 0.002
+    assert decisive_error(replace(clean, wrong=0.001, grain=0.9)) == 0.9
+    assert np.isnan(decisive_error(replace(clean, wrong=np.nan, grain=np.nan)))
+
+
 @pytest.mark.parametrize(
     ("value", "text"), [(0.0, "0"), (5.35e-4, "0.0535"), (0.0104, "1.04"), (0.24, "24.0"), (2e-6, "0.0002")]
 )
@@ -75,8 +91,10 @@ def test_worst_regions_find_the_worst_first() -> None:
     kinds = np.full((100, 200), Kind.GOOD, dtype=np.uint8)
     kinds[10:14, 20:24] = Kind.EDGE
     kinds[70:74, 150:154] = Kind.ACNE
+    kinds[12, 24:26] = Kind.GRAIN
     first, second = worst_regions(kinds)
     assert (first.wrong, second.wrong) == (16, 16)
+    assert (first.grainy, second.grainy) == (0, 2)
     assert first.x <= 150 <= first.x + first.width
     assert second.y <= 10 <= second.y + second.height
     assert (first.width, first.height) == (round(200 * REGION_SHARE), round(100 * REGION_SHARE))

@@ -11,6 +11,7 @@ import pytest
 import glshadow as gs
 from glshadow.study import Grid, Result, Study, run_study
 from glshadow.study.remembered import RememberedTruth
+from glshadow.study.run import _moved
 
 SIZE = (160, 90)
 GRID = Grid(resolutions=(256, 512), filters=(gs.Hard(), gs.Pcf(1)))
@@ -40,7 +41,7 @@ def test_the_error_is_that_of_measure(study: Study, scene: gs.Scene) -> None:
     result = study.results[1]
     light = replace(scene.lights[0], shadow=result.shadow)
     with gs.Renderer("egl") as renderer:
-        frame = renderer.render(scene, lights=[light], size=SIZE)
+        frame = renderer.render(scene, lights=[light], size=SIZE, outputs=("visibility", "triangle"))
     assert result.score == gs.measure(frame, gs.trace(scene, lights=[light], size=SIZE)).lights[0]
     assert study.results[0].score.wrong > study.results[2].score.wrong > 0.0  # twice the resolution
 
@@ -143,6 +144,13 @@ def test_lights_are_studied_alone(scene: gs.Scene) -> None:
     assert both.lights == (scene.lights[0], lamp)
     assert [result.light for result in both.results] == [0, 1]
     assert len(both.front(0)) == len(both.front(1)) == 1
+
+
+@pytest.mark.parametrize("direction", [(0.0, -1.0, 0.0), (1.0, -2.0, 0.5)])
+def test_every_round_has_another_sun(scene: gs.Scene, direction: tuple[float, float, float]) -> None:
+    rounds = {_moved(gs.DirectionalLight(direction=direction), k, scene) for k in range(5)}
+    assert len(rounds) == 5  # a light that stays where it is would be served the last map
+    assert gs.DirectionalLight(direction=direction) in rounds
 
 
 def test_what_cannot_be_studied_is_refused(scene: gs.Scene, tmp_path: Path) -> None:

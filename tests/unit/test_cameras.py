@@ -104,17 +104,18 @@ def test_rays_of_row_zero_point_up() -> None:
 
 
 REFUSED = [
-    ({"fov_y": 0.0}, r"fov_y must be in \(0, 180\) degrees, got 0.0"),
-    ({"fov_y": 180.0}, r"fov_y must be in \(0, 180\) degrees, got 180.0"),
+    ({"fov_y": 0.0}, r"fov_y must be in \[1e-06, 180\) degrees, got 0.0"),
+    ({"fov_y": 180.0}, r"fov_y must be in \[1e-06, 180\) degrees, got 180.0"),
     ({"fov_y": np.nan}, "fov_y must be in"),
-    ({"pixel_aspect": 0.0}, "pixel_aspect must be positive, got 0.0"),
-    ({"pixel_aspect": np.inf}, "pixel_aspect must be positive"),
-    ({"near": 0.0}, r"near must be positive or None .*got 0.0"),
-    ({"far": np.inf}, "far must be positive or None .*got inf"),
+    ({"pixel_aspect": 0.0}, r"pixel_aspect must be in \[0.001, 1000\], got 0.0"),
+    ({"pixel_aspect": np.inf}, "pixel_aspect must be in"),
+    ({"near": 0.0}, r"near must be in \[1e-20, 1e\+20\] or None .*got 0.0"),
+    ({"far": np.inf}, r"far must be in \[1e-20, 1e\+20\] or None .*got inf"),
     ({"near": 2.0, "far": 1.0}, "near must be less than far, got near=2.0, far=1.0"),
     ({"position": (0, 0, 0), "target": (0, 0, 0)}, "target - position must not be the zero vector"),
     ({"up": (0, 0, 0)}, "up must not be the zero vector"),
     ({"position": (0, np.nan, 0)}, "position must be 3 finite numbers"),
+    ({"position": (0, 0, 2e20)}, r"position must be 3 numbers from -1e\+20 to 1e\+20, got \(0, 0, 2e\+20\)"),
     ({"target": (0, 1)}, "target must be 3 finite numbers"),
     ({"principal": (0.5,)}, "principal must be 2 finite numbers"),
 ]

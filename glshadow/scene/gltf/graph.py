@@ -40,13 +40,18 @@ def placed_nodes(document: Document) -> list[tuple[int, dict[str, Any], Array]]:
             is False
         ):
             continue
-        with np.errstate(all="ignore"):
-            matrix = above @ local_matrix(node, index)
-        if not np.isfinite(matrix).all():
-            raise SceneError(f"nodes[{index}]: the product of its matrix and those above it overflows")
+        matrix = _product(above, local_matrix(node, index), f"nodes[{index}]")
         placed.append((index, node, matrix))
         stack += [(child, matrix) for child in reversed(_indices(node, "children"))]
     return placed
+
+
+def _product(above: Array, local: Array, where: str) -> Array:
+    with np.errstate(all="ignore"):
+        matrix = above @ local
+    if not np.isfinite(matrix).all():
+        raise SceneError(f"{where}: the product of its matrix and those above it overflows")
+    return matrix
 
 
 def _indices(owner: dict[str, Any], key: str) -> list[Any]:
@@ -125,11 +130,17 @@ def compose(translation: ArrayLike, rotation: ArrayLike, scale: ArrayLike, where
     return matrix
 
 
-def instances(document: Document, node: dict[str, Any], index: int) -> list[Array]:
-    """node_from_instance matrices of EXT_mesh_gpu_instancing; one identity where it is absent."""
+def instances(document: Document, node: dict[str, Any], index: int, world_from_node: Array) -> list[Array]:
+    """world_from_instance matrices of EXT_mesh_gpu_instancing; that of the node alone where it is absent.
+
+    Raises
+    ------
+    SceneError
+        If its attributes differ in number, or hold what is not finite.
+    """
     extension = extensions(node).get("EXT_mesh_gpu_instancing")
     if extension is None:
-        return [np.eye(4)]
+        return [world_from_node]
     where = f"nodes[{index}] instancing"
     attributes = as_object(as_object(extension, where).get("attributes", {}), where)
     given = {
@@ -137,6 +148,10 @@ def instances(document: Document, node: dict[str, Any], index: int) -> list[Arra
         for name, kind in (("TRANSLATION", "VEC3"), ("ROTATION", "VEC4"), ("SCALE", "VEC3"))
         if name in attributes
     }
+    for name, values in given.items():
+        bad = int((~np.isfinite(values)).any(axis=1).sum())
+        if bad:
+            raise SceneError(f"{where}: {bad} of {len(values)} {name} values are not finite (NaN or infinite)")
     counts = {len(values) for values in given.values()}
     if len(counts) != 1:
         raise SceneError(f"{where}: its attributes must have one count, got {sorted(counts)}")
@@ -144,4 +159,5 @@ def instances(document: Document, node: dict[str, Any], index: int) -> list[Arra
     translation = given.get("TRANSLATION", np.zeros((number, 3)))
     rotation = given.get("ROTATION", np.tile((0.0, 0.0, 0.0, 1.0), (number, 1)))
     scale = given.get("SCALE", np.ones((number, 3)))
-    return [compose(translation[k], rotation[k], scale[k], where) for k in range(number)]
+    parts = zip(translation, rotation, scale, strict=True)
+    return [_product(world_from_node, compose(*part, where), where) for part in parts]

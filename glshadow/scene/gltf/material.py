@@ -12,7 +12,7 @@ from glshadow import image
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.scene.gltf.document import Document, as_object, extensions
-from glshadow.scene.imported import WHITE, alpha_mode, solid
+from glshadow.scene.imported import WHITE, alpha_mode, reflectance, solid
 from glshadow.scene.mesh import Material
 
 
@@ -64,7 +64,7 @@ class Surfaces:
             texture = self._texture(info.get("index"), where)
             uv_set, transform = _placement(info)
         material = Material(
-            color=tuple(color.tolist()),
+            color=reflectance(color, where, self.document.notes),  # type: ignore[arg-type]
             texture=texture,
             alpha_mode=alpha_mode(given.get("alphaMode")),
             cutoff=cutoff,
@@ -110,12 +110,15 @@ def _placement(info: dict[str, Any]) -> tuple[int, Array | None]:
     block = as_object(extension, "KHR_texture_transform")
     (du, dv), (su, sv) = block.get("offset", (0.0, 0.0)), block.get("scale", (1.0, 1.0))
     angle_rad = float(block.get("rotation", 0.0))
+    if not np.isfinite([du, dv, su, sv, angle_rad]).all():
+        raise SceneError(f"KHR_texture_transform must be made of finite numbers, got {block}")
     c, s = np.cos(angle_rad), np.sin(angle_rad)
     matrix = np.array([[c * su, s * sv, du], [-s * su, c * sv, dv], [0.0, 0.0, 1.0]], dtype=np.float64)
     return int(block.get("texCoord", info.get("texCoord", 0))), matrix
 
 
 def texture_uv(stored: Array, transform: Array | None) -> NDArray[np.float32]:
-    """glTF's coordinates (V, 2), v down, as `Mesh.uv`: transformed, v up."""
-    uv = stored if transform is None else stored @ transform[:2, :2].T + transform[:2, 2]
-    return np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1).astype(np.float32)
+    """glTF's coordinates (V, 2), v down, as `Mesh.uv`: transformed, v up. Not finite where float32 cannot hold them."""
+    with np.errstate(all="ignore"):
+        uv = stored if transform is None else stored @ transform[:2, :2].T + transform[:2, 2]
+        return np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1).astype(np.float32)

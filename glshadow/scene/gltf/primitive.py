@@ -14,7 +14,7 @@ from glshadow.scene.gltf.accessor import read_floats, read_indices
 from glshadow.scene.gltf.document import Document, as_object
 from glshadow.scene.gltf.draco import decoded
 from glshadow.scene.gltf.material import Surfaces, texture_uv
-from glshadow.scene.imported import uniform, usable_normals, used_only
+from glshadow.scene.imported import reflectance, uniform, usable_normals, used_only
 from glshadow.scene.mesh import Material, Mesh
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
@@ -45,9 +45,9 @@ def build(document: Document, surfaces: Surfaces, primitive: dict[str, Any], whe
     material, uv = surface.material, None
     if material.texture is not None:
         stored = _attribute(document, attributes, f"TEXCOORD_{surface.uv_set}", ("VEC2",), len(positions), where)
-        if stored is not None and np.isfinite(stored).all():
-            uv = texture_uv(stored, surface.uv_transform)
-        else:
+        uv = None if stored is None else texture_uv(stored, surface.uv_transform)
+        if uv is None or not np.isfinite(uv).all():
+            uv = None
             document.notes.append(f"{where} has a texture but no usable TEXCOORD_{surface.uv_set}: drawn without it")
             material = replace(material, texture=None)
     material = _tinted(document, attributes, material, len(positions), where)
@@ -128,8 +128,8 @@ def _tinted(document: Document, attributes: dict[str, Any], material: Material, 
     if color is None:
         document.notes.append(f"{where} has vertex colours, which are not modelled: drawn in its material's colour")
         return material
-    factor = np.append(color, 1.0)[:4] * np.asarray(material.color)
-    return replace(material, color=tuple(factor.tolist()))
+    tint = reflectance(np.append(color, 1.0)[:4], f"{where}.COLOR_0", document.notes)
+    return replace(material, color=tuple((np.asarray(tint) * material.color).tolist()))
 
 
 def skipped(primitive: dict[str, Any]) -> list[str]:

@@ -47,10 +47,10 @@ def read_gltf(path: Path) -> Imported:
         if number not in meshes:
             meshes[number] = _meshes(document, surfaces, given, number, lost)
         lost["skins"] += "skin" in node
-        placements = instances(document, node, index)
+        placements = instances(document, node, index, matrix)
         for copy, placement in enumerate(placements):
             title = name if len(placements) == 1 else f"{name}[{copy}]"
-            found.nodes += [Node(title, mesh, matrix @ placement) for mesh in meshes[number]]
+            found.nodes += [Node(title, mesh, placement) for mesh in meshes[number]]
     found.camera = _camera(document, named)
     found.lights = _lights(document, named) or None
     _note(document, lost)

@@ -1,0 +1,125 @@
+"""glshadow plan: the cheapest settings for an error budget."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from glshadow.cli import values
+from glshadow.cli.bar import Bar
+from glshadow.cli.options import Command, Request, common, option, scene_options
+from glshadow.cli.running import FAILED, Work
+from glshadow.errors import SettingsError
+
+if TYPE_CHECKING:
+    from glshadow.core.shadow import Shadow
+    from glshadow.study import Plan
+
+GIVEN = "glshadow.given"  # key of Context.meta
+OWN = ("wrong", "journal", "as_json", "debug")  # options that say nothing about the picture
+
+EXAMPLES = """
+\b
+Examples:
+  glshadow plan --wrong 0.1%                  the built-in courtyard
+  glshadow plan chess_board.glb --ground --wrong 0.5%
+  glshadow plan house.glb --light point:0,2,0 --wrong 0.2% --json
+  glshadow plan --wrong 0.05% --journal courtyard/study.jsonl     (what a study has measured is taken over)
+"""
+
+
+def share(text: str) -> float:
+    """0.1% or 0.001."""
+    percent = text.endswith("%")
+    try:
+        value = values.number(text[:-1] if percent else text) / (100.0 if percent else 1.0)
+    except SettingsError:
+        value = math.nan
+    if not 0.0 <= value < 1.0:
+        raise SettingsError(f"{text!r} is not a share of the pixels from 0 to below 1, such as 0.1% or 0.001")
+    return value
+
+
+class PlanCommand(Command):
+    """Keeps the text of the options, for the command line that it prints."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        rest = super().parse_args(ctx, list(args))
+        texts, _, order = self.make_parser(ctx).parse_args(args=list(args))
+        ctx.meta[GIVEN] = {param: texts[param.name] for param in order if isinstance(param, click.Option)}
+        return rest
+
+
+@click.command(cls=PlanCommand, epilog=EXAMPLES)
+@option("Plan", "--wrong", required=True, metavar="SHARE", read=share,
+        help="Budget: at most so many of the counted pixels may be wrong, 0.1% or 0.001.")  # fmt: skip
+@option("Plan", "--journal", metavar="FILE", type=click.Path(dir_okay=False, path_type=Path),
+        help="Keep measurements here and use those that are, such as a study's study.jsonl.")  # fmt: skip
+@scene_options
+@common
+def command(as_json: bool, debug: bool, wrong: float, journal: Path | None, **options: Any) -> None:
+    """Find the cheapest shadow settings for MODEL whose measured error stays within a budget.
+
+    Every filter climbs the resolutions until its share of wrong pixels, against the traced truth, is at most --wrong for
+    every light (and its share of grainy pixels too); those that get there are timed, and the fastest wins. Prints it
+    with its error, its time as a multiple of the floor (the picture without shadows plus one depth pass), and the
+    `glshadow render` line that uses it. Exit code 1 if nothing meets the budget. Needs pip install 'glshadow[reference]'.
+    """  # fmt: skip
+    with Work(as_json, debug) as work:
+        _plan(work, Request(**options), wrong, journal)
+
+
+def _plan(work: Work, wanted: Request, wrong: float, journal: Path | None) -> None:
+    with work.stage("load", f"loading {wanted.name}"):
+        from glshadow.study.plan import run_plan
+
+        scene = wanted.load()
+    camera, lights = wanted.camera(scene), wanted.lit(scene)
+    with work.stage("plan", "measuring"), Bar(work) as bar:
+        plan = run_plan(
+            scene, wrong, camera, lights, wanted.size, resume=journal, progress=bar, backend=wanted.backend
+        )  # fmt: skip
+    line = _render_line(click.get_current_context(), plan.best.shadow)
+    work.finish({**plan.as_dict(), "command": line if plan.met else None})
+    if not plan.met:
+        work.say(_refusal(plan))
+        raise click.exceptions.Exit(FAILED)
+    if not work.as_json:
+        best = plan.best
+        click.echo(f"{best.name}: wrong {best.error:.4%}, {best.cost:.2f} x floor ({best.ms:.0f} ms)\n{line}")
+
+
+def _refusal(plan: Plan) -> str:
+    best = plan.best
+    return (
+        f"error: none of {len(plan.tried)} settings keeps the wrong pixels within {_percent(plan.budget)}; the best is "
+        f"{best.name} with {best.error:.4%} at {best.cost:.2f} x floor ({best.ms:.0f} ms); "
+        "allow more with --wrong"
+    )
+
+
+def _percent(value: float) -> str:
+    return f"{100.0 * value:.6g}%"
+
+
+def _render_line(ctx: click.Context, shadow: Shadow) -> str:
+    """`glshadow render` with what was given here, and the setting."""
+    from glshadow.study.grid import filter_name
+
+    model = ctx.params["model"]
+    words = ["glshadow", "render", *([] if model is None else [str(model)])]
+    given: Mapping[click.Option, Any] = ctx.meta[GIVEN]
+    for param, value in given.items():
+        name = max(param.opts, key=len)
+        if param.name in OWN:
+            continue
+        if param.is_flag:
+            words.append(name)
+        else:
+            words += [f"{name}={text}" for text in (value if param.multiple else [value])]
+    return shlex.join([*words, "--resolution", str(shadow.resolution), "--filter", filter_name(shadow.filter)])

@@ -1,0 +1,163 @@
+"""What Exact() falls back to on OpenGL 3.3: a map of the numbers of the triangles nearest a light. Exact only where its texels saw all."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.lights import Light
+from glshadow.core.lists import ListGrid, facets, list_grid
+from glshadow.core.metric import Target
+from glshadow.core.shadow import Shadow
+from glshadow.core.spaces import ClipSpace, orthographic, perspective, rigid_inverse
+from glshadow.core.view import FACES, NEAREST_SHARE
+from glshadow.errors import ResourceError
+from glshadow.gl.caster import hides_back_faces
+from glshadow.gl.context import GLContext
+from glshadow.gl.entry_points import RGBA32F, BufferTexture
+from glshadow.gl.geometry import GpuScene, pack_matrices
+from glshadow.gl.lists import casting_on_others, light_frame, made_for
+from glshadow.gl.program import Programs
+from glshadow.gl.targets import depth_texture
+from glshadow.gl.world import local_corners, texture_buffer
+from glshadow.scene.mesh import AlphaMode
+
+
+class Numbers:
+    """One light's map of triangle numbers, and what it was made for.
+
+    Attributes
+    ----------
+    grid : ListGrid
+        Its window; a cell is a texel.
+    """
+
+    candidates = "numbers"
+    links = 0
+    masked = False
+
+    def __init__(self, context: GLContext) -> None:
+        self._context = context
+        self._key: tuple[Hashable, ...] | None = None
+        self._texture: moderngl.Texture | None = None
+        self._depth: moderngl.Texture | None = None
+        self._framebuffer: moderngl.Framebuffer | None = None
+        self._facets: BufferTexture | None = None
+        self.grid: ListGrid
+
+    def update(self, programs: Programs, scene: GpuScene, light: Light) -> bool:
+        """Draw it, unless it is that of this scene and light already; whether it had to be drawn."""
+        resolution = (light.shadow or Shadow()).resolution
+        key = (*made_for(scene, light), resolution)
+        if key == self._key:
+            return False
+        self._key = None
+        casting = casting_on_others(scene, light)
+        self.grid = list_grid(light, scene.corners[casting].reshape(-1, 3))
+        cells = (
+            resolution if self.grid.faces == 1 else max(resolution // 2, 1)
+        )  # six faces: a quarter of the texels each
+        self.grid = ListGrid(self.grid.kind, self.grid.view_from_world, self.grid.window, cells)
+        self._reserve(scene)
+        for face in range(self.grid.faces):
+            self._draw(programs, scene, light, face, casting)
+        self._context.check_errors("drawing a map of triangle numbers")
+        self._key = key
+        return True
+
+    def _reserve(self, scene: GpuScene) -> None:
+        context, grid = self._context, self.grid
+        size = (grid.cells, grid.cells * grid.faces)
+        if self._texture is None or self._texture.size != size:
+            self._release_map()
+            self._depth = depth_texture(context, size, Target.DEPTH32F, "the map of triangle numbers")
+            self._texture = context.ctx.texture(size, 1, dtype="u4")
+            self._texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self._framebuffer = context.ctx.framebuffer([self._texture], self._depth)
+        limit = context.caps.max_texture_buffer_size
+        if 3 * scene.world.count > limit:
+            raise ResourceError(
+                f"Exact() needs 3 texels for each of the scene's {scene.world.count} triangles, a texture buffer of this driver "
+                f"holds {limit}: split the scene, or use another filter"
+            )
+        axes, origin = light_frame(grid, scene)
+        frame = rigid_inverse(axes, np.zeros(3))
+        data = facets(local_corners(scene.world, frame, origin)).astype(np.float32)
+        if self._facets is None or self._facets.buffer.size != data.nbytes:
+            self._release_facets()
+            self._facets = texture_buffer(context, data, RGBA32F)
+        else:
+            self._facets.buffer.write(data.tobytes())
+        context.check_errors(f"uploading the facets of {scene.world.count} triangles")
+
+    def _draw(self, programs: Programs, scene: GpuScene, light: Light, face: int, chosen: NDArray[np.bool_]) -> None:
+        context, grid = self._context, self.grid
+        ctx = context.ctx
+        assert self._framebuffer is not None
+        clip = ClipSpace(False, False)
+        view = grid.view_from_world
+        if grid.kind == "point":
+            view = rigid_inverse(FACES[face], np.zeros(3)) @ view
+        depth = -(scene.corners.reshape(-1, 3) @ view[2, :3] + view[2, 3])
+        if grid.kind == "directional":
+            pad = 1e-3 * float(np.ptp(depth)) + 1e-300
+            projection = orthographic(*grid.window, float(depth.min()) - pad, float(depth.max()) + pad, clip)
+        else:
+            far = max(1.001 * float(depth.max()), 1e-300)
+            near = max(0.999 * float(depth.min()), NEAREST_SHARE[False] * far)
+            projection = perspective(*grid.window, near, far, clip)
+        packed = pack_matrices(projection @ view @ scene.world_from_origin)
+        if context.caps.clip_control:
+            context.gl.clip_control(False)
+        self._framebuffer.viewport = (0, face * grid.cells, grid.cells, grid.cells)
+        self._framebuffer.use()
+        ctx.depth_func = "<="
+        ctx.enable_only(moderngl.DEPTH_TEST)
+        ctx.depth_clamp_range = (0.0, 1.0)
+        if face == 0:
+            self._framebuffer.clear(depth=1.0, viewport=(0, 0, *self._framebuffer.size))
+        solid = hides_back_faces(scene, light, light.shadow.faces if light.shadow else None)
+        for i in np.flatnonzero(chosen).tolist():
+            gpu, material = scene.meshes[i], scene.nodes[i].mesh.material
+            alpha = material.alpha_mode is AlphaMode.MASK and gpu.texture is not None
+            program = programs.get(
+                "pass/surface.vert",
+                "pass/surface.frag",
+                defines={"GLS_SURFACE": 1, "GLS_TEXTURED": int(alpha), "GLS_ALPHA": int(alpha)},
+            )
+            program.set(u_color=material.color, u_cutoff=material.cutoff)
+            if gpu.texture is not None:
+                gpu.texture.use(0)
+            program.write("u_clip_from_mesh", packed[i])
+            program.write("u_first_triangle", scene.packed_first[i])
+            ctx.enable(moderngl.CULL_FACE) if solid[i] else ctx.disable(moderngl.CULL_FACE)
+            ctx.cull_face = "front" if scene.mirrored[i] else "back"
+            gpu.vertex_array(program, numbered=True).render()
+        ctx.cull_face = "back"
+        ctx.depth_clamp_range = None
+        ctx.enable_only(moderngl.NOTHING)
+
+    def use(self, heads: int, links: int, facet_unit: int) -> None:
+        """Bind what glsl/exact/numbers.glsl reads to texture units."""
+        assert self._texture is not None
+        assert self._facets is not None
+        self._texture.use(heads)
+        self._facets.use(facet_unit)
+
+    def _release_map(self) -> None:
+        for thing in (self._framebuffer, self._texture, self._depth):
+            if thing is not None:
+                thing.release()
+
+    def _release_facets(self) -> None:
+        if self._facets is not None:
+            self._facets.release()
+            self._facets.buffer.release()
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        self._release_map()
+        self._release_facets()

@@ -1,0 +1,74 @@
+"""Pictures inside HTML, for notebooks and reports: bytes, data addresses, figures."""
+
+from __future__ import annotations
+
+import base64
+import io
+from html import escape
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+NOTEBOOK_LEVEL, PAGE_LEVEL = 1, 9  # of zlib: a cell wants its picture now, a page is written once and kept
+JPEG_QUALITY = 88
+SKY = (222, 232, 242)  # where there is no surface
+
+
+def png(image: NDArray[np.uint8], level: int = NOTEBOOK_LEVEL) -> bytes:
+    """An image (H, W, 3) as the bytes of a PNG file, equal for equal pixels."""
+    from PIL import Image
+
+    data = io.BytesIO()
+    Image.fromarray(np.ascontiguousarray(image)).save(data, format="png", compress_level=level)
+    return data.getvalue()
+
+
+def jpeg(image: NDArray[np.uint8]) -> bytes:
+    """An image (H, W, 3) as the bytes of a JPEG file."""
+    from PIL import Image
+
+    data = io.BytesIO()
+    Image.fromarray(np.ascontiguousarray(image)).save(data, format="jpeg", quality=JPEG_QUALITY, subsampling=0)
+    return data.getvalue()
+
+
+def address(data: bytes) -> str:
+    """The bytes of a PNG or JPEG file as a `data:` address."""
+    kind = "jpeg" if data.startswith(b"\xff\xd8") else "png"
+    return f"data:image/{kind};base64,{base64.b64encode(data).decode()}"
+
+
+def figure(image: NDArray[np.uint8], caption: str) -> str:
+    """An HTML figure of an image (H, W, 3) with its caption, for a notebook's cell."""
+    return (
+        f'<figure style="margin:0 0 .8em"><img src="{address(png(image))}" alt="{escape(caption)}" '
+        f'style="max-width:100%"><figcaption>{escape(caption)}</figcaption></figure>'
+    )
+
+
+def table(head: list[str], rows: list[list[str]]) -> str:
+    """An HTML table of words and numbers, for a notebook's cell."""
+    cells = "".join(f"<th>{escape(word)}</th>" for word in head)
+    body = "".join("<tr>" + "".join(f"<td>{escape(word)}</td>" for word in row) + "</tr>" for row in rows)
+    return f"<table><thead><tr>{cells}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def visibility_picture(visibility: ArrayLike, cosine: ArrayLike = 1.0) -> NDArray[np.uint8]:
+    """One light's visibility for the eye: lit surfaces light grey, others dark.
+
+    Parameters
+    ----------
+    visibility : (H, W) array_like
+        1 lit, 0 dark, NaN where no surface.
+    cosine : (H, W) array_like
+        N.L, which lets shapes be seen; every lit pixel stays lighter than every dark one.
+
+    Returns
+    -------
+    (H, W, 3) uint8
+    """
+    lit = np.asarray(visibility, dtype=np.float64)
+    seen = np.isfinite(lit)
+    slope = np.clip(np.nan_to_num(np.asarray(cosine, dtype=np.float64)), 0.0, 1.0)
+    grey = np.rint((40.0 + 195.0 * np.where(seen, lit, 0.0)) * (0.5 + 0.5 * slope)).astype(np.uint8)
+    return np.where(seen[..., None], grey[..., None], np.array(SKY, dtype=np.uint8))

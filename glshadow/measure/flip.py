@@ -1,0 +1,88 @@
+"""How different two whole pictures look: FLIP, which models an observer who flips between them."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.errors import GlshadowError, SettingsError
+
+Floats = NDArray[np.float32]
+
+PIXELS_PER_DEGREE = 67.0206  # the paper's observer: 0.7 m from a display 0.7 m wide with 3840 pixels
+
+
+class Pictured(Protocol):
+    """What `flip` needs of a rendered frame."""
+
+    @property
+    def image(self) -> NDArray[np.uint8] | None: ...  # (H, W, 3) sRGB
+
+
+class Flip(NamedTuple):
+    """`mean` over the picture, and `map` (H, W) float32; 0: looks the same, 1: the largest difference there is."""
+
+    mean: float
+    map: Floats
+
+
+def flip(
+    ours: Pictured | NDArray[np.uint8],
+    reference: Pictured | NDArray[np.uint8],
+    pixels_per_degree: float = PIXELS_PER_DEGREE,
+) -> Flip:
+    """Perceived difference between two pictures of the same size.
+
+    `measure` says how many pixels have the wrong visibility; this says how much of it an observer notices.
+
+    Parameters
+    ----------
+    ours, reference : Frame, or (H, W, 3) uint8
+        sRGB. A picture of another program can be given as its pixels.
+    pixels_per_degree : float
+        Pixels of the picture in one degree of the observer's view, > 0.
+
+    Raises
+    ------
+    SettingsError
+        If one of them is no picture of 8 bits, or they differ in size.
+    GlshadowError
+        If flip-evaluator is not installed.
+
+    References
+    ----------
+    Andersson et al. 2020, "FLIP: A Difference Evaluator for Alternating Images", HPG; by its authors' flip-evaluator.
+    """
+    evaluate = _evaluator()
+    images = _pixels(ours, "ours"), _pixels(reference, "reference")
+    if images[0].shape != images[1].shape:
+        shapes = " and ".join(f"{image.shape[1]} x {image.shape[0]}" for image in images)
+        raise SettingsError(f"pictures must have one size to be compared, got {shapes}")
+    if not 0.0 < pixels_per_degree < np.inf:
+        raise SettingsError(f"pixels_per_degree must be a finite number greater than 0, got {pixels_per_degree!r}")
+    test, truth = (image.astype(np.float32) / np.float32(255.0) for image in images)
+    found, _, _ = evaluate(truth, test, "LDR", applyMagma=False, parameters={"ppd": float(pixels_per_degree)})
+    error: Floats = np.asarray(found, dtype=np.float32)[..., 0]
+    return Flip(float(error.mean(dtype=np.float64)), error)
+
+
+def _evaluator() -> Any:
+    try:
+        from flip_evaluator import evaluate
+    except ImportError as error:
+        raise GlshadowError(f"FLIP needs flip-evaluator ({error}): pip install 'glshadow[study]'") from error
+    return evaluate
+
+
+def _pixels(picture: Pictured | NDArray[np.uint8], name: str) -> NDArray[np.uint8]:
+    image = picture if isinstance(picture, np.ndarray) else getattr(picture, "image", None)
+    if image is None:
+        raise SettingsError(
+            f'{name} must be a Frame with the output "image" or an array (H, W, 3) of uint8, got {type(picture).__name__}'
+            + (" without one" if hasattr(picture, "image") else "")
+        )
+    if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] != 3 or image.size == 0:
+        raise SettingsError(f"{name} must be (H, W, 3) uint8 in sRGB, got {image.shape} {image.dtype}")
+    return image

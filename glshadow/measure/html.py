@@ -1,0 +1,40 @@
+"""An error in a notebook's cell: its numbers, and where it is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from glshadow.inline import figure, table
+from glshadow.measure.error import COLORS, Kind, Score
+
+if TYPE_CHECKING:
+    from glshadow.measure.error import ShadowError
+
+SHARES = ("wrong", "edge", "acne", "leak", "contact", "grain", "counted")
+
+
+def error_html(error: ShadowError) -> str:
+    """A table with a row per light, and a picture of each light's errors."""
+    named = [(f"light {number}", score) for number, score in enumerate(error.lights)]
+    if len(named) > 1:
+        named.append(("all", error))
+    rows = [[name, *_numbers(score)] for name, score in named]
+    pictures = [figure(error.picture(number), f"light {number}") for number in range(len(error.lights))]
+    return table(["", *SHARES, "mean"], rows) + _key() + "".join(pictures)
+
+
+def _numbers(score: Score) -> list[str]:
+    values = [(getattr(score, name), "{:.4%}") for name in SHARES] + [(score.mean, "{:.5f}")]
+    return [form.format(value) if np.isfinite(value) else "\N{EN DASH}" for value, form in values]
+
+
+def _key() -> str:
+    """What the colours mean."""
+    words = [
+        f'<span style="white-space:nowrap"><span style="color:rgb{COLORS[kind]}">&#9632;</span> '
+        f"{kind.name.lower().replace('_', ' ')}</span>"
+        for kind in (Kind.EDGE, Kind.ACNE, Kind.LEAK, Kind.GRAIN, Kind.NOT_COUNTED)
+    ]
+    return f"<p>{' &ensp; '.join(words)} &ensp; grey: right, lit or dark</p>"

@@ -1,0 +1,61 @@
+"""Shadows by asking every triangle in float64, with the exact filter's own rule: slow, and the judge where Embree and it differ."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.spaces import Array
+from glshadow.reference.rays import Bools, Ints, Rays, dot
+
+
+def blocked(rays: Rays, light: Light, own: Ints, points: Array, bound: float) -> Bools:
+    """Whether a triangle other than the own one lies between points and a light.
+
+    A triangle does if the ray to the light meets it (its edges included) and the point lies beyond its plane, seen from the light,
+    by more than `bound`: distance to the plane, not along the ray.
+
+    Parameters
+    ----------
+    own : (N,) int32
+        Triangles that the points lie on.
+    points : (N, 3) float64
+        Relative to `rays.origin`.
+    bound : float
+        World units.
+    """
+    casting = np.flatnonzero(rays.casts)
+    corners, normals = rays.corners[casting], rays.normals[casting]
+    sun = isinstance(light, DirectionalLight)
+    forward = np.asarray(light.direction) if isinstance(light, DirectionalLight) else np.zeros(3)
+    source = np.zeros(3) if isinstance(light, DirectionalLight) else np.asarray(light.position) - rays.origin
+    result = np.zeros(len(own), dtype=bool)
+    for number, point in enumerate(points):
+        along = forward if sun else point - source
+        across = _across(along)
+        flat = (corners - point) @ across.T  # (T, 3, 2): the triangles seen along the ray
+        near = (flat.min(axis=1) <= 0.0).all(axis=1) & (flat.max(axis=1) >= 0.0).all(axis=1) & (casting != own[number])
+        few = np.flatnonzero(near)
+        a, b, c = (flat[few, k] for k in range(3))
+        area = np.stack([_cross(a, b), _cross(b, c), _cross(c, a)])
+        few = few[~((area.min(axis=0) < 0.0) & (area.max(axis=0) > 0.0))]
+        gap = dot(np.broadcast_to(point, (len(few), 3)) - corners[few, 0], normals[few])
+        side = -(normals[few] @ forward) if sun else dot(source - corners[few, 0], normals[few])
+        hit = few[gap * np.sign(side) < -bound]
+        if len(hit) and rays.masked.any():
+            slope = normals[hit] @ along
+            t = dot(corners[hit, 0] - point, normals[hit]) / np.where(slope == 0.0, 1.0, slope)
+            hit = hit[rays.opaque(casting[hit].astype(np.int32), point + t[:, None] * along)]
+        result[number] = len(hit) > 0
+    return result
+
+
+def _across(along: Array) -> Array:
+    """Two unit vectors (2, 3) perpendicular to a vector."""
+    first = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(along / np.linalg.norm(along), first)])
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])

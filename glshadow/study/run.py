@@ -1,0 +1,202 @@
+"""One picture at work: settings of one light timed and scored, through the journal.
+
+Speed is a ratio: a setting's frame time over the floor of the same round (see `floor`), since absolute times on a shared machine drift
+by more than settings differ. Error is `glshadow.measure` against one trace per light.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.shadow import Shadow
+from glshadow.errors import SettingsError
+from glshadow.frame import Frame
+from glshadow.measure.error import Score, ShadowError, measure
+from glshadow.reference.trace import trace
+from glshadow.renderer import Renderer
+from glshadow.scene.mesh import Scene
+from glshadow.study.floor import Floor
+from glshadow.study.grid import setting_name
+from glshadow.study.journal import Journal, fingerprint, result_key
+from glshadow.study.machine import machine
+from glshadow.study.pictures import Panel, panel
+from glshadow.study.remembered import RememberedTruth
+from glshadow.study.result import Result, plain_score, score_from
+
+Progress = Callable[[int, int, str], None]
+
+WARM_UP = 2  # rounds that are not counted: the first one allocates and compiles
+FLOOR_RESOLUTION = 2048  # one floor for all settings, so that their ratios compare
+STEP_RAD = 2e-3  # per round a sun tilts by this: nothing that was drawn for the last one serves the next
+
+
+@contextmanager
+def open_run(
+    scene: Any,
+    camera: PerspectiveCamera | None = None,
+    lights: Sequence[Light] | None = None,
+    size: tuple[int, int] = (1280, 720),
+    repeats: int = 7,
+    resume: str | os.PathLike[str] | None = None,
+    progress: Progress | None = None,
+    backend: str = "auto",
+) -> Iterator[Run]:
+    """A run with its own renderer; parameters and errors are those of `run_study`."""
+    if not isinstance(scene, Scene):
+        from glshadow.scene.load import load
+
+        scene = load(scene)
+    if isinstance(repeats, bool) or not isinstance(repeats, int) or repeats < 1:
+        raise SettingsError(f"repeats must be an integer of at least 1, got {repeats!r}")
+    casting = tuple(light for light in (scene.lights if lights is None else lights) if light.shadow is not None)
+    if not casting:
+        raise SettingsError("there is nothing to study: no light casts a shadow (Light.shadow is None)")
+    journal = Journal(resume)
+    with (
+        Renderer(backend) as renderer,  # type: ignore[arg-type]  # Renderer itself says what is allowed
+        Floor(renderer, scene, size, FLOOR_RESOLUTION) as floor,
+    ):
+        yield Run(renderer, floor, scene, camera or scene.camera, casting, size, repeats, journal, progress)
+
+
+class Run:
+    """Measures settings of the lights of one picture; what the journal knows is not measured again.
+
+    `done` and `total` count settings for the progress; whoever uses the run sets `total`.
+    """
+
+    def __init__(
+        self,
+        renderer: Renderer,
+        floor: Floor,
+        scene: Scene,
+        camera: PerspectiveCamera,
+        lights: tuple[Light, ...],
+        size: tuple[int, int],
+        repeats: int,
+        journal: Journal,
+        progress: Progress | None,
+    ) -> None:
+        self.renderer, self.floor, self.scene, self.camera, self.size = renderer, floor, scene, camera, size
+        self.lights, self.repeats, self.journal, self.progress = lights, repeats, journal, progress
+        self.machine = machine(renderer.info)
+        self._fingerprint = fingerprint(scene)
+        self._truths: dict[int, RememberedTruth] = {}
+        self.done = self.total = 0
+
+    def time(self, number: int, settings: Sequence[Shadow]) -> None:
+        """Milliseconds of a light's settings and of the floor, into the journal.
+
+        Settings that share a map are timed round-robin with the floor, the light moving a little every round.
+        """
+        untimed = [shadow for shadow in settings if "times_ms" not in self._record(number, shadow)]
+        if not untimed:
+            return
+        light = self.lights[number]
+        self._say(f"light {number}: timing")
+        moved = [replace(_moved(light, k, self.scene), shadow=Shadow()) for k in range(-WARM_UP, self.repeats)]
+        # what the floor needs of a frame, made before the clock runs: it would change the map's size between two settings
+        plain = [replace(self._frame(each, "image"), image=None) for each in moved]
+        for _, group in groupby(sorted(untimed, key=_map_of), key=_map_of):
+            chosen = list(group)
+            self._say(f"light {number}: timing {chosen[0].resolution}")
+            times = self._time(moved, plain, chosen)
+            for shadow in chosen:
+                facts = {"light": number, "setting": setting_name(shadow), "times_ms": times[shadow]}
+                self.journal.add({"key": self._key(number, shadow), **facts, "floors_ms": times[None]})
+
+    def score(self, number: int, settings: Sequence[Shadow]) -> list[Score]:
+        """Errors of a light's settings on the picture itself, in their order, into the journal too."""
+        unscored = [shadow for shadow in settings if "error" not in self._record(number, shadow)]
+        self.done += len(settings) - len(unscored)
+        for shadow in unscored:
+            truth = self.truth(number)
+            self._say(f"light {number}: {setting_name(shadow)}")
+            frame, error = self._measured(number, shadow)
+            used = {name: value for name, value in frame.used[0].as_dict().items() if name not in ("views", "draws")}
+            used["texel"] = list(frame.used[0].texel or ())
+            used["sampled"] = truth.sampled()
+            self.journal.add({"key": self._key(number, shadow), "error": plain_score(error.lights[0]), "used": used})
+            self.done += 1
+        return [score_from(self._record(number, shadow)) for shadow in settings]
+
+    def result(self, number: int, shadow: Shadow) -> Result:
+        """What is known of a setting that was timed and scored."""
+        return Result.from_dict(self._record(number, shadow), number, shadow)
+
+    def panel(self, number: int, shadow: Shadow) -> Panel:
+        """Pictures of a setting."""
+        frame, error = self._measured(number, shadow)
+        return panel(self.renderer, frame, self.truth(number), error)
+
+    def truth(self, number: int) -> RememberedTruth:
+        """The truth of one light, traced when first asked for."""
+        if number not in self._truths:
+            self._say(f"light {number}: tracing the truth")
+            self._truths[number] = RememberedTruth.of(trace(self.scene, self.camera, [self.lights[number]], self.size))
+        return self._truths[number]
+
+    def forget_truth(self, number: int) -> None:
+        """Give its memory back, some 60 MB at 1280 x 720."""
+        self._truths.pop(number, None)
+
+    def _key(self, number: int, shadow: Shadow) -> str:
+        bare = replace(self.lights[number], shadow=None)
+        return result_key(
+            self._fingerprint, self.camera, bare, self.size, shadow, repr(sorted(self.machine.items())), self.repeats
+        )
+
+    def _record(self, number: int, shadow: Shadow) -> dict[str, Any]:
+        return self.journal.records.get(self._key(number, shadow), {})
+
+    def _frame(self, light: Light, *outputs: str) -> Frame:
+        return self.renderer.render(self.scene, self.camera, [light], self.size, outputs=outputs)
+
+    def _measured(self, number: int, shadow: Shadow) -> tuple[Frame, ShadowError]:
+        frame = self._frame(replace(self.lights[number], shadow=shadow), "visibility", "triangle")
+        return frame, measure(frame, self.truth(number))  # type: ignore[arg-type]  # visibility was asked for
+
+    def _time(self, moved: list[Light], plain: list[Frame], chosen: list[Shadow]) -> dict[Shadow | None, list[float]]:
+        """Milliseconds of each setting and, as None, of the floor, round-robin."""
+        times: dict[Shadow | None, list[float]] = {None: [], **{shadow: [] for shadow in chosen}}
+        for k, (light, frame) in enumerate(zip(moved, plain, strict=True)):
+            for shadow in times:
+                start = time.perf_counter()
+                if shadow is None:
+                    self.floor.draw(frame)
+                else:
+                    self._frame(replace(light, shadow=shadow), "image")
+                if k >= WARM_UP:
+                    times[shadow].append(1e3 * (time.perf_counter() - start))
+        return times
+
+    def _say(self, text: str) -> None:
+        if self.progress is not None:
+            self.progress(self.done, self.total, text)
+
+
+def _map_of(shadow: Shadow) -> tuple[int, str]:
+    """Settings that are timed together: those that share a map, which is not allocated anew between them."""
+    return shadow.resolution, shadow.target.value if shadow.target else ""
+
+
+def _moved(light: Light, k: int, scene: Scene) -> Light:
+    """The light at round k."""
+    if isinstance(light, DirectionalLight):
+        direction = np.asarray(light.direction)
+        across = np.cross(direction, np.eye(3)[np.abs(direction).argmin()])
+        x, y, z = direction + STEP_RAD * k * across / np.linalg.norm(across)
+        return replace(light, direction=(float(x), float(y), float(z)))
+    low, high = scene.bounds
+    step = 0.1 * STEP_RAD * k * float(np.linalg.norm(high - low))
+    return replace(light, position=(light.position[0], light.position[1] + step, light.position[2]))

@@ -1,0 +1,89 @@
+"""glshadow plan: what it prints, and the command line that it hands on."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from glshadow import image
+from glshadow.cli import main
+from glshadow.cli.plan import share
+from glshadow.errors import SettingsError
+
+SMALL = ("--size", "96x54", "--backend", "egl")
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(main, ["plan", *arguments])
+
+
+@pytest.mark.parametrize(("text", "value"), [("0.1%", 0.001), ("0.001", 0.001), ("0", 0.0), ("25%", 0.25)])
+def test_share(text: str, value: float) -> None:
+    assert share(text) == value
+
+
+@pytest.mark.parametrize("text", ["1", "100%", "-1%", "some", "%", "nan", "0.1 %%"])
+def test_share_refuses(text: str) -> None:
+    with pytest.raises(SettingsError, match=r"such as 0\.1% or 0\.001"):
+        share(text)
+
+
+def test_it_prints_a_line_that_renders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    light = ["--light", "sun:-1,-2,-1:intensity=0.5", "--light", "sun:1,-2,0"]
+    done = run("--wrong", "20%", *SMALL, "--ground", *light, "--eye=9,6,11")
+    assert done.exit_code == 0, done.output
+    facts, line = done.stdout.splitlines()
+    name, _, numbers = facts.partition(": wrong ")
+    assert "x floor" in numbers
+    words = shlex.split(line)
+    assert words[:2] == ["glshadow", "render"]
+    kept = {"--ground", "--eye=9,6,11", "--size=96x54", "--light=sun:-1,-2,-1:intensity=0.5", "--light=sun:1,-2,0"}
+    assert kept <= set(words)
+    assert words[-4:] == ["--resolution", name.split()[0], "--filter", name.split()[1]]
+    rendered = CliRunner().invoke(main, words[1:])
+    assert rendered.exit_code == 0, rendered.output
+    assert image.read("courtyard.png").shape == (54, 96, 4)
+
+
+def test_json_is_one_object(tmp_path: Path) -> None:
+    journal = tmp_path / "plan.jsonl"
+    done = run("--wrong=20%", "--json", "--journal", str(journal), *SMALL)
+    assert done.exit_code == 0, done.output
+    assert done.stdout.count("\n") == 1
+    report = json.loads(done.stdout)
+    assert report["met"] is True
+    assert report["best"] == report["choices"][0]["setting"] in report["tried"]
+    assert report["choices"][0]["error"] <= report["budget"] == 0.2
+    assert "--wrong" not in report["command"]
+    assert str(journal) not in report["command"]
+    assert journal.is_file()
+
+
+def test_none_meets_the_budget(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("glshadow.study.plan.run_plan.__defaults__", _coarse())
+    done = run("--wrong=0", *SMALL, "--json")
+    assert done.exit_code == 1
+    assert done.stderr.startswith("error: none of 3 settings keeps the wrong pixels within 0%; the best is 128 ")
+    report = json.loads(done.stdout)
+    assert report["met"] is False
+    assert report["command"] is None
+    assert report["choices"][0]["error"] > 0.0
+
+
+def _coarse() -> tuple[object, ...]:
+    """Defaults of run_plan with one low resolution, so that trying all of them is quick."""
+    from glshadow.study import plan
+
+    return tuple((128,) if value is plan.RESOLUTIONS else value for value in plan.run_plan.__defaults__ or ())
+
+
+def test_usage() -> None:
+    assert run().exit_code == 2
+    refused = run("--wrong", "200%")
+    assert refused.exit_code == 2
+    assert "such as 0.1% or 0.001" in refused.stderr

@@ -1,0 +1,113 @@
+"""The command against streams that fail, disks that are full and names that are odd: one sentence and an exit code, never a traceback."""
+
+import os
+import resource
+import subprocess
+import sys
+
+import pytest
+
+from glshadow import image
+
+SMALL = ("--size", "32x24", "--resolution", "32")
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "tri.obj").write_text(TRIANGLE)
+    return tmp_path
+
+
+def start(folder, *arguments, **options):
+    command = [sys.executable, "-m", "glshadow", "render", *arguments]
+    return subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, **options)
+
+
+def ended(process):
+    """Exit code and what was said, which is no traceback and no apology."""
+    said = process.stderr.read().decode()
+    process.stderr.close()
+    code = process.wait(timeout=60)
+    assert "Traceback" not in said
+    assert "Exception ignored" not in said
+    assert "unexpected" not in said
+    return code, said
+
+
+def test_nobody_reads_the_report(folder):
+    process = start(folder, "tri.obj", *SMALL, "--json", stdout=subprocess.PIPE)
+    process.stdout.close()
+    code, said = ended(process)
+    assert code == 1
+    assert "error" not in said
+    assert (folder / "tri.png").exists()
+
+
+def test_the_report_has_no_room(folder):
+    with open("/dev/full", "w") as full:  # noqa: PTH123
+        code, said = ended(start(folder, "tri.obj", *SMALL, "--json", stdout=full))
+    assert code == 1
+    assert said.endswith("error: cannot read or write the output: No space left on device\n")
+
+
+def test_closed_streams_are_no_error(folder):
+    def close():
+        os.close(1)
+        os.close(2)
+
+    command = [sys.executable, "-m", "glshadow", "render", "tri.obj", *SMALL, "--json"]
+    assert subprocess.run(command, cwd=folder, preexec_fn=close, timeout=60, check=False).returncode == 0
+    assert (folder / "tri.png").exists()
+
+
+@pytest.mark.parametrize("ending", [".png", ".jpg", ".tif", ".exr"])
+def test_a_full_disk_leaves_no_half_picture(tmp_path, rng, ending):
+    """A child with a limit on the size of files: its writes fail as on a full disk."""
+    code = f"import numpy as np, sys; sys.path[:] = {sys.path!r}\nfrom glshadow import image, GlshadowError\n" + (
+        "pixels = np.random.default_rng(0).integers(0, 256, (200, 200, 3)).astype(np.uint8)\n"
+        f"try: image.write('x{ending}', pixels)\n"
+        "except GlshadowError as error: print(error)\n"
+    )
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+
+    done = subprocess.run(
+        [sys.executable, "-B", "-c", code],
+        cwd=tmp_path,
+        preexec_fn=limit,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith(f"x{ending} cannot be written: ")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_names_that_are_not_utf8(folder):
+    model, picture = os.fsencode(folder) + b"/caf\xe9.obj", os.fsencode(folder) + b"/caf\xe9.png"
+    os.rename(folder / "tri.obj", model)  # noqa: PTH104
+    code, _ = ended(start(folder, model, *SMALL, "-o", picture))
+    assert code == 0
+    assert image.read(os.fsdecode(picture)).shape == (24, 32, 4)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("-o", "x" * 300 + ".png"), "is no name for a file: File name too long"),
+        (("--eye", "1e300,0,0"), "position must be 3 numbers from -1e+20 to 1e+20"),
+        (("--fov", "1e-300"), "fov_y must be in [1e-06, 180) degrees"),
+        (("--far", "1e300"), "far must be in [1e-20, 1e+20]"),
+        (("--light", "point:1e300,0,0"), "position must be 3 numbers from -1e+20 to 1e+20"),
+        (("--light", "point:0,0,1:far=1e300"), "far must be in [-1e+20, 1e+20]"),
+    ],
+)
+def test_values_beyond_what_can_be_drawn(folder, arguments, words):
+    code, said = ended(start(folder, "tri.obj", *SMALL, *arguments))
+    assert code == 2
+    assert words in said
+    assert "Warning:" not in said

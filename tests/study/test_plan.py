@@ -1,0 +1,97 @@
+"""The cheapest settings for a budget, against the whole grid measured by hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import glshadow as gs
+from glshadow.study import Grid, Plan, Study, run_plan, run_study
+from glshadow.study.plan import FILTERS, RESOLUTIONS
+
+SIZE = (160, 90)
+STEPS = (64, 128, 256, 512)
+KINDS = (gs.Hard(), gs.Pcf(1))
+
+
+@pytest.fixture(scope="module")
+def scene() -> gs.Scene:
+    return gs.scenes.box().scene
+
+
+@pytest.fixture(scope="module")
+def journal(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("plan") / "study.jsonl"
+
+
+@pytest.fixture(scope="module")
+def study(scene: gs.Scene, journal: Path) -> Study:
+    """The whole grid, measured."""
+    return run_study(scene, size=SIZE, grid=Grid(STEPS, KINDS), repeats=1, resume=journal, backend="egl")
+
+
+def plan(scene: gs.Scene, wrong: float, resume: Path | None = None) -> Plan:
+    return run_plan(scene, wrong, size=SIZE, filters=KINDS, resolutions=STEPS, repeats=1, resume=resume, backend="egl")
+
+
+def test_every_filter_takes_its_least_resolution(scene: gs.Scene, study: Study, journal: Path) -> None:
+    errors = {(r.shadow.filter, r.shadow.resolution): r.error for r in study.results}
+    budget = 1.01 * errors[gs.Hard(), 256]
+    assert budget < errors[gs.Hard(), 128]  # else this test asks nothing
+    found = plan(scene, budget, journal)
+    expected = {
+        kind: min(step for step in STEPS if errors[kind, step] <= budget)
+        for kind in KINDS
+        if any(errors[kind, step] <= budget for step in STEPS)
+    }
+    assert {choice.shadow.filter: choice.shadow.resolution for choice in found.choices} == expected
+    assert found.met
+    assert found.best == min(found.choices, key=lambda choice: choice.cost)
+    assert [choice.cost for choice in found.choices] == sorted(choice.cost for choice in found.choices)
+    for shadow, error in found.tried.items():
+        assert error == errors[shadow.filter, shadow.resolution]
+        assert shadow.resolution <= expected.get(shadow.filter, STEPS[-1])  # nothing above the rung that met the budget
+
+
+def test_a_study_is_not_measured_again(scene: gs.Scene, study: Study, journal: Path) -> None:
+    before = journal.read_bytes()
+    found = plan(scene, study.results[2].error, journal)
+    assert journal.read_bytes() == before
+    assert found.best.results[0] in study.results
+
+
+def test_no_setting_meets_it(scene: gs.Scene) -> None:
+    found = plan(scene, 0.0)
+    assert not found.met
+    assert len(found.tried) == len(STEPS) * len(KINDS)
+    assert found.choices == (found.best,)
+    assert found.best.error == min(found.tried.values()) > 0.0
+    assert found.best.cost > 0.0
+    assert "not met by" in str(found)
+
+
+def test_the_worst_light_decides(scene: gs.Scene) -> None:
+    lights = (scene.lights[0], gs.PointLight(position=(2.0, 4.0, 1.0)))
+    both = run_plan(
+        scene, 0.5, lights=lights, size=SIZE, filters=[gs.Hard()], resolutions=[64], repeats=1, backend="egl"
+    )
+    (choice,) = both.choices
+    assert [result.light for result in choice.results] == [0, 1]
+    assert choice.error == max(result.error for result in choice.results) == both.tried[choice.shadow]
+
+
+def test_what_cannot_be_planned_is_refused(scene: gs.Scene) -> None:
+    for wrong in (-0.1, 1.0, float("nan")):
+        with pytest.raises(gs.SettingsError, match=r"share in \[0, 1\)"):
+            run_plan(scene, wrong)
+    with pytest.raises(gs.SettingsError, match="nothing to try"):
+        run_plan(scene, 0.1, filters=())
+    below = gs.DirectionalLight(direction=(0.0, 1.0, 0.0))
+    with pytest.raises(gs.SettingsError, match="no pixel that counts"):
+        run_plan(scene, 0.1, lights=[below], size=SIZE, filters=[gs.Hard()], resolutions=[64], backend="egl")
+
+
+def test_what_is_tried_holds_the_default() -> None:
+    assert gs.Shadow().filter in FILTERS
+    assert gs.Shadow().resolution in RESOLUTIONS

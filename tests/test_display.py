@@ -1,0 +1,139 @@
+"""What a notebook shows: frames, truths, errors and studies."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+import glshadow as gs
+from glshadow.inline import SKY, visibility_picture
+from glshadow.measure.error import COLORS, Kind
+
+SIZE = (96, 54)
+VOID = {"img", "br"}
+
+
+class Balanced(HTMLParser):
+    """Fails at a tag that is not closed in its place."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.stack: list[str] = []
+        self.text = ""
+        self.feed(text)
+        self.close()
+        assert self.stack == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in VOID:
+            self.stack.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.stack.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text += data + " "
+
+
+def decoded(data: bytes) -> NDArray[np.uint8]:
+    with Image.open(io.BytesIO(data)) as picture:
+        assert picture.format == "PNG"
+        return np.asarray(picture)
+
+
+def pictures(html: str) -> list[NDArray[np.uint8]]:
+    return [decoded(base64.b64decode(data)) for data in re.findall(r"data:image/png;base64,([^\"]+)", html)]
+
+
+@pytest.fixture(scope="module")
+def scene() -> gs.Scene:
+    built = gs.scenes.box().scene
+    return replace(built, lights=(*built.lights, gs.PointLight(position=(2.0, 4.0, 1.0))))
+
+
+@pytest.fixture(scope="module")
+def frame(scene: gs.Scene) -> Iterator[gs.Frame]:
+    with gs.Renderer("egl") as renderer:
+        yield renderer.render(scene, size=SIZE, outputs=("image", "visibility"))
+
+
+@pytest.fixture(scope="module")
+def truth(scene: gs.Scene) -> gs.Truth:
+    return gs.trace(scene, size=SIZE)
+
+
+def test_a_frame_shows_its_picture(frame: gs.Frame) -> None:
+    data = frame._repr_png_()
+    assert data is not None
+    np.testing.assert_array_equal(decoded(data), frame.image)
+
+
+def test_a_frame_without_a_picture_shows_visibility(frame: gs.Frame) -> None:
+    data = replace(frame, image=None)._repr_png_()
+    assert data is not None
+    shown = decoded(data)
+    assert shown.shape == (2 * SIZE[1], SIZE[0], 3)
+    assert frame.visibility is not None
+    np.testing.assert_array_equal(shown[SIZE[1] :], visibility_picture(frame.visibility[1]))
+    assert replace(frame, image=None, visibility=None)._repr_png_() is None
+
+
+def test_a_truth_shows_every_light(truth: gs.Truth) -> None:
+    html = truth._repr_html_()
+    page = Balanced(html)
+    shown = pictures(html)
+    assert [picture.shape for picture in shown] == [(SIZE[1], SIZE[0], 3)] * 2
+    for number, picture in enumerate(shown):
+        seen = np.isfinite(truth.visibility[number])
+        assert (picture[~seen] == SKY).all()
+        lit = truth.visibility[number] == 1.0
+        assert picture[seen & lit].min() > picture[seen & ~lit].max()
+        share = truth.visibility[number][seen].mean()
+        assert f"{share:.2%}" in page.text
+    assert "directional" in page.text
+    assert "point" in page.text
+
+
+def test_an_error_shows_its_numbers_and_where_it_is(frame: gs.Frame, truth: gs.Truth) -> None:
+    error = gs.measure(frame, truth)
+    html = error._repr_html_()
+    page = Balanced(html)
+    for score in (*error.lights, error):
+        assert f"{score.wrong:.4%}" in page.text
+        assert f"{score.mean:.5f}" in page.text
+    assert html.count("<tr>") == 1 + 2 + 1  # head, lights, all
+    for number, picture in enumerate(pictures(html)):
+        np.testing.assert_array_equal(picture, error.picture(number))
+    assert f"rgb{COLORS[Kind.ACNE]}" in html
+
+
+def test_where_nothing_counts_there_is_a_dash(scene: gs.Scene) -> None:
+    below = [gs.DirectionalLight(direction=(0.0, 1.0, 0.0))]
+    with gs.Renderer("egl") as renderer:
+        dark = renderer.render(scene, lights=below, size=SIZE, outputs=("visibility",))
+    html = gs.measure(dark, gs.trace(scene, lights=below, size=SIZE))._repr_html_()
+    assert "nan" not in html
+    assert "\N{EN DASH}" in Balanced(html).text
+
+
+def test_a_study_shows_its_plot_and_its_front(scene: gs.Scene) -> None:
+    from glshadow.study import run_study
+
+    grid = [gs.Shadow(resolution=64), gs.Shadow(resolution=128)]
+    study = run_study(scene, size=SIZE, grid=grid, repeats=1, backend="egl")
+    html = study._repr_html_()
+    assert html.count("<svg") == 2
+    table = html[html.index("<table>") : html.index("</table>")]
+    assert table.count("<tr>") == 1 + len(study.front(0)) + len(study.front(1))
+    for result in (*study.front(0), *study.front(1)):
+        assert result.name in table
+        assert f"{result.score.wrong:.4%}" in table
