@@ -128,7 +128,7 @@ class Programs:
         slots, defines = slots or {}, defines or {}
         key = (vertex, fragment, dialect, tuple(sorted(slots.items())), tuple(sorted(defines.items())))
         if key not in self._programs:
-            plain = "core330" if dialect.startswith("core330") else dialect  # a vertex stage gathers nothing
+            plain = "core330" if dialect.startswith("core") else dialect  # a vertex stage gathers nothing
             texts = []
             for name, spoken in ((vertex, plain), (fragment, dialect)):
                 texts.append(compose(name, spoken, slots, _declared(name, spoken, slots, defines)))

@@ -50,6 +50,13 @@ def receiver_slots(light: Light, shadow_map: Map | Lists | Numbers | Given | Non
     return mapped_slots(kind_of(light), settings.target, settings.bias, shadow_map.filter, compare)
 
 
+def receiver_dialect(shadow_map: Map | Lists | Numbers | Given | None, caps: Caps) -> str:
+    """The dialect that a receiver's snippets need."""
+    if isinstance(shadow_map, Lists | Numbers):
+        return "core400" if caps.version_code >= 400 else "core330"
+    return "core330_gather" if caps.texture_gather else "core330"
+
+
 def receiver_defines(light: Light, shadow_map: Map | Lists | Numbers | Given | None) -> dict[str, int | str]:
     """Defines of the receiver contract for a light."""
     if shadow_map is None or isinstance(shadow_map, Given):

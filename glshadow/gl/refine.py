@@ -14,7 +14,7 @@ from glshadow.gl.geometry import GpuScene
 from glshadow.gl.lists import Lists
 from glshadow.gl.numbers import Numbers
 from glshadow.gl.program import UNITS, Program, Programs
-from glshadow.gl.receiver import Given, light_uniforms, receiver_defines, receiver_slots
+from glshadow.gl.receiver import Given, light_uniforms, receiver_defines, receiver_dialect, receiver_slots
 from glshadow.gl.resolve import Samplers, bind_candidates, bind_surface, draw_over, place_uniforms
 from glshadow.gl.targets import CameraTargets, depth_texture, released_on_error
 
@@ -95,7 +95,7 @@ class Refined:
         program = programs.get(
             "pass/resolve.vert",
             "pass/visibility.frag",
-            dialect="core330_gather" if caps.texture_gather else "core330",
+            dialect=receiver_dialect(shadow, caps),
             slots=receiver_slots(light, shadow, caps),
             defines=defines,
         )

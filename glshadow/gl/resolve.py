@@ -24,6 +24,7 @@ from glshadow.gl.receiver import (
     light_uniforms,
     light_view,
     receiver_defines,
+    receiver_dialect,
     receiver_slots,
     receiver_uniforms,
     rounding_of,
@@ -93,7 +94,7 @@ def resolve(
     program = programs.get(
         "pass/resolve.vert",
         "pass/resolve.frag",
-        dialect="core330_gather" if context.caps.texture_gather else "core330",
+        dialect=receiver_dialect(share.shadow, context.caps),
         slots=receiver_slots(light, share.shadow, context.caps),
         defines={
             **receiver_defines(light, share.shadow),

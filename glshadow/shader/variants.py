@@ -132,7 +132,7 @@ def _exact() -> Iterator[Variant]:
     for kind in KINDS:
         defines = exact_defines(kind, 512, 16, False)
         yield Variant("pass/lists.comp", "core430", {}, defines)
-        for candidates, masked, dialect in product(("lists", "numbers"), (False, True), ("core330", "core330_gather")):
+        for candidates, masked, dialect in product(("lists", "numbers"), (False, True), ("core330", "core400")):
             defines = exact_defines(kind, 512, 16, masked)
             slots = exact_slots(kind, candidates)
             yield Variant("pass/resolve.frag", dialect, slots, defines)

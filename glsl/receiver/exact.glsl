@@ -14,6 +14,9 @@
 #ifndef GLS_POINT
 #define GLS_POINT 0
 #endif
+#ifndef GLS_CELLS
+#define GLS_CELLS 512 // along a side of the grid, or of the map of numbers
+#endif
 #if GLS_POINT
 #include "lib/faces.glsl"
 #endif

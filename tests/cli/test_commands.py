@@ -180,7 +180,7 @@ def test_overlay(folder):
     [
         (("--size", "big"), ("--size", "1280x720")),
         (("--eye", "1,2"), ("--eye", "3 finite numbers")),
-        (("--fov", "180"), ("--fov", "(0, 180)")),
+        (("--fov", "180"), ("--fov", "[1e-06, 180)")),
         (("--near", "-1"), ("--near", "greater than 0")),
         (("--up-axis", "w"), ("--up-axis", "'x', 'y', 'z'")),
         (("--up-axis", "z"), ("--up-axis", "MODEL")),

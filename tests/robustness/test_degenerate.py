@@ -104,13 +104,13 @@ def test_a_colour_beyond_what_a_surface_reflects_is_clipped(tmp_path):
 def test_text_that_is_not_utf8_is_read(tmp_path):
     """Latin-1 in names and comments, as older exporters write it."""
     text = {
-        "a.off": "OFF\n# caf\xe9\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
-        "a.stl": "solid caf\xe9\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n",
-        "a.ply": "ply\nformat ascii 1.0\ncomment caf\xe9\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "a.off": "OFF\n# b\xfcste\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+        "a.stl": "solid b\xfcste\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n",
+        "a.ply": "ply\nformat ascii 1.0\ncomment b\xfcste\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
         "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
-        "a.obj": "mtllib a.mtl\n# caf\xe9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl caf\xe9\nf 1 2 3\n",
+        "a.obj": "mtllib a.mtl\n# b\xfcste\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl b\xfcste\nf 1 2 3\n",
     }
-    (tmp_path / "a.mtl").write_text("newmtl caf\xe9\nKd 1 0 0\n", encoding="latin-1")
+    (tmp_path / "a.mtl").write_text("newmtl b\xfcste\nKd 1 0 0\n", encoding="latin-1")
     for name, content in text.items():
         (tmp_path / name).write_text(content, encoding="latin-1")
         scene = gs.load(tmp_path / name)

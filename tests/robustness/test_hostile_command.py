@@ -88,7 +88,7 @@ def test_a_full_disk_leaves_no_half_picture(tmp_path, rng, ending):
 
 
 def test_names_that_are_not_utf8(folder):
-    model, picture = os.fsencode(folder) + b"/caf\xe9.obj", os.fsencode(folder) + b"/caf\xe9.png"
+    model, picture = os.fsencode(folder) + b"/b\xfcste.obj", os.fsencode(folder) + b"/b\xfcste.png"
     os.rename(folder / "tri.obj", model)  # noqa: PTH104
     code, _ = ended(start(folder, model, *SMALL, "-o", picture))
     assert code == 0

@@ -14,7 +14,7 @@ from glshadow.shader import source
 from glshadow.shader.variants import Variant, receivers, variants
 
 FILES = sorted(
-    str(p.relative_to(source.root())) for p in source.root().rglob("*") if p.suffix in (".glsl", ".vert", ".frag")
+    str(p.relative_to(source.root())) for p in source.root().rglob("*") if p.suffix in (".glsl", ".vert", ".frag", ".comp")
 )
 SNIPPETS = [name for name in FILES if not name.startswith("dialect/")]
 
@@ -64,7 +64,8 @@ def test_names_follow_the_style(name: str) -> None:
     words = set(re.findall(r"[A-Za-z_]\w*", code))
     assert not {word for word in words if "__" in word}
     assert not {word for word in words if word.startswith("gl_")} - {
-        "gl_Position", "gl_FragCoord", "gl_FragColor", "gl_VertexID", "gl_PrimitiveID", "gl_FrontFacing",
+        "gl_Position", "gl_FragCoord", "gl_FragColor", "gl_VertexID", "gl_PrimitiveID", "gl_FrontFacing", "gl_FragDepth",
+        "gl_GlobalInvocationID",
     }  # fmt: skip
     heads = {"uniform": "u_", "GLS_ATTRIBUTE": "a_", "GLS_VARYING": "v_"}
     for storage, head in heads.items():
@@ -82,11 +83,11 @@ def test_no_set_up_of_the_dialects(name: str) -> None:
     )
 
 
-# receiver/ is the folder of slot <shadow>.
-FOLDERS = {"shadow": "receiver"}
+# receiver/ is the folder of slot <shadow>, exact/ that of slot <candidates>.
+FOLDERS = {"shadow": "receiver", "candidates": "exact"}
 
 
-@pytest.mark.parametrize("slot", ["light", "shadow", "projection", "depth", "bias", "compare", "filter", "metric"])
+@pytest.mark.parametrize("slot", ["light", "shadow", "candidates", "projection", "depth", "bias", "compare", "filter", "metric"])
 def test_files_of_a_slot_share_the_signatures_of_its_readme(slot: str) -> None:
     readme = (source.root() / FOLDERS.get(slot, slot) / "README.md").read_text(encoding="utf-8")
     signatures = re.findall(r"`((?:float|void|vec[234]|bool|Receiver) \w+\([^`]*\))`", readme)
