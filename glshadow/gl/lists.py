@@ -20,7 +20,7 @@ from glshadow.gl.entry_points import RGBA32F, RGBA32UI, BufferTexture
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Programs
 
-_CULL_BACK, _CULL_FRONT, _CASTS, _MASKED = 1, 2, 4, 8  # pass/lists.comp
+_CULL_BACK, _CULL_FRONT, _CASTS, _CUT_OUT = 1, 2, 4, 8  # pass/lists.comp
 _GROUP, _MOST_GROUPS = 64, 65535
 _LINK_BYTES, _FACET_BYTES = 16, 48
 _FEW = 12  # triangles of a node that is asked whether it casts on anything at all
@@ -201,7 +201,7 @@ def _traits(scene: GpuScene, light: Light) -> NDArray[np.uint32]:
     # a mirrored node's winding is turned over by its matrix
     back, front = np.where(mirrored, front, back), np.where(mirrored, back, front)
     masked = scene.world.mask_shift != 0
-    flags = _CULL_BACK * back + _CULL_FRONT * front + _CASTS * casting + _MASKED * masked
+    flags = _CULL_BACK * back + _CULL_FRONT * front + _CASTS * casting + _CUT_OUT * masked
     return np.stack([flags, scene.world.mask_shift], axis=1).astype(np.int64).astype(np.uint32)
 
 

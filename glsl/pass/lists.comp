@@ -23,7 +23,7 @@
 #define GLS_CULL_BACK 1u // traits of a scene's node; bits 8 on: links carry 1 + its number among masked triangles
 #define GLS_CULL_FRONT 2u
 #define GLS_CASTS 4u
-#define GLS_MASKED 8u
+#define GLS_CUT_OUT 8u
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Positions { float positions[]; }; // world axes, relative to the scene's origin
 layout(std430, binding = 1) readonly buffer Triangles { uvec4 triangles[]; }; // vertices, node
@@ -154,7 +154,7 @@ void main() {
     facets[3u * triangle + 2u] = vec4(c, normal.z);
     uvec2 node = traits[corners.w];
     uint flags = node.x;
-    uint mask = (flags & GLS_MASKED) != 0u ? triangle + node.y : 0u;
+    uint mask = (flags & GLS_CUT_OUT) != 0u ? triangle + node.y : 0u;
 #if GLS_SUN
     float side = normal.z; // > 0: its front is turned to the light
 #else

@@ -198,8 +198,6 @@ def test_forward_draws_the_true_shadow(
     kind, target, bias, kernel, dialect = row
     if dialect == "core330_gather" and not glcontext.caps.texture_gather:
         pytest.skip("optional: this driver has no textureGather")
-    if group.endswith("core430") and not glcontext.caps.compute:
-        pytest.skip("optional: this driver has no compute passes")
     shadow = Shadow(bias=bias, target=target, filter=kernel)  # type: ignore[arg-type]
     light = light_of(kind, shadow)  # type: ignore[arg-type]
     shadow_map = draw_map(glcontext, gpu[1], gpu[0], light, views_of(small_scene(), light, ClipSpace(False, False)))
