@@ -14,6 +14,7 @@ from glshadow.core.view import Kind
 # Cells along a side of the fine grid: one grid for a sun or a spot, one per face for a point light.
 CELLS: dict[Kind, int] = {"directional": 512, "spot": 512, "point": 256}
 RATIO = 16  # fine cells along a side of a coarse one
+MOST = 256  # fine cells that one triangle may touch; more, and it goes to coarse ones
 LEAST_CELLS = 32  # two coarse cells along a side
 _GROWN = 1.0005
 _FAR_COSINE = 0.5  # casters within 60 degrees of the axis: tangents to 1.7

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.lights import DirectionalLight, Light
-from glshadow.core.lists import LEAST_CELLS, RATIO, ListGrid, distance_bound, list_grid, shades
+from glshadow.core.lists import LEAST_CELLS, MOST, RATIO, ListGrid, distance_bound, list_grid, shades
 from glshadow.core.shadow import Faces
 from glshadow.core.spaces import Array, transform
 from glshadow.core.view import kind_of
@@ -120,6 +120,7 @@ class Lists:
                 "GLS_POINT": int(grid.kind == "point"),
                 "GLS_CELLS": grid.cells,
                 "GLS_RATIO": RATIO,
+                "GLS_MOST": MOST,
             },
         )
         axes, origin = light_frame(grid, scene)

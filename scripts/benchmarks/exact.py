@@ -1,0 +1,384 @@
+"""The exact filter: wrong pixels against float64 and against rays, and its time against maps, the floor and Embree.
+
+Parts: `wrong` (pixels that differ from Embree at the same surface points, and who of the two is right by float64 brute force; and the
+error that `gs.measure` counts), `moving` (a light that moves every frame: exact frame over the default 3 x 3 frame), `still` (a light
+that stays while the camera moves), `build` (list build over the depth-only pass of a 2048 map), `embree` (shadow rays), `growth`
+(triangles, lights, map sizes) and `samples` (antialiasing). Ratios are medians of rounds in one process, variants taking turns.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from frame import MODELS, SIZE, one_draw
+
+import glshadow as gs
+from glshadow.core.lists import distance_bound
+from glshadow.core.spaces import Array
+from glshadow.measure.error import Kind
+from glshadow.reference import brute
+from glshadow.study.floor import Floor
+
+PARTS = ("wrong", "moving", "still", "build", "embree", "growth", "samples")
+EXACT = gs.Shadow(filter=gs.Exact())
+STEP = 1e-3  # by which a moving light's place or direction changes from round to round
+
+
+def lights_of(name: str, scene: gs.Scene) -> dict[str, gs.Light]:
+    """A sun, a spot and a point light."""
+    if name == "courtyard":
+        return {
+            "sun": gs.DirectionalLight(),
+            "spot": gs.SpotLight(
+                position=(6.0, 7.0, 5.0), direction=(-6.0, -7.0, -5.0), inner_angle=30, outer_angle=35
+            ),
+            "point": gs.PointLight(position=(0.5, 2.2, 0.8)),
+        }
+    low, high = scene.bounds
+    middle, size = 0.5 * (low + high), float(np.linalg.norm(high - low))
+    above, beside = middle + size * np.array([0.45, 0.75, 0.3]), middle + size * np.array([0.3, 0.35, 0.5])
+    away = tuple(float(x) for x in middle - above)
+    return {
+        "sun": scene.lights[0],
+        "spot": gs.SpotLight(position=tuple(above), direction=away, inner_angle=30, outer_angle=35),
+        "point": gs.PointLight(position=tuple(beside)),
+    }
+
+
+def moved(light: gs.Light, k: int) -> gs.Light:
+    """The light a little further on."""
+    name = "direction" if isinstance(light, gs.DirectionalLight) else "position"
+    old = np.asarray(getattr(light, name))
+    return replace(light, **{name: tuple(old + STEP * k * np.abs(old).max() * np.array([1.0, 0.0, -0.5]))})
+
+
+def alternate(jobs: dict[str, Callable[[int], Any]], rounds: int) -> dict[str, Array]:
+    """Seconds (rounds,) of each job, taking turns; two rounds before do not count."""
+    times: dict[str, list[float]] = {name: [] for name in jobs}
+    for k in range(-2, rounds):
+        for name, job in jobs.items():
+            start = time.perf_counter()
+            job(k)
+            if k >= 0:
+                times[name].append(time.perf_counter() - start)
+    return {name: np.array(values) for name, values in times.items()}
+
+
+def ratio(above: Array, below: Array) -> float:
+    """Median of the ratios inside each round, which slow phases of the machine hit alike."""
+    return float(np.median(above / below))
+
+
+def wrong(name: str, scene: gs.Scene, results: dict[str, Any]) -> None:
+    with gs.Renderer() as renderer:
+        for kind, light in lights_of(name, scene).items():
+            lamp = replace(light, shadow=EXACT)
+            frame = renderer.render(scene, None, [lamp], SIZE, outputs=("visibility", "triangle"))
+            assert frame.visibility is not None
+            assert frame.triangle is not None
+            same = gs.trace(scene, None, [lamp], SIZE, surface=frame.triangle)
+            disputed = np.flatnonzero(np.abs(frame.visibility[0] - same.visibility[0]) > 0.5)
+            rays = same.rays
+            world = float(np.abs(rays.corners).max())
+            local = max(world, float(np.abs(np.asarray(scene.camera.position) - rays.origin).max()))
+            bound = distance_bound(world, local)
+            points = same.position.reshape(-1, 3)[disputed] - rays.origin
+            dark = brute.blocked(rays, lamp, same.triangle.ravel()[disputed], points, bound[0] + 2.0 * bound[1] * world)
+            right = (same.cosine[0].ravel()[disputed] > 0.0) & ~dark
+            ours = int((np.abs(frame.visibility[0].ravel()[disputed] - right) > 0.5).sum())
+            truth = gs.trace(scene, None, [lamp], SIZE)
+            error = gs.measure(frame, truth)
+            row = {
+                "pixels": int((same.triangle >= 0).sum()), "ours": ours, "embree": len(disputed) - ours,
+                "counted_wrong": error.wrong, "other_triangle": int((truth.triangle != frame.triangle).sum()),
+            }  # fmt: skip
+            results[f"{name} {kind}"] = row
+            click.echo(
+                f"{name:34s} {kind:6s} {row['pixels']:8d} pixels: wrong against float64: exact {ours:2d}, Embree "
+                f"{row['embree']:3d}; counted wrong {error.wrong:.4%}; {row['other_triangle']} pixels show another triangle"
+            )
+
+
+def moving(name: str, scene: gs.Scene, rounds: int, results: dict[str, Any]) -> None:
+    with gs.Renderer() as maps, gs.Renderer() as exact:
+
+        def frame(renderer: gs.Renderer, light: gs.Light, shadow: gs.Shadow, k: int) -> gs.Frame:
+            return renderer.render(scene, None, [replace(moved(light, k), shadow=shadow)], SIZE, outputs=("image",))
+
+        for kind, light in lights_of(name, scene).items():
+            times = alternate(
+                {
+                    "map": lambda k, light=light: frame(maps, light, gs.Shadow(), k),
+                    "exact": lambda k, light=light: frame(exact, light, EXACT, k),
+                },
+                rounds,
+            )
+            row = {f"{key}_ms": 1e3 * float(np.median(value)) for key, value in times.items()}
+            row["ratio"] = ratio(times["exact"], times["map"])
+            results[f"{name} {kind}"] = row
+            click.echo(
+                f"{name:34s} {kind:6s} default {row['map_ms']:6.1f} ms, exact {row['exact_ms']:6.1f} ms: {row['ratio']:.2f} x"
+            )
+
+
+def still(rounds: int, results: dict[str, Any]) -> None:
+    scene = gs.scenes.courtyard()
+    camera = scene.camera
+    settings = {
+        "exact": EXACT,
+        "hard": gs.Shadow(filter=gs.Hard(), fit=gs.SceneFit()),
+        "default": gs.Shadow(fit=gs.SceneFit()),
+    }
+    draws: list[int] = []
+    with gs.Renderer() as renderer, Floor(renderer, scene, SIZE, 2048) as floor:
+        made = renderer.render(scene, size=SIZE)
+        renderers = {name: gs.Renderer() for name in settings}
+
+        def walk(name: str, k: int) -> None:
+            x, y, z = camera.position
+            seen = replace(camera, position=(x + 0.001 * k, y, z))
+            light = gs.DirectionalLight(shadow=settings[name])
+            frame = renderers[name].render(scene, seen, [light], SIZE, outputs=("image",))
+            if k >= 0:
+                draws.append(frame.used[0].draws)
+
+        jobs: dict[str, Callable[[int], Any]] = {"floor": lambda _: floor.draw(made)}
+        jobs |= {name: (lambda k, name=name: walk(name, k)) for name in settings}
+        times = alternate(jobs, rounds)
+        for each in renderers.values():
+            each.release()
+    for name in settings:
+        results[name] = ratio(times[name], times["floor"])
+    results["draws"] = sum(draws)
+    click.echo(
+        "courtyard, moving camera: " + ", ".join(f"{name} {results[name]:.2f}" for name in settings)
+        + f" x floor; shadow passes and list builds in {len(draws)} frames: {sum(draws)}"
+    )  # fmt: skip
+
+
+def build(name: str, scene: gs.Scene, rounds: int, results: dict[str, Any]) -> None:
+    for kind, light in lights_of(name, scene).items():
+        with gs.Renderer() as maps, gs.Renderer() as exact:
+            spent: dict[str, list[float]] = {"map": [], "exact": []}
+            links = 0
+            for k in range(-2, rounds):
+                for key, renderer, shadow in (("map", maps, gs.Shadow()), ("exact", exact, EXACT)):
+                    lamp = replace(moved(light, k), shadow=shadow)
+                    frame = renderer.render(scene, None, [lamp], SIZE, outputs=("image", "timings"))
+                    assert frame.timings is not None
+                    links = frame.used[0].links
+                    if k >= 0:
+                        spent[key].append(frame.timings["shadow"])
+        row = {"ratio": ratio(np.array(spent["exact"]), np.array(spent["map"])), "links": links}
+        results[f"{name} {kind}"] = row
+        click.echo(f"{name:34s} {kind:6s} list build over depth pass {row['ratio']:.2f} x, {links} links")
+
+
+def embree(name: str, scene: gs.Scene, rounds: int, results: dict[str, Any]) -> None:
+    """Against Embree by its Python binding: 32-bit rays, occlusion query, one thread as it comes."""
+    light = lights_of(name, scene)["sun"]
+    truth = gs.trace(scene, None, [light], SIZE)
+    rays = truth.rays
+    tree = rays._casting
+    assert tree is not None
+    assert isinstance(light, gs.DirectionalLight)
+    lit = truth.cosine[0] > 0.0
+    starts = ((truth.position[lit] - rays.origin + 1e-4 * rays.size * truth.normal[lit]) * tree.scale).astype(
+        np.float32
+    )
+    towards = np.broadcast_to(-np.asarray(light.direction), starts.shape).astype(np.float32).copy()
+    eye = np.broadcast_to((np.asarray(scene.camera.position) - rays.origin) * tree.scale, (SIZE[0] * SIZE[1], 3))
+    eye = eye.astype(np.float32).copy()
+    seen = gs.core.cameras.pixel_rays(scene.camera, SIZE).reshape(-1, 3)
+    seen = (seen / np.linalg.norm(seen, axis=1, keepdims=True)).astype(np.float32)
+    with gs.Renderer() as renderer:
+        split: dict[str, list[float]] = {"build": [], "resolve": [], "frame": []}
+        query: dict[str, list[float]] = {"primary": [], "shadow": [], "tree": []}
+        for k in range(-2, rounds):
+            lamp = replace(moved(light, k), shadow=EXACT)
+            frame = renderer.render(scene, None, [lamp], SIZE, outputs=("image", "timings"))
+            assert frame.timings is not None
+            start = time.perf_counter()
+            renderer.render(scene, None, [moved(lamp, 1)], SIZE, outputs=("image",))
+            whole = time.perf_counter() - start
+            clock = [time.perf_counter()]
+            tree.scene.run(eye, seen, query="INTERSECT")
+            clock.append(time.perf_counter())
+            tree.scene.run(starts, towards, query="OCCLUDED")
+            clock.append(time.perf_counter())
+            type(tree)(rays.corners, np.flatnonzero(rays.casts), rays.size).scene.run(starts[:1], towards[:1])
+            clock.append(time.perf_counter())
+            if k >= 0:
+                split["build"].append(frame.timings["shadow"])
+                split["resolve"].append(frame.timings["resolve"])
+                split["frame"].append(whole)
+                for key, spent in zip(query, np.diff(clock), strict=True):
+                    query[key].append(float(spent))
+    ours, theirs = ({k: np.array(v) for k, v in each.items()} for each in (split, query))
+    row = {
+        "build_and_resolve_over_shadow_rays": ratio(ours["build"] + ours["resolve"], theirs["shadow"]),
+        "frame_over_primary_and_shadow": ratio(ours["frame"], theirs["primary"] + theirs["shadow"]),
+        "frame_over_all_with_tree": ratio(ours["frame"], theirs["primary"] + theirs["shadow"] + theirs["tree"]),
+        "shadow_ms": 1e3 * float(np.median(theirs["shadow"])), "primary_ms": 1e3 * float(np.median(theirs["primary"])),
+        "tree_ms": 1e3 * float(np.median(theirs["tree"])),
+    }  # fmt: skip
+    results[name] = row
+    click.echo(
+        f"{name:34s} build + resolve {row['build_and_resolve_over_shadow_rays']:.2f} x Embree's shadow rays; whole frame "
+        f"{row['frame_over_primary_and_shadow']:.2f} x primary + shadow rays, {row['frame_over_all_with_tree']:.2f} x with its tree "
+        f"(Embree {row['primary_ms']:.0f} + {row['shadow_ms']:.0f} ms, tree {row['tree_ms']:.0f} ms)"
+    )
+
+
+def growth(folder: Path, rounds: int, results: dict[str, Any]) -> None:
+    brain = gs.load(folder / "brain_cortex.ply", up_axis="z")
+    for count, scene in sized(brain):
+        grown(f"{count} triangles", scene, 1, 2048, rounds, results)
+    court = gs.scenes.courtyard()
+    for lights in (1, 2, 4, 8):
+        grown(f"courtyard, {lights} lights", court, lights, 2048, rounds, results)
+    for resolution in (512, 1024, 2048, 4096, 8192):
+        grown(f"courtyard, map {resolution}", court, 1, resolution, rounds, results)
+
+
+def sized(brain: gs.Scene) -> Iterator[tuple[int, gs.Scene]]:
+    """About 10 k, 100 k, 600 k and 2.4 M triangles of the same shape: thinned out, whole, and four of it."""
+    mesh = one_draw(brain).nodes[0].mesh
+    for part in (61, 6):
+        few = gs.Mesh(mesh.positions, mesh.triangles[::part])
+        yield len(few.triangles), gs.Scene((gs.Node("part", few, np.eye(4)),), brain.camera, brain.lights)
+    yield len(mesh.triangles), gs.Scene((gs.Node("whole", mesh, np.eye(4)),), brain.camera, brain.lights)
+    size = np.ptp(mesh.bounds, axis=0)
+    nodes = []
+    for i in range(4):
+        matrix = np.eye(4)
+        matrix[:3, 3] = size * np.array([1.05 * (i % 2), 0.0, 1.05 * (i // 2)])
+        nodes.append(gs.Node(f"brain {i}", mesh, matrix))
+    yield 4 * len(mesh.triangles), gs.Scene(tuple(nodes))
+
+
+def grown(name: str, scene: gs.Scene, lights: int, resolution: int, rounds: int, results: dict[str, Any]) -> None:
+    """One line of the growth table: default, exact, and the floor for the same load (one map per light)."""
+    base = np.asarray(gs.DirectionalLight().direction)
+
+    def suns(k: int, shadow: gs.Shadow) -> list[gs.Light]:
+        turns = [1e-3 * k + 0.4 * i for i in range(lights)]
+        return [
+            gs.DirectionalLight(
+                direction=(
+                    base[0] * np.cos(a) - base[2] * np.sin(a), base[1], base[0] * np.sin(a) + base[2] * np.cos(a),
+                ),
+                shadow=shadow, intensity=1.0 / lights,
+            )
+            for a in turns
+        ]  # fmt: skip
+
+    with gs.Renderer() as maps, gs.Renderer() as exact, Floor(maps, scene, SIZE, resolution) as floor:
+        made = maps.render(scene, None, suns(0, gs.Shadow(resolution=resolution)), SIZE, outputs=("image",))
+
+        def draw_floor(_: int) -> None:
+            for i in range(lights):
+                floor.draw(made, i)
+
+        times = alternate(
+            {
+                "floor": draw_floor,
+                "map": lambda k: maps.render(
+                    scene, None, suns(k, gs.Shadow(resolution=resolution)), SIZE, outputs=("image",)
+                ),
+                "exact": lambda k: exact.render(scene, None, suns(k, EXACT), SIZE, outputs=("image",)),
+            },
+            rounds,
+        )
+    row = {f"{key}_ms": 1e3 * float(np.median(value)) for key, value in times.items()}
+    row |= {key: ratio(times[key], times["floor"]) for key in ("map", "exact")}
+    results[name] = row
+    click.echo(
+        f"{name:34s} floor {row['floor_ms']:7.1f} ms, default {row['map_ms']:7.1f} ({row['map']:.2f} x), exact "
+        f"{row['exact_ms']:7.1f} ({row['exact']:.2f} x)"
+    )
+
+
+def samples(rounds: int, results: dict[str, Any]) -> None:
+    scene = gs.scenes.courtyard()
+    with gs.Renderer() as renderer:
+        kinds = gs.measure(renderer.render(scene, size=SIZE), gs.trace(scene, size=SIZE)).kinds[0]
+    truth = gs.trace(scene, size=SIZE, pixel_samples=4).visibility[0]
+    counted = kinds >= Kind.GOOD
+    renderers = {count: gs.Renderer() for count in (1, 4, 8, 16)}
+
+    def frame(count: int, k: int) -> gs.Frame:
+        light = moved(gs.DirectionalLight(shadow=gs.Shadow(filter=gs.Exact(count))), k)
+        return renderers[count].render(scene, None, [light], SIZE, outputs=("image", "visibility"))
+
+    times = alternate({str(count): (lambda k, count=count: frame(count, k)) for count in renderers}, rounds)
+    for count in renderers:
+        visibility = frame(count, 0).visibility
+        assert visibility is not None
+        mean = float(np.abs(visibility[0] - truth)[counted].mean())
+        results[str(count)] = {"mean": mean, "ratio": ratio(times[str(count)], times["1"])}
+        click.echo(
+            f"courtyard, {count:2d} samples: mean error against 4 x 4 rays {mean:.5f}, {results[str(count)]['ratio']:.2f} x one sample"
+        )
+    for renderer in renderers.values():
+        renderer.release()
+
+
+@click.command(help=__doc__)
+@click.option("--models", "folder", type=click.Path(exists=True, path_type=Path), help="Folder of the 12 models.")
+@click.option("--part", "parts", multiple=True, type=click.Choice(PARTS), help="Only these parts.")
+@click.option("--only", help="Only scenes whose name contains this.")
+@click.option("--rounds", default=9, show_default=True, help="Rounds of each timing.")
+@click.option("--json", "output", type=click.Path(path_type=Path), help="Write all figures there.")
+def main(folder: Path | None, parts: tuple[str, ...], only: str | None, rounds: int, output: Path | None) -> None:
+    warnings.simplefilter("ignore", gs.GlshadowWarning)
+    folder = folder or Path(
+        os.environ.get("GLSHADOW_MODELS", Path(__file__).resolve().parents[3] / "shared" / "models")
+    )
+    parts = parts or PARTS
+    results: dict[str, dict[str, Any]] = {part: {} for part in parts}
+    scenes = [("courtyard", None), *MODELS] if folder.is_dir() else [("courtyard", None)]
+    for part, work in (("wrong", wrong), ("moving", moving), ("embree", embree)):
+        if part not in parts:
+            continue
+        click.echo(f"-- {part}")
+        for name, up in scenes:
+            if only and only not in name:
+                continue
+            scene = gs.scenes.courtyard() if up is None else gs.load(folder / name, up_axis=up)
+            work(name, scene, *(() if part == "wrong" else (rounds,)), results[part])
+        if part == "moving":
+            suns = [
+                row["ratio"] for name, row in results[part].items() if name.endswith("sun") and "courtyard" not in name
+            ]
+            if suns:
+                click.echo(f"models, sun: median {np.median(suns):.2f} x, worst {max(suns):.2f} x")
+    if "build" in parts and folder.is_dir():
+        click.echo("-- build")
+        brain = gs.load(folder / "brain_cortex.ply", up_axis="z")
+        build("brain_cortex.ply", brain, rounds, results["build"])
+        build("four of it", list(sized(brain))[-1][1], rounds, results["build"])
+    if "still" in parts:
+        click.echo("-- still")
+        still(rounds, results["still"])
+    if "growth" in parts and folder.is_dir():
+        click.echo("-- growth")
+        growth(folder, rounds, results["growth"])
+    if "samples" in parts:
+        click.echo("-- samples")
+        samples(rounds, results["samples"])
+    if output:
+        output.write_text(json.dumps(results, indent=1))
+
+
+if __name__ == "__main__":
+    main()

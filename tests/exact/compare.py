@@ -1,0 +1,99 @@
+"""Exact() against rays at the same points, and against every triangle in float64 where the two differ."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.kernels import Exact
+from glshadow.core.lights import Light
+from glshadow.core.lists import distance_bound
+from glshadow.core.shadow import Shadow
+from glshadow.frame import Frame
+from glshadow.reference.brute import blocked
+from glshadow.reference.trace import Truth, trace
+from glshadow.renderer import Renderer
+from glshadow.scene.mesh import Scene
+
+SIZE = (640, 360)
+
+LEAST_COSINE = 2e-6
+"""N.L below which float32 cannot tell on which side of a face the light is: 16 roundings of 2^-24, doubled."""
+
+WRONG = 3
+"""Pixels of a picture of 640 x 360: silhouettes that pass within float32's rounding of a pixel's point."""
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A picture and its truth.
+
+    Attributes
+    ----------
+    disputed : (H, W) bool
+        Surfaces in the light's reach, where the two differ.
+    wrong : (H, W) bool
+        Those where float64, asked triangle by triangle with the filter's own bound, says that the picture is wrong.
+    """
+
+    frame: Frame
+    truth: Truth
+    disputed: NDArray[np.bool_]
+    wrong: NDArray[np.bool_]
+
+    @property
+    def lit(self) -> float:
+        """Share of the surfaces facing the light that are lit."""
+        facing = self.truth.cosine[0] > 0.0
+        return float(self.truth.visibility[0][facing].mean()) if facing.any() else 0.0
+
+    def __str__(self) -> str:
+        seen = int((self.truth.triangle >= 0).sum())
+        return (
+            f"{self.frame.scene.name}, {type(self.frame.lights[0]).__name__}: {int(self.disputed.sum())} of {seen} pixels differ from "
+            f"rays, {int(self.wrong.sum())} of them are wrong, {self.lit:.1%} lit"
+        )
+
+
+def with_exact(light: Light, **settings: Any) -> Light:
+    """The light with an exact shadow."""
+    return replace(light, shadow=Shadow(filter=Exact(), **settings))
+
+
+def compared(
+    renderer: Renderer,
+    scene: Scene,
+    light: Light,
+    camera: PerspectiveCamera | None = None,
+    size: tuple[int, int] = SIZE,
+    **settings: Any,
+) -> Compared:
+    """Render with Exact() and judge every pixel."""
+    light = with_exact(light, **settings)
+    frame = renderer.render(scene, camera, [light], size, outputs=("visibility", "triangle"))
+    assert frame.visibility is not None
+    assert frame.triangle is not None
+    assert frame.used[0].fallbacks == ()
+    truth = trace(scene, camera, [light], size, surface=frame.triangle)
+    seen = truth.triangle >= 0
+    np.testing.assert_array_equal(np.isnan(frame.visibility[0]), ~seen)
+    facing = seen & truth.reached[0] & (np.abs(np.where(seen, truth.cosine[0], 0.0)) > LEAST_COSINE)
+    disputed = facing & (np.where(seen, frame.visibility[0], 0.0) != np.where(seen, truth.visibility[0], 0.0))
+    return Compared(frame, truth, disputed, _wrong(frame, truth, disputed))
+
+
+def _wrong(frame: Frame, truth: Truth, disputed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    assert frame.visibility is not None
+    light, rays = frame.lights[0], truth.rays
+    rows = np.flatnonzero(disputed)
+    points, own = truth.position.reshape(-1, 3)[rows] - rays.origin, truth.triangle.ravel()[rows]
+    reach = rays.size + float(np.abs(getattr(light, "position", rays.origin) - rays.origin).max())
+    dark = blocked(rays, light, own, points, distance_bound(rays.size, reach)[0]) & rays.receives[own]
+    dark |= truth.cosine[0].ravel()[rows] <= 0.0
+    result = np.zeros(disputed.shape, dtype=bool)
+    result.ravel()[rows] = (frame.visibility[0].ravel()[rows] > 0.5) == dark
+    return result
