@@ -216,8 +216,7 @@ class _Frame:
         with self._clock("resolve"):
             clear_outputs(context, targets, background)  # here, so that tiles are cleared and drawn in one go
             for i, light in enumerate(self.lights):
-                shadow = self._refined(targets, light, shadows[i])
-                share = Share(light, shadow, i, len(self.lights), ambient)
+                share = Share(light, self._asked(targets, light, shadows[i]), i, len(self.lights), ambient)
                 resolve(context, programs, samplers, self.gpu, self.sight, targets, share)
             if not self.lights:
                 resolve(context, programs, samplers, self.gpu, self.sight, targets, Share(None, None, 0, 1, ambient))
@@ -255,18 +254,18 @@ class _Frame:
 
     # What is kept from frame to frame
 
-    def _refined(self, targets: CameraTargets, light: Light, shadow: Map | Lists | Numbers | None) -> Asked:
+    def _asked(self, targets: CameraTargets, light: Light, shadow: Map | Lists | Numbers | None) -> Asked:
         """What the resolve pass asks: the visibility itself, where an exact filter wants several points in a pixel."""
         kind = light.shadow.filter if light.shadow else None
-        if not isinstance(shadow, Lists | Numbers) or not isinstance(kind, Exact) or kind.samples == 1:
+        if not isinstance(shadow, Lists) or not isinstance(kind, Exact) or kind.samples == 1:
             return shadow
         kept = self.r._refined
-        if kept is None or kept.targets is not targets:
+        if kept is None or kept.targets is not targets or kept.samples != kind.samples:
             if kept is not None:
                 self.r._refined = None
                 kept.release()
-            self.r._refined = kept = Refined(self.context, targets)
-        return kept.draw(self.r._programs, self.r._samplers, self.gpu, self.sight, light, shadow, kind.samples)
+            self.r._refined = kept = Refined(self.context, targets, kind.samples)
+        return kept.draw(self.r._programs, self.r._samplers, self.gpu, self.sight, light, shadow)
 
     def _candidates(self, light: int) -> Lists | Numbers:
         kept = self.r._lists.get(light)

@@ -34,6 +34,7 @@ MODELS = Path(os.environ.get("GLSHADOW_MODELS", ROOT.parent / "shared" / "models
 KINDS = ("files", "settings")
 START_S = 60.0  # a worker may take so long to start: Python, the driver, the first programs
 MEMORY = 6 << 30  # address space of a worker: an allocation gone wild must fail in it, not in the machine
+PAUSE_S = 2.0  # this process wakes up five times a second, unless the machine is suspended
 CONTROL = 64  # cases between two pictures that must come out as they did at first
 
 Job = tuple[str, int, int]  # kind, seed, number
@@ -207,7 +208,11 @@ def run_all(
         crew = [Worker(Path(logs), i) for i in range(workers)]
         try:
             while crew:
+                asleep = time.monotonic()
                 ready = wait([each.pipe for each in crew], timeout=0.2)
+                asleep = time.monotonic() - asleep
+                for worker in crew if asleep > PAUSE_S else ():
+                    worker.deadline += asleep  # the whole machine stood still
                 for place, worker in enumerate(list(crew)):
                     answer, ended = None, False
                     if worker.pipe in ready:

@@ -52,6 +52,11 @@ class Sight:
     outside: NDArray[np.bool_]
 
     @property
+    def far_z(self) -> float:
+        """NDC z of the far plane."""
+        return (0.0 if self.clip.zero_to_one else -1.0) if self.clip.reversed else 1.0
+
+    @property
     def rays(self) -> Array:
         """(3, 3) ray of unit view depth = rays @ (NDC x, NDC y, 1), in view axes."""
         left, right, bottom, top = self.camera.window(self.size)

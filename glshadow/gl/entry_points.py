@@ -20,8 +20,10 @@ R32F = 0x822E
 RGBA32F = 0x8814
 R32UI = 0x8236
 RGBA32UI = 0x8D70
+RG32UI = 0x823C
 R8 = 0x8229
 RGBA32UI = 0x8D70
+RG32UI = 0x823C
 
 _TEXTURE_2D, _TEXTURE_BINDING_2D = 0x0DE1, 0x8069
 _TEXTURE_BUFFER, _TEXTURE_BINDING_BUFFER = 0x8C2A, 0x8C2C
@@ -342,7 +344,7 @@ class BufferTexture:
     buffer
         At most `Caps.max_texture_buffer_size` elements.
     internal_format
-        R8, R32F, RGBA32F, R32UI or RGBA32UI.
+        R8, R32F, RGBA32F, R32UI, RG32UI or RGBA32UI.
     """
 
     def __init__(self, gl: EntryPoints, buffer: moderngl.Buffer, internal_format: int) -> None:

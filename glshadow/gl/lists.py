@@ -16,9 +16,9 @@ from glshadow.core.view import kind_of
 from glshadow.errors import ResourceError
 from glshadow.gl.caster import casters, hides_back_faces
 from glshadow.gl.context import GLContext
-from glshadow.gl.entry_points import RGBA32F, RGBA32UI, BufferTexture
+from glshadow.gl.entry_points import RG32UI, RGBA32F, RGBA32UI, BufferTexture
 from glshadow.gl.geometry import GpuScene
-from glshadow.gl.program import Programs
+from glshadow.gl.program import UNITS, Programs
 
 _CULL_BACK, _CULL_FRONT, _CASTS, _CUT_OUT = 1, 2, 4, 8  # pass/lists.comp
 _GROUP, _MOST_GROUPS = 64, 65535
@@ -59,7 +59,7 @@ class Lists:
         self._framebuffer: moderngl.Framebuffer | None = None
         self._links: BufferTexture | None = None
         self._facets: BufferTexture | None = None
-        self._traits: moderngl.Buffer | None = None
+        self._traits: BufferTexture | None = None
         self._counter = context.ctx.buffer(reserve=4)
         self.grid: ListGrid
         self.links = 0
@@ -134,19 +134,21 @@ class Lists:
         self._framebuffer.use()
         context.gl.clear_unsigned(0, (0, 0, 0, 0))
         self._counter.write(b"\0\0\0\0")
-        if self._traits is None or self._traits.size != traits.nbytes:
-            if self._traits is not None:
-                self._traits.release()
-            self._traits = ctx.buffer(reserve=traits.nbytes)
-        self._traits.write(traits.tobytes())
-        stored = (*world.buffers, self._traits, self._facets.buffer, self._links.buffer, self._counter)
-        for binding, buffer in enumerate(stored):
+        self._write_traits(traits)
+        world.use(UNITS["u_positions"], UNITS["u_corners"])
+        for binding, buffer in enumerate((self._facets.buffer, self._links.buffer, self._counter)):
             buffer.bind_to_storage_buffer(binding)
         self._heads.bind_to_image(0, read=True, write=True)
         groups = -(-world.count // _GROUP)
         program.gl.run(min(groups, _MOST_GROUPS), -(-groups // _MOST_GROUPS))
         ctx.memory_barrier()
         return int(np.frombuffer(self._counter.read(), dtype=np.uint32)[0])
+
+    def _write_traits(self, traits: NDArray[np.uint32]) -> None:
+        if self._traits is None or self._traits.buffer.size != traits.nbytes:
+            self._traits = self._buffer(self._traits, traits.nbytes, RG32UI)
+        self._traits.buffer.write(traits.tobytes())
+        self._traits.use(UNITS["u_traits"])
 
     def _reserve(self, scene: GpuScene) -> None:
         context, grid = self._context, self.grid
@@ -183,11 +185,11 @@ class Lists:
 
     def release(self) -> None:
         """Free the GPU memory."""
-        for texture in (self._links, self._facets):
+        for texture in (self._links, self._facets, self._traits):
             if texture is not None:
                 texture.release()
                 texture.buffer.release()
-        for thing in (self._framebuffer, self._heads, self._traits, self._counter):
+        for thing in (self._framebuffer, self._heads, self._counter):
             if thing is not None:
                 thing.release()
 

@@ -22,7 +22,7 @@ from glshadow.scene.mesh import Scene
 
 _NOT_EXACT = (
     "Exact() asks the triangles of a map of numbers, 4 x 4 texels, not lists of all: not exact, casters thinner than a texel may be "
-    "missed; lists need OpenGL 4.3, {} has {:.1f}"
+    "missed, and one point in each pixel; lists need OpenGL 4.3, {} has {:.1f}"
 )
 
 

@@ -24,12 +24,17 @@ UNITS = {
     "u_sum": 6,
     "u_heads": 0,
     "u_numbers": 0,
-    "u_probe": 0,
     "u_given": 0,
+    "u_points": 7,
+    "u_edges": 11,
+    "u_pixels": 12,
     "u_facets": 7,
     "u_links": 8,
     "u_masks": 9,
     "u_alphas": 10,
+    "u_positions": 11,
+    "u_corners": 12,
+    "u_traits": 13,
 }
 
 Slots = Mapping[str, str]
@@ -79,6 +84,8 @@ class ComputeProgram:
         except moderngl.Error as error:
             raise _rejected(text, str(error)) from error
         self._members: dict[str, Any] = {name: self.gl[name] for name in self.gl}
+        for name, unit in UNITS.items():
+            context.gl.set_sampler(self.gl.glo, name, unit)
 
     def set(self, **values: Any) -> None:
         """Numbers, tuples and float64 matrices to uniforms, which may be absent."""

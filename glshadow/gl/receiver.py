@@ -19,7 +19,7 @@ from glshadow.gl.caster import Map
 from glshadow.gl.context import Caps
 from glshadow.gl.lists import Lists
 from glshadow.gl.numbers import Numbers
-from glshadow.shader.slots import Compare, exact_defines, exact_slots, given_slots, mapped_defines, mapped_slots, open_slots
+from glshadow.shader.slots import BLOCKS, Compare, exact_defines, exact_slots, given_slots, mapped_defines, mapped_slots, open_slots
 
 # A receiver's position is a sum of products in float32: ray x depth, the eye added, back on the plane, into the light's view, and
 # the caster's vertex takes a matrix product of its own. 16 roundings of relative size 2^-24 bound the sum.
@@ -28,9 +28,21 @@ _ROUNDINGS = 16.0
 
 @dataclass(frozen=True)
 class Given:
-    """A light's visibility, pixel by pixel, found by an earlier pass."""
+    """A light's visibility, found before.
 
-    texture: moderngl.Texture
+    Parameters
+    ----------
+    visibility : moderngl.Texture
+        Of each pixel, or -1 - number of a collected one.
+    points : moderngl.Texture
+        A block for each number.
+    samples : int
+        Points in a block.
+    """
+
+    visibility: moderngl.Texture
+    points: moderngl.Texture
+    samples: int
 
 
 def receiver_slots(light: Light, shadow_map: Map | Lists | Numbers | Given | None, caps: Caps) -> dict[str, str]:
@@ -59,8 +71,11 @@ def receiver_dialect(shadow_map: Map | Lists | Numbers | Given | None, caps: Cap
 
 def receiver_defines(light: Light, shadow_map: Map | Lists | Numbers | Given | None) -> dict[str, int | str]:
     """Defines of the receiver contract for a light."""
-    if shadow_map is None or isinstance(shadow_map, Given):
+    if shadow_map is None:
         return {}
+    if isinstance(shadow_map, Given):
+        columns, rows = BLOCKS[shadow_map.samples]
+        return {"GLS_COLUMNS": columns, "GLS_ROWS": rows}
     if isinstance(shadow_map, Lists | Numbers):
         return exact_defines(shadow_map.grid.kind, shadow_map.grid.cells, RATIO, shadow_map.masked)
     settings = shadow_map.settings

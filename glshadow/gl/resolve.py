@@ -135,7 +135,7 @@ def place_uniforms(scene: GpuScene, sight: Sight, light: Light, shadow: Asked) -
     axes, offset = _light_frame(scene, light, shadow)
     eye_l = axes @ eye
     values = {
-        "u_far_z": (0.0 if sight.clip.zero_to_one else -1.0) if sight.clip.reversed else 1.0,
+        "u_far_z": sight.far_z,
         "u_unproject": sight.unproject,
         "u_ray_l": axes @ camera.view_from_world[:3, :3].T @ sight.rays,
         "u_eye_l": tuple(eye_l),
@@ -181,7 +181,8 @@ def _bind(
     if isinstance(shadow, Lists | Numbers):
         bind_candidates(scene, shadow)
     elif isinstance(shadow, Given):
-        shadow.texture.use(UNITS["u_given"])
+        shadow.visibility.use(UNITS["u_given"])
+        shadow.points.use(UNITS["u_points"])
     elif shadow is not None:
         shadow.atlas.texture.use(UNITS["u_map"])
         if shadow.settings.target.is_depth:

@@ -172,7 +172,7 @@ class CameraTargets:
             self.linear = texture(4, "f4") if linear else None
             self.spare = texture(1, "f1") if linear and not self.visibility else None
             self.surface_framebuffer = ctx.framebuffer([self.surface], self.depth)
-        self._framebuffers: dict[tuple[int, ...], moderngl.Framebuffer] = {}
+        self._framebuffers: dict[tuple[int, int], moderngl.Framebuffer] = {}
         self._context = context
 
     def framebuffer(self, color: moderngl.Texture, light: int) -> moderngl.Framebuffer:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array, world_positions
 from glshadow.errors import ResourceError
 from glshadow.gl.context import GLContext
-from glshadow.gl.entry_points import R8, RGBA32UI, BufferTexture
+from glshadow.gl.entry_points import R8, RGBA32F, RGBA32UI, BufferTexture
 from glshadow.scene.mesh import AlphaMode, Node
 
 if TYPE_CHECKING:
@@ -47,7 +46,7 @@ class WorldTriangles:
         self.count = len(self.triangles)
         self.reach = float(np.abs(self.positions).max())
         self._context = context
-        self._buffers: tuple[moderngl.Buffer, moderngl.Buffer] | None = None
+        self._buffers: tuple[BufferTexture, BufferTexture] | None = None
         self.masks: BufferTexture | None = None
         self.alphas: BufferTexture | None = None
         self.mask_shift = np.zeros(len(scene.nodes), dtype=np.int64)
@@ -56,13 +55,16 @@ class WorldTriangles:
             self._upload_masks(scene, masked)
         context.check_errors(f"uploading {self.count} triangles")
 
-    @property
-    def buffers(self) -> tuple[moderngl.Buffer, moderngl.Buffer]:
-        """Storage buffers: positions (V, 3) float32, and per triangle three vertices and its node, uint32."""
+    def use(self, positions: int, corners: int) -> None:
+        """Bind positions (RGBA32F), and per triangle three vertices and its node (RGBA32UI), to texture units."""
         if self._buffers is None:
-            ctx = self._context.ctx
-            self._buffers = ctx.buffer(self.positions.tobytes()), ctx.buffer(self.triangles.tobytes())
-        return self._buffers
+            padded = np.concatenate([self.positions, np.zeros((len(self.positions), 1), dtype=np.float32)], axis=1)
+            self._buffers = (
+                texture_buffer(self._context, padded, RGBA32F),
+                texture_buffer(self._context, self.triangles, RGBA32UI),
+            )
+        for texture, unit in zip(self._buffers, (positions, corners), strict=True):
+            texture.use(unit)
 
     def _upload_masks(self, scene: GpuScene, masked: list[int]) -> None:
         starts: dict[int, int] = {}  # an image is uploaded once, however many nodes show it
@@ -98,9 +100,7 @@ class WorldTriangles:
 
     def release(self) -> None:
         """Free the GPU memory."""
-        for buffer in self._buffers or ():
-            buffer.release()
-        for texture in (self.masks, self.alphas):
+        for texture in (*(self._buffers or ()), self.masks, self.alphas):
             if texture is not None:
                 texture.release()
                 texture.buffer.release()

@@ -41,7 +41,7 @@ def blocked(rays: Rays, light: Light, own: Ints, points: Array, bound: float) ->
         few = few[~((area.min(axis=0) < 0.0) & (area.max(axis=0) > 0.0))]
         gap = dot(np.broadcast_to(point, (len(few), 3)) - corners[few, 0], normals[few])
         side = -(normals[few] @ forward) if sun else dot(source - corners[few, 0], normals[few])
-        hit = few[gap * np.sign(side) < -bound]
+        hit = few[(gap * np.sign(side) < -bound) & (sun | (np.abs(side) > bound))]  # a light on the triangle sees both sides
         if len(hit) and rays.masked.any():
             slope = normals[hit] @ along
             t = dot(corners[hit, 0] - point, normals[hit]) / np.where(slope == 0.0, 1.0, slope)

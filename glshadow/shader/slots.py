@@ -16,6 +16,10 @@ _METRIC_DEPTHS = {"directional": "affine", "spot": "linear", "point": "radial"}
 _MOVES = {ConstantBias: "constant", NormalOffsetBias: "normal_offset"}
 
 
+BLOCKS = {4: (2, 2), 8: (4, 2), 16: (4, 4)}
+"""Columns and rows of the block that holds an exact filter's samples of a pixel."""
+
+
 def light_slot(kind: Kind) -> str:
     """Snippet of slot <light>."""
     return "light/sun.glsl" if kind == "directional" else "light/local.glsl"

@@ -12,7 +12,7 @@ from glshadow.core.kernels import MAX_RADIUS, Filter, Hard, Pcf
 from glshadow.core.metric import Target
 from glshadow.core.view import Kind
 from glshadow.shader.compose import Text, compose
-from glshadow.shader.slots import Compare, exact_defines, exact_slots, given_slots, mapped_defines, mapped_slots, metric_slot, open_slots
+from glshadow.shader.slots import BLOCKS, Compare, exact_defines, exact_slots, given_slots, mapped_defines, mapped_slots, metric_slot, open_slots
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
 TARGETS = (Target.DEPTH32F, Target.R32F, Target.RGBA8)  # the others differ in numbers, not in code
@@ -136,11 +136,16 @@ def _exact() -> Iterator[Variant]:
             defines = exact_defines(kind, 512, 16, masked)
             slots = exact_slots(kind, candidates)
             yield Variant("pass/resolve.frag", dialect, slots, defines)
-            for subpixel, selective in product((0, 1), (0, 1)):
-                switches = {"GLS_SUBPIXEL": subpixel, "GLS_SELECTIVE": selective}
-                yield Variant("pass/visibility.frag", dialect, slots, defines | switches)
-        yield Variant("pass/resolve.frag", "core330", given_slots(kind), {"GLS_SELECTIVE": 1})
-    yield Variant("pass/edges.frag", "core330", {}, {})
+            for selective, (columns, rows) in product((0, 1), BLOCKS.values()):
+                switches = {"GLS_SELECTIVE": selective}
+                yield Variant("pass/visibility.frag", dialect, slots, {**defines, **switches})
+                switches |= {"GLS_COLUMNS": columns, "GLS_ROWS": rows}
+                yield Variant("pass/samples.frag", dialect, slots, {**defines, **switches})
+        for columns, rows in BLOCKS.values():
+            block = {"GLS_COLUMNS": columns, "GLS_ROWS": rows}
+            yield Variant("pass/samples.vert", "core330", {}, block)
+            yield Variant("pass/resolve.frag", "core330", given_slots(kind), block)
+    yield Variant("pass/edges.frag", "core430", {}, {})
 
 
 def _resolve() -> Iterator[Variant]:

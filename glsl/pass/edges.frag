@@ -1,18 +1,23 @@
-// Finds the pixels near a shadow's edge: those whose 3 x 3 neighbours are not all as visible. They get depth 1 and begin at 0; the
-// others depth 0 and keep what they have.
-uniform sampler2D u_probe; // 0 or 1; where there is no surface 0.5
-layout(location = 0) out vec4 o_visibility;
+// Collects the pixels that a shadow's edge goes through: those one of whose four neighbours is not as visible. Each leaves its number
+// in place of its visibility: -1 - number.
+layout(early_fragment_tests) in;
+layout(std430, binding = 0) buffer Edges { uint edge_count; };
+layout(std430, binding = 1) writeonly buffer Pixels { uint pixels[]; }; // x, y << 16
+layout(r32f, binding = 0) writeonly uniform image2D u_marks;
+uniform sampler2D u_given; // visibility: 0 or 1, NaN where there is no surface
 
 void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy), last = textureSize(u_probe, 0) - 1;
-    float own = texelFetch(u_probe, pixel, 0).r;
-    bool mixed = false;
-    for (int y = -1; y <= 1; y++) {
-        for (int x = -1; x <= 1; x++) {
-            float other = texelFetch(u_probe, clamp(pixel + ivec2(x, y), ivec2(0), last), 0).r;
-            mixed = mixed || abs(other - own) > 0.75;
-        }
+    ivec2 pixel = ivec2(gl_FragCoord.xy), last = textureSize(u_given, 0) - 1;
+    float own = texelFetch(u_given, pixel, 0).r;
+    vec4 others = vec4(
+        texelFetch(u_given, ivec2(max(pixel.x - 1, 0), pixel.y), 0).r, texelFetch(u_given, ivec2(min(pixel.x + 1, last.x), pixel.y), 0).r,
+        texelFetch(u_given, ivec2(pixel.x, max(pixel.y - 1, 0)), 0).r, texelFetch(u_given, ivec2(pixel.x, min(pixel.y + 1, last.y)), 0).r
+    );
+    bvec4 differs = greaterThan(abs(others - own), vec4(0.5)); // a NaN does not
+    int mixed = any(differs) ? 1 : 0;
+    for (int i = 0; i < mixed; i++) { // not an if: llvmpipe would go through the atomics of every pixel
+        uint place = atomicAdd(edge_count, 1u);
+        pixels[place] = uint(pixel.x) | uint(pixel.y) << 16u;
+        imageStore(u_marks, pixel, vec4(-1.0 - float(place)));
     }
-    o_visibility = vec4(mixed ? 0.0 : own);
-    gl_FragDepth = mixed ? 1.0 : 0.0;
 }

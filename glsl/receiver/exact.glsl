@@ -64,6 +64,7 @@ bool behind(Ray ray, Facet other) { // whether the receiver lies beyond the othe
     float side = -other.normal.z;
 #else
     float side = dot(other.normal, other.a);
+    if (abs(side) <= u_bound.x) return false; // the light lies on it: neither side is behind
 #endif
     return (side < 0.0 ? -gap : gap) > ray.bound + u_bound.y * dot(abs(offset), vec3(1.0));
 }
@@ -92,7 +93,9 @@ float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
 #endif
     vec2 cell = place * u_cells.xy + u_cells.zw;
     bool inside = all(greaterThanEqual(cell, vec2(0.0))) && all(lessThan(cell, vec2(GLS_CELLS)));
-#if !GLS_SUN && !GLS_POINT
+#if GLS_POINT
+    inside = true; // the face was chosen so; at its border rounding may give the cell behind the last
+#elif !GLS_SUN
     inside = inside && depth > 0.0;
 #endif
     return blocked(ray, cell, face, depth, inside && cosine > 0.0) ? 0.0 : 1.0;

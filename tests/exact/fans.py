@@ -15,14 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.lists import facets
-from glshadow.core.spaces import Array, view_axes
-from glshadow.core.view import FACES, Kind
+from glshadow.core.spaces import Array
+from glshadow.core.view import Kind
 from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import RGBA32F
 from glshadow.gl.program import Programs
 from glshadow.gl.world import texture_buffer
 from glshadow.scene.shapes import Solid
 from glshadow.shader import source
+
+from .turned import rotation
 
 KINDS: tuple[Kind, ...] = ("directional", "spot", "point")
 AT_VERTICES = 0.35  # share of the rays; the others pass an edge
@@ -116,7 +118,7 @@ def fans_of(solid: Solid, kind: Kind, rng: np.random.Generator) -> Fans:
     """Edges of a closed mesh whose whole surroundings face a light that stands beside it."""
     positions, triangles = solid
     size = float(np.abs(positions - positions.mean(axis=0)).max())
-    local = (positions - positions.mean(axis=0)) @ _turn(rng).T
+    local = (positions - positions.mean(axis=0)) @ rotation(rng).T
     # off the middle, as meshes lie in real scenes: coordinates are larger than what differs between neighbours
     away = {"directional": (3.1, -2.3, 0.0), "spot": (0.9, -0.5, -4.0), "point": (-0.3, 2.4, 1.3)}[kind]
     vertices = (local + np.array(away) * size).astype(np.float32)
@@ -129,21 +131,14 @@ def fans_of(solid: Solid, kind: Kind, rng: np.random.Generator) -> Fans:
     return Fans(kind, corners, vertices[ends], around)
 
 
-def _turn(rng: np.random.Generator) -> Array:
-    """A random rotation."""
-    axes = view_axes(rng.normal(size=3))
-    angle = rng.uniform(0.0, 2.0 * np.pi)
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ axes
-
-
 def _whole(triangles: NDArray[np.int32], facing: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
     """Vertices (V,) whose fans face the light and are one closed ring: as many edges as triangles, each edge shared by two."""
     whole = np.ones(count, dtype=bool)
     whole[triangles[~facing].ravel()] = False
-    pairs = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
-    edges, times = np.unique(pairs, axis=0, return_counts=True)
-    whole[edges[times != 2].ravel()] = False
+    start, end = triangles.astype(np.int64).ravel(), triangles[:, [1, 2, 0]].astype(np.int64).ravel()
+    edges, times = np.unique(np.minimum(start, end) * count + np.maximum(start, end), return_counts=True)
+    odd = edges[times != 2]
+    whole[odd // count] = whole[odd % count] = False
     return whole
 
 
@@ -204,8 +199,3 @@ def slipped(context: GLContext, programs: Programs, fans: Fans, rays: NDArray[np
     for buffer in (*buffers, table.buffer):
         buffer.release()
     return ours, control
-
-
-def facing_face(points: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Which of the six faces of a point light sees each point: how many of them a test covers."""
-    return np.asarray((points[:, :3].astype(np.float64) @ -FACES[:, 2].T).argmax(axis=1))

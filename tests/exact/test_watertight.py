@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +13,13 @@ import glshadow as gs
 from glshadow.core.view import Kind
 from glshadow.gl.context import GLContext
 from glshadow.gl.program import Programs
+from glshadow.renderer import Renderer
 from glshadow.scene import shapes
 from glshadow.scene.shapes import Solid
 
+from .compare import with_exact
 from .fans import KINDS, MOST, fans_of, rays_at, slipped
+from .sheets import ELEVATIONS, PLANE_TRIANGLES, lit_and_asked, tessellations, under_a_sheet
 
 RAYS = 200_000  # per mesh and light; scripts/bench watertight asks ten millions of each light
 
@@ -52,3 +56,26 @@ def test_no_ray_slips_between_triangles(
 def brain(models: Path) -> Solid:
     mesh = gs.load(models / "brain_cortex.ply").nodes[0].mesh
     return mesh.positions, mesh.triangles
+
+
+@pytest.mark.parametrize("cells", [40, 300])
+def test_nothing_is_lit_under_a_sheet(renderer: Renderer, rng: np.random.Generator, cells: int) -> None:
+    scene, lights = under_a_sheet(cells, rng)
+    for name, light in lights.items():
+        lit, asked = lit_and_asked(renderer, scene, with_exact(light), PLANE_TRIANGLES)
+        assert asked > 100_000
+        assert lit == 0, f"{name}: {lit} leaks of {asked}"
+        control, _ = lit_and_asked(renderer, scene, replace(light, shadow=None), PLANE_TRIANGLES)
+        assert control == asked, f"{name}: without a shadow all of the plane is lit"
+
+
+@pytest.mark.parametrize("offset", [0.0, 1000.0])
+@pytest.mark.parametrize("elevation", ELEVATIONS)
+def test_tessellations_of_one_plane_do_not_shadow_each_other(
+    renderer: Renderer, rng: np.random.Generator, elevation: float, offset: float
+) -> None:
+    scene, lights = tessellations(elevation, offset, rng)
+    for name, light in lights.items():
+        lit, asked = lit_and_asked(renderer, scene, with_exact(light), 1 << 30)
+        assert asked > 100_000
+        assert lit == asked, f"{name}: acne in {asked - lit} of {asked} pixels"

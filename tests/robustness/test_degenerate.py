@@ -124,3 +124,14 @@ def test_a_place_beyond_the_largest_coordinate_is_refused():
     matrix[0, 3] = 1e25
     with pytest.raises(gs.SceneError, match=r"it lies 1e\+25 from the origin"):
         gs.load(gs.Scene((gs.Node("box", gs.Mesh(positions, triangles), np.eye(4)),)).moved({"box": matrix}))
+
+
+def test_a_quaternion_of_any_length(tmp_path):
+    document, binary = mutated_files.box_document(plane=True)
+    path = tmp_path / "turned.glb"
+    matrices = []
+    for length in (1.0, 1e-300, 1e300):
+        document["nodes"][0]["rotation"] = [0.0, 0.6 * length, 0.0, 0.8 * length]
+        path.write_bytes(mutated_files.pack(document, binary))
+        matrices.append(gs.load(path).nodes[0].world_from_mesh)
+    np.testing.assert_allclose(matrices[1:], [matrices[0]] * 2, atol=1e-15)  # a few roundings of numbers below 1

@@ -112,11 +112,12 @@ def _numbers(value: Any, size: int, name: str) -> Array:
 
 def compose(translation: ArrayLike, rotation: ArrayLike, scale: ArrayLike, where: str) -> Array:
     """Matrix (4, 4) of a translation (3,), a quaternion (x, y, z, w) of any length but zero, and a scale (3,)."""
-    quaternion = np.asarray(rotation, dtype=np.float64)
-    length = float(np.linalg.norm(quaternion))
-    if not (np.isfinite(length) and length > 0.0):
-        raise SceneError(f"{where}: its rotation {quaternion.tolist()} is no quaternion")
-    x, y, z, w = quaternion / length
+    given = np.asarray(rotation, dtype=np.float64)
+    largest = float(np.abs(given).max())
+    if not 0.0 < largest < np.inf:
+        raise SceneError(f"{where}: its rotation {given.tolist()} is no quaternion")
+    quaternion = given / largest  # first, so that no length overflows
+    x, y, z, w = quaternion / np.linalg.norm(quaternion)
     turn = np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],

@@ -1,0 +1,15 @@
+// As many rows of blocks as there are collected pixels, a fragment for each of their points.
+#ifndef GLS_COLUMNS
+#define GLS_COLUMNS 4 // of a block: points of one pixel
+#endif
+#ifndef GLS_ROWS
+#define GLS_ROWS 4
+#endif
+uniform usamplerBuffer u_edges; // how many pixels
+uniform ivec2 u_size; // of the picture: blocks in a row, rows
+
+void main() {
+    float rows = float((int(texelFetch(u_edges, 0).r) + u_size.x - 1) / u_size.x) / float(u_size.y);
+    vec2 corner = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1) * rows);
+    gl_Position = vec4(2.0 * corner - 1.0, 0.0, 1.0);
+}

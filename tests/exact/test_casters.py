@@ -1,0 +1,236 @@
+"""What casts and what receives: cut-out and blended materials, nodes told not to, instances, mirrored nodes, single triangles."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow.core.lights import Light
+from glshadow.core.spaces import Array, translation
+from glshadow.renderer import Renderer
+from glshadow.scene import shapes
+from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+
+from .compare import WRONG, Compared, compared
+from .turned import rotation
+
+CAMERA = gs.PerspectiveCamera((3.0, 5.0, 6.0), (0.0, 0.6, 0.0), fov_y=50.0)
+LIGHTS: dict[str, Light] = {
+    "sun": gs.DirectionalLight(direction=(-0.4, -1.0, 0.3)),
+    "spot": gs.SpotLight(position=(1.2, 5.0, -0.8), direction=(-1.2, -5.0, 0.8), inner_angle=40.0, outer_angle=45.0),
+    "point light": gs.PointLight(position=(0.3, 2.6, 0.2)),
+    "point light among them": gs.PointLight(position=(0.3, 1.3, 0.2)),
+}
+every_light = pytest.mark.parametrize("light", LIGHTS.values(), ids=list(LIGHTS))
+
+
+def ground() -> Node:
+    return Node("ground", Mesh(*shapes.rectangle((-4.0, 0.0, 4.0), (8.0, 0.0, 0.0), (0.0, 0.0, -8.0))), np.eye(4))
+
+
+def leaf(
+    texture: np.ndarray, repeats: float = 1.0, alpha: float = 1.0, cutoff: float = 0.5, mode: AlphaMode = AlphaMode.MASK
+) -> Mesh:
+    """A level square of side 2 whose texture is repeated, from a negative coordinate on."""
+    positions, triangles = shapes.rectangle((-1.0, 0.0, 1.0), (2.0, 0.0, 0.0), (0.0, 0.0, -2.0))
+    uv = (np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) - 0.3) * repeats
+    material = Material((1.0, 1.0, 1.0, alpha), texture, mode, cutoff)
+    return Mesh(positions, triangles, uv=uv.astype(np.float32), material=material)
+
+
+def leaves(width: int = 32, height: int = 24) -> np.ndarray:
+    """A texture with holes of all alphas, wider than high."""
+    texture = np.full((height, width, 4), 200, dtype=np.uint8)
+    texture[..., 3] = np.random.default_rng(3).integers(0, 256, (height, width))
+    return texture
+
+
+def scene_of(*nodes: Node, name: str = "casters") -> Scene:
+    return Scene((ground(), *nodes), CAMERA, name=name)
+
+
+def placed(x: float, y: float, z: float, turn: int = 0) -> Array:
+    matrix = translation((x, y, z))
+    matrix[:3, :3] = 0.6 * rotation(np.random.default_rng(turn))
+    return matrix
+
+
+def assert_right(result: Compared) -> None:
+    assert result.wrong.sum() <= WRONG, str(result)
+    facing = result.truth.cosine[0] > 0.0
+    assert (facing & (result.truth.visibility[0] == 0.0)).sum() > 500, str(result)
+    assert (facing & (result.truth.visibility[0] == 1.0)).sum() > 500, str(result)
+
+
+# -- alpha
+
+
+@every_light
+@pytest.mark.parametrize("repeats", [1.0, 3.7])
+def test_cut_out_casters(renderer: Renderer, light: Light, repeats: float) -> None:
+    """An image used by two materials, instances of one mesh, and solid casters among them."""
+    image = leaves()
+    one, other = leaf(image, repeats), leaf(image, 0.5, alpha=0.8, cutoff=0.3)
+    solid = Mesh(*shapes.box((0.4, 0.4, 0.4)))
+    nodes = [
+        Node("a", one, placed(-1.0, 1.0, 0.0, 1)),
+        Node("solid", solid, placed(0.2, 0.7, 0.9, 2)),
+        Node("b", one, placed(1.0, 1.4, -0.5, 3)),
+        Node("c", other, placed(0.0, 1.8, 0.3, 4)),
+        Node("d", leaf(leaves(7, 13), 2.0), placed(-0.6, 0.5, 1.2, 5)),
+    ]
+    assert_right(compared(renderer, scene_of(*nodes), light))
+
+
+@every_light
+def test_masks_matter(renderer: Renderer, light: Light) -> None:
+    """The control of the test above: opaque leaves give another picture."""
+    mesh = leaf(leaves())
+    cut = compared(renderer, scene_of(Node("leaf", mesh, placed(-0.5, 1.0, 0.0, 1))), light)
+    whole = replace(mesh, material=replace(mesh.material, alpha_mode=AlphaMode.OPAQUE))
+    solid = compared(renderer, scene_of(Node("leaf", whole, placed(-0.5, 1.0, 0.0, 1))), light)
+    assert solid.wrong.sum() <= WRONG
+    assert cut.lit > solid.lit + 0.005
+
+
+@pytest.mark.parametrize("cutoff", [0.0, 1.0, 1.5, -1.0])
+def test_cutoffs_at_the_end_of_the_range(renderer: Renderer, cutoff: float) -> None:
+    """At 0 all exists, at 1 only what is opaque, above 1 nothing."""
+    image = leaves()
+    image[:12, :, 3] = 255
+    scene = scene_of(Node("leaf", leaf(image, cutoff=cutoff), placed(-0.5, 1.0, 0.0, 1)))
+    result = compared(renderer, scene, LIGHTS["sun"])
+    assert result.wrong.sum() <= WRONG, str(result)
+
+
+@every_light
+@pytest.mark.parametrize("filter_", [gs.Exact(), gs.Pcf(1)], ids=["exact", "pcf"])
+def test_blended_materials_cast_nothing(renderer: Renderer, light: Light, filter_: gs.Exact | gs.Pcf) -> None:
+    for texture in (None, leaves()):
+        mesh = leaf(leaves())
+        glass = replace(mesh, material=Material(texture=texture, alpha_mode=AlphaMode.BLEND))
+        scene = scene_of(Node("glass", glass, placed(-0.5, 1.0, 0.0, 1)))
+        lit = replace(light, shadow=gs.Shadow(filter=filter_))
+        frame = renderer.render(scene, lights=[lit], size=(160, 90), outputs=("visibility", "triangle"))
+        assert frame.visibility is not None
+        assert frame.triangle is not None
+        floor = (frame.triangle >= 0) & (frame.triangle < 2)
+        assert floor.any()
+        assert (frame.triangle >= 2).any()
+        assert (frame.visibility[0][floor] == 1.0).all()
+
+
+# -- nodes told not to cast, or not to receive
+
+
+@every_light
+@pytest.mark.parametrize("casts", [True, False])
+@pytest.mark.parametrize("receives", [True, False])
+def test_casts_and_receives(renderer: Renderer, light: Light, casts: bool, receives: bool) -> None:
+    box, ball = Mesh(*shapes.box((1.0, 1.0, 1.0))), Mesh(*shapes.icosphere(3, 0.5))
+    nodes = [
+        Node("a", box, placed(-0.8, 0.9, 0.0, 1), casts=casts, receives=receives),
+        Node("b", ball, placed(0.8, 1.6, -0.2, 2), receives=not receives),
+        Node("c", box, placed(0.4, 0.6, 1.0, 3), casts=not casts),
+    ]
+    scene = scene_of(*nodes)
+    result = compared(renderer, scene, light)
+    assert_right(result)
+    # the same by a map, outside a band of two texels, which no edge is wider than here
+    frame = renderer.render(scene, lights=[light], size=result.frame.size, outputs=("visibility", "triangle"))
+    assert frame.visibility is not None
+    share = (np.abs(frame.visibility[0] - result.truth.visibility[0]) > 0.5)[result.truth.triangle >= 0].mean()
+    assert share < 2e-3
+
+
+def test_a_floor_that_does_not_receive_stays_lit(renderer: Renderer) -> None:
+    floor = replace(ground(), receives=False)
+    scene = Scene((floor, Node("box", Mesh(*shapes.box((1.0, 1.0, 1.0))), placed(0.0, 1.0, 0.0))), CAMERA)
+    for light in LIGHTS.values():
+        result = compared(renderer, scene, light)
+        assert result.wrong.sum() == 0, str(result)
+        seen = (result.frame.triangle >= 0) & (result.frame.triangle < 2)
+        assert result.frame.visibility is not None
+        assert (result.frame.visibility[0][seen] == 1.0).all()
+
+
+# -- instances and mirrors
+
+
+@every_light
+def test_instances_that_share_edges(renderer: Renderer, light: Light) -> None:
+    """A closed ceiling of tiles: one mesh, each tile placed and turned by its own matrix, its vertices rounded with it.
+
+    Where the matrices are exact, neighbours' vertices are equal and nothing may leak; the lit spots of rounded ones are as thin as
+    the rounding.
+    """
+    tile = Mesh(*shapes.rectangle((-0.5, 0.0, 0.5), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0)))
+    quarter = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    nodes = []
+    for i in range(-16, 16):
+        for j in range(-16, 16):
+            matrix = translation((i + 0.5, 2.0, j + 0.5))
+            matrix[:3, :3] = np.linalg.matrix_power(quarter, (i + 3 * j) % 4)
+            nodes.append(Node(f"{i} {j}", tile, matrix))
+    above = replace(light, position=(0.3, 3.6, 0.2)) if isinstance(light, gs.PointLight) else light
+    camera = gs.PerspectiveCamera((0.0, 1.5, 4.0), (0.0, 0.0, 0.0), fov_y=60.0)
+    result = compared(renderer, Scene((ground(), *nodes), camera, name="tiles"), above)
+    assert result.wrong.sum() == 0, str(result)
+    floor = (result.frame.triangle >= 0) & (result.frame.triangle < 2) & result.truth.reached[0]
+    assert floor.sum() > 10_000
+    assert result.frame.visibility is not None
+    assert (result.frame.visibility[0][floor] == 0.0).all()
+
+
+@every_light
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("faces", [None, gs.Faces.FRONT, gs.Faces.BACK, gs.Faces.BOTH])
+def test_mirrored_nodes(renderer: Renderer, light: Light, axis: int, faces: gs.Faces | None) -> None:
+    """A mirror turns the winding over: closed meshes must not lose the side that faces the light."""
+    flip = np.eye(4)
+    flip[axis, axis] = -1.0
+    ball, torus = Mesh(*shapes.icosphere(3, 0.6)), Mesh(*shapes.torus(0.6, 0.2, 48, 24))
+    nodes = [Node("ball", ball, placed(-0.8, 1.0, 0.2, 1) @ flip), Node("torus", torus, placed(0.8, 0.9, 0.1, 2) @ flip)]
+    assert_right(compared(renderer, scene_of(*nodes), light, faces=faces))
+
+
+# -- degenerate
+
+
+@pytest.mark.parametrize("kind", list(LIGHTS))
+def test_one_triangle(renderer: Renderer, kind: str) -> None:
+    corners = np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.5], [0.0, 0.3, -1.0]])
+    scene = Scene((Node("triangle", Mesh(corners, np.array([[0, 1, 2]], dtype=np.int32)), np.eye(4)),), CAMERA)
+    result = compared(renderer, scene, LIGHTS[kind])
+    assert result.wrong.sum() == 0
+    seen = result.truth.triangle >= 0
+    assert result.frame.visibility is not None
+    np.testing.assert_array_equal(result.frame.visibility[0][seen], (result.truth.cosine[0] > 0.0)[seen])
+
+
+@pytest.mark.parametrize("casters", [1, 2])
+def test_a_light_in_a_triangles_plane(renderer: Renderer, casters: int) -> None:
+    """Edge-on a triangle casts nothing; a caster between must still cast."""
+    wall = Mesh(*shapes.rectangle((0.5, 0.0, 1.0), (0.0, 2.0, 0.0), (0.0, 0.0, -2.0)))
+    plate = Mesh(*shapes.rectangle((-0.5, 1.0, 0.5), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0)))
+    nodes = [Node("wall", wall, np.eye(4)), Node("plate", plate, np.eye(4))][:casters]
+    lights: list[Light] = [
+        gs.PointLight(position=(0.5, 4.0, 0.0)),  # in the plane of the wall, x = 0.5
+        gs.PointLight(position=(0.5, 1.0, 0.0)),  # on the wall, and in the plate's plane
+        gs.SpotLight(position=(0.5, 4.0, 0.0), direction=(0.0, -1.0, 0.0), outer_angle=60.0),
+        gs.DirectionalLight(direction=(0.0, -1.0, 0.0)),
+        gs.DirectionalLight(direction=(-1.0, 0.0, 0.0)),  # in the planes of ground and plate
+    ]
+    for light in lights:
+        result = compared(renderer, scene_of(*nodes), light)
+        assert result.wrong.sum() <= WRONG, str(result)
+
+
+@pytest.mark.parametrize("corner", [(-1.0, 1.0, 1.0), (0.0, 1.0, 0.0), (0.3, 1.0, 0.3)])
+def test_a_light_on_a_vertex_or_inside_a_triangle(renderer: Renderer, corner: tuple[float, float, float]) -> None:
+    plate = Mesh(*shapes.rectangle((-1.0, 1.0, 1.0), (2.0, 0.0, 0.0), (0.0, 0.0, -2.0)))
+    result = compared(renderer, scene_of(Node("plate", plate, np.eye(4))), gs.PointLight(position=corner))
+    assert result.wrong.sum() <= WRONG, str(result)
