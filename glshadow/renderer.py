@@ -26,8 +26,8 @@ from glshadow.gl.context import Backend, open_context
 from glshadow.gl.entry_points import AnySamples
 from glshadow.gl.geometry import GpuScene, Meshes
 from glshadow.gl.lists import Lists
-from glshadow.gl.numbers import Numbers
 from glshadow.gl.maps import place, plan
+from glshadow.gl.numbers import Numbers
 from glshadow.gl.program import Programs
 from glshadow.gl.readback import read
 from glshadow.gl.refine import Refined
@@ -198,8 +198,9 @@ class _Frame:
 
     def run(self, ambient: Array, background: Array) -> Frame:
         context, programs, samplers = self.context, self.r._programs, self.r._samplers
-        plans = [plan(light, self.scene, self.gpu, self.sight, context.caps) for light in self.lights]
-        maps = place(context, self.r._atlases, plans)
+        whole = "shadow_maps" in self.outputs
+        plans = [plan(light, self.scene, self.gpu, self.sight, context.caps, whole) for light in self.lights]
+        maps = place(context, self.r._atlases, plans, whole)
         targets = self._targets()
         with self._clock("surface"), self.r._covered:
             draw_surface(context, programs, self.gpu, self.sight, targets)

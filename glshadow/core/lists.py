@@ -119,20 +119,6 @@ def _grown(rectangle: Array) -> tuple[float, float, float, float]:
     return (float(left), float(right), float(bottom), float(top))
 
 
-def shades(corners: Array, light: Light, others: Array, slack: float) -> bool:
-    """Whether any of the triangles (T, 3, 3) may darken any of the other points (K, 3): one that lies beyond its plane, seen from
-    the light, by more than `slack`."""
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    normal = normal / np.where(length > 0.0, length, 1.0)
-    if isinstance(light, DirectionalLight):
-        towards = normal @ -np.asarray(light.direction)
-    else:
-        towards = np.einsum("ij,ij->i", normal, np.asarray(light.position) - corners[:, 0])
-    height = others @ normal.T - np.einsum("ij,ij->i", normal, corners[:, 0])
-    return bool((height * np.sign(towards) < -slack).any())
-
-
 def distance_bound(world: float, local: float) -> tuple[float, float]:
     """How far from another triangle's plane a receiver may seem to be that lies on it: (a, b) with |gap| <= a + b (|p| + |q|).
 

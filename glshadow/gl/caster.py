@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.bias import Bias, ClipBias, SlopeScaledBias, bias_factor
+from glshadow.core.casting import darkens
 from glshadow.core.kernels import Filter
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.metric import Target, metric_range
 from glshadow.core.shadow import Faces
-from glshadow.core.spaces import Array, project
+from glshadow.core.spaces import Array, project, transform
 from glshadow.core.view import ShadowView
 from glshadow.gl.context import GLContext
 from glshadow.gl.geometry import GpuScene, pack_matrices
@@ -22,6 +23,9 @@ from glshadow.gl.program import Program, Programs
 from glshadow.gl.targets import Atlas
 from glshadow.scene.mesh import AlphaMode
 from glshadow.shader.slots import metric_slot
+
+_FEW = 12  # triangles of a body that is asked whether it darkens anything
+_KEPT = 64  # places of lights for which the answers are kept
 
 
 @dataclass(frozen=True)
@@ -35,17 +39,38 @@ class CasterSettings:
 
 @dataclass(frozen=True)
 class Map:
-    """A light's shadow map: its views and the atlas that holds them."""
+    """A light's shadow map: its views and the atlas that holds them; `whole`: with what casts on nothing."""
 
     views: tuple[ShadowView, ...]
     atlas: Atlas
     settings: CasterSettings
     filter: Filter
+    whole: bool = True
 
 
 def casters(scene: GpuScene) -> NDArray[np.bool_]:
     """Which nodes (N,) cast: all but blended ones and those that are told not to."""
     return np.array([node.casts and node.mesh.material.alpha_mode is not AlphaMode.BLEND for node in scene.nodes])
+
+
+def casters_on_others(scene: GpuScene, light: Light) -> NDArray[np.bool_]:
+    """Which nodes (N,) darken anything: not a floor under everything, whose rasterising would cost as much as all the rest."""
+    place = light.direction if isinstance(light, DirectionalLight) else light.position
+    kept = scene.casting.get(place)
+    if kept is not None:
+        return kept
+    casting = casters(scene)
+    size = np.linalg.norm(np.ptp(scene.corners, axis=1), axis=1)
+    whole = float(np.linalg.norm(np.ptp(scene.corners.reshape(-1, 3), axis=0)))
+    for i in np.flatnonzero(casting & (size > 0.5 * whole)):
+        mesh = scene.nodes[i].mesh
+        if len(mesh.triangles) <= _FEW and len(scene.nodes) > 1:
+            triangles = transform(scene.nodes[i].world_from_mesh, mesh.positions)[mesh.triangles]
+            casting[i] = darkens(triangles, np.delete(scene.corners, i, axis=0), light)
+    if len(scene.casting) >= _KEPT:
+        scene.casting.clear()
+    scene.casting[place] = casting
+    return casting
 
 
 def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light: Light, shadow_map: Map) -> int:
@@ -60,7 +85,7 @@ def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light:
     if atlas.drawn.get(tiles) == source:
         return 0
     atlas.drawn.pop(tiles, None)
-    casting = casters(scene)
+    casting = casters(scene) if shadow_map.whole else casters_on_others(scene, light)
     solid = hides_back_faces(scene, light, settings.faces)
     atlas.framebuffer.use()
     draws = 0
@@ -91,7 +116,7 @@ def _source(scene: GpuScene, light: Light, shadow_map: Map) -> Hashable:
     """All that a light's maps depend on."""
     place = light.direction if isinstance(light, DirectionalLight) else light.position
     views = tuple((view.clip_from_world.tobytes(), view.near, view.far, view.clip) for view in shadow_map.views)
-    return (scene.identity, shadow_map.settings, place, views)
+    return (scene.identity, shadow_map.settings, shadow_map.whole, place, views)
 
 
 def _draw(

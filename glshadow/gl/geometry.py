@@ -198,6 +198,8 @@ class GpuScene:
         The base colour, where all nodes share one and none has a texture.
     selective : bool
         Whether shadows leave out some nodes.
+    casting : dict
+        Which nodes darken anything, by the place or direction of a light: see `gl.caster.casters_on_others`.
     identity : int
         Never the same for two of them.
     """
@@ -209,6 +211,7 @@ class GpuScene:
         self.identity = next(self._count)
         self._context = context
         self._world: WorldTriangles | None = None
+        self.casting: dict[tuple[float, float, float], NDArray[np.bool_]] = {}
         self.nodes: tuple[Node, ...] = tuple(node for node in scene.nodes if len(node.mesh.triangles))
         self.meshes = [meshes.get(node.mesh) for node in self.nodes]
         numbers = {id(gpu): k for k, gpu in enumerate(dict.fromkeys(self.meshes))}

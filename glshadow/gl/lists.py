@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.lights import DirectionalLight, Light
-from glshadow.core.lists import LEAST_CELLS, MOST, RATIO, ListGrid, distance_bound, list_grid, shades
+from glshadow.core.lists import LEAST_CELLS, MOST, RATIO, ListGrid, list_grid
 from glshadow.core.shadow import Faces
-from glshadow.core.spaces import Array, transform
+from glshadow.core.spaces import Array
 from glshadow.core.view import kind_of
 from glshadow.errors import ResourceError
-from glshadow.gl.caster import casters, hides_back_faces
+from glshadow.gl.caster import casters_on_others, hides_back_faces
 from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import RG32UI, RGBA32F, RGBA32UI, BufferTexture
 from glshadow.gl.geometry import GpuScene
@@ -23,7 +23,6 @@ from glshadow.gl.program import UNITS, Programs
 _CULL_BACK, _CULL_FRONT, _CASTS, _CUT_OUT = 1, 2, 4, 8  # pass/lists.comp
 _GROUP, _MOST_GROUPS = 64, 65535
 _LINK_BYTES, _FACET_BYTES = 16, 48
-_FEW = 12  # triangles of a node that is asked whether it casts on anything at all
 _SPARE = 1.25  # a buffer that was too small grows to this much of what was needed
 
 
@@ -85,7 +84,8 @@ class Lists:
                 f"holds {limit}: split the scene, or use another filter"
             )
         traits = _traits(scene, light)
-        corners = scene.corners[(traits[:, 0] & _CASTS) != 0].reshape(-1, 3)
+        casting = (traits[:, 0] & _CASTS) != 0
+        corners = scene.corners[casting if casting.any() else slice(None)].reshape(-1, 3)  # of nothing any grid will do
         halvings = 0
         while True:
             self.grid = list_grid(light, corners, halvings)
@@ -154,12 +154,14 @@ class Lists:
         context, grid = self._context, self.grid
         size = (grid.cells, grid.faces * (grid.cells + grid.cells // RATIO))
         if self._heads is None or self._heads.size != size:
-            for thing in (self._framebuffer, self._heads):
-                if thing is not None:
-                    thing.release()
+            old = (self._framebuffer, self._heads)
             self._heads = context.ctx.texture(size, 1, dtype="u4")
             self._heads.filter = (moderngl.NEAREST, moderngl.NEAREST)
             self._framebuffer = context.ctx.framebuffer([self._heads])
+            self._framebuffer.use()  # before the old one goes: moderngl would bind that again
+            for thing in old:
+                if thing is not None:
+                    thing.release()
         if self._facets is None or self._facets.buffer.size != scene.world.count * _FACET_BYTES:
             self._facets = self._buffer(self._facets, scene.world.count * _FACET_BYTES, RGBA32F)
         if self._links is None:
@@ -197,7 +199,7 @@ class Lists:
 def _traits(scene: GpuScene, light: Light) -> NDArray[np.uint32]:
     """Per node (N, 2): flags, and what turns a triangle's number into its mask's."""
     faces = light.shadow.faces if light.shadow else None
-    casting, solid = casting_on_others(scene, light), hides_back_faces(scene, light, faces)
+    casting, solid = casters_on_others(scene, light), hides_back_faces(scene, light, faces)
     mirrored = np.array(scene.mirrored)
     back = solid if faces is None else np.full(len(casting), faces is Faces.FRONT)
     front = np.full(len(casting), faces is Faces.BACK)
@@ -206,19 +208,6 @@ def _traits(scene: GpuScene, light: Light) -> NDArray[np.uint32]:
     masked = scene.world.mask_shift != 0
     flags = _CULL_BACK * back + _CULL_FRONT * front + _CASTS * casting + _CUT_OUT * masked
     return np.stack([flags, scene.world.mask_shift], axis=1).astype(np.int64).astype(np.uint32)
-
-
-def casting_on_others(scene: GpuScene, light: Light) -> NDArray[np.bool_]:
-    """Which nodes (N,) cast; not a plane under everything, which would widen the grid for nothing."""
-    casting = casters(scene)
-    points = scene.corners.reshape(-1, 3)
-    slack = distance_bound(scene.world.reach, scene.world.reach)[0]
-    for i in np.flatnonzero(casting):
-        mesh = scene.nodes[i].mesh
-        if len(mesh.triangles) <= _FEW and casting.sum() > 1:
-            corners = transform(scene.nodes[i].world_from_mesh, mesh.positions)[mesh.triangles]
-            casting[i] = shades(corners, light, points, slack)
-    return casting
 
 
 def light_frame(grid: ListGrid, scene: GpuScene) -> tuple[Array, Array]:

@@ -14,7 +14,7 @@ from glshadow.core.spaces import ClipSpace
 from glshadow.core.used import Used
 from glshadow.core.view import ShadowView, shadow_views
 from glshadow.gl.camera import Sight
-from glshadow.gl.caster import CasterSettings, Map, casters
+from glshadow.gl.caster import CasterSettings, Map, casters, casters_on_others
 from glshadow.gl.context import Caps, GLContext
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.targets import Atlas, layout
@@ -26,8 +26,8 @@ _NOT_EXACT = (
 )
 
 
-def plan(light: Light, scene: Scene, gpu: GpuScene, sight: Sight, caps: Caps) -> Used:
-    """Everything about a light's shadow decided; its views are not placed yet."""
+def plan(light: Light, scene: Scene, gpu: GpuScene, sight: Sight, caps: Caps, whole: bool) -> Used:
+    """Everything about a light's shadow decided; its views are not placed yet. `whole`: its maps will be looked at."""
     shadow = light.shadow
     if shadow is None:
         return Used()
@@ -37,7 +37,7 @@ def plan(light: Light, scene: Scene, gpu: GpuScene, sight: Sight, caps: Caps) ->
     target = shadow.target or Target.DEPTH32F
     clip, fallbacks = _clip(light, shadow, target, caps)
     fallbacks += _sized(light, shadow)
-    casting = casters(gpu)
+    casting = casters(gpu) if whole else casters_on_others(gpu, light)
     views: tuple[ShadowView, ...] = ()
     if casting.any():
         receivers = list(scene.corners) if isinstance(shadow.fit, SceneFit) else sight.receivers
@@ -62,7 +62,7 @@ def _clip(light: Light, shadow: Shadow, target: Target, caps: Caps) -> tuple[Cli
     return have, (f"clip {wanted} became {have}: this driver has no glClipControl ({caps.renderer})",)
 
 
-def place(context: GLContext, atlases: dict[Target, Atlas], plans: list[Used]) -> list[Map | None]:
+def place(context: GLContext, atlases: dict[Target, Atlas], plans: list[Used], whole: bool) -> list[Map | None]:
     """One atlas per format, kept in `atlases` while its size holds, and in it the tiles of all lights of that format."""
     maps: list[Map | None] = [None] * len(plans)
     for target in dict.fromkeys(plan.target for plan in plans if plan.target and plan.views):
@@ -84,6 +84,6 @@ def place(context: GLContext, atlases: dict[Target, Atlas], plans: list[Used]) -
             assert each.bias is not None
             assert each.filter is not None
             settings = CasterSettings(target, each.bias, each.faces)
-            maps[i] = Map(views[start : start + count], atlas, settings, each.filter)
+            maps[i] = Map(views[start : start + count], atlas, settings, each.filter, whole)
             start += count
     return maps

@@ -15,11 +15,11 @@ from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import ClipSpace, orthographic, perspective, rigid_inverse
 from glshadow.core.view import FACES, NEAREST_SHARE
 from glshadow.errors import ResourceError
-from glshadow.gl.caster import hides_back_faces
+from glshadow.gl.caster import casters_on_others, hides_back_faces
 from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import RGBA32F, BufferTexture
 from glshadow.gl.geometry import GpuScene, pack_matrices
-from glshadow.gl.lists import casting_on_others, light_frame, made_for
+from glshadow.gl.lists import light_frame, made_for
 from glshadow.gl.program import Programs
 from glshadow.gl.targets import depth_texture
 from glshadow.gl.world import local_corners, texture_buffer
@@ -55,8 +55,9 @@ class Numbers:
         if key == self._key:
             return False
         self._key = None
-        casting = casting_on_others(scene, light)
-        self.grid = list_grid(light, scene.corners[casting].reshape(-1, 3))
+        casting = casters_on_others(scene, light)
+        corners = scene.corners[casting if casting.any() else slice(None)].reshape(-1, 3)  # of nothing any grid will do
+        self.grid = list_grid(light, corners)
         cells = (
             resolution if self.grid.faces == 1 else max(resolution // 2, 1)
         )  # six faces: a quarter of the texels each

@@ -19,7 +19,16 @@ from glshadow.gl.caster import Map
 from glshadow.gl.context import Caps
 from glshadow.gl.lists import Lists
 from glshadow.gl.numbers import Numbers
-from glshadow.shader.slots import BLOCKS, Compare, exact_defines, exact_slots, given_slots, mapped_defines, mapped_slots, open_slots
+from glshadow.shader.slots import (
+    BLOCKS,
+    Compare,
+    exact_defines,
+    exact_slots,
+    given_slots,
+    mapped_defines,
+    mapped_slots,
+    open_slots,
+)
 
 # A receiver's position is a sum of products in float32: ray x depth, the eye added, back on the plane, into the light's view, and
 # the caster's vertex takes a matrix product of its own. 16 roundings of relative size 2^-24 bound the sum.

@@ -12,7 +12,17 @@ from glshadow.core.kernels import MAX_RADIUS, Filter, Hard, Pcf
 from glshadow.core.metric import Target
 from glshadow.core.view import Kind
 from glshadow.shader.compose import Text, compose
-from glshadow.shader.slots import BLOCKS, Compare, exact_defines, exact_slots, given_slots, mapped_defines, mapped_slots, metric_slot, open_slots
+from glshadow.shader.slots import (
+    BLOCKS,
+    Compare,
+    exact_defines,
+    exact_slots,
+    given_slots,
+    mapped_defines,
+    mapped_slots,
+    metric_slot,
+    open_slots,
+)
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
 TARGETS = (Target.DEPTH32F, Target.R32F, Target.RGBA8)  # the others differ in numbers, not in code

@@ -184,7 +184,10 @@ def build(name: str, scene: gs.Scene, rounds: int, results: dict[str, Any]) -> N
 
 
 def embree(name: str, scene: gs.Scene, rounds: int, results: dict[str, Any]) -> None:
-    """Against Embree by its Python binding: 32-bit rays, occlusion query, one thread as it comes."""
+    """Against Embree: raw 32-bit rays prepared beforehand, and as trimesh hands them through (64-bit rays, offsets, one call each)."""
+    from trimesh import Trimesh
+    from trimesh.ray.ray_pyembree import RayMeshIntersector
+
     light = lights_of(name, scene)["sun"]
     truth = gs.trace(scene, None, [light], SIZE)
     rays = truth.rays
@@ -192,50 +195,58 @@ def embree(name: str, scene: gs.Scene, rounds: int, results: dict[str, Any]) -> 
     assert tree is not None
     assert isinstance(light, gs.DirectionalLight)
     lit = truth.cosine[0] > 0.0
-    starts = ((truth.position[lit] - rays.origin + 1e-4 * rays.size * truth.normal[lit]) * tree.scale).astype(
-        np.float32
-    )
-    towards = np.broadcast_to(-np.asarray(light.direction), starts.shape).astype(np.float32).copy()
-    eye = np.broadcast_to((np.asarray(scene.camera.position) - rays.origin) * tree.scale, (SIZE[0] * SIZE[1], 3))
-    eye = eye.astype(np.float32).copy()
+    starts = truth.position[lit] - rays.origin + 1e-4 * rays.size * truth.normal[lit]
+    towards = np.broadcast_to(-np.asarray(light.direction), starts.shape).copy()
+    eye = np.broadcast_to(np.asarray(scene.camera.position) - rays.origin, (SIZE[0] * SIZE[1], 3)).copy()
     seen = gs.core.cameras.pixel_rays(scene.camera, SIZE).reshape(-1, 3)
-    seen = (seen / np.linalg.norm(seen, axis=1, keepdims=True)).astype(np.float32)
-    with gs.Renderer() as renderer:
-        split: dict[str, list[float]] = {"build": [], "resolve": [], "frame": []}
-        query: dict[str, list[float]] = {"primary": [], "shadow": [], "tree": []}
-        for k in range(-2, rounds):
-            lamp = replace(moved(light, k), shadow=EXACT)
-            frame = renderer.render(scene, None, [lamp], SIZE, outputs=("image", "timings"))
-            assert frame.timings is not None
-            start = time.perf_counter()
-            renderer.render(scene, None, [moved(lamp, 1)], SIZE, outputs=("image",))
-            whole = time.perf_counter() - start
-            clock = [time.perf_counter()]
-            tree.scene.run(eye, seen, query="INTERSECT")
-            clock.append(time.perf_counter())
-            tree.scene.run(starts, towards, query="OCCLUDED")
-            clock.append(time.perf_counter())
-            type(tree)(rays.corners, np.flatnonzero(rays.casts), rays.size).scene.run(starts[:1], towards[:1])
-            clock.append(time.perf_counter())
-            if k >= 0:
-                split["build"].append(frame.timings["shadow"])
-                split["resolve"].append(frame.timings["resolve"])
-                split["frame"].append(whole)
-                for key, spent in zip(query, np.diff(clock), strict=True):
-                    query[key].append(float(spent))
-    ours, theirs = ({k: np.array(v) for k, v in each.items()} for each in (split, query))
+    raw = [(each * tree.scale).astype(np.float32) for each in (eye, starts)] + [
+        (each / np.linalg.norm(each, axis=1, keepdims=True)).astype(np.float32) for each in (seen, towards)
+    ]
+    corners = rays.corners[rays.casts]
+    mesh = Trimesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), process=False)
+    handed = RayMeshIntersector(mesh)
+    jobs: dict[str, Callable[[int], Any]] = {
+        "frame": lambda k: renderer.render(
+            scene, None, [replace(moved(light, k), shadow=EXACT)], SIZE, outputs=("image",)
+        ),
+        "primary": lambda _: tree.scene.run(raw[0], raw[2], query="INTERSECT"),
+        "shadow": lambda _: tree.scene.run(raw[1], raw[3], query="OCCLUDED"),
+        "tree": lambda _: type(tree)(rays.corners, np.flatnonzero(rays.casts), rays.size).scene.run(
+            raw[1][:1], raw[3][:1]
+        ),
+        "trimesh": lambda _: (handed.intersects_first(eye, seen), handed.intersects_any(starts, towards)),
+    }
+    spent: dict[str, list[float]] = {"build": [], "resolve": [], "shading": []}
+    with gs.Renderer() as renderer, gs.Renderer() as plain:
+
+        def timed(k: int) -> None:
+            lamp = replace(moved(light, 2 * k + 1), shadow=EXACT)
+            for each, shadow in ((renderer, EXACT), (plain, None)):
+                frame = each.render(scene, None, [replace(lamp, shadow=shadow)], SIZE, outputs=("image", "timings"))
+                assert frame.timings is not None
+                if k >= 0 and shadow is None:
+                    spent["shading"].append(frame.timings["resolve"])
+                elif k >= 0:
+                    spent["build"].append(frame.timings["shadow"])
+                    spent["resolve"].append(frame.timings["resolve"])
+
+        times = alternate(jobs | {"timed": timed}, rounds)
+    build, resolve, shading = (np.array(each) for each in spent.values())
     row = {
-        "build_and_resolve_over_shadow_rays": ratio(ours["build"] + ours["resolve"], theirs["shadow"]),
-        "frame_over_primary_and_shadow": ratio(ours["frame"], theirs["primary"] + theirs["shadow"]),
-        "frame_over_all_with_tree": ratio(ours["frame"], theirs["primary"] + theirs["shadow"] + theirs["tree"]),
-        "shadow_ms": 1e3 * float(np.median(theirs["shadow"])), "primary_ms": 1e3 * float(np.median(theirs["primary"])),
-        "tree_ms": 1e3 * float(np.median(theirs["tree"])),
+        "build_and_resolve": ratio(build + resolve, times["shadow"]),
+        "without_shading": ratio(build + resolve - shading, times["shadow"]),
+        "frame": ratio(times["frame"], times["primary"] + times["shadow"]),
+        "frame_with_tree": ratio(times["frame"], times["primary"] + times["shadow"] + times["tree"]),
+        "frame_trimesh": ratio(times["frame"], times["trimesh"]),
+        "frame_trimesh_with_tree": ratio(times["frame"], times["trimesh"] + times["tree"]),
+        **{f"{key}_ms": 1e3 * float(np.median(times[key])) for key in ("frame", "primary", "shadow", "tree", "trimesh")},
     }  # fmt: skip
     results[name] = row
     click.echo(
-        f"{name:34s} build + resolve {row['build_and_resolve_over_shadow_rays']:.2f} x Embree's shadow rays; whole frame "
-        f"{row['frame_over_primary_and_shadow']:.2f} x primary + shadow rays, {row['frame_over_all_with_tree']:.2f} x with its tree "
-        f"(Embree {row['primary_ms']:.0f} + {row['shadow_ms']:.0f} ms, tree {row['tree_ms']:.0f} ms)"
+        f"{name:34s} build + resolve {row['build_and_resolve']:.2f} x Embree's raw shadow rays ({row['without_shading']:.2f} without "
+        f"shading); frame {row['frame']:.2f} x raw primary + shadow rays, {row['frame_with_tree']:.2f} with the tree; "
+        f"{row['frame_trimesh']:.2f} and {row['frame_trimesh_with_tree']:.2f} x by trimesh (ms: frame {row['frame_ms']:.0f}, primary "
+        f"{row['primary_ms']:.0f}, shadow {row['shadow_ms']:.0f}, tree {row['tree_ms']:.0f}, by trimesh {row['trimesh_ms']:.0f})"
     )
 
 

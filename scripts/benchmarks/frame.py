@@ -34,6 +34,14 @@ MODELS = (
 )  # fmt: skip
 
 
+def turned_sun(scene: gs.Scene, k: int, shadow: gs.Shadow) -> gs.DirectionalLight:
+    """The scene's sun, a little further on every round."""
+    light, angle = scene.lights[0], 0.002 * k
+    x, y, z = light.direction if isinstance(light, gs.DirectionalLight) else gs.DirectionalLight().direction
+    turned = (x * np.cos(angle) - z * np.sin(angle), y, x * np.sin(angle) + z * np.cos(angle))
+    return gs.DirectionalLight(direction=turned, shadow=shadow)
+
+
 def measure(scene: gs.Scene, repeats: int, filters: dict[str, Any]) -> dict[str, Any]:
     """Medians in ms of the floor and of each filter, round-robin, with a sun that moves every round."""
     with Renderer() as renderer:
@@ -41,20 +49,16 @@ def measure(scene: gs.Scene, repeats: int, filters: dict[str, Any]) -> dict[str,
         floor = Floor(renderer, scene, SIZE, 2048)
         times: dict[str, list[float]] = {"floor": [], **{name: [] for name in filters}}
 
-        def sun(k: int, shadow: gs.Shadow) -> gs.DirectionalLight:
-            angle = 0.002 * k
-            x, y, z = (
-                scene.lights[0].direction if isinstance(scene.lights[0], gs.DirectionalLight) else (-0.55, -0.8, -0.25)
-            )
-            turned = (x * np.cos(angle) - z * np.sin(angle), y, x * np.sin(angle) + z * np.cos(angle))
-            return gs.DirectionalLight(direction=turned, shadow=shadow)
-
         for k in range(-2, repeats):
             jobs: dict[str, Callable[[], Any]] = {
-                name: (lambda k=k, s=shadow: renderer.render(scene, None, [sun(k, s)], SIZE, outputs=("image",)))
+                name: (
+                    lambda k=k, s=shadow: renderer.render(
+                        scene, None, [turned_sun(scene, k, s)], SIZE, outputs=("image",)
+                    )
+                )
                 for name, shadow in lights.items()
             }
-            made = renderer.render(scene, None, [sun(k, gs.Shadow())], SIZE, outputs=("image",))
+            made = renderer.render(scene, None, [turned_sun(scene, k, gs.Shadow())], SIZE, outputs=("image",))
             jobs = {"floor": lambda made=made: floor.draw(made), **jobs}
             for name, job in jobs.items():
                 start = time.perf_counter()
@@ -72,11 +76,13 @@ def measure(scene: gs.Scene, repeats: int, filters: dict[str, Any]) -> dict[str,
 
 
 def profile(scene: gs.Scene, repeats: int) -> dict[str, float]:
-    """Median ms per pass of the default frame."""
+    """Median ms per pass of the default frame, with a sun that moves."""
     with Renderer() as renderer:
         passes: list[dict[str, float]] = []
         for k in range(repeats + 2):
-            timings = renderer.render(scene, size=SIZE, outputs=("image", "timings")).timings
+            timings = renderer.render(
+                scene, None, [turned_sun(scene, k, gs.Shadow())], SIZE, outputs=("image", "timings")
+            ).timings
             assert timings is not None
             if k > 1:
                 passes.append(dict(timings))

@@ -78,6 +78,12 @@ def rays(folder: Path | None, total: int) -> Iterator[Row]:
                     slipped = fans.slipped(context, programs, found, fans.rays_at(found, count, rng))
                     asked, wrong, control = asked + count, wrong + slipped[0], control + slipped[1]
                 yield Row(f"rays slipped, {name}, {len(solid[1]):,d} triangles", kind, asked, wrong, control)
+        found, asked, wrong = fans.closed_box(rng), 0, 0
+        while asked < total:
+            count = min(BATCH, total - asked)
+            wrong += fans.slipped(context, programs, found, fans.rays_on_seams(count, rng))[0]
+            asked += count
+        yield Row("rays slipped between faces", "point", asked, wrong)
         programs.release()
     context.release()
 

@@ -14,13 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.lists import facets
+from glshadow.core.lists import CELLS, facets
 from glshadow.core.spaces import Array
 from glshadow.core.view import Kind
 from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import RGBA32F
 from glshadow.gl.program import Programs
 from glshadow.gl.world import texture_buffer
+from glshadow.scene import shapes
 from glshadow.scene.shapes import Solid
 from glshadow.shader import source
 
@@ -60,7 +61,7 @@ bool blocked(Ray ray, vec2 cell, float face, float depth, bool asked) {
         control = control || met(vec3(triple(a, b, p), triple(b, c, p), triple(c, a, p)));
     }
     slipped_control = !control;
-    return hit;
+    return hit && asked; // what lies in no cell is not asked
 }
 """
 _PASS = """// Asks each ray for its fan, and counts those that slip: by the filter's test, and by triple products.
@@ -178,15 +179,41 @@ def rays_at(fans: Fans, count: int, rng: np.random.Generator) -> NDArray[np.floa
     return np.concatenate([points, edge.view(np.float32)[:, None]], axis=1)
 
 
+def closed_box(rng: np.random.Generator) -> Fans:
+    """A box round a point light, turned at random: its triangles meet every ray."""
+    positions, triangles = shapes.box((1.0, 1.3, 0.8), (0.1, -0.2, 0.05))
+    vertices = (positions @ rotation(rng).T).astype(np.float32)
+    around = np.full((1, MOST), -1, dtype=np.int32)
+    around[0, : len(triangles)] = np.arange(len(triangles))
+    return Fans("point", vertices.astype(np.float64)[triangles], np.zeros((1, 2, 3), dtype=np.float32), around)
+
+
+def rays_on_seams(count: int, rng: np.random.Generator) -> NDArray[np.float32]:
+    """Receivers (count, 4) float32 on and within ULPS of the planes where two or three of a point light's faces meet."""
+    points = rng.uniform(-1.0, 1.0, (count, 3)).astype(np.float32)
+    first, second = rng.permuted(np.tile(np.arange(3), (count, 1)), axis=1)[:, :2].T
+    rows = np.arange(count)
+    points[rows, first] = 1.0 + np.abs(points[rows, first])
+    points[rows, second] = points[rows, first]
+    corner = rng.random(count) < 0.2
+    points[corner] = points[rows, first][corner, None]
+    points *= rng.choice(np.array([-1.0, 1.0], dtype=np.float32), points.shape)
+    points *= rng.uniform(2.0, 9.0, (count, 1)).astype(np.float32)
+    moved = rng.integers(-ULPS, ULPS + 1, points.shape) * (rng.random(count) < 0.6)[:, None]
+    points = (points + moved * np.spacing(np.abs(points))).astype(np.float32)
+    return np.concatenate([points, np.zeros((count, 1), dtype=np.float32)], axis=1)
+
+
 def slipped(context: GLContext, programs: Programs, fans: Fans, rays: NDArray[np.float32]) -> tuple[int, int]:
     """How many rays slip through their fan: by the filter's own test, and by triple products."""
     ctx = context.ctx
     slots = {"shadow": "receiver/exact.glsl", "candidates": "test/fan.glsl"}
-    defines = {"GLS_SUN": int(fans.kind == "directional"), "GLS_POINT": int(fans.kind == "point"), "GLS_MOST": MOST}
+    defines = {"GLS_SUN": int(fans.kind == "directional"), "GLS_POINT": int(fans.kind == "point"), "GLS_MOST": MOST, "GLS_CELLS": CELLS[fans.kind]}
     with readable(SNIPPETS):
         program = programs.compute("test/slipped.comp", slots=slots, defines=defines)
     context.gl.set_sampler(program.gl.glo, "u_facets", 0)
-    program.set(u_cells=(0.0, 0.0, 0.0, 0.0), u_bound=(0.0, 0.0), u_rays=len(rays))
+    middle = 0.5 * CELLS[fans.kind]  # every ray falls into this cell; those of a point light into all of their face
+    program.set(u_cells=(middle if fans.kind == "point" else 0.0,) * 2 + (middle,) * 2, u_bound=(0.0, 0.0), u_rays=len(rays))
     table = texture_buffer(context, facets(fans.corners).astype(np.float32), RGBA32F)
     buffers = [ctx.buffer(np.ascontiguousarray(data).tobytes()) for data in (fans.around, rays, np.zeros(2, np.uint32))]
     for binding, buffer in enumerate(buffers):

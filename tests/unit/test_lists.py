@@ -10,7 +10,7 @@ import pytest
 from glshadow.core.bias import NoBias, ReceiverPlaneBias
 from glshadow.core.kernels import SAMPLES, Exact, sample_offsets
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
-from glshadow.core.lists import CELLS, LEAST_CELLS, RATIO, ListGrid, distance_bound, facets, list_grid, shades
+from glshadow.core.lists import CELLS, LEAST_CELLS, RATIO, ListGrid, distance_bound, facets, list_grid
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import Array, transform
@@ -148,32 +148,6 @@ def test_the_grid_does_not_depend_on_the_worlds_origin(casters: Array) -> None:
     near = list_grid(SUN, casters)
     far = list_grid(SUN, casters + np.array([1e6, -2e6, 5e5]))
     np.testing.assert_allclose(far.window, near.window, rtol=1e-6)
-
-
-# -- shades
-
-FLOOR = np.array([[[-9.0, 0.0, -9.0], [9.0, 0.0, 9.0], [9.0, 0.0, -9.0]]])
-OVER, UNDER = np.array([[0.0, 1.0, 0.0]]), np.array([[0.0, -1.0, 0.0]])
-
-
-@pytest.mark.parametrize("light", [DirectionalLight(direction=(0.1, -1.0, 0.0)), BULB])
-@pytest.mark.parametrize("turned", [False, True])
-def test_a_floor_shades_only_what_is_under_it(light: Light, turned: bool) -> None:
-    floor = FLOOR[:, ::-1] if turned else FLOOR
-    assert not shades(floor, light, OVER, 1e-6)
-    assert shades(floor, light, UNDER, 1e-6)
-    assert shades(floor, light, np.concatenate([OVER, UNDER]), 1e-6)
-    assert not shades(floor, light, UNDER, 2.0)  # within the slack
-    assert not shades(floor, light, FLOOR[0], 1e-6)
-
-
-def test_a_light_below_turns_the_sides_over() -> None:
-    assert shades(FLOOR, PointLight(position=(0.0, -5.0, 0.0)), OVER, 1e-6)
-    assert not shades(FLOOR, PointLight(position=(0.0, -5.0, 0.0)), UNDER, 1e-6)
-
-
-def test_triangles_without_area_shade_nothing() -> None:
-    assert not shades(np.zeros((1, 3, 3)), SUN, np.concatenate([OVER, UNDER]), 1e-6)
 
 
 # -- distance_bound

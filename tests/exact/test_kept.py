@@ -1,0 +1,248 @@
+"""What is kept between frames, and what happens when it does not fit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow.core.lights import Light
+from glshadow.core.lists import CELLS, LEAST_CELLS
+from glshadow.core.spaces import translation
+from glshadow.gl import lists as lists_module
+from glshadow.gl.lists import Lists
+from glshadow.renderer import Renderer
+from glshadow.scene import shapes
+from glshadow.scene.mesh import Mesh, Node, Scene
+
+from ..robustness.gl_objects import counted
+from .test_casters import CAMERA, LIGHTS, ground
+
+SIZE = (96, 64)
+LINK_BYTES = 16
+
+every_light = pytest.mark.parametrize("light", LIGHTS.values(), ids=list(LIGHTS))
+
+
+@pytest.fixture
+def scene() -> Scene:
+    ball = Mesh(*shapes.icosphere(3, 0.5))
+    nodes = [Node(name, ball, translation(place)) for name, place in (("a", (-0.8, 0.9, 0.1)), ("b", (0.8, 1.5, -0.3)))]
+    return Scene((ground(), *nodes), CAMERA, name="two balls")
+
+
+def turned(k: int) -> gs.PerspectiveCamera:
+    return replace(CAMERA, position=(3.0 + 0.1 * k, 5.0, 6.0 - 0.1 * k))
+
+
+def drawn(renderer: Renderer, scene: Scene, light: Light, camera: gs.PerspectiveCamera | None = None) -> int:
+    return renderer.render(scene, camera, [light], SIZE, outputs=("visibility",)).used[0].draws
+
+
+# Lists are built, or maps drawn, with one draw a build: six faces of a point light's map and two nodes are more.
+SHADOWS = {
+    "exact": gs.Shadow(filter=gs.Exact()),
+    "exact, 4 samples": gs.Shadow(filter=gs.Exact(4)),
+    "map": gs.Shadow(resolution=256, filter=gs.Pcf(1), fit=gs.SceneFit()),
+}
+
+
+@pytest.mark.parametrize("shadow", SHADOWS.values(), ids=list(SHADOWS))
+@every_light
+def test_what_did_not_change_is_not_made_again(scene: Scene, light: Light, shadow: gs.Shadow) -> None:
+    light = replace(light, shadow=shadow)
+    exact = isinstance(shadow.filter, gs.Exact)
+    moved_light: Light = (
+        replace(light, direction=(-0.41, -1.0, 0.3))
+        if isinstance(light, gs.DirectionalLight)
+        else replace(light, position=(0.31, 2.61, 0.2))
+    )
+    with Renderer("egl") as renderer:
+
+        def made(scene: Scene, light: Light, camera: gs.PerspectiveCamera | None = None) -> bool:
+            draws = drawn(renderer, scene, light, camera)
+            assert draws in (0, 1) or not exact
+            return draws > 0
+
+        assert made(scene, light)
+        assert not any(made(scene, light, turned(k)) for k in range(3))
+        assert not made(scene, replace(light, intensity=0.5, color=(1.0, 0.0, 0.0)))
+        assert not made(scene, replace(light, shadow=replace(shadow, strength=0.5)))
+        assert made(scene, moved_light)
+        assert made(scene, light)
+        other = scene.moved({"a": translation((-0.7, 1.0, 0.1))})
+        assert made(other, light)
+        assert not made(other, light, turned(1))
+        assert made(other, replace(light, shadow=replace(shadow, faces=gs.Faces.BOTH)))
+        assert not made(other, replace(light, shadow=replace(shadow, faces=gs.Faces.BOTH)), turned(2))
+
+
+@every_light
+def test_kept_lists_give_the_picture_of_new_ones(scene: Scene, light: Light) -> None:
+    light = replace(light, shadow=gs.Shadow(filter=gs.Exact()))
+    other = scene.moved({"b": translation((0.2, 1.3, 0.4))})
+
+    def picture(renderer: Renderer, scene: Scene, k: int) -> np.ndarray:
+        values = renderer.render(scene, turned(k), [light], SIZE, outputs=("visibility",)).visibility
+        assert values is not None
+        return values
+
+    with Renderer("egl") as kept:
+        pictures = [picture(kept, which, k) for which in (scene, other, scene) for k in range(3)]
+    jobs = [(which, k) for which in (scene, other, scene) for k in range(3)]
+    for values, (which, k) in zip(pictures, jobs, strict=True):
+        with Renderer("egl") as fresh:
+            np.testing.assert_array_equal(values, picture(fresh, which, k))
+
+
+def test_two_exact_lights_and_a_map_beside_each_other(scene: Scene) -> None:
+    """Each has lists of its own; neither is asked with the other's."""
+    exact, mapped = gs.Shadow(filter=gs.Exact()), gs.Shadow(resolution=256)
+    chosen = [replace(LIGHTS[name], shadow=shadow) for name, shadow in
+              (("sun", exact), ("spot", mapped), ("point light", exact), ("spot", exact))]  # fmt: skip
+    with Renderer("egl") as renderer:
+        together = renderer.render(scene, None, chosen, SIZE, outputs=("visibility",))
+        assert [used.draws > 0 for used in together.used] == [True] * 4
+        assert together.visibility is not None
+        for number, light in enumerate(chosen):
+            alone = renderer.render(scene, None, [light], SIZE, outputs=("visibility",)).visibility
+            assert alone is not None
+            np.testing.assert_allclose(together.visibility[number], alone[0], atol=1e-5)
+
+
+# -- overflow
+
+
+@pytest.fixture
+def expected(scene: Scene) -> dict[str, tuple[np.ndarray, int]]:
+    """The picture of each light, and how many links it takes."""
+    result = {}
+    with Renderer("egl") as renderer:
+        for name, light in LIGHTS.items():
+            frame = renderer.render(scene, None, [exact(light)], SIZE, outputs=("visibility",))
+            assert frame.visibility is not None
+            result[name] = frame.visibility, frame.used[0].links
+    return result
+
+
+def exact(light: Light) -> Light:
+    return replace(light, shadow=gs.Shadow(filter=gs.Exact()))
+
+
+def limited(renderer: Renderer, size: int) -> None:
+    """The renderer's driver with a smaller largest buffer."""
+    context = renderer._context
+    context.caps = replace(context.caps, max_storage_block=size)
+
+
+@pytest.mark.parametrize("name", list(LIGHTS))
+def test_lists_that_are_too_small_grow(
+    scene: Scene, expected: dict[str, tuple[np.ndarray, int]], monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    sizes: list[int] = []
+    reserve: Callable[[Lists, int], None] = Lists._reserve_links
+
+    def tight(self: Lists, size: int) -> None:
+        sizes.append(size if sizes else 64 * LINK_BYTES)
+        reserve(self, sizes[-1])
+
+    monkeypatch.setattr(Lists, "_reserve_links", tight)
+    with Renderer("egl") as renderer:
+        frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
+        assert renderer._lists[0].grid.cells == CELLS[renderer._lists[0].grid.kind]
+    assert len(sizes) == 2, "grown once, to what was needed"
+    assert sizes[1] >= LINK_BYTES * expected[name][1]
+    assert frame.visibility is not None
+    np.testing.assert_array_equal(frame.visibility, expected[name][0])
+    assert frame.used[0].links == expected[name][1]
+
+
+@pytest.mark.parametrize("name", list(LIGHTS))
+def test_lists_that_cannot_grow_get_a_coarser_grid(
+    scene: Scene, expected: dict[str, tuple[np.ndarray, int]], monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.setattr(Lists, "_reserve_links", _least)
+    with Renderer("egl") as renderer:
+        limited(renderer, expected[name][1] * LINK_BYTES // 2)
+        frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
+        grid = renderer._lists[0].grid
+        assert LEAST_CELLS <= grid.cells < CELLS[grid.kind]
+    assert 0 < frame.used[0].links <= expected[name][1] // 2
+    assert frame.visibility is not None
+    np.testing.assert_array_equal(frame.visibility, expected[name][0])
+
+
+_reserve_links = Lists._reserve_links
+
+
+def _least(self: Lists, size: int) -> None:
+    """A first buffer of 64 links, so that the limit decides and not the generous start."""
+    _reserve_links(self, min(size, max(64 * LINK_BYTES, self.links * LINK_BYTES)))
+
+
+@pytest.mark.parametrize("name", list(LIGHTS))
+def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    monkeypatch.setattr(Lists, "_reserve_links", _least)
+    triangles = sum(len(node.mesh.triangles) for node in scene.nodes)
+    with Renderer("egl") as renderer:
+        usual = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",)).visibility
+        before = renderer._context.caps
+        renderer._lists.pop(0).release()
+        limited(renderer, triangles * lists_module._FACET_BYTES)
+        monkeypatch.setattr(lists_module, "_LINK_BYTES", 1 << 20)  # as if every link took a mebibyte
+        with pytest.raises(gs.ResourceError, match=r"even on its coarsest grid, a buffer of this driver holds .*: split the scene"):
+            renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
+        # and the renderer goes on
+        monkeypatch.undo()
+        renderer._context.caps = before
+        again = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",)).visibility
+        assert usual is not None
+        assert again is not None
+        np.testing.assert_array_equal(again, usual)
+
+
+def test_triangles_beyond_a_buffer_are_a_named_error(scene: Scene) -> None:
+    with Renderer("egl") as renderer:
+        limited(renderer, 10_000)
+        with pytest.raises(gs.ResourceError, match=r"Exact\(\) needs 48 bytes for each of the scene's .* triangles.* holds 10000"):
+            renderer.render(scene, None, [exact(LIGHTS["sun"])], SIZE)
+
+
+@pytest.mark.parametrize("name", list(LIGHTS))
+def test_nothing_casts(renderer: Renderer, scene: Scene, name: str) -> None:
+    """No caster, no grid to fit: all that faces the light is lit."""
+    quiet = replace(scene, nodes=tuple(replace(node, casts=False) for node in scene.nodes))
+    frame = renderer.render(quiet, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility", "triangle"))
+    assert frame.visibility is not None
+    assert frame.triangle is not None
+    floor = (frame.triangle >= 0) & (frame.triangle < 2)
+    assert floor.any()
+    assert (frame.visibility[0][floor] == 1.0).all()
+
+
+# -- objects
+
+
+@pytest.mark.parametrize("samples", [1, 4])
+def test_no_objects_pile_up_over_frames_with_moving_lights(scene: Scene, samples: int) -> None:
+    shadow = gs.Shadow(filter=gs.Exact(samples))
+
+    def frame(renderer: Renderer, k: int) -> None:
+        light: Light = [
+            gs.DirectionalLight(direction=(-0.4, -1.0, 0.01 * k), shadow=shadow),
+            gs.PointLight(position=(0.3, 1.0 + 0.1 * (k % 30), 0.2), shadow=shadow),  # from six faces to one grid and back
+            gs.SpotLight(position=(1.2, 5.0, 0.01 * k), direction=(-1.2, -5.0, 0.0), shadow=shadow),
+        ][k % 3]
+        moved = scene.moved({"a": translation((0.01 * k, 1.0, 0.1))}) if k % 5 == 0 else scene
+        renderer.render(moved, None, [light], SIZE)
+
+    with Renderer("egl") as renderer:
+        for k in range(15):
+            frame(renderer, k)
+        before = counted(renderer)
+        for k in range(15, 65):
+            frame(renderer, k)
+        assert counted(renderer) == before
