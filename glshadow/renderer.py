@@ -198,8 +198,11 @@ class _Frame:
 
     def run(self, ambient: Array, background: Array) -> Frame:
         context, programs, samplers = self.context, self.r._programs, self.r._samplers
-        whole = "shadow_maps" in self.outputs
-        plans = [plan(light, self.scene, self.gpu, self.sight, context.caps, whole) for light in self.lights]
+        whole = [self._whole(light) for light in self.lights]
+        plans = [
+            plan(light, self.scene, self.gpu, self.sight, context.caps, every)
+            for light, every in zip(self.lights, whole, strict=True)
+        ]
         maps = place(context, self.r._atlases, plans, whole)
         targets = self._targets()
         with self._clock("surface"), self.r._covered:
@@ -252,6 +255,10 @@ class _Frame:
         yield
         self.context.ctx.finish()
         self.timings[name] = self.timings.get(name, 0.0) + time.perf_counter() - start
+
+    def _whole(self, light: Light) -> bool:
+        """Whether casters that darken nothing are drawn too: where the map itself is looked at, or a bias is tried out."""
+        return "shadow_maps" in self.outputs or (light.shadow is not None and light.shadow.bias is not None)
 
     # What is kept from frame to frame
 

@@ -120,7 +120,8 @@ picture_options = _all(
     option("Shadow (of every light)", "--resolution", metavar="N", read=values.resolution,
            help="Texels along a side of the shadow map. Default: 2048."),
     option("Shadow (of every light)", "--filter", "filter_", metavar="FILTER", read=values.shadow_filter,
-           help="hard (one texel decides) or pcf:R (mean over (2R+1)^2 comparisons, R 0 to 4). Default: pcf:1."),
+           help="hard (one texel decides), pcf:R (mean over (2R+1)^2 comparisons, R 0 to 4), exact (no map: asks the triangles) or exact:N "
+                "(N = 4, 8 or 16 points in each pixel on an edge). Default: pcf:1."),
     option("Shadow (of every light)", "--bias", metavar="BIAS", read=values.bias,
            help="What keeps surfaces from shadowing themselves: receiver-plane (derived, no knob), constant:WORLD "
                 "(units along the light), slope[:FACTOR,UNITS] (polygon offset; depth formats), "

@@ -109,6 +109,7 @@ def _percent(value: float) -> str:
 
 def _render_line(ctx: click.Context, shadow: Shadow) -> str:
     """`glshadow render` with what was given here, and the setting."""
+    from glshadow.core.kernels import Exact
     from glshadow.study.grid import filter_name
 
     model = ctx.params["model"]
@@ -122,4 +123,5 @@ def _render_line(ctx: click.Context, shadow: Shadow) -> str:
             words.append(name)
         else:
             words += [f"{name}={text}" for text in (value if param.multiple else [value])]
-    return shlex.join([*words, "--resolution", str(shadow.resolution), "--filter", filter_name(shadow.filter)])
+    size = [] if isinstance(shadow.filter, Exact) else ["--resolution", str(shadow.resolution)]
+    return shlex.join([*words, *size, "--filter", filter_name(shadow.filter)])

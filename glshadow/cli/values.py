@@ -25,7 +25,7 @@ IMAGES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
 OVERLAYS = ("map", "lights", "axes", "grid")
 LARGEST_SIDE = 16384  # pixels; the driver's own limit is checked when the picture is made
 
-FILTERS = "hard, pcf:R with R from 0 to 4"
+FILTERS = "hard, pcf:R with R from 0 to 4, exact, exact:N with 4, 8 or 16 samples"
 BIASES = "receiver-plane, constant:WORLD, slope[:FACTOR,UNITS], normal-offset[:TEXELS], clip:X, none"
 LIGHTS = "sun:dx,dy,dz, spot:px,py,pz:dx,dy,dz[:outer[:inner]], point:x,y,z, each with any :key=value after it"
 COMMON_KEYS = ("intensity", "color", "near", "far", "shadow")
@@ -127,13 +127,15 @@ def strength(text: str) -> float:
 
 def shadow_filter(text: str) -> Filter:
     """`FILTERS`."""
-    from glshadow.core.kernels import Hard, Pcf
+    from glshadow.core.kernels import Exact, Hard, Pcf
 
     name, colon, rest = text.partition(":")
     if name == "hard" and not colon:
         return Hard()
-    if name != "pcf" or (colon and not rest.isdecimal()):
+    if name not in ("pcf", "exact") or (colon and not rest.isdecimal()):
         raise SettingsError(f"{text!r} is none of: {FILTERS}")
+    if name == "exact":
+        return Exact(int(rest)) if colon else Exact()
     return Pcf(int(rest)) if colon else Pcf()
 
 

@@ -111,8 +111,10 @@ class Lists:
         context, grid, world = self._context, self.grid, scene.world
         ctx = context.ctx
         self._reserve(scene)
-        assert self._heads is not None and self._framebuffer is not None
-        assert self._links is not None and self._facets is not None
+        assert self._heads is not None
+        assert self._framebuffer is not None
+        assert self._links is not None
+        assert self._facets is not None
         program = programs.compute(
             "pass/lists.comp",
             defines={
@@ -180,7 +182,9 @@ class Lists:
 
     def use(self, heads: int, links: int, facets: int) -> None:
         """Bind what glsl/exact/lists.glsl reads to texture units."""
-        assert self._heads is not None and self._links is not None and self._facets is not None
+        assert self._heads is not None
+        assert self._links is not None
+        assert self._facets is not None
         self._heads.use(heads)
         self._links.use(links)
         self._facets.use(facets)

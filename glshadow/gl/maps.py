@@ -27,7 +27,7 @@ _NOT_EXACT = (
 
 
 def plan(light: Light, scene: Scene, gpu: GpuScene, sight: Sight, caps: Caps, whole: bool) -> Used:
-    """Everything about a light's shadow decided; its views are not placed yet. `whole`: its maps will be looked at."""
+    """Everything about a light's shadow decided; its views are not placed yet. `whole`: with casters that darken nothing."""
     shadow = light.shadow
     if shadow is None:
         return Used()
@@ -62,7 +62,7 @@ def _clip(light: Light, shadow: Shadow, target: Target, caps: Caps) -> tuple[Cli
     return have, (f"clip {wanted} became {have}: this driver has no glClipControl ({caps.renderer})",)
 
 
-def place(context: GLContext, atlases: dict[Target, Atlas], plans: list[Used], whole: bool) -> list[Map | None]:
+def place(context: GLContext, atlases: dict[Target, Atlas], plans: list[Used], whole: list[bool]) -> list[Map | None]:
     """One atlas per format, kept in `atlases` while its size holds, and in it the tiles of all lights of that format."""
     maps: list[Map | None] = [None] * len(plans)
     for target in dict.fromkeys(plan.target for plan in plans if plan.target and plan.views):
@@ -84,6 +84,6 @@ def place(context: GLContext, atlases: dict[Target, Atlas], plans: list[Used], w
             assert each.bias is not None
             assert each.filter is not None
             settings = CasterSettings(target, each.bias, each.faces)
-            maps[i] = Map(views[start : start + count], atlas, settings, each.filter, whole)
+            maps[i] = Map(views[start : start + count], atlas, settings, each.filter, whole[i])
             start += count
     return maps

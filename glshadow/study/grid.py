@@ -51,11 +51,12 @@ class Grid:
 
     @classmethod
     def default(cls, scene: Scene) -> Self:
-        """Resolution, filter and the four kinds of bias that people use; formats at the default setting only."""
+        """Resolution, filter and the four kinds of bias that people use; formats at the default setting only; exact."""
         low, high = scene.bounds
         constant = ConstantBias(float(f"{CONSTANT_SHARE * np.linalg.norm(high - low):.1g}"))
         formats = tuple(Shadow(target=target) for target in (Target.DEPTH16, Target.R32F, Target.RGBA8))
-        return cls(biases=(None, SlopeScaledBias(), NormalOffsetBias(), constant), more=formats)
+        exact = (Shadow(filter=Exact()), Shadow(filter=Exact(16)))
+        return cls(biases=(None, SlopeScaledBias(), NormalOffsetBias(), constant), more=formats + exact)
 
     @classmethod
     def quick(cls) -> Self:
@@ -107,7 +108,9 @@ def bias_name(bias: Bias | None) -> str:
 
 def setting_name(shadow: Shadow) -> str:
     """What tells a setting from the default, in a few words: `2048 pcf:1 slope:1.1,4 depth16`."""
-    words = [str(shadow.resolution), filter_name(shadow.filter)]
+    words = [filter_name(shadow.filter)]
+    if not isinstance(shadow.filter, Exact):  # which has no map
+        words.insert(0, str(shadow.resolution))
     if not isinstance(shadow.bias, ReceiverPlaneBias | None):
         words.append(bias_name(shadow.bias))
     words += [str(value.value) for value in (shadow.target, shadow.faces) if value is not None]

@@ -1,7 +1,9 @@
 """Draws a picture with a technique, compares every pixel that faces the light with the truth, and predicts failures.
 
 A mismatch: |visibility - truth| > 0.5 outside the first band, any difference outside the second (half-widths
-(radius + 1/2) sqrt 2 and (radius + 1) sqrt 2 texels of the map that was really used, in the light plane).
+(radius + 1/2) sqrt 2 and (radius + 1) sqrt 2 texels of the map that was really used, in the light plane). The exact
+filter has no texels and no band: any difference is a mismatch, unless the true boundary passes within rounding of the
+point, or the picture shows a neighbouring triangle there and is right for that.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from glshadow.core.bias import (
     ReceiverPlaneBias,
     SlopeScaledBias,
 )
-from glshadow.core.kernels import Hard, Pcf
+from glshadow.core.kernels import Exact, Filter
 from glshadow.core.lights import DirectionalLight, to_light
 from glshadow.core.metric import Target, metric_range
 from glshadow.core.spaces import Array, ClipSpace, transform
@@ -49,6 +51,9 @@ PLANE_SLACK = 1e-6
 
 OTHER_SURFACE_SHARE = 0.02
 """Pixels that may show another surface than the ray through their centre: vertices are snapped to 1/256 pixel."""
+
+EXACT_ROUNDINGS = 8.0
+"""Of 2^-24 of the scene's size: how far float32 moves a receiver across its ray from the eye; more along a slanting plane."""
 
 SNAPPED = 1.0 / 64.0
 """Texels added to a band: rasterisers snap casters' vertices to 1/256 texel, and positions are rounded."""
@@ -122,12 +127,34 @@ def judge(renderer: Renderer, picture: Picture, technique: Technique) -> Outcome
     )
     difference = np.where(judged, frame.visibility[0] - truth.visibility[0], 0.0)
     assert not np.isnan(difference).any(), "NaN visibility on a surface"
+    if isinstance(technique.filter, Exact):
+        mismatch = difference != 0.0
+        mismatch &= ~_excused(frame, truth, mismatch)
+        return Outcome(picture, technique, frame, truth, judged, mismatch & (difference > 0), mismatch & (difference < 0))
     radius = light.shadow.filter.radius if light.shadow else 0
     wrong, uneven = np.abs(difference) > 0.5, np.abs(difference) > SAME
     mismatch = wrong & ~near_edge(frame, truth, (radius + 0.5) * np.sqrt(2.0), wrong)
     rest = uneven & ~mismatch
     mismatch |= rest & ~near_edge(frame, truth, (radius + 1.0) * np.sqrt(2.0), rest)
     return Outcome(picture, technique, frame, truth, judged, mismatch & (difference > 0), mismatch & (difference < 0))
+
+
+def _excused(frame: Frame, truth: Truth, where: Bools) -> Bools:
+    """Where the true boundary is as near as rounding; where another triangle is shown, and the picture right for it."""
+    if not where.any():
+        return where
+    assert frame.visibility is not None
+    assert frame.triangle is not None
+    towards = truth.position - np.asarray(frame.camera.position)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        slant = np.abs((towards * truth.normal).sum(axis=-1)) / np.linalg.norm(towards, axis=-1)
+        radius = EXACT_ROUNDINGS * 2.0**-24 * truth.rays.size / np.nan_to_num(slant, nan=1.0)
+    result = truth.near_edge(0, radius, where)
+    other = where & (frame.triangle != truth.triangle)
+    if other.any():
+        shown = trace(frame.scene, frame.camera, frame.lights, frame.size, surface=frame.triangle)
+        result |= other & (shown.visibility[0] == frame.visibility[0])
+    return result
 
 
 def same_surface(frame: Frame, truth: Truth) -> Bools:
@@ -327,7 +354,7 @@ def rounding(outcome: Outcome) -> float:
     return float(ROUNDINGS * 2.0**-24 * max(reach, np.abs(offset).max()))
 
 
-def default_allowance(reach: float, filter_: Hard | Pcf, texel: float) -> float:
+def default_allowance(reach: float, filter_: Filter, texel: float) -> float:
     """World units that the derived bias takes off under an overhead sun, format aside; `reach` is the scene's size."""
     return ROUNDINGS * 2.0**-24 * reach + FACET_SLOPE * filter_.reach_texels * texel
 

@@ -11,7 +11,7 @@ import numpy as np
 from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, SlopeScaledBias
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.fit import SceneFit
-from glshadow.core.kernels import Hard, Pcf
+from glshadow.core.kernels import Exact, Filter, Hard, Pcf
 from glshadow.core.lights import Light
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
@@ -21,7 +21,7 @@ from glshadow.scene.mesh import Scene
 
 SIZE = (192, 192)
 
-Exact = Callable[[Array, Array], Array]  # world points (N, 3), normals facing the viewer (N, 3) -> visibility (N,)
+ClosedForm = Callable[[Array, Array], Array]  # world points (N, 3), normals facing the viewer (N, 3) -> visibility (N,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class Picture:
     scene: Scene
     light: Light
     camera: PerspectiveCamera
-    exact: Exact | None = None
+    exact: ClosedForm | None = None
     resolution: int = 1024
     size: tuple[int, int] = SIZE
     lit: bool = True
@@ -74,7 +74,7 @@ class Technique:
     """A way to make a shadow: settings that depend on the picture only through its resolution and its length."""
 
     name: str
-    filter: Hard | Pcf = field(default_factory=Pcf)
+    filter: Filter = field(default_factory=Pcf)
     target: Target | None = None
     clip: ClipSpace | None = None
     scene_fit: bool = False
@@ -99,9 +99,10 @@ CONSTANT = 0.025  # of the picture's length: the 5 cm of N9 for its wall of 2 m
 CLIP_BIAS = 0.01
 
 DEFAULT, HARD = Technique("default"), Technique("hard", filter=Hard())
+EXACT = Technique("exact", filter=Exact())
+THOROUGH = (DEFAULT, HARD, EXACT)  # are asked for every picture of a case, the others for the first ones
 CLAIMING = (
-    DEFAULT,
-    HARD,
+    *THOROUGH,
     Technique("pcf 0", filter=Pcf(0)),
     Technique("pcf 4", filter=Pcf(4)),
     Technique("-1..1", clip=ClipSpace(False, False)),
@@ -155,7 +156,7 @@ def crease(*pictures: str, techniques: tuple[str, ...] = ("default",)) -> Known:
 
 
 AS_DEFAULT = {
-    each.name: "fails for the default's reason and by as much" for each in CLAIMING if each not in (DEFAULT, HARD)
+    each.name: "fails for the default's reason and by as much" for each in CLAIMING if each not in THOROUGH
 }
 NO_CLAIM = "claims no zero; N1, N5, N6, N7, N8, N9 and N11 show what it costs"
 
@@ -169,8 +170,8 @@ class Case:
     answer : str
         The exact answer, in words.
     build : callable
-        Its pictures; the first ones, `probes` of them, are drawn with every technique, the others with the default and
-        the nearest texel.
+        Its pictures; the first ones, `probes` of them, are drawn with every technique, the others with the default, the
+        nearest texel and the exact filter.
     fails : mapping from technique name to why
         The techniques that must fail every probe, by as many pixels as predicted within a factor of 2.
     passes : tuple of str

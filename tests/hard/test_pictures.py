@@ -8,7 +8,7 @@ import pytest
 from glshadow.renderer import Renderer
 
 from .judge import judge, predict, truth_of
-from .registry import TECHNIQUES, Case, Verdict
+from .registry import TECHNIQUES, THOROUGH, Case, Verdict
 from .table import CASES, pictures
 
 CASE_IDS = [f"N{case.number}" for case in CASES]
@@ -39,7 +39,7 @@ def test_the_truth_is_the_closed_form_and_shows_light_and_shadow(case: Case) -> 
 
 @pytest.mark.parametrize(("case", "technique"), CELLS)
 def test_no_mismatch_but_what_is_listed(renderer: Renderer, case: Case, technique: str) -> None:
-    many = technique in ("default", "hard")
+    many = TECHNIQUES[technique] in THOROUGH
     chosen = pictures(case)[: None if many else case.probes]
     outcomes = [judge(renderer, picture, TECHNIQUES[technique]) for picture in chosen]
     if case.expected(technique).verdict is Verdict.FAILS:
