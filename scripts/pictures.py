@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import runpy
+import shutil
+import tempfile
 import warnings
 from pathlib import Path
 
@@ -47,6 +51,9 @@ def main() -> None:
     warnings.simplefilter("ignore", gs.GlshadowWarning)
     OUT.mkdir(parents=True, exist_ok=True)
     image.write(OUT / "truth_ours_error.png", triptych())
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        runpy.run_path(str(ROOT / "examples" / "09_exact.py"))
+        shutil.copy("09_exact.png", OUT / "exact.png")
     for name, target in (("flight_helmet/flight_helmet.gltf", None), ("japanese_bridge_garden.glb", (0.0, -1.0, 0.0))):
         scene = gs.load(MODELS / name, ground=True)
         camera = scene.camera

@@ -28,44 +28,41 @@ def darkens(triangles: Array, boxes: Array, light: Light) -> bool:
     bool
         False only if it certainly does not.
     """
-    triangles = triangles[np.linalg.norm(_normals(triangles), axis=1) > 0.0]
-    size = float(np.ptp(np.concatenate([triangles.reshape(-1, 3), boxes.reshape(-1, 3)]), axis=0).max())
-    slack = _SLACK * size
-    if not _convex(triangles, slack):
+    normals = _normals(triangles)
+    solid = (normals != 0.0).any(axis=1)
+    triangles, normals = triangles[solid], normals[solid]
+    corners = boxes.reshape(-1, 3)
+    slack = _SLACK * max(float(np.ptp(each.reshape(-1, 3), axis=0).max()) for each in (triangles, corners))
+    if not _convex(triangles, normals, slack):
         return True
-    for corners in triangles:
-        normals, offsets = _reach(corners, light)
-        inside = np.any(boxes @ normals.T - offsets > slack, axis=1)  # (K, 4): some corner of a box
-        if np.any(np.all(inside, axis=1)):
-            return True
-    return False
+    sides, offsets = _reach(triangles, normals, light)
+    inside = corners @ sides.reshape(-1, 3).T - offsets.ravel() > slack
+    some_corner = inside.reshape(len(boxes), 8, len(triangles), 4).any(axis=1)
+    return bool(some_corner.all(axis=-1).any())
 
 
 def _normals(triangles: Array) -> Array:
     return np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
 
 
-def _convex(triangles: Array, slack: float) -> bool:
+def _convex(triangles: Array, normals: Array, slack: float) -> bool:
     """Whether no vertex lies before any triangle's plane: then none of them stands between another's front and a light before it."""
-    normals = _normals(triangles)
-    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    heights = triangles.reshape(-1, 3) @ normals.T - (triangles[:, 0] * normals).sum(axis=1)
+    unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    heights = triangles.reshape(-1, 3) @ unit.T - (triangles[:, 0] * unit).sum(axis=1)
     return bool((heights < slack).all() or (heights > -slack).all())
 
 
-def _reach(corners: Array, light: Light) -> tuple[Array, Array]:
-    """Normals (4, 3) and offsets (4,) of the half-spaces that a triangle may darken: inside where n . p > offset."""
-    a, b, c = corners
-    normal = _normals(corners[None])[0]
-    sun = isinstance(light, DirectionalLight)
-    along = np.asarray(light.direction) if isinstance(light, DirectionalLight) else a - np.asarray(light.position)
-    rows, points = [normal * np.sign(normal @ along)], [a]
-    for start, end, other in ((a, b, c), (b, c, a), (c, a, b)):
-        ray = along if sun else start - np.asarray(light.position)  # type: ignore[union-attr]
-        side = np.cross(end - start, ray)
-        rows.append(side * np.sign(side @ (other - start)))
-        points.append(start)
-    normals = np.array(rows)
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    normals = normals / np.where(length > 0.0, length, 1.0)
-    return normals, (normals * np.array(points)).sum(axis=1)
+def _reach(triangles: Array, normals: Array, light: Light) -> tuple[Array, Array]:
+    """Unit normals (T, 4, 3) and offsets (T, 4) of the half-spaces that triangles may darken: inside where n . p > offset."""
+    if isinstance(light, DirectionalLight):
+        rays = np.broadcast_to(np.asarray(light.direction), triangles.shape)
+    else:
+        rays = triangles - np.asarray(light.position)
+    following = triangles[:, [1, 2, 0]]
+    edges = np.cross(following - triangles, rays)
+    inwards = np.sign(np.einsum("ijk,ijk->ij", edges, triangles[:, [2, 0, 1]] - triangles))
+    away = normals * np.sign(np.einsum("ij,ij->i", normals, rays[:, 0]))[:, None]
+    sides = np.concatenate([away[:, None], edges * inwards[..., None]], axis=1)
+    length = np.linalg.norm(sides, axis=-1, keepdims=True)
+    sides = sides / np.where(length > 0.0, length, 1.0)
+    return sides, np.einsum("ijk,ijk->ij", sides, triangles[:, [0, 0, 1, 2]])

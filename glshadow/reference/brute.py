@@ -9,11 +9,11 @@ from glshadow.core.spaces import Array
 from glshadow.reference.rays import Bools, Ints, Rays, dot
 
 
-def blocked(rays: Rays, light: Light, own: Ints, points: Array, bound: float) -> Bools:
+def blocked(rays: Rays, light: Light, own: Ints, points: Array, bound: tuple[float, float]) -> Bools:
     """Whether a triangle other than the own one lies between points and a light.
 
     A triangle does if the ray to the light meets it (its edges included) and the point lies beyond its plane, seen from the light,
-    by more than `bound`: distance to the plane, not along the ray.
+    by more than rounding: distance to the plane, not along the ray.
 
     Parameters
     ----------
@@ -21,8 +21,9 @@ def blocked(rays: Rays, light: Light, own: Ints, points: Array, bound: float) ->
         Triangles that the points lie on.
     points : (N, 3) float64
         Relative to `rays.origin`.
-    bound : float
-        World units.
+    bound : (2,) floats
+        World units, and share of the sums of coordinates by which the point is away from both triangles' first corners, see
+        `core.lists.distance_bound`.
     """
     casting = np.flatnonzero(rays.casts)
     corners, normals = rays.corners[casting], rays.normals[casting]
@@ -41,7 +42,9 @@ def blocked(rays: Rays, light: Light, own: Ints, points: Array, bound: float) ->
         few = few[~((area.min(axis=0) < 0.0) & (area.max(axis=0) > 0.0))]
         gap = dot(np.broadcast_to(point, (len(few), 3)) - corners[few, 0], normals[few])
         side = -(normals[few] @ forward) if sun else dot(source - corners[few, 0], normals[few])
-        hit = few[(gap * np.sign(side) < -bound) & (sun | (np.abs(side) > bound))]  # a light on the triangle sees both sides
+        away = np.abs(point - corners[few, 0]).sum(axis=1) + np.abs(point - rays.corners[own[number], 0]).sum()
+        rounding = bound[0] + bound[1] * away
+        hit = few[(gap * np.sign(side) < -rounding) & (sun | (np.abs(side) > rounding))]  # a light on the triangle sees both sides
         if len(hit) and rays.masked.any():
             slope = normals[hit] @ along
             t = dot(corners[hit, 0] - point, normals[hit]) / np.where(slope == 0.0, 1.0, slope)

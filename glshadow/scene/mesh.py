@@ -134,7 +134,7 @@ class Mesh:
 
     @cached_property
     def closed(self) -> bool:
-        """Whether it is watertight once welded by exact position, consistently wound, and turned outward.
+        """Whether it is watertight once welded by exact position, consistently wound, and every part of it turned outward.
 
         Only then is it safe to cull back faces: nobody outside can see them.
         """
@@ -143,9 +143,8 @@ class Mesh:
 
 def _closed(positions: Array, triangles: NDArray[np.int32]) -> bool:
     corners = welded(positions)[triangles]
-    corners = corners[
-        (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])
-    ]
+    whole = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])
+    corners = corners[whole]
     if len(corners) == 0:
         return False
     start, end = corners.ravel().astype(np.int64), corners[:, [1, 2, 0]].ravel().astype(np.int64)
@@ -154,8 +153,20 @@ def _closed(positions: Array, triangles: NDArray[np.int32]) -> bool:
         return False
     if not np.array_equal(forward, np.sort((end << 32) | start)):  # an edge without its twin
         return False
+    return _turned_outward(positions, triangles[whole], corners)
+
+
+def _turned_outward(positions: Array, triangles: NDArray[np.int32], corners: NDArray[np.int64]) -> bool:
+    """Whether every connected part, not only the sum of them, has a positive volume; `corners`: the triangles of welded vertices."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    start, end = corners.ravel(), corners[:, [1, 2, 0]].ravel()
+    graph = coo_array((np.ones(len(start), dtype=np.int8), (start, end)), shape=(int(corners.max()) + 1,) * 2)
+    _, part = connected_components(graph, directed=False)
     a, b, c = ((positions - positions.mean(axis=0))[triangles[:, k]] for k in range(3))
-    return bool(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() > 0.0)
+    volumes = np.bincount(part[corners[:, 0]], np.einsum("ij,ij->i", a, np.cross(b, c)), minlength=1)
+    return bool((volumes[np.unique(part[corners[:, 0]])] > 0.0).all())
 
 
 def welded(positions: Array) -> NDArray[np.int64]:

@@ -22,8 +22,8 @@ import numpy as np
 from frame import MODELS, SIZE, one_draw
 
 import glshadow as gs
-from glshadow.core.lists import distance_bound
 from glshadow.core.spaces import Array
+from glshadow.gl.resolve import place_uniforms
 from glshadow.measure.error import Kind
 from glshadow.reference import brute
 from glshadow.study.floor import Floor
@@ -86,19 +86,20 @@ def wrong(name: str, scene: gs.Scene, results: dict[str, Any]) -> None:
             assert frame.visibility is not None
             assert frame.triangle is not None
             same = gs.trace(scene, None, [lamp], SIZE, surface=frame.triangle)
-            disputed = np.flatnonzero(np.abs(frame.visibility[0] - same.visibility[0]) > 0.5)
+            # outside a spot's cone there is no light to be in the shadow of
+            disputed = np.flatnonzero(same.reached[0] & (np.abs(frame.visibility[0] - same.visibility[0]) > 0.5))
             rays = same.rays
-            world = float(np.abs(rays.corners).max())
-            local = max(world, float(np.abs(np.asarray(scene.camera.position) - rays.origin).max()))
-            bound = distance_bound(world, local)
+            assert renderer._scene is not None
+            assert renderer._sight is not None
+            bound = place_uniforms(renderer._scene, renderer._sight, lamp, renderer._lists[0])["u_bound"]
             points = same.position.reshape(-1, 3)[disputed] - rays.origin
-            dark = brute.blocked(rays, lamp, same.triangle.ravel()[disputed], points, bound[0] + 2.0 * bound[1] * world)
+            dark = brute.blocked(rays, lamp, same.triangle.ravel()[disputed], points, bound)
             right = (same.cosine[0].ravel()[disputed] > 0.0) & ~dark
             ours = int((np.abs(frame.visibility[0].ravel()[disputed] - right) > 0.5).sum())
             truth = gs.trace(scene, None, [lamp], SIZE)
             error = gs.measure(frame, truth)
             row = {
-                "pixels": int((same.triangle >= 0).sum()), "ours": ours, "embree": len(disputed) - ours,
+                "pixels": int(same.reached[0].sum()), "ours": ours, "embree": len(disputed) - ours,
                 "counted_wrong": error.wrong, "other_triangle": int((truth.triangle != frame.triangle).sum()),
             }  # fmt: skip
             results[f"{name} {kind}"] = row

@@ -17,13 +17,13 @@ from pathlib import Path
 
 import click
 import numpy as np
-from tests.exact import fans, sheets
 
 import glshadow as gs
 from glshadow.gl.context import open_context
 from glshadow.gl.program import Programs
 from glshadow.scene import shapes
 from glshadow.scene.shapes import Solid
+from tests.exact import fans, sheets
 
 PICTURE = (1280, 720)
 CELLS = (40, 300)  # sheets of 3,200 and of 180,000 triangles
@@ -97,8 +97,12 @@ def leaks(pixels: int) -> Iterator[Row]:
             while min(total[0] for total in totals.values()) < pixels // len(CELLS):
                 scene, lights = sheets.under_a_sheet(cells, rng)
                 for name, light in lights.items():
-                    lit, asked = sheets.lit_and_asked(renderer, scene, replace(light, shadow=EXACT), sheets.PLANE_TRIANGLES, PICTURE)
-                    control, _ = sheets.lit_and_asked(renderer, scene, replace(light, shadow=None), sheets.PLANE_TRIANGLES, PICTURE)
+                    lit, asked = sheets.lit_and_asked(
+                        renderer, scene, replace(light, shadow=EXACT), sheets.PLANE_TRIANGLES, PICTURE
+                    )
+                    control, _ = sheets.lit_and_asked(
+                        renderer, scene, replace(light, shadow=None), sheets.PLANE_TRIANGLES, PICTURE
+                    )
                     totals[name] += (asked, lit, control)
             for name, total in totals.items():
                 yield Row(f"leaks, sheet of {2 * cells**2:,d} triangles", name, *map(int, total), every=True)

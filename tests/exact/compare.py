@@ -92,7 +92,7 @@ def _wrong(frame: Frame, truth: Truth, disputed: NDArray[np.bool_]) -> NDArray[n
     rows = np.flatnonzero(disputed)
     points, own = truth.position.reshape(-1, 3)[rows] - rays.origin, truth.triangle.ravel()[rows]
     reach = rays.size + float(np.abs(getattr(light, "position", rays.origin) - rays.origin).max())
-    dark = blocked(rays, light, own, points, distance_bound(rays.size, reach)[0]) & rays.receives[own]
+    dark = blocked(rays, light, own, points, distance_bound(rays.size, reach)) & rays.receives[own]
     dark |= truth.cosine[0].ravel()[rows] <= 0.0
     result = np.zeros(disputed.shape, dtype=bool)
     result.ravel()[rows] = (frame.visibility[0].ravel()[rows] > 0.5) == dark

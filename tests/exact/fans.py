@@ -208,12 +208,19 @@ def slipped(context: GLContext, programs: Programs, fans: Fans, rays: NDArray[np
     """How many rays slip through their fan: by the filter's own test, and by triple products."""
     ctx = context.ctx
     slots = {"shadow": "receiver/exact.glsl", "candidates": "test/fan.glsl"}
-    defines = {"GLS_SUN": int(fans.kind == "directional"), "GLS_POINT": int(fans.kind == "point"), "GLS_MOST": MOST, "GLS_CELLS": CELLS[fans.kind]}
+    defines = {
+        "GLS_SUN": int(fans.kind == "directional"),
+        "GLS_POINT": int(fans.kind == "point"),
+        "GLS_CELLS": CELLS[fans.kind],
+        "GLS_MOST": MOST,
+    }
     with readable(SNIPPETS):
         program = programs.compute("test/slipped.comp", slots=slots, defines=defines)
     context.gl.set_sampler(program.gl.glo, "u_facets", 0)
     middle = 0.5 * CELLS[fans.kind]  # every ray falls into this cell; those of a point light into all of their face
-    program.set(u_cells=(middle if fans.kind == "point" else 0.0,) * 2 + (middle,) * 2, u_bound=(0.0, 0.0), u_rays=len(rays))
+    program.set(
+        u_cells=(middle if fans.kind == "point" else 0.0,) * 2 + (middle,) * 2, u_bound=(0.0, 0.0), u_rays=len(rays)
+    )
     table = texture_buffer(context, facets(fans.corners).astype(np.float32), RGBA32F)
     buffers = [ctx.buffer(np.ascontiguousarray(data).tobytes()) for data in (fans.around, rays, np.zeros(2, np.uint32))]
     for binding, buffer in enumerate(buffers):

@@ -49,11 +49,16 @@ def under_a_sheet(cells: int, rng: np.random.Generator) -> tuple[Scene, dict[str
     plane = grid(8, PLANE_HALF)
     parts = {"plane": plane, "sheet": (sheet, triangles)}
     nodes = tuple(Node(name, Mesh(transform(place, p), t), np.eye(4)) for name, (p, t) in parts.items())
-    camera = gs.PerspectiveCamera(_at(place, (0.0, 2.5, 5.0)), _at(place, (0.0, 0.0, 0.0)), _along(place, (0.0, 1.0, 0.0)), 60.0)
+    camera = gs.PerspectiveCamera(
+        _at(place, (0.0, 2.5, 5.0)), _at(place, (0.0, 0.0, 0.0)), _along(place, (0.0, 1.0, 0.0)), 60.0
+    )
     lights: dict[str, Light] = {
         "sun": gs.DirectionalLight(direction=_along(place, (-0.3, -0.9, -0.2))),
         "spot": gs.SpotLight(
-            position=_at(place, (0.0, 9.0, 0.0)), direction=_along(place, (0.01, -1.0, 0.02)), inner_angle=55.0, outer_angle=60.0
+            position=_at(place, (0.0, 9.0, 0.0)),
+            direction=_along(place, (0.01, -1.0, 0.02)),
+            inner_angle=55.0,
+            outer_angle=60.0,
         ),
         "point light": gs.PointLight(position=_at(place, (0.3, 5.5, 0.2))),
     }
@@ -66,7 +71,9 @@ def tessellations(elevation: float, offset: float, rng: np.random.Generator) -> 
     fine, coarse = grid(100, PLANE_HALF), grid(37, PLANE_HALF)
     meshes = [Mesh(transform(place, p), t) for p, t in (fine, fine, coarse)]
     nodes = tuple(Node(str(number), mesh, np.eye(4)) for number, mesh in enumerate(meshes))
-    camera = gs.PerspectiveCamera(_at(place, (0.0, 2.5, 7.0)), _at(place, (0.0, 0.0, 0.0)), _along(place, (0.0, 1.0, 0.0)), 60.0)
+    camera = gs.PerspectiveCamera(
+        _at(place, (0.0, 2.5, 7.0)), _at(place, (0.0, 0.0, 0.0)), _along(place, (0.0, 1.0, 0.0)), 60.0
+    )
     e = np.radians(elevation)
     towards = np.array([np.cos(e), np.sin(e), 0.0])
     lights: dict[str, Light] = {

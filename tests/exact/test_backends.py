@@ -35,7 +35,9 @@ def exact(light: Light, samples: int = 1) -> Light:
 def masked() -> Scene:
     image = leaves(8, 6)  # holes wider than a texel of the fallback's map
     return scene_of(
-        Node("a", leaf(image), placed(-1.0, 1.0, 0.0, 1)), Node("b", leaf(image, 2.0), placed(1.0, 1.4, -0.5, 3)), name="masked"
+        Node("a", leaf(image), placed(-1.0, 1.0, 0.0, 1)),
+        Node("b", leaf(image, 2.0), placed(1.0, 1.4, -0.5, 3)),
+        name="masked",
     )
 
 
@@ -54,7 +56,9 @@ def older() -> Iterator[Renderer]:
 @pytest.mark.parametrize("samples", [1, 4])
 @pytest.mark.parametrize("name", list(COURTYARD_LIGHTS))
 @pytest.mark.parametrize("which", ["courtyard", "masked"])
-def test_fallback_is_named_and_nearly_right(older: Renderer, masked: Scene, which: str, name: str, samples: int) -> None:
+def test_fallback_is_named_and_nearly_right(
+    older: Renderer, masked: Scene, which: str, name: str, samples: int
+) -> None:
     scene, lights = (masked, LIGHTS) if which == "masked" else (gs.scenes.courtyard(), COURTYARD_LIGHTS)
     light = exact(lights[name], samples)
     frame = older.render(scene, None, [light], SIZE, outputs=("visibility", "triangle"))
@@ -108,7 +112,9 @@ def test_osmesa_gives_the_same_picture(renderer: Renderer, masked: Scene, option
         optional("OSMesa", "libosmesa6")
     with other:
         lights = [exact(light, samples) for light in LIGHTS.values() for samples in (1, 4)]
-        pictures = [each.render(masked, None, lights, SIZE, outputs=("visibility",)).visibility for each in (renderer, other)]
+        pictures = [
+            each.render(masked, None, lights, SIZE, outputs=("visibility",)).visibility for each in (renderer, other)
+        ]
         np.testing.assert_array_equal(pictures[1], pictures[0])
 
 

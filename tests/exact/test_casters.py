@@ -194,7 +194,10 @@ def test_mirrored_nodes(renderer: Renderer, light: Light, axis: int, faces: gs.F
     flip = np.eye(4)
     flip[axis, axis] = -1.0
     ball, torus = Mesh(*shapes.icosphere(3, 0.6)), Mesh(*shapes.torus(0.6, 0.2, 48, 24))
-    nodes = [Node("ball", ball, placed(-0.8, 1.0, 0.2, 1) @ flip), Node("torus", torus, placed(0.8, 0.9, 0.1, 2) @ flip)]
+    nodes = [
+        Node("ball", ball, placed(-0.8, 1.0, 0.2, 1) @ flip),
+        Node("torus", torus, placed(0.8, 0.9, 0.1, 2) @ flip),
+    ]
     assert_right(compared(renderer, scene_of(*nodes), light, faces=faces))
 
 

@@ -43,7 +43,9 @@ def test_courtyard(renderer: Renderer, courtyard: Scene, name: str) -> None:
 def test_a_light_inside_a_closed_column_lights_nothing(renderer: Renderer, courtyard: Scene) -> None:
     """Its walls are seen from behind: were they culled as back faces, half the picture would be lit."""
     frame = renderer.render(
-        courtyard, lights=[gs.PointLight(position=(3.0, 0.3, 3.0), shadow=gs.Shadow(filter=gs.Exact()))], size=(640, 360)
+        courtyard,
+        lights=[gs.PointLight(position=(3.0, 0.3, 3.0), shadow=gs.Shadow(filter=gs.Exact()))],
+        size=(640, 360),
     )
     assert frame.visibility is not None
     np.testing.assert_array_equal(np.nan_to_num(frame.visibility), 0.0)
@@ -109,7 +111,10 @@ def test_models(renderer: Renderer, models: Path, name: str, kind: str) -> None:
         "sun": scene.lights[0],
         "low sun": gs.DirectionalLight(direction=(1.0, -0.02, 0.3)),
         "spot": gs.SpotLight(
-            position=tuple(around(scene, (0.2, 0.3, 0.15))[0]), direction=(-0.2, -0.3, -0.15), inner_angle=30.0, outer_angle=35.0
+            position=tuple(around(scene, (0.2, 0.3, 0.15))[0]),
+            direction=(-0.2, -0.3, -0.15),
+            inner_angle=30.0,
+            outer_angle=35.0,
         ),
         "point light": gs.PointLight(position=tuple(around(scene, (0.031, 0.09, 0.017))[0])),
     }

@@ -113,6 +113,25 @@ def test_two_exact_lights_and_a_map_beside_each_other(scene: Scene) -> None:
             np.testing.assert_allclose(together.visibility[number], alone[0], atol=1e-5)
 
 
+@pytest.mark.parametrize("filter_", [gs.Exact(), gs.Hard()], ids=["exact", "hard"])
+def test_a_sun_and_a_lamp_with_the_same_numbers(scene: Scene, filter_: gs.Exact | gs.Hard) -> None:
+    """The floor darkens nothing under a sun from above, and everything over a lamp below it; what is kept must not mix them up."""
+    shadow = gs.Shadow(filter=filter_, resolution=256)
+    sun, lamp = gs.DirectionalLight(direction=(0.0, -1.0, 0.0), shadow=shadow), gs.PointLight((0.0, -1.0, 0.0), shadow=shadow)
+    from_below = replace(CAMERA, position=(3.0, 0.2, 6.0))  # sees the undersides of the balls
+
+    def picture(renderer: Renderer, light: Light) -> np.ndarray:
+        values = renderer.render(scene, from_below, [light], SIZE, outputs=("visibility",)).visibility
+        assert values is not None
+        return values
+
+    with Renderer("egl") as fresh:
+        expected = picture(fresh, lamp)
+    with Renderer("egl") as kept:
+        picture(kept, sun)
+        np.testing.assert_array_equal(picture(kept, lamp), expected)
+
+
 # -- overflow
 
 
@@ -193,7 +212,9 @@ def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest
         renderer._lists.pop(0).release()
         limited(renderer, triangles * lists_module._FACET_BYTES)
         monkeypatch.setattr(lists_module, "_LINK_BYTES", 1 << 20)  # as if every link took a mebibyte
-        with pytest.raises(gs.ResourceError, match=r"even on its coarsest grid, a buffer of this driver holds .*: split the scene"):
+        with pytest.raises(
+            gs.ResourceError, match=r"even on its coarsest grid, a buffer of this driver holds .*: split the scene"
+        ):
             renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
         # and the renderer goes on
         monkeypatch.undo()
@@ -207,7 +228,9 @@ def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest
 def test_triangles_beyond_a_buffer_are_a_named_error(scene: Scene) -> None:
     with Renderer("egl") as renderer:
         limited(renderer, 10_000)
-        with pytest.raises(gs.ResourceError, match=r"Exact\(\) needs 48 bytes for each of the scene's .* triangles.* holds 10000"):
+        with pytest.raises(
+            gs.ResourceError, match=r"Exact\(\) needs 48 bytes for each of the scene's .* triangles.* holds 10000"
+        ):
             renderer.render(scene, None, [exact(LIGHTS["sun"])], SIZE)
 
 
@@ -233,7 +256,9 @@ def test_no_objects_pile_up_over_frames_with_moving_lights(scene: Scene, samples
     def frame(renderer: Renderer, k: int) -> None:
         light: Light = [
             gs.DirectionalLight(direction=(-0.4, -1.0, 0.01 * k), shadow=shadow),
-            gs.PointLight(position=(0.3, 1.0 + 0.1 * (k % 30), 0.2), shadow=shadow),  # from six faces to one grid and back
+            gs.PointLight(
+                position=(0.3, 1.0 + 0.1 * (k % 30), 0.2), shadow=shadow
+            ),  # from six faces to one grid and back
             gs.SpotLight(position=(1.2, 5.0, 0.01 * k), direction=(-1.2, -5.0, 0.0), shadow=shadow),
         ][k % 3]
         moved = scene.moved({"a": translation((0.01 * k, 1.0, 0.1))}) if k % 5 == 0 else scene

@@ -41,7 +41,12 @@ MESHES: dict[str, Callable[[], Solid]] = {
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", [*MESHES, "brain"])
 def test_no_ray_slips_between_triangles(
-    glcontext: GLContext, programs: Programs, request: pytest.FixtureRequest, rng: np.random.Generator, name: str, kind: Kind
+    glcontext: GLContext,
+    programs: Programs,
+    request: pytest.FixtureRequest,
+    rng: np.random.Generator,
+    name: str,
+    kind: Kind,
 ) -> None:
     solid = MESHES[name]() if name in MESHES else brain(request.getfixturevalue("models"))
     fans = fans_of(solid, kind, rng)

@@ -130,7 +130,9 @@ def judge(renderer: Renderer, picture: Picture, technique: Technique) -> Outcome
     if isinstance(technique.filter, Exact):
         mismatch = difference != 0.0
         mismatch &= ~_excused(frame, truth, mismatch)
-        return Outcome(picture, technique, frame, truth, judged, mismatch & (difference > 0), mismatch & (difference < 0))
+        return Outcome(
+            picture, technique, frame, truth, judged, mismatch & (difference > 0), mismatch & (difference < 0)
+        )
     radius = light.shadow.filter.radius if light.shadow else 0
     wrong, uneven = np.abs(difference) > 0.5, np.abs(difference) > SAME
     mismatch = wrong & ~near_edge(frame, truth, (radius + 0.5) * np.sqrt(2.0), wrong)

@@ -155,9 +155,7 @@ def crease(*pictures: str, techniques: tuple[str, ...] = ("default",)) -> Known:
     return Known(pictures, techniques, CREASES, creases_only=True)
 
 
-AS_DEFAULT = {
-    each.name: "fails for the default's reason and by as much" for each in CLAIMING if each not in THOROUGH
-}
+AS_DEFAULT = {each.name: "fails for the default's reason and by as much" for each in CLAIMING if each not in THOROUGH}
 NO_CLAIM = "claims no zero; N1, N5, N6, N7, N8, N9 and N11 show what it costs"
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.fit import SceneFit, ViewFit
-from glshadow.core.kernels import Hard, Pcf
+from glshadow.core.kernels import Exact, Hard, Pcf
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array
@@ -21,7 +21,7 @@ from glshadow.scene.mesh import Mesh, Node, Scene
 
 from . import cases_fine, cases_views
 from .judge import SAME, judge
-from .registry import DEFAULT, HARD, Picture, picture_of
+from .registry import DEFAULT, THOROUGH, Picture, picture_of
 from .solids import level, scene_of
 
 SMALL = (64, 64)
@@ -87,7 +87,7 @@ def test_n28_directions_at_the_pole_and_of_any_length(
     renderer: Renderer, direction: tuple[float, float, float]
 ) -> None:
     steep = picture_of("plate", analytic.plates(0.5, 60.0), DirectionalLight(direction=direction), size=(96, 96))
-    for technique in (DEFAULT, HARD):
+    for technique in THOROUGH:
         outcome = judge(renderer, replace(steep, exact=None), technique)
         assert outcome.mismatches == 0, str(outcome)
         assert (outcome.judged & (outcome.truth.visibility[0] == 1.0)).any()
@@ -130,7 +130,7 @@ def test_n29_flat_scenes(renderer: Renderer, kind: str) -> None:
     camera = PerspectiveCamera((0.7, 1.5, 2.0), (0.2, 0.2, 0.0))
     for light in (DirectionalLight(direction=(0.0, -1.0, 0.0)), PointLight(position=(0.5, 5.0, 0.0))):
         picture = Picture(kind, scene_of({kind: solid}, camera, light, kind), light, camera, size=SMALL)
-        for technique in (DEFAULT, HARD):
+        for technique in THOROUGH:
             outcome = judge(renderer, picture, technique)
             assert outcome.mismatches == 0, str(outcome)
             assert (~np.isnan(outcome.truth.visibility[0])).any()
@@ -198,7 +198,7 @@ def test_n38_maps_of_a_few_texels(renderer: Renderer, resolution: int, light: st
         "point light": PointLight(position=(3.0, 6.0, 1.0)),
     }[light]
     built = analytic.plane(45.0)
-    for filter_ in (Hard(), Pcf(1)):
+    for filter_ in (Hard(), Pcf(1), Exact()):
         shadow = Shadow(resolution=resolution, filter=filter_)
         frame = renderer.render(built.scene, None, [replace(chosen, shadow=shadow)], SMALL)
         assert frame.visibility is not None

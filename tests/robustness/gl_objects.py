@@ -37,5 +37,8 @@ def _fresh(kind: str) -> int:
 
 
 def resident_mib() -> float:
-    """Memory of this process that is in RAM."""
+    """Memory of this process that is in RAM, without what the allocator merely keeps (glibc: 40 MiB more or less, by chance)."""
+    trim = getattr(C.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20

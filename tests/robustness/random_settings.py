@@ -190,11 +190,13 @@ def _shadow(rng: Rng, scene: gs.Scene) -> gs.Shadow:
     if target is None or target.is_depth:
         biases.append(gs.SlopeScaledBias(factor, factor))
     faces = [None, None, *gs.Faces]
+    exact = rng.random() < 0.3
+    kind = gs.Hard() if rng.random() < 0.3 else gs.Pcf(int(rng.integers(0, 5)))
     return gs.Shadow(
         resolution=int(rng.integers(1, 8)) if rng.random() < 0.2 else int(rng.integers(1, 301)),
-        filter=gs.Hard() if rng.random() < 0.3 else gs.Pcf(int(rng.integers(0, 5))),
-        bias=biases[int(rng.integers(len(biases)))],
-        target=target,
+        filter=gs.Exact(int(rng.choice([1, 1, 4, 8, 16]))) if exact else kind,
+        bias=None if exact else biases[int(rng.integers(len(biases)))],
+        target=None if exact else target,
         clip=None if rng.random() < 0.5 else gs.ClipSpace(bool(rng.random() < 0.5), bool(rng.random() < 0.5)),
         fit=gs.ViewFit() if rng.random() < 0.6 else gs.SceneFit(),
         faces=faces[int(rng.integers(len(faces)))],

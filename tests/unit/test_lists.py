@@ -135,7 +135,9 @@ def test_halvings(light: Light, casters: Array) -> None:
 
 
 @pytest.mark.parametrize("light", [SUN, SPOT, BULB])
-@pytest.mark.parametrize("points", [[[0.0, 0.0, 0.0]], [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [[1e9, 0.0, 0.0], [1e9, 1.0, 0.0]]])
+@pytest.mark.parametrize(
+    "points", [[[0.0, 0.0, 0.0]], [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [[1e9, 0.0, 0.0], [1e9, 1.0, 0.0]]]
+)
 def test_casters_without_extent_have_a_window(light: Light, points: list[list[float]]) -> None:
     grid = list_grid(light, np.array(points))
     left, right, bottom, top = grid.window
@@ -179,7 +181,10 @@ def test_no_point_of_a_plane_is_farther_off_than_the_bound(rng: np.random.Genera
     gap = _dot(normals[:, 1], point - local[:, 1, 0])
     a, b = distance_bound(float(np.abs(world).max()), float(np.abs(local).max()))
     reach = np.abs(point - local[:, 0, 0]).sum(axis=1) + np.abs(point - local[:, 1, 0]).sum(axis=1)
-    thick = np.linalg.norm(np.cross(local[:, :, 1] - local[:, :, 0], local[:, :, 2] - local[:, :, 0]), axis=2).min(axis=1) > 0.2
+    thick = (
+        np.linalg.norm(np.cross(local[:, :, 1] - local[:, :, 0], local[:, :, 2] - local[:, :, 0]), axis=2).min(axis=1)
+        > 0.2
+    )
     inside = _inside(point, local[:, 1], normals[:, 1])  # beyond a triangle, its plane's tilt counts for more
     share = np.abs(gap) / (a + b * reach)
     assert (share[thick & inside] <= 1.0).all()
@@ -193,7 +198,8 @@ def _dot(a: Array, b: Array) -> Array:
 def _inside(points: Array, corners: Array, normals: Array) -> Array:
     """Whether points of its plane lie in a triangle."""
     signs = [
-        np.einsum("ni,ni->n", np.cross(corners[:, (k + 1) % 3] - corners[:, k], points - corners[:, k]), normals) for k in range(3)
+        np.einsum("ni,ni->n", np.cross(corners[:, (k + 1) % 3] - corners[:, k], points - corners[:, k]), normals)
+        for k in range(3)
     ]
     return np.asarray(np.min(signs, axis=0) >= 0.0)
 
@@ -210,7 +216,9 @@ def test_facets_are_corners_and_unit_normals(rng: np.random.Generator) -> None:
     for k in range(3):
         side = corners[:, (k + 1) % 3] - corners[:, k]
         np.testing.assert_allclose(np.einsum("ij,ij->i", normal, side), 0.0, atol=1e-12)
-    assert (np.einsum("ij,ij->i", normal, np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])) > 0.0).all()
+    assert (
+        np.einsum("ij,ij->i", normal, np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])) > 0.0
+    ).all()
 
 
 def test_a_facet_without_area_has_no_normal() -> None:
@@ -259,9 +267,13 @@ def test_exact_is_a_setting(samples: int) -> None:
     assert Exact() == Exact(1)
 
 
-@pytest.mark.parametrize("settings", [{"bias": NoBias()}, {"bias": ReceiverPlaneBias()}, {"target": Target.DEPTH24}, {"target": Target.R32F}])
+@pytest.mark.parametrize(
+    "settings", [{"bias": NoBias()}, {"bias": ReceiverPlaneBias()}, {"target": Target.DEPTH24}, {"target": Target.R32F}]
+)
 def test_exact_has_no_bias_and_no_target(settings: dict[str, object]) -> None:
-    with pytest.raises(SettingsError, match=r"Exact\(\) compares triangles, not depths: leave bias and target at None") as caught:
+    with pytest.raises(
+        SettingsError, match=r"Exact\(\) compares triangles, not depths: leave bias and target at None"
+    ) as caught:
         Shadow(filter=Exact(), **settings)  # type: ignore[arg-type]
     value = next(iter(settings.values()))
     assert (value.value if isinstance(value, Target) else repr(value)) in str(caught.value)

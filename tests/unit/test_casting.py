@@ -1,0 +1,90 @@
+"""Which bodies are left out of a light's passes: only those that certainly darken nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow.core.casting import darkens
+from glshadow.scene.mesh import box_corners
+
+FACES = [
+    (0, 1, 3),
+    (0, 3, 2),
+    (4, 6, 7),
+    (4, 7, 5),
+    (0, 4, 5),
+    (0, 5, 1),
+    (2, 3, 7),
+    (2, 7, 6),
+    (0, 2, 6),
+    (0, 6, 4),
+    (1, 5, 7),
+    (1, 7, 3),
+]
+SUN = gs.DirectionalLight(direction=(-0.5, -0.8, 0.3))
+
+
+def box(low: tuple[float, float, float], high: tuple[float, float, float]) -> np.ndarray:
+    """Corners (1, 8, 3)."""
+    return box_corners(np.array([[low, high]]), np.eye(4)[None])
+
+
+def slab() -> np.ndarray:
+    """Triangles (12, 3, 3) of a floor, 24 wide, its top at y = 0."""
+    corners = box((-12.0, -0.2, -12.0), (12.0, 0.0, 12.0))[0]
+    return corners[np.array(FACES)]
+
+
+@pytest.mark.parametrize(
+    "light",
+    [SUN, gs.PointLight(position=(3.0, 4.0, 1.0)), gs.SpotLight(position=(0.0, 5.0, 0.0), direction=(0.0, -1.0, 0.0))],
+)
+def test_a_floor_under_everything_darkens_nothing(light: gs.DirectionalLight) -> None:
+    assert not darkens(slab(), box((-1.0, 0.0, -1.0), (1.0, 2.0, 1.0)), light)
+
+
+@pytest.mark.parametrize(
+    ("low", "high"),
+    [
+        ((-1.0, -3.0, -1.0), (1.0, -1.0, 1.0)),
+        ((-1.0, -0.1, -1.0), (1.0, 2.0, 1.0)),
+        ((-17.0, -9.0, -1.0), (-15.0, -7.0, 1.0)),
+    ],
+    ids=["below", "sunk into it", "beside it, in its shadow"],
+)
+def test_it_does_what_lies_behind_it(low: tuple[float, float, float], high: tuple[float, float, float]) -> None:
+    assert darkens(slab(), box(low, high), SUN)
+
+
+def test_a_light_from_below_makes_it_cast() -> None:
+    assert darkens(slab(), box((-1.0, 0.0, -1.0), (1.0, 2.0, 1.0)), gs.PointLight(position=(0.0, -3.0, 0.0)))
+
+
+def test_what_is_not_convex_may_darken_itself() -> None:
+    wall = np.array([[[0.0, 0.0, -1.0], [0.0, 0.0, 1.0], [0.0, 3.0, 0.0]]])
+    assert darkens(np.concatenate([slab(), wall]), box((50.0, 50.0, 50.0), (51.0, 51.0, 51.0)), SUN)
+
+
+def test_against_rays(rng: np.random.Generator) -> None:
+    """Whatever a triangle is said not to darken, no ray from it to the sun meets the triangle."""
+    from glshadow.core.spaces import view_axes
+
+    axes = view_axes(np.asarray(SUN.direction))[:2]
+    spared = 0
+    for _ in range(300):
+        triangle = rng.normal(size=(1, 3, 3)) * 3.0
+        middle = rng.normal(size=3) * 6.0
+        target = box(tuple(middle - 0.5), tuple(middle + 0.5))
+        if darkens(triangle, target, SUN):
+            continue
+        spared += 1
+        points = middle + rng.uniform(-0.5, 0.5, size=(200, 3))
+        a, b, c = np.moveaxis((triangle[0][None] - points[:, None]) @ axes.T, 1, 0)
+        area = [p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] for p, q in ((a, b), (b, c), (c, a))]
+        met = (np.min(area, axis=0) > 0.0) | (np.max(area, axis=0) < 0.0)
+        normal = np.cross(triangle[0, 1] - triangle[0, 0], triangle[0, 2] - triangle[0, 0])
+        behind = ((points - triangle[0, 0]) @ normal) * np.sign(normal @ np.asarray(SUN.direction)) > 0.0
+        assert not (met & behind).any()
+    assert spared > 100
