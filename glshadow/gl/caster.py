@@ -48,18 +48,13 @@ class Map:
     whole: bool = True
 
 
-def casters(scene: GpuScene) -> NDArray[np.bool_]:
-    """Which nodes (N,) cast: all but blended ones and those that are told not to."""
-    return np.array([node.casts and node.mesh.material.alpha_mode is not AlphaMode.BLEND for node in scene.nodes])
-
-
 def casters_on_others(scene: GpuScene, light: Light) -> NDArray[np.bool_]:
     """Which nodes (N,) darken anything: not a floor under everything, whose rasterising would cost as much as all the rest."""
-    place = light.direction if isinstance(light, DirectionalLight) else light.position
+    place = (True, light.direction) if isinstance(light, DirectionalLight) else (False, light.position)
     kept = scene.casting.get(place)
     if kept is not None:
         return kept
-    casting = casters(scene)
+    casting = scene.casts.copy()
     size = np.linalg.norm(np.ptp(scene.corners, axis=1), axis=1)
     whole = float(np.linalg.norm(np.ptp(scene.corners.reshape(-1, 3), axis=0)))
     for i in np.flatnonzero(casting & (size > 0.5 * whole)):
@@ -85,7 +80,7 @@ def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light:
     if atlas.drawn.get(tiles) == source:
         return 0
     atlas.drawn.pop(tiles, None)
-    casting = casters(scene) if shadow_map.whole else casters_on_others(scene, light)
+    casting = scene.casts if shadow_map.whole else casters_on_others(scene, light)
     solid = hides_back_faces(scene, light, settings.faces)
     atlas.framebuffer.use()
     draws = 0
@@ -214,7 +209,7 @@ def seen_by(clip_from_world: Array, boxes: Array, view: ShadowView) -> NDArray[n
 
 def hides_back_faces(scene: GpuScene, light: Light, faces: Faces | None) -> NDArray[np.bool_]:
     """Which nodes (N,) may be drawn without their back faces: closed ones that do not contain the light."""
-    closed = np.array([gpu.closed for gpu in scene.meshes])
+    closed = scene.closed
     if faces is not None or isinstance(light, DirectionalLight):
         return closed
     position = np.asarray(light.position)

@@ -198,8 +198,12 @@ class GpuScene:
         The base colour, where all nodes share one and none has a texture.
     selective : bool
         Whether shadows leave out some nodes.
+    casts : (N,) bool
+        All but blended nodes and those that are told not to.
+    closed : (N,) bool
+        Whether back faces are seen by nobody outside.
     casting : dict
-        Which nodes darken anything, by the place or direction of a light: see `gl.caster.casters_on_others`.
+        Which nodes darken anything, by a sun's direction or a lamp's place: see `gl.caster.casters_on_others`.
     identity : int
         Never the same for two of them.
     """
@@ -211,9 +215,13 @@ class GpuScene:
         self.identity = next(self._count)
         self._context = context
         self._world: WorldTriangles | None = None
-        self.casting: dict[tuple[float, float, float], NDArray[np.bool_]] = {}
+        self.casting: dict[tuple[bool, tuple[float, float, float]], NDArray[np.bool_]] = {}
         self.nodes: tuple[Node, ...] = tuple(node for node in scene.nodes if len(node.mesh.triangles))
         self.meshes = [meshes.get(node.mesh) for node in self.nodes]
+        self.casts: NDArray[np.bool_] = np.array(
+            [node.casts and node.mesh.material.alpha_mode is not AlphaMode.BLEND for node in self.nodes]
+        )
+        self.closed: NDArray[np.bool_] = np.array([gpu.closed for gpu in self.meshes])
         numbers = {id(gpu): k for k, gpu in enumerate(dict.fromkeys(self.meshes))}
         self.mesh_number = [numbers[id(gpu)] for gpu in self.meshes]
         counts = np.array([gpu.count for gpu in self.meshes])

@@ -14,7 +14,7 @@ from glshadow.core.spaces import ClipSpace
 from glshadow.core.used import Used
 from glshadow.core.view import ShadowView, shadow_views
 from glshadow.gl.camera import Sight
-from glshadow.gl.caster import CasterSettings, Map, casters, casters_on_others
+from glshadow.gl.caster import CasterSettings, Map, casters_on_others
 from glshadow.gl.context import Caps, GLContext
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.targets import Atlas, layout
@@ -37,7 +37,7 @@ def plan(light: Light, scene: Scene, gpu: GpuScene, sight: Sight, caps: Caps, wh
     target = shadow.target or Target.DEPTH32F
     clip, fallbacks = _clip(light, shadow, target, caps)
     fallbacks += _sized(light, shadow)
-    casting = casters(gpu) if whole else casters_on_others(gpu, light)
+    casting = gpu.casts if whole else casters_on_others(gpu, light)
     views: tuple[ShadowView, ...] = ()
     if casting.any():
         receivers = list(scene.corners) if isinstance(shadow.fit, SceneFit) else sight.receivers

@@ -117,7 +117,8 @@ def test_two_exact_lights_and_a_map_beside_each_other(scene: Scene) -> None:
 def test_a_sun_and_a_lamp_with_the_same_numbers(scene: Scene, filter_: gs.Exact | gs.Hard) -> None:
     """The floor darkens nothing under a sun from above, and everything over a lamp below it; what is kept must not mix them up."""
     shadow = gs.Shadow(filter=filter_, resolution=256)
-    sun, lamp = gs.DirectionalLight(direction=(0.0, -1.0, 0.0), shadow=shadow), gs.PointLight((0.0, -1.0, 0.0), shadow=shadow)
+    sun = gs.DirectionalLight(direction=(0.0, -1.0, 0.0), shadow=shadow)
+    lamp = gs.PointLight(position=(0.0, -1.0, 0.0), shadow=shadow)
     from_below = replace(CAMERA, position=(3.0, 0.2, 6.0))  # sees the undersides of the balls
 
     def picture(renderer: Renderer, light: Light) -> np.ndarray:
