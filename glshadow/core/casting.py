@@ -30,6 +30,8 @@ def darkens(triangles: Array, boxes: Array, light: Light) -> bool:
     """
     normals = _normals(triangles)
     solid = (normals != 0.0).any(axis=1)
+    if not solid.any():
+        return False
     triangles, normals = triangles[solid], normals[solid]
     corners = boxes.reshape(-1, 3)
     slack = _SLACK * max(float(np.ptp(each.reshape(-1, 3), axis=0).max()) for each in (triangles, corners))

@@ -66,6 +66,7 @@ def alternate(jobs: dict[str, Callable[[int], Any]], rounds: int) -> dict[str, A
     times: dict[str, list[float]] = {name: [] for name in jobs}
     for k in range(-2, rounds):
         for name, job in jobs.items():
+            time.sleep(0.02)  # Embree's threads spin on for a while
             start = time.perf_counter()
             job(k)
             if k >= 0:

@@ -201,6 +201,43 @@ def test_mirrored_nodes(renderer: Renderer, light: Light, axis: int, faces: gs.F
     assert_right(compared(renderer, scene_of(*nodes), light, faces=faces))
 
 
+@pytest.mark.parametrize("filter_", [gs.Exact(), gs.Hard()], ids=["exact", "hard"])
+@pytest.mark.parametrize("axis", [None, 0, 1, 2])
+def test_a_mirrored_sheet_keeps_its_front(renderer: Renderer, axis: int | None, filter_: gs.Exact | gs.Hard) -> None:
+    """One side of an open sheet casts. In which way a mirror turns its vertices round makes no difference to which."""
+    flip = np.eye(4)
+    if axis is not None:
+        flip[axis, axis] = -1.0
+    sheet = Mesh(
+        *shapes.rectangle((-1.0, 0.0, 1.0), (2.0, 0.0, 0.0), (0.0, 0.0, -2.0))
+    )  # faces up; down where y is mirrored
+    scene = scene_of(Node("sheet", sheet, translation((0.0, 1.0, 0.0)) @ flip))
+    below = gs.PerspectiveCamera((0.0, 0.8, 4.0), (0.0, 0.0, 0.0))
+    darkened = {}
+    for faces in (gs.Faces.FRONT, gs.Faces.BACK, gs.Faces.BOTH):
+        light = gs.DirectionalLight(
+            direction=(0.1, -1.0, 0.05), shadow=gs.Shadow(filter=filter_, faces=faces, resolution=512)
+        )
+        frame = renderer.render(scene, below, [light], (160, 90), outputs=("visibility", "triangle"))
+        assert frame.visibility is not None
+        assert frame.triangle is not None
+        darkened[faces] = bool((frame.visibility[0][(frame.triangle >= 0) & (frame.triangle < 2)] == 0.0).any())
+    up = axis != 1
+    assert darkened == {gs.Faces.FRONT: up, gs.Faces.BACK: not up, gs.Faces.BOTH: True}
+
+
+@pytest.mark.parametrize("filter_", [gs.Exact(), gs.Hard()], ids=["exact", "hard"])
+def test_a_large_sheet_without_area_casts_nothing(renderer: Renderer, filter_: gs.Exact | gs.Hard) -> None:
+    """A node squashed to a line, as long as the scene."""
+    line = np.diag([1.0, 0.0, 0.0, 1.0])
+    line[1, 3] = 1.0
+    scene = scene_of(Node("line", Mesh(*shapes.rectangle((-9.0, 0.0, 9.0), (18.0, 0.0, 0.0), (0.0, 0.0, -18.0))), line))
+    light = gs.DirectionalLight(direction=(0.0, -1.0, 0.0), shadow=gs.Shadow(filter=filter_, resolution=128))
+    frame = renderer.render(scene, CAMERA, [light], (80, 45), outputs=("visibility",))
+    assert frame.visibility is not None
+    assert np.nanmin(frame.visibility) == 1.0
+
+
 # -- degenerate
 
 
