@@ -11,19 +11,19 @@
 #include <light>
 #include <shadow>
 #include "lib/surface_point.glsl"
-uniform usamplerBuffer u_edges; // how many pixels
 uniform usamplerBuffer u_pixels; // x, y << 16
 uniform usampler2D u_surface;
 uniform ivec2 u_size;
 uniform vec2 u_offsets[GLS_COLUMNS * GLS_ROWS]; // of the points from the pixel's middle, pixels
-uniform mat3 u_ray_l; // see resolve.vert
-uniform vec3 u_eye_l;
-uniform vec3 u_forward_l;
+flat in mat3 v_ray_from_ndc; // see resolve.vert
+flat in vec3 v_eye_l;
+flat in vec3 v_forward_l;
+flat in int v_count; // collected pixels
 layout(location = 0) out float o_visibility;
 const float SAME_SURFACE = 0.9063; // cosine of 25 degrees
 
 bool pierced(Facet own, vec3 ray) {
-    vec3 a = own.a - u_eye_l, b = own.b - u_eye_l, c = own.c - u_eye_l;
+    vec3 a = own.a - v_eye_l, b = own.b - v_eye_l, c = own.c - v_eye_l;
     vec3 side = vec3(dot(ray, cross(a, b)), dot(ray, cross(b, c)), dot(ray, cross(c, a)));
     return all(greaterThanEqual(side, vec3(0.0))) || all(lessThanEqual(side, vec3(0.0)));
 }
@@ -32,13 +32,13 @@ void main() {
     ivec2 fragment = ivec2(gl_FragCoord.xy);
     ivec2 block = fragment / ivec2(GLS_COLUMNS, GLS_ROWS), point = fragment % ivec2(GLS_COLUMNS, GLS_ROWS);
     int place = block.y * u_size.x + block.x;
-    bool asked = place < int(texelFetch(u_edges, 0).r);
+    bool asked = place < v_count;
     uint bits = texelFetch(u_pixels, asked ? place : 0).r;
     ivec2 pixel = ivec2(int(bits & 0xffffu), int(bits >> 16u));
     uint number = texelFetch(u_surface, pixel, 0).r;
     int triangle = int(number & 0x7fffffffu) - 1;
     vec2 offset = u_offsets[point.y * GLS_COLUMNS + point.x];
-    vec3 ray = u_ray_l * vec3((vec2(pixel) + 0.5 + offset) * 2.0 / vec2(u_size) - 1.0, 1.0);
+    vec3 ray = v_ray_from_ndc * vec3((vec2(pixel) + 0.5 + offset) * 2.0 / vec2(u_size) - 1.0, 1.0);
     // The point lies on a neighbour's triangle where the surface goes on smoothly; else on the plane of the pixel's own.
     Facet own = facet(max(triangle, 0)), at = own;
     int found = triangle, tries = asked && !pierced(own, ray) ? 3 : 0;
@@ -54,7 +54,7 @@ void main() {
         at.c = taken ? there.c : at.c;
         at.normal = taken ? there.normal : at.normal;
     }
-    vec3 position = surface_point(at, u_eye_l, ray, u_forward_l);
+    vec3 position = surface_point(at, v_eye_l, ray, v_forward_l);
     vec3 normal = dot(at.normal, ray) > 0.0 ? -at.normal : at.normal;
     float cosine = asked ? dot(normal, light_arriving(position).xyz) : 0.0;
     receiver_triangle = found;

@@ -7,9 +7,20 @@
 #endif
 uniform usamplerBuffer u_edges; // how many pixels
 uniform ivec2 u_size; // of the picture: blocks in a row, rows
+uniform mat3 u_ray_l; // and on: see resolve.vert
+uniform vec3 u_eye_l;
+uniform vec3 u_forward_l;
+flat out mat3 v_ray_from_ndc;
+flat out vec3 v_eye_l;
+flat out vec3 v_forward_l;
+flat out int v_count;
 
 void main() {
-    float rows = float((int(texelFetch(u_edges, 0).r) + u_size.x - 1) / u_size.x) / float(u_size.y);
+    v_ray_from_ndc = u_ray_l;
+    v_eye_l = u_eye_l;
+    v_forward_l = u_forward_l;
+    v_count = int(texelFetch(u_edges, 0).r);
+    float rows = float((v_count + u_size.x - 1) / u_size.x) / float(u_size.y);
     vec2 corner = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1) * rows);
     gl_Position = vec4(2.0 * corner - 1.0, 0.0, 1.0);
 }

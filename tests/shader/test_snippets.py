@@ -14,7 +14,9 @@ from glshadow.shader import source
 from glshadow.shader.variants import Variant, receivers, variants
 
 FILES = sorted(
-    str(p.relative_to(source.root())) for p in source.root().rglob("*") if p.suffix in (".glsl", ".vert", ".frag", ".comp")
+    str(p.relative_to(source.root()))
+    for p in source.root().rglob("*")
+    if p.suffix in (".glsl", ".vert", ".frag", ".comp")
 )
 SNIPPETS = [name for name in FILES if not name.startswith("dialect/")]
 
@@ -48,7 +50,16 @@ def test_header_says_what_it_is(name: str) -> None:
 @pytest.mark.parametrize("name", FILES)
 def test_every_define_has_its_default_in_the_file(name: str) -> None:
     # What a dialect gives, and what compose adds.
-    given = {"GLS_VERTEX", "GLS_FRAGMENT", "GLS_COMPUTE", "GLS_PRECISE", "GLS_CORE", "GLS_ATTRIBUTE", "GLS_VARYING", "GLS_TEXTURE_2D"}
+    given = {
+        "GLS_VERTEX",
+        "GLS_FRAGMENT",
+        "GLS_COMPUTE",
+        "GLS_PRECISE",
+        "GLS_CORE",
+        "GLS_ATTRIBUTE",
+        "GLS_VARYING",
+        "GLS_TEXTURE_2D",
+    }
     code = code_of(name)
     used = set(re.findall(r"\bGLS_\w+", code)) - given
     missing = {define for define in used if not re.search(rf"#(?:ifndef {define}\n\s*#)?define {define}\b", code)}
@@ -87,7 +98,9 @@ def test_no_set_up_of_the_dialects(name: str) -> None:
 FOLDERS = {"shadow": "receiver", "candidates": "exact"}
 
 
-@pytest.mark.parametrize("slot", ["light", "shadow", "candidates", "projection", "depth", "bias", "compare", "filter", "metric"])
+@pytest.mark.parametrize(
+    "slot", ["light", "shadow", "candidates", "projection", "depth", "bias", "compare", "filter", "metric"]
+)
 def test_files_of_a_slot_share_the_signatures_of_its_readme(slot: str) -> None:
     readme = (source.root() / FOLDERS.get(slot, slot) / "README.md").read_text(encoding="utf-8")
     signatures = re.findall(r"`((?:float|void|vec[234]|bool|Receiver) \w+\([^`]*\))`", readme)
