@@ -131,7 +131,9 @@ def _forward() -> Iterator[Variant]:
 
 def _surface() -> Iterator[Variant]:
     for channels, textured, smooth, alpha in product((1, 2, 4), (0, 1), (0, 1), (0, 1)):
-        colored = textured <= (channels == 4) or (alpha and channels == 1)  # a map of numbers: cut out, but without colour
+        colored = textured <= (channels == 4) or (
+            alpha and channels == 1
+        )  # a map of numbers: cut out, but without colour
         if alpha <= textured and colored and smooth <= (channels >= 2):
             defines = {"GLS_SURFACE": channels, "GLS_TEXTURED": textured, "GLS_SMOOTH": smooth, "GLS_ALPHA": alpha}
             for name in ("pass/surface.vert", "pass/surface.frag"):
