@@ -155,6 +155,7 @@ class Meshes:
     def __init__(self, context: GLContext) -> None:
         self._context = context
         self._meshes: weakref.WeakKeyDictionary[Mesh, GpuMesh] = weakref.WeakKeyDictionary()
+        self._finalizers: weakref.WeakKeyDictionary[Mesh, weakref.finalize[..., Mesh]] = weakref.WeakKeyDictionary()
         self._dead: list[GpuMesh] = []
 
     def get(self, mesh: Mesh) -> GpuMesh:
@@ -163,7 +164,8 @@ class Meshes:
         if gpu is None:
             gpu = self._meshes[mesh] = GpuMesh(self._context, mesh)
             # Deleting needs the context to be current, which a finaliser cannot know: collect now, delete in `sweep`.
-            weakref.finalize(mesh, self._dead.append, gpu).atexit = False
+            self._finalizers[mesh] = finalizer = weakref.finalize(mesh, self._dead.append, gpu)
+            finalizer.atexit = False
         return gpu
 
     def sweep(self) -> None:
@@ -175,7 +177,10 @@ class Meshes:
         """Free everything."""
         for gpu in (*self._meshes.values(), *self._dead):
             gpu.release()
+        for finalizer in self._finalizers.values():
+            finalizer.detach()  # it holds the GpuMesh as long as the Mesh lives
         self._meshes.clear()
+        self._finalizers.clear()
         self._dead.clear()
 
 

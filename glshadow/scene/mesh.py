@@ -161,7 +161,7 @@ def _turned_outward(positions: Array, triangles: NDArray[np.int32], corners: NDA
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    start, end = corners.ravel(), corners[:, [1, 2, 0]].ravel()
+    start, end = corners[:, :2].ravel(), corners[:, 1:].ravel()  # two edges of a triangle connect it
     graph = coo_array((np.ones(len(start), dtype=np.int8), (start, end)), shape=(int(corners.max()) + 1,) * 2)
     _, part = connected_components(graph, directed=False)
     a, b, c = ((positions - positions.mean(axis=0))[triangles[:, k]] for k in range(3))

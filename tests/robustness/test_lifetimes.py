@@ -1,5 +1,6 @@
 """Renderers come and go, in turn, at once, in threads and processes, out of memory and interrupted; what stays is right, and little."""
 
+import gc
 import multiprocessing as mp
 import os
 import signal
@@ -7,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+import weakref
 from pathlib import Path
 
 import moderngl
@@ -274,3 +276,15 @@ def test_renderers_give_their_memory_back():
         alone()
     # one 2048 x 2048 float map is 16 MiB: eight renderers that kept theirs would be 128
     assert resident_mib() - before < 32.0
+
+
+def test_a_released_renderer_leaves_nothing_with_the_meshes():
+    """A scene outlives many renderers: what each of them computed of its meshes must go with it."""
+    scene = gs.scenes.courtyard()
+    renderer = gs.Renderer()
+    renderer.render(scene, size=(32, 32))
+    kept = [weakref.ref(gpu) for gpu in renderer._scene.meshes]
+    renderer.release()
+    del renderer
+    gc.collect()
+    assert [ref() for ref in kept] == [None] * len(kept)
