@@ -22,8 +22,6 @@ R32UI = 0x8236
 RGBA32UI = 0x8D70
 RG32UI = 0x823C
 R8 = 0x8229
-RGBA32UI = 0x8D70
-RG32UI = 0x823C
 
 _TEXTURE_2D, _TEXTURE_BINDING_2D = 0x0DE1, 0x8069
 _TEXTURE_BUFFER, _TEXTURE_BINDING_BUFFER = 0x8C2A, 0x8C2C
@@ -105,6 +103,7 @@ _SIGNATURES = {
     "glGetIntegerv": ("", "Ip"),
     "glGetTexLevelParameteriv": ("", "IiIp"),
     "glGetUniformLocation": ("i", "Is"),
+    "glIsProgram": ("B", "I"),
     "glIsEnabled": ("B", "I"),
     "glIsEnabledi": ("B", "II"),
     "glLineWidth": ("", "f"),
@@ -314,7 +313,8 @@ class EntryPoints:
             previous = self.integer(_CURRENT_PROGRAM)
             self.call("glUseProgram", program_glo)
             self.call("glUniform1i", location, unit)
-            self.call("glUseProgram", previous)
+            # a program that was deleted while it was current is gone now
+            self.call("glUseProgram", previous if self.call("glIsProgram", previous) else 0)
 
     def _bound_2d(self, texture_glo: int) -> "_Bound2D":
         return _Bound2D(self, texture_glo)

@@ -101,4 +101,5 @@ def test_help_imports_no_graphics(tmp_path):
 def test_render_imports_only_what_it_needs(tmp_path, models):
     done = run("-c", SAY_MODULES, "render", str(models / "chess_board.glb"), *SMALL, cwd=tmp_path)
     assert done.returncode == 0
-    assert not HEAVY & set(done.stdout.splitlines()[-1].split())
+    # scipy says whether each part of a mesh is closed: 0.1 s, and back faces need not be drawn
+    assert not (HEAVY - {"scipy"}) & set(done.stdout.splitlines()[-1].split())
