@@ -9,7 +9,7 @@ from glshadow.scene import analytic, shapes
 from glshadow.scene.analytic import AnalyticScene
 from glshadow.scene.mesh import Mesh, Node, Scene
 
-from .registry import Case, Known, Picture, crease, overhead, picture_of, sun_direction
+from .registry import Case, Known, Picture, overhead, picture_of, sun_direction
 
 FACETS = 2e-3  # share of pixels: facets of icosphere 6 lie up to 2e-4 of the radius inside the sphere
 
