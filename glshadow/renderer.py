@@ -30,8 +30,9 @@ from glshadow.gl.maps import place, plan
 from glshadow.gl.numbers import Numbers
 from glshadow.gl.program import Programs
 from glshadow.gl.readback import read
+from glshadow.gl.receiver import Asked
 from glshadow.gl.refine import Refined
-from glshadow.gl.resolve import Asked, Samplers, Share, resolve
+from glshadow.gl.resolve import Samplers, Share, resolve
 from glshadow.gl.targets import Atlas, CameraTargets, clear_outputs
 from glshadow.scene.mesh import Scene, warn
 

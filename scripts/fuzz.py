@@ -98,17 +98,7 @@ class Bench:
 
     def _settings(self, job: Job) -> Verdict:
         case = random_settings.case(rng_of(job))
-        return verdict.judged(
-            lambda: verdict.checked_render(
-                self.renderer,
-                case.scene,
-                case.camera,
-                case.lights,
-                case.size,
-                ambient=case.ambient,
-                background=case.background,
-            )  # type: ignore[arg-type,return-value]
-        )
+        return verdict.judged(lambda: verdict.checked_case(self.renderer, case))  # type: ignore[arg-type,return-value]
 
 
 def keep(folder: Path, job: Job, result: Verdict) -> None:

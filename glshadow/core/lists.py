@@ -74,7 +74,7 @@ def list_grid(light: Light, casters: Array, halvings: int = 0) -> ListGrid:
     if isinstance(light, SpotLight):
         forward, edge = np.asarray(light.direction), float(np.tan(np.radians(light.outer_angle)))
     else:
-        forward = unit_or_x(0.5 * (offset.min(axis=0) + offset.max(axis=0)))
+        forward = _unit_or_x(0.5 * (offset.min(axis=0) + offset.max(axis=0)))
         edge = np.inf
     axes = view_axes(forward)
     local = offset @ axes.T
@@ -93,7 +93,7 @@ def list_grid(light: Light, casters: Array, halvings: int = 0) -> ListGrid:
     return ListGrid("spot", rigid_inverse(axes, position), (-edge, edge, -edge, edge), CELLS["spot"] >> halvings)
 
 
-def unit_or_x(vector: Array) -> Array:
+def _unit_or_x(vector: Array) -> Array:
     """A vector scaled to length 1; the x axis for none."""
     length = float(np.sqrt(vector @ vector))
     return vector / length if length > 0.0 else np.array([1.0, 0.0, 0.0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
+from dataclasses import replace
 
 import moderngl
 import numpy as np
@@ -61,7 +62,7 @@ class Numbers:
         cells = (
             resolution if self.grid.faces == 1 else max(resolution // 2, 1)
         )  # six faces: a quarter of the texels each
-        self.grid = ListGrid(self.grid.kind, self.grid.view_from_world, self.grid.window, cells)
+        self.grid = replace(self.grid, cells=cells)
         self._reserve(scene)
         for face in range(self.grid.faces):
             self._draw(programs, scene, light, face, casting)

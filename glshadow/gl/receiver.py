@@ -54,7 +54,11 @@ class Given:
     samples: int
 
 
-def receiver_slots(light: Light, shadow_map: Map | Lists | Numbers | Given | None, caps: Caps) -> dict[str, str]:
+Asked = Map | Lists | Numbers | Given | None
+"""What a light's shadow is asked of; None: it casts nothing."""
+
+
+def receiver_slots(light: Light, shadow_map: Asked, caps: Caps) -> dict[str, str]:
     """Snippets of the receiver contract for a light; None: it casts nothing."""
     if shadow_map is None:
         return open_slots(kind_of(light))
@@ -71,14 +75,14 @@ def receiver_slots(light: Light, shadow_map: Map | Lists | Numbers | Given | Non
     return mapped_slots(kind_of(light), settings.target, settings.bias, shadow_map.filter, compare)
 
 
-def receiver_dialect(shadow_map: Map | Lists | Numbers | Given | None, caps: Caps) -> str:
+def receiver_dialect(shadow_map: Asked, caps: Caps) -> str:
     """The dialect that a receiver's snippets need."""
     if isinstance(shadow_map, Lists | Numbers):
         return "core400" if caps.version_code >= 400 else "core330"
     return "core330_gather" if caps.texture_gather else "core330"
 
 
-def receiver_defines(light: Light, shadow_map: Map | Lists | Numbers | Given | None) -> dict[str, int | str]:
+def receiver_defines(light: Light, shadow_map: Asked) -> dict[str, int | str]:
     """Defines of the receiver contract for a light."""
     if shadow_map is None:
         return {}

@@ -19,6 +19,7 @@ from glshadow.gl.lists import Lists, light_frame
 from glshadow.gl.numbers import Numbers
 from glshadow.gl.program import UNITS, Program, Programs
 from glshadow.gl.receiver import (
+    Asked,
     Given,
     comparison_sampler,
     light_uniforms,
@@ -51,10 +52,6 @@ class Samplers:
         """Delete them."""
         for sampler in (self.nearer, self.nearer_reversed, self.plain):
             sampler.release()
-
-
-Asked = Map | Lists | Numbers | Given | None
-"""What a light's shadow is asked of; None: it casts nothing."""
 
 
 @dataclass(frozen=True)

@@ -62,17 +62,7 @@ def test_mutated_files(renderer, files, tmp_path, capfd):
 def test_random_settings(renderer):
     def run(rng):
         case = random_settings.case(rng)
-        return verdict.judged(
-            lambda: verdict.checked_render(
-                renderer,
-                case.scene,
-                case.camera,
-                case.lights,
-                case.size,
-                ambient=case.ambient,
-                background=case.background,
-            )
-        )
+        return verdict.judged(lambda: verdict.checked_case(renderer, case))
 
     wrong, kinds = failures(run)
     assert wrong == []

@@ -88,6 +88,12 @@ def small_maps(lights: Sequence[Any], resolution: int = 128) -> tuple[Any, ...]:
     )
 
 
+def checked_case(renderer: gs.Renderer, case: Any) -> gs.Frame:
+    """`checked_render` of a case of random_settings."""
+    options = {"ambient": case.ambient, "background": case.background}
+    return checked_render(renderer, case.scene, case.camera, case.lights, case.size, **options)
+
+
 def checked_render(
     renderer: gs.Renderer, scene: gs.Scene, camera: Any, lights: Any, size: tuple[int, int], **options: Any
 ) -> gs.Frame:
