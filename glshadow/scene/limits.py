@@ -1,0 +1,80 @@
+"""Limits: what one file may cost before it is refused."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+from glshadow.core.setting import Settings, number, setting, whole
+from glshadow.errors import SceneError
+
+_MOST = 2**62
+
+
+@dataclass(frozen=True)
+class Limits(Settings):
+    """What loading one file may cost; checked before memory is taken.
+
+    Parameters
+    ----------
+    texture_pixels : int
+        Of one image once decoded, and of all images of a file together four times as many.
+    triangles : int
+        Of all placed meshes, instances counted.
+    nodes : int
+        Placed meshes and nodes of the file's tree, instances counted.
+    expansion : float
+        Bytes of memory per byte read, above the first 64 MiB.
+    seconds : float
+        Of reading.
+    """
+
+    texture_pixels: int = setting(whole(1, _MOST), 2**26, help="pixels of one decoded image")
+    triangles: int = setting(whole(1, _MOST), 2 * 10**7, help="triangles of all placed meshes")
+    nodes: int = setting(whole(1, _MOST), 10**5, help="placed meshes and nodes of the tree")
+    expansion: float = setting(number(1.0, 1e12), 200.0, help="bytes of memory per byte read, above the first 64 MiB")
+    seconds: float = setting(number(0.0, 1e9, above=True), 300.0, help="seconds of reading")
+
+    def check(self, limit: str, value: float, what: str) -> None:
+        """Refuse `value` where it is above the limit of that name.
+
+        Raises
+        ------
+        SceneError
+            Names limit, value, and how to raise it.
+        """
+        allowed = getattr(self, limit)
+        if value > allowed:
+            raise SceneError(
+                f"{what}: {value:g} {limit.replace('_', ' ')}, the limit is {allowed:g}; if you trust the file, raise it with "
+                f"glshadow.load(..., limits=glshadow.Limits({limit}=...))"
+            )
+
+
+@dataclass
+class Budget:
+    """The limits of one file while it is read: how much memory it may still take, and until when.
+
+    Parameters
+    ----------
+    limits : Limits
+    read_bytes : int
+        Size of the file and of what it refers to.
+    """
+
+    limits: Limits = field(default_factory=Limits)
+    read_bytes: int = 0
+    taken_bytes: int = 0
+    started: float = field(default_factory=time.monotonic)
+
+    FREE = 64 * 2**20
+
+    def take(self, count_bytes: int, what: str) -> None:
+        """Announce memory before it is taken."""
+        self.taken_bytes += count_bytes
+        over = (self.taken_bytes - self.FREE) / max(self.read_bytes, 1)
+        self.limits.check("expansion", over, what)
+
+    def check_time(self, what: str) -> None:
+        """Stop where reading has taken too long."""
+        self.limits.check("seconds", time.monotonic() - self.started, what)
