@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
 from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.filters import Exact, Hard, Pcf
 from glshadow.core.fit import SceneFit, ViewFit
-from glshadow.core.kernels import Exact, Hard, Pcf
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import time
+import weakref
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import Any, Self
 
 import moderngl
@@ -13,27 +13,26 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.kernels import Exact
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
-from glshadow.core.metric import Target
 from glshadow.core.spaces import Array, finite_vector
-from glshadow.core.used import Used
 from glshadow.errors import GlshadowError, ResourceError, SceneError, SettingsError
 from glshadow.frame import OUTPUTS, Frame
+from glshadow.gl.atlases import Atlases
 from glshadow.gl.camera import Sight, draw_surface, look
-from glshadow.gl.caster import Map, draw_casters
 from glshadow.gl.context import Backend, open_context
-from glshadow.gl.entry_points import AnySamples
-from glshadow.gl.geometry import GpuScene, Meshes
-from glshadow.gl.lists import Lists
-from glshadow.gl.maps import place, plan
-from glshadow.gl.numbers import Numbers
+from glshadow.gl.geometry import GpuScene
+from glshadow.gl.kept import Kept
+from glshadow.gl.meshes import Meshes
 from glshadow.gl.program import Programs
+from glshadow.gl.queries import AnySamples
 from glshadow.gl.readback import read
-from glshadow.gl.receiver import Asked
-from glshadow.gl.refine import Refined
-from glshadow.gl.resolve import Samplers, Share, resolve
-from glshadow.gl.targets import Atlas, CameraTargets, clear_outputs
+from glshadow.gl.resolve import Share, resolve
+from glshadow.gl.screen import Samplers
+from glshadow.gl.sources import Source, source_of
+from glshadow.gl.sources.refined import Refined
+from glshadow.gl.sources.source import open_receiver
+from glshadow.gl.targets import CameraTargets, clear_outputs
+from glshadow.gl.work import Work
 from glshadow.scene.mesh import Scene, warn
 
 
@@ -64,12 +63,12 @@ class Renderer:
             self._idle_color = ctx.renderbuffer((1, 1))
             self._idle = ctx.framebuffer([self._idle_color])
             self._idle.use()
-        self._scene: GpuScene | None = None
-        self._sight: Sight | None = None
-        self._targets: CameraTargets | None = None
-        self._atlases: dict[Target, Atlas] = {}
-        self._refined: Refined | None = None
-        self._lists: dict[int, Lists | Numbers] = {}
+            self._atlases = Atlases(self._context)
+        self._scene: Kept[GpuScene] = Kept()
+        self._targets: Kept[CameraTargets] = Kept()
+        self._refined: Kept[Refined] = Kept()
+        self._sight: tuple[Any, Sight] | None = None
+        self._sources: dict[tuple[int, type[Source]], Source] = {}
 
     def __enter__(self) -> Self:
         return self
@@ -82,22 +81,20 @@ class Renderer:
         if self._context.released:
             return
         with self._context.drawing():
-            owned = (
+            for kept in (self._scene, self._targets, self._refined):
+                kept.drop()
+            owned: tuple[Any, ...] = (
                 self._programs,
                 self._meshes,
                 self._samplers,
                 self._covered,
+                self._atlases,
                 self._idle,
                 self._idle_color,
-                self._scene,
-                self._refined,
-                self._targets,
             )
-            for thing in (*owned, *self._atlases.values(), *self._lists.values()):
-                if thing is not None:
-                    thing.release()
-        self._atlases.clear()
-        self._lists.clear()
+            for thing in (*owned, *self._sources.values()):
+                thing.release()
+        self._sources.clear()
         self._context.release()
 
     @property
@@ -143,7 +140,7 @@ class Renderer:
         background_rgb = finite_vector("background", background)
         with self._context.drawing():
             try:
-                return _Frame(self, scene, camera, lights, size, outputs).run(ambient_rgb, background_rgb)
+                return self._frame(scene, camera, lights, size, frozenset(outputs), ambient_rgb, background_rgb)
             except MemoryError as error:
                 raise ResourceError(
                     f"there is not enough memory for {size[0]} x {size[1]} pixels of {', '.join(outputs)}; use a smaller picture"
@@ -152,6 +149,68 @@ class Renderer:
                 # moderngl binds again what was bound before, also a framebuffer released meanwhile: leave one that stays
                 self._idle.use()
                 self._meshes.sweep()
+
+    def _frame(
+        self,
+        scene: Scene,
+        camera: PerspectiveCamera,
+        lights: tuple[Light, ...],
+        size: tuple[int, int],
+        outputs: frozenset[str],
+        ambient: Array,
+        background: Array,
+    ) -> Frame:
+        work = self._work(scene, camera, (int(size[0]), int(size[1])), len(lights), outputs)
+        clock = _Clock(self._context.ctx, "timings" in outputs)
+        sources = [self._source(number, light) for number, light in enumerate(lights)]
+        for source, light in zip(sources, lights, strict=True):
+            source.claim(work, light)
+        with clock("surface"), self._covered:
+            draw_surface(self._context, self._programs, work.scene, work.sight, work.targets)
+        with clock("shadow"):
+            used = tuple(source.prepare(work) for source in sources)
+        with clock("resolve"):
+            clear_outputs(
+                self._context, work.targets, background
+            )  # here, so that tiles are cleared and drawn in one go
+            for number, (light, source) in enumerate(zip(lights, sources, strict=True)):
+                resolve(work, Share(light, source.receiver(work), True, number, len(lights), ambient))
+            if not lights:
+                dark = DirectionalLight()
+                resolve(work, Share(dark, open_receiver(work, dark), False, 0, 1, ambient))
+        with clock("read"):
+            results = read(outputs, work.sight, work.targets)
+            if "shadow_maps" in outputs:
+                results["shadow_maps"] = tuple(source.stored() for source in sources)
+        self._context.check_errors("rendering")
+        sight = work.sight
+        if not self._covered.passed:
+            warn(_nothing_in_view(scene, sight))
+        return Frame(scene=scene, camera=camera, lights=lights, size=sight.size, near=sight.near, far=sight.far, used=used,
+                     timings=clock.times, **results)  # fmt: skip
+
+    # What is kept from frame to frame
+
+    def _work(
+        self, scene: Scene, camera: PerspectiveCamera, size: tuple[int, int], lights: int, outputs: frozenset[str]
+    ) -> Work:
+        context, programs = self._context, self._programs
+        gpu = self._scene.get(weakref.ref(scene), lambda: GpuScene(context, self._meshes, scene))
+        key = (camera, size, gpu.identity)
+        if self._sight is None or self._sight[0] != key:
+            self._sight = (key, look(scene, gpu, camera, size, context.caps.clip_control))
+        channels = 4 if gpu.textured else 2 if gpu.smooth else 1
+        shape = (size, channels, lights, "visibility" in outputs, "linear" in outputs)
+        targets = self._targets.get(shape, lambda: CameraTargets(context, *shape))
+        self._atlases.begin()
+        return Work(context, programs, self._samplers, self._atlases, gpu, self._sight[1], targets, self._refined)
+
+    def _source(self, number: int, light: Light) -> Source:
+        kind = source_of(light, self._context.caps)
+        kept = self._sources.get((number, kind))
+        if kept is None:
+            kept = self._sources[number, kind] = kind(self._context)
+        return kept
 
 
 def _checked(
@@ -179,134 +238,23 @@ def _checked(
     return scene.camera if camera is None else camera, lights
 
 
-class _Frame:
-    """The work of one frame, and its clock."""
+class _Clock:
+    """Seconds per stage, waiting for the GPU before and after; not wanted: costs nothing."""
 
-    def __init__(
-        self,
-        renderer: Renderer,
-        scene: Scene,
-        camera: PerspectiveCamera,
-        lights: tuple[Light, ...],
-        size: tuple[int, int],
-        outputs: Sequence[str],
-    ) -> None:
-        self.r, self.context = renderer, renderer._context
-        self.scene, self.lights, self.outputs = scene, lights, frozenset(outputs)
-        self.timings: dict[str, float] = {}
-        self.gpu = self._gpu_scene()
-        self.sight = self._sight(camera, (int(size[0]), int(size[1])))
-
-    def run(self, ambient: Array, background: Array) -> Frame:
-        context, programs, samplers = self.context, self.r._programs, self.r._samplers
-        whole = [self._whole(light) for light in self.lights]
-        plans = [
-            plan(light, self.scene, self.gpu, self.sight, context.caps, every)
-            for light, every in zip(self.lights, whole, strict=True)
-        ]
-        maps = place(context, self.r._atlases, plans, whole)
-        targets = self._targets()
-        with self._clock("surface"), self.r._covered:
-            draw_surface(context, programs, self.gpu, self.sight, targets)
-        used: list[Used] = []
-        shadows: list[Map | Lists | Numbers | None] = list(maps)
-        with self._clock("shadow"):
-            for i, (each, light, shadow_map) in enumerate(zip(plans, self.lights, maps, strict=True)):
-                if isinstance(each.filter, Exact):
-                    shadows[i] = lists = self._candidates(i)
-                    used.append(replace(each, draws=int(lists.update(programs, self.gpu, light)), links=lists.links))
-                    continue
-                draws = draw_casters(context, programs, self.gpu, light, shadow_map) if shadow_map else 0
-                used.append(replace(each, views=shadow_map.views if shadow_map else (), draws=draws))
-        with self._clock("resolve"):
-            clear_outputs(context, targets, background)  # here, so that tiles are cleared and drawn in one go
-            for i, light in enumerate(self.lights):
-                share = Share(light, self._asked(targets, light, shadows[i]), i, len(self.lights), ambient)
-                resolve(context, programs, samplers, self.gpu, self.sight, targets, share)
-            if not self.lights:
-                resolve(context, programs, samplers, self.gpu, self.sight, targets, Share(None, None, 0, 1, ambient))
-        with self._clock("read"):
-            results = read(self.outputs, self.sight, targets, maps)
-        context.check_errors("rendering")
-        if not self.r._covered.passed:
-            warn(_nothing_in_view(self.scene, self.sight))
-        return self._result(used, results)
-
-    def _result(self, used: list[Used], results: dict[str, Any]) -> Frame:
-        sight = self.sight
-        return Frame(
-            scene=self.scene,
-            camera=sight.camera,
-            lights=self.lights,
-            size=sight.size,
-            near=sight.near,
-            far=sight.far,
-            used=tuple(used),
-            timings=self.timings if "timings" in self.outputs else None,
-            **results,
-        )
+    def __init__(self, ctx: moderngl.Context, wanted: bool) -> None:
+        self._ctx = ctx
+        self.times: dict[str, float] | None = {} if wanted else None
 
     @contextlib.contextmanager
-    def _clock(self, name: str) -> Iterator[None]:
-        if "timings" not in self.outputs:
+    def __call__(self, name: str) -> Iterator[None]:
+        if self.times is None:
             yield
             return
-        self.context.ctx.finish()
+        self._ctx.finish()
         start = time.perf_counter()
         yield
-        self.context.ctx.finish()
-        self.timings[name] = self.timings.get(name, 0.0) + time.perf_counter() - start
-
-    def _whole(self, light: Light) -> bool:
-        """Whether casters that darken nothing are drawn too: where the map itself is looked at, or a bias is tried out."""
-        return "shadow_maps" in self.outputs or (light.shadow is not None and light.shadow.bias is not None)
-
-    # What is kept from frame to frame
-
-    def _asked(self, targets: CameraTargets, light: Light, shadow: Map | Lists | Numbers | None) -> Asked:
-        """What the resolve pass asks: the visibility itself, where an exact filter wants several points in a pixel."""
-        kind = light.shadow.filter if light.shadow else None
-        if not isinstance(shadow, Lists) or not isinstance(kind, Exact) or kind.samples == 1:
-            return shadow
-        kept = self.r._refined
-        if kept is None or kept.targets is not targets or kept.samples != kind.samples:
-            if kept is not None:
-                self.r._refined = None
-                kept.release()
-            self.r._refined = kept = Refined(self.context, targets, kind.samples)
-        return kept.draw(self.r._programs, self.r._samplers, self.gpu, self.sight, light, shadow)
-
-    def _candidates(self, light: int) -> Lists | Numbers:
-        kept = self.r._lists.get(light)
-        if kept is None:
-            kept = self.r._lists[light] = Lists(self.context) if self.context.caps.compute else Numbers(self.context)
-        return kept
-
-    def _gpu_scene(self) -> GpuScene:
-        kept = self.r._scene
-        if kept is None or kept.scene() is not self.scene:
-            if kept is not None:
-                self.r._scene = self.r._sight = None
-                kept.release()
-            self.r._scene = kept = GpuScene(self.context, self.r._meshes, self.scene)
-        return kept
-
-    def _sight(self, camera: PerspectiveCamera, size: tuple[int, int]) -> Sight:
-        kept = self.r._sight
-        if kept is None or (kept.camera, kept.size) != (camera, size):
-            self.r._sight = kept = look(self.scene, self.gpu, camera, size, self.context.caps.clip_control)
-        return kept
-
-    def _targets(self) -> CameraTargets:
-        channels = 4 if self.gpu.textured else 2 if self.gpu.smooth else 1
-        key = (self.sight.size, channels, len(self.lights), "visibility" in self.outputs, "linear" in self.outputs)
-        kept = self.r._targets
-        if kept is None or kept.key != key:
-            if kept is not None:
-                self.r._targets = None
-                kept.release()
-            self.r._targets = kept = CameraTargets(self.context, *key)
-        return kept
+        self._ctx.finish()
+        self.times[name] = time.perf_counter() - start
 
 
 def _nothing_in_view(scene: Scene, sight: Sight) -> str:

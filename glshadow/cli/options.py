@@ -11,6 +11,9 @@ import click
 
 from glshadow.cli import values
 from glshadow.cli.running import Work
+from glshadow.core.bias import BIASES
+from glshadow.core.fit import FITS
+from glshadow.core.spelling import parse
 from glshadow.errors import SettingsError
 
 if TYPE_CHECKING:
@@ -120,18 +123,16 @@ picture_options = _all(
     option("Shadow (of every light)", "--resolution", metavar="N", read=values.resolution,
            help="Texels along a side of the shadow map. Default: 2048."),
     option("Shadow (of every light)", "--filter", "filter_", metavar="FILTER", read=values.shadow_filter,
-           help="hard (one texel decides), pcf:R (mean over (2R+1)^2 comparisons, R 0 to 4), exact (no map: asks the triangles) or exact:N "
-                "(N = 4, 8 or 16 points in each pixel on an edge). Default: pcf:1."),
+           help=f"{values.filter_help()}. Default: pcf:1."),
     option("Shadow (of every light)", "--bias", metavar="BIAS", read=values.bias,
-           help="What keeps surfaces from shadowing themselves: receiver-plane (derived, no knob), constant:WORLD "
-                "(units along the light), slope[:FACTOR,UNITS] (polygon offset; depth formats), "
-                "normal-offset[:TEXELS], clip:X (Babylon's), none. Default: receiver-plane."),
+           help=f"What keeps surfaces from shadowing themselves: {', '.join(kind.usage() for kind in BIASES)}. "
+                "receiver-plane is derived and has no knob, slope is polygon offset, clip is Babylon's. Default: receiver-plane."),
     option("Shadow (of every light)", "--target-format", type=click.Choice(values.TARGETS),
            help="Format of the map: depth* hold window depth, the others the depth metric. Default: depth32f."),
     option("Shadow (of every light)", "--clip", metavar="CLIP", read=values.clip,
            help="Clip convention of the light: 0..1 or -1..1, either with ,reversed. Default: 0..1, reversed for spot "
                 "and point."),
-    option("Shadow (of every light)", "--fit", type=click.Choice(["view", "scene"]),
+    option("Shadow (of every light)", "--fit", type=click.Choice([kind.spelling for kind in FITS]),
            help="What the map covers: what the camera sees, or the whole scene. Default: view."),
     option("Shadow (of every light)", "--faces", type=click.Choice(["auto", "front", "back", "both"]),
            help="Faces that cast. Default: auto, which is both but for closed meshes."),
@@ -212,14 +213,13 @@ def request(
     click.UsageError
         If shadow settings cannot work together.
     """
-    from glshadow.core.fit import SceneFit, ViewFit
     from glshadow.core.metric import Target
     from glshadow.core.shadow import Faces, Shadow
 
     shadow = {name: options.pop(name) for name in ("resolution", "bias", "clip", "strength")}
     shadow["filter"] = filter_
     shadow["target"] = None if target_format is None else Target(target_format)
-    shadow["fit"] = {"view": ViewFit(), "scene": SceneFit(), None: None}[fit]
+    shadow["fit"] = None if fit is None else parse(fit, FITS, "fit")
     shadow["faces"] = None if faces in (None, "auto") else Faces(faces)
     shadow = {name: value for name, value in shadow.items() if value is not None}
     try:

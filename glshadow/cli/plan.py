@@ -109,9 +109,6 @@ def _percent(value: float) -> str:
 
 def _render_line(ctx: click.Context, shadow: Shadow) -> str:
     """`glshadow render` with what was given here, and the setting."""
-    from glshadow.core.kernels import Exact
-    from glshadow.study.grid import filter_name
-
     model = ctx.params["model"]
     words = ["glshadow", "render", *([] if model is None else [str(model)])]
     given: Mapping[click.Option, Any] = ctx.meta[GIVEN]
@@ -123,5 +120,5 @@ def _render_line(ctx: click.Context, shadow: Shadow) -> str:
             words.append(name)
         else:
             words += [f"{name}={text}" for text in (value if param.multiple else [value])]
-    size = [] if isinstance(shadow.filter, Exact) else ["--resolution", str(shadow.resolution)]
-    return shlex.join([*words, *size, "--filter", filter_name(shadow.filter)])
+    size = ["--resolution", str(shadow.resolution)] if shadow.filter.has_map else []
+    return shlex.join([*words, *size, "--filter", str(shadow.filter)])

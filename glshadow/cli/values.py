@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from glshadow.core.bias import BIASES, Bias
+from glshadow.core.filters import FILTERS, Filter
+from glshadow.core.spelling import parse
 from glshadow.errors import SettingsError
 
 if TYPE_CHECKING:
-    from glshadow.core.bias import Bias
-    from glshadow.core.kernels import Filter
     from glshadow.core.lights import Light
     from glshadow.core.spaces import ClipSpace
 
@@ -25,8 +26,6 @@ IMAGES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
 OVERLAYS = ("map", "lights", "axes", "grid")
 LARGEST_SIDE = 16384  # pixels; the driver's own limit is checked when the picture is made
 
-FILTERS = "hard, pcf:R with R from 0 to 4, exact, exact:N with 4, 8 or 16 samples"
-BIASES = "receiver-plane, constant:WORLD, slope[:FACTOR,UNITS], normal-offset[:TEXELS], clip:X, none"
 LIGHTS = "sun:dx,dy,dz, spot:px,py,pz:dx,dy,dz[:outer[:inner]], point:x,y,z, each with any :key=value after it"
 COMMON_KEYS = ("intensity", "color", "near", "far", "shadow")
 LIGHT_KEYS = {
@@ -126,39 +125,22 @@ def strength(text: str) -> float:
 
 
 def shadow_filter(text: str) -> Filter:
-    """`FILTERS`."""
-    from glshadow.core.kernels import Exact, Hard, Pcf
+    """As a filter is spelled: hard, pcf:1, ..."""
+    return parse(text, FILTERS, "filter")
 
-    name, colon, rest = text.partition(":")
-    if name == "hard" and not colon:
-        return Hard()
-    if name not in ("pcf", "exact") or (colon and not rest.isdecimal()):
-        raise SettingsError(f"{text!r} is none of: {FILTERS}")
-    if name == "exact":
-        return Exact(int(rest)) if colon else Exact()
-    return Pcf(int(rest)) if colon else Pcf()
+
+def filter_help() -> str:
+    """Every filter with what it does and what its numbers are."""
+    parts = []
+    for kind in FILTERS:
+        notes = [f"{item.name.upper()} {item.metadata['help']}" for item in fields(kind) if item.metadata["help"]]  # type: ignore[arg-type]
+        parts.append(f"{kind.usage()} ({'; '.join([kind.summary, *notes])})")
+    return ", ".join(parts)
 
 
 def bias(text: str) -> Bias:
-    """`BIASES`."""
-    from glshadow.core import bias as kinds
-
-    name, colon, rest = text.partition(":")
-    plain: dict[str, Callable[[], Bias]] = {"receiver-plane": kinds.ReceiverPlaneBias, "none": kinds.NoBias}
-    if name in plain and not colon:
-        return plain[name]()
-    if not colon and name in ("slope", "normal-offset"):
-        return kinds.SlopeScaledBias() if name == "slope" else kinds.NormalOffsetBias()
-    if name == "slope":
-        return kinds.SlopeScaledBias(*numbers(rest, 2))
-    one: dict[str, Callable[[float], Bias]] = {
-        "constant": kinds.ConstantBias,
-        "normal-offset": kinds.NormalOffsetBias,
-        "clip": kinds.ClipBias,
-    }
-    if name not in one or not colon:
-        raise SettingsError(f"{text!r} is none of: {BIASES}")
-    return one[name](number(rest))
+    """As a bias is spelled: receiver-plane, slope:1.1,4, ..."""
+    return parse(text, BIASES, "bias")
 
 
 def clip(text: str) -> ClipSpace:

@@ -7,11 +7,14 @@ A bias moves the compare depth towards the light (or the stored depth away from 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from glshadow.core.setting import flag, number, setting
 from glshadow.core.spaces import Array, ClipSpace
+from glshadow.core.spelling import Spelled
 from glshadow.errors import SettingsError
 
 # A curved surface is a fan of planes: neighbouring facets, which the filter also reads, rise above the receiver's own. They are
@@ -20,44 +23,109 @@ from glshadow.errors import SettingsError
 FACET_SLOPE = float(np.tan(np.radians(15.0)))
 
 
-def _finite(name: str, value: float, low: float = 0.0) -> None:
-    if not (np.isfinite(value) and value >= low):
-        raise SettingsError(f"{name} must be finite and at least {low:g}, got {value!r}")
+class Bias(Spelled):
+    """How a surface is kept from shadowing itself. Each kind is one subclass; the passes ask only what stands here.
+
+    Attributes
+    ----------
+    snippet : str
+        What fills the slot <bias>: where a receiver is compared.
+    follows_plane : bool
+        The compare depth follows the receiver's plane from tap to tap, and the slack of a tap is taken off.
+    certain : bool
+        No surface shadows itself whatever the settings: what darkens nothing else need not be drawn.
+    depth_only : bool
+        Acts on depth textures alone.
+    """
+
+    snippet: ClassVar[str] = "bias/none.glsl"
+    follows_plane: ClassVar[bool] = False
+    certain: ClassVar[bool] = False
+    depth_only: ClassVar[bool] = False
+
+    @property
+    def polygon_offset(self) -> tuple[float, float]:
+        """(factor, units) of GL's polygon offset in the caster pass, for depth that is not reversed."""
+        return (0.0, 0.0)
+
+    @property
+    def of_caster(self) -> tuple[float, float] | None:
+        """(clip or metric units, world units against the normal) by which casters are moved; None: not at all."""
+        return None
+
+    @property
+    def of_compare(self) -> float:
+        """Clip or metric units that are taken off the compare depth."""
+        return 0.0
+
+    def amount(self, texel: float) -> float:
+        """The uniform of the snippet; `texel`: its size on the light's axis, world units for a sun, else tangents."""
+        return 0.0
+
+    def moved(self, points: Array, normals: Array, towards: Array, distance: Array, texel: Array) -> Array:
+        """The float64 twin of the snippet: where receivers are compared.
+
+        Parameters
+        ----------
+        points, normals, towards : (N, 3) float64
+            World; `towards`: unit vectors to the light.
+        distance : (N,) float64
+            To the light; infinite for a sun.
+        texel : (N, 1) float64
+            Size of a texel at the receiver, world units.
+        """
+        return points
 
 
 @dataclass(frozen=True)
-class ReceiverPlaneBias:
+class ReceiverPlaneBias(Bias):
     """Derived, no knob: compare depth follows the receiver's own plane from tap to tap, minus the slack of one tap.
 
     The slack is what the plane rises over the part of the map that one tap stands for (half a texel for a nearest tap, one for a
     bilinear or gathered one), plus FACET_SLOPE for curved neighbours, the rounding, and the quantum of the map's format.
     """
 
+    spelling = "receiver-plane"
+    follows_plane = True
+    certain = True
+
 
 @dataclass(frozen=True)
-class ConstantBias:
+class ConstantBias(Bias):
     """Compare depth moved by `world` units along the light. Right for one slope only."""
 
-    world: float
+    world: float = setting(number(0.0), help="world units along the light")
 
-    def __post_init__(self) -> None:
-        _finite("ConstantBias world", self.world)
+    spelling = "constant"
+    snippet = "bias/constant.glsl"
+
+    def amount(self, texel: float) -> float:
+        """World units."""
+        return self.world
+
+    def moved(self, points: Array, normals: Array, towards: Array, distance: Array, texel: Array) -> Array:
+        """Towards the light, never through it."""
+        return np.asarray(points + towards * np.minimum(self.world, 0.999 * distance)[:, None])
 
 
 @dataclass(frozen=True)
-class SlopeScaledBias:
+class SlopeScaledBias(Bias):
     """GL's polygon offset in the caster pass: factor * max(|dz/dx|, |dz/dy|) + units * r. Depth textures only."""
 
-    factor: float = 1.1
-    units: float = 4.0
+    factor: float = setting(number(0.0), 1.1, help="of the depth's slope per texel")
+    units: float = setting(number(0.0), 4.0, help="of the depth format's smallest step")
 
-    def __post_init__(self) -> None:
-        _finite("SlopeScaledBias factor", self.factor)
-        _finite("SlopeScaledBias units", self.units)
+    spelling = "slope"
+    depth_only = True
+
+    @property
+    def polygon_offset(self) -> tuple[float, float]:
+        """(factor, units)."""
+        return (self.factor, self.units)
 
 
 @dataclass(frozen=True)
-class NormalOffsetBias:
+class NormalOffsetBias(Bias):
     """The receiver moved along its normal by texels * texel size * sin(angle to the light) before it is projected.
 
     References
@@ -65,14 +133,23 @@ class NormalOffsetBias:
     Holbert 2011, "Saying Goodbye to Shadow Acne", GDC poster. 1.5 texels are one bilinear reach of 3 x 3.
     """
 
-    texels: float = 1.5
+    texels: float = setting(number(0.0), 1.5, help="texels along the normal")
 
-    def __post_init__(self) -> None:
-        _finite("NormalOffsetBias texels", self.texels)
+    spelling = "normal-offset"
+    snippet = "bias/normal_offset.glsl"
+
+    def amount(self, texel: float) -> float:
+        """World units for a sun, else tangents."""
+        return self.texels * texel
+
+    def moved(self, points: Array, normals: Array, towards: Array, distance: Array, texel: Array) -> Array:
+        """Along the normal."""
+        cosine = (normals * towards).sum(axis=-1, keepdims=True)
+        return np.asarray(points + normals * (self.texels * texel * np.sqrt(np.maximum(0.0, 1.0 - cosine**2))))
 
 
 @dataclass(frozen=True)
-class ClipBias:
+class ClipBias(Bias):
     """Babylon's bias: clip units for depth textures, metric units for metric targets.
 
     Parameters
@@ -85,26 +162,40 @@ class ClipBias:
         True: applied where the map is drawn, as Babylon does. False: subtracted from the compare depth, the same test.
     """
 
-    clip: float
-    normal: float = 0.0
-    caster: bool = True
+    clip: float = setting(number(), help="clip units, or units of the metric")
+    normal: float = setting(number(0.0), 0.0, help="world units")
+    caster: bool = setting(flag(), True, help="whether it moves casters or the compare depth")
 
-    def __post_init__(self) -> None:
-        _finite("ClipBias clip", self.clip, -np.inf)
-        _finite("ClipBias normal", self.normal)
+    spelling = "clip"
+
+    @property
+    def of_caster(self) -> tuple[float, float] | None:
+        """(clip, normal)."""
+        return (self.clip, self.normal) if self.caster else None
+
+    @property
+    def of_compare(self) -> float:
+        """clip."""
+        return 0.0 if self.caster else self.clip
 
 
 @dataclass(frozen=True)
-class NoBias:
+class NoBias(Bias):
     """No bias: every lit surface shadows itself in stripes. For teaching and for tests."""
 
+    spelling = "none"
 
-Bias = ReceiverPlaneBias | ConstantBias | SlopeScaledBias | NormalOffsetBias | ClipBias | NoBias
+
+BIASES: tuple[type[Bias], ...] = (ReceiverPlaneBias, ConstantBias, SlopeScaledBias, NormalOffsetBias, ClipBias, NoBias)
 
 
 def bias_factor(clip: ClipSpace) -> float:
     """0.5 where NDC z spans one unit, 1 where it spans two: the same window depth moves either way."""
     return 0.5 if clip.zero_to_one else 1.0
+
+
+WINDOW_PER_CLIP = 0.5
+"""Window depth by which a bias of 1, times `bias_factor`, moves: NDC 0..1 is window depth, of -1..1 window depth is half."""
 
 
 def receiver_plane_from_derivatives(duvz_dx: ArrayLike, duvz_dy: ArrayLike) -> Array:

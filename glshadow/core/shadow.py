@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
-from typing import get_args
 
-from glshadow.core.bias import Bias, SlopeScaledBias
+from glshadow.core.bias import Bias
+from glshadow.core.filters import Filter, Pcf
 from glshadow.core.fit import Fit, ViewFit
-from glshadow.core.kernels import Exact, Filter, Pcf
 from glshadow.core.metric import Target
+from glshadow.core.setting import Settings, instance, number, optional, setting, whole
 from glshadow.core.spaces import ClipSpace
 from glshadow.errors import SettingsError
 
@@ -25,15 +25,15 @@ class Faces(Enum):
 
 
 @dataclass(frozen=True)
-class Shadow:
+class Shadow(Settings):
     """How a light's shadow is made. None means derived.
 
     Parameters
     ----------
     resolution : int
         Texels along each side of a view's map, 1 to 16384.
-    filter : Hard, Pcf or Exact
-        How many texels answer for one receiver; Exact: none, it asks the triangles.
+    filter : Filter
+        How one receiver is answered for: Hard, Pcf, ... or Exact, which has no map and asks the triangles.
     bias : optional
         None: ReceiverPlaneBias(). Also ConstantBias, SlopeScaledBias, NormalOffsetBias, ClipBias, NoBias.
     target : Target, optional
@@ -48,39 +48,24 @@ class Shadow:
         0 (no shadow) to 1: how much of the light a shadow takes away in the image. Visibility itself is not scaled.
     """
 
-    resolution: int = 2048
-    filter: Filter = field(default_factory=Pcf)
-    bias: Bias | None = None
-    target: Target | None = None
-    clip: ClipSpace | None = None
-    fit: Fit = field(default_factory=ViewFit)
-    faces: Faces | None = None
-    strength: float = 1.0
+    resolution: int = setting(whole(1, MAX_RESOLUTION, unit="texels"), 2048)
+    filter: Filter = setting(instance(Filter), factory=Pcf)
+    bias: Bias | None = setting(optional(instance(Bias)), None)
+    target: Target | None = setting(optional(instance(Target)), None)
+    clip: ClipSpace | None = setting(optional(instance(ClipSpace)), None)
+    fit: Fit = setting(instance(Fit), factory=ViewFit)
+    faces: Faces | None = setting(optional(instance(Faces)), None)
+    strength: float = setting(number(0.0, 1.0), 1.0)
 
     def __post_init__(self) -> None:
-        resolution = self.resolution
-        if isinstance(resolution, bool) or not isinstance(resolution, int) or not 1 <= resolution <= MAX_RESOLUTION:
-            raise SettingsError(f"resolution must be an integer in [1, {MAX_RESOLUTION}] texels, got {resolution!r}")
-        if not 0.0 <= self.strength <= 1.0:
-            raise SettingsError(f"strength must be in [0, 1], got {self.strength!r}")
-        for name, value, kinds in (
-            ("filter", self.filter, get_args(Filter)),
-            ("bias", self.bias, (*get_args(Bias), type(None))),
-            ("target", self.target, (Target, type(None))),
-            ("clip", self.clip, (ClipSpace, type(None))),
-            ("fit", self.fit, get_args(Fit)),
-            ("faces", self.faces, (Faces, type(None))),
-        ):
-            if not isinstance(value, kinds):
-                allowed = ", ".join(kind.__name__ for kind in kinds if kind is not type(None))
-                raise SettingsError(f"{name} must be an instance of {allowed}, got {value!r}")
-        if isinstance(self.bias, SlopeScaledBias) and self.target is not None and not self.target.is_depth:
+        super().__post_init__()
+        if self.bias is not None and self.bias.depth_only and self.target is not None and not self.target.is_depth:
             raise SettingsError(
-                f"SlopeScaledBias is polygon offset and moves a depth attachment only; target {self.target.value} stores a "
+                f"{type(self.bias).__name__} is polygon offset and moves a depth attachment only; target {self.target.value} stores a "
                 "metric. Use ReceiverPlaneBias or ConstantBias, or a depth target."
             )
-        if isinstance(self.filter, Exact) and (self.bias is not None or self.target is not None):
+        if not self.filter.has_map and (self.bias is not None or self.target is not None):
             raise SettingsError(
-                f"Exact() compares triangles, not depths: leave bias and target at None, got bias {self.bias!r} and target "
+                f"{self.filter!r} compares triangles, not depths: leave bias and target at None, got bias {self.bias!r} and target "
                 f"{self.target.value if self.target else None!r}"
             )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from glshadow.core.bias import Bias
-from glshadow.core.kernels import Filter
+from glshadow.core.filters import Filter
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces
 from glshadow.core.spaces import ClipSpace

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import moderngl
@@ -9,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.culling import seen_by
 from glshadow.core.fit import frustum_of, visible_corners
 from glshadow.core.spaces import Array, ClipSpace, perspective
 from glshadow.core.view import ShadowView
-from glshadow.gl.caster import seen_by
 from glshadow.gl.context import GLContext
+from glshadow.gl.drawing import draw_nodes
 from glshadow.gl.geometry import GpuScene, pack_matrices
 from glshadow.gl.program import Program, Programs
 from glshadow.gl.targets import CameraTargets
@@ -110,31 +112,26 @@ def draw_surface(context: GLContext, programs: Programs, scene: GpuScene, sight:
     ctx.depth_func = ">" if sight.clip.reversed else "<"  # an equal depth would be that of "nothing there"
     ctx.enable_only(moderngl.DEPTH_TEST)
     targets.surface_framebuffer.clear(depth=sight.clip.clear_depth)
-    culled: str | None = None
-    outside = sight.outside.tolist()
-    previous, program, array = None, None, None
-    for i in sorted(sight.drawn.tolist(), key=scene.mesh_number.__getitem__):  # instances one after another
-        gpu = scene.meshes[i]
-        if gpu is not previous:
-            previous, material = gpu, scene.nodes[i].mesh.material
-            program = _program(programs, scene, gpu.smooth, gpu.textured, material.alpha_mode is AlphaMode.MASK)
-            program.set(u_color=material.color, u_cutoff=material.cutoff)
-            array = gpu.vertex_array(program, numbered=True)
-            if gpu.texture is not None:
-                gpu.texture.use(0)
-        assert program is not None
-        assert array is not None
-        program.write("u_clip_from_mesh", sight.clip_from_mesh[i])
-        program.write("u_first_triangle", scene.packed_first[i])
-        if gpu.smooth:
+    # nobody outside a closed mesh sees its back faces
+    hidden = [
+        "back" if closed and outside else None for closed, outside in zip(scene.closed, sight.outside, strict=True)
+    ]
+
+    def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
+        gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
+        program = _program(programs, scene, gpu.smooth, gpu.textured, material.alpha_mode is AlphaMode.MASK)
+        program.set(u_color=material.color, u_cutoff=material.cutoff)
+        if gpu.texture is not None:
+            program.bind(u_texture=gpu.texture)
+
+        def place(i: int) -> None:
+            program.write("u_clip_from_mesh", sight.clip_from_mesh[i])
+            program.write("u_first_triangle", scene.packed_first[i])
             program.write("u_normal_from_mesh", scene.packed_normals[i])
-        # nobody outside a closed mesh sees its back faces
-        cull = ("front" if scene.mirrored[i] else "back") if gpu.closed and outside[i] else None
-        if cull != culled:
-            culled = cull
-            ctx.enable(moderngl.CULL_FACE) if cull else ctx.disable(moderngl.CULL_FACE)
-            ctx.cull_face = cull or "back"
-        array.render()
+
+        return place, gpu.vertex_array(program, numbered=True)
+
+    draw_nodes(ctx, scene, sight.drawn, hidden, begin)
     ctx.enable_only(moderngl.DEPTH_TEST)
 
 

@@ -2,76 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
-from glshadow.core.bias import Bias, ClipBias, SlopeScaledBias, bias_factor
-from glshadow.core.casting import darkens
-from glshadow.core.kernels import Filter
+from glshadow.core.bias import bias_factor
+from glshadow.core.culling import hidden_sides, seen_by
+from glshadow.core.decision import CasterSettings
+from glshadow.core.filters import Filter
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.metric import Target, metric_range
-from glshadow.core.shadow import Faces
-from glshadow.core.spaces import Array, project, transform
+from glshadow.core.spaces import Array
 from glshadow.core.view import ShadowView
+from glshadow.gl.atlases import Atlas
+from glshadow.gl.bodies import casters_on_others, hides_back_faces
 from glshadow.gl.context import GLContext
+from glshadow.gl.drawing import Begin, draw_nodes
 from glshadow.gl.geometry import GpuScene, pack_matrices
 from glshadow.gl.program import Program, Programs
-from glshadow.gl.targets import Atlas
 from glshadow.scene.mesh import AlphaMode
 from glshadow.shader.slots import metric_slot
-
-_FEW = 12  # triangles of a body that is asked whether it darkens anything
-_KEPT = 64  # places of lights for which the answers are kept
-
-
-@dataclass(frozen=True)
-class CasterSettings:
-    """What a light's maps are drawn with, every choice made."""
-
-    target: Target
-    bias: Bias
-    faces: Faces | None
 
 
 @dataclass(frozen=True)
 class Map:
-    """A light's shadow map: its views and the atlas that holds them; `whole`: with what casts on nothing."""
+    """A light's shadow map: its views, the atlas that holds them, how it is drawn and how it is asked."""
 
     views: tuple[ShadowView, ...]
     atlas: Atlas
     settings: CasterSettings
     filter: Filter
-    whole: bool = True
-
-
-def casters_on_others(scene: GpuScene, light: Light) -> NDArray[np.bool_]:
-    """Which nodes (N,) darken anything: not a floor under everything, whose rasterising would cost as much as all the rest."""
-    place = (True, light.direction) if isinstance(light, DirectionalLight) else (False, light.position)
-    kept = scene.casting.get(place)
-    if kept is not None:
-        return kept
-    casting = scene.casts.copy()
-    size = np.linalg.norm(np.ptp(scene.corners, axis=1), axis=1)
-    whole = float(np.linalg.norm(np.ptp(scene.corners.reshape(-1, 3), axis=0)))
-    for i in np.flatnonzero(casting & (size > 0.5 * whole)):
-        mesh = scene.nodes[i].mesh
-        if len(mesh.triangles) <= _FEW and len(scene.nodes) > 1:
-            triangles = transform(scene.nodes[i].world_from_mesh, mesh.positions)[mesh.triangles]
-            casting[i] = darkens(triangles, np.delete(scene.corners, i, axis=0), light)
-    if len(scene.casting) >= _KEPT:
-        scene.casting.clear()
-    scene.casting[place] = casting
-    return casting
 
 
 def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light: Light, shadow_map: Map) -> int:
     """Draw all views of a light into their tiles, unless they hold just that; returns the number of draws.
 
-    Casters nearer than a view's near plane are clamped to it, not cut (depth clamp). Nodes outside a view are not drawn.
+    Casters nearer than a view's near plane are clamped to it, not cut (depth clamp). Nodes outside a view are not drawn, nor, where
+    the bias keeps every surface from shadowing itself, those that darken nothing else.
     """
     ctx = context.ctx
     atlas, settings, boxes = shadow_map.atlas, shadow_map.settings, scene.corners
@@ -80,25 +49,23 @@ def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light:
     if atlas.drawn.get(tiles) == source:
         return 0
     atlas.drawn.pop(tiles, None)
-    casting = scene.casts if shadow_map.whole else casters_on_others(scene, light)
-    solid = hides_back_faces(scene, light, settings.faces)
+    casting = casters_on_others(scene, light) if settings.bias.certain else scene.casts
+    hidden = hidden_sides(settings.faces, hides_back_faces(scene, light, settings.faces))
     atlas.framebuffer.use()
     draws = 0
     for view in shadow_map.views:
-        tile = (*view.tile, view.resolution, view.resolution)
         context.gl.clip_control(view.clip.zero_to_one) if context.caps.clip_control else None
         ctx.depth_func = ">=" if view.clip.reversed else "<="
         ctx.enable_only(moderngl.DEPTH_TEST)
         ctx.depth_clamp_range = (0.0, 1.0)
-        if isinstance(settings.bias, SlopeScaledBias):
-            sign = view.clip.sign
-            ctx.polygon_offset = (sign * settings.bias.factor, sign * settings.bias.units)
-        atlas.framebuffer.viewport = tile
+        factor, units = settings.bias.polygon_offset
+        ctx.polygon_offset = (view.clip.sign * factor, view.clip.sign * units)
+        atlas.framebuffer.viewport = (*view.tile, view.resolution, view.resolution)
         side = view.resolution + 2 * view.gutter
         cleared = (view.tile[0] - view.gutter, view.tile[1] - view.gutter, side, side)
         atlas.framebuffer.clear(1.0, 1.0, 1.0, 1.0, depth=view.clip.clear_depth, viewport=cleared)
         chosen = np.flatnonzero(casting & seen_by(view.clip_from_world, boxes, view))
-        draws += _draw(context, programs, scene, light, view, settings, chosen, solid)
+        draws += draw_nodes(ctx, scene, chosen, hidden, _begin(programs, scene, light, view, settings))
     ctx.polygon_offset = (0.0, 0.0)
     ctx.depth_clamp_range = None
     ctx.front_face = "ccw"
@@ -111,61 +78,39 @@ def _source(scene: GpuScene, light: Light, shadow_map: Map) -> Hashable:
     """All that a light's maps depend on."""
     place = light.direction if isinstance(light, DirectionalLight) else light.position
     views = tuple((view.clip_from_world.tobytes(), view.near, view.far, view.clip) for view in shadow_map.views)
-    return (scene.identity, shadow_map.settings, shadow_map.whole, place, views)
+    return (scene.identity, shadow_map.settings, place, views)
 
 
-def _draw(
-    context: GLContext,
-    programs: Programs,
-    scene: GpuScene,
-    light: Light,
-    view: ShadowView,
-    settings: CasterSettings,
-    chosen: NDArray[np.int64],
-    solid: NDArray[np.bool_],
-) -> int:
-    ctx = context.ctx
+def _begin(programs: Programs, scene: GpuScene, light: Light, view: ShadowView, settings: CasterSettings) -> Begin:
     clip = pack_matrices(view.clip_from_world @ scene.world_from_origin)
     local = None if settings.target.is_depth else pack_matrices(view.view_from_world @ scene.world_from_origin)
-    caster_bias = isinstance(settings.bias, ClipBias) and settings.bias.caster
-    hidden = {flag: _cull(settings.faces, flag) for flag in (False, True)}
-    solid_list = solid.tolist()
-    culled: str | None = None
-    previous, program, array = None, None, None
-    for i in sorted(chosen.tolist(), key=scene.mesh_number.__getitem__):  # instances one after another
-        gpu = scene.meshes[i]
-        if gpu is not previous:
-            previous, material = gpu, scene.nodes[i].mesh.material
-            alpha = material.alpha_mode is AlphaMode.MASK and gpu.texture is not None
-            program = caster_program(programs, settings, view, alpha)
-            program.set(u_alpha=(material.color[3], material.cutoff))
-            array = gpu.vertex_array(program)
-            if gpu.texture is not None:
-                gpu.texture.use(0)
-        assert program is not None
-        assert array is not None
-        program.write("u_clip_from_mesh", clip[i])
-        if local:
-            program.write("u_view_from_mesh", local[i])
-        if caster_bias:
-            program.set(u_light=_light_in_mesh(light, scene.world_from_origin[i]))
-        cull = hidden[solid_list[i]]
-        if cull is not None and scene.mirrored[i]:  # winding is turned over by the matrix
-            cull = "front" if cull == "back" else "back"
-        if cull != culled:
-            culled = cull
-            ctx.enable(moderngl.CULL_FACE) if cull else ctx.disable(moderngl.CULL_FACE)
-            ctx.cull_face = cull or "back"
-        array.render()
-    return len(chosen)
+    moves = settings.bias.of_caster is not None
+
+    def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
+        gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
+        alpha = material.alpha_mode is AlphaMode.MASK and gpu.texture is not None
+        program = caster_program(programs, settings, view, alpha)
+        program.set(u_alpha=(material.color[3], material.cutoff))
+        if alpha:
+            program.bind(u_texture=gpu.texture)
+
+        def place(i: int) -> None:
+            program.write("u_clip_from_mesh", clip[i])
+            if local:
+                program.write("u_view_from_mesh", local[i])
+            if moves:
+                program.set(u_light=_light_in_mesh(light, scene.world_from_origin[i]))
+
+        return place, gpu.vertex_array(program)
+
+    return begin
 
 
 def caster_program(
     programs: Programs, settings: CasterSettings, view: ShadowView, alpha: bool, dialect: str = "core330"
 ) -> Program:
     """The caster program of a view, its uniforms that do not change from draw to draw set."""
-    target, bias = settings.target, settings.bias
-    caster_bias = bias if isinstance(bias, ClipBias) and bias.caster else None
+    target, moved = settings.target, settings.bias.of_caster
     metric = not target.is_depth
     program = programs.get(
         "pass/caster.vert",
@@ -176,14 +121,15 @@ def caster_program(
             "GLS_METRIC": int(metric),
             "GLS_ALPHA": int(alpha),
             "GLS_PACKED": int(target is Target.RGBA8),
-            "GLS_CLIP_BIAS": int(caster_bias is not None),
+            "GLS_CLIP_BIAS": int(moved is not None),
         },
     )
+    clip, normal = moved or (0.0, 0.0)
     if metric:
-        program.set(u_metric=metric_uniform(view, caster_bias.clip if caster_bias else 0.0))
-    if caster_bias is not None:
-        moved = 0.0 if metric else view.clip.sign * caster_bias.clip * bias_factor(view.clip)
-        program.set(u_clip_bias=moved, u_normal_bias=caster_bias.normal)
+        program.set(u_metric=metric_uniform(view, clip))
+    if moved is not None:
+        shift = 0.0 if metric else view.clip.sign * clip * bias_factor(view.clip)
+        program.set(u_clip_bias=shift, u_normal_bias=normal)
     return program
 
 
@@ -192,35 +138,6 @@ def metric_uniform(view: ShadowView, bias: float) -> tuple[float, float, float]:
     low, high = metric_range(view.kind, view.clip, view.near, view.far)
     sign = 1.0 if view.kind == "point" else view.clip.sign
     return (sign / (low + high), low / (low + high), bias)
-
-
-def seen_by(clip_from_world: Array, boxes: Array, view: ShadowView) -> NDArray[np.bool_]:
-    """Which boxes (N, 8, 3) may be seen by a view: not wholly beyond one of its sides or its far plane, nor behind a lamp."""
-    clip = project(clip_from_world, boxes)
-    w = clip[..., 3]
-    beyond = (np.abs(clip[..., 0]) > w) & (np.sign(clip[..., 0]) == np.sign(clip[:, :1, 0]))
-    above = (np.abs(clip[..., 1]) > w) & (np.sign(clip[..., 1]) == np.sign(clip[:, :1, 1]))
-    depth = -(boxes @ view.view_from_world[2, :3] + view.view_from_world[2, 3])
-    far = depth > view.far
-    behind = w <= 0.0
-    outside: NDArray[np.bool_] = beyond.all(1) | above.all(1) | far.all(1) | behind.all(1)
-    return ~outside
-
-
-def hides_back_faces(scene: GpuScene, light: Light, faces: Faces | None) -> NDArray[np.bool_]:
-    """Which nodes (N,) may be drawn without their back faces: closed ones that do not contain the light."""
-    closed = scene.closed
-    if faces is not None or isinstance(light, DirectionalLight):
-        return closed
-    position = np.asarray(light.position)
-    boxes = scene.corners
-    inside = ((boxes.min(axis=1) <= position) & (position <= boxes.max(axis=1))).all(axis=1)
-    return np.asarray(closed & ~inside)
-
-
-def _cull(faces: Faces | None, solid: bool) -> str | None:
-    """Which side is left out; of a closed mesh the one that looks away, if nothing else was asked for."""
-    return {Faces.FRONT: "back", Faces.BACK: "front", Faces.BOTH: None, None: "back" if solid else None}[faces]
 
 
 def _light_in_mesh(light: Light, world_from_mesh: Array) -> tuple[float, float, float, float]:

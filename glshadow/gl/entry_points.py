@@ -8,8 +8,6 @@ import ctypes as C
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import moderngl
-
 from glshadow.errors import ContextError, GlshadowError, ResourceError
 
 DEPTH_COMPONENT16 = 0x81A5
@@ -24,12 +22,9 @@ RG32UI = 0x823C
 R8 = 0x8229
 
 _TEXTURE_2D, _TEXTURE_BINDING_2D = 0x0DE1, 0x8069
-_TEXTURE_BUFFER, _TEXTURE_BINDING_BUFFER = 0x8C2A, 0x8C2C
-_TEXTURE0, _ACTIVE_TEXTURE = 0x84C0, 0x84E0
 _DRAW_FRAMEBUFFER_BINDING, _DRAW_FRAMEBUFFER = 0x8CA6, 0x8CA9
 _FRAMEBUFFER_COMPLETE = 0x8CD5
 _CURRENT_PROGRAM = 0x8B8D
-_ANY_SAMPLES_PASSED, _QUERY_RESULT = 0x8C2F, 0x8866
 DEPTH_ATTACHMENT = 0x8D00
 
 _ERRORS = {
@@ -302,19 +297,20 @@ class EntryPoints:
         """Clear one float or normalised colour target of the bound framebuffer and leave the others alone."""
         self.call("glClearBufferfv", 0x1800, draw_buffer, (C.c_float * 4)(*values))
 
-    def set_sampler(self, program_glo: int, name: str, unit: int) -> None:
-        """Let a sampler of a program read a texture unit.
+    def set_sampler(self, program_glo: int, name: str, unit: int) -> bool:
+        """Let a sampler of a program read a texture unit; whether there is one of that name: the compiler drops what is not used.
 
-        moderngl 5.13 cannot set a samplerBuffer, and does not say so: `program["table"] = 5` changes nothing. A name
-        that the shader compiler dropped is ignored.
+        moderngl 5.13 cannot set a samplerBuffer, and does not say so: `program["table"] = 5` changes nothing.
         """
         location = self.call("glGetUniformLocation", program_glo, name.encode())
-        if location >= 0:
-            previous = self.integer(_CURRENT_PROGRAM)
-            self.call("glUseProgram", program_glo)
-            self.call("glUniform1i", location, unit)
-            # a program that was deleted while it was current is gone now
-            self.call("glUseProgram", previous if self.call("glIsProgram", previous) else 0)
+        if location < 0:
+            return False
+        previous = self.integer(_CURRENT_PROGRAM)
+        self.call("glUseProgram", program_glo)
+        self.call("glUniform1i", location, unit)
+        # a program that was deleted while it was current is gone now
+        self.call("glUseProgram", previous if self.call("glIsProgram", previous) else 0)
+        return True
 
     def _bound_2d(self, texture_glo: int) -> "_Bound2D":
         return _Bound2D(self, texture_glo)
@@ -333,69 +329,3 @@ class _Bound2D:
 
     def __exit__(self, *_: object) -> None:
         self._gl.call("glBindTexture", _TEXTURE_2D, self._previous)
-
-
-class BufferTexture:
-    """A buffer that shaders read by texelFetch (samplerBuffer, usamplerBuffer): 2.5 to 3 times faster on llvmpipe than
-    a storage buffer, and there from OpenGL 3.1 on. Keeps its buffer alive.
-
-    Parameters
-    ----------
-    buffer
-        At most `Caps.max_texture_buffer_size` elements.
-    internal_format
-        R8, R32F, RGBA32F, R32UI, RG32UI or RGBA32UI.
-    """
-
-    def __init__(self, gl: EntryPoints, buffer: moderngl.Buffer, internal_format: int) -> None:
-        self._gl = gl
-        self.buffer = buffer
-        name = C.c_uint()
-        gl.call("glGenTextures", 1, C.byref(name))
-        self.glo = name.value
-        previous = gl.integer(_TEXTURE_BINDING_BUFFER)
-        gl.call("glBindTexture", _TEXTURE_BUFFER, self.glo)
-        gl.call("glTexBuffer", _TEXTURE_BUFFER, internal_format, buffer.glo)
-        gl.call("glBindTexture", _TEXTURE_BUFFER, previous)
-
-    def use(self, unit: int) -> None:
-        """Bind to a texture unit."""
-        active = self._gl.integer(_ACTIVE_TEXTURE)
-        self._gl.call("glActiveTexture", _TEXTURE0 + unit)
-        self._gl.call("glBindTexture", _TEXTURE_BUFFER, self.glo)
-        self._gl.call("glActiveTexture", active)
-
-    def release(self) -> None:
-        """Delete the texture; the buffer stays."""
-        if self.glo:
-            self._gl.call("glDeleteTextures", 1, C.byref(C.c_uint(self.glo)))
-            self.glo = 0
-
-
-class AnySamples:
-    """Whether anything was drawn inside `with`; moderngl's own query cannot be released."""
-
-    def __init__(self, gl: EntryPoints) -> None:
-        self._gl = gl
-        name = C.c_uint()
-        gl.call("glGenQueries", 1, C.byref(name))
-        self.glo = name.value
-
-    def __enter__(self) -> None:
-        self._gl.call("glBeginQuery", _ANY_SAMPLES_PASSED, self.glo)
-
-    def __exit__(self, *_: object) -> None:
-        self._gl.call("glEndQuery", _ANY_SAMPLES_PASSED)
-
-    @property
-    def passed(self) -> bool:
-        """The answer; waits for the drawing."""
-        result = C.c_uint()
-        self._gl.call("glGetQueryObjectuiv", self.glo, _QUERY_RESULT, C.byref(result))
-        return bool(result.value)
-
-    def release(self) -> None:
-        """Delete the query."""
-        if self.glo:
-            self._gl.call("glDeleteQueries", 1, C.byref(C.c_uint(self.glo)))
-            self.glo = 0

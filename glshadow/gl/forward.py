@@ -15,32 +15,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import moderngl
 
-from glshadow.core.bias import ReceiverPlaneBias
+from glshadow.core.compare import rounding_of
+from glshadow.core.decision import decide
 from glshadow.core.lights import Light
-from glshadow.core.metric import Target
 from glshadow.core.spaces import Array
-from glshadow.core.view import ShadowView
+from glshadow.core.view import ShadowView, kind_of
 from glshadow.errors import SettingsError
-from glshadow.gl.caster import CasterSettings, Map, draw_casters
+from glshadow.gl.atlases import Atlas, layout
+from glshadow.gl.caster import Map, draw_casters
 from glshadow.gl.context import GLContext
 from glshadow.gl.geometry import GpuScene
+from glshadow.gl.lighting import light_uniforms, light_view
 from glshadow.gl.program import Programs
-from glshadow.gl.receiver import (
-    comparison_sampler,
-    light_uniforms,
-    light_view,
-    receiver_defines,
-    receiver_slots,
-    receiver_uniforms,
-    rounding_of,
-)
-from glshadow.gl.targets import Atlas, layout
+from glshadow.gl.screen import comparison_sampler
+from glshadow.gl.sources.mapped import map_defines, map_slots, uniforms_of
 from glshadow.shader.compose import compose
+from glshadow.shader.slots import open_slots
 
-# The names below come from gl.receiver and belong to the interface.
+# light_uniforms and rounding_of come from elsewhere and belong to the interface.
 __all__ = [
     "bind_map", "draw_map", "light_uniforms", "lv_from_world", "receiver_source", "receiver_uniforms", "rounding_of",
 ]  # fmt: skip
@@ -69,9 +65,9 @@ def draw_map(context: GLContext, programs: Programs, scene: GpuScene, light: Lig
         raise SettingsError(
             f"a map needs a light with a Shadow and at least one view, got {light!r} and {len(views)} views"
         )
-    target, bias = shadow.target or Target.DEPTH32F, shadow.bias or ReceiverPlaneBias()
+    decision = decide(light, shadow, context.caps.clip_control, context.caps.renderer)
     placed, size = layout(views, context.caps.max_texture_size)
-    shadow_map = Map(placed, Atlas(context, target, size), CasterSettings(target, bias, shadow.faces), shadow.filter)
+    shadow_map = Map(placed, Atlas(context, decision.caster.target, size), decision.caster, shadow.filter)
     bound = context.ctx.fbo
     draw_casters(context, programs, scene, light, shadow_map)
     if bound is not None:
@@ -102,9 +98,10 @@ def receiver_source(context: GLContext, light: Light, shadow_map: Map | None, di
         )
     # Comparison samplers in either case: what `bind_map` binds.
     caps = replace(context.caps, texture_gather=dialect == "core330_gather", software=False)
-    slots = receiver_slots(light, shadow_map, caps)
+    slots = map_slots(light, shadow_map, caps) if shadow_map else open_slots(kind_of(light))
     known = compose("pass/include.frag", dialect, slots).declared
-    wanted = {**receiver_defines(light, shadow_map), "GLS_BOUNDED": 1}  # a stranger's receivers may lie anywhere
+    # a stranger's receivers may lie anywhere
+    wanted = {**(map_defines(light, shadow_map) if shadow_map else {}), "GLS_BOUNDED": 1}
     defines = {key: value for key, value in wanted.items() if key in known}
     return compose("pass/include.frag", dialect, slots, defines).code
 
@@ -112,6 +109,11 @@ def receiver_source(context: GLContext, light: Light, shadow_map: Map | None, di
 def lv_from_world(light: Light, shadow_map: Map) -> Array:
     """(4, 4) float64 into the frame that `light_visibility` expects; multiply it with other matrices in float64."""
     return light_view(light, shadow_map.views)
+
+
+def receiver_uniforms(light: Light, shadow_map: Map, rounding: float) -> dict[str, Any]:
+    """Uniforms of the receiver contract, see `glshadow.core.compare.map_uniforms`."""
+    return uniforms_of(shadow_map, rounding)
 
 
 def bind_map(ctx: moderngl.Context, shadow_map: Map, unit: int = 0) -> moderngl.Sampler | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,61 +13,43 @@ from glshadow.errors import ShaderError
 from glshadow.gl.context import GLContext
 from glshadow.shader.compose import Text, compose
 
-# Which texture unit each sampler reads, the same in every program, so that it is set once.
-UNITS = {
-    "u_map": 0,
-    "u_texture": 0,
-    "u_surface": 1,
-    "u_camera_depth": 2,
-    "u_planes": 3,
-    "u_owners": 4,
-    "u_colors": 5,
-    "u_sum": 6,
-    "u_heads": 0,
-    "u_numbers": 0,
-    "u_given": 0,
-    "u_points": 7,
-    "u_edges": 11,
-    "u_pixels": 12,
-    "u_facets": 7,
-    "u_links": 8,
-    "u_masks": 9,
-    "u_alphas": 10,
-    "u_positions": 11,
-    "u_corners": 12,
-    "u_traits": 13,
-}
+_SAMPLER = re.compile(r"\buniform\s+(?:\w+p\s+)?[iu]?sampler\w+\s+(\w+)")
 
 Slots = Mapping[str, str]
 Defines = Mapping[str, int | str]
 
 
-class Program:
-    """A linked program with uniforms that may be absent: the compiler drops what a variant does not use."""
+class _Linked:
+    """A linked program: uniforms that may be absent, since the compiler drops what a variant does not use, and its texture units."""
 
-    def __init__(self, context: GLContext, vertex: Text, fragment: Text) -> None:
-        try:
-            self.gl = context.ctx.program(vertex.code, fragment.code)
-        except moderngl.Error as error:
-            message = str(error)
-            raise _rejected(vertex if "\nvertex_shader\n" in message else fragment, message) from error
-        self._empty: moderngl.VertexArray | None = None
-        self._members: dict[str, Any] = {name: self.gl[name] for name in self.gl}
-        for name, unit in UNITS.items():
-            context.gl.set_sampler(self.gl.glo, name, unit)
-
-    def vertex_array(self) -> moderngl.VertexArray:
-        """A vertex array without attributes, for passes that make their triangle from gl_VertexID."""
-        if self._empty is None:
-            self._empty = self.gl.ctx.vertex_array(self.gl, [])
-        return self._empty
+    def __init__(self, context: GLContext, gl: moderngl.Program | moderngl.ComputeShader, *texts: Text) -> None:
+        self.gl = gl
+        self._members: dict[str, Any] = {name: gl[name] for name in gl}
+        self._units: dict[str, int] = {}
+        for name in dict.fromkeys(name for text in texts for name in _SAMPLER.findall(text.code)):
+            if context.gl.set_sampler(gl.glo, name, len(self._units)):
+                self._units[name] = len(self._units)
 
     def __contains__(self, name: str) -> bool:
         return name in self._members
 
+    @property
+    def samplers(self) -> tuple[str, ...]:
+        """Names of the textures it reads."""
+        return tuple(self._units)
+
     def set(self, **values: Any) -> None:
         """Numbers, tuples, float64 arrays (matrices row-major, as everywhere in Python) and raw bytes to uniforms."""
-        _set(self._members, values)
+        for name, value in values.items():
+            member = self._members.get(name)
+            if member is None:
+                continue
+            if isinstance(value, bytes):
+                member.write(value)
+            elif isinstance(value, np.ndarray):
+                member.write(np.ascontiguousarray(value.T, dtype=np.float32).tobytes())
+            else:
+                member.value = value
 
     def write(self, name: str, data: bytes) -> None:
         """Raw float32 bytes to a uniform, if it is there."""
@@ -74,35 +57,52 @@ class Program:
         if member is not None:
             member.write(data)
 
+    def bind(self, **textures: Any) -> None:
+        """Textures, or (texture, sampler object), to the units that read them; those it does not read are left alone."""
+        for name, given in textures.items():
+            unit = self._units.get(name)
+            if unit is None:
+                continue
+            texture, sampler = given if isinstance(given, tuple) else (given, None)
+            texture.use(unit)
+            if sampler is not None:
+                sampler.use(unit)
 
-class ComputeProgram:
+    def unbind(self) -> None:
+        """Take the sampler objects off its units: they would override the filter of what is bound there next."""
+        if self._units:
+            self.gl.ctx.clear_samplers(0, len(self._units))
+
+
+class Program(_Linked):
+    """A linked vertex and fragment pass."""
+
+    def __init__(self, context: GLContext, vertex: Text, fragment: Text) -> None:
+        try:
+            linked = context.ctx.program(vertex.code, fragment.code)
+        except moderngl.Error as error:
+            message = str(error)
+            raise _rejected(vertex if "\nvertex_shader\n" in message else fragment, message) from error
+        super().__init__(context, linked, vertex, fragment)
+        self._empty: moderngl.VertexArray | None = None
+
+    def vertex_array(self) -> moderngl.VertexArray:
+        """A vertex array without attributes, for passes that make their triangle from gl_VertexID."""
+        if self._empty is None:
+            self._empty = self.gl.ctx.vertex_array(self.gl, [])
+        return self._empty
+
+
+class ComputeProgram(_Linked):
     """A linked compute pass."""
 
     def __init__(self, context: GLContext, text: Text) -> None:
         try:
-            self.gl = context.ctx.compute_shader(text.code)
+            linked = context.ctx.compute_shader(text.code)
         except moderngl.Error as error:
             raise _rejected(text, str(error)) from error
-        self._members: dict[str, Any] = {name: self.gl[name] for name in self.gl}
-        for name, unit in UNITS.items():
-            context.gl.set_sampler(self.gl.glo, name, unit)
-
-    def set(self, **values: Any) -> None:
-        """Numbers, tuples and float64 matrices to uniforms, which may be absent."""
-        _set(self._members, values)
-
-
-def _set(members: Mapping[str, Any], values: Mapping[str, Any]) -> None:
-    for name, value in values.items():
-        member = members.get(name)
-        if member is None:
-            continue
-        if isinstance(value, bytes):
-            member.write(value)
-        elif isinstance(value, np.ndarray):
-            member.write(np.ascontiguousarray(value.T, dtype=np.float32).tobytes())
-        else:
-            member.value = value
+        super().__init__(context, linked, text)
+        self.run = linked.run
 
 
 def _rejected(text: Text, message: str) -> ShaderError:
@@ -135,7 +135,7 @@ class Programs:
         slots, defines = slots or {}, defines or {}
         key = (vertex, fragment, dialect, tuple(sorted(slots.items())), tuple(sorted(defines.items())))
         if key not in self._programs:
-            plain = "core330" if dialect.startswith("core") else dialect  # a vertex stage gathers nothing
+            plain = "core330" if dialect.startswith("core") else dialect  # extensions are the fragment stage's alone
             texts = []
             for name, spoken in ((vertex, plain), (fragment, dialect)):
                 texts.append(compose(name, spoken, slots, _declared(name, spoken, slots, defines)))

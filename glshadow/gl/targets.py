@@ -1,9 +1,9 @@
-"""Where passes draw to: the shadow atlas of one format, and the camera's buffers. Made once, kept while the sizes hold."""
+"""Where passes draw to: depth textures of any format, and the camera's buffers."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Hashable, Iterator, Sequence
+import itertools
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -12,8 +12,6 @@ import numpy as np
 
 from glshadow.core.metric import Target
 from glshadow.core.spaces import Array
-from glshadow.core.view import ShadowView
-from glshadow.errors import SettingsError
 from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import DEPTH_COMPONENT16, DEPTH_COMPONENT24, DEPTH_COMPONENT32F
 
@@ -22,7 +20,6 @@ DEPTH_FORMATS = {
     Target.DEPTH24: DEPTH_COMPONENT24,
     Target.DEPTH32F: DEPTH_COMPONENT32F,
 }
-_COLOR_FORMATS = {Target.R32F: (1, "f4"), Target.R16F: (1, "f2"), Target.R8: (1, "f1"), Target.RGBA8: (4, "f1")}
 
 
 def depth_texture(context: GLContext, size: tuple[int, int], target: Target, what: str) -> moderngl.Texture:
@@ -53,86 +50,6 @@ def released_on_error(things: Sequence[Any]) -> Iterator[None]:
         raise
 
 
-class Atlas:
-    """One 2-D texture for all views of a format: square tiles, largest first, on shelves.
-
-    Attributes
-    ----------
-    texture : moderngl.Texture
-        What receivers read: the depth texture, or the colour target of the metric.
-    framebuffer : moderngl.Framebuffer
-    tiles : tuple
-        How its tiles lie; where that changes, nothing drawn before counts.
-    drawn : dict
-        What each light's tiles were last drawn from.
-    """
-
-    def __init__(self, context: GLContext, target: Target, size: tuple[int, int]) -> None:
-        self.target, self.size = target, size
-        self.tiles: tuple[Hashable, ...] = ()
-        self.drawn: dict[Hashable, Hashable] = {}
-        what = "the shadow map atlas"
-        depth = depth_texture(context, size, target if target.is_depth else Target.DEPTH32F, what)
-        self._owned: list[moderngl.Texture] = [depth]
-        with released_on_error(self._owned):
-            self.texture = depth
-            if not target.is_depth:
-                components, dtype = _COLOR_FORMATS[target]
-                self.texture = context.ctx.texture(size, components, dtype=dtype)
-                self._owned.append(self.texture)
-                self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-                self.texture.repeat_x = self.texture.repeat_y = False
-            context.check_errors(f"allocating {what}, {size[0]} x {size[1]} {target.value}")
-            colors = () if target.is_depth else (self.texture,)
-            self.framebuffer = context.ctx.framebuffer(colors, depth)
-
-    def release(self) -> None:
-        """Free the GPU memory."""
-        self.framebuffer.release()
-        for texture in self._owned:
-            texture.release()
-
-
-def layout(views: Sequence[ShadowView], limit: int) -> tuple[tuple[ShadowView, ...], tuple[int, int]]:
-    """Place the tiles of all views in one atlas.
-
-    Parameters
-    ----------
-    limit : int
-        Largest side that the driver allows, texels.
-
-    Returns
-    -------
-    tuple of ShadowView, (width, height)
-        The views in their given order, placed; the size of the atlas.
-
-    Raises
-    ------
-    SettingsError
-        If they do not fit.
-    """
-    if not views:
-        return (), (0, 0)
-    sides = [view.resolution + 2 * view.gutter for view in views]
-    area, widest = sum(side**2 for side in sides), max(sides)
-    width = min(max(widest, widest * math.ceil(math.sqrt(area) / widest)), limit)
-    x = y = shelf = 0
-    places: dict[int, tuple[int, int]] = {}
-    for i in sorted(range(len(views)), key=lambda i: -sides[i]):
-        side = sides[i]
-        if x + side > width:
-            x, y, shelf = 0, y + shelf, 0
-        places[i] = (x + views[i].gutter, y + views[i].gutter)
-        x, shelf = x + side, max(shelf, side)
-    height = y + shelf
-    if widest > limit or height > limit:
-        raise SettingsError(
-            f"{len(views)} shadow map views of up to {widest} texels need an atlas of {width} x {height}, the driver's limit is "
-            f"{limit}: lower Shadow.resolution or let fewer lights cast shadows"
-        )
-    return tuple(view.placed(places[i]) for i, view in enumerate(views)), (width, height)
-
-
 def clear_outputs(context: GLContext, targets: CameraTargets, background: Array) -> None:
     """Background colour (sRGB) everywhere, and NaN where no light can be asked."""
     for i in reversed(range(max(len(targets.visibility), 1))):  # the first light's last: it is drawn to next
@@ -146,12 +63,14 @@ def clear_outputs(context: GLContext, targets: CameraTargets, background: Array)
 
 
 class CameraTargets:
-    """What the camera pass and the resolve passes draw to, for one image size."""
+    """What the camera pass and the resolve passes draw to, for one image size; `identity`: never the same for two of them."""
+
+    _count = itertools.count()
 
     def __init__(
         self, context: GLContext, size: tuple[int, int], channels: int, lights: int, visibility: bool, linear: bool
     ) -> None:
-        self.key = (size, channels, lights, visibility, linear)
+        self.identity = next(self._count)
         ctx = context.ctx
         what = "the image"
         context.check_size(size, what)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array, world_positions
 from glshadow.errors import ResourceError
+from glshadow.gl.buffers import BufferTexture, texture_buffer
 from glshadow.gl.context import GLContext
-from glshadow.gl.entry_points import R8, RGBA32F, RGBA32UI, BufferTexture
+from glshadow.gl.entry_points import R8, RGBA32F, RGBA32UI
 from glshadow.scene.mesh import AlphaMode, Node
 
 if TYPE_CHECKING:
@@ -55,16 +56,23 @@ class WorldTriangles:
             self._upload_masks(scene, masked)
         context.check_errors(f"uploading {self.count} triangles")
 
-    def use(self, positions: int, corners: int) -> None:
-        """Bind positions (RGBA32F), and per triangle three vertices and its node (RGBA32UI), to texture units."""
+    @property
+    def textures(self) -> dict[str, BufferTexture]:
+        """Positions (RGBA32F), and per triangle three vertices and its node (RGBA32UI), by the samplers that read them."""
         if self._buffers is None:
             padded = np.concatenate([self.positions, np.zeros((len(self.positions), 1), dtype=np.float32)], axis=1)
             self._buffers = (
                 texture_buffer(self._context, padded, RGBA32F),
                 texture_buffer(self._context, self.triangles, RGBA32UI),
             )
-        for texture, unit in zip(self._buffers, (positions, corners), strict=True):
-            texture.use(unit)
+        return dict(zip(("u_positions", "u_corners"), self._buffers, strict=True))
+
+    @property
+    def mask_textures(self) -> dict[str, BufferTexture]:
+        """Masks and alphas, where something is masked, by the samplers that read them."""
+        if self.masks is None or self.alphas is None:
+            return {}
+        return {"u_masks": self.masks, "u_alphas": self.alphas}
 
     def _upload_masks(self, scene: GpuScene, masked: list[int]) -> None:
         starts: dict[int, int] = {}  # an image is uploaded once, however many nodes show it
@@ -103,17 +111,11 @@ class WorldTriangles:
         for texture in (*(self._buffers or ()), self.masks, self.alphas):
             if texture is not None:
                 texture.release()
-                texture.buffer.release()
 
 
 def _is_masked(node: Node) -> bool:
     material = node.mesh.material
     return material.alpha_mode is AlphaMode.MASK and material.texture is not None and node.mesh.uv is not None
-
-
-def texture_buffer(context: GLContext, data: NDArray[Any], internal_format: int) -> BufferTexture:
-    """Data in a buffer that shaders read by texelFetch; the caller releases both."""
-    return BufferTexture(context.gl, context.ctx.buffer(data.tobytes()), internal_format)
 
 
 def local_corners(world: WorldTriangles, axes: Array, origin: Array) -> Array:

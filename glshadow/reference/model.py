@@ -16,18 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from glshadow.core.bias import (
-    FACET_SLOPE,
-    Bias,
-    ClipBias,
-    ConstantBias,
-    NormalOffsetBias,
-    ReceiverPlaneBias,
-    SlopeScaledBias,
-    bias_factor,
-)
+from glshadow.core.bias import FACET_SLOPE, WINDOW_PER_CLIP, Bias
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.kernels import Filter, Hard, box_weights
+from glshadow.core.filters import Filter
 from glshadow.core.lights import DirectionalLight, Light, to_light
 from glshadow.core.metric import Target, metric_range, projected_metric, radial_metric, window_depth
 from glshadow.core.spaces import Array, transform
@@ -159,9 +150,12 @@ def _rasterised(local: Array, centres: Array, texel: Array, parallel: bool) -> t
 
 def _offset(view: ShadowView, target: Target, bias: Bias | None, local: Array) -> float:
     """What a caster-side bias adds to the stored depth of a triangle."""
-    if isinstance(bias, ClipBias) and bias.caster:
-        return bias.clip * (view.clip.sign * bias_factor(view.clip) / _span(view) if target.is_depth else 1.0)
-    if not isinstance(bias, SlopeScaledBias):
+    if bias is None:
+        return 0.0
+    if bias.of_caster is not None:
+        return bias.of_caster[0] * (view.clip.sign * WINDOW_PER_CLIP if target.is_depth else 1.0)
+    factor, units = bias.polygon_offset
+    if factor == units == 0.0:
         return 0.0
     normal = np.cross(local[1] - local[0], local[2] - local[0])
     below = normal[2] if view.kind == "directional" else normal @ local[0]
@@ -173,11 +167,7 @@ def _offset(view: ShadowView, target: Target, bias: Bias | None, local: Array) -
     greatest = float(np.clip(greatest, 2.0**-126, 1.0))
     # the smallest step that GL promises to resolve, as llvmpipe takes it
     step = {Target.DEPTH16: 2.0**-15, Target.DEPTH24: 2.0**-23}.get(target, 2.0 ** (np.floor(np.log2(greatest)) - 23.0))
-    return float(view.clip.sign * (bias.factor * slope + bias.units * step))
-
-
-def _span(view: ShadowView) -> float:
-    return 1.0 if view.clip.zero_to_one else 2.0
+    return float(view.clip.sign * (factor * slope + units * step))
 
 
 def _window_slope(view: ShadowView) -> float:
@@ -217,7 +207,7 @@ def receive(
     light: Light,
     points: Array,
     normals: Array,
-    kernel: Filter,
+    filter: Filter,
     bias: Bias,
     precision: Precision | None = None,
 ) -> tuple[Array, Array]:
@@ -234,7 +224,7 @@ def receive(
     """
     precision = precision or Precision()
     towards, distance = to_light(light, points)
-    moved = _moved(stored.views[0], light, points, normals, towards, distance, bias)
+    moved = bias.moved(points, normals, towards, distance, _texel_at(stored.views[0], light, points))
     low, high = np.ones(len(points)), np.zeros(len(points))
     sure = np.zeros(len(points), dtype=bool)
     for view in stored.views:
@@ -244,28 +234,21 @@ def receive(
         if not mine.any():
             continue
         normal = normals[mine] @ view.view_from_world[:3, :3].T
-        receivers = _projected(view, stored.target, local[mine], normal, kernel, bias)
+        receivers = _projected(view, stored.target, local[mine], normal, filter, bias)
         for shift in precision.texels * np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)]):
-            least, most = _filtered(stored, receivers, shift, kernel, precision)
+            least, most = _filtered(stored, receivers, shift, filter, precision)
             low[mine], high[mine] = np.minimum(low[mine], least), np.maximum(high[mine], most)
     return np.where(sure, low, 0.0), np.where(sure, high, 1.0)
 
 
-def _moved(
-    view: ShadowView, light: Light, points: Array, normals: Array, towards: Array, distance: Array, bias: Bias
-) -> Array:
-    if isinstance(bias, ConstantBias):
-        share = bias.world if isinstance(light, DirectionalLight) else np.minimum(bias.world, 0.999 * distance)[:, None]
-        return np.asarray(points + towards * share)
-    if not isinstance(bias, NormalOffsetBias):
-        return points
-    cosine = (normals * towards).sum(axis=-1, keepdims=True)
-    amount = bias.texels * max(view.texel) * np.sqrt(np.maximum(0.0, 1.0 - cosine**2))
-    if not isinstance(light, DirectionalLight):
-        # texels grow with the depth along the axes of the light's view, which are the world's around a point light
-        axes = view.view_from_world[:3, :3] if view.kind == "spot" else np.eye(3)
-        amount = amount * np.abs((points - np.asarray(light.position)) @ axes.T).max(axis=-1, keepdims=True)
-    return np.asarray(points + normals * amount)
+def _texel_at(view: ShadowView, light: Light, points: Array) -> Array:
+    """World size (N, 1) of a texel at points (N, 3)."""
+    texel = np.full((len(points), 1), max(view.texel))
+    if isinstance(light, DirectionalLight):
+        return texel
+    # texels grow with the depth along the axes of the light's view, which are the world's around a point light
+    axes = view.view_from_world[:3, :3] if view.kind == "spot" else np.eye(3)
+    return np.asarray(texel * np.abs((points - np.asarray(light.position)) @ axes.T).max(axis=-1, keepdims=True))
 
 
 def _on_face(view: ShadowView, local: Array, texels: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -319,38 +302,31 @@ class _Receivers:
         return np.where(far + precision.stored <= low, 1.0, 0.0), np.where(near - precision.stored <= high, 1.0, 0.0)
 
 
-def _projected(view: ShadowView, target: Target, local: Array, normal: Array, kernel: Filter, bias: Bias) -> _Receivers:
-    sun, follows = view.kind == "directional", isinstance(bias, ReceiverPlaneBias)
+def _projected(view: ShadowView, target: Target, local: Array, normal: Array, filter: Filter, bias: Bias) -> _Receivers:
+    sun, follows = view.kind == "directional", bias.follows_plane
     ahead = np.ones(len(local), dtype=bool) if sun else -local[:, 2] > 0.0
     depth = np.where(ahead, -local[:, 2], 1.0)
     xy = local[:, :2] if sun else local[:, :2] / depth[:, None]
     below = normal[:, 2] if sun else (normal * local).sum(axis=-1)
     slope = normal[:, :2] * np.array(view.texel) / below[:, None] if follows else np.zeros_like(xy)
-    facet = FACET_SLOPE * kernel.reach_texels * max(view.texel) if follows else 0.0
+    facet = FACET_SLOPE * filter.reach_texels * max(view.texel) if follows else 0.0
     constant = 0.0
     if follows and not (target is Target.DEPTH32F and view.clip.reversed):
         constant = target.quantum
-    if isinstance(bias, ClipBias) and not bias.caster:
-        constant = bias.clip * (bias_factor(view.clip) / _span(view) if target.is_depth else 1.0)
-    return _Receivers(view, target, follows, xy, depth, ahead, slope, kernel.slack_texels, constant, facet)
+    constant += bias.of_compare * (WINDOW_PER_CLIP if target.is_depth else 1.0)
+    return _Receivers(view, target, follows, xy, depth, ahead, slope, filter.slack_texels, constant, facet)
 
 
 def _filtered(
-    stored: StoredMap, receivers: _Receivers, shift: Array, kernel: Filter, precision: Precision
+    stored: StoredMap, receivers: _Receivers, shift: Array, filter: Filter, precision: Precision
 ) -> tuple[Array, Array]:
     view = receivers.view
     position = (receivers.xy - np.array([view.window[0], view.window[2]])) / np.array(view.texel) + shift
     inside = ((position >= 0.0) & (position <= view.resolution)).all(axis=1) & receivers.ahead
-    hard = isinstance(kernel, Hard)
-    base = np.floor(position - (0.0 if hard else 0.5))
-    weights = np.ones((len(position), 2, 1)) if hard else box_weights(position - 0.5 - base, kernel.radius)
-    lit = np.zeros((2, len(position)))
-    for j in range(weights.shape[2]):
-        for i in range(weights.shape[2]):
-            tap = base + np.array([i, j]) - (0 if hard else kernel.radius)
-            x, y = (np.clip(tap[:, k] + view.tile[k], 0, stored.low.shape[1 - k] - 1).astype(np.int64) for k in (0, 1))
-            # the plane is evaluated once per block of 2 x 2 texels, in its middle
-            block = tap - np.array([i, j]) % 2 + 1.0 - position if not hard else np.zeros_like(position)
-            outcome = receivers.lit(block, stored.low[y, x], stored.high[y, x], precision)
-            lit += weights[:, 0, i] * weights[:, 1, j] * np.stack(outcome)
+
+    def compare(texel: NDArray[np.int64], place: Array) -> Array:
+        x, y = (np.clip(texel[:, k] + view.tile[k], 0, stored.low.shape[1 - k] - 1) for k in (0, 1))
+        return np.stack(receivers.lit(place, stored.low[y, x], stored.high[y, x], precision))
+
+    lit = filter.visibility(position, compare)
     return np.where(inside, lit[0], 1.0), np.where(inside, lit[1], 1.0)

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 from typing import Literal
 
-from glshadow.core.bias import Bias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias
-from glshadow.core.kernels import Filter, Hard
+from glshadow.core.bias import Bias
+from glshadow.core.filters import Filter
 from glshadow.core.metric import Target
 from glshadow.core.view import Kind
+from glshadow.errors import SettingsError
 
 Compare = Literal["metric", "depth_taps", "depth_gather", "depth_gather_raw"]
 
 _PROJECTIONS = {"directional": "orthographic", "spot": "perspective", "point": "cube"}
 _METRIC_DEPTHS = {"directional": "affine", "spot": "linear", "point": "radial"}
-_MOVES = {ConstantBias: "constant", NormalOffsetBias: "normal_offset"}
-
-
-BLOCKS = {4: (2, 2), 8: (4, 2), 16: (4, 4)}
-"""Columns and rows of the block that holds an exact filter's samples of a pixel."""
 
 
 def light_slot(kind: Kind) -> str:
@@ -35,17 +31,25 @@ def open_slots(kind: Kind) -> dict[str, str]:
     return {"light": light_slot(kind), "shadow": "receiver/open.glsl"}
 
 
-def mapped_slots(kind: Kind, target: Target, bias: Bias, kernel: Filter, compare: Compare) -> dict[str, str]:
-    """Snippets for a light with a map; `compare`: how the dialect and the driver read it."""
+def mapped_slots(kind: Kind, target: Target, bias: Bias, filter: Filter, compare: Compare) -> dict[str, str]:
+    """Snippets for a light with a map; `compare`: how the dialect and the driver read it.
+
+    Raises
+    ------
+    SettingsError
+        If the filter has no snippet: nothing else is drawn in its place.
+    """
+    if not filter.snippet:
+        raise SettingsError(f"{filter!r} has no snippet for a shadow map: it cannot be asked of one")
     depth = "affine" if target.is_depth else _METRIC_DEPTHS[kind]
     return {
         "light": light_slot(kind),
         "shadow": "receiver/mapped.glsl",
         "projection": f"projection/{_PROJECTIONS[kind]}.glsl",
         "depth": f"depth/{depth}.glsl",
-        "bias": f"bias/{_MOVES.get(type(bias), 'none')}.glsl",
+        "bias": bias.snippet,
         "compare": f"compare/{compare}.glsl",
-        "filter": "filter/hard.glsl" if isinstance(kernel, Hard) else "filter/pcf.glsl",
+        "filter": filter.snippet,
     }
 
 
@@ -76,17 +80,15 @@ def exact_defines(kind: Kind, cells: int, ratio: int, masked: bool) -> dict[str,
 
 
 def mapped_defines(
-    kind: Kind, target: Target, bias: Bias, kernel: Filter, reversed_depth: bool
+    kind: Kind, target: Target, bias: Bias, filter: Filter, reversed_depth: bool
 ) -> dict[str, int | str]:
     """Defines that go with `mapped_slots`. A sun's fit holds every receiver and six faces hold every direction: only a spot is bounded."""
     return {
         "GLS_SUN": int(kind == "directional"),
-        "GLS_FOLLOW_PLANE": int(isinstance(bias, ReceiverPlaneBias)),
-        "GLS_SLACK_TEXELS": str(float(kernel.slack_texels)),
-        "GLS_PCF_RADIUS": kernel.radius,
-        "GLS_REVERSED": int(
-            reversed_depth and target.is_depth
-        ),  # a metric grows away from the light in every convention
+        "GLS_FOLLOW_PLANE": int(bias.follows_plane),
+        "GLS_SLACK_TEXELS": str(float(filter.slack_texels)),
+        "GLS_REVERSED": int(reversed_depth and target.is_depth),  # a metric grows away in every convention
         "GLS_BOUNDED": int(kind == "spot"),
         "GLS_PACKED": int(target is Target.RGBA8),
+        **filter.defines(),
     }

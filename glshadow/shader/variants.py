@@ -8,12 +8,12 @@ from itertools import product
 from typing import get_args
 
 from glshadow.core.bias import Bias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias
-from glshadow.core.kernels import MAX_RADIUS, Filter, Hard, Pcf
+from glshadow.core.filters import FILTERS, Filter
+from glshadow.core.filters.exact import BLOCKS
 from glshadow.core.metric import Target
 from glshadow.core.view import Kind
 from glshadow.shader.compose import Text, compose
 from glshadow.shader.slots import (
-    BLOCKS,
     Compare,
     exact_defines,
     exact_slots,
@@ -27,7 +27,7 @@ from glshadow.shader.slots import (
 KINDS: tuple[Kind, ...] = get_args(Kind)
 TARGETS = (Target.DEPTH32F, Target.R32F, Target.RGBA8)  # the others differ in numbers, not in code
 BIASES: tuple[Bias, ...] = (ReceiverPlaneBias(), ConstantBias(0.0), NormalOffsetBias(), NoBias())  # others: as NoBias
-FILTERS: tuple[Filter, ...] = (Hard(), *(Pcf(radius) for radius in range(MAX_RADIUS + 1)))
+MAPPED: tuple[Filter, ...] = tuple(each for kind in FILTERS for each in kind.variants() if each.has_map)
 DIALECTS = ("core330", "core330_gather", "es100")
 # How a depth texture can be read: a comparison sampler needs a core dialect. The last: stored depth reversed.
 _DEPTH_READS: tuple[tuple[str, Compare, bool], ...] = (
@@ -85,9 +85,9 @@ class Variant:
 
 def receivers() -> Iterator[Receiver]:
     """Every receiver that means something."""
-    for kind, target, bias, kernel in product(KINDS, TARGETS, BIASES, FILTERS):
+    for kind, target, bias, filter in product(KINDS, TARGETS, BIASES, MAPPED):
         for read in _DEPTH_READS if target.is_depth else _METRIC_READS:
-            yield Receiver(kind, target, bias, kernel, *read)
+            yield Receiver(kind, target, bias, filter, *read)
 
 
 def variants() -> Iterator[Variant]:
@@ -131,9 +131,8 @@ def _forward() -> Iterator[Variant]:
 
 def _surface() -> Iterator[Variant]:
     for channels, textured, smooth, alpha in product((1, 2, 4), (0, 1), (0, 1), (0, 1)):
-        colored = textured <= (channels == 4) or (
-            alpha and channels == 1
-        )  # a map of numbers: cut out, but without colour
+        # a map of numbers is cut out, but without colour
+        colored = textured <= (channels == 4) or (alpha and channels == 1)
         if alpha <= textured and colored and smooth <= (channels >= 2):
             defines = {"GLS_SURFACE": channels, "GLS_TEXTURED": textured, "GLS_SMOOTH": smooth, "GLS_ALPHA": alpha}
             for name in ("pass/surface.vert", "pass/surface.frag"):

@@ -7,6 +7,7 @@ It falls below 1 where the map is smaller than the floor's, or where something d
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -14,11 +15,12 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.culling import seen_by
 from glshadow.core.lights import to_light
 from glshadow.core.metric import Target
 from glshadow.core.spaces import Array, ClipSpace
 from glshadow.core.view import ShadowView
-from glshadow.gl.caster import seen_by
+from glshadow.gl.drawing import draw_nodes
 from glshadow.gl.geometry import pack_matrices
 from glshadow.gl.targets import depth_texture
 from glshadow.scene.mesh import AlphaMode, Mesh, Scene, box_corners
@@ -60,7 +62,6 @@ class _Drawn:
     lambert: Any
     depth: Any
     solid: bool
-    mirrored: bool
 
 
 class Floor:
@@ -97,6 +98,10 @@ class Floor:
             self._idle = self._own(ctx.simple_framebuffer((1, 1)))
             uploaded: dict[int, tuple[Any, Any]] = {}
             self._drawn = [self._upload(i, uploaded) for i in range(len(self._nodes))]
+        numbers = {key: number for number, key in enumerate(uploaded)}
+        self.mesh_number = [numbers[id(node.mesh)] for node in self._nodes]
+        self.mirrored = (np.linalg.det(self._world_from_mesh[:, :3, :3]) < 0.0).tolist()
+        self._hidden = ["back" if drawn.solid else None for drawn in self._drawn]
 
     def __enter__(self) -> Self:
         return self
@@ -128,7 +133,7 @@ class Floor:
             uploaded[id(mesh)] = (self._own(arrays[0]), self._own(arrays[1]))
         material = mesh.material
         solid = mesh.closed and material.alpha_mode is not AlphaMode.MASK and not material.double_sided
-        return _Drawn(*uploaded[id(mesh)], solid, bool(np.linalg.det(node.world_from_mesh[:3, :3]) < 0.0))
+        return _Drawn(*uploaded[id(mesh)], solid)
 
     def draw(self, frame: Frame, light: int = 0) -> NDArray[np.uint8]:
         """Both passes with the matrices of a rendered frame, then read back; (H, W, 3), row 0 at the top."""
@@ -154,18 +159,18 @@ class Floor:
         ctx.depth_clamp_range = (0.0, 1.0) if is_map else None
         target.clear(depth=view.clip.clear_depth)
         matrices = pack_matrices(view.clip_from_world @ self._world_from_mesh)
-        for i in np.flatnonzero(wanted & seen_by(view.clip_from_world, self._boxes, view)):
-            drawn = self._drawn[i]
-            program["u_clip_from_mesh"].write(matrices[i])
-            if not is_map:
-                normals = np.ascontiguousarray(self._world_from_mesh[i, :3, :3].T, dtype=np.float32)
-                program["u_normal_from_mesh"].write(normals.tobytes())
-            if drawn.solid:
-                ctx.enable(ctx.CULL_FACE)
-                ctx.cull_face = "front" if drawn.mirrored else "back"
-            else:
-                ctx.disable(ctx.CULL_FACE)
-            (drawn.depth if is_map else drawn.lambert).render()
+
+        def begin(node: int) -> tuple[Callable[[int], None], Any]:
+            def place(i: int) -> None:
+                program["u_clip_from_mesh"].write(matrices[i])
+                if not is_map:
+                    normals = np.ascontiguousarray(self._world_from_mesh[i, :3, :3].T, dtype=np.float32)
+                    program["u_normal_from_mesh"].write(normals.tobytes())
+
+            return place, self._drawn[node].depth if is_map else self._drawn[node].lambert
+
+        chosen = np.flatnonzero(wanted & seen_by(view.clip_from_world, self._boxes, view))
+        draw_nodes(ctx, self, chosen, self._hidden, begin)
         ctx.depth_clamp_range = None
         ctx.enable_only(ctx.DEPTH_TEST)
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.kernels import Hard
+from glshadow.core.filters import Hard
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 from glshadow.core.metric import Target, metric_range
 from glshadow.core.shadow import Shadow

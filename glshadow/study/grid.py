@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Self
 
 import numpy as np
 
 from glshadow.core.bias import Bias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
-from glshadow.core.kernels import Exact, Filter, Hard, Pcf
+from glshadow.core.filters import FILTERS, Filter, Hard, Pcf
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
@@ -40,7 +40,7 @@ class Grid:
     """
 
     resolutions: tuple[int, ...] = (512, 1024, 2048, 4096)
-    filters: tuple[Filter, ...] = (Hard(), Pcf(1), Pcf(2))
+    filters: tuple[Filter, ...] = tuple(each for kind in FILTERS for each in kind.rungs() if each.has_map)
     biases: tuple[Bias | None, ...] = (None,)
     targets: tuple[Target | None, ...] = (None,)
     more: tuple[Shadow, ...] = ()
@@ -55,8 +55,9 @@ class Grid:
         low, high = scene.bounds
         constant = ConstantBias(float(f"{CONSTANT_SHARE * np.linalg.norm(high - low):.1g}"))
         formats = tuple(Shadow(target=target) for target in (Target.DEPTH16, Target.R32F, Target.RGBA8))
-        exact = (Shadow(filter=Exact()), Shadow(filter=Exact(16)))
-        return cls(biases=(None, SlopeScaledBias(), NormalOffsetBias(), constant), more=formats + exact)
+        without_map = (each for kind in FILTERS for each in kind.studied() if not each.has_map)
+        more = (*formats, *(Shadow(filter=each) for each in without_map))
+        return cls(biases=(None, SlopeScaledBias(), NormalOffsetBias(), constant), more=more)
 
     @classmethod
     def quick(cls) -> Self:
@@ -90,29 +91,12 @@ def settings_of(grid: Grid | Iterable[Shadow]) -> tuple[Shadow, ...]:
     return chosen
 
 
-def filter_name(kind: Filter) -> str:
-    """As on the command line, kind and number: hard, pcf:1, exact, exact:4."""
-    numbers = [] if kind == Exact() else [f"{getattr(kind, item.name):g}" for item in fields(kind)]
-    return ":".join([type(kind).__name__.lower(), *numbers])
-
-
-def bias_name(bias: Bias | None) -> str:
-    """Kind and numbers: receiver-plane, constant:0.03, slope:1.1,4."""
-    kinds = {ReceiverPlaneBias: "receiver-plane", SlopeScaledBias: "slope", ConstantBias: "constant",
-             NormalOffsetBias: "normal-offset"}  # fmt: skip
-    bias = bias or ReceiverPlaneBias()
-    name = kinds.get(type(bias), type(bias).__name__.removesuffix("Bias").lower())
-    numbers = ",".join(f"{float(getattr(bias, item.name)):g}" for item in fields(bias))
-    return f"{name}:{numbers}" if numbers else name
-
-
 def setting_name(shadow: Shadow) -> str:
     """What tells a setting from the default, in a few words: `2048 pcf:1 slope:1.1,4 depth16`."""
-    words = [filter_name(shadow.filter)]
-    if not isinstance(shadow.filter, Exact):  # which has no map
-        words.insert(0, str(shadow.resolution))
-    if not isinstance(shadow.bias, ReceiverPlaneBias | None):
-        words.append(bias_name(shadow.bias))
+    words = [str(shadow.resolution)] if shadow.filter.has_map else []
+    words.append(str(shadow.filter))
+    if shadow.bias not in (None, ReceiverPlaneBias()):
+        words.append(str(shadow.bias))
     words += [str(value.value) for value in (shadow.target, shadow.faces) if value is not None]
     words += [f"clip {shadow.clip}"] if shadow.clip is not None else []
     words += [type(shadow.fit).__name__] if shadow.fit != Shadow().fit else []

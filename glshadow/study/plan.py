@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.kernels import Exact, Filter, Hard, Pcf
+from glshadow.core.filters import FILTERS, Filter
 from glshadow.core.lights import Light
 from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
@@ -20,7 +20,7 @@ from glshadow.study.result import Result, decisive_error
 from glshadow.study.run import Progress, Run, open_run
 
 # Everything else (bias, target, clip, fit) is derived: no other choice is cheaper for the same error (see the study).
-FILTERS: tuple[Filter, ...] = (Hard(), Pcf(1), Pcf(2), Exact())  # a new filter joins the plan here
+RUNGS: tuple[Filter, ...] = tuple(each for kind in FILTERS for each in kind.rungs())
 RESOLUTIONS = (256, 512, 1024, 2048, 4096)
 
 
@@ -114,7 +114,7 @@ def run_plan(
     camera: PerspectiveCamera | None = None,
     lights: Sequence[Light] | None = None,
     size: tuple[int, int] = (1280, 720),
-    filters: Sequence[Filter] = FILTERS,
+    filters: Sequence[Filter] = RUNGS,
     resolutions: Sequence[int] = RESOLUTIONS,
     repeats: int = 7,
     resume: str | os.PathLike[str] | None = None,
@@ -143,9 +143,8 @@ def run_plan(
     if not 0.0 <= wrong < 1.0:
         raise SettingsError(f"the budget of wrong pixels must be a share in [0, 1), got {wrong!r}")
     ladders = [
-        [Shadow(filter=kind)] if isinstance(kind, Exact)  # has no map
-        else [Shadow(resolution=step, filter=kind) for step in sorted(resolutions)]
-        for kind in filters
+        [Shadow(resolution=step, filter=each) for step in sorted(resolutions)] if each.has_map else [Shadow(filter=each)]
+        for each in filters
     ]  # fmt: skip
     if not any(ladders):
         raise SettingsError(f"there is nothing to try: give filters and resolutions, got {filters!r}, {resolutions!r}")

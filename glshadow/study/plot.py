@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from glshadow.core.bias import ReceiverPlaneBias
 from glshadow.core.shadow import Shadow
-from glshadow.study.grid import bias_name, filter_name
 from glshadow.study.result import Result, Study
 from glshadow.study.run import FLOOR_RESOLUTION
 
@@ -117,15 +117,15 @@ class _Look:
 
     def __init__(self, results: tuple[Result, ...]) -> None:
         shadows = [result.shadow for result in results]
-        self.biases = list(dict.fromkeys(bias_name(shadow.bias) for shadow in shadows))
-        self.filters = list(dict.fromkeys(filter_name(shadow.filter) for shadow in shadows))
+        self.biases = list(dict.fromkeys(str(shadow.bias or ReceiverPlaneBias()) for shadow in shadows))
+        self.filters = list(dict.fromkeys(str(shadow.filter) for shadow in shadows))
         self.resolutions = sorted({shadow.resolution for shadow in shadows})
         self.formats = any(shadow.target is not None for shadow in shadows)
 
     def of(self, shadow: Shadow) -> tuple[str, str, float]:
         return (
-            COLORS[min(self.biases.index(bias_name(shadow.bias)), len(COLORS) - 1)],
-            MARKERS[self.filters.index(filter_name(shadow.filter)) % len(MARKERS)],
+            COLORS[min(self.biases.index(str(shadow.bias or ReceiverPlaneBias())), len(COLORS) - 1)],
+            MARKERS[self.filters.index(str(shadow.filter)) % len(MARKERS)],
             AREAS[min(self.resolutions.index(shadow.resolution), len(AREAS) - 1)],
         )
 

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.bias import ReceiverPlaneBias
 from glshadow.core.shadow import Shadow
 from glshadow.errors import GlshadowError
 from glshadow.inline import PAGE_LEVEL, address, jpeg, png
 from glshadow.measure.flip import flip
 from glshadow.study.cases import read_cases
-from glshadow.study.grid import bias_name, filter_name
 from glshadow.study.pictures import Panel, Region
 from glshadow.study.plot import figure, svg
 from glshadow.study.result import Result, Study
@@ -136,8 +136,8 @@ def _row(result: Result, front: bool) -> dict[str, Any]:
     shadow = result.shadow
     low, high = result.spread_ms
     return {
-        "light": result.light, "front": front, "resolution": shadow.resolution, "filter": filter_name(shadow.filter),
-        "bias": bias_name(shadow.bias), "target": result.used["target"] or NONE, "cost": result.cost, "ms": result.ms,
+        "light": result.light, "front": front, "resolution": shadow.resolution, "filter": str(shadow.filter),
+        "bias": str(shadow.bias or ReceiverPlaneBias()), "target": result.used["target"] or NONE, "cost": result.cost, "ms": result.ms,
         "low": low, "high": high, "score": result.score, "default": shadow == Shadow(),
         "fallbacks": "; ".join(result.used["fallbacks"]), "sampled": result.used["sampled"],
     }  # fmt: skip

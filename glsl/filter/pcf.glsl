@@ -4,7 +4,7 @@
 //      |  0  |  1  |  2  |  3  |    R = 1: texels of a row, two blocks; the receiver lies between the
 //      +-----+-----+-----+-----+    centres of 1 and 2, f of the way
 //
-// Reeves, Salesin, Cook 1987. Twin: glshadow.core.kernels.pcf
+// Reeves, Salesin, Cook 1987. Twin: glshadow.core.filters.pcf
 #ifndef GLS_PCF_RADIUS
 #define GLS_PCF_RADIUS 1
 #endif

@@ -23,7 +23,8 @@ from frame import MODELS, SIZE, one_draw
 
 import glshadow as gs
 from glshadow.core.spaces import Array
-from glshadow.gl.resolve import place_uniforms
+from glshadow.gl.sources import Listed
+from glshadow.gl.sources.triangles import rounding_bound
 from glshadow.measure.error import Kind
 from glshadow.reference import brute
 from glshadow.study.floor import Floor
@@ -90,9 +91,11 @@ def wrong(name: str, scene: gs.Scene, results: dict[str, Any]) -> None:
             # outside a spot's cone there is no light to be in the shadow of
             disputed = np.flatnonzero(same.reached[0] & (np.abs(frame.visibility[0] - same.visibility[0]) > 0.5))
             rays = same.rays
-            assert renderer._scene is not None
+            assert renderer._scene.thing is not None
             assert renderer._sight is not None
-            bound = place_uniforms(renderer._scene, renderer._sight, lamp, renderer._lists[0])["u_bound"]
+            source = renderer._sources[0, Listed]
+            assert isinstance(source, Listed)
+            bound = rounding_bound(renderer._scene.thing, renderer._sight[1], source.grid)
             points = same.position.reshape(-1, 3)[disputed] - rays.origin
             dark = brute.blocked(rays, lamp, same.triangle.ravel()[disputed], points, bound)
             right = (same.cosine[0].ravel()[disputed] > 0.0) & ~dark

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.kernels import Exact
+from glshadow.core.filters import Exact
 from glshadow.core.lights import Light
 from glshadow.core.lists import distance_bound
 from glshadow.core.shadow import Shadow

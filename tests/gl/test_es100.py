@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from glshadow.core.bias import Bias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias
-from glshadow.core.kernels import MAX_RADIUS, Filter, Hard, Pcf
+from glshadow.core.filters import MAX_RADIUS, Filter, Hard, Pcf
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import ClipSpace

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from glshadow.core.bias import ReceiverPlaneBias, receiver_plane_from_derivatives
-from glshadow.core.kernels import Hard, Pcf
+from glshadow.core.filters import Hard, Pcf
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow

@@ -12,7 +12,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.kernels import Filter, Hard
+from glshadow.core.filters import Filter, Hard
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.kernels import Hard
+from glshadow.core.filters import Hard
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow

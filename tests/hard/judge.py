@@ -25,7 +25,7 @@ from glshadow.core.bias import (
     ReceiverPlaneBias,
     SlopeScaledBias,
 )
-from glshadow.core.kernels import Exact, Filter
+from glshadow.core.filters import Exact, Filter
 from glshadow.core.lights import DirectionalLight, to_light
 from glshadow.core.metric import Target, metric_range
 from glshadow.core.spaces import Array, ClipSpace, transform

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from glshadow.core.bias import ConstantBias, NormalOffsetBias
-from glshadow.core.kernels import Hard, Pcf
+from glshadow.core.filters import Hard, Pcf
 from glshadow.core.lights import DirectionalLight, SpotLight
 from glshadow.core.metric import Target, exponential
 from glshadow.core.shadow import Shadow

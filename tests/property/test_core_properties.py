@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from glshadow.core.bias import normal_bias, receiver_plane_from_derivatives, receiver_plane_from_normal
-from glshadow.core.kernels import MAX_RADIUS, box_weights, pcf
+from glshadow.core.filters import MAX_RADIUS, box_weights, pcf
 from glshadow.core.lights import PointLight, SpotLight, cone, to_light
 from glshadow.core.metric import exponential, metric_range, pack, projected_metric, radial_metric, unpack, window_depth
 from glshadow.core.spaces import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from glshadow.core.kernels import MAX_RADIUS, Hard, Pcf, box_weights, pcf
+from glshadow.core.filters import MAX_RADIUS, Hard, Pcf, box_weights, pcf
 from glshadow.errors import SettingsError
 
 RADII = range(MAX_RADIUS + 1)

@@ -7,7 +7,7 @@ import pytest
 
 from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
 from glshadow.core.fit import SceneFit, ViewFit
-from glshadow.core.kernels import Hard, Pcf
+from glshadow.core.filters import Hard, Pcf
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import ClipSpace

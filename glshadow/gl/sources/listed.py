@@ -8,17 +8,22 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.decision import ignored_size
+from glshadow.core.lights import Light
 from glshadow.core.lists import LEAST_CELLS, MOST, RATIO, ListGrid, list_grid
 from glshadow.core.shadow import Faces
-from glshadow.core.spaces import Array
-from glshadow.core.view import kind_of
+from glshadow.core.used import Used
 from glshadow.errors import ResourceError
-from glshadow.gl.caster import casters_on_others, hides_back_faces
+from glshadow.gl.bodies import casters_on_others, hides_back_faces
+from glshadow.gl.buffers import BufferTexture
 from glshadow.gl.context import GLContext
-from glshadow.gl.entry_points import RG32UI, RGBA32F, RGBA32UI, BufferTexture
+from glshadow.gl.entry_points import RG32UI, RGBA32F, RGBA32UI
 from glshadow.gl.geometry import GpuScene
-from glshadow.gl.program import UNITS, Programs
+from glshadow.gl.program import Programs
+from glshadow.gl.sources.refined import Refined
+from glshadow.gl.sources.source import Receiver, Source
+from glshadow.gl.sources.triangles import casting_corners, check_facets, light_frame, made_for, triangle_receiver
+from glshadow.gl.work import Work
 
 _CULL_BACK, _CULL_FRONT, _CASTS, _CUT_OUT = 1, 2, 4, 8  # pass/lists.comp
 _GROUP, _MOST_GROUPS = 64, 65535
@@ -26,16 +31,7 @@ _LINK_BYTES, _FACET_BYTES = 16, 48
 _SPARE = 1.25  # a buffer that was too small grows to this much of what was needed
 
 
-def made_for(scene: GpuScene, light: Light) -> tuple[Hashable, ...]:
-    """All that a light's candidates depend on."""
-    faces = light.shadow.faces if light.shadow else None
-    place = (
-        light.direction if isinstance(light, DirectionalLight) else (light.position, getattr(light, "direction", None))
-    )
-    return (scene.identity, kind_of(light), place, getattr(light, "outer_angle", None), faces)
-
-
-class Lists:
+class Listed(Source):
     """One light's triangle lists and what they were built for.
 
     Attributes
@@ -48,8 +44,6 @@ class Lists:
     builds : int
         How often they were built.
     """
-
-    candidates = "lists"
 
     def __init__(self, context: GLContext) -> None:
         self._context = context
@@ -65,27 +59,31 @@ class Lists:
         self.masked = False
         self.builds = 0
 
-    def update(self, programs: Programs, scene: GpuScene, light: Light) -> bool:
-        """Build them, unless they are those of this scene and light already; whether they had to be built.
+    def prepare(self, work: Work) -> Used:
+        """Build them, unless they are those of this scene and light already.
 
         Raises
         ------
         ResourceError
             If the scene does not fit into the driver's buffers on any grid.
         """
+        shadow = self.light.shadow
+        assert shadow is not None
+        built = self._update(work.programs, work.scene, self.light)
+        fallbacks = ignored_size(self.light, shadow)
+        return Used(filter=shadow.filter, faces=shadow.faces, draws=int(built), links=self.links, fallbacks=fallbacks)
+
+    def _update(self, programs: Programs, scene: GpuScene, light: Light) -> bool:
+        """Whether they had to be built."""
         key = made_for(scene, light)
         if key == self._key:
             return False
         self._key = None
         limit = min(self._context.caps.max_storage_block, 16 * self._context.caps.max_texture_buffer_size)
-        if _FACET_BYTES * scene.world.count > limit:
-            raise ResourceError(
-                f"Exact() needs {_FACET_BYTES} bytes for each of the scene's {scene.world.count} triangles, a buffer of this driver "
-                f"holds {limit}: split the scene, or use another filter"
-            )
+        check_facets(scene, limit, "bytes", _FACET_BYTES)
         traits = _traits(scene, light)
         casting = (traits[:, 0] & _CASTS) != 0
-        corners = scene.corners[casting if casting.any() else slice(None)].reshape(-1, 3)  # of nothing any grid will do
+        corners = casting_corners(scene, casting)
         halvings = 0
         while True:
             self.grid = list_grid(light, corners, halvings)
@@ -137,12 +135,13 @@ class Lists:
         context.gl.clear_unsigned(0, (0, 0, 0, 0))
         self._counter.write(b"\0\0\0\0")
         self._write_traits(traits)
-        world.use(UNITS["u_positions"], UNITS["u_corners"])
+        assert self._traits is not None
+        program.bind(**world.textures, u_traits=self._traits)
         for binding, buffer in enumerate((self._facets.buffer, self._links.buffer, self._counter)):
             buffer.bind_to_storage_buffer(binding)
         self._heads.bind_to_image(0, read=True, write=True)
         groups = -(-world.count // _GROUP)
-        program.gl.run(min(groups, _MOST_GROUPS), -(-groups // _MOST_GROUPS))
+        program.run(min(groups, _MOST_GROUPS), -(-groups // _MOST_GROUPS))
         ctx.memory_barrier()
         return int(np.frombuffer(self._counter.read(), dtype=np.uint32)[0])
 
@@ -150,7 +149,6 @@ class Lists:
         if self._traits is None or self._traits.buffer.size != traits.nbytes:
             self._traits = self._buffer(self._traits, traits.nbytes, RG32UI)
         self._traits.buffer.write(traits.tobytes())
-        self._traits.use(UNITS["u_traits"])
 
     def _reserve(self, scene: GpuScene) -> None:
         context, grid = self._context, self.grid
@@ -177,25 +175,21 @@ class Lists:
     def _buffer(self, old: BufferTexture | None, size: int, internal_format: int) -> BufferTexture:
         if old is not None:
             old.release()
-            old.buffer.release()
         return BufferTexture(self._context.gl, self._context.ctx.buffer(reserve=size), internal_format)
 
-    def use(self, heads: int, links: int, facets: int) -> None:
-        """Bind what glsl/exact/lists.glsl reads to texture units."""
-        assert self._heads is not None
-        assert self._links is not None
-        assert self._facets is not None
-        self._heads.use(heads)
-        self._links.use(links)
-        self._facets.use(facets)
+    def receiver(self, work: Work) -> Receiver:
+        """Walk them; where a pixel has several points, they are walked before, and their answers are read."""
+        textures = {"u_heads": self._heads, "u_links": self._links, "u_facets": self._facets}
+        asked = triangle_receiver(work, self.light, self.grid, "lists", self.masked, textures)
+        samples = getattr(self.light.shadow and self.light.shadow.filter, "samples", 1)
+        if samples == 1:
+            return asked
+        refined = work.refined.get((work.targets.identity, samples), lambda: Refined(work, samples))
+        return refined.draw(work, self.light, asked)
 
     def release(self) -> None:
         """Free the GPU memory."""
-        for texture in (self._links, self._facets, self._traits):
-            if texture is not None:
-                texture.release()
-                texture.buffer.release()
-        for thing in (self._framebuffer, self._heads, self._counter):
+        for thing in (self._links, self._facets, self._traits, self._framebuffer, self._heads, self._counter):
             if thing is not None:
                 thing.release()
 
@@ -212,10 +206,3 @@ def _traits(scene: GpuScene, light: Light) -> NDArray[np.uint32]:
     masked = scene.world.mask_shift != 0
     flags = _CULL_BACK * back + _CULL_FRONT * front + _CASTS * casting + _CUT_OUT * masked
     return np.stack([flags, scene.world.mask_shift], axis=1).astype(np.int64).astype(np.uint32)
-
-
-def light_frame(grid: ListGrid, scene: GpuScene) -> tuple[Array, Array]:
-    """Axes (3, 3) and origin (3,), relative to the scene's, of a light's frame; both are float32 values, so that CPU and GPU agree."""
-    axes = grid.view_from_world[:3, :3].astype(np.float32).astype(np.float64)
-    origin = -grid.view_from_world[:3, :3].T @ grid.view_from_world[:3, 3] - scene.origin
-    return axes, origin.astype(np.float32).astype(np.float64)

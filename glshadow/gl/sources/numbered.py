@@ -2,32 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import replace
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.culling import hidden_sides
+from glshadow.core.decision import ignored_size
 from glshadow.core.lights import Light
 from glshadow.core.lists import ListGrid, facets, list_grid
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import ClipSpace, orthographic, perspective, rigid_inverse
+from glshadow.core.used import Used
 from glshadow.core.view import FACES, NEAREST_SHARE
-from glshadow.errors import ResourceError
-from glshadow.gl.caster import casters_on_others, hides_back_faces
+from glshadow.gl.bodies import casters_on_others, hides_back_faces
+from glshadow.gl.buffers import BufferTexture, texture_buffer
 from glshadow.gl.context import GLContext
-from glshadow.gl.entry_points import RGBA32F, BufferTexture
+from glshadow.gl.drawing import draw_nodes
+from glshadow.gl.entry_points import RGBA32F
 from glshadow.gl.geometry import GpuScene, pack_matrices
-from glshadow.gl.lists import light_frame, made_for
 from glshadow.gl.program import Programs
+from glshadow.gl.sources.source import Receiver, Source
+from glshadow.gl.sources.triangles import casting_corners, check_facets, light_frame, made_for, triangle_receiver
 from glshadow.gl.targets import depth_texture
-from glshadow.gl.world import local_corners, texture_buffer
+from glshadow.gl.work import Work
+from glshadow.gl.world import local_corners
 from glshadow.scene.mesh import AlphaMode
 
+_NOT_EXACT = (
+    "Exact() asks only the triangles seen in the 4 x 4 nearest texels of a map of their numbers, one point in each pixel: not exact, "
+    "casters thinner than a texel may be missed; lists of all triangles need OpenGL 4.3, {} has {:.1f}"
+)
 
-class Numbers:
+
+class Numbered(Source):
     """One light's map of triangle numbers, and what it was made for.
 
     Attributes
@@ -35,10 +46,6 @@ class Numbers:
     grid : ListGrid
         Its window; a cell is a texel.
     """
-
-    candidates = "numbers"
-    links = 0
-    masked = False
 
     def __init__(self, context: GLContext) -> None:
         self._context = context
@@ -49,23 +56,35 @@ class Numbers:
         self._facets: BufferTexture | None = None
         self.grid: ListGrid
 
-    def update(self, programs: Programs, scene: GpuScene, light: Light) -> bool:
-        """Draw it, unless it is that of this scene and light already; whether it had to be drawn."""
-        resolution = (light.shadow or Shadow()).resolution
+    def prepare(self, work: Work) -> Used:
+        """Draw it, unless it is that of this scene and light already."""
+        shadow, caps = self.light.shadow, work.caps
+        assert shadow is not None
+        drawn = self._update(work, shadow)
+        missing = _NOT_EXACT.format(caps.renderer, caps.version_code / 100)
+        fallbacks = (*ignored_size(self.light, shadow), missing)
+        return Used(filter=shadow.filter, faces=shadow.faces, draws=int(drawn), fallbacks=fallbacks)
+
+    def receiver(self, work: Work) -> Receiver:
+        """Ask the triangles whose numbers lie near."""
+        textures = {"u_numbers": self._texture, "u_facets": self._facets}
+        return triangle_receiver(work, self.light, self.grid, "numbers", False, textures)
+
+    def _update(self, work: Work, shadow: Shadow) -> bool:
+        """Whether it had to be drawn."""
+        scene, light, resolution = work.scene, self.light, shadow.resolution
         key = (*made_for(scene, light), resolution)
         if key == self._key:
             return False
         self._key = None
         casting = casters_on_others(scene, light)
-        corners = scene.corners[casting if casting.any() else slice(None)].reshape(-1, 3)  # of nothing any grid will do
-        self.grid = list_grid(light, corners)
-        cells = (
-            resolution if self.grid.faces == 1 else max(resolution // 2, 1)
-        )  # six faces: a quarter of the texels each
+        self.grid = list_grid(light, casting_corners(scene, casting))
+        # six faces: a quarter of the texels each
+        cells = resolution if self.grid.faces == 1 else max(resolution // 2, 1)
         self.grid = replace(self.grid, cells=cells)
         self._reserve(scene)
         for face in range(self.grid.faces):
-            self._draw(programs, scene, light, face, casting)
+            self._draw(work.programs, scene, light, face, casting)
         self._context.check_errors("drawing a map of triangle numbers")
         self._key = key
         return True
@@ -79,12 +98,7 @@ class Numbers:
             self._texture = context.ctx.texture(size, 1, dtype="u4")
             self._texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
             self._framebuffer = context.ctx.framebuffer([self._texture], self._depth)
-        limit = context.caps.max_texture_buffer_size
-        if 3 * scene.world.count > limit:
-            raise ResourceError(
-                f"Exact() needs 3 texels for each of the scene's {scene.world.count} triangles, a texture buffer of this driver "
-                f"holds {limit}: split the scene, or use another filter"
-            )
+        check_facets(scene, context.caps.max_texture_buffer_size, "texels", 3)
         axes, origin = light_frame(grid, scene)
         frame = rigid_inverse(axes, np.zeros(3))
         data = facets(local_corners(scene.world, frame, origin)).astype(np.float32)
@@ -121,9 +135,11 @@ class Numbers:
         ctx.depth_clamp_range = (0.0, 1.0)
         if face == 0:
             self._framebuffer.clear(depth=1.0, viewport=(0, 0, *self._framebuffer.size))
-        solid = hides_back_faces(scene, light, light.shadow.faces if light.shadow else None)
-        for i in np.flatnonzero(chosen).tolist():
-            gpu, material = scene.meshes[i], scene.nodes[i].mesh.material
+        faces = light.shadow.faces if light.shadow else None
+        hidden = hidden_sides(faces, hides_back_faces(scene, light, faces))
+
+        def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
+            gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
             alpha = material.alpha_mode is AlphaMode.MASK and gpu.texture is not None
             program = programs.get(
                 "pass/surface.vert",
@@ -131,23 +147,18 @@ class Numbers:
                 defines={"GLS_SURFACE": 1, "GLS_TEXTURED": int(alpha), "GLS_ALPHA": int(alpha)},
             )
             program.set(u_color=material.color, u_cutoff=material.cutoff)
-            if gpu.texture is not None:
-                gpu.texture.use(0)
-            program.write("u_clip_from_mesh", packed[i])
-            program.write("u_first_triangle", scene.packed_first[i])
-            ctx.enable(moderngl.CULL_FACE) if solid[i] else ctx.disable(moderngl.CULL_FACE)
-            ctx.cull_face = "front" if scene.mirrored[i] else "back"
-            gpu.vertex_array(program, numbered=True).render()
-        ctx.cull_face = "back"
+            if alpha:
+                program.bind(u_texture=gpu.texture)
+
+            def place(i: int) -> None:
+                program.write("u_clip_from_mesh", packed[i])
+                program.write("u_first_triangle", scene.packed_first[i])
+
+            return place, gpu.vertex_array(program, numbered=True)
+
+        draw_nodes(ctx, scene, np.flatnonzero(chosen), hidden, begin)
         ctx.depth_clamp_range = None
         ctx.enable_only(moderngl.NOTHING)
-
-    def use(self, heads: int, links: int, facet_unit: int) -> None:
-        """Bind what glsl/exact/numbers.glsl reads to texture units."""
-        assert self._texture is not None
-        assert self._facets is not None
-        self._texture.use(heads)
-        self._facets.use(facet_unit)
 
     def _release_map(self) -> None:
         for thing in (self._framebuffer, self._texture, self._depth):
@@ -157,7 +168,6 @@ class Numbers:
     def _release_facets(self) -> None:
         if self._facets is not None:
             self._facets.release()
-            self._facets.buffer.release()
 
     def release(self) -> None:
         """Free the GPU memory."""

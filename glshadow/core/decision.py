@@ -1,0 +1,66 @@
+"""Decision: the settings of one light's shadow with every None decided."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from glshadow.core.bias import Bias, ReceiverPlaneBias
+from glshadow.core.filters import Filter
+from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.metric import Target
+from glshadow.core.shadow import Faces, Shadow
+from glshadow.core.spaces import ClipSpace
+
+
+@dataclass(frozen=True)
+class CasterSettings:
+    """What a light's maps are drawn with."""
+
+    target: Target
+    bias: Bias
+    faces: Faces | None
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What a light's map is drawn and asked with; `fallbacks`: every request that could not be met, with its reason."""
+
+    filter: Filter
+    caster: CasterSettings
+    clip: ClipSpace
+    fallbacks: tuple[str, ...]
+
+
+def decide(light: Light, shadow: Shadow, clip_control: bool, driver: str) -> Decision:
+    """The settings of a light with a map.
+
+    Parameters
+    ----------
+    clip_control : bool
+        Whether the driver has 0..1 depth.
+    driver : str
+        Its name, for the reason of a fallback.
+    """
+    target = shadow.target or Target.DEPTH32F
+    clip, fallbacks = _clip(light, shadow, target, clip_control, driver)
+    settings = CasterSettings(target, shadow.bias or ReceiverPlaneBias(), shadow.faces)
+    return Decision(shadow.filter, settings, clip, fallbacks + ignored_size(light, shadow))
+
+
+def ignored_size(light: Light, shadow: Shadow) -> tuple[str, ...]:
+    """The fallback of a light that has a size, if it has."""
+    if getattr(light, "radius", 0.0) == 0.0 and getattr(light, "angle", 0.0) == 0.0:
+        return ()
+    return (f"the light's size is ignored: {shadow.filter!r} knows only points, so its shadow is hard",)
+
+
+def _clip(
+    light: Light, shadow: Shadow, target: Target, clip_control: bool, driver: str
+) -> tuple[ClipSpace, tuple[str, ...]]:
+    """Reversed 0..1 pays for perspective views in float depth only; a sun's depth is linear."""
+    reversed_pays = not isinstance(light, DirectionalLight) and target is Target.DEPTH32F
+    wanted = shadow.clip or ClipSpace(True, reversed_pays)
+    if not wanted.zero_to_one or clip_control:
+        return wanted, ()
+    have = ClipSpace(False, wanted.reversed if shadow.clip else False)
+    return have, (f"clip {wanted} became {have}: this driver has no glClipControl ({driver})",)

@@ -1,0 +1,115 @@
+"""Filter: what every technique says of itself, so that nothing else needs to know which there are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from enum import Enum
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.spaces import Array
+from glshadow.core.spelling import Spelled
+from glshadow.errors import SettingsError
+
+Compare = Callable[[NDArray[np.int64], Array], Array]
+"""(texel (N, 2), from the corner of its tile; place (N, 2) where the receiver's plane is evaluated, texels from the receiver) -> outcome
+(K, N) of the comparison, 1 = lit, in K versions."""
+
+
+class Needs(Enum):
+    """What a filter asks of a light; `glshadow.gl.sources` has what provides it."""
+
+    COMPARISON = "comparison"  # whether a receiver lies before or behind what a shadow map stores
+    TRIANGLES = "triangles"  # the triangles themselves: no map
+
+
+class Filter(Spelled):
+    """How one receiver is answered for. Each technique is one subclass, in a file of its own.
+
+    Attributes
+    ----------
+    needs : Needs
+    snippet : str
+        What fills the slot <filter> of a light with a map; none for filters without one.
+    summary : str
+        In a few words, for help and tables.
+    source : str
+        Who published it.
+    radius : float
+        Half the width of its soft edge, in texels: by how much measured errors belong to the edge.
+    slack_texels : float
+        How far, in texels per axis, the map's sample may lie from where the plane is evaluated.
+    reach_texels : float
+        How far from the receiver's own position the filter reads, in texels per axis.
+    """
+
+    needs: ClassVar[Needs]
+    snippet: ClassVar[str] = ""
+    summary: ClassVar[str] = ""
+    source: ClassVar[str] = ""
+
+    @property
+    def radius(self) -> float:
+        return 0.0
+
+    @property
+    def slack_texels(self) -> float:
+        return 0.0
+
+    @property
+    def reach_texels(self) -> float:
+        return 0.0
+
+    @property
+    def has_map(self) -> bool:
+        """Whether resolution, bias, target and clip mean anything to it."""
+        return self.needs is not Needs.TRIANGLES
+
+    def defines(self) -> Mapping[str, int | str]:
+        """Defines of its snippet."""
+        return {}
+
+    def visibility(self, position: Array, compare: Compare) -> Array:
+        """The float64 twin of its snippet.
+
+        Parameters
+        ----------
+        position : (N, 2) float64
+            Receivers on the map, texels from the corner of its tile: (0.5, 0.5) is the centre of texel [0, 0].
+        compare : Compare
+
+        Returns
+        -------
+        (K, N) float64
+        """
+        raise SettingsError(f"{self} has no comparison of depths")
+
+    @classmethod
+    def variants(cls) -> tuple[Self, ...]:
+        """Settings that together make every program text it has."""
+        return (cls(),)
+
+    @classmethod
+    def rungs(cls) -> tuple[Self, ...]:
+        """Settings that a plan tries, cheapest first."""
+        return (cls(),)
+
+    @classmethod
+    def studied(cls) -> tuple[Self, ...]:
+        """Settings that a study tries."""
+        return cls.rungs()
+
+    @classmethod
+    def extremes(cls) -> tuple[Self, ...]:
+        """Settings of which the hard cases demand that they show no artefact."""
+        return (cls(),)
+
+
+def weighted(compare: Compare, terms: Any) -> Array:
+    """Sum of weight (N,) x comparison over terms (weight, texel, place)."""
+    total: Any = 0.0
+    for weight, texel, place in terms:
+        total = total + weight * compare(texel, place)
+    return np.asarray(total)

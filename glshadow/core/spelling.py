@@ -1,0 +1,109 @@
+"""How a family of settings is spelled in one word, on the command line and in reports: pcf:1, slope:1.1,4, none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import MISSING, fields
+from typing import Any, ClassVar, TypeVar
+
+from glshadow.core.setting import Settings, shown
+from glshadow.errors import SettingsError
+
+
+class Spelled(Settings):
+    """A member of a family, told from the others by its name.
+
+    Attributes
+    ----------
+    spelling : str
+        Its name.
+    terse : bool
+        Where all of it is at its default, the name alone says so.
+    """
+
+    spelling: ClassVar[str] = ""
+    terse: ClassVar[bool] = False
+
+    def __str__(self) -> str:
+        """`spelling`, or `spelling:value,value`; a switch that is not as usual by its name, or no-name."""
+        values = [(item, getattr(self, item.name)) for item in fields(self)]  # type: ignore[arg-type]
+        if self.terse and all(value == item.default for item, value in values):
+            return self.spelling
+        words = [
+            _word(item.name, value)
+            for item, value in values
+            if value is not item.default or not isinstance(value, bool)
+        ]
+        return f"{self.spelling}:{','.join(words)}" if words else self.spelling
+
+    @classmethod
+    def usage(cls) -> str:
+        """How it may be spelled: `slope[:FACTOR,UNITS]`."""
+        items = fields(cls)  # type: ignore[arg-type]
+        if not items:
+            return cls.spelling
+        words = [
+            item.name.upper() if not isinstance(item.default, bool) else _word(item.name, not item.default)
+            for item in items
+        ]
+        needed = sum(item.default is MISSING for item in items)
+        text = cls.spelling + "".join(f"{',' if i else ':'}{word}" for i, word in enumerate(words[:needed]))
+        rest = ",".join(words[needed:])
+        return f"{text}[{',' if needed else ':'}{rest}]" if rest else text
+
+
+T = TypeVar("T", bound=Spelled)
+
+
+def parse(text: str, family: Sequence[type[T]], name: str = "value") -> T:
+    """The member of a family that a text spells.
+
+    Raises
+    ------
+    SettingsError
+        If there is none, or its values are not allowed; says what is.
+    """
+    head, colon, rest = text.strip().partition(":")
+    kind = next((each for each in family if each.spelling == head), None)
+    words = rest.split(",") if colon else []
+    if kind is None or "" in words or (colon and not words):
+        raise SettingsError(f"{shown(text)} is no {name}; there are: {', '.join(each.usage() for each in family)}")
+    items = list(fields(kind))  # type: ignore[arg-type]
+    values: dict[str, Any] = {}
+    for word in words:
+        switches = {
+            _word(item.name, on): (item.name, on)
+            for item in items
+            if isinstance(item.default, bool)
+            for on in (True, False)
+        }
+        free = [item.name for item in items if item.name not in values and not isinstance(item.default, bool)]
+        number = _number(word)
+        if word in switches:
+            values.update([switches[word]])
+        elif number is not None and free:
+            values[free[0]] = number
+        else:
+            raise SettingsError(f"{shown(text)}: {shown(word)} is not understood; it is spelled {kind.usage()}")
+    try:
+        return kind(**values)
+    except TypeError:  # a value that has no default is missing
+        raise SettingsError(f"{shown(text)} is not whole; it is spelled {kind.usage()}") from None
+
+
+def _word(name: str, value: bool | float) -> str:
+    if isinstance(value, bool):
+        return name if value else f"no-{name}"
+    return f"{value:g}"
+
+
+def _number(word: str) -> int | float | None:
+    for read in (int, float):
+        kind: Callable[[str], int | float] = read
+        try:
+            value = kind(word)
+        except ValueError:
+            continue
+        return value if math.isfinite(value) else None
+    return None

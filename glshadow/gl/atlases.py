@@ -1,0 +1,149 @@
+"""Where shadow maps lie: one 2-D atlas per format, and in it the tiles of all lights of that format."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable, Sequence
+
+import moderngl
+
+from glshadow.core.metric import Target
+from glshadow.core.view import ShadowView
+from glshadow.errors import SettingsError
+from glshadow.gl.context import GLContext
+from glshadow.gl.targets import depth_texture, released_on_error
+
+_COLOR_FORMATS = {Target.R32F: (1, "f4"), Target.R16F: (1, "f2"), Target.R8: (1, "f1"), Target.RGBA8: (4, "f1")}
+
+
+class Atlas:
+    """One 2-D texture for all views of a format: square tiles, largest first, on shelves.
+
+    Attributes
+    ----------
+    texture : moderngl.Texture
+        What receivers read: the depth texture, or the colour target of the metric.
+    framebuffer : moderngl.Framebuffer
+    tiles : tuple
+        How its tiles lie; where that changes, nothing drawn before counts.
+    drawn : dict
+        What each light's tiles were last drawn from.
+    """
+
+    def __init__(self, context: GLContext, target: Target, size: tuple[int, int]) -> None:
+        self.target, self.size = target, size
+        self.tiles: tuple[Hashable, ...] = ()
+        self.drawn: dict[Hashable, Hashable] = {}
+        what = "the shadow map atlas"
+        depth = depth_texture(context, size, target if target.is_depth else Target.DEPTH32F, what)
+        self._owned: list[moderngl.Texture] = [depth]
+        with released_on_error(self._owned):
+            self.texture = depth
+            if not target.is_depth:
+                components, dtype = _COLOR_FORMATS[target]
+                self.texture = context.ctx.texture(size, components, dtype=dtype)
+                self._owned.append(self.texture)
+                self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+                self.texture.repeat_x = self.texture.repeat_y = False
+            context.check_errors(f"allocating {what}, {size[0]} x {size[1]} {target.value}")
+            colors = () if target.is_depth else (self.texture,)
+            self.framebuffer = context.ctx.framebuffer(colors, depth)
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        self.framebuffer.release()
+        for texture in self._owned:
+            texture.release()
+
+
+def layout(views: Sequence[ShadowView], limit: int) -> tuple[tuple[ShadowView, ...], tuple[int, int]]:
+    """Place the tiles of all views in one atlas.
+
+    Parameters
+    ----------
+    limit : int
+        Largest side that the driver allows, texels.
+
+    Returns
+    -------
+    tuple of ShadowView, (width, height)
+        The views in their given order, placed; the size of the atlas.
+
+    Raises
+    ------
+    SettingsError
+        If they do not fit.
+    """
+    if not views:
+        return (), (0, 0)
+    sides = [view.resolution + 2 * view.gutter for view in views]
+    area, widest = sum(side**2 for side in sides), max(sides)
+    width = min(max(widest, widest * math.ceil(math.sqrt(area) / widest)), limit)
+    x = y = shelf = 0
+    places: dict[int, tuple[int, int]] = {}
+    for i in sorted(range(len(views)), key=lambda i: -sides[i]):
+        side = sides[i]
+        if x + side > width:
+            x, y, shelf = 0, y + shelf, 0
+        places[i] = (x + views[i].gutter, y + views[i].gutter)
+        x, shelf = x + side, max(shelf, side)
+    height = y + shelf
+    if widest > limit or height > limit:
+        raise SettingsError(
+            f"{len(views)} shadow map views of up to {widest} texels need an atlas of {width} x {height}, the driver's limit is "
+            f"{limit}: lower Shadow.resolution or let fewer lights cast shadows"
+        )
+    return tuple(view.placed(places[i]) for i, view in enumerate(views)), (width, height)
+
+
+Place = Callable[[], tuple[tuple[ShadowView, ...], Atlas]]
+"""Views with their tiles, and the atlas that holds them."""
+
+
+class Atlases:
+    """The atlases of a context, kept while their sizes hold. A frame's claims are all made before the first of them is asked for."""
+
+    def __init__(self, context: GLContext) -> None:
+        self._context = context
+        self._atlases: dict[Target, Atlas] = {}
+        self._claims: dict[Target, list[tuple[ShadowView, ...]]] = {}
+        self._placed: dict[Target, list[tuple[ShadowView, ...]]] = {}
+
+    def begin(self) -> None:
+        """A new frame: nothing is claimed."""
+        self._claims.clear()
+        self._placed.clear()
+
+    def claim(self, target: Target, views: tuple[ShadowView, ...]) -> Place:
+        """Ask for tiles; what is returned says where they are."""
+        claims = self._claims.setdefault(target, [])
+        number = len(claims)
+        claims.append(views)
+
+        def place() -> tuple[tuple[ShadowView, ...], Atlas]:
+            if target not in self._placed:
+                self._placed[target] = self._settle(target, claims)
+            return self._placed[target][number], self._atlases[target]
+
+        return place
+
+    def _settle(self, target: Target, claims: Sequence[tuple[ShadowView, ...]]) -> list[tuple[ShadowView, ...]]:
+        views, size = layout([view for claim in claims for view in claim], self._context.caps.max_texture_size)
+        atlas = self._atlases.get(target)
+        if atlas is None or atlas.size != size:
+            if atlas is not None:
+                del self._atlases[target]
+                atlas.release()
+            atlas = self._atlases[target] = Atlas(self._context, target, size)
+        tiles = tuple((view.tile, view.resolution, view.gutter) for view in views)
+        if atlas.tiles != tiles:
+            atlas.tiles = tiles
+            atlas.drawn.clear()
+        rest = iter(views)
+        return [tuple(next(rest) for _ in claim) for claim in claims]
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        for atlas in self._atlases.values():
+            atlas.release()
+        self._atlases.clear()

@@ -1,0 +1,88 @@
+"""Passes over the picture: what they all know of the camera, what they read of the surface, and how they are drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from glshadow.core.spaces import Array
+from glshadow.gl.camera import Sight
+from glshadow.gl.context import GLContext
+from glshadow.gl.geometry import GpuScene
+from glshadow.gl.program import Program
+from glshadow.gl.targets import CameraTargets
+
+
+@dataclass(frozen=True)
+class Samplers:
+    """How maps are read: nearest comparison, normal and reversed, and plain numbers."""
+
+    nearer: moderngl.Sampler
+    nearer_reversed: moderngl.Sampler
+    plain: moderngl.Sampler
+
+    @classmethod
+    def make(cls, ctx: moderngl.Context) -> Samplers:
+        """Nearest texel, edges repeated outwards."""
+        plain = ctx.sampler(repeat_x=False, repeat_y=False)
+        plain.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        return cls(comparison_sampler(ctx, False), comparison_sampler(ctx, True), plain)
+
+    def release(self) -> None:
+        """Delete them."""
+        for sampler in (self.nearer, self.nearer_reversed, self.plain):
+            sampler.release()
+
+
+def comparison_sampler(ctx: moderngl.Context, reversed_depth: bool) -> moderngl.Sampler:
+    """1 where the reference is not farther than the nearest texel's depth; edges repeated outwards."""
+    sampler = ctx.sampler(compare_func=">=" if reversed_depth else "<=", repeat_x=False, repeat_y=False)
+    sampler.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return sampler
+
+
+def camera_uniforms(scene: GpuScene, sight: Sight, axes: Array, offset: Array) -> dict[str, Any]:
+    """Uniforms of pass/resolve.vert that say where the camera is in a light's frame.
+
+    Parameters
+    ----------
+    axes : (3, 3) float64
+        Of the frame.
+    offset : (3,) float64
+        Where the scene's origin lies in it.
+    """
+    camera = sight.camera
+    eye = np.asarray(camera.position) - scene.origin
+    return {
+        "u_far_z": sight.far_z,
+        "u_unproject": sight.unproject,
+        "u_ray_l": axes @ camera.view_from_world[:3, :3].T @ sight.rays,
+        "u_eye_l": tuple(axes @ eye),
+        "u_forward_l": tuple(-axes @ camera.view_from_world[2, :3]),
+        "u_lv_from_l": tuple(offset),
+        "u_axes_l": axes,
+        "u_towards_w": tuple(axes[2]),
+    }
+
+
+def surface_textures(samplers: Samplers, scene: GpuScene, targets: CameraTargets) -> dict[str, Any]:
+    """What the camera sees, by the samplers that read it."""
+    return {
+        "u_surface": targets.surface,
+        "u_camera_depth": (targets.depth, samplers.plain),
+        "u_planes": scene.planes,
+        "u_owners": scene.owners,
+        "u_colors": scene.colors,
+    }
+
+
+def draw_over(context: GLContext, program: Program, sight: Sight) -> None:
+    """A pass over all pixels that see a surface: one triangle at the far plane, the camera's depth attached."""
+    if context.caps.clip_control:
+        context.gl.clip_control(sight.clip.zero_to_one)
+    context.ctx.enable_only(moderngl.DEPTH_TEST)
+    context.ctx.depth_func = "<" if sight.clip.reversed else ">"
+    program.vertex_array().render(moderngl.TRIANGLES, vertices=3)

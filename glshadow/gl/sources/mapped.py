@@ -1,0 +1,134 @@
+"""A light's shadow map: fitted, drawn, kept, compared with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.compare import map_uniforms, rounding_of
+from glshadow.core.decision import Decision, decide
+from glshadow.core.lights import Light
+from glshadow.core.metric import Target, unpack
+from glshadow.core.used import Used
+from glshadow.core.view import kind_of, shadow_views
+from glshadow.gl.atlases import Place
+from glshadow.gl.bodies import casters_on_others
+from glshadow.gl.caster import Map, draw_casters
+from glshadow.gl.context import Caps, GLContext
+from glshadow.gl.lighting import light_view
+from glshadow.gl.readback import pixels
+from glshadow.gl.sources.source import Receiver, Source, fetching_dialect, frame_of, open_receiver
+from glshadow.gl.work import Work
+from glshadow.shader.slots import Compare, mapped_defines, mapped_slots
+
+
+class Mapped(Source):
+    """One light's map; none where no receiver of it is seen."""
+
+    def __init__(self, context: GLContext) -> None:
+        self.map: Map | None = None
+        self._place: Place | None = None
+        self._decision: Decision
+
+    def claim(self, work: Work, light: Light) -> None:
+        """Decide the settings and fit the views."""
+        self.light = light
+        shadow = light.shadow
+        assert shadow is not None
+        caps, scene = work.caps, work.scene
+        self._decision = decision = decide(light, shadow, caps.clip_control, caps.renderer)
+        casting = casters_on_others(scene, light) if decision.caster.bias.certain else scene.casts
+        self._place = self.map = None
+        if not casting.any():
+            return
+        receivers = shadow.fit.receivers(scene.corners, work.sight.receivers)
+        guard = int(np.ceil(shadow.filter.reach_texels)) + 1
+        corners = scene.corners[casting].reshape(-1, 3)
+        views = shadow_views(light, receivers, corners, decision.clip, shadow.resolution, guard)
+        if views:
+            self._place = work.atlases.claim(decision.caster.target, views)
+
+    def prepare(self, work: Work) -> Used:
+        """Draw the map."""
+        draws, decision, caster = 0, self._decision, self._decision.caster
+        if self._place is not None:
+            self.map = Map(*self._place(), caster, decision.filter)
+            draws = draw_casters(work.context, work.programs, work.scene, self.light, self.map)
+        views = self.map.views if self.map else ()
+        return Used(
+            views, decision.filter, caster.bias, caster.target, decision.clip, caster.faces, draws, decision.fallbacks
+        )
+
+    def receiver(self, work: Work) -> Receiver:
+        """Compare with it."""
+        if self.map is None:
+            return open_receiver(work, self.light)
+        scene, sight, caps = work.scene, work.sight, work.caps
+        axes, offset = frame_of(light_view(self.light, self.map.views), scene.origin)
+        ray = float(np.linalg.norm(np.abs(sight.rays).sum(axis=1)))
+        eye = np.asarray(sight.camera.position) - scene.origin
+        reach = max(float(np.abs(eye).max()) + sight.far * ray, float(np.abs(offset).max()))
+        compared = work.samplers.nearer_reversed if self.map.views[0].clip.reversed else work.samplers.nearer
+        sampler = work.samplers.plain if caps.texture_gather and caps.software else compared
+        return Receiver(
+            map_slots(self.light, self.map, caps),
+            axes,
+            offset,
+            map_defines(self.light, self.map),
+            fetching_dialect(caps.texture_gather),
+            uniforms_of(self.map, rounding_of(reach)),
+            {"u_map": (self.map.atlas.texture, sampler if self.map.settings.target.is_depth else None)},
+        )
+
+    def stored(self) -> NDArray[np.float32]:
+        """Its views; RGBA8 is unpacked."""
+        return super().stored() if self.map is None else stored_values(self.map)
+
+
+def map_slots(light: Light, shadow_map: Map, caps: Caps) -> dict[str, str]:
+    """Snippets that ask a map."""
+    settings, compare = shadow_map.settings, compared_by(shadow_map.settings.target, caps)
+    return mapped_slots(kind_of(light), settings.target, settings.bias, shadow_map.filter, compare)
+
+
+def compared_by(target: Target, caps: Caps) -> Compare:
+    """How a driver reads a target."""
+    if not target.is_depth:
+        return "metric"
+    if not caps.texture_gather:
+        return "depth_taps"
+    return "depth_gather_raw" if caps.software else "depth_gather"
+
+
+def map_defines(light: Light, shadow_map: Map) -> Mapping[str, int | str]:
+    """Defines that go with them."""
+    settings = shadow_map.settings
+    reversed_depth = settings.target.is_depth and shadow_map.views[0].clip.reversed  # a metric always grows away
+    return mapped_defines(kind_of(light), settings.target, settings.bias, shadow_map.filter, reversed_depth)
+
+
+def uniforms_of(shadow_map: Map, rounding: float) -> dict[str, Any]:
+    """Uniforms that go with them, see `core.compare.map_uniforms`."""
+    settings = shadow_map.settings
+    size = shadow_map.atlas.size
+    return map_uniforms(shadow_map.views, size, settings.target, settings.bias, shadow_map.filter, rounding)
+
+
+def stored_values(shadow_map: Map) -> NDArray[np.float32]:
+    """A map's views (V, R, R) as they are stored, row 0 at v = 1; RGBA8 is unpacked."""
+    texture, target = shadow_map.atlas.texture, shadow_map.settings.target
+    if target is Target.RGBA8:
+        values = np.minimum(unpack(pixels(texture, np.uint8) / 255.0), 1.0)
+    elif target is Target.R8:
+        values = pixels(texture, np.uint8)[..., 0] / 255.0
+    else:
+        values = pixels(texture, np.float16 if target is Target.R16F else np.float32)[..., 0]
+    height = len(values)
+    tiles = []
+    for view in shadow_map.views:
+        x, y = view.tile
+        tiles.append(values[height - y - view.resolution : height - y, x : x + view.resolution])
+    return np.stack(tiles).astype(np.float32)

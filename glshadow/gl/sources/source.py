@@ -1,0 +1,92 @@
+"""Source: what a light's shadow is asked of. Receiver: the text and the values that ask it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.lights import Light
+from glshadow.core.spaces import Array
+from glshadow.core.used import Used
+from glshadow.core.view import kind_of
+from glshadow.gl.context import GLContext
+from glshadow.gl.lighting import light_view
+from glshadow.gl.work import Work
+from glshadow.shader.slots import open_slots
+
+
+@dataclass(frozen=True, eq=False)
+class Receiver:
+    """One way to ask one light.
+
+    Parameters
+    ----------
+    slots, defines : mapping
+        What a pass is composed with: <light>, <shadow> and what that includes.
+    dialect : str
+        What the snippets need.
+    axes : (3, 3) float64
+        Of the frame in which surface points are given.
+    offset : (3,) float64
+        Where the scene's origin lies in it.
+    uniforms, textures : mapping
+        By name; textures as `Program.bind` takes them.
+    """
+
+    slots: Mapping[str, str]
+    axes: Array
+    offset: Array
+    defines: Mapping[str, int | str] = field(default_factory=dict)
+    dialect: str = "core330"
+    uniforms: Mapping[str, Any] = field(default_factory=dict)
+    textures: Mapping[str, Any] = field(default_factory=dict)
+
+
+class Source:
+    """Base: a light that casts nothing. A frame calls `claim` of all lights, then `prepare` of all, then asks light by light.
+
+    An heir is made once per light and context, and keeps what it drew for as long as that is still right.
+    """
+
+    def __init__(self, context: GLContext) -> None:
+        self.light: Light
+
+    def claim(self, work: Work, light: Light) -> None:
+        """Take the light with its settings, and say what room its maps need; nothing is drawn yet."""
+        self.light = light
+
+    def prepare(self, work: Work) -> Used:
+        """Draw what the light needs, unless it is kept; what was really used."""
+        return Used()
+
+    def receiver(self, work: Work) -> Receiver:
+        """How the light is asked."""
+        return open_receiver(work, self.light)
+
+    def stored(self) -> NDArray[np.float32]:
+        """Its maps (V, R, R) as they are stored, row 0 at v = 1; none: (0, 0, 0)."""
+        return np.zeros((0, 0, 0), dtype=np.float32)
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+
+
+def open_receiver(work: Work, light: Light) -> Receiver:
+    """A receiver that is lit."""
+    return Receiver(open_slots(kind_of(light)), *frame_of(light_view(light, (), work.scene.origin), work.scene.origin),
+                    dialect=fetching_dialect(work.caps.texture_gather))  # fmt: skip
+
+
+def fetching_dialect(gather: bool) -> str:
+    """The dialect of receivers without demands of their own."""
+    return "core330_gather" if gather else "core330"
+
+
+def frame_of(lv_from_world: Array, origin: Array) -> tuple[Array, Array]:
+    """Axes (3, 3) of a light's frame, and where the scene's origin lies in it."""
+    axes = lv_from_world[:3, :3]
+    return axes, lv_from_world[:3, 3] + axes @ origin

@@ -1,0 +1,95 @@
+"""What all sources that ask triangles share: the light's frame, what they depend on, and the receiver's side."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.lists import RATIO, ListGrid, distance_bound
+from glshadow.core.spaces import Array
+from glshadow.core.view import kind_of
+from glshadow.errors import ResourceError
+from glshadow.gl.camera import Sight
+from glshadow.gl.geometry import GpuScene
+from glshadow.gl.sources.source import Receiver
+from glshadow.gl.work import Work
+from glshadow.shader.slots import exact_defines, exact_slots
+
+
+def made_for(scene: GpuScene, light: Light) -> tuple[Hashable, ...]:
+    """All that a light's candidates depend on."""
+    faces = light.shadow.faces if light.shadow else None
+    place = (
+        light.direction if isinstance(light, DirectionalLight) else (light.position, getattr(light, "direction", None))
+    )
+    return (scene.identity, kind_of(light), place, getattr(light, "outer_angle", None), faces)
+
+
+def casting_corners(scene: GpuScene, casting: NDArray[np.bool_]) -> Array:
+    """Corners (K, 3) of what casts; where nothing does, of everything: an empty grid may lie anywhere."""
+    return scene.corners[casting if casting.any() else slice(None)].reshape(-1, 3)
+
+
+def light_frame(grid: ListGrid, scene: GpuScene) -> tuple[Array, Array]:
+    """Axes (3, 3) and origin (3,), relative to the scene's, of a light's frame; both are float32 values, so that CPU and GPU agree."""
+    axes = grid.view_from_world[:3, :3].astype(np.float32).astype(np.float64)
+    origin = -grid.view_from_world[:3, :3].T @ grid.view_from_world[:3, 3] - scene.origin
+    return axes, origin.astype(np.float32).astype(np.float64)
+
+
+def check_facets(scene: GpuScene, limit: int, unit: str, each: int) -> None:
+    """Refuse a scene whose triangles do not fit into one buffer: `each` times `unit` for every triangle."""
+    if each * scene.world.count > limit:
+        raise ResourceError(
+            f"Exact() needs {each} {unit} for each of the scene's {scene.world.count} triangles, a buffer of this driver "
+            f"holds {limit}: split the scene, or use another filter"
+        )
+
+
+def eye_in_light(scene: GpuScene, sight: Sight, grid: ListGrid) -> Array:
+    """The camera's position (3,) in the light's frame."""
+    axes, origin = light_frame(grid, scene)
+    return np.asarray(axes @ (np.asarray(sight.camera.position) - scene.origin) - axes @ origin)
+
+
+def rounding_bound(scene: GpuScene, sight: Sight, grid: ListGrid) -> tuple[float, float]:
+    """`core.lists.distance_bound` of a scene seen by a camera."""
+    axes, origin = light_frame(grid, scene)
+    local = (scene.corners.reshape(-1, 3) - scene.origin) @ axes.T - axes @ origin
+    eye = eye_in_light(scene, sight, grid)
+    return distance_bound(scene.world.reach, max(float(np.abs(local).max()), float(np.abs(eye).max())))
+
+
+def triangle_receiver(
+    work: Work, light: Light, grid: ListGrid, candidates: str, masked: bool, textures: Mapping[str, Any]
+) -> Receiver:
+    """A receiver that asks triangles.
+
+    Parameters
+    ----------
+    candidates : {"lists", "numbers"}
+        The snippet of slot <candidates>.
+    masked : bool
+        Whether some casters are cut out by their texture.
+    textures : mapping
+        What that snippet reads.
+    """
+    scene = work.scene
+    axes, origin = light_frame(grid, scene)
+    return Receiver(
+        exact_slots(kind_of(light), candidates),
+        axes,
+        -axes @ origin,
+        exact_defines(grid.kind, grid.cells, RATIO, masked),
+        "core400" if work.caps.version_code >= 400 else "core330",
+        {
+            "u_eye_l": tuple(eye_in_light(scene, work.sight, grid)),
+            "u_cells": grid.cells_from_window,
+            "u_bound": rounding_bound(scene, work.sight, grid),
+        },
+        {**textures, **scene.world.mask_textures},
+    )
