@@ -5,9 +5,10 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from glshadow.core import filters as _filters
 from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.filters import Exact, Hard, Pcf
+from glshadow.core.filters import *  # noqa: F403  # every filter there is
 from glshadow.core.fit import SceneFit, ViewFit
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.metric import Target
@@ -71,18 +72,15 @@ __all__ = [
     "ConstantBias",
     "ContextError",
     "DirectionalLight",
-    "Exact",
     "Faces",
     "Frame",
     "GlshadowError",
     "GlshadowWarning",
-    "Hard",
     "Material",
     "Mesh",
     "NoBias",
     "Node",
     "NormalOffsetBias",
-    "Pcf",
     "PerspectiveCamera",
     "PointLight",
     "ReceiverPlaneBias",
@@ -110,3 +108,4 @@ __all__ = [
     "scenes",
     "trace",
 ]  # fmt: skip
+__all__ += _filters.__all__

@@ -99,5 +99,5 @@ def setting_name(shadow: Shadow) -> str:
         words.append(str(shadow.bias))
     words += [str(value.value) for value in (shadow.target, shadow.faces) if value is not None]
     words += [f"clip {shadow.clip}"] if shadow.clip is not None else []
-    words += [type(shadow.fit).__name__] if shadow.fit != Shadow().fit else []
+    words += [f"fit {shadow.fit}"] if shadow.fit != Shadow().fit else []
     return " ".join(words)

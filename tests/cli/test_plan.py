@@ -81,7 +81,7 @@ def _coarse() -> tuple[object, ...]:
 
     coarse = {
         id(plan.RESOLUTIONS): (128,),
-        id(plan.FILTERS): plan.FILTERS[:3],
+        id(plan.RUNGS): plan.RUNGS[:3],
     }  # without Exact, which meets every budget
     return tuple(coarse.get(id(value), value) for value in plan.run_plan.__defaults__ or ())
 

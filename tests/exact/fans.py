@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from glshadow.core.lists import CELLS, facets
 from glshadow.core.spaces import Array
 from glshadow.core.view import Kind
+from glshadow.gl.buffers import texture_buffer
 from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import RGBA32F
 from glshadow.gl.program import Programs
-from glshadow.gl.world import texture_buffer
 from glshadow.scene import shapes
 from glshadow.scene.shapes import Solid
 from glshadow.shader import source
@@ -216,7 +216,6 @@ def slipped(context: GLContext, programs: Programs, fans: Fans, rays: NDArray[np
     }
     with readable(SNIPPETS):
         program = programs.compute("test/slipped.comp", slots=slots, defines=defines)
-    context.gl.set_sampler(program.gl.glo, "u_facets", 0)
     middle = 0.5 * CELLS[fans.kind]  # every ray falls into this cell; those of a point light into all of their face
     program.set(
         u_cells=(middle if fans.kind == "point" else 0.0,) * 2 + (middle,) * 2, u_bound=(0.0, 0.0), u_rays=len(rays)
@@ -225,11 +224,11 @@ def slipped(context: GLContext, programs: Programs, fans: Fans, rays: NDArray[np
     buffers = [ctx.buffer(np.ascontiguousarray(data).tobytes()) for data in (fans.around, rays, np.zeros(2, np.uint32))]
     for binding, buffer in enumerate(buffers):
         buffer.bind_to_storage_buffer(binding)
-    table.use(0)
-    program.gl.run(-(-len(rays) // 64))
+    program.bind(u_facets=table)
+    program.run(-(-len(rays) // 64))
     ctx.memory_barrier()
     ours, control = np.frombuffer(buffers[2].read(), dtype=np.uint32).tolist()
     table.release()
-    for buffer in (*buffers, table.buffer):
+    for buffer in buffers:
         buffer.release()
     return ours, control

@@ -13,7 +13,7 @@ import glshadow as gs
 from glshadow.core.lights import Light
 from glshadow.errors import ContextError
 from glshadow.gl.entry_points import EntryPoints
-from glshadow.gl.numbers import Numbers
+from glshadow.gl.sources import Numbered
 from glshadow.gl.state import read_state
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
@@ -62,7 +62,7 @@ def test_fallback_is_named_and_nearly_right(
     scene, lights = (masked, LIGHTS) if which == "masked" else (gs.scenes.courtyard(), COURTYARD_LIGHTS)
     light = exact(lights[name], samples)
     frame = older.render(scene, None, [light], SIZE, outputs=("visibility", "triangle"))
-    assert isinstance(older._lists[0], Numbers)
+    assert (0, Numbered) in older._sources
     assert any("OpenGL 4.3" in said and "not exact" in said for said in frame.used[0].fallbacks)
     assert frame.visibility is not None
     truth = trace(scene, None, [light], SIZE, surface=frame.triangle)

@@ -12,8 +12,8 @@ import glshadow as gs
 from glshadow.core.lights import Light
 from glshadow.core.lists import CELLS, LEAST_CELLS
 from glshadow.core.spaces import translation
-from glshadow.gl import lists as lists_module
-from glshadow.gl.lists import Lists
+from glshadow.gl.sources import Listed
+from glshadow.gl.sources import listed as listed_module
 from glshadow.renderer import Renderer
 from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
@@ -163,16 +163,16 @@ def test_lists_that_are_too_small_grow(
     scene: Scene, expected: dict[str, tuple[np.ndarray, int]], monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
     sizes: list[int] = []
-    reserve: Callable[[Lists, int], None] = Lists._reserve_links
+    reserve: Callable[[Listed, int], None] = Listed._reserve_links
 
-    def tight(self: Lists, size: int) -> None:
+    def tight(self: Listed, size: int) -> None:
         sizes.append(size if sizes else 64 * LINK_BYTES)
         reserve(self, sizes[-1])
 
-    monkeypatch.setattr(Lists, "_reserve_links", tight)
+    monkeypatch.setattr(Listed, "_reserve_links", tight)
     with Renderer("egl") as renderer:
         frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
-        assert renderer._lists[0].grid.cells == CELLS[renderer._lists[0].grid.kind]
+        assert renderer._sources[0, Listed].grid.cells == CELLS[renderer._sources[0, Listed].grid.kind]
     assert len(sizes) == 2, "grown once, to what was needed"
     assert sizes[1] >= LINK_BYTES * expected[name][1]
     assert frame.visibility is not None
@@ -184,35 +184,35 @@ def test_lists_that_are_too_small_grow(
 def test_lists_that_cannot_grow_get_a_coarser_grid(
     scene: Scene, expected: dict[str, tuple[np.ndarray, int]], monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
-    monkeypatch.setattr(Lists, "_reserve_links", _least)
+    monkeypatch.setattr(Listed, "_reserve_links", _least)
     with Renderer("egl") as renderer:
         limited(renderer, expected[name][1] * LINK_BYTES // 2)
         frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
-        grid = renderer._lists[0].grid
+        grid = renderer._sources[0, Listed].grid
         assert LEAST_CELLS <= grid.cells < CELLS[grid.kind]
     assert 0 < frame.used[0].links <= expected[name][1] // 2
     assert frame.visibility is not None
     np.testing.assert_array_equal(frame.visibility, expected[name][0])
 
 
-_reserve_links = Lists._reserve_links
+_reserve_links = Listed._reserve_links
 
 
-def _least(self: Lists, size: int) -> None:
+def _least(self: Listed, size: int) -> None:
     """A first buffer of 64 links, so that the limit decides and not the generous start."""
     _reserve_links(self, min(size, max(64 * LINK_BYTES, self.links * LINK_BYTES)))
 
 
 @pytest.mark.parametrize("name", list(LIGHTS))
 def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    monkeypatch.setattr(Lists, "_reserve_links", _least)
+    monkeypatch.setattr(Listed, "_reserve_links", _least)
     triangles = sum(len(node.mesh.triangles) for node in scene.nodes)
     with Renderer("egl") as renderer:
         usual = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",)).visibility
         before = renderer._context.caps
-        renderer._lists.pop(0).release()
-        limited(renderer, triangles * lists_module._FACET_BYTES)
-        monkeypatch.setattr(lists_module, "_LINK_BYTES", 1 << 20)  # as if every link took a mebibyte
+        renderer._sources.pop((0, Listed)).release()
+        limited(renderer, triangles * listed_module._FACET_BYTES)
+        monkeypatch.setattr(listed_module, "_LINK_BYTES", 1 << 20)  # as if every link took a mebibyte
         with pytest.raises(
             gs.ResourceError, match=r"even on its coarsest grid, a buffer of this driver holds .*: split the scene"
         ):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.filters import SAMPLES
+from glshadow.core.filters.exact import SAMPLES
 from glshadow.core.lights import Light
 from glshadow.reference.trace import Truth, trace
 from glshadow.renderer import Renderer

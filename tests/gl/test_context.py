@@ -17,6 +17,7 @@ from glshadow import doctor
 from glshadow.errors import ContextError, GlshadowError, ResourceError, SettingsError
 from glshadow.gl import backends
 from glshadow.gl.backends import OSMESA_LIBRARIES, BackendUnavailable
+from glshadow.gl.buffers import BufferTexture
 from glshadow.gl.context import GLContext, open_context
 from glshadow.gl.current import current
 from glshadow.gl.entry_points import (
@@ -27,7 +28,6 @@ from glshadow.gl.entry_points import (
     R32UI,
     RGBA32F,
     RGBA32UI,
-    BufferTexture,
 )
 from glshadow.gl.state import read_state
 

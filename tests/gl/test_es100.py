@@ -12,20 +12,22 @@ import numpy as np
 import pytest
 
 from glshadow.core.bias import Bias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias
-from glshadow.core.filters import MAX_RADIUS, Filter, Hard, Pcf
+from glshadow.core.decision import CasterSettings
+from glshadow.core.filters import Filter, Pcf
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import ClipSpace
 from glshadow.core.view import Kind
 from glshadow.errors import SettingsError
-from glshadow.gl.caster import CasterSettings, Map, metric_uniform
+from glshadow.gl.atlases import Atlas, layout
+from glshadow.gl.caster import Map, metric_uniform
 from glshadow.gl.context import GLContext
 from glshadow.gl.forward import draw_map, receiver_source
 from glshadow.gl.geometry import GpuScene, pack_matrices
 from glshadow.gl.program import Programs
-from glshadow.gl.receiver import receiver_defines, receiver_slots
-from glshadow.gl.targets import Atlas, layout
+from glshadow.gl.sources.mapped import map_defines, map_slots
 from glshadow.shader.slots import metric_slot
+from glshadow.shader.variants import MAPPED
 
 from .small_scene import Forward, light_of, on_gpu, small_scene, stored, views_of
 
@@ -36,7 +38,7 @@ ROUNDING = 100 * 2.0**-24
 KINDS: tuple[Kind, ...] = get_args(Kind)
 TARGETS = (Target.R32F, Target.R8, Target.RGBA8)
 BIASES: tuple[Bias, ...] = (ReceiverPlaneBias(), ConstantBias(0.05), NormalOffsetBias(), NoBias())
-FILTERS: tuple[Filter, ...] = (Hard(), *(Pcf(radius) for radius in range(MAX_RADIUS + 1)))
+FILTERS: tuple[Filter, ...] = MAPPED
 
 
 @pytest.fixture
@@ -120,7 +122,7 @@ def test_picture_is_the_same_in_both_dialects(
     for bias, kernel in sorted(pairs, key=repr):
         light = light_of(kind, Shadow(bias=bias, target=target, filter=kernel))
         shadow_map = replace(drawn, settings=CasterSettings(target, bias, None), filter=kernel)
-        slots, defines = receiver_slots(light, shadow_map, glcontext.caps), receiver_defines(light, shadow_map)
+        slots, defines = map_slots(light, shadow_map, glcontext.caps), map_defines(light, shadow_map)
         core, es = (
             forward.draw(
                 gpu[1].get("pass/forward.vert", "pass/forward.frag", dialect, slots, defines), light, shadow_map
@@ -141,7 +143,7 @@ def test_shaded_picture_is_the_same_in_both_dialects(
     shadow = Shadow(bias=ReceiverPlaneBias(), target=Target.RGBA8)
     light = light_of("spot", shadow)
     shadow_map = es_map(glcontext, *gpu, "spot", shadow, "es100")
-    slots, defines = receiver_slots(light, shadow_map, glcontext.caps), receiver_defines(light, shadow_map)
+    slots, defines = map_slots(light, shadow_map, glcontext.caps), map_defines(light, shadow_map)
     core, es = (
         forward.draw(
             gpu[1].get("pass/forward.vert", "pass/forward.frag", dialect, slots, {**defines, "GLS_OUTPUT": output}),

@@ -25,9 +25,9 @@ from glshadow.gl.context import GLContext
 from glshadow.gl.forward import draw_map, receiver_source
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Program, Programs
-from glshadow.gl.receiver import receiver_defines, receiver_slots
+from glshadow.gl.sources.mapped import map_defines, map_slots
 from glshadow.shader.compose import Text
-from glshadow.shader.variants import BIASES, FILTERS, KINDS, Variant, distinct, receivers, variants
+from glshadow.shader.variants import BIASES, KINDS, MAPPED, Variant, distinct, receivers, variants
 
 from .small_scene import BACKGROUND, CAMERA, SIZE, Forward, light_of, on_gpu, small_scene, views_of
 
@@ -53,7 +53,7 @@ def forward_program(
     context: GLContext, programs: Programs, light: Light, shadow_map: Map, dialect: str, **defines: int
 ) -> Program:
     caps = replace(context.caps, texture_gather=dialect == "core330_gather", software=False)
-    slots, settings = receiver_slots(light, shadow_map, caps), {**receiver_defines(light, shadow_map), "GLS_BOUNDED": 1}
+    slots, settings = map_slots(light, shadow_map, caps), {**map_defines(light, shadow_map), "GLS_BOUNDED": 1}
     return programs.get("pass/forward.vert", "pass/forward.frag", dialect, slots, {**settings, **defines})
 
 
@@ -179,7 +179,7 @@ def pairwise() -> list[tuple[object, ...]]:
 
 def test_pairwise_choice_has_every_setting() -> None:
     columns = [set(map(repr, column)) for column in zip(*pairwise(), strict=True)]
-    assert [len(column) for column in columns] == [len(KINDS), 3, len(BIASES), len(FILTERS), 3]
+    assert [len(column) for column in columns] == [len(KINDS), 3, len(BIASES), len(MAPPED), 3]
 
 
 # Pixels that an edge may reach, and one more per texel of the radius: a texel of these maps is up to 0.05 units at the

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from glshadow.core.bias import NoBias
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.fit import SceneFit
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
@@ -48,7 +49,7 @@ def plane_and_box() -> tuple[Scene, Array]:
 
 
 def light_of(kind: str, near: float | None = None, far: float | None = None, **shadow: object) -> Light:
-    settings = Shadow(resolution=RESOLUTION, fit=SceneFit(), faces=Faces.BOTH, **shadow)  # type: ignore[arg-type]
+    settings = Shadow(**{"resolution": RESOLUTION, "fit": SceneFit(), "faces": Faces.BOTH, "bias": NoBias()} | shadow)  # type: ignore[arg-type]
     if kind == "directional":
         return DirectionalLight(direction=(-0.5, -0.8, -0.3), near=near, far=far, shadow=settings)
     position = (1.5, 4.0, 1.0)
@@ -120,7 +121,7 @@ def test_near_far_and_beyond(renderer: Renderer, kind: str, clip: ClipSpace, tar
     """A plane across the light's axis at near, between, at far and beyond either: one known number in the middle."""
     near, far = 2.0, 6.0
     distance = near + share * (far - near) if share >= 0.0 else 0.5 * near
-    settings = Shadow(resolution=RESOLUTION + 1, clip=clip, target=target, fit=SceneFit(), faces=Faces.BOTH)
+    settings = Shadow(RESOLUTION + 1, bias=NoBias(), clip=clip, target=target, fit=SceneFit(), faces=Faces.BOTH)
     common = {"near": near, "far": far, "shadow": settings}
     light: Light = {
         "directional": lambda: DirectionalLight(direction=(0.0, -1.0, 0.0), **common),
@@ -178,7 +179,7 @@ def test_camera_depth_and_metric(renderer: Renderer, clip: ClipSpace) -> None:
 def test_radial_metric_is_the_distance(renderer: Renderer) -> None:
     """A point light's metric at a face's corner counts the distance, sqrt(3) times the depth."""
     scene, _ = scene_of(shapes.box((4.0, 4.0, 4.0)))
-    settings = Shadow(resolution=64, target=Target.R32F, faces=Faces.BOTH, fit=SceneFit())
+    settings = Shadow(resolution=64, bias=NoBias(), target=Target.R32F, faces=Faces.BOTH, fit=SceneFit())
     light = PointLight(position=(0, 0, 0), near=0.1, far=4.0, shadow=settings)
     frame = renderer.render(scene, lights=[light], size=(8, 8), outputs=("shadow_maps",))
     assert frame.shadow_maps is not None

@@ -24,8 +24,8 @@ from glshadow.core.bias import (
     SlopeScaledBias,
 )
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.fit import SceneFit
 from glshadow.core.filters import Filter, Hard, Pcf
+from glshadow.core.fit import SceneFit
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
@@ -35,13 +35,14 @@ from glshadow.reference import model
 from glshadow.renderer import Renderer
 from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.shader.variants import MAPPED
 
 from ..tolerances import WEIGHT, precision
 
 SIZE = (72, 54)
 CAMERA = PerspectiveCamera(position=(1.4, 3.2, 3.2), target=(-0.1, 0.3, 0.0))
 REACH = 12.0  # of the scene and the camera, world units
-FILTERS: tuple[Filter, ...] = (Hard(), *(Pcf(radius) for radius in range(5)))
+FILTERS: tuple[Filter, ...] = MAPPED
 DERIVED, CASTER = ReceiverPlaneBias(), SlopeScaledBias(1.1, 4.0)
 BIASES: tuple[Bias, ...] = (
     DERIVED,

@@ -13,10 +13,10 @@ import pytest
 from glshadow.core.bias import bias_factor
 from glshadow.core.metric import Target, unpack
 from glshadow.core.spaces import Array, project, translation
+from glshadow.gl.atlases import Atlas
 from glshadow.gl.caster import metric_uniform
 from glshadow.gl.context import GLContext
 from glshadow.gl.program import Program, Programs
-from glshadow.gl.targets import Atlas
 from glshadow.shader.slots import metric_slot
 
 from .babylon import F32_TOLERANCE, Reading, load_readings

@@ -10,8 +10,8 @@ import numpy as np
 
 from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, SlopeScaledBias
 from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.filters import FILTERS, Exact, Filter, Hard, Pcf
 from glshadow.core.fit import SceneFit
-from glshadow.core.filters import Exact, Filter, Hard, Pcf
 from glshadow.core.lights import Light
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
@@ -103,8 +103,12 @@ EXACT = Technique("exact", filter=Exact())
 THOROUGH = (DEFAULT, HARD, EXACT)  # are asked for every picture of a case, the others for the first ones
 CLAIMING = (
     *THOROUGH,
-    Technique("pcf 0", filter=Pcf(0)),
-    Technique("pcf 4", filter=Pcf(4)),
+    *(
+        Technique(str(each).replace(":", " "), filter=each)
+        for kind in FILTERS
+        for each in kind.extremes()
+        if each not in (Hard(), Exact())
+    ),
     Technique("-1..1", clip=ClipSpace(False, False)),
     Technique("-1..1 reversed", clip=ClipSpace(False, True)),
     Technique("scene fit", scene_fit=True),

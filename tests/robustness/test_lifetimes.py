@@ -283,7 +283,7 @@ def test_a_released_renderer_leaves_nothing_with_the_meshes():
     scene = gs.scenes.courtyard()
     renderer = gs.Renderer()
     renderer.render(scene, size=(32, 32))
-    kept = [weakref.ref(gpu) for gpu in renderer._scene.meshes]
+    kept = [weakref.ref(gpu) for gpu in renderer._scene.thing.meshes]
     renderer.release()
     del renderer
     gc.collect()

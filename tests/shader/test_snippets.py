@@ -141,11 +141,11 @@ def test_twin_of_the_singular_plane() -> None:
 
 
 def test_slots_are_those_of_the_renderer() -> None:
-    """The rules of shader.slots and of gl.receiver are one."""
+    """The rules of shader.slots and of gl.sources.mapped are one."""
     from types import SimpleNamespace
     from typing import Any, cast
 
-    from glshadow.gl.receiver import receiver_defines, receiver_slots
+    from glshadow.gl.sources.mapped import map_defines, map_slots
 
     from ..gl.small_scene import light_of
 
@@ -155,6 +155,6 @@ def test_slots_are_those_of_the_renderer() -> None:
         shadow_map = cast(Any, SimpleNamespace(views=(view,), settings=settings, filter=receiver.filter))
         caps = SimpleNamespace(texture_gather="gather" in receiver.dialect, software=receiver.compare.endswith("_raw"))
         light = light_of(receiver.kind, None)  # type: ignore[arg-type]
-        assert receiver_slots(light, shadow_map, cast(Caps, caps)) == receiver.slots
-        theirs = receiver_defines(light, shadow_map)
+        assert map_slots(light, shadow_map, cast(Caps, caps)) == receiver.slots
+        theirs = map_defines(light, shadow_map)
         assert {key: str(value) for key, value in theirs.items()} == {k: str(v) for k, v in receiver.defines.items()}

@@ -8,7 +8,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.study import Grid, Plan, Study, run_plan, run_study
-from glshadow.study.plan import FILTERS, RESOLUTIONS
+from glshadow.study.plan import RESOLUTIONS, RUNGS
 
 SIZE = (160, 90)
 STEPS = (64, 128, 256, 512)
@@ -93,5 +93,5 @@ def test_what_cannot_be_planned_is_refused(scene: gs.Scene) -> None:
 
 
 def test_what_is_tried_holds_the_default() -> None:
-    assert gs.Shadow().filter in FILTERS
+    assert gs.Shadow().filter in RUNGS
     assert gs.Shadow().resolution in RESOLUTIONS

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from glshadow.core.bias import NoBias, ReceiverPlaneBias
-from glshadow.core.filters import SAMPLES, Exact, sample_offsets
+from glshadow.core.filters import Exact
+from glshadow.core.filters.exact import SAMPLES, sample_offsets
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.lists import CELLS, LEAST_CELLS, RATIO, ListGrid, distance_bound, facets, list_grid
 from glshadow.core.metric import Target

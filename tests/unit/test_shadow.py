@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
-from glshadow.core.fit import SceneFit, ViewFit
 from glshadow.core.filters import Hard, Pcf
+from glshadow.core.fit import SceneFit, ViewFit
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import ClipSpace

@@ -1,14 +1,12 @@
-"""The filters that there are. A new one is one line here, and everything else derives from this list."""
+"""The filters that there are. A new one is named here, and everything else derives from this list."""
 
 from glshadow.core.filters.exact import Exact
-from glshadow.core.filters.filter import Filter, Needs
+from glshadow.core.filters.filter import Filter
 from glshadow.core.filters.hard import Hard
 from glshadow.core.filters.pcf import Pcf
 
-FILTERS: tuple[type[Filter], ...] = (
-    Hard,
-    Pcf,
-    Exact,
-)  # from the plainest to the dearest: the order of help, tables and plans
+# From the plainest to the dearest: the order of help, tables and plans.
+FILTERS: tuple[type[Filter], ...] = (Hard, Pcf, Exact)
 
-__all__ = ["FILTERS", "Exact", "Filter", "Hard", "Needs", "Pcf"]
+# Also the names that glshadow itself exports.
+__all__ = ["Exact", "Filter", "Hard", "Pcf"]

@@ -39,6 +39,8 @@ class Filter(Spelled):
         Who published it.
     radius : float
         Half the width of its soft edge, in texels: by how much measured errors belong to the edge.
+    samples : int
+        Points of a pixel that are asked where a shadow's edge goes through it.
     slack_texels : float
         How far, in texels per axis, the map's sample may lie from where the plane is evaluated.
     reach_texels : float
@@ -53,6 +55,10 @@ class Filter(Spelled):
     @property
     def radius(self) -> float:
         return 0.0
+
+    @property
+    def samples(self) -> int:
+        return 1
 
     @property
     def slack_texels(self) -> float:

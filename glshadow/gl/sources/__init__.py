@@ -1,6 +1,6 @@
 """What there is to ask a light's shadow of, by what its filter needs and what the driver can do."""
 
-from glshadow.core.filters import Needs
+from glshadow.core.filters.filter import Needs
 from glshadow.core.lights import Light
 from glshadow.gl.context import Caps
 from glshadow.gl.sources.listed import Listed

@@ -181,7 +181,8 @@ class Listed(Source):
         """Walk them; where a pixel has several points, they are walked before, and their answers are read."""
         textures = {"u_heads": self._heads, "u_links": self._links, "u_facets": self._facets}
         asked = triangle_receiver(work, self.light, self.grid, "lists", self.masked, textures)
-        samples = getattr(self.light.shadow and self.light.shadow.filter, "samples", 1)
+        assert self.light.shadow is not None
+        samples = self.light.shadow.filter.samples
         if samples == 1:
             return asked
         refined = work.refined.get((work.targets.identity, samples), lambda: Refined(work, samples))

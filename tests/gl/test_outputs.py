@@ -1,0 +1,80 @@
+"""What is read back, and how a setting is spelled, must not change the picture."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow.frame import OUTPUTS
+
+SIZE = (640, 360)
+READ = tuple(name for name in OUTPUTS if name != "timings")
+LIGHTS = {
+    "sun": gs.DirectionalLight(),
+    "spot": gs.SpotLight(position=(6.0, 7.0, 5.0), direction=(-6.0, -7.0, -5.0), inner_angle=30, outer_angle=35),
+    "point": gs.PointLight(position=(0.5, 2.2, 0.8)),
+}
+
+
+@pytest.fixture(scope="module")
+def scene() -> gs.Scene:
+    return gs.scenes.courtyard()
+
+
+@pytest.fixture(scope="module")
+def renderer() -> Iterator[gs.Renderer]:
+    with gs.Renderer() as renderer:
+        yield renderer
+
+
+@pytest.mark.parametrize("light", LIGHTS.values(), ids=list(LIGHTS))
+def test_every_subset_of_outputs_gives_the_same_picture(
+    renderer: gs.Renderer, scene: gs.Scene, light: gs.Light
+) -> None:
+    light = replace(light, shadow=gs.Shadow(resolution=512))  # reading a map back takes most of the time
+    whole = renderer.render(scene, None, [light], SIZE, outputs=READ)
+    for count in range(1, len(READ)):
+        for chosen in itertools.combinations(READ, count):
+            frame = renderer.render(scene, None, [light], SIZE, outputs=chosen)
+            for name in chosen:
+                for a, b in zip(getattr(whole, name), getattr(frame, name), strict=True):
+                    assert np.array_equal(a, b, equal_nan=True), (chosen, name)
+            assert frame.used[0].views[0].near == whole.used[0].views[0].near
+
+
+@pytest.mark.parametrize("light", LIGHTS.values(), ids=list(LIGHTS))
+def test_a_default_that_is_written_out_gives_the_same_picture(
+    renderer: gs.Renderer, scene: gs.Scene, light: gs.Light
+) -> None:
+    plain = gs.Shadow()
+    derived = renderer.render(scene, None, [light], SIZE)
+    used = derived.used[0]
+    written = replace(plain, bias=gs.ReceiverPlaneBias(), target=used.target, clip=used.clip, fit=gs.ViewFit())
+    frame = renderer.render(scene, None, [replace(light, shadow=written)], SIZE)
+    np.testing.assert_array_equal(frame.image, derived.image)
+    np.testing.assert_array_equal(frame.visibility, derived.visibility)
+    assert frame.used[0].as_dict() | {"draws": 0} == used.as_dict() | {"draws": 0}
+
+
+@pytest.mark.parametrize("compute", [True, False], ids=["lists", "numbers"])
+def test_exact_obeys_faces(compute: bool) -> None:
+    """A single sheet over a ground, seen by the light from its front: BACK casts nothing, FRONT and BOTH the whole shadow."""
+    ground = gs.Mesh(np.array([[-2, 0, 2], [2, 0, 2], [2, 0, -2], [-2, 0, -2.0]]), np.array([[0, 1, 2], [0, 2, 3]]))
+    sheet = gs.Mesh(0.4 * ground.positions + (0, 1, 0), ground.triangles)  # faces up
+    scene = gs.Scene((gs.Node("ground", ground, np.eye(4)), gs.Node("sheet", sheet, np.eye(4))))
+    dark = {}
+    with gs.Renderer() as renderer:
+        caps = renderer._context.caps
+        if not compute:
+            renderer._context.caps = replace(caps, compute=False, max_storage_block=0, version_code=330)
+        for faces in gs.Faces:
+            light = gs.DirectionalLight(direction=(0.3, -1, 0), shadow=gs.Shadow(filter=gs.Exact(), faces=faces))
+            frame = renderer.render(scene, None, [light], (96, 64))
+            dark[faces] = int((frame.visibility[0] == 0.0).sum())
+    assert dark[gs.Faces.BACK] == 0
+    assert dark[gs.Faces.FRONT] == dark[gs.Faces.BOTH] > 100

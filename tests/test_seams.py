@@ -1,0 +1,87 @@
+"""A technique states itself once: no pass, command or study asks which filter, bias, fit or source it has before it."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import glshadow
+from glshadow.core.bias import BIASES
+from glshadow.core.filters import FILTERS
+from glshadow.core.fit import FITS
+from glshadow.gl import sources
+
+PACKAGE = Path(glshadow.__file__).parent
+FAMILIES = {kind.__name__: "core/filters" for kind in FILTERS}
+FAMILIES |= {kind.__name__: "core/bias.py" for kind in BIASES}
+FAMILIES |= {kind.__name__: "core/fit.py" for kind in FITS}
+FAMILIES |= {name: "gl/sources" for name in sources.__all__ if name[0].isupper()}
+FAMILIES |= {"Filter": "core/filters", "Bias": "core/bias.py", "Fit": "core/fit.py"}
+
+# Places that may ask all the same: (file, class), with the reason.
+ALLOWED: dict[tuple[str, str], str] = {}
+
+
+def questions() -> list[tuple[str, int, str]]:
+    """Every isinstance, `type(x) is` and match on a class of a family outside the family's own place: file, line, class."""
+    found = []
+    for path in sorted(PACKAGE.rglob("*.py")):
+        name = path.relative_to(PACKAGE).as_posix()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            asked: list[ast.AST] = []
+            if (
+                isinstance(node, ast.Call)
+                and isinstance(node.func, ast.Name)
+                and node.func.id in ("isinstance", "issubclass")
+            ):
+                asked = [node.args[1]]
+            elif isinstance(node, ast.Compare) and any(_is_type_call(part) for part in (node.left, *node.comparators)):
+                asked = [node]
+            elif isinstance(node, ast.MatchClass):
+                asked = [node.cls]
+            for part in asked:
+                names = {each.id for each in ast.walk(part) if isinstance(each, ast.Name)}
+                names |= {each.attr for each in ast.walk(part) if isinstance(each, ast.Attribute)}
+                for family in names & set(FAMILIES):
+                    if not name.startswith(FAMILIES[family]):
+                        found.append((name, node.lineno, family))
+    return found
+
+
+def _is_type_call(node: ast.AST) -> bool:
+    return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "type"
+
+
+def test_nobody_asks_which_technique_it_is() -> None:
+    assert [each for each in questions() if (each[0], each[2]) not in ALLOWED] == []
+
+
+@pytest.mark.parametrize("kind", FILTERS, ids=lambda kind: kind.spelling)
+def test_a_filter_says_all_of_itself(kind: type[glshadow.Filter]) -> None:
+    assert kind.__name__ in glshadow.__all__
+    assert getattr(glshadow, kind.__name__) is kind
+    assert kind.spelling == kind.__name__.lower()
+    assert kind.summary
+    assert kind.source
+    for settings in (kind(), *kind.variants(), *kind.rungs(), *kind.studied(), *kind.extremes()):
+        assert bool(settings.snippet) == settings.has_map
+        assert settings.reach_texels >= settings.radius
+    assert len({each.spelling for each in FILTERS}) == len(FILTERS)
+
+
+def test_a_filter_without_a_snippet_is_refused_not_replaced() -> None:
+    """A technique that is only added to the list must not draw another one's picture."""
+    from dataclasses import dataclass
+
+    from glshadow.core.filters.filter import Needs
+
+    @dataclass(frozen=True)
+    class Unfinished(glshadow.Filter):
+        spelling = "unfinished"
+        needs = Needs.COMPARISON
+
+    light = glshadow.DirectionalLight(shadow=glshadow.Shadow(filter=Unfinished()))
+    with glshadow.Renderer() as renderer, pytest.raises(glshadow.SettingsError, match=r"Unfinished\(\) has no snippet"):
+        renderer.render(glshadow.scenes.courtyard(), lights=[light], size=(32, 18))
