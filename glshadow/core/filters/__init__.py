@@ -1,12 +1,13 @@
 """The filters that there are. A new one is named here, and everything else derives from this list."""
 
+from glshadow.core.filters.disc import Disc
 from glshadow.core.filters.exact import Exact
 from glshadow.core.filters.filter import Filter
 from glshadow.core.filters.hard import Hard
 from glshadow.core.filters.pcf import Pcf
 
 # From the plainest to the dearest: the order of help, tables and plans.
-FILTERS: tuple[type[Filter], ...] = (Hard, Pcf, Exact)
+FILTERS: tuple[type[Filter], ...] = (Hard, Pcf, Disc, Exact)
 
 # Also the names that glshadow itself exports.
-__all__ = ["Exact", "Filter", "Hard", "Pcf"]
+__all__ = ["Disc", "Exact", "Filter", "Hard", "Pcf"]
