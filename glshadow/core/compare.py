@@ -56,7 +56,9 @@ def map_uniforms(
         "u_texel_from_lv": (1.0 / x, 1.0 / y, tile[0] - left / x, tile[1] - bottom / y),
         "u_base": (scale, scale * x, scale * y),
         # the axis decides a point light's face, so nothing lies outside
-        "u_tile": (-1e9, -1e9, 1e9, 1e9) if view.kind == "point" else (*tile, *(c + view.resolution for c in tile)),
+        "u_tile": (-1e9, -1e9, 1e9, 1e9)
+        if view.kind == "point"
+        else (*(c + view.inset for c in tile), *(c + view.resolution - view.inset for c in tile)),
         "u_face_tile": tiles.tobytes(),
         "u_map_texel": (1.0 / size[0], 1.0 / size[1]),
         "u_depth": depth,

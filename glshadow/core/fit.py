@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.spaces import Array
+from glshadow.core.spaces import Array, view_axes
 from glshadow.core.spelling import Spelled
 
 
@@ -151,6 +151,79 @@ def _clip(start: Array, end: Array, normals: Array, limits: Array) -> tuple[NDAr
     direction = end - start
     points = np.concatenate([start + enter[..., None] * direction, start + leave[..., None] * direction], axis=1)
     return np.concatenate([exists, exists], axis=1), points
+
+
+# A map is fitted to the shade of its casters where that is less than this share of what is seen: half a texel's width, and more, is won.
+_SPARSE = 0.25
+
+
+def shaded_receivers(
+    direction: Array, seen: list[Array], casters: Array, bounds: Array, world_from_mesh: Array
+) -> list[Array] | None:
+    """What of some bodies parallel light can darken at all, where that is little of what is seen of them.
+
+    Parameters
+    ----------
+    direction : (3,) float64
+        The way the light travels.
+    seen : list of (M, 3) float64
+        Corners of what is seen of each body.
+    casters : (K, 3) float64
+        World corners of everything that casts.
+    bounds, world_from_mesh : (N, 2, 3), (N, 4, 4) float64
+        The bodies' boxes.
+
+    Returns
+    -------
+    list of (M, 3) float64, or None
+        Corners of each body inside the column behind all casters, empty arrays where it is outside; None where that is not little.
+    """
+    points = np.concatenate(seen)
+    axes = view_axes(direction)
+    middle = 0.5 * (casters.min(axis=0) + casters.max(axis=0))
+    lit, shade = (convex_hull((each - middle) @ axes[:2].T) for each in (points, casters))
+    common = clip_polygon(lit, shade)
+    if not polygon_area(common) < _SPARSE * polygon_area(lit):
+        return None
+    first, last = -((casters - middle) @ axes[2]).max(), -((points - middle) @ axes[2]).min()
+    if len(common) < 3 or last <= first:
+        return [points[:0] for _ in bounds]
+    angle, rectangle = minimum_rectangle(common)
+    axes = np.array([[np.cos(angle), np.sin(angle), 0.0], [-np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]]) @ axes
+    ends = np.stack([np.append(rectangle[0], -last), np.append(rectangle[1], -first)])
+    local = np.take_along_axis(ends, _CORNERS, axis=0)
+    normals = np.concatenate([axes, -axes])
+    limits = np.concatenate([ends[0], -ends[1]]) + normals @ middle
+    return visible_corners(bounds, world_from_mesh, Frustum(local @ axes + middle, normals, limits))
+
+
+def clip_polygon(polygon: Array, window: Array) -> Array:
+    """The part (M, 2) of a convex polygon (N, 2) inside another one (K, 2), both counter-clockwise; empty where they are apart.
+
+    References
+    ----------
+    Sutherland, Hodgman 1974, "Reentrant Polygon Clipping", CACM 17.
+    """
+    if len(window) < 3:
+        return polygon[:0]
+    for a, b in zip(window, np.roll(window, -1, axis=0), strict=True):
+        if len(polygon) == 0:
+            break
+        side = (b[0] - a[0]) * (polygon[:, 1] - a[1]) - (b[1] - a[1]) * (polygon[:, 0] - a[0])
+        after, far = np.roll(polygon, -1, axis=0), np.roll(side, -1)
+        crossing = (side < 0.0) != (far < 0.0)
+        share = np.where(crossing, side / np.where(crossing, side - far, 1.0), 0.0)
+        corners = np.stack([polygon, polygon + share[:, None] * (after - polygon)], axis=1)
+        polygon = corners[np.stack([side >= 0.0, crossing], axis=1)]
+    return polygon
+
+
+def polygon_area(polygon: Array) -> float:
+    """Of a polygon (N, 2), counter-clockwise positive."""
+    if len(polygon) < 3:
+        return 0.0
+    x, y = (polygon - polygon[0]).T
+    return 0.5 * float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
 
 
 def minimum_rectangle(points: Array) -> tuple[float, Array]:

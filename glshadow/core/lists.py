@@ -144,6 +144,10 @@ def distance_bound(world: float, local: float) -> tuple[float, float]:
     return _UNIT * (2.0 * root * world + 3.0 * root * local), 4.0 * _UNIT
 
 
+HUGE_SHARE = (2.0 * 3.0**0.5 * 3.0**0.5 + 3.0 * 3.0**0.5) * _UNIT
+"""By which the bound grows with a vertex's coordinate beyond those it is made for: `distance_bound` of world = sqrt(3) local."""
+
+
 def facets(corners: Array) -> Array:
     """What pass/lists.comp writes of triangles: (T, 3, 4) vertices in the light's frame, and in the last column the unit normal.
 

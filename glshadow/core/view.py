@@ -72,6 +72,8 @@ class ShadowView:
         Texels along each side of the tile.
     tile : (2,) ints
         Corner of the tile in its atlas, texels.
+    inset : int
+        Texels along the tile's border that are read but not answered for: where some receivers lie outside, and are lit.
     gutter : int
         Texels around the tile that stay empty: where the map is too small for a guard band inside it.
     """
@@ -85,6 +87,7 @@ class ShadowView:
     clip: ClipSpace
     resolution: int
     tile: tuple[int, int] = (0, 0)
+    inset: int = 0
     gutter: int = 0
 
     @cached_property
@@ -116,7 +119,14 @@ class ShadowView:
 
 
 def shadow_views(
-    light: Light, receivers: list[Array], casters: Array, clip: ClipSpace, resolution: int, guard: int
+    light: Light,
+    receivers: list[Array],
+    casters: Array,
+    clip: ClipSpace,
+    resolution: int,
+    guard: int,
+    *,
+    all_inside: bool = True,
 ) -> tuple[ShadowView, ...]:
     """The views that a light needs to shadow the given receivers.
 
@@ -128,6 +138,8 @@ def shadow_views(
         World corners of everything that casts.
     resolution, guard : int
         Texels along a side of a tile; texels around the fitted window that the filter may reach into.
+    all_inside : bool
+        False: the map will be asked for other receivers too, which are lit.
 
     Returns
     -------
@@ -137,6 +149,11 @@ def shadow_views(
     bodies = [points for points in receivers if len(points)]
     if not bodies:
         return ()
+    if (
+        not all_inside and resolution > 4 * guard
+    ):  # a filter's reach is answered for beyond what was fitted, and read beyond that
+        found = _views(light, bodies, casters, clip, resolution, 2 * guard)
+        return tuple(replace(view, inset=guard) for view in found)
     inside = min(guard, (resolution - 1) // 2)
     gutter = guard if inside < guard else 0
     found = _views(light, bodies, casters, clip, resolution, inside)

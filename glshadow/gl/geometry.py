@@ -85,7 +85,7 @@ class GpuScene:
         first[~receives] |= np.uint32(NOT_RECEIVING)
         self.packed_first = [number.tobytes() for number in first]
         self.origin: Array = np.median(self._sample(1024), axis=0)
-        self.corners = scene.corners
+        self.boxes, self.corners = scene.boxes, scene.corners
         planes = np.zeros((int(counts.sum()), 4), dtype=np.float32)
         for i, gpu in enumerate(self.meshes):
             planes[self.first[i] : self.first[i] + gpu.count] = self._planes(i)

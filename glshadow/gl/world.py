@@ -17,6 +17,9 @@ from glshadow.scene.mesh import AlphaMode, Node
 if TYPE_CHECKING:
     from glshadow.gl.geometry import GpuScene
 
+HUGE = 64.0
+"""From here on a triangle gets a rounding bound of its own. At 64 times a table's metre the common bound is 30 micrometres."""
+
 
 class WorldTriangles:
     """Vertices of a scene's drawn triangles in world axes, relative to the scene's origin, float32; masks of cut-out materials.
@@ -26,7 +29,9 @@ class WorldTriangles:
     count : int
         Triangles, numbered as the surface buffer numbers them, from 0.
     reach : float
-        Largest coordinate.
+        Largest coordinate of the usual triangles: all but those that reach HUGE times as far as the nearest tenth does.
+    huge : bool
+        Whether there are others.
     mask_shift : (N,) int64
         Per node what turns a triangle's number into 1 + its number among masked triangles; 0 for nodes without a mask.
     masks, alphas : BufferTexture or None
@@ -45,7 +50,9 @@ class WorldTriangles:
         self.positions = np.concatenate(points)
         self.triangles = np.concatenate(triangles)
         self.count = len(self.triangles)
-        self.reach = float(np.abs(self.positions).max())
+        each = np.abs(self.positions).max(axis=1)[self.triangles[:, :3]].max(axis=1)
+        usual = each <= HUGE * np.quantile(each, 0.1)
+        self.reach, self.huge = float(each[usual].max()), not usual.all()
         self._context = context
         self._buffers: tuple[BufferTexture, BufferTexture] | None = None
         self.masks: BufferTexture | None = None

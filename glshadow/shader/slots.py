@@ -67,8 +67,8 @@ def exact_slots(kind: Kind, candidates: str) -> dict[str, str]:
     }
 
 
-def exact_defines(kind: Kind, cells: int, ratio: int, masked: bool) -> dict[str, int | str]:
-    """Defines that go with `exact_slots`."""
+def exact_defines(kind: Kind, cells: int, ratio: int, masked: bool, huge: bool = False) -> dict[str, int | str]:
+    """Defines that go with `exact_slots`; `masked`, `huge`: some casters are cut out by their texture, reach far beyond the rest."""
     return {
         "GLS_EXACT": 1,
         "GLS_SUN": int(kind == "directional"),
@@ -76,19 +76,20 @@ def exact_defines(kind: Kind, cells: int, ratio: int, masked: bool) -> dict[str,
         "GLS_CELLS": cells,
         "GLS_RATIO": ratio,
         "GLS_MASKED": int(masked),
+        "GLS_HUGE": int(huge),
     }
 
 
 def mapped_defines(
-    kind: Kind, target: Target, bias: Bias, filter: Filter, reversed_depth: bool
+    kind: Kind, target: Target, bias: Bias, filter: Filter, reversed_depth: bool, bounded: bool
 ) -> dict[str, int | str]:
-    """Defines that go with `mapped_slots`. A sun's fit holds every receiver and six faces hold every direction: only a spot is bounded."""
+    """Defines that go with `mapped_slots`; `bounded`: some receivers lie outside the map, as those of a spot always may."""
     return {
         "GLS_SUN": int(kind == "directional"),
         "GLS_FOLLOW_PLANE": int(bias.follows_plane),
         "GLS_SLACK_TEXELS": str(float(filter.slack_texels)),
         "GLS_REVERSED": int(reversed_depth and target.is_depth),  # a metric grows away in every convention
-        "GLS_BOUNDED": int(kind == "spot"),
+        "GLS_BOUNDED": int(bounded or kind == "spot"),
         "GLS_PACKED": int(target is Target.RGBA8),
         **filter.defines(),
     }

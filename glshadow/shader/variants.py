@@ -59,7 +59,7 @@ class Receiver:
     @property
     def defines(self) -> dict[str, int | str]:
         """Defines of its snippets."""
-        return mapped_defines(self.kind, self.target, self.bias, self.filter, self.reversed_depth)
+        return mapped_defines(self.kind, self.target, self.bias, self.filter, self.reversed_depth, False)
 
 
 @dataclass(frozen=True)
@@ -141,10 +141,11 @@ def _surface() -> Iterator[Variant]:
 
 def _exact() -> Iterator[Variant]:
     for kind in KINDS:
-        defines = exact_defines(kind, 512, 16, False)
+        defines = {key: value for key, value in exact_defines(kind, 512, 16, False).items() if key != "GLS_HUGE"}
         yield Variant("pass/lists.comp", "core430", {}, defines)
-        for candidates, masked, dialect in product(("lists", "numbers"), (False, True), ("core330", "core400")):
-            defines = exact_defines(kind, 512, 16, masked)
+        choices = product(("lists", "numbers"), (False, True), (False, True), ("core330", "core400"))
+        for candidates, masked, huge, dialect in choices:
+            defines = exact_defines(kind, 512, 16, masked, huge)
             slots = exact_slots(kind, candidates)
             yield Variant("pass/resolve.frag", dialect, slots, defines)
             for selective, (columns, rows) in product((0, 1), BLOCKS.values()):

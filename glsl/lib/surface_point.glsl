@@ -1,11 +1,35 @@
 // Where a camera's ray meets a triangle's plane, in the light's frame; where it misses the triangle (GL snaps vertices to 1/256 pixel)
 // and looks along its plane, no further than the triangle reaches. A Newton step takes it back to the plane. Needs lib/facet.glsl.
+// GLS_HUGE: some triangles reach so far that their vertices' rounding is seen; the plane is then the one that float64 gave.
 // Twin: glshadow.reference.trace.trace(surface=)
-vec3 surface_point(Facet own, vec3 eye, vec3 ray, vec3 forward) { // forward: unit, along the view; ray: of unit view depth
+#ifndef GLS_HUGE
+#define GLS_HUGE 0
+#endif
+#if GLS_HUGE
+uniform samplerBuffer u_planes; // per drawn triangle: unit world normal, distance from the scene's origin
+uniform mat3 u_axes_l; // the light's axes
+uniform vec3 u_lv_from_l; // the scene's origin in the light's frame
+#endif
+
+vec3 surface_point(int triangle, Facet own, vec3 eye, vec3 ray, vec3 forward) { // forward: unit, along the view; ray: of unit view depth
+#if GLS_HUGE
+    vec4 plane = texelFetch(u_planes, max(triangle, 0));
+    vec3 normal = u_axes_l * plane.xyz, corner = u_lv_from_l + normal * plane.w;
+#else
+    vec3 normal = own.normal, corner = own.a;
+#endif
     vec3 depth = vec3(dot(forward, own.a - eye), dot(forward, own.b - eye), dot(forward, own.c - eye));
-    float slant = dot(own.normal, ray);
-    float along = dot(own.normal, own.a - eye) / (slant == 0.0 ? 1.0 : slant);
+    float slant = dot(normal, ray);
+    float along = dot(normal, corner - eye) / (slant == 0.0 ? 1.0 : slant);
     along = clamp(along, min(depth.x, min(depth.y, depth.z)), max(depth.x, max(depth.y, depth.z)));
     vec3 position = eye + ray * along;
-    return position - own.normal * dot(own.normal, position - own.a);
+    return position - normal * dot(normal, position - corner);
+}
+
+vec3 plane_corner(Facet own) { // the point from which its plane is measured
+#if GLS_HUGE
+    return u_lv_from_l;
+#else
+    return own.a;
+#endif
 }

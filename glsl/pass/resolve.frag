@@ -108,10 +108,10 @@ void main() {
 #if GLS_EXACT
     Facet own = facet(triangle);
     vec3 normal = own.normal;
-    vec3 position = surface_point(own, v_eye_l, v_ray_l, v_forward_l);
+    vec3 position = surface_point(triangle, own, v_eye_l, v_ray_l, v_forward_l);
     vec3 normal_w = normal * v_axes_l;
     receiver_triangle = triangle;
-    receiver_corner = own.a;
+    receiver_corner = plane_corner(own);
 #else
     vec4 plane = texelFetch(u_planes, triangle);
     vec3 normal_w = plane.xyz;

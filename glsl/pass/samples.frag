@@ -54,11 +54,11 @@ void main() {
         at.c = taken ? there.c : at.c;
         at.normal = taken ? there.normal : at.normal;
     }
-    vec3 position = surface_point(at, v_eye_l, ray, v_forward_l);
+    vec3 position = surface_point(found, at, v_eye_l, ray, v_forward_l);
     vec3 normal = dot(at.normal, ray) > 0.0 ? -at.normal : at.normal;
     float cosine = asked ? dot(normal, light_arriving(position).xyz) : 0.0;
     receiver_triangle = found;
-    receiver_corner = at.a;
+    receiver_corner = plane_corner(at);
     float lit = cosine > 0.0 ? light_visibility(position, normal, cosine) : 0.0;
 #if GLS_SELECTIVE
     lit = number < 0x80000000u || cosine <= 0.0 ? lit : 1.0;

@@ -15,8 +15,8 @@ void main() {
     uint number = texelFetch(u_surface, ivec2(gl_FragCoord.xy), 0).r;
     receiver_triangle = int(number & 0x7fffffffu) - 1;
     Facet own = facet(receiver_triangle);
-    receiver_corner = own.a;
-    vec3 position = surface_point(own, v_eye_l, v_ray_l, v_forward_l);
+    receiver_corner = plane_corner(own);
+    vec3 position = surface_point(receiver_triangle, own, v_eye_l, v_ray_l, v_forward_l);
     vec3 normal = dot(own.normal, v_ray_l) > 0.0 ? -own.normal : own.normal;
     float cosine = dot(normal, light_arriving(position).xyz);
     float lit = cosine > 0.0 ? light_visibility(position, normal, cosine) : 0.0;

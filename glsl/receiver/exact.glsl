@@ -17,12 +17,18 @@
 #ifndef GLS_CELLS
 #define GLS_CELLS 512 // along a side of the grid, or of the map of numbers
 #endif
+#ifndef GLS_HUGE
+#define GLS_HUGE 0 // 1: some triangles reach so far that they need a bound of their own
+#endif
 #if GLS_POINT
 #include "lib/faces.glsl"
 #endif
 #include "lib/facet.glsl"
 uniform vec4 u_cells; // cell of the lists, or texel of the map of numbers = xy (a sun) or tangent * u_cells.xy + u_cells.zw
 uniform vec2 u_bound; // world units; share of the distances to the corners that planes are measured from
+#if GLS_HUGE
+uniform vec2 u_huge; // largest coordinate that u_bound covers; share of what a vertex lies beyond it
+#endif
 int receiver_triangle; // set before light_visibility is called
 vec3 receiver_corner; // a corner of it, in the light's frame
 
@@ -66,7 +72,12 @@ bool behind(Ray ray, Facet other) { // whether the receiver lies beyond the othe
     float side = dot(other.normal, other.a);
     if (abs(side) <= u_bound.x) return false; // the light lies on it: neither side is behind
 #endif
-    return (side < 0.0 ? -gap : gap) > ray.bound + u_bound.y * dot(abs(offset), vec3(1.0));
+    float bound = ray.bound + u_bound.y * dot(abs(offset), vec3(1.0));
+#if GLS_HUGE
+    vec3 reach = max(abs(other.a), max(abs(other.b), abs(other.c)));
+    bound += u_huge.y * max(max(reach.x, max(reach.y, reach.z)) - u_huge.x, 0.0);
+#endif
+    return (side < 0.0 ? -gap : gap) > bound;
 }
 
 #include <candidates>
@@ -74,7 +85,7 @@ bool behind(Ray ray, Facet other) { // whether the receiver lies beyond the othe
 float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
     Ray ray;
     ray.position = position_lv;
-    ray.bound = u_bound.x + u_bound.y * dot(abs(position_lv - receiver_corner), vec3(1.0));
+    ray.bound = u_bound.x + (GLS_HUGE == 1 ? 3.0 : 1.0) * u_bound.y * dot(abs(position_lv - receiver_corner), vec3(1.0));
     float face = 0.0, depth = -position_lv.z;
     vec2 place = position_lv.xy;
 #if GLS_POINT

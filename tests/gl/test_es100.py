@@ -38,7 +38,8 @@ ROUNDING = 100 * 2.0**-24
 KINDS: tuple[Kind, ...] = get_args(Kind)
 TARGETS = (Target.R32F, Target.R8, Target.RGBA8)
 BIASES: tuple[Bias, ...] = (ReceiverPlaneBias(), ConstantBias(0.05), NormalOffsetBias(), NoBias())
-FILTERS: tuple[Filter, ...] = MAPPED
+# a turned disc is noise, which a rounding turns into other noise
+FILTERS: tuple[Filter, ...] = tuple(each for each in MAPPED if not getattr(each, "rotate", False))
 
 
 @pytest.fixture

@@ -206,7 +206,7 @@ def test_forward_draws_the_true_shadow(
     shadow_map.atlas.release()
     found, true = picture.values[..., 0].astype(np.float64), truth(kind)  # type: ignore[arg-type]
     assert ((found >= 0.0) & (found <= 1.0 + 1e-6)).all()
-    inside = interior(true, EDGE_PIXELS + kernel.radius)  # type: ignore[attr-defined]
+    inside = interior(true, EDGE_PIXELS + int(np.ceil(kernel.radius)))  # type: ignore[attr-defined]
     assert (inside & (true == 1.0)).sum() > 100
     assert (inside & (true == 0.0)).sum() > 20
     if not isinstance(bias, ReceiverPlaneBias):

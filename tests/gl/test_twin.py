@@ -42,7 +42,8 @@ from ..tolerances import WEIGHT, precision
 SIZE = (72, 54)
 CAMERA = PerspectiveCamera(position=(1.4, 3.2, 3.2), target=(-0.1, 0.3, 0.0))
 REACH = 12.0  # of the scene and the camera, world units
-FILTERS: tuple[Filter, ...] = MAPPED
+# a turned disc is noise: its twin is the disc that is not turned
+FILTERS: tuple[Filter, ...] = tuple(each for each in MAPPED if not getattr(each, "rotate", False))
 DERIVED, CASTER = ReceiverPlaneBias(), SlopeScaledBias(1.1, 4.0)
 BIASES: tuple[Bias, ...] = (
     DERIVED,
@@ -144,7 +145,10 @@ def _check(
     if used.target is DEPTH and used.clip == ClipSpace(True, reversed=True):
         # floats round relative to their size, and 0 is far: what is stored bounds the error
         allowed = replace(allowed, stored=allowed.stored * float(frame.shadow_maps[0].max()))
-    stored = model.cast(used.views, triangles_of(scene), used.target, used.bias, allowed)
+    triangles = triangles_of(scene)
+    if used.bias.certain:
+        triangles = triangles[len(scene.nodes[0].mesh.triangles) :]  # the ground darkens nothing, and is not drawn
+    stored = model.cast(used.views, triangles, used.target, used.bias, allowed)
     low, high = model.receive(stored, light, points[asked], normals[asked], used.filter, used.bias, allowed)
     found = seen[asked]
     slack = WEIGHT + 4.0 * allowed.texels  # a weight changes by as much as the position; two axes, two sides
@@ -219,5 +223,6 @@ def test_all_ways_to_compare_agree(renderer: Renderer, scene: Scene, kind: str, 
         finally:
             context.caps = own
         for other in frames[1:]:
-            np.testing.assert_array_equal(frames[0].visibility, other.visibility)
+            # a sum of many taps may be taken in another order
+            np.testing.assert_allclose(frames[0].visibility, other.visibility, rtol=0, atol=WEIGHT)
             np.testing.assert_array_equal(frames[0].image, other.image)

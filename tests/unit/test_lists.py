@@ -273,7 +273,7 @@ def test_exact_is_a_setting(samples: int) -> None:
 )
 def test_exact_has_no_bias_and_no_target(settings: dict[str, object]) -> None:
     with pytest.raises(
-        SettingsError, match=r"Exact\(\) compares triangles, not depths: leave bias and target at None"
+        SettingsError, match=r"Exact\(samples=\d+\) compares triangles, not depths: leave bias and target at None"
     ) as caught:
         Shadow(filter=Exact(), **settings)  # type: ignore[arg-type]
     value = next(iter(settings.values()))

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from glshadow.core.compare import map_uniforms, rounding_of
 from glshadow.core.decision import Decision, decide
-from glshadow.core.lights import Light
+from glshadow.core.fit import shaded_receivers
+from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.metric import Target, unpack
+from glshadow.core.spaces import Array
 from glshadow.core.used import Used
 from glshadow.core.view import kind_of, shadow_views
 from glshadow.gl.atlases import Place
@@ -32,6 +34,7 @@ class Mapped(Source):
         self.map: Map | None = None
         self._place: Place | None = None
         self._decision: Decision
+        self._shaded: Array | None = None
 
     def claim(self, work: Work, light: Light) -> None:
         """Decide the settings and fit the views."""
@@ -47,7 +50,12 @@ class Mapped(Source):
         receivers = shadow.fit.receivers(scene.corners, work.sight.receivers)
         guard = int(np.ceil(shadow.filter.reach_texels)) + 1
         corners = scene.corners[casting].reshape(-1, 3)
-        views = shadow_views(light, receivers, corners, decision.clip, shadow.resolution, guard)
+        shaded = None
+        if isinstance(light, DirectionalLight) and any(len(points) for points in receivers):
+            shaded = shaded_receivers(np.asarray(light.direction), receivers, corners, *scene.boxes)
+        self._shaded = None if shaded is None else np.concatenate(shaded)
+        receivers, inside = (receivers, True) if shaded is None else (shaded, False)
+        views = shadow_views(light, receivers, corners, decision.clip, shadow.resolution, guard, all_inside=inside)
         if views:
             self._place = work.atlases.claim(decision.caster.target, views)
 
@@ -68,9 +76,7 @@ class Mapped(Source):
             return open_receiver(work, self.light)
         scene, sight, caps = work.scene, work.sight, work.caps
         axes, offset = frame_of(light_view(self.light, self.map.views), scene.origin)
-        ray = float(np.linalg.norm(np.abs(sight.rays).sum(axis=1)))
-        eye = np.asarray(sight.camera.position) - scene.origin
-        reach = max(float(np.abs(eye).max()) + sight.far * ray, float(np.abs(offset).max()))
+        reach = max(self._reach(work), float(np.abs(offset).max()))
         compared = work.samplers.nearer_reversed if self.map.views[0].clip.reversed else work.samplers.nearer
         sampler = work.samplers.plain if caps.texture_gather and caps.software else compared
         return Receiver(
@@ -82,6 +88,14 @@ class Mapped(Source):
             uniforms_of(self.map, rounding_of(reach)),
             {"u_map": (self.map.atlas.texture, sampler if self.map.settings.target.is_depth else None)},
         )
+
+    def _reach(self, work: Work) -> float:
+        """Largest coordinate on the way to the position of a receiver that the map answers for: eye, ray x depth, their sum."""
+        sight, origin = work.sight, work.scene.origin
+        eye = float(np.abs(np.asarray(sight.camera.position) - origin).max())
+        if self._shaded is None:
+            return eye + sight.far * float(np.linalg.norm(np.abs(sight.rays).sum(axis=1)))
+        return 2.0 * eye + float(np.abs(self._shaded - origin).max())
 
     def stored(self) -> NDArray[np.float32]:
         """Its views; RGBA8 is unpacked."""
@@ -107,7 +121,8 @@ def map_defines(light: Light, shadow_map: Map) -> Mapping[str, int | str]:
     """Defines that go with them."""
     settings = shadow_map.settings
     reversed_depth = settings.target.is_depth and shadow_map.views[0].clip.reversed  # a metric always grows away
-    return mapped_defines(kind_of(light), settings.target, settings.bias, shadow_map.filter, reversed_depth)
+    bounded = shadow_map.views[0].inset > 0
+    return mapped_defines(kind_of(light), settings.target, settings.bias, shadow_map.filter, reversed_depth, bounded)
 
 
 def uniforms_of(shadow_map: Map, rounding: float) -> dict[str, Any]:

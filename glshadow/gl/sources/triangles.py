@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.lights import DirectionalLight, Light
-from glshadow.core.lists import RATIO, ListGrid, distance_bound
+from glshadow.core.lists import HUGE_SHARE, RATIO, ListGrid, distance_bound
 from glshadow.core.spaces import Array
 from glshadow.core.view import kind_of
 from glshadow.errors import ResourceError
@@ -58,10 +58,17 @@ def eye_in_light(scene: GpuScene, sight: Sight, grid: ListGrid) -> Array:
 
 def rounding_bound(scene: GpuScene, sight: Sight, grid: ListGrid) -> tuple[float, float]:
     """`core.lists.distance_bound` of a scene seen by a camera."""
-    axes, origin = light_frame(grid, scene)
-    local = (scene.corners.reshape(-1, 3) - scene.origin) @ axes.T - axes @ origin
     eye = eye_in_light(scene, sight, grid)
-    return distance_bound(scene.world.reach, max(float(np.abs(local).max()), float(np.abs(eye).max())))
+    return distance_bound(scene.world.reach, max(usual_reach(scene, grid), float(np.abs(eye).max())))
+
+
+def usual_reach(scene: GpuScene, grid: ListGrid) -> float:
+    """Largest coordinate of the usual triangles in the light's frame."""
+    axes, origin = light_frame(grid, scene)
+    if scene.world.huge:
+        return float(np.abs(axes @ origin).max() + np.sqrt(3.0) * scene.world.reach)
+    local = (scene.corners.reshape(-1, 3) - scene.origin) @ axes.T - axes @ origin
+    return float(np.abs(local).max())
 
 
 def triangle_receiver(
@@ -84,12 +91,13 @@ def triangle_receiver(
         exact_slots(kind_of(light), candidates),
         axes,
         -axes @ origin,
-        exact_defines(grid.kind, grid.cells, RATIO, masked),
+        exact_defines(grid.kind, grid.cells, RATIO, masked, scene.world.huge),
         "core400" if work.caps.version_code >= 400 else "core330",
         {
             "u_eye_l": tuple(eye_in_light(scene, work.sight, grid)),
             "u_cells": grid.cells_from_window,
             "u_bound": rounding_bound(scene, work.sight, grid),
+            "u_huge": (usual_reach(scene, grid), HUGE_SHARE),
         },
         {**textures, **scene.world.mask_textures},
     )
