@@ -81,6 +81,9 @@ class Renderer:
         """Free what the renderer owns on the GPU, and its context if it is its own. May be called twice."""
         if self._context.released:
             return
+        if self._context.lost:  # and everything in it
+            self._context.release()
+            return
         with self._context.drawing():
             owned = (
                 self._programs,

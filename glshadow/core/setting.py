@@ -102,7 +102,7 @@ def whole(least: int, most: int, *, unit: str = "") -> Rule:
     allowed = f"an integer in [{least}, {most}]{' ' + unit if unit else ''}"
 
     def rule(name: str, value: Any) -> int:
-        if isinstance(value, bool | np.bool_) or not isinstance(value, Integral) or not least <= value <= most:
+        if isinstance(value, bool | np.bool_) or not isinstance(value, Integral) or not least <= int(value) <= most:
             raise refuse(name, allowed, value)
         return int(value)
 
