@@ -80,6 +80,9 @@ class Renderer:
         """Free what the renderer owns on the GPU, and its context if it is its own. May be called twice."""
         if self._context.released:
             return
+        if self._context.lost:  # and everything in it
+            self._context.release()
+            return
         with self._context.drawing():
             for kept in (self._scene, self._targets, self._refined):
                 kept.drop()

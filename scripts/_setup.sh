@@ -29,6 +29,7 @@ set_up() { # base | dev
         if [[ $1 == dev ]]; then install_test_programs; fi
         make_venv
         install_package "$1"
+        install_libraries
         printf '%s' "$key" >"$venv/.set-up-$1"
         say "set-up done"
     fi
@@ -66,6 +67,14 @@ install_package() { # base | dev
     say "installing glshadow and what it needs into .venv (a minute or two the first time)"
     "$python" -m pip install --quiet --disable-pip-version-check --no-input --editable "$target" >&2 ||
         fail "pip could not install the packages of pyproject.toml; its message is above"
+}
+
+install_libraries() { # that the installed wheels need and do not bring
+    [[ $(uname -s) == Linux ]] || return 0
+    local packages
+    mapfile -t packages < <("$python" "$root/scripts/libraries.py")
+    if [[ ${#packages[@]} -eq 0 ]]; then return 0; fi
+    apt_install "what is in .venv needs ${packages[*]}" "${packages[@]}"
 }
 
 has_library() { # soname ...: any of them can be loaded

@@ -1,6 +1,6 @@
 """Mutated model files and random settings through the whole renderer, in worker processes that may crash or hang.
 
-The generators and the rules of judgement are those of tests/robustness, which runs a fixed 200 of each.
+The generators and the rules of judgement are those of tests/robustness, which runs a few that stay the same.
 """
 
 from __future__ import annotations

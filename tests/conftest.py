@@ -1,6 +1,7 @@
 """Fixtures for every room: one OpenGL context per process, a seeded generator, the models, and no silent skip."""
 
 import os
+import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,12 @@ REQUIRE_GL = os.environ.get("GLSHADOW_REQUIRE_GL") == "1"
 
 # Skips with this head stay skips outside CI: the program is not to be had on every system.
 OPTIONAL = "optional: "
+
+
+def pytest_configure() -> None:
+    # A shell starts a job in the background with SIGINT ignored, and whatever that starts inherits it: Ctrl-C tests would hang.
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _skip_is_failure(report: Any) -> bool:

@@ -3,11 +3,13 @@
 A stand-in for python3 notes its calls, so that nothing is installed and no network is needed.
 """
 
+import importlib.util
 import shutil
 import subprocess
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -24,6 +26,7 @@ esac
 echo "$*" >> "$FAKE_LOG"
 if [[ "$1 $2" == "-m venv" ]]; then mkdir -p "${@: -1}/bin"; cp "$0" "${@: -1}/bin/python"; fi
 if [[ "$1 $2 $3" == "-m pip install" ]]; then exit "${FAKE_NO_NETWORK:-0}"; fi
+if [[ "$*" == */libraries.py ]]; then printf '%b' "${FAKE_MISSING:-}"; fi
 """
 
 
@@ -80,13 +83,19 @@ def sandbox(tmp_path: Path) -> Sandbox:
 
 
 INSTALL = "-m pip install --quiet --disable-pip-version-check --no-input --editable ROOT"
+LIBRARIES = "ROOT/scripts/libraries.py"
 
 
 def test_first_call_sets_up_and_second_is_immediate(sandbox: Sandbox, tmp_path: Path) -> None:
     code, said = sandbox.run("render", "model.glb", "-o", "a b.png", cwd=tmp_path)
     assert code == 0
     assert "making the virtual environment" in said
-    assert sandbox.calls() == ["-m venv --clear ROOT/.venv", INSTALL, "-m glshadow render model.glb -o a b.png"]
+    assert sandbox.calls() == [
+        "-m venv --clear ROOT/.venv",
+        INSTALL,
+        LIBRARIES,
+        "-m glshadow render model.glb -o a b.png",
+    ]
 
     start = time.perf_counter()
     code, said = sandbox.run("render")
@@ -102,7 +111,7 @@ def test_changed_dependencies_are_installed_again(sandbox: Sandbox) -> None:
     with (sandbox.root / "pyproject.toml").open("a") as file:
         file.write("\n# another dependency\n")
     sandbox.run("render")
-    assert sandbox.calls() == ["-m pip --version", INSTALL, "-m glshadow render"]
+    assert sandbox.calls() == ["-m pip --version", INSTALL, LIBRARIES, "-m glshadow render"]
 
 
 def test_tests_get_the_tools_and_the_arguments(sandbox: Sandbox, tmp_path: Path) -> None:
@@ -110,6 +119,7 @@ def test_tests_get_the_tools_and_the_arguments(sandbox: Sandbox, tmp_path: Path)
     assert sandbox.calls() == [
         "-m venv --clear ROOT/.venv",
         f"{INSTALL}[dev]",
+        LIBRARIES,
         "-m pytest tests/gl -k depth or clip",
     ]
 
@@ -117,10 +127,10 @@ def test_tests_get_the_tools_and_the_arguments(sandbox: Sandbox, tmp_path: Path)
 def test_without_arguments_everything_is_checked_first(sandbox: Sandbox) -> None:
     sandbox.run("test")
     calls = sandbox.calls()
-    ran = [call.split()[1] for call in calls[2:]]
+    ran = [call.split()[1] for call in calls[3:]]
     assert ran[0] == "ruff"
     assert ran[-1] == "pytest"
-    assert {"ruff", "mypy", "codespell_lib"} <= set(ran)
+    assert {"ruff", "mypy", "codespell_lib", "--check"} <= set(ran)
     assert calls[-1].startswith("-m pytest -n 2")
 
 
@@ -157,18 +167,81 @@ def test_interrupted_set_up_is_taken_up_again(sandbox: Sandbox) -> None:
     sandbox.calls()
     code, _ = sandbox.run("render")
     assert code == 0
-    assert sandbox.calls() == ["-m pip --version", INSTALL, "-m glshadow render"]
+    assert sandbox.calls() == ["-m pip --version", INSTALL, LIBRARIES, "-m glshadow render"]
 
 
-def test_root_installs_what_is_missing_after_an_update(sandbox: Sandbox) -> None:
+FAKE_APT = """#!/bin/bash
+echo "apt-get $*" >> "$FAKE_LOG"
+[[ $1 == update || $(grep -c update "$FAKE_LOG") -gt 0 ]]
+"""
+APT_INSTALL = "apt-get install --yes --quiet --no-install-recommends"
+
+
+@pytest.fixture
+def as_root(sandbox: Sandbox) -> Sandbox:
     """A fresh image has no package lists: the first apt-get install fails, the one after the update works."""
     programs = Path(sandbox.environment["PATH"].split(":")[0])
     (programs / "id").write_text("#!/bin/sh\necho 0\n")
-    apt = '#!/bin/bash\necho "apt-get $*" >> "$FAKE_LOG"\n[[ $1 == update || $(grep -c update "$FAKE_LOG") -gt 0 ]]\n'
-    (programs / "apt-get").write_text(apt)
+    (programs / "apt-get").write_text(FAKE_APT)
     (programs / "apt-get").chmod(0o755)
-    code, said = sandbox.run("render", FAKE_NO_VENV="1")
+    return sandbox
+
+
+def test_root_installs_what_is_missing_after_an_update(as_root: Sandbox) -> None:
+    code, said = as_root.run("render", FAKE_NO_VENV="1")
     assert code == 0
     assert "Python's venv module is missing; installing python3-venv" in said
-    install = "apt-get install --yes --quiet --no-install-recommends python3-venv"
-    assert sandbox.calls()[:4] == [install, "apt-get update --quiet", install, "-m venv --clear ROOT/.venv"]
+    install = f"{APT_INSTALL} python3-venv"
+    assert as_root.calls()[:4] == [install, "apt-get update --quiet", install, "-m venv --clear ROOT/.venv"]
+
+
+def test_libraries_that_wheels_need_are_installed(as_root: Sandbox) -> None:
+    code, said = as_root.run("render", FAKE_MISSING="libatomic1\\nzlib1g\\n")
+    assert code == 0
+    assert "what is in .venv needs libatomic1 zlib1g" in said
+    install = f"{APT_INSTALL} libatomic1 zlib1g"
+    assert as_root.calls()[2:6] == [LIBRARIES, install, "apt-get update --quiet", install]
+
+
+def test_without_root_missing_libraries_are_named(sandbox: Sandbox) -> None:
+    code, said = sandbox.run("render", FAKE_MISSING="libatomic1\\n")
+    assert code == 1
+    assert "as root run: apt-get install libatomic1" in said
+    assert sandbox.run("render")[0] == 0
+
+
+# -- what the wheels need
+
+
+@pytest.fixture
+def libraries(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    monkeypatch.syspath_prepend(CHECKOUT / "scripts")
+    return importlib.import_module("libraries")
+
+
+@pytest.mark.parametrize("package", ["numpy", "OpenImageIO"])
+def test_what_an_object_needs_is_what_the_loader_says(libraries: ModuleType, package: str) -> None:
+    folder = Path(importlib.util.find_spec(package).submodule_search_locations[0])
+    found = set()
+    for path in [path for path in sorted(folder.rglob("*.so*")) if path.is_file()][:5]:
+        said = subprocess.run(["ldd", path], capture_output=True, text=True, check=True).stdout
+        needed = set(libraries.needed(path))
+        assert needed <= {Path(line.split()[0]).name for line in said.splitlines()}
+        found |= needed
+    assert {"libc.so.6", "libm.so.6"} <= found
+    assert libraries.needed(CHECKOUT / "pyproject.toml") == []
+
+
+def test_missing_and_unknown_libraries_are_named(
+    libraries: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert libraries.main(check=True) == 0
+    monkeypatch.setattr(libraries, "loads", lambda name: name != "libatomic.so.1")
+    assert libraries.main(check=False) == 0
+    assert capsys.readouterr().out == "libatomic1\n"
+    monkeypatch.delitem(libraries.PACKAGES, "libz.so.1")
+    assert libraries.main(check=True) == 1
+    said = capsys.readouterr().err
+    assert "libatomic.so.1, which drjit/libnanothread.so needs, is missing: apt-get install libatomic1" in said
+    assert "libz.so.1, which " in said
+    assert "has no package in PACKAGES of scripts/libraries.py" in said

@@ -8,6 +8,7 @@ import moderngl
 
 from glshadow.errors import ContextError
 from glshadow.gl.current import Current, Switch, address, current, make_current
+from glshadow.gl.egl import load_egl
 
 EGL_LIBRARY = "libEGL.so.1"
 OSMESA_LIBRARIES = ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")
@@ -61,18 +62,11 @@ def egl_loader() -> Loader:
         With the reason and what to install.
     """
     try:
-        C.CDLL(EGL_LIBRARY)
-    except OSError as error:
+        egl = load_egl(EGL_LIBRARY)
+        destroy = egl.open()
+    except (OSError, ContextError) as error:
         raise BackendUnavailable(str(error), _INSTALL_EGL) from error
-    import glcontext
-
-    try:
-        context = glcontext.get_backend_by_name("egl")(
-            mode="standalone", glversion=330, libgl=EGL_LIBRARY, libegl=EGL_LIBRARY
-        )
-    except Exception as error:
-        raise BackendUnavailable(str(error), _INSTALL_EGL) from error
-    return Loader(_place_or_refuse("EGL", _INSTALL_EGL), context.load, context.release)
+    return Loader(_place_or_refuse("EGL", _INSTALL_EGL), egl.address, destroy)
 
 
 def osmesa_loader() -> Loader:

@@ -142,6 +142,11 @@ class GLContext:
                 write_state(self.gl, default_state(ctx, self.gl))
                 self.gl.check("setting the default state of a new context")
 
+    @property
+    def lost(self) -> bool:
+        """Whether other code of the process has destroyed the context: nothing in it can be used or freed any more."""
+        return self._switch.lost
+
     def __enter__(self) -> Self:
         self._switch.__enter__()
         return self

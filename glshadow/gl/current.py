@@ -22,6 +22,7 @@ Current = Mapping[str, Handles]
 
 _GL_UNSIGNED_BYTE = 0x1401
 _EGL_DRAW, _EGL_READ = 0x3059, 0x305A
+_EGL_CONTEXT_CLIENT_TYPE = 0x3097
 
 
 class _Egl:
@@ -33,6 +34,7 @@ class _Egl:
         self._display = C.CFUNCTYPE(pointer)(("eglGetCurrentDisplay", library))
         self._surface = C.CFUNCTYPE(pointer, C.c_int)(("eglGetCurrentSurface", library))
         self._make = C.CFUNCTYPE(C.c_uint, pointer, pointer, pointer, pointer)(("eglMakeCurrent", library))
+        self._ask = C.CFUNCTYPE(C.c_uint, pointer, pointer, C.c_int, pointer)(("eglQueryContext", library))
         self.address = C.CFUNCTYPE(pointer, C.c_char_p)(("eglGetProcAddress", library))
 
     def current(self) -> Handles | None:
@@ -47,6 +49,10 @@ class _Egl:
 
     def clear(self, handles: Handles) -> None:
         self._make(handles[1], None, None, None)
+
+    def lost(self, handles: Handles) -> bool:
+        context, display, _, _ = handles
+        return not self._ask(display, context, _EGL_CONTEXT_CLIENT_TYPE, C.byref(C.c_int()))
 
 
 class _Glx:
@@ -219,6 +225,11 @@ class Switch:
         before = current()
         if not make_current(self.place):
             make_current(before)
+            if self.lost:
+                raise ContextError(
+                    "other code of this process terminated the EGL display of this OpenGL context (eglTerminate; pyrender's "
+                    "OffscreenRenderer.delete() calls it), and with it went everything in the context: make a new Renderer"
+                )
             raise ContextError(
                 "the OpenGL context could not be made current on this thread; a context can be used by one thread at "
                 "a time: leave its `with` block in the other thread first, or open one context per thread"
@@ -229,6 +240,13 @@ class Switch:
     def __exit__(self, *_: object) -> None:
         before = self._before.pop()
         make_current({} if self.dead and before == self.place else before)
+
+    @property
+    def lost(self) -> bool:
+        """Whether the context was destroyed behind our back: by eglTerminate, which takes all contexts of a display."""
+        egl = _libraries().get(_Egl.__name__)
+        handles = self.place.get(_Egl.__name__)
+        return isinstance(egl, _Egl) and handles is not None and egl.lost(handles)
 
     def kill(self) -> None:
         """Before the context is destroyed: it stops being current, and no `with` block will bring it back."""

@@ -57,7 +57,7 @@ def test_solids_are_trimeshs(ours, theirs):
 
 def test_courtyard_is_the_benchmarks():
     if not BENCH.exists():
-        pytest.skip(f"{BENCH} is not here")
+        pytest.skip(f"optional: {BENCH} is not here")
     spec = importlib.util.spec_from_file_location("bench_courtyard", BENCH)
     bench = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(bench)

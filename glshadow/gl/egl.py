@@ -1,0 +1,154 @@
+"""A windowless OpenGL context of EGL, on a display that other code of the process is not likely to terminate.
+
+EGL hands out one display per (platform, native display), and eglTerminate ends the contexts of everybody on it. The
+first device's display and the default one are common property: pyrender and moderngl take the former, pyrender
+terminates it. Mesa's surfaceless display on that same device is the same driver and has few other users.
+"""
+
+import ctypes as C
+from collections.abc import Callable
+from functools import cache
+from threading import Lock
+from typing import Any
+
+from glshadow.errors import ContextError
+
+_EXTENSIONS, _VERSION = 0x3055, 0x3054
+_PLATFORM_DEVICE, _PLATFORM_SURFACELESS, _DEVICE = 0x313F, 0x31DD, 0x322C
+_OPENGL_API, _OPENGL_BIT = 0x30A2, 0x0008
+_SURFACE_TYPE, _RENDERABLE_TYPE, _NONE = 0x3033, 0x3040, 0x3038
+_CONTEXT_MAJOR, _CONTEXT_MINOR, _PROFILE_MASK, _CORE_BIT = 0x3098, 0x30FB, 0x30FD, 0x1
+
+_Integers = C.POINTER(C.c_int)
+_CORE: dict[str, tuple[Any, ...]] = {
+    "eglBindAPI": (C.c_uint, C.c_uint),
+    "eglChooseConfig": (C.c_uint, C.c_void_p, _Integers, C.c_void_p, C.c_int, _Integers),
+    "eglCreateContext": (C.c_void_p, C.c_void_p, C.c_void_p, C.c_void_p, _Integers),
+    "eglDestroyContext": (C.c_uint, C.c_void_p, C.c_void_p),
+    "eglGetDisplay": (C.c_void_p, C.c_void_p),
+    "eglGetError": (C.c_int,),
+    "eglGetProcAddress": (C.c_void_p, C.c_char_p),
+    "eglInitialize": (C.c_uint, C.c_void_p, C.c_void_p, C.c_void_p),
+    "eglMakeCurrent": (C.c_uint, C.c_void_p, C.c_void_p, C.c_void_p, C.c_void_p),
+    "eglQueryAPI": (C.c_uint,),
+    "eglQueryString": (C.c_char_p, C.c_void_p, C.c_int),
+}
+_EXTRA: dict[str, tuple[Any, ...]] = {
+    "eglGetPlatformDisplayEXT": (C.c_void_p, C.c_uint, C.c_void_p, C.c_void_p),
+    "eglQueryDevicesEXT": (C.c_uint, C.c_int, C.c_void_p, _Integers),
+    "eglQueryDisplayAttribEXT": (C.c_uint, C.c_void_p, C.c_int, C.c_void_p),
+}
+"""Name -> type returned, types of the arguments; of the second table only what the client extensions promise is called."""
+
+
+class Egl:
+    """The calls of one libEGL that make a context, and the display that this process makes them on."""
+
+    def __init__(self, library: C.CDLL) -> None:
+        calls: dict[str, Any] = {name: C.CFUNCTYPE(*types)((name, library)) for name, types in _CORE.items()}
+        for name, types in _EXTRA.items():
+            if found := calls["eglGetProcAddress"](name.encode()):
+                calls[name] = C.CFUNCTYPE(*types)(found)
+        self._calls = calls
+        self._extensions = set((calls["eglQueryString"](None, _EXTENSIONS) or b"").decode().split())
+        self._device = self._first_device()
+        self._display: int | None = None
+        self._choosing = Lock()
+
+    def address(self, name: str) -> int:
+        """Address of an OpenGL function; 0 where the driver has none."""
+        found: int | None = self._calls["eglGetProcAddress"](name.encode())
+        return found or 0
+
+    def open(self) -> Callable[[], object]:
+        """Make an OpenGL 3.3 core context, current on this thread; returns what destroys it.
+
+        Raises
+        ------
+        ContextError
+            With the call that failed and EGL's error code.
+        """
+        with self._choosing:
+            display = self._display = self._display or self._choose()
+            # Once more where somebody has terminated it; costs nothing where nobody has.
+            if not self._calls["eglInitialize"](display, None, None):
+                raise self._failure("eglInitialize")
+        api = self._calls["eglQueryAPI"]()
+        self._calls["eglBindAPI"](_OPENGL_API)
+        try:
+            context = self._create(display)
+        finally:
+            self._calls["eglBindAPI"](api)
+        self._calls["eglMakeCurrent"](display, None, None, context)
+        return lambda: self._calls["eglDestroyContext"](display, context)
+
+    def _create(self, display: int) -> int:
+        config, count = C.c_void_p(), C.c_int()
+        # No surface is ever made. Without a config that says so, EGL would look for one that can have windows.
+        wanted = _integers(_SURFACE_TYPE, 0, _RENDERABLE_TYPE, _OPENGL_BIT, _NONE)
+        chosen = self._calls["eglChooseConfig"](display, wanted, C.byref(config), 1, C.byref(count))
+        if not (chosen and count.value):
+            raise self._failure("eglChooseConfig")
+        attributes = _integers(_CONTEXT_MAJOR, 3, _CONTEXT_MINOR, 3, _PROFILE_MASK, _CORE_BIT, _NONE)
+        context: int | None = self._calls["eglCreateContext"](display, config, None, attributes)
+        if context is None:
+            raise self._failure("eglCreateContext")
+        return context
+
+    def _choose(self) -> int:
+        """The first display that works: on the first device before others, in use by nobody before in use."""
+        spare: int | None = None
+        for display in sorted(self._candidates(), key=self._is_in_use):
+            if self._calls["eglInitialize"](display, None, None):
+                if self._device_of(display) == self._device:
+                    return display
+                spare = spare or display
+        if spare is None:
+            raise self._failure("eglInitialize")
+        return spare
+
+    def _candidates(self) -> list[int]:
+        of_platform, displays = self._calls.get("eglGetPlatformDisplayEXT"), []
+        if of_platform and "EGL_MESA_platform_surfaceless" in self._extensions:
+            displays.append(of_platform(_PLATFORM_SURFACELESS, None, None))
+        if of_platform and self._device and "EGL_EXT_platform_device" in self._extensions:
+            displays.append(of_platform(_PLATFORM_DEVICE, self._device, None))
+        displays.append(self._calls["eglGetDisplay"](None))
+        return [display for display in displays if display]
+
+    def _is_in_use(self, display: int) -> bool:
+        return self._calls["eglQueryString"](display, _VERSION) is not None
+
+    def _first_device(self) -> int | None:
+        """The device that other programs take too: a GPU where there is one. None where EGL cannot say."""
+        if not self._extensions & {"EGL_EXT_device_base", "EGL_EXT_device_enumeration"}:
+            return None
+        device, count = C.c_void_p(), C.c_int()
+        self._calls["eglQueryDevicesEXT"](1, C.byref(device), C.byref(count))
+        return device.value if count.value else None
+
+    def _device_of(self, display: int) -> int | None:
+        if not self._extensions & {"EGL_EXT_device_base", "EGL_EXT_device_query"}:
+            return None
+        device = C.c_void_p()
+        found = self._calls["eglQueryDisplayAttribEXT"](display, _DEVICE, C.byref(device))
+        return device.value if found else None
+
+    def _failure(self, name: str) -> ContextError:
+        return ContextError(f"{name} failed (0x{self._calls['eglGetError']():x})")
+
+
+@cache
+def load_egl(soname: str) -> Egl:
+    """The library, loaded once: what it has chosen holds for all contexts of the process.
+
+    Raises
+    ------
+    OSError
+        If there is no such library.
+    """
+    return Egl(C.CDLL(soname))
+
+
+def _integers(*values: int) -> C.Array[C.c_int]:
+    return (C.c_int * len(values))(*values)

@@ -1,0 +1,68 @@
+"""The API reference: every public name with its docstring, by pdoc; a warning, or a public name without words, is an error."""
+
+import sys
+import warnings
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+
+import pdoc
+import pdoc.doc
+import pdoc.render
+
+MODULES = (
+    "glshadow",
+    "glshadow.scene.builtin",
+    "glshadow.study",
+    "glshadow.overlay",
+    "glshadow.image",
+    "glshadow.gl.forward",
+)
+
+
+def modules() -> list[pdoc.doc.Module]:
+    """What is documented, with the names that are imported when first asked for."""
+    found = []
+    for name in MODULES:
+        module = import_module(name)
+        for public in getattr(module, "__all__", ()):
+            getattr(module, public)
+        found.append(pdoc.doc.Module(module))
+    return found
+
+
+def undocumented(space: pdoc.doc.Namespace) -> Iterator[str]:
+    """Public classes, functions and properties below a module or a class that have no docstring of their own."""
+    for member in space.members.values() if isinstance(space, pdoc.doc.Module) else space.own_members:
+        if member.name.startswith("_") or isinstance(member, pdoc.doc.Module):
+            continue
+        # Fields are described by their class.
+        field = isinstance(member, pdoc.doc.Variable) and not isinstance(vars(space.obj).get(member.name), property)
+        if not (field or member.docstring):
+            yield member.fullname
+        if isinstance(member, pdoc.doc.Class):
+            yield from undocumented(member)
+
+
+def build(folder: Path) -> None:
+    """Write the pages.
+
+    Raises
+    ------
+    UserWarning
+        If pdoc warns: an annotation that names nothing, a name of `__all__` that is not there.
+    ValueError
+        If something public has no docstring; all such names are listed.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        bare = sorted({name for module in modules() for name in undocumented(module)})
+        if bare:
+            raise ValueError(f"without a docstring: {', '.join(bare)}")
+        pdoc.render.configure(docformat="numpy", show_source=False, include_undocumented=False)
+        pdoc.pdoc(*MODULES, "!glshadow.measure", output_directory=folder)
+
+
+if __name__ == "__main__":
+    build(Path(sys.argv[1]))
+    sys.stderr.write(f"glshadow: the reference is in {sys.argv[1]}/index.html\n")

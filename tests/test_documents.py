@@ -1,0 +1,77 @@
+"""The API reference builds without a warning and leaves nothing out; the documents name only what is there."""
+
+import importlib
+import re
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import glshadow as gs
+
+CHECKOUT = Path(__file__).resolve().parents[1]
+DOCUMENTS = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")
+
+
+@pytest.fixture
+def docs(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    monkeypatch.syspath_prepend(CHECKOUT / "scripts")
+    return importlib.import_module("docs")
+
+
+def test_the_reference_holds_every_public_name(docs: ModuleType, tmp_path: Path) -> None:
+    docs.build(tmp_path)
+    for name in docs.MODULES:
+        module = importlib.import_module(name)
+        page = (tmp_path / f"{name.replace('.', '/')}.html").read_text()
+        anchors = set(re.findall(r'id="([\w.]+)"', page))
+        assert set(getattr(module, "__all__", ())) - {"__version__", "scenes"} <= anchors  # scenes has its own page
+    assert "Renderer.render" in (tmp_path / "glshadow.html").read_text()
+    assert "scenes" in gs.__all__
+
+
+WORDLESS = """
+class A:
+    "Says something."
+    field: int = 1
+    def method(self): pass
+    @property
+    def value(self): return 1
+    def _hidden(self): pass
+def function(): pass
+def told(): "Says something."
+"""
+MISTYPED = """
+from __future__ import annotations
+def told(number: NoSuchType): "Says something."
+"""
+
+
+@pytest.mark.parametrize(
+    ("source", "says"),
+    [
+        (WORDLESS, r"without a docstring: sample\.A\.method, sample\.A\.value, sample\.function$"),
+        (MISTYPED, "NoSuchType"),
+    ],
+    ids=["no docstring", "warning"],
+)
+def test_what_is_wrong_in_a_docstring_fails(
+    docs: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, source: str, says: str
+) -> None:
+    (tmp_path / "sample.py").write_text(source)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "sample", raising=False)
+    monkeypatch.setattr(docs, "MODULES", ("sample",))
+    with pytest.raises((ValueError, UserWarning), match=says):
+        docs.build(tmp_path / "pages")
+
+
+@pytest.mark.parametrize("name", DOCUMENTS)
+def test_paths_in_the_documents_exist(name: str) -> None:
+    text = (CHECKOUT / name).read_text()
+    paths = {
+        path for path in re.findall(r"(?<![\w/.])(?:\.ci|scripts|tests|examples)/[\w./]*\w", text) if "NEW" not in path
+    }
+    assert paths
+    assert sorted(path for path in paths if not (CHECKOUT / path).exists()) == []
