@@ -6,6 +6,7 @@ Exception
     ├── ResourceError           the driver ran out of memory for a map, an image or a mesh
     ├── SceneError              the model, mesh or file cannot be rendered as it is
     ├── SettingsError           a setting is out of range or two settings cannot work together (also a ValueError)
+    │   └── MissingOutput       a frame was rendered without the output that is asked of it (also an AttributeError)
     ├── ShaderError             a GLSL snippet is missing, cyclic or does not compile
     └── ReferenceUnavailable    the ray-traced reference needs an extra that is not installed
 UserWarning
@@ -31,6 +32,10 @@ class SceneError(GlshadowError):
 
 class SettingsError(GlshadowError, ValueError):
     """A setting is out of its range, or two settings cannot work together."""
+
+
+class MissingOutput(SettingsError, AttributeError):
+    """A frame was rendered without the output that is asked of it; an AttributeError too, so that `hasattr` answers."""
 
 
 class ShaderError(GlshadowError):

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.setting import as_path
 from glshadow.errors import GlshadowError, SceneError, SettingsError
 
 Pixels = NDArray[Any]
@@ -111,7 +112,7 @@ def write(path: str | os.PathLike[str], image: Pixels | Mapping[str, Pixels]) ->
     GlshadowError
         If the file cannot be written.
     """
-    path = Path(path)
+    path = as_path("path", path)
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise SettingsError(

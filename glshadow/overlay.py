@@ -83,7 +83,7 @@ def overlay(frame: Frame, names: Sequence[str] = OVERLAYS) -> NDArray[np.uint8]:
         For unknown names, and outputs that the frame lacks.
     """
     for output in required_outputs(names):
-        if getattr(frame, output) is None:
+        if output not in frame.outputs:
             raise SettingsError(f'these overlays need the output "{output}": render with {required_outputs(names)}')
     canvas = Canvas(frame)
     if "grid" in names:
@@ -125,7 +125,6 @@ def round_step(length: float) -> float:
 def floor_height(canvas: Canvas, frame: Frame) -> float:
     """The scene's lowest y; or, if a fifth of what is seen is level within its lowest tenth, that ground's height."""
     low, high = frame.scene.bounds[:, 1]
-    assert frame.depth is not None
     rows, columns = (np.arange(0, n, max(1, n // 180)) for n in frame.depth.shape)
     depth = frame.depth[np.ix_(rows, columns)].astype(np.float64)
     places = np.stack(np.meshgrid(columns + 0.5, rows + 0.5), axis=-1)
@@ -276,7 +275,6 @@ def _cone(frame: Frame, light: SpotLight, used: Used, sides: int = 32) -> Array:
 
 
 def _draw_maps(canvas: Canvas, frame: Frame) -> None:
-    assert frame.shadow_maps is not None
     rows = [number for number, used in enumerate(frame.used) if used.views]
     if not rows:
         return

@@ -242,8 +242,7 @@ class _Frame:
             near=sight.near,
             far=sight.far,
             used=tuple(used),
-            timings=self.timings if "timings" in self.outputs else None,
-            **results,
+            outputs=results | ({"timings": self.timings} if "timings" in self.outputs else {}),
         )
 
     @contextlib.contextmanager

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
 from dataclasses import MISSING, field, fields
 from enum import Enum
 from numbers import Integral, Real
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -97,14 +99,27 @@ def as_float(value: Any) -> float:
         return math.nan
 
 
+def as_int(value: Any) -> int | None:
+    """An integer, Python's or numpy's, or an array that holds just one; None for everything else, booleans too."""
+    if isinstance(value, np.ndarray) and value.ndim == 0 and not np.ma.isMaskedArray(value):
+        value = value.item()
+    if isinstance(value, bool | np.bool_) or not isinstance(value, Integral):
+        return None
+    try:
+        return int(value)
+    except Exception:  # a foreign number's own fault
+        return None
+
+
 def whole(least: int, most: int, *, unit: str = "") -> Rule:
     """An integer in [least, most], Python's or numpy's."""
     allowed = f"an integer in [{least}, {most}]{' ' + unit if unit else ''}"
 
     def rule(name: str, value: Any) -> int:
-        if isinstance(value, bool | np.bool_) or not isinstance(value, Integral) or not least <= value <= most:
+        kept = as_int(value)
+        if kept is None or not least <= kept <= most:
             raise refuse(name, allowed, value)
-        return int(value)
+        return kept
 
     return rule
 
@@ -167,6 +182,23 @@ def instance(*kinds: type) -> Rule:
         return value
 
     return rule
+
+
+def as_path(name: str, value: str | os.PathLike[str]) -> Path:
+    """A path given as text or by an object that has one.
+
+    Raises
+    ------
+    SettingsError
+        For everything else, bytes too, and for a text that no file can have as its name.
+    """
+    try:
+        text = os.fspath(value)
+    except Exception:  # whatever a foreign __fspath__ raises: it is no path
+        raise refuse(name, "a path (str or os.PathLike)", value) from None
+    if not isinstance(text, str) or not text or "\0" in text:
+        raise refuse(name, "a path (str or os.PathLike), not empty and without NUL", value)
+    return Path(text)
 
 
 def flag() -> Rule:
