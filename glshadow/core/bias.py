@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from glshadow.core.setting import Settings, flag, number, setting
 from glshadow.core.spaces import Array, ClipSpace
 from glshadow.errors import SettingsError
 
@@ -18,11 +19,6 @@ from glshadow.errors import SettingsError
 # allowed 15 degrees over the filter's reach, half a texel of depth for 3 x 3. Less leaves grain (terrain: 0.78 % of pixels at 1
 # degree, 0.006 at 15), more is seen at a caster's foot (at 20 the hard cases have the first leaks beyond an edge's own texels).
 FACET_SLOPE = float(np.tan(np.radians(15.0)))
-
-
-def _finite(name: str, value: float, low: float = 0.0) -> None:
-    if not (np.isfinite(value) and value >= low):
-        raise SettingsError(f"{name} must be finite and at least {low:g}, got {value!r}")
 
 
 @dataclass(frozen=True)
@@ -35,29 +31,22 @@ class ReceiverPlaneBias:
 
 
 @dataclass(frozen=True)
-class ConstantBias:
+class ConstantBias(Settings):
     """Compare depth moved by `world` units along the light. Right for one slope only."""
 
-    world: float
-
-    def __post_init__(self) -> None:
-        _finite("ConstantBias world", self.world)
+    world: float = setting(number(0.0), help="world units along the light")
 
 
 @dataclass(frozen=True)
-class SlopeScaledBias:
+class SlopeScaledBias(Settings):
     """GL's polygon offset in the caster pass: factor * max(|dz/dx|, |dz/dy|) + units * r. Depth textures only."""
 
-    factor: float = 1.1
-    units: float = 4.0
-
-    def __post_init__(self) -> None:
-        _finite("SlopeScaledBias factor", self.factor)
-        _finite("SlopeScaledBias units", self.units)
+    factor: float = setting(number(0.0), 1.1, help="times the steepest slope of the caster's depth, per texel")
+    units: float = setting(number(0.0), 4.0, help="smallest steps of the depth format")
 
 
 @dataclass(frozen=True)
-class NormalOffsetBias:
+class NormalOffsetBias(Settings):
     """The receiver moved along its normal by texels * texel size * sin(angle to the light) before it is projected.
 
     References
@@ -65,14 +54,11 @@ class NormalOffsetBias:
     Holbert 2011, "Saying Goodbye to Shadow Acne", GDC poster. 1.5 texels are one bilinear reach of 3 x 3.
     """
 
-    texels: float = 1.5
-
-    def __post_init__(self) -> None:
-        _finite("NormalOffsetBias texels", self.texels)
+    texels: float = setting(number(0.0), 1.5, help="texels along the receiver's normal")
 
 
 @dataclass(frozen=True)
-class ClipBias:
+class ClipBias(Settings):
     """Babylon's bias: clip units for depth textures, metric units for metric targets.
 
     Parameters
@@ -85,13 +71,9 @@ class ClipBias:
         True: applied where the map is drawn, as Babylon does. False: subtracted from the compare depth, the same test.
     """
 
-    clip: float
-    normal: float = 0.0
-    caster: bool = True
-
-    def __post_init__(self) -> None:
-        _finite("ClipBias clip", self.clip, -np.inf)
-        _finite("ClipBias normal", self.normal)
+    clip: float = setting(number(), help="clip units, or metric units of a metric target, added to the stored depth")
+    normal: float = setting(number(0.0), 0.0, help="world units by which casters move against their normal")
+    caster: bool = setting(flag(), True, help="applied where the map is drawn, not where it is compared")
 
 
 @dataclass(frozen=True)

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+import reprlib
+from collections.abc import Callable, Mapping, Set
 from dataclasses import MISSING, field, fields
 from enum import Enum
+from itertools import islice
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from glshadow.errors import SettingsError
+from glshadow.errors import GlshadowError, SettingsError
+
+Numbers = NDArray[Any]
+Floats = NDArray[np.float64]
 
 Rule = Callable[[str, Any], Any]
 """(name, value as given) -> value as it is kept; a SettingsError that names the setting, what it may be and what it was."""
@@ -39,18 +45,31 @@ def setting(rule: Rule, default: Any = MISSING, *, factory: Any = MISSING, help:
 class Settings:
     """Base of frozen dataclasses whose fields are checked, and normalised, when they are built."""
 
+    refusal: ClassVar[type[GlshadowError]] = SettingsError  # what an heir raises
+
     def __post_init__(self) -> None:
         for each in fields(self):  # type: ignore[arg-type]  # every heir is a dataclass
             rule = each.metadata.get("rule")
-            if rule is not None:
+            if rule is None:
+                continue
+            try:
                 kept = rule(f"{type(self).__name__} {each.name}", getattr(self, each.name))
-                object.__setattr__(self, each.name, kept)
+            except SettingsError as error:
+                if issubclass(SettingsError, self.refusal):
+                    raise
+                raise self.refusal(str(error)) from None
+            object.__setattr__(self, each.name, kept)
+
+
+_short = reprlib.Repr()
+_short.maxlist = _short.maxtuple = _short.maxarray = _short.maxset = _short.maxfrozenset = _short.maxdict = 8
+_short.maxstring = _short.maxother = _short.maxlong = _LONGEST
 
 
 def shown(value: Any) -> str:
     """A value for a message: its repr on one line, cut where it is long, its type where it has none."""
     try:
-        text = " ".join(repr(value).split())
+        text = " ".join(_short.repr(value).split())
     except Exception:  # a foreign object's own fault must not hide ours
         text = f"<{type(value).__name__}>"
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
@@ -65,12 +84,8 @@ def number(
     least: float = -math.inf, most: float = math.inf, *, unit: str = "", above: bool = False, below: bool = False
 ) -> Rule:
     """A finite real number in [least, most]; above, below: the end itself is excluded."""
-    span = ""
-    if least > -math.inf or most < math.inf:
-        left = "(" if above or least == -math.inf else "["
-        right = ")" if below or most == math.inf else "]"
-        span = f" in {left}{least:g}, {most:g}{right}"
-    allowed = f"a finite number{span}{' ' + unit if unit else ''}"
+    span = _span(least, most, above, below)
+    allowed = f"a finite number{' in ' + span if span else ''}{' ' + unit if unit else ''}"
 
     def rule(name: str, value: Any) -> float:
         kept = as_float(value)
@@ -80,6 +95,15 @@ def number(
         return kept
 
     return rule
+
+
+def _span(least: float, most: float, above: bool = False, below: bool = False) -> str:
+    """`[0, inf)`; empty where every number is inside."""
+    if least == -math.inf and most == math.inf:
+        return ""
+    left = "(" if above or least == -math.inf else "["
+    right = ")" if below or most == math.inf else "]"
+    return f"{left}{least:g}, {most:g}{right}"
 
 
 def as_float(value: Any) -> float:
@@ -95,7 +119,7 @@ def as_float(value: Any) -> float:
         return math.nan
     try:
         return float(value)
-    except (OverflowError, ValueError):
+    except Exception:  # beyond float64, or a foreign number's own fault
         return math.nan
 
 
@@ -126,47 +150,91 @@ def whole(least: int, most: int, *, unit: str = "") -> Rule:
 
 def one_of(*values: Any) -> Rule:
     """One of some integers or strings."""
-    allowed = f"one of {', '.join(map(str, values))}"
+    allowed = f"one of {', '.join(map(repr, values))}"
+    kinds = {type(each) for each in values}
 
     def rule(name: str, value: Any) -> Any:
-        if isinstance(value, Integral) and not isinstance(value, bool):
-            value = int(value)
-        kinds = {type(each) for each in values}
-        if type(value) not in kinds or value not in values:
+        number = as_int(value)
+        kept = (
+            str.__str__(value) if isinstance(value, str) else value if number is None else number
+        )  # of numpy's, Python's
+        if type(kept) not in kinds or kept not in values:
             raise refuse(name, allowed, value)
-        return value
+        return kept
 
     return rule
 
 
 def vector(size: int = 3, least: float = -math.inf, most: float = math.inf) -> Rule:
     """So many finite real numbers, each in [least, most], as a tuple of floats."""
-    span = "" if least == -math.inf and most == math.inf else f" from {least:g} to {most:g}"
-    allowed = f"{size} finite numbers{span}"
+    span = _span(least, most)
+    allowed = f"{size} finite numbers{', each in ' + span if span else ''}"
 
     def rule(name: str, value: Any) -> tuple[float, ...]:
-        kept = as_floats(value)
-        if kept is None or kept.shape != (size,) or not ((kept >= least) & (kept <= most) & np.isfinite(kept)).all():
+        kept = as_floats(value, (size,))
+        if kept is None or not ((kept >= least) & (kept <= most) & np.isfinite(kept)).all():
             raise refuse(name, allowed, value)
         return tuple(kept.tolist())
 
     return rule
 
 
-def as_floats(value: Any) -> np.ndarray[Any, np.dtype[np.float64]] | None:
-    """A sequence or array of real numbers as float64 of its shape; None for everything else (masked, complex, text, iterators)."""
-    if np.ma.isMaskedArray(value) or isinstance(value, str | bytes | dict | set | frozenset):
+def numbers_in(value: Any) -> Numbers | None:
+    """A sequence or array of real numbers as an array; None for everything else (masked, complex, text, iterators)."""
+    if np.ma.isMaskedArray(value) or isinstance(value, str | bytes | bytearray | dict | set | frozenset):
         return None
     try:
         array = np.asarray(value)
         if array.dtype.kind == "O":  # huge integers, None, ragged rows
             array = np.array([as_float(each) for each in array.ravel()], dtype=np.float64).reshape(array.shape)
-        if array.dtype.kind not in "iuf":
-            return None
-        with np.errstate(all="ignore"):
-            return array.astype(np.float64)
+    except MemoryError:
+        raise
     except Exception:  # whatever numpy or a foreign __array__ raises: it is no array of numbers
         return None
+    return array if array.dtype.kind in "iuf" else None
+
+
+def as_floats(value: Any, shape: tuple[int | None, ...] | None = None) -> Floats | None:
+    """The same as float64, a copy; also None where it is not of the shape (None: any length)."""
+    array = numbers_in(value)
+    if array is None or (shape is not None and not fits(array, shape)):
+        return None
+    with np.errstate(all="ignore"):
+        return array.astype(np.float64)
+
+
+def fits(array: Numbers, shape: tuple[int | None, ...]) -> bool:
+    """Whether an array has a shape; None: any length."""
+    return array.ndim == len(shape) and all(b is None or a == b for a, b in zip(array.shape, shape, strict=True))
+
+
+def several(rule: Rule, what: str, most: int = 1 << 16) -> Rule:
+    """A tuple of what a sequence or iterator yields, each checked by `rule`; what they are is said as `what`."""
+    allowed = f"a sequence of {what}"
+
+    def all_of(name: str, value: Any) -> tuple[Any, ...]:
+        if isinstance(value, str | bytes | bytearray | Mapping | Set):  # iterable, but no sequence of anything
+            raise refuse(name, allowed, value)
+        try:
+            items = tuple(islice(iter(value), most + 1))
+        except Exception as error:
+            raise refuse(name, allowed, value) from error
+        if len(items) > most:
+            raise SettingsError(f"{name} must be at most {most} of {what}")
+        return tuple(rule(f"{name}[{place}]", item) for place, item in enumerate(items))
+
+    return all_of
+
+
+def text() -> Rule:
+    """A string."""
+
+    def rule(name: str, value: Any) -> str:
+        if not isinstance(value, str):
+            raise refuse(name, "a string", value)
+        return str.__str__(value)  # a subclass may say something else
+
+    return rule
 
 
 def instance(*kinds: type) -> Rule:

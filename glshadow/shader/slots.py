@@ -13,7 +13,7 @@ Compare = Literal["metric", "depth_taps", "depth_gather", "depth_gather_raw"]
 
 _PROJECTIONS = {"directional": "orthographic", "spot": "perspective", "point": "cube"}
 _METRIC_DEPTHS = {"directional": "affine", "spot": "linear", "point": "radial"}
-_MOVES = {ConstantBias: "constant", NormalOffsetBias: "normal_offset"}
+_MOVES: dict[type, str] = {ConstantBias: "constant", NormalOffsetBias: "normal_offset"}
 
 
 BLOCKS = {4: (2, 2), 8: (4, 2), 16: (4, 4)}
