@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 
-from glshadow.core.setting import Settings, instance, number, optional, setting, vector
+from glshadow.core.setting import Settings, instance, number, optional, setting, several, vector
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import FARTHEST, NEAREST, Array, direction
 from glshadow.errors import SettingsError
@@ -118,6 +119,9 @@ class PointLight(_LocalLight):
 
 
 Light = DirectionalLight | SpotLight | PointLight
+
+LIGHTS = several(instance(*get_args(Light)), "DirectionalLight, SpotLight or PointLight")
+"""The rule of an argument that is several lights."""
 
 
 def to_light(light: Light, points: Array) -> tuple[Array, Array]:

@@ -47,13 +47,18 @@ class Settings:
 
     refusal: ClassVar[type[GlshadowError]] = SettingsError  # what an heir raises
 
+    @property
+    def label(self) -> str:
+        """What messages call it."""
+        return type(self).__name__
+
     def __post_init__(self) -> None:
         for each in fields(self):  # type: ignore[arg-type]  # every heir is a dataclass
             rule = each.metadata.get("rule")
             if rule is None:
                 continue
             try:
-                kept = rule(f"{type(self).__name__} {each.name}", getattr(self, each.name))
+                kept = rule(f"{self.label} {each.name}", getattr(self, each.name))
             except SettingsError as error:
                 if issubclass(SettingsError, self.refusal):
                     raise
