@@ -8,9 +8,9 @@ import reprlib
 from collections.abc import Callable, Mapping, Set
 from dataclasses import MISSING, field, fields
 from enum import Enum
-from itertools import islice
 from numbers import Integral, Real
 from pathlib import Path
+from types import EllipsisType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,11 +20,14 @@ from glshadow.errors import GlshadowError, SettingsError
 
 Numbers = NDArray[Any]
 Floats = NDArray[np.float64]
+Shape = tuple[int | EllipsisType | None, ...]
+"""Lengths; None: any; ... in front: any more dimensions."""
 
 Rule = Callable[[str, Any], Any]
 """(name, value as given) -> value as it is kept; a SettingsError that names the setting, what it may be and what it was."""
 
 _LONGEST = 120  # characters of a value in a message
+_LONGEST_NAME, _LONGEST_PATH = 255, 4095  # bytes that file systems allow
 
 
 def setting(rule: Rule, default: Any = MISSING, *, factory: Any = MISSING, help: str = "") -> Any:
@@ -186,9 +189,11 @@ def vector(size: int = 3, least: float = -math.inf, most: float = math.inf) -> R
 
 def numbers_in(value: Any) -> Numbers | None:
     """A sequence or array of real numbers as an array; None for everything else (masked, complex, text, iterators)."""
-    if np.ma.isMaskedArray(value) or isinstance(value, str | bytes | bytearray | dict | set | frozenset):
+    if isinstance(value, str | bytes | bytearray | memoryview | dict | set | frozenset):
         return None
     try:
+        if _masked(value):
+            return None
         array = np.asarray(value)
         if array.dtype.kind == "O":  # huge integers, None, ragged rows
             array = np.array([as_float(each) for each in array.ravel()], dtype=np.float64).reshape(array.shape)
@@ -199,17 +204,26 @@ def numbers_in(value: Any) -> Numbers | None:
     return array if array.dtype.kind in "iuf" else None
 
 
-def as_floats(value: Any, shape: tuple[int | None, ...] | None = None) -> Floats | None:
-    """The same as float64, a copy; also None where it is not of the shape (None: any length)."""
+def _masked(value: Any) -> bool:
+    """Whether anything in it is masked: numpy would drop the mask, or warn."""
+    if isinstance(value, list | tuple):
+        return any(map(_masked, value))
+    return isinstance(value, np.ma.MaskedArray)
+
+
+def as_floats(value: Any, shape: Shape = (...,)) -> Floats | None:
+    """The same as float64, a copy; also None where it is not of the shape."""
     array = numbers_in(value)
-    if array is None or (shape is not None and not fits(array, shape)):
+    if array is None or not fits(array, shape):
         return None
     with np.errstate(all="ignore"):
         return array.astype(np.float64)
 
 
-def fits(array: Numbers, shape: tuple[int | None, ...]) -> bool:
-    """Whether an array has a shape; None: any length."""
+def fits(array: Numbers, shape: Shape) -> bool:
+    """Whether an array has a shape."""
+    if shape[0] is ...:
+        return array.shape[-len(shape) + 1 :] == shape[1:]
     return array.ndim == len(shape) and all(b is None or a == b for a, b in zip(array.shape, shape, strict=True))
 
 
@@ -220,13 +234,16 @@ def several(rule: Rule, what: str, most: int = 1 << 16) -> Rule:
     def all_of(name: str, value: Any) -> tuple[Any, ...]:
         if isinstance(value, str | bytes | bytearray | Mapping | Set):  # iterable, but no sequence of anything
             raise refuse(name, allowed, value)
+        kept: list[Any] = []
         try:
-            items = tuple(islice(iter(value), most + 1))
-        except Exception as error:
-            raise refuse(name, allowed, value) from error
-        if len(items) > most:
-            raise SettingsError(f"{name} must be at most {most} of {what}")
-        return tuple(rule(f"{name}[{place}]", item) for place, item in enumerate(items))
+            items = iter(value)
+        except Exception:  # a foreign __iter__, or none
+            raise refuse(name, allowed, value) from None
+        for item in items:
+            if len(kept) == most:
+                raise SettingsError(f"{name} must be at most {most} of {what}")
+            kept.append(rule(f"{name}[{len(kept)}]", item))
+        return tuple(kept)
 
     return all_of
 
@@ -266,12 +283,16 @@ def as_path(name: str, value: str | os.PathLike[str]) -> Path:
         For everything else, bytes too, and for a text that no file can have as its name.
     """
     try:
-        text = os.fspath(value)
-    except Exception:  # whatever a foreign __fspath__ raises: it is no path
+        given = os.fspath(value)
+        path = str.__str__(given)
+        parts = os.fsencode(path).split(os.fsencode(os.sep))
+    except Exception:  # whatever a foreign __fspath__ raises, bytes, and lone surrogates
         raise refuse(name, "a path (str or os.PathLike)", value) from None
-    if not isinstance(text, str) or not text or "\0" in text:
-        raise refuse(name, "a path (str or os.PathLike), not empty and without NUL", value)
-    return Path(text)
+    if not path or "\0" in path or max(map(len, parts)) > _LONGEST_NAME or len(path) > _LONGEST_PATH:
+        raise refuse(
+            name, f"a path without NUL, its names from 1 to {_LONGEST_NAME} bytes long, {_LONGEST_PATH} in all", value
+        )
+    return Path(path)
 
 
 def flag() -> Rule:

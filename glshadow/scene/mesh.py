@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -18,6 +17,7 @@ from glshadow.core.setting import (
     Numbers,
     Settings,
     as_floats,
+    fits,
     flag,
     instance,
     number,
@@ -31,7 +31,7 @@ from glshadow.core.setting import (
     vector,
 )
 from glshadow.core.spaces import Array
-from glshadow.errors import GlshadowWarning, SceneError, SettingsError
+from glshadow.errors import SceneError, SettingsError
 from glshadow.scene.box import box_corners, check_place, default_camera, default_sun
 from glshadow.scene.closed import is_closed
 
@@ -115,11 +115,12 @@ class Mesh:
     def __post_init__(self) -> None:
         if not isinstance(self.material, Material):
             raise SceneError(f"Mesh material must be a Material, got {shown(self.material)}")
-        positions, given = _floats("positions", self.positions, np.float64), _array("triangles", self.triangles)
-        if positions.ndim != 2 or positions.shape[1] != 3 or given.ndim != 2 or given.shape[1] != 3:
+        points, given = _array("positions", self.positions), _array("triangles", self.triangles)
+        if not (fits(points, (None, 3)) and fits(given, (None, 3))):
             raise SceneError(
-                f"a mesh needs positions (V, 3) and triangles (T, 3), got shapes {positions.shape} and {given.shape}"
+                f"a mesh needs positions (V, 3) and triangles (T, 3), got shapes {points.shape} and {given.shape}"
             )
+        positions = _floats(points, np.float64)
         if given.dtype.kind == "f" and not (given == np.floor(given)).all():
             raise SceneError("Mesh triangles must be whole numbers: the places of vertices in positions")
         if given.size and (given.min() < 0 or given.max() >= len(positions)):
@@ -143,9 +144,10 @@ class Mesh:
             value = getattr(self, name)
             if value is None:
                 continue
-            array = _floats(name, value, np.float32)
-            if array.shape != (len(positions), columns):
-                raise SceneError(f"{name} must have shape ({len(positions)}, {columns}), got {array.shape}")
+            given = _array(name, value)
+            if given.shape != (len(positions), columns):
+                raise SceneError(f"{name} must have shape ({len(positions)}, {columns}), got {given.shape}")
+            array = _floats(given, np.float32)
             if not np.isfinite(array).all():
                 bad = int((~np.isfinite(array).all(axis=1)).sum())
                 raise SceneError(f"{bad} of {len(array)} {name} are not finite numbers that float32 holds")
@@ -179,9 +181,9 @@ def _array(name: str, value: Any) -> Numbers:
     return array
 
 
-def _floats(name: str, value: Any, dtype: type[F]) -> NDArray[F]:
+def _floats(array: Numbers, dtype: type[F]) -> NDArray[F]:
     with np.errstate(all="ignore"):  # what is beyond float32 becomes infinite
-        return np.ascontiguousarray(_array(name, value), dtype=dtype)
+        return np.ascontiguousarray(array, dtype=dtype)
 
 
 def _affine(name: str, value: Any) -> Array:
@@ -317,8 +319,3 @@ def _lowest(node: Node) -> float:
     row = node.world_from_mesh[1]
     used = node.mesh.positions[np.unique(node.mesh.triangles)]
     return float((used @ row[:3]).min() + row[3])
-
-
-def warn(message: str) -> None:
-    """A GlshadowWarning attributed to the caller's caller."""
-    warnings.warn(message, GlshadowWarning, stacklevel=3)
