@@ -6,15 +6,53 @@ Exception
     ├── ResourceError           the driver ran out of memory for a map, an image or a mesh
     ├── SceneError              the model, mesh or file cannot be rendered as it is
     ├── SettingsError           a setting is out of range or two settings cannot work together (also a ValueError)
+    │   └── MissingOutput       a frame was rendered without the output that is asked of it (also an AttributeError)
     ├── ShaderError             a GLSL snippet is missing, cyclic or does not compile
     └── ReferenceUnavailable    the ray-traced reference needs an extra that is not installed
 UserWarning
 └── GlshadowWarning             rendered, but not all that was given could be honoured
 """
 
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+_LONGEST = 2000  # characters of a message
+
+
+def printable(text: str, keep: str = "") -> str:
+    """Text that may come from a file, as it may be shown: what is no visible character is escaped as in a Python string.
+
+    That is what `str.isprintable` refuses: control characters, which drive terminals; marks of writing direction and of zero width,
+    which make text look like another; separators of lines; lone surrogates, which cannot be written at all.
+
+    Parameters
+    ----------
+    keep : str
+        Characters that stay.
+    """
+    if text.isprintable():
+        return text
+    return "".join(each if each.isprintable() or each in keep else repr(each)[1:-1] for each in text)
+
+
+def _said(value: object, lines: bool) -> object:
+    """An argument of an error or a warning: of a text, its printable form, its middle left out where it is very long."""
+    if not isinstance(value, str):
+        return value
+    if len(value) > _LONGEST:
+        value = f"{value[: _LONGEST // 2]} ... {value[-_LONGEST // 2 :]}"
+    return printable(value, keep="\n\t") if lines else printable(" ".join(value.split()))
+
 
 class GlshadowError(Exception):
-    """Base of all errors that glshadow raises on purpose."""
+    """Base of all errors that glshadow raises on purpose. Its message holds nothing that drives a terminal."""
+
+    def __init__(self, *args: object) -> None:
+        super().__init__(*(_said(each, lines=True) for each in args))
 
 
 class ContextError(GlshadowError):
@@ -26,11 +64,18 @@ class ResourceError(GlshadowError):
 
 
 class SceneError(GlshadowError):
-    """A model, mesh or file cannot be rendered as it is."""
+    """A model, mesh or file cannot be rendered as it is. Its message is one line."""
+
+    def __init__(self, *args: object) -> None:
+        super().__init__(*(_said(each, lines=False) for each in args))
 
 
 class SettingsError(GlshadowError, ValueError):
     """A setting is out of its range, or two settings cannot work together."""
+
+
+class MissingOutput(SettingsError, AttributeError):
+    """A frame was rendered without the output that is asked of it; an AttributeError too, so that `hasattr` answers."""
 
 
 class ShaderError(GlshadowError):
@@ -42,4 +87,29 @@ class ReferenceUnavailable(GlshadowError):
 
 
 class GlshadowWarning(UserWarning):
-    """A picture was made, but something that was given could not be honoured."""
+    """A picture was made, but something that was given could not be honoured. Its message is one printable line."""
+
+    def __init__(self, *args: object) -> None:
+        super().__init__(*(_said(each, lines=False) for each in args))
+
+
+_listener: ContextVar[Callable[[str], None] | None] = ContextVar("glshadow_listener", default=None)
+
+
+def warn(message: str, stacklevel: int = 3) -> None:
+    """A GlshadowWarning attributed to the caller's caller, or whoever is `stacklevel` calls up; to the listener if there is one."""
+    listener = _listener.get()
+    if listener is None:
+        warnings.warn(message, GlshadowWarning, stacklevel=stacklevel)
+    else:
+        listener(str(GlshadowWarning(message)))
+
+
+@contextmanager
+def listening(listener: Callable[[str], None]) -> Iterator[None]:
+    """GlshadowWarnings of this thread go to a function meanwhile. (`warnings.catch_warnings` would change all threads.)"""
+    token = _listener.set(listener)
+    try:
+        yield
+    finally:
+        _listener.reset(token)

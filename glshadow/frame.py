@@ -5,47 +5,39 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import Light
+from glshadow.core.setting import as_path
 from glshadow.core.used import Used
-from glshadow.errors import SettingsError
+from glshadow.errors import MissingOutput
 from glshadow.scene.mesh import Scene
+
+D = TypeVar("D", bound=np.generic)
 
 OUTPUTS = ("image", "visibility", "linear", "depth", "depth_metric", "triangle", "shadow_maps", "timings")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Frame:
-    """One rendered picture and what is known about it. Row 0 is the top. Outputs that were not asked for are None.
+    """One rendered picture and what is known about it. Row 0 is the top.
+
+    Each output is a property; one that was not asked for raises `MissingOutput`, which says how to ask for it.
 
     Parameters
     ----------
-    image : (H, W, 3) uint8
-        sRGB.
-    visibility : (lights, H, W) float32
-        1 = lit, 0 = occluded or N.L <= 0, NaN where there is no surface. Cone and range are intensity, not visibility.
-    linear : (H, W, 3) float32
-        Linear light before it is clamped and encoded; the background is `background`, decoded.
-    depth : (H, W) float32
-        Distance along the camera's view, infinite where there is no surface.
-    depth_metric : (H, W) float32
-        The camera's own depth as (s z + min_z) / (min_z + max_z), 1 where there is no surface.
-    triangle : (H, W) int32
-        Number of the drawn triangle, counted over the scene's nodes in their order as in `Truth.triangle`; -1: no surface.
-    shadow_maps : tuple of (V, R, R) float32
-        Per light its views as they are stored (window depth, or metric), row 0 at v = 1.
-    timings : mapping
-        Seconds of wall clock per pass.
-    used : tuple of Used
-        Per light.
     scene, camera, lights, size
         What was rendered.
     near, far : float
         Depth range of the camera.
+    used : tuple of Used
+        Per light.
+    outputs : mapping
+        Name -> output, of those that were asked for: `"depth" in frame.outputs`.
     """
 
     scene: Scene
@@ -55,14 +47,65 @@ class Frame:
     near: float
     far: float
     used: tuple[Used, ...]
-    image: NDArray[np.uint8] | None = None
-    visibility: NDArray[np.float32] | None = None
-    linear: NDArray[np.float32] | None = None
-    depth: NDArray[np.float32] | None = None
-    depth_metric: NDArray[np.float32] | None = None
-    triangle: NDArray[np.int32] | None = None
-    shadow_maps: tuple[NDArray[np.float32], ...] | None = None
-    timings: Mapping[str, float] | None = None
+    outputs: Mapping[str, Any]
+
+    @property
+    def image(self) -> NDArray[np.uint8]:
+        """(H, W, 3) sRGB."""
+        return self._array("image", np.uint8)
+
+    @property
+    def visibility(self) -> NDArray[np.float32]:
+        """(lights, H, W): 1 = lit, 0 = occluded or N.L <= 0, NaN where there is no surface. Cone and range are intensity."""
+        return self._array("visibility", np.float32)
+
+    @property
+    def linear(self) -> NDArray[np.float32]:
+        """(H, W, 3) light before it is clamped and encoded; the background is `background`, decoded."""
+        return self._array("linear", np.float32)
+
+    @property
+    def depth(self) -> NDArray[np.float32]:
+        """(H, W) distance along the camera's view, infinite where there is no surface."""
+        return self._array("depth", np.float32)
+
+    @property
+    def depth_metric(self) -> NDArray[np.float32]:
+        """(H, W) the camera's own depth as (s z + min_z) / (min_z + max_z), 1 where there is no surface."""
+        return self._array("depth_metric", np.float32)
+
+    @property
+    def triangle(self) -> NDArray[np.int32]:
+        """(H, W) number of the drawn triangle, over the scene's nodes in their order as in `Truth.triangle`; -1: no surface."""
+        return self._array("triangle", np.int32)
+
+    @property
+    def shadow_maps(self) -> tuple[NDArray[np.float32], ...]:
+        """Per light its views (V, R, R) as they are stored (window depth, or metric), row 0 at v = 1."""
+        maps: tuple[NDArray[np.float32], ...] = self._output("shadow_maps")
+        return maps
+
+    @property
+    def timings(self) -> Mapping[str, float]:
+        """Seconds of wall clock per pass."""
+        seconds: Mapping[str, float] = self._output("timings")
+        return seconds
+
+    def _array(self, name: str, dtype: type[D]) -> NDArray[D]:
+        return np.asarray(self._output(name), dtype=dtype)  # which it has: the array itself
+
+    def _output(self, name: str) -> Any:
+        try:
+            return self.outputs[name]
+        except KeyError:
+            wanted = ", ".join(f'"{each}"' for each in OUTPUTS if each in self.outputs or each == name)
+            raise MissingOutput(f'this frame has no "{name}": render it with outputs=({wanted})') from None
+
+    def __repr__(self) -> str:
+        lights = f"{len(self.lights)} light{'' if len(self.lights) == 1 else 's'}"
+        return (
+            f"Frame({self.scene.name!r}, {self.size[0]} x {self.size[1]}, {lights}, outputs {', '.join(self.outputs)})"
+        )
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the picture: .png .jpg .tif the image; .exr all float outputs as named channels.
@@ -71,39 +114,31 @@ class Frame:
         ------
         SettingsError
             For another ending, or if the output that the format needs was not rendered.
+        GlshadowError
+            If the file cannot be written.
         """
         from glshadow import image
 
-        name = str(path)
-        if name.lower().endswith(".exr"):
-            image.write(name, self._channels())
-            return
-        if self.image is None:
-            raise SettingsError(f'cannot save {name}: the frame was rendered without the output "image"')
-        image.write(name, self.image)
+        path = as_path("path", path)
+        image.write(path, self._channels() if path.suffix.lower() == ".exr" else self.image)
 
     def _channels(self) -> dict[str, NDArray[np.float32]]:
         channels: dict[str, NDArray[np.float32]] = {}
-        if self.linear is not None:
+        if "linear" in self.outputs:
             channels["linear"] = self.linear
-        elif self.image is not None:
+        elif "image" in self.outputs:
             channels["linear"] = decoded(self.image)
-        for i in range(0 if self.visibility is None else len(self.visibility)):
-            assert self.visibility is not None
-            channels[f"visibility.{i}"] = self.visibility[i]
-        for name in ("depth", "depth_metric"):
-            value = getattr(self, name)
-            if value is not None:
-                channels[name] = value
-        return channels
+        if "visibility" in self.outputs:
+            channels |= {f"visibility.{i}": plane for i, plane in enumerate(self.visibility)}
+        return channels | {name: self.outputs[name] for name in ("depth", "depth_metric") if name in self.outputs}
 
     def _repr_png_(self) -> bytes | None:
         """The picture in a notebook; without one, the visibility of every light, one below the other."""
         from glshadow.inline import png, visibility_picture
 
-        if self.image is not None:
+        if "image" in self.outputs:
             return png(self.image)
-        if self.visibility is None or len(self.visibility) == 0:
+        if "visibility" not in self.outputs or len(self.visibility) == 0:
             return None
         return png(np.concatenate([visibility_picture(one) for one in self.visibility]))
 

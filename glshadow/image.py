@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.errors import GlshadowError, SceneError, SettingsError
+from glshadow.core.setting import as_path
+from glshadow.errors import SceneError, SettingsError
+from glshadow.files import replacing, temporary
 
 Pixels = NDArray[Any]
 
@@ -46,12 +47,14 @@ def read(source: str | os.PathLike[str] | bytes) -> NDArray[np.uint8]:
     ------
     SceneError
         If it is not a readable image, or larger than 2^28 pixels.
+    SettingsError
+        If it is neither a path nor bytes.
     """
-    if not isinstance(source, (bytes, bytearray, memoryview)):
-        return _read_file(Path(source), str(source))
+    if not isinstance(source, bytes | bytearray | memoryview):
+        path = as_path("image", source)
+        return _read_file(path, str(path))
     suffix = next((known for magic, known in MAGIC if bytes(source[: len(magic)]) == magic), ".img")
-    with tempfile.TemporaryDirectory(prefix="glshadow-") as folder:  # OpenImageIO's Python module reads only from files
-        path = Path(folder) / f"image{suffix}"
+    with temporary(suffix) as path:  # OpenImageIO's Python module reads only from files
         path.write_bytes(source)
         return _read_file(path, f"an embedded image of {len(source)} bytes")
 
@@ -111,7 +114,7 @@ def write(path: str | os.PathLike[str], image: Pixels | Mapping[str, Pixels]) ->
     GlshadowError
         If the file cannot be written.
     """
-    path = Path(path)
+    path = as_path("path", path)
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise SettingsError(
@@ -159,22 +162,10 @@ def _channels(path: Path, image: Pixels | Mapping[str, Pixels]) -> tuple[list[st
 
 def _replace(path: Path, suffix: str, names: list[str], pixels: Pixels) -> None:
     """Write beside `path`, then rename: a reader, or Ctrl-C, never meets half a file."""
-    try:
-        handle, name = tempfile.mkstemp(prefix=".glshadow-", suffix=suffix, dir=path.parent)
-    except OSError as error:
-        raise GlshadowError(f"{path} cannot be written: {error.strerror or error}") from error
-    os.close(handle)
-    part = Path(name)
-    try:
+    with replacing(path) as part:
         if not _utf8(part):
             raise OSError("the name of its folder is not UTF-8; write elsewhere and move it")
         _write_file(part, suffix, names, pixels)
-        part.chmod(0o666 & ~_umask())
-        part.replace(path)
-    except OSError as error:
-        raise GlshadowError(f"{path} cannot be written: {error.strerror or error}") from error
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _utf8(path: Path) -> bool:
@@ -184,12 +175,6 @@ def _utf8(path: Path) -> bool:
     except UnicodeEncodeError:
         return False
     return True
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def _jpeg(pixels: NDArray[np.uint8]) -> bytes:

@@ -9,6 +9,8 @@ from html import escape
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from glshadow.errors import printable
+
 NOTEBOOK_LEVEL, PAGE_LEVEL = 1, 9  # of zlib: a cell wants its picture now, a page is written once and kept
 JPEG_QUALITY = 88
 SKY = (222, 232, 242)  # where there is no surface
@@ -38,18 +40,23 @@ def address(data: bytes) -> str:
     return f"data:image/{kind};base64,{base64.b64encode(data).decode()}"
 
 
+def words(text: str) -> str:
+    """Text as HTML shows it, whatever is in it."""
+    return escape(printable(text))
+
+
 def figure(image: NDArray[np.uint8], caption: str) -> str:
     """An HTML figure of an image (H, W, 3) with its caption, for a notebook's cell."""
     return (
-        f'<figure style="margin:0 0 .8em"><img src="{address(png(image))}" alt="{escape(caption)}" '
-        f'style="max-width:100%"><figcaption>{escape(caption)}</figcaption></figure>'
+        f'<figure style="margin:0 0 .8em"><img src="{address(png(image))}" alt="{words(caption)}" '
+        f'style="max-width:100%"><figcaption>{words(caption)}</figcaption></figure>'
     )
 
 
 def table(head: list[str], rows: list[list[str]]) -> str:
     """An HTML table of words and numbers, for a notebook's cell."""
-    cells = "".join(f"<th>{escape(word)}</th>" for word in head)
-    body = "".join("<tr>" + "".join(f"<td>{escape(word)}</td>" for word in row) + "</tr>" for row in rows)
+    cells = "".join(f"<th>{words(word)}</th>" for word in head)
+    body = "".join("<tr>" + "".join(f"<td>{words(word)}</td>" for word in row) + "</tr>" for row in rows)
     return f"<table><thead><tr>{cells}</tr></thead><tbody>{body}</tbody></table>"
 
 

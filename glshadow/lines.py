@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from glshadow.core.spaces import Array, transform
-from glshadow.errors import SettingsError
 
 if TYPE_CHECKING:
     from glshadow.frame import Frame
@@ -31,15 +30,13 @@ class Canvas:
     """
 
     def __init__(self, frame: Frame) -> None:
-        if frame.image is None:
-            raise SettingsError('overlays are drawn on the picture: render with the output "image"')
         self.pixels = frame.image.astype(np.float32)
         self.width, self.height = frame.size
         self.unit = max(0.5, min(self.width, self.height) / 720.0)  # so that a line looks alike in a large picture
         self._view = frame.camera.view_from_world
         self._window = frame.camera.window(frame.size)
         self._near = frame.camera.near or NEAREST * frame.near
-        self._surface = None if frame.depth is None else _farthest_around(frame.depth) * (1.0 + DEPTH_SLACK)
+        self._surface = _farthest_around(frame.depth) * (1.0 + DEPTH_SLACK) if "depth" in frame.outputs else None
 
     @property
     def image(self) -> NDArray[np.uint8]:

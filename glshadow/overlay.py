@@ -9,14 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.lights import DirectionalLight, Light, SpotLight
+from glshadow.core.setting import one_of, refuse, several
 from glshadow.core.spaces import Array, project, view_axes
 from glshadow.core.view import ShadowView
 from glshadow.errors import SettingsError
+from glshadow.frame import Frame
 from glshadow.lines import Canvas, Color
 
 if TYPE_CHECKING:
     from glshadow.core.used import Used
-from glshadow.frame import Frame
 
 OVERLAYS = ("map", "lights", "axes", "grid")
 _NEEDS = {
@@ -82,8 +83,11 @@ def overlay(frame: Frame, names: Sequence[str] = OVERLAYS) -> NDArray[np.uint8]:
     SettingsError
         For unknown names, and outputs that the frame lacks.
     """
+    if not isinstance(frame, Frame):
+        raise refuse("frame", "a glshadow.Frame", frame)
+    names = _checked(names)
     for output in required_outputs(names):
-        if getattr(frame, output) is None:
+        if output not in frame.outputs:
             raise SettingsError(f'these overlays need the output "{output}": render with {required_outputs(names)}')
     canvas = Canvas(frame)
     if "grid" in names:
@@ -103,10 +107,12 @@ def light_color(number: int) -> Color:
     return LIGHT_COLORS[number % len(LIGHT_COLORS)]
 
 
-def _checked(names: Sequence[str]) -> Sequence[str]:
-    if isinstance(names, str) or not set(names) <= set(OVERLAYS):
-        raise SettingsError(f"overlays must be a sequence of {', '.join(OVERLAYS)}, got {names!r}")
-    return names
+def _checked(names: Sequence[str]) -> tuple[str, ...]:
+    try:
+        chosen: tuple[str, ...] = several(one_of(*OVERLAYS), "overlays")("overlays", names)
+    except SettingsError:
+        raise refuse("overlays", f"a sequence of {', '.join(OVERLAYS)}", names) from None
+    return chosen
 
 
 # -- grid and axes
@@ -125,7 +131,6 @@ def round_step(length: float) -> float:
 def floor_height(canvas: Canvas, frame: Frame) -> float:
     """The scene's lowest y; or, if a fifth of what is seen is level within its lowest tenth, that ground's height."""
     low, high = frame.scene.bounds[:, 1]
-    assert frame.depth is not None
     rows, columns = (np.arange(0, n, max(1, n // 180)) for n in frame.depth.shape)
     depth = frame.depth[np.ix_(rows, columns)].astype(np.float64)
     places = np.stack(np.meshgrid(columns + 0.5, rows + 0.5), axis=-1)
@@ -276,7 +281,6 @@ def _cone(frame: Frame, light: SpotLight, used: Used, sides: int = 32) -> Array:
 
 
 def _draw_maps(canvas: Canvas, frame: Frame) -> None:
-    assert frame.shadow_maps is not None
     rows = [number for number, used in enumerate(frame.used) if used.views]
     if not rows:
         return

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import time
 import weakref
 from collections.abc import Iterator, Sequence
@@ -13,9 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
-from glshadow.core.spaces import Array, finite_vector
-from glshadow.errors import GlshadowError, ResourceError, SceneError, SettingsError
+from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.setting import Rule, as_float, one_of, several, shown, vector
+from glshadow.core.spaces import Array
+from glshadow.errors import GlshadowError, ResourceError, SettingsError, warn
 from glshadow.frame import OUTPUTS, Frame
 from glshadow.gl.atlases import Atlases
 from glshadow.gl.camera import Sight, draw_surface, look
@@ -33,7 +35,11 @@ from glshadow.gl.sources.refined import Refined
 from glshadow.gl.sources.source import open_receiver
 from glshadow.gl.targets import CameraTargets, clear_outputs
 from glshadow.gl.work import Work
-from glshadow.scene.mesh import Scene, warn
+from glshadow.scene.arguments import picture_arguments
+from glshadow.scene.mesh import Scene
+
+BRIGHTEST = 1e38  # what float32 holds
+AMBIENT, BACKGROUND = vector(3, 0.0, BRIGHTEST), vector(3, 0.0, 1.0)
 
 
 class Renderer:
@@ -125,9 +131,9 @@ class Renderer:
         size : (2,) ints
             Width and height in pixels.
         ambient : float or (3,) floats
-            Linear light that reaches every surface from everywhere.
+            Linear light that reaches every surface from everywhere; 0 or more.
         background : (3,) floats
-            sRGB, 0..1.
+            sRGB, each from 0 to 1.
         outputs : sequence of str
             What to read back: "image", "visibility", "linear", "depth", "depth_metric", "triangle", "shadow_maps", "timings".
 
@@ -138,9 +144,12 @@ class Renderer:
         """
         if self._context.released:
             raise GlshadowError("this renderer was released: make a new one")
-        camera, lights = _checked(scene, camera, lights, size, outputs)
-        ambient_rgb = finite_vector("ambient", np.broadcast_to(np.asarray(ambient, dtype=np.float64), (3,)))
-        background_rgb = finite_vector("background", background)
+        camera, lights, size = picture_arguments(scene, camera, lights, size)
+        outputs = _checked_outputs(outputs)
+        ambient_rgb, background_rgb = (
+            _rgb(AMBIENT, "ambient", ambient),
+            _rgb(BACKGROUND, "background", background),
+        )
         with self._context.drawing():
             try:
                 return self._frame(scene, camera, lights, size, frozenset(outputs), ambient_rgb, background_rgb)
@@ -163,7 +172,7 @@ class Renderer:
         ambient: Array,
         background: Array,
     ) -> Frame:
-        work = self._work(scene, camera, (int(size[0]), int(size[1])), len(lights), outputs)
+        work = self._work(scene, camera, size, len(lights), outputs)
         clock = _Clock(self._context.ctx, "timings" in outputs)
         sources = [self._source(number, light) for number, light in enumerate(lights)]
         for source, light in zip(sources, lights, strict=True):
@@ -189,8 +198,10 @@ class Renderer:
         sight = work.sight
         if not self._covered.passed:
             warn(_nothing_in_view(scene, sight))
+        if clock.times is not None:
+            results["timings"] = clock.times
         return Frame(scene=scene, camera=camera, lights=lights, size=sight.size, near=sight.near, far=sight.far, used=used,
-                     timings=clock.times, **results)  # fmt: skip
+                     outputs=results)  # fmt: skip
 
     # What is kept from frame to frame
 
@@ -216,29 +227,20 @@ class Renderer:
         return kept
 
 
-def _checked(
-    scene: Scene,
-    camera: PerspectiveCamera | None,
-    lights: Sequence[Light] | None,
-    size: tuple[int, int],
-    outputs: Sequence[str],
-) -> tuple[PerspectiveCamera, tuple[Light, ...]]:
-    if not isinstance(scene, Scene):
-        raise SceneError(f"render needs a glshadow.Scene (see glshadow.load), got {type(scene).__name__}")
-    if camera is not None and not isinstance(camera, PerspectiveCamera):
-        raise SettingsError(f"camera must be a glshadow.PerspectiveCamera or None, got {camera!r}")
-    if isinstance(lights, DirectionalLight | SpotLight | PointLight):
-        lights = (lights,)
-    lights = scene.lights if lights is None else tuple(lights)
-    for light in lights:
-        if not isinstance(light, DirectionalLight | SpotLight | PointLight):
-            raise SettingsError(f"lights must be DirectionalLight, SpotLight or PointLight, got {light!r}")
-    if len(size) != 2 or not all(isinstance(n, int | np.integer) and n >= 1 for n in size):
-        raise SettingsError(f"size must be two positive integers (width, height), got {size!r}")
-    unknown = set(outputs) - set(OUTPUTS)
-    if unknown or not outputs:
-        raise SettingsError(f"outputs must be some of {', '.join(OUTPUTS)}, got {list(outputs)!r}")
-    return scene.camera if camera is None else camera, lights
+def _rgb(rule: Rule, name: str, value: Any) -> Array:
+    """One strength for all three colours, or one each."""
+    one = as_float(value)
+    return np.array(rule(name, value if math.isnan(one) else (one, one, one)))
+
+
+def _checked_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
+    try:
+        names: tuple[str, ...] = several(one_of(*OUTPUTS), "outputs")("outputs", outputs)
+    except SettingsError:
+        names = ()
+    if not names:
+        raise SettingsError(f"outputs must be some of {', '.join(OUTPUTS)}, got {shown(outputs)}")
+    return names
 
 
 class _Clock:

@@ -42,7 +42,6 @@ def triptych(
     -------
     (L H + (L - 1) GAP, 3 W + 2 GAP, 3) uint8
     """
-    assert frame.visibility is not None
     rows = []
     for number, light in enumerate(frame.lights):
         bare = replace(light, shadow=None)
@@ -52,8 +51,6 @@ def triptych(
             ).linear
             for level in (ambient, 0.0)
         )
-        assert whole is not None
-        assert direct is not None
         strength = 0.0 if light.shadow is None else light.shadow.strength
         shaded = []
         for visibility in (truth.visibility[number], frame.visibility[number]):

@@ -71,7 +71,7 @@ def glshadow_rows(stack: ExitStack, scene: gs.Scene, sun: gs.DirectionalLight) -
 
 def floor_row(renderer: gs.Renderer, floor: Floor, scene: gs.Scene, sun: gs.DirectionalLight, rounds: range) -> Row:
     frames = {
-        k: replace(renderer.render(scene, None, [turned(sun, k)], SIZE, outputs=("image",)), image=None) for k in rounds
+        k: replace(renderer.render(scene, None, [turned(sun, k)], SIZE, outputs=("image",)), outputs={}) for k in rounds
     }
     return Row("floor: Lambert + depth pass", lambda k: floor.draw(frames[k]))
 

@@ -34,6 +34,10 @@ def frame():
         return renderer.render(gs.scenes.courtyard(), lights=lights, size=SIZE, outputs=required_outputs(OVERLAYS))
 
 
+def without(frame, name):
+    return replace(frame, outputs={key: value for key, value in frame.outputs.items() if key != name})
+
+
 def changed(frame, *names):
     return (overlay(frame, names) != frame.image).any(axis=-1)
 
@@ -43,7 +47,8 @@ def flat_frame(depth=np.inf, value=0, position=(0.0, 0.0, 5.0), size=(200, 100))
     camera = gs.PerspectiveCamera(position=position, target=(position[0], position[1], position[2] - 1.0), fov_y=60.0)
     return Frame(
         scene=gs.scenes.courtyard(), camera=camera, lights=(), size=size, near=0.1, far=100.0, used=(),
-        image=np.full((size[1], size[0], 3), value, np.uint8), depth=np.full((size[1], size[0]), depth, np.float32),
+        outputs={"image": np.full((size[1], size[0], 3), value, np.uint8),
+                 "depth": np.full((size[1], size[0]), depth, np.float32)},
     )  # fmt: skip
 
 
@@ -62,9 +67,9 @@ def test_refusals(frame):
     with pytest.raises(gs.SettingsError, match="sequence"):
         overlay(frame, "map")
     with pytest.raises(gs.SettingsError, match='"shadow_maps"'):
-        overlay(replace(frame, shadow_maps=None), ["map"])
+        overlay(without(frame, "shadow_maps"), ["map"])
     with pytest.raises(gs.SettingsError, match='"image"'):
-        Canvas(replace(frame, image=None))
+        Canvas(without(frame, "image"))
 
 
 def test_frame_is_left_alone_and_result_repeats(frame):
@@ -128,7 +133,8 @@ def test_axes_stand_at_a_corner_of_the_scene(frame):
 
 
 def test_axes_without_a_corner_in_the_picture_are_in_the_lower_left(frame):
-    near = replace(frame, camera=gs.PerspectiveCamera((0, 3, 0), (0.1, 0, 0)), depth=np.full_like(frame.depth, 3.0))
+    outputs = {**frame.outputs, "depth": np.full_like(frame.depth, 3.0)}
+    near = replace(frame, camera=gs.PerspectiveCamera((0, 3, 0), (0.1, 0, 0)), outputs=outputs)
     where = changed(near, "axes")
     rows, columns = np.nonzero(where)
     assert columns.max() < SIZE[0] / 4

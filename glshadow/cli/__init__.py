@@ -8,18 +8,19 @@ import click
 
 from glshadow import __version__
 from glshadow.cli import doctor, measure, plan, render, study
-from glshadow.cli.running import INTERRUPTED
+from glshadow.cli.running import exit_code, one_line, say, terminable
 
 
 class Group(click.Group):
-    """Ctrl-C ends with 130, wherever it comes."""
+    """Ctrl-C ends with 130, SIGTERM with 143, wherever they come, and both are cleaned up after."""
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
-            return super().invoke(ctx)
-        except KeyboardInterrupt:
-            click.echo("error: interrupted", err=True)
-            raise click.exceptions.Exit(INTERRUPTED) from None
+            with terminable():
+                return super().invoke(ctx)
+        except KeyboardInterrupt as error:
+            say(f"error: {one_line(error)}")
+            raise click.exceptions.Exit(exit_code(error)) from None
 
 
 @click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
@@ -35,7 +36,7 @@ def main() -> None:
     glshadow plan model.glb --wrong 0.1%        the cheapest settings for that error
     glshadow doctor                             what works on this machine
 
-    Exit codes: 0 done, 1 the input cannot be rendered, 2 the command line is wrong, 130 interrupted.
+    Exit codes: 0 done, 1 the input cannot be rendered, 2 the command line is wrong, 130 interrupted, 143 terminated.
     """
 
 

@@ -67,7 +67,7 @@ def _measure(work: Work, wanted: Request) -> None:
         with work.stage("measure", "measuring"):
             from glshadow.measure.error import measure
 
-            error = measure(frame, truth)  # type: ignore[arg-type]  # visibility was asked for
+            error = measure(frame, truth)
         if wanted.output is not None:
             with work.stage("write", f"writing {wanted.output.name}"):
                 from glshadow import image

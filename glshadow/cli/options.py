@@ -235,7 +235,6 @@ def refuse_blank(frame: Frame) -> float:
 
     from glshadow.errors import SceneError
 
-    assert frame.depth is not None
     covered = float(np.isfinite(frame.depth).mean())
     if covered > 0.0:
         return covered

@@ -14,7 +14,7 @@ from glshadow.cli import values
 from glshadow.cli.bar import Bar
 from glshadow.cli.options import Command, Request, common, option, scene_options
 from glshadow.cli.running import FAILED, Work
-from glshadow.errors import SettingsError
+from glshadow.errors import SettingsError, printable
 
 if TYPE_CHECKING:
     from glshadow.core.shadow import Shadow
@@ -121,4 +121,4 @@ def _render_line(ctx: click.Context, shadow: Shadow) -> str:
         else:
             words += [f"{name}={text}" for text in (value if param.multiple else [value])]
     size = ["--resolution", str(shadow.resolution)] if shadow.filter.has_map else []
-    return shlex.join([*words, *size, "--filter", str(shadow.filter)])
+    return printable(shlex.join([*words, *size, "--filter", str(shadow.filter)]))

@@ -90,7 +90,7 @@ def _render(work: Work, wanted: Request, path: Path, overlay: tuple[str, ...]) -
         with work.stage("overlay", "drawing overlays"):
             from glshadow.overlay import overlay as draw
 
-            frame = replace(frame, image=draw(frame, overlay))
+            frame = replace(frame, outputs={**frame.outputs, "image": draw(frame, overlay)})
     with work.stage("write", f"writing {path.name}"):
         frame.save(path)
     facts = scene_facts(scene)
@@ -126,5 +126,5 @@ def _report(frame: Frame, path: Path, scene: Scene, covered: float, info: dict[s
         "covered": covered,
         "lights": [light_facts(light, used) for light, used in zip(frame.lights, frame.used, strict=True)],
         "driver": {name: info[name] for name in ("backend", "renderer", "version")},
-        "timings": {"passes": dict(frame.timings or {})},
+        "timings": {"passes": dict(frame.outputs.get("timings", {}))},
     }  # fmt: skip

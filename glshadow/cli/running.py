@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import sys
 import threading
 import time
 import traceback
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from types import TracebackType
@@ -16,10 +16,32 @@ from typing import Any, Self
 
 import click
 
-from glshadow.errors import GlshadowError, GlshadowWarning
+from glshadow.errors import GlshadowError, listening, printable
 
-FAILED, INTERRUPTED = 1, 130  # 130 = 128 + SIGINT, as a shell reports it
+FAILED, INTERRUPTED, TERMINATED = 1, 130, 143  # 128 + SIGINT, 128 + SIGTERM, as a shell reports them
 DELAY_S = 1.0  # before progress is shown: a quick command prints nothing
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM came."""
+
+
+@contextmanager
+def terminable() -> Iterator[None]:
+    """SIGTERM ends what is inside as Ctrl-C does, so that it is cleaned up; the second one kills."""
+
+    def end(*_: object) -> None:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        raise Terminated
+
+    if threading.current_thread() is not threading.main_thread():  # only that one may set handlers
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 class Progress:
@@ -52,7 +74,7 @@ class Progress:
     def stage(self, text: str) -> None:
         """What is being done from now on."""
         with self._lock:
-            self._text = text
+            self._text = text = printable(text)
             if self._display is not None:
                 self._display.update(self._task, description=text)
 
@@ -60,7 +82,7 @@ class Progress:
         """A line that stays, on standard error."""
         with self._lock:
             if self._display is not None:
-                self._display.console.print(line, markup=False, highlight=False, soft_wrap=True)
+                self._display.console.print(printable(line), markup=False, emoji=False, highlight=False, soft_wrap=True)
                 return
         say(line)
 
@@ -92,24 +114,14 @@ class Work:
 
     def __enter__(self) -> Self:
         self.progress = Progress()
-        self._filters = warnings.catch_warnings()
-        self._filters.__enter__()
-        warnings.simplefilter("always", GlshadowWarning)
-        others = warnings.showwarning
-
-        def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
-            if issubclass(category, GlshadowWarning):
-                self.warn(str(message))
-            else:
-                others(message, category, *place, **more)
-
-        warnings.showwarning = show
+        self._listening = listening(self.warn)
+        self._listening.__enter__()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._filters.__exit__(kind, error, trace)
+        self._listening.__exit__(kind, error, trace)
         self.progress.end()
         if error is None or isinstance(error, click.ClickException | click.exceptions.Exit | SystemExit):
             return
@@ -119,7 +131,7 @@ class Work:
             self._tell(error)
         if isinstance(error, OSError):
             _give_up_output()  # it may be what failed
-        raise click.exceptions.Exit(INTERRUPTED if isinstance(error, KeyboardInterrupt) else FAILED) from None
+        raise click.exceptions.Exit(exit_code(error)) from None
 
     def _tell(self, error: BaseException) -> None:
         message = one_line(error)
@@ -154,10 +166,17 @@ class Work:
             print_json({**report, "timings": {**self.timings, **report.get("timings", {})}, "warnings": self.warnings})
 
 
+def exit_code(error: BaseException) -> int:
+    """What a command ends with."""
+    if isinstance(error, Terminated):
+        return TERMINATED
+    return INTERRUPTED if isinstance(error, KeyboardInterrupt) else FAILED
+
+
 def say(line: str) -> None:
     """A line on standard error, if that can be written."""
     with suppress(OSError):
-        click.echo(line, err=True)
+        click.echo(printable(line), err=True)
 
 
 def _give_up_output() -> None:
@@ -176,7 +195,7 @@ def one_line(error: BaseException) -> str:
     if isinstance(error, GlshadowError):
         return text
     if isinstance(error, KeyboardInterrupt):
-        return "interrupted"
+        return "terminated" if isinstance(error, Terminated) else "interrupted"
     if isinstance(error, OSError) and error.strerror:
         return f"cannot read or write {error.filename or 'the output'}: {error.strerror}"
     if isinstance(error, MemoryError):

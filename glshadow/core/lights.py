@@ -2,73 +2,48 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 
+from glshadow.core.setting import Settings, instance, number, optional, setting, several, vector
 from glshadow.core.shadow import Shadow
-from glshadow.core.spaces import FARTHEST, NEAREST, Array, finite_vector, unit
+from glshadow.core.spaces import FARTHEST, NEAREST, Array, direction
 from glshadow.errors import SettingsError
 
 Triple = tuple[float, float, float]
 
-
-def _set(light: Any, name: str, value: Any) -> None:
-    object.__setattr__(light, name, value)  # the dataclasses are frozen; __post_init__ normalises once
-
-
-def _triple(vector: Array) -> Triple:
-    return (float(vector[0]), float(vector[1]), float(vector[2]))
+NEAR_HELP, FAR_HELP = "near plane of its shadow map, along the light", "far plane of its shadow map, along the light"
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Light:
-    color: Triple = (1.0, 1.0, 1.0)
-    intensity: float = 1.0
-    near: float | None = None
-    far: float | None = None
-    shadow: Shadow | None = field(default_factory=Shadow)
+class _Light(Settings):
+    color: Triple = setting(vector(3, 0.0), (1.0, 1.0, 1.0), help="linear RGB factor")
+    intensity: float = setting(
+        number(0.0), 1.0, help="strength: a white surface facing the light gets color * intensity"
+    )
+    near: float | None = setting(optional(number(-FARTHEST, FARTHEST)), None, help=NEAR_HELP)
+    far: float | None = setting(optional(number(-FARTHEST, FARTHEST)), None, help=FAR_HELP)
+    shadow: Shadow | None = setting(optional(instance(Shadow), "casts nothing"), factory=Shadow, help="of its shadow")
 
     def __post_init__(self) -> None:
-        color = finite_vector("color", self.color)
-        if (color < 0).any():
-            raise SettingsError(f"color must not be negative, got {self.color!r}")
-        _set(self, "color", _triple(color))
-        _check("intensity", self.intensity, 0.0, np.inf)
-        if self.shadow is not None and not isinstance(self.shadow, Shadow):
-            raise SettingsError(f"shadow must be a glshadow.Shadow or None (casts nothing), got {self.shadow!r}")
-        for name, plane in (("near", self.near), ("far", self.far)):
-            if plane is not None and not abs(plane) <= FARTHEST:
-                raise SettingsError(f"{name} must be in [{-FARTHEST:g}, {FARTHEST:g}] or None (derived), got {plane!r}")
+        super().__post_init__()
         if self.near is not None and self.far is not None and not self.near < self.far:
-            raise SettingsError(f"near must be less than far, got near={self.near}, far={self.far}")
-
-
-def _check(name: str, value: float, low: float, high: float, *, open_high: bool = True) -> None:
-    if not (np.isfinite(value) and low <= value and (value < high if open_high else value <= high)):
-        raise SettingsError(f"{name} must be in [{low:g}, {high:g}{')' if open_high else ']'}, got {value!r}")
+            name = type(self).__name__
+            raise SettingsError(f"{name} near must be less than far, got near={self.near}, far={self.far}")
 
 
 @dataclass(frozen=True, kw_only=True)
 class _LocalLight(_Light):
-    position: Triple
-    radius: float = 0.0
-    range: float | None = None
-    falloff: float = 0.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _set(self, "position", _triple(finite_vector("position", self.position, largest=FARTHEST)))
-        _check("radius", self.radius, 0.0, FARTHEST, open_high=False)
-        _check("falloff", self.falloff, 0.0, 8.0, open_high=False)
-        if self.range is not None and not NEAREST <= self.range <= FARTHEST:
-            raise SettingsError(f"range must be in [{NEAREST:g}, {FARTHEST:g}] or None (no end), got {self.range!r}")
-        for name, plane in (("near", self.near), ("far", self.far)):
-            if plane is not None and plane < NEAREST:
-                raise SettingsError(
-                    f"{name} must be positive for a light with a position, {NEAREST:g} or more, got {plane!r}"
-                )
+    position: Triple = setting(vector(3, -FARTHEST, FARTHEST), help="where the light is")
+    near: float | None = setting(optional(number(NEAREST, FARTHEST)), None, help=NEAR_HELP)
+    far: float | None = setting(optional(number(NEAREST, FARTHEST)), None, help=FAR_HELP)
+    radius: float = setting(number(0.0, FARTHEST), 0.0, help="radius of the source, world units; 0 is a point")
+    range: float | None = setting(
+        optional(number(NEAREST, FARTHEST), "no end"), None, help="distance at which the light has faded to nothing"
+    )
+    falloff: float = setting(number(0.0, 8.0), 0.0, help="exponent of the distance: 0 constant, 2 physical")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,13 +64,12 @@ class DirectionalLight(_Light):
         Settings of its shadow; None: it casts nothing and gets no map.
     """
 
-    direction: Triple = (-0.55, -0.8, -0.25)
-    angle: float = 0.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _set(self, "direction", _triple(unit("direction", self.direction)))
-        _check("angle", self.angle, 0.0, 90.0)
+    direction: Triple = setting(direction, (-0.55, -0.8, -0.25), help="the way the light travels")
+    angle: float = setting(
+        number(0.0, 90.0, unit="degrees", below=True),
+        0.0,
+        help="angular diameter of the source, degrees; 0.53 for the sun",
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,18 +94,21 @@ class SpotLight(_LocalLight):
         Depth range of the shadow map, distances from the light; None derives it.
     """
 
-    direction: Triple = (0.0, -1.0, 0.0)
-    inner_angle: float = 20.0
-    outer_angle: float = 30.0
+    direction: Triple = setting(direction, (0.0, -1.0, 0.0), help="the way the light travels")
+    inner_angle: float = setting(
+        number(0.0, 90.0, unit="degrees", below=True), 20.0, help="degrees from the axis up to which it is full"
+    )
+    outer_angle: float = setting(
+        number(0.0, 90.0, unit="degrees", above=True, below=True),
+        30.0,
+        help="degrees from the axis beyond which there is none",
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _set(self, "direction", _triple(unit("direction", self.direction)))
-        _check("outer_angle", self.outer_angle, 0.0, 90.0)
-        _check("inner_angle", self.inner_angle, 0.0, 90.0)
-        if self.outer_angle <= 0.0 or self.inner_angle > self.outer_angle:
+        if self.inner_angle > self.outer_angle:
             raise SettingsError(
-                f"a cone needs 0 <= inner_angle <= outer_angle and outer_angle > 0 (degrees from the axis), "
+                f"SpotLight inner_angle must not be greater than outer_angle (degrees from the axis), "
                 f"got inner_angle={self.inner_angle}, outer_angle={self.outer_angle}"
             )
 
@@ -142,6 +119,9 @@ class PointLight(_LocalLight):
 
 
 Light = DirectionalLight | SpotLight | PointLight
+
+LIGHTS = several(instance(*get_args(Light)), "DirectionalLight, SpotLight or PointLight")
+"""The rule of an argument that is several lights."""
 
 
 def to_light(light: Light, points: Array) -> tuple[Array, Array]:

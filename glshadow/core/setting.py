@@ -3,20 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import os
+import reprlib
+from collections.abc import Callable, Mapping, Set
 from dataclasses import MISSING, field, fields
 from enum import Enum
 from numbers import Integral, Real
-from typing import Any
+from pathlib import Path
+from types import EllipsisType
+from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from glshadow.errors import SettingsError
+from glshadow.errors import GlshadowError, SettingsError
+
+Numbers = NDArray[Any]
+Floats = NDArray[np.float64]
+Shape = tuple[int | EllipsisType | None, ...]
+"""Lengths; None: any; ... in front: any more dimensions."""
 
 Rule = Callable[[str, Any], Any]
 """(name, value as given) -> value as it is kept; a SettingsError that names the setting, what it may be and what it was."""
 
 _LONGEST = 120  # characters of a value in a message
+_LONGEST_NAME, _LONGEST_PATH = 255, 4095  # bytes that file systems allow
 
 
 def setting(rule: Rule, default: Any = MISSING, *, factory: Any = MISSING, help: str = "") -> Any:
@@ -37,18 +48,36 @@ def setting(rule: Rule, default: Any = MISSING, *, factory: Any = MISSING, help:
 class Settings:
     """Base of frozen dataclasses whose fields are checked, and normalised, when they are built."""
 
+    refusal: ClassVar[type[GlshadowError]] = SettingsError  # what an heir raises
+
+    @property
+    def label(self) -> str:
+        """What messages call it."""
+        return type(self).__name__
+
     def __post_init__(self) -> None:
         for each in fields(self):  # type: ignore[arg-type]  # every heir is a dataclass
             rule = each.metadata.get("rule")
-            if rule is not None:
-                kept = rule(f"{type(self).__name__} {each.name}", getattr(self, each.name))
-                object.__setattr__(self, each.name, kept)
+            if rule is None:
+                continue
+            try:
+                kept = rule(f"{self.label} {each.name}", getattr(self, each.name))
+            except SettingsError as error:
+                if issubclass(SettingsError, self.refusal):
+                    raise
+                raise self.refusal(str(error)) from None
+            object.__setattr__(self, each.name, kept)
+
+
+_short = reprlib.Repr()
+_short.maxlist = _short.maxtuple = _short.maxarray = _short.maxset = _short.maxfrozenset = _short.maxdict = 8
+_short.maxstring = _short.maxother = _short.maxlong = _LONGEST
 
 
 def shown(value: Any) -> str:
     """A value for a message: its repr on one line, cut where it is long, its type where it has none."""
     try:
-        text = " ".join(repr(value).split())
+        text = " ".join(_short.repr(value).split())
     except Exception:  # a foreign object's own fault must not hide ours
         text = f"<{type(value).__name__}>"
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
@@ -63,12 +92,8 @@ def number(
     least: float = -math.inf, most: float = math.inf, *, unit: str = "", above: bool = False, below: bool = False
 ) -> Rule:
     """A finite real number in [least, most]; above, below: the end itself is excluded."""
-    span = ""
-    if least > -math.inf or most < math.inf:
-        left = "(" if above or least == -math.inf else "["
-        right = ")" if below or most == math.inf else "]"
-        span = f" in {left}{least:g}, {most:g}{right}"
-    allowed = f"a finite number{span}{' ' + unit if unit else ''}"
+    span = _span(least, most, above, below)
+    allowed = f"a finite number{' in ' + span if span else ''}{' ' + unit if unit else ''}"
 
     def rule(name: str, value: Any) -> float:
         kept = as_float(value)
@@ -78,6 +103,15 @@ def number(
         return kept
 
     return rule
+
+
+def _span(least: float, most: float, above: bool = False, below: bool = False) -> str:
+    """`[0, inf)`; empty where every number is inside."""
+    if least == -math.inf and most == math.inf:
+        return ""
+    left = "(" if above or least == -math.inf else "["
+    right = ")" if below or most == math.inf else "]"
+    return f"{left}{least:g}, {most:g}{right}"
 
 
 def as_float(value: Any) -> float:
@@ -93,8 +127,20 @@ def as_float(value: Any) -> float:
         return math.nan
     try:
         return float(value)
-    except (OverflowError, ValueError):
+    except Exception:  # beyond float64, or a foreign number's own fault
         return math.nan
+
+
+def as_int(value: Any) -> int | None:
+    """An integer, Python's or numpy's, or an array that holds just one; None for everything else, booleans too."""
+    if isinstance(value, np.ndarray) and value.ndim == 0 and not np.ma.isMaskedArray(value):
+        value = value.item()
+    if isinstance(value, bool | np.bool_) or not isinstance(value, Integral):
+        return None
+    try:
+        return int(value)
+    except Exception:  # a foreign number's own fault
+        return None
 
 
 def whole(least: int, most: int, *, unit: str = "") -> Rule:
@@ -102,10 +148,8 @@ def whole(least: int, most: int, *, unit: str = "") -> Rule:
     allowed = f"an integer in [{least}, {most}]{' ' + unit if unit else ''}"
 
     def rule(name: str, value: Any) -> int:
-        if isinstance(value, bool | np.bool_) or not isinstance(value, Integral):
-            raise refuse(name, allowed, value)
-        kept = int(value)
-        if not least <= kept <= most:
+        kept = as_int(value)
+        if kept is None or not least <= kept <= most:
             raise refuse(name, allowed, value)
         return kept
 
@@ -114,62 +158,149 @@ def whole(least: int, most: int, *, unit: str = "") -> Rule:
 
 def one_of(*values: Any) -> Rule:
     """One of some integers or strings."""
-    allowed = f"one of {', '.join(map(str, values))}"
+    allowed = f"one of {', '.join(map(repr, values))}"
+    kinds = {type(each) for each in values}
 
     def rule(name: str, value: Any) -> Any:
-        if isinstance(value, Integral) and not isinstance(value, bool):
-            value = int(value)
-        kinds = {type(each) for each in values}
-        if type(value) not in kinds or value not in values:
+        number = as_int(value)
+        kept = (
+            str.__str__(value) if isinstance(value, str) else value if number is None else number
+        )  # of numpy's, Python's
+        if type(kept) not in kinds or kept not in values:
             raise refuse(name, allowed, value)
-        return value
+        return kept
 
     return rule
 
 
 def vector(size: int = 3, least: float = -math.inf, most: float = math.inf) -> Rule:
     """So many finite real numbers, each in [least, most], as a tuple of floats."""
-    span = "" if least == -math.inf and most == math.inf else f" from {least:g} to {most:g}"
-    allowed = f"{size} finite numbers{span}"
+    span = _span(least, most)
+    allowed = f"{size} finite numbers{', each in ' + span if span else ''}"
 
     def rule(name: str, value: Any) -> tuple[float, ...]:
-        kept = as_floats(value)
-        if kept is None or kept.shape != (size,) or not ((kept >= least) & (kept <= most) & np.isfinite(kept)).all():
+        kept = as_floats(value, (size,))
+        if kept is None or not ((kept >= least) & (kept <= most) & np.isfinite(kept)).all():
             raise refuse(name, allowed, value)
         return tuple(kept.tolist())
 
     return rule
 
 
-def as_floats(value: Any) -> np.ndarray[Any, np.dtype[np.float64]] | None:
-    """A sequence or array of real numbers as float64 of its shape; None for everything else (masked, complex, text, iterators)."""
-    if np.ma.isMaskedArray(value) or isinstance(value, str | bytes | dict | set | frozenset):
+def numbers_in(value: Any) -> Numbers | None:
+    """A sequence or array of real numbers as an array; None for everything else (masked, complex, text, iterators)."""
+    if isinstance(value, str | bytes | bytearray | memoryview | dict | set | frozenset):
         return None
     try:
+        if _masked(value):
+            return None
         array = np.asarray(value)
         if array.dtype.kind == "O":  # huge integers, None, ragged rows
             array = np.array([as_float(each) for each in array.ravel()], dtype=np.float64).reshape(array.shape)
-        if array.dtype.kind not in "iuf":
-            return None
-        with np.errstate(all="ignore"):
-            return array.astype(np.float64)
+    except MemoryError:
+        raise
     except Exception:  # whatever numpy or a foreign __array__ raises: it is no array of numbers
         return None
+    return array if array.dtype.kind in "iuf" else None
+
+
+def _masked(value: Any) -> bool:
+    """Whether anything in it is masked: numpy would drop the mask, or warn."""
+    if isinstance(value, list | tuple):
+        return any(map(_masked, value))
+    return isinstance(value, np.ma.MaskedArray)
+
+
+def as_floats(value: Any, shape: Shape = (...,)) -> Floats | None:
+    """The same as float64, a copy; also None where it is not of the shape."""
+    array = numbers_in(value)
+    if array is None or not fits(array, shape):
+        return None
+    with np.errstate(all="ignore"):
+        return array.astype(np.float64)
+
+
+def fits(array: Numbers, shape: Shape) -> bool:
+    """Whether an array has a shape."""
+    if shape[0] is ...:
+        return array.shape[-len(shape) + 1 :] == shape[1:]
+    return array.ndim == len(shape) and all(b is None or a == b for a, b in zip(array.shape, shape, strict=True))
+
+
+def several(rule: Rule, what: str, most: int = 1 << 16) -> Rule:
+    """A tuple of what a sequence or iterator yields, each checked by `rule`; what they are is said as `what`."""
+    allowed = f"a sequence of {what}"
+
+    def all_of(name: str, value: Any) -> tuple[Any, ...]:
+        if isinstance(value, str | bytes | bytearray | Mapping | Set):  # iterable, but no sequence of anything
+            raise refuse(name, allowed, value)
+        kept: list[Any] = []
+        try:
+            items = iter(value)
+        except Exception:  # a foreign __iter__, or none
+            raise refuse(name, allowed, value) from None
+        for item in items:
+            if len(kept) == most:
+                raise SettingsError(f"{name} must be at most {most} of {what}")
+            kept.append(rule(f"{name}[{len(kept)}]", item))
+        return tuple(kept)
+
+    return all_of
+
+
+def text() -> Rule:
+    """A string."""
+
+    def rule(name: str, value: Any) -> str:
+        if not isinstance(value, str):
+            raise refuse(name, "a string", value)
+        return str.__str__(value)  # a subclass may say something else
+
+    return rule
 
 
 def instance(*kinds: type) -> Rule:
-    """An instance of one of some classes."""
-    names = [kind.__name__ for kind in kinds]
-    allowed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
-    if any(issubclass(kind, Enum) for kind in kinds):
-        allowed += "".join(f" ({', '.join(str(each) for each in kind)})" for kind in kinds if issubclass(kind, Enum))
+    """An instance of one of some classes; a family is said with its members."""
+
+    def allowed() -> str:
+        names = [kind.__name__ + _members(kind) for kind in kinds]
+        return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
 
     def rule(name: str, value: Any) -> Any:
         if not isinstance(value, kinds):
-            raise refuse(name, allowed, value)
+            raise refuse(name, allowed(), value)
         return value
 
     return rule
+
+
+def _members(kind: type) -> str:
+    """Of an enumeration or a family, in parentheses."""
+    names = (
+        [str(each) for each in kind] if issubclass(kind, Enum) else [heir.__name__ for heir in kind.__subclasses__()]
+    )
+    return f" ({', '.join(names)})" if names else ""
+
+
+def as_path(name: str, value: str | os.PathLike[str]) -> Path:
+    """A path given as text or by an object that has one.
+
+    Raises
+    ------
+    SettingsError
+        For everything else, bytes too, and for a text that no file can have as its name.
+    """
+    try:
+        given = os.fspath(value)
+        path = str.__str__(given)
+        parts = os.fsencode(path).split(os.fsencode(os.sep))
+    except Exception:  # whatever a foreign __fspath__ raises, bytes, and lone surrogates
+        raise refuse(name, "a path (str or os.PathLike)", value) from None
+    if not path or "\0" in path or max(map(len, parts)) > _LONGEST_NAME or len(path) > _LONGEST_PATH:
+        raise refuse(
+            name, f"a path without NUL, its names from 1 to {_LONGEST_NAME} bytes long, {_LONGEST_PATH} in all", value
+        )
+    return Path(path)
 
 
 def flag() -> Rule:

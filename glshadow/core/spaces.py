@@ -19,13 +19,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from glshadow.core.setting import Settings, flag, setting, vector
 from glshadow.errors import SettingsError
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class ClipSpace:
+class ClipSpace(Settings):
     """How NDC z runs: its range, and whether the near plane has the larger value.
 
     Parameters
@@ -36,8 +37,8 @@ class ClipSpace:
         Near and far exchanged in the projection: clear to 0, compare with ``>=``, offsets negated.
     """
 
-    zero_to_one: bool = True
-    reversed: bool = False
+    zero_to_one: bool = setting(flag(), True, help="NDC z in 0..1 instead of -1..1")
+    reversed: bool = setting(flag(), False, help="the near plane has the larger value")
 
     @property
     def sign(self) -> float:
@@ -62,15 +63,12 @@ NEAREST, FARTHEST = 1e-20, 1e20
 
 def finite_vector(name: str, value: ArrayLike, size: int = 3, largest: float = np.inf) -> Array:
     """`value` as a float64 vector of `size` finite numbers up to `largest`; SettingsError names `name` otherwise."""
-    try:
-        vector = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise SettingsError(f"{name} must be {size} numbers, got {value!r}") from error
-    if vector.shape != (size,) or not np.isfinite(vector).all():
-        raise SettingsError(f"{name} must be {size} finite numbers, got {value!r}")
-    if np.abs(vector).max() > largest:
-        raise SettingsError(f"{name} must be {size} numbers from {-largest:g} to {largest:g}, got {value!r}")
-    return vector
+    return np.array(vector(size, -largest, largest)(name, value))
+
+
+def direction(name: str, value: ArrayLike) -> tuple[float, ...]:
+    """The rule of a setting that is a direction: any vector but zero, kept with length 1."""
+    return tuple(unit(name, value).tolist())
 
 
 def unit(name: str, value: ArrayLike) -> Array:
@@ -79,10 +77,10 @@ def unit(name: str, value: ArrayLike) -> Array:
     largest = np.abs(given).max()
     if largest == 0.0:
         raise SettingsError(f"{name} must not be the zero vector")
-    vector = given / largest  # first, so that lengths of 1e-200 or 1e200 neither underflow nor overflow
-    vector /= np.linalg.norm(vector)
+    scaled = given / largest  # first, so that lengths of 1e-200 or 1e200 neither underflow nor overflow
+    scaled /= np.linalg.norm(scaled)
     # A unit vector stays as it is, to the last bit: a light that is copied with another shadow is still the same light.
-    return given if np.abs(vector - given).max() <= 2.0**-51 else vector
+    return given if np.abs(scaled - given).max() <= 2.0**-51 else scaled
 
 
 def cross(a: Array, b: Array) -> Array:

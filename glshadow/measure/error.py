@@ -222,8 +222,6 @@ def measure(frame: Frame, truth: Truth) -> ShadowError:
 def _check_same(frame: Frame, truth: Truth) -> None:
     if len(truth.lights) == 0:
         raise SettingsError("there is nothing to measure: the truth has no lights")
-    if frame.visibility is None:
-        raise SettingsError('the frame was rendered without the output "visibility", which is what is measured')
     if frame.visibility.shape != truth.visibility.shape:
         raise SettingsError(
             f"frame and truth must have the same lights and size: frame.visibility is {frame.visibility.shape}, "

@@ -18,7 +18,7 @@ class Pictured(Protocol):
     """What `flip` needs of a rendered frame."""
 
     @property
-    def image(self) -> NDArray[np.uint8] | None: ...  # (H, W, 3) sRGB
+    def image(self) -> NDArray[np.uint8]: ...  # (H, W, 3) sRGB
 
 
 class Flip(NamedTuple):

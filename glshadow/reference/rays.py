@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array, world_positions
 from glshadow.errors import ReferenceUnavailable, SceneError
-from glshadow.scene.mesh import AlphaMode, Material, Scene, welded
+from glshadow.scene.closed import welded
+from glshadow.scene.mesh import AlphaMode, Material, Scene
 
 Ints = NDArray[np.int32]
 Bools = NDArray[np.bool_]

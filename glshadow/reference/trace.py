@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -12,9 +13,11 @@ from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
+from glshadow.core.setting import as_float, as_floats, refuse, shown, whole
 from glshadow.core.spaces import Array
 from glshadow.errors import SettingsError
 from glshadow.reference.rays import LIFT, Bools, Ints, Rays, dot
+from glshadow.scene.arguments import picture_arguments
 from glshadow.scene.mesh import Scene
 
 Floats = NDArray[np.float32]
@@ -22,6 +25,8 @@ Floats = NDArray[np.float32]
 NEAR_DIRECTIONS = 16  # of the search for a shadow's boundary (see Truth.near_edge)
 NEAR_RADII = 3
 GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
+
+SAMPLES = whole(1, 1 << 16)
 
 # The last tree of each living scene: a study traces it again and again.
 _rays: WeakKeyDictionary[Scene, Rays] = WeakKeyDictionary()
@@ -90,11 +95,11 @@ class Truth:
         -------
         (H, W) bool
         """
-        asked = self.triangle >= 0
-        asked &= self.cosine[light] > 0.0 if where is None else where
-        rows = np.flatnonzero(asked)
+        light, wanted = whole(0, len(self.lights) - 1)("light", light), self.triangle >= 0
+        wanted &= self.cosine[light] > 0.0 if where is None else self._mask(where)
+        rows = np.flatnonzero(wanted)
         lit = self.visibility[light].ravel()[rows] > 0.5
-        reach = np.broadcast_to(np.asarray(radius, dtype=np.float64), self.triangle.shape).ravel()[rows]
+        reach = self._lengths(radius).ravel()[rows]
         points = self.position.reshape(-1, 3)[rows] - self.rays.origin
         own = self.triangle.ravel()[rows]
         source = _Source(self.lights[light], self.rays.origin)
@@ -107,7 +112,7 @@ class Truth:
                 angle = 2.0 * np.pi * number / NEAR_DIRECTIONS
                 moved = _moved(self.rays, source, own[left], points[left], reach[left] * fraction / NEAR_RADII, angle)
                 near[left] = source.lit(self.rays, *moved) != lit[left]
-        result = np.zeros(asked.shape, dtype=bool)
+        result = np.zeros(wanted.shape, dtype=bool)
         result.ravel()[rows] = near
         return result
 
@@ -121,10 +126,11 @@ class Truth:
         where : (H, W) bool
             Only these pixels are asked.
         """
+        where = self._mask(where)
         rows = np.flatnonzero(where & (self.triangle >= 0))
         points = self.position.reshape(-1, 3)[rows] - self.rays.origin
         normal, own = self.normal.reshape(-1, 3)[rows], self.triangle.ravel()[rows]
-        reach = np.broadcast_to(np.asarray(radius, dtype=np.float64), self.triangle.shape).ravel()[rows]
+        reach = self._lengths(radius).ravel()[rows]
         u, v = _perpendicular(normal)
         starts = points + normal * (LIFT * self.rays.reach[own])[:, None]
         near = np.zeros(len(rows), dtype=bool)
@@ -133,6 +139,19 @@ class Truth:
         result = np.zeros(where.shape, dtype=bool)
         result.ravel()[rows] = near
         return result
+
+    def _mask(self, where: Bools) -> Bools:
+        if not isinstance(where, np.ndarray) or where.dtype != np.bool_ or where.shape != self.triangle.shape:
+            raise refuse("where", f"an array {self.triangle.shape} of bool", where)
+        return np.asarray(where)
+
+    def _lengths(self, radius: Array | float) -> Array:
+        """Of each pixel (H, W)."""
+        one = as_float(radius)
+        lengths = as_floats(radius, self.triangle.shape) if math.isnan(one) else np.array(one)
+        if lengths is None or (lengths < 0.0).any():  # NaN where there is no surface
+            raise refuse("radius", f"a length, 0 or more, or an array {self.triangle.shape} of them", radius)
+        return np.broadcast_to(lengths, self.triangle.shape)
 
     def _repr_html_(self) -> str:
         """In a notebook: for every light the surfaces it lights, bright, and those in shadow, dark."""
@@ -189,16 +208,14 @@ def trace(
     ReferenceUnavailable
         If embreex is not installed.
     SettingsError
-        For sizes and sample counts that are not positive integers.
+        For a camera, lights, sizes and sample counts that are none.
+    SceneError
+        For a scene that is none.
     """
-    camera = scene.camera if camera is None else camera
-    lights = scene.lights if lights is None else tuple(lights)
-    _check_counts(size, pixel_samples, light_samples)
-    if surface is not None and (surface.shape != (size[1], size[0]) or pixel_samples > 1):
-        raise SettingsError(
-            f"surface must have one triangle per pixel of the size, and one sample: it is {surface.shape} (height, width) for size "
-            f"{tuple(size)} and pixel_samples {pixel_samples}"
-        )
+    camera, lights, size = picture_arguments(scene, camera, lights, size)
+    pixel_samples, light_samples = SAMPLES("pixel_samples", pixel_samples), SAMPLES("light_samples", light_samples)
+    if surface is not None:
+        surface = _checked_surface(surface, scene, size, pixel_samples)
     rays = _rays_of(scene, camera)
     sources = [_Source(light, rays.origin) for light in lights]
     hits = _surfaces(rays, camera, size, (0.5, 0.5)) if surface is None else _shown(rays, camera, size, surface)
@@ -228,16 +245,29 @@ def trace(
         scene=scene,
         camera=camera,
         lights=lights,
-        size=(size[0], size[1]),
+        size=size,
         rays=rays,
     )
 
 
-def _check_counts(size: tuple[int, int], pixel_samples: int, light_samples: int) -> None:
-    samples = {"pixel_samples": pixel_samples, "light_samples": light_samples}
-    for name, value in {"width": size[0], "height": size[1], **samples}.items():
-        if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-            raise SettingsError(f"{name} must be an integer of at least 1, got {value!r}")
+def _checked_surface(surface: Ints, scene: Scene, size: tuple[int, int], pixel_samples: int) -> Ints:
+    shape = (size[1], size[0])
+    if (
+        not isinstance(surface, np.ndarray)
+        or surface.dtype.kind not in "iu"
+        or surface.shape != shape
+        or pixel_samples > 1
+    ):
+        raise SettingsError(
+            f"surface must be an array of integers with one triangle per pixel of the size, and one sample: got {shown(surface)} for "
+            f"{shape} (height, width) and pixel_samples {pixel_samples}"
+        )
+    count = sum(len(node.mesh.triangles) for node in scene.nodes)
+    if surface.max() >= count:
+        raise SettingsError(
+            f"surface must number the scene's {count} triangles from 0, -1 for none, got {int(surface.max())}"
+        )
+    return surface.astype(np.int32)
 
 
 def _rays_of(scene: Scene, camera: PerspectiveCamera) -> Rays:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, Light, PointLight, to_light
+from glshadow.core.setting import as_floats, flag, number, optional, refuse, vector, whole
 from glshadow.core.spaces import Array
 from glshadow.errors import SettingsError
 from glshadow.scene import shapes
@@ -24,6 +25,11 @@ from glshadow.scene.shapes import Solid
 # A point within this fraction of a caster's size of its surface lies on it and is not shadowed by it: far above
 # float64's rounding of a point that was computed on that surface, far below float32's.
 ON_SURFACE = 1e-11
+
+# Lengths of a scene, world units: its ground, 1 / tan(LEAST_ELEVATION) times as large, can still be drawn (see scene/checks.py).
+SHORTEST, LONGEST, LEAST_ELEVATION = 1e-12, 1e9, 1e-3
+LENGTH = number(SHORTEST, LONGEST)
+SUBDIVISIONS = whole(0, 9)  # 5 million triangles
 
 Bools = NDArray[np.bool_]
 Blocked = Callable[[Array, Array, Array], Bools]
@@ -57,12 +63,26 @@ class AnalyticScene:
         Returns
         -------
         (...) float64
+
+        Raises
+        ------
+        SettingsError
+            For points or normals that are no finite numbers, or not of these shapes.
         """
-        points = np.asarray(points_w, dtype=np.float64)
+        points, normals = _points("points_w", points_w), _points("normals_w", normals_w)
+        if normals.shape not in (points.shape, (3,)):
+            raise SettingsError(f"normals_w must be one for all or one for each point, got {normals.shape}")
         towards, distance = to_light(self.scene.lights[0], points)
-        facing = (np.asarray(normals_w, dtype=np.float64) * towards).sum(axis=-1) > 0.0
+        facing = (normals * towards).sum(axis=-1) > 0.0
         dark = self.blocked(points.reshape(-1, 3), towards.reshape(-1, 3), distance.reshape(-1))
         return np.where(facing & ~dark.reshape(points.shape[:-1]), 1.0, 0.0)
+
+
+def _points(name: str, value: ArrayLike) -> Array:
+    array = as_floats(value, (..., 3))
+    if array is None or not (np.abs(array) <= LONGEST).all():
+        raise refuse(name, f"points (..., 3) of numbers in [{-LONGEST:g}, {LONGEST:g}]", value)
+    return array
 
 
 def wall(elevation: float = 30.0, height: float = 2.0, half: float | None = None) -> AnalyticScene:
@@ -70,7 +90,8 @@ def wall(elevation: float = 30.0, height: float = 2.0, half: float | None = None
 
     `half` is half the wall's width; None: wide enough for the default camera.
     """
-    sun = _sun(elevation)
+    sun, elevation = _sun(elevation)
+    height, half = LENGTH("height", height), optional(LENGTH)("half", half)
     reach = height / np.tan(np.radians(elevation))
     half = max(height, 0.25 * reach) if half is None else half
     margin = 0.5 * (height + reach)
@@ -95,7 +116,13 @@ def plates(
     light is a point that high above the middle, and the shadow a square of half-side half * lamp_height / (lamp_height
     - gap).
     """
-    light = _sun(elevation) if lamp_height is None else _lamp(lamp_height, gap)
+    gap, half, lamp_height = (
+        number(0.0, LONGEST)("gap", gap),
+        LENGTH("half", half),
+        optional(LENGTH)("lamp_height", lamp_height),
+    )
+    sun, elevation = _sun(elevation)
+    light = sun if lamp_height is None else _lamp(lamp_height, gap)
     plate = shapes.rectangle((-half, gap, half), (2.0 * half, 0.0, 0.0), (0.0, 0.0, -2.0 * half))
     moved = gap / np.tan(np.radians(elevation)) if lamp_height is None else 0.0
     widest = half if lamp_height is None else half * lamp_height / (lamp_height - gap)
@@ -124,9 +151,15 @@ def sphere(
     lamp_height * radius / sqrt((lamp_height - height)^2 - radius^2). The mesh is inscribed: its facets lie up to
     radius * 0.82 * 4**-subdivisions inside the sphere that `exact` uses.
     """
-    light = _sun(elevation) if lamp_height is None else _lamp(lamp_height, height + radius)
+    radius, height, lamp_height = (
+        LENGTH("radius", radius),
+        LENGTH("height", height),
+        optional(LENGTH)("lamp_height", lamp_height),
+    )
+    sun, elevation = _sun(elevation)
+    light = sun if lamp_height is None else _lamp(lamp_height, height + radius)
     centre = np.array([0.0, height, 0.0])
-    positions, triangles = shapes.icosphere(subdivisions, radius)
+    positions, triangles = shapes.icosphere(SUBDIVISIONS("subdivisions", subdivisions), radius)
     if lamp_height is None:
         shift, wide = height / np.tan(np.radians(elevation)), radius / np.sin(np.radians(elevation))
     else:
@@ -148,9 +181,10 @@ def sphere(
 
 def ball(elevation: float = 30.0, radius: float = 1.0, subdivisions: int = 6) -> AnalyticScene:
     """A convex sphere alone: lit iff N.L > 0, so that a shadow may add nothing."""
-    positions, triangles = shapes.icosphere(subdivisions, radius)
+    radius, (sun, _) = LENGTH("radius", radius), _sun(elevation)
+    positions, triangles = shapes.icosphere(SUBDIVISIONS("subdivisions", subdivisions), radius)
     camera = _camera((0.0, 0.0, 0.0), (0.1, 0.2, 1.0), 3.0 * radius)
-    scene = _scene("ball", {"sphere": (positions, triangles)}, camera, _sun(elevation), smooth="sphere")
+    scene = _scene("ball", {"sphere": (positions, triangles)}, camera, sun, smooth="sphere")
     return AnalyticScene(scene, _never_blocked)
 
 
@@ -158,7 +192,8 @@ def box(
     elevation: float = 30.0, azimuth: float = 30.0, extents: tuple[float, float, float] = (1.0, 2.0, 1.5)
 ) -> AnalyticScene:
     """A box on the ground: its shadow is the hull of its footprint and of that moved by height cot(elevation)."""
-    sun = _sun(elevation, azimuth)
+    extents = vector(3, SHORTEST, LONGEST)("extents", extents)
+    sun, elevation = _sun(elevation, azimuth)
     low, high = np.array([-0.5, 0.0, -0.5]) * extents, np.array([0.5, 1.0, 0.5]) * extents
     reach = extents[1] / np.tan(np.radians(elevation))
     size = float(max(extents))
@@ -176,8 +211,9 @@ def box(
 
 def plane(elevation: float = 45.0, half: float = 5.0) -> AnalyticScene:
     """An empty square plane |x|, |z| <= half: all lit, whatever the elevation of the sun."""
+    half, (sun, _) = LENGTH("half", half), _sun(elevation)
     camera = _camera((0.0, 0.0, 0.0), (0.3, 0.6, 0.8), 2.5 * half)
-    scene = _scene("plane", {"ground": _ground(-half, half, half)}, camera, _sun(elevation))
+    scene = _scene("plane", {"ground": _ground(-half, half, half)}, camera, sun)
     return AnalyticScene(scene, _never_blocked)
 
 
@@ -187,6 +223,7 @@ def room(size: float = 2.0, rods: bool = False) -> AnalyticScene:
     The rods are four thin square bars from wall to wall round the light, whose shadows cross the borders between the
     faces of a cube map; each is a box turned by 45 degrees about z.
     """
+    size, rods = LENGTH("size", size), flag()("rods", rods)
     half = 0.5 * size
     lamp = PointLight(position=(0.0, 0.0, 0.0))
     camera = PerspectiveCamera((0.8 * half, 0.6 * half, 0.9 * half), (-0.5 * half, -0.4 * half, -half), fov_y=80.0)
@@ -245,16 +282,17 @@ def _meets_box(points: Array, towards: Array, distance: Array, low: Array, high:
     return np.asarray(~outside & (end - start > 0.0) & (end > ON_SURFACE * float((high - low).max())))
 
 
-def _sun(elevation: float, azimuth: float = 0.0) -> DirectionalLight:
-    if not 0.0 < elevation <= 90.0:
-        raise SettingsError(f"elevation must be in (0, 90] degrees over the ground, got {elevation!r}")
-    e, a = np.radians(elevation), np.radians(azimuth)
+def _sun(elevation: float, azimuth: float = 0.0) -> tuple[DirectionalLight, float]:
+    """A sun so high over the ground, in degrees, and its elevation."""
+    elevation = number(LEAST_ELEVATION, 90.0, unit="degrees over the ground")("elevation", elevation)
+    e, a = np.radians(elevation), np.radians(number(unit="degrees")("azimuth", azimuth))
     level = 0.0 if elevation == 90.0 else float(np.cos(e))
-    return DirectionalLight(direction=(-level * float(np.cos(a)), -float(np.sin(e)), level * float(np.sin(a))))
+    direction = (-level * float(np.cos(a)), -float(np.sin(e)), level * float(np.sin(a)))
+    return DirectionalLight(direction=direction), elevation
 
 
 def _lamp(height: float, above: float) -> PointLight:
-    if not height > above:
+    if not height > above * (1.0 + 1e-9):
         raise SettingsError(f"lamp_height must be greater than the caster's top {above:g}, got {height!r}")
     return PointLight(position=(0.0, height, 0.0))
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from glshadow.core.spaces import FARTHEST, Array
+from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
-from glshadow.scene.mesh import Node, box_corners
+from glshadow.scene.box import box_corners, check_place
+from glshadow.scene.mesh import Node
 
 # derived: the squares of lengths, with 8 decades to spare on either side, stay inside the 1e-38..1e38 of float32
 LEAST_SIZE, MOST_SIZE = 1e-15, 1e15
@@ -33,20 +34,16 @@ def check_scene(nodes: list[Node], *, stored: bool) -> list[str]:
     if not nodes:
         raise SceneError("nothing to render: it has no triangles")
     boxes = np.stack([node.mesh.bounds for node in nodes]), np.stack([node.world_from_mesh for node in nodes])
-    with np.errstate(all="ignore"):
-        corners = box_corners(*boxes)
-    if not np.isfinite(corners).all():
-        raise SceneError("its placed coordinates overflow: check the matrices of its nodes")
-    size = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
+    corners = box_corners(*boxes)
+    with np.errstate(invalid="ignore"):  # infinite corners: see check_place
+        size = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
     if size == 0.0:
         raise SceneError("nothing to render: its size is zero, all of it is at one point")
-    if not LEAST_SIZE <= size <= MOST_SIZE:
+    if np.isfinite(size) and not LEAST_SIZE <= size <= MOST_SIZE:
         raise SceneError(
             f"its size is {size:.3g}; sizes from {LEAST_SIZE:g} to {MOST_SIZE:g} can be drawn: scale it first"
         )
-    far = float(np.abs(corners).max())
-    if far > 0.1 * FARTHEST:  # the default camera has to stand outside
-        raise SceneError(f"it lies {far:.3g} from the origin; up to {0.1 * FARTHEST:g} can be drawn: move it first")
+    check_place(corners)
     notes = _lost_in_float32(nodes) if stored else []
     if not _any_area(nodes):
         if notes:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -13,8 +12,9 @@ import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, Light, SpotLight
+from glshadow.core.setting import as_path, flag, one_of, optional, text
 from glshadow.core.spaces import Array
-from glshadow.errors import GlshadowWarning, SceneError, SettingsError
+from glshadow.errors import SceneError, SettingsError, warn
 from glshadow.scene.checks import check_scene
 from glshadow.scene.imported import Imported
 from glshadow.scene.mesh import Node, Scene
@@ -58,7 +58,7 @@ def load(source: Any, *, ground: bool = False, up_axis: str | None = None, name:
     SceneError
         If the file is missing, broken, empty, or needs what cannot be honoured; the message names file and cause.
     SettingsError
-        If `up_axis` is none of the above.
+        If `up_axis` is none of the above, or another argument is not what it must be.
 
     Warns
     -----
@@ -66,8 +66,8 @@ def load(source: Any, *, ground: bool = False, up_axis: str | None = None, name:
         If something in it is drawn otherwise than it was meant: skins in their bind pose, alpha blending, missing
         textures, lost precision.
     """
-    if up_axis not in (None, *TURNS):
-        raise SettingsError(f"up_axis must be 'x', 'y', 'z' or None (y), got {up_axis!r}")
+    ground, up_axis = flag()("ground", ground), optional(one_of(*TURNS), "y")("up_axis", up_axis)
+    name = optional(text(), "that of the file")("name", name)
     label, title, read, stored = _reader(source)
     try:
         found = read()
@@ -80,7 +80,7 @@ def load(source: Any, *, ground: bool = False, up_axis: str | None = None, name:
         cause = f"{type(error).__name__}: {error}"
         raise SceneError(f"{label} cannot be read ({cause}); it is broken or not of its format") from error
     for note in notes:
-        warnings.warn(f"{label}: {note}", GlshadowWarning, stacklevel=2)
+        warn(f"{label}: {note}")
     scene = _turned(found, TURNS[up_axis or "y"], name or title)
     return scene.with_ground() if ground else scene
 
@@ -88,13 +88,16 @@ def load(source: Any, *, ground: bool = False, up_axis: str | None = None, name:
 def _reader(source: Any) -> tuple[str, str, Callable[[], Imported], bool]:
     """What to call it in messages, the name of its scene, how to read it, and whether it was stored in a file."""
     if isinstance(source, (str, os.PathLike)):
-        path = Path(source)
+        try:
+            path = as_path("source", source)
+        except SettingsError as error:
+            raise SceneError(str(error)) from None
         return path.name or str(path), path.stem, lambda: _read_file(path), True
     if isinstance(source, Scene):
         given = Imported(list(source.nodes), source.camera, list(source.lights))
         return source.name, source.name, lambda: given, False
-    kind = f"{type(source).__module__.partition('.')[0]}.{type(source).__name__}"
-    libraries = {parent.__module__.partition(".")[0] for parent in type(source).__mro__}
+    libraries = {str(parent.__module__).partition(".")[0] for parent in type(source).__mro__}
+    kind = f"{str(type(source).__module__).partition('.')[0]}.{type(source).__name__}"
     if "trimesh" in libraries:
         from glshadow.scene.from_trimesh import read_trimesh
 

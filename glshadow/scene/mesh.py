@@ -2,19 +2,40 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light
-from glshadow.core.spaces import Array, view_axes
-from glshadow.errors import GlshadowWarning, SceneError
+from glshadow.core.lights import LIGHTS, Light
+from glshadow.core.setting import (
+    Numbers,
+    Settings,
+    as_floats,
+    fits,
+    flag,
+    instance,
+    number,
+    numbers_in,
+    optional,
+    refuse,
+    setting,
+    several,
+    shown,
+    text,
+    vector,
+)
+from glshadow.core.spaces import Array
+from glshadow.errors import SceneError, SettingsError
+from glshadow.scene.box import box_corners, check_place, default_camera, default_sun
+from glshadow.scene.closed import is_closed
+
+F = TypeVar("F", bound=np.floating[Any])
 
 
 class AlphaMode(Enum):
@@ -25,8 +46,16 @@ class AlphaMode(Enum):
     BLEND = "BLEND"
 
 
+def _pixels(name: str, value: Any) -> NDArray[np.uint8]:
+    if isinstance(value, np.ndarray) and not np.ma.isMaskedArray(value) and value.dtype == np.uint8:
+        pixels: NDArray[np.uint8] = np.asarray(value)
+        if pixels.ndim == 3 and pixels.shape[2] == 4 and pixels.size:
+            return pixels
+    raise refuse(name, "an array (H, W, 4) of uint8", value)
+
+
 @dataclass(frozen=True, eq=False)
-class Material:
+class Material(Settings):
     """Base colour and how alpha is read; nothing else is modelled.
 
     Parameters
@@ -46,19 +75,13 @@ class Material:
         For a colour or a cutoff out of range.
     """
 
-    color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
-    texture: NDArray[np.uint8] | None = None
-    alpha_mode: AlphaMode = AlphaMode.OPAQUE
-    cutoff: float = 0.5
-    double_sided: bool = False
+    refusal = SceneError
 
-    def __post_init__(self) -> None:
-        if len(self.color) != 4 or not all(0.0 <= x <= 1.0 for x in self.color):
-            raise SceneError(
-                f"color must be 4 numbers from 0 to 1 (linear red, green, blue, alpha), got {self.color!r}"
-            )
-        if not np.isfinite(self.cutoff):
-            raise SceneError(f"cutoff must be a finite number, got {self.cutoff!r}")
+    color: tuple[float, float, float, float] = setting(vector(4, 0.0, 1.0), (1.0,) * 4, help="linear RGBA factor")
+    texture: NDArray[np.uint8] | None = setting(optional(_pixels, "none"), None, help="sRGB with linear alpha")
+    alpha_mode: AlphaMode = setting(instance(AlphaMode), AlphaMode.OPAQUE, help="how alpha is read")
+    cutoff: float = setting(number(), 0.5, help="alpha below which a MASK material does not exist")
+    double_sided: bool = setting(flag(), False, help="both sides are meant to be seen")
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +103,7 @@ class Mesh:
     Raises
     ------
     SceneError
-        For wrong shapes, indices out of range, and coordinates of used vertices that are not finite.
+        For wrong shapes, indices out of range, and coordinates of used vertices, normals or uv that are not finite.
     """
 
     positions: Array
@@ -90,12 +113,16 @@ class Mesh:
     material: Material = Material()
 
     def __post_init__(self) -> None:
-        positions = np.ascontiguousarray(self.positions, dtype=np.float64)
-        given = np.asarray(self.triangles)
-        if positions.ndim != 2 or positions.shape[1] != 3 or given.ndim != 2 or given.shape[1] != 3:
+        if not isinstance(self.material, Material):
+            raise SceneError(f"Mesh material must be a Material, got {shown(self.material)}")
+        points, given = _array("positions", self.positions), _array("triangles", self.triangles)
+        if not (fits(points, (None, 3)) and fits(given, (None, 3))):
             raise SceneError(
-                f"a mesh needs positions (V, 3) and triangles (T, 3), got shapes {positions.shape} and {given.shape}"
+                f"a mesh needs positions (V, 3) and triangles (T, 3), got shapes {points.shape} and {given.shape}"
             )
+        positions = _floats(points, np.float64)
+        if given.dtype.kind == "f" and not (given == np.floor(given)).all():
+            raise SceneError("Mesh triangles must be whole numbers: the places of vertices in positions")
         if given.size and (given.min() < 0 or given.max() >= len(positions)):
             raise SceneError(
                 f"triangle index {int(given.max() if given.max() >= len(positions) else given.min())} is out of range: "
@@ -117,14 +144,20 @@ class Mesh:
             value = getattr(self, name)
             if value is None:
                 continue
-            array = np.ascontiguousarray(value, dtype=np.float32)
-            if array.shape != (len(positions), columns):
-                raise SceneError(f"{name} must have shape ({len(positions)}, {columns}), got {array.shape}")
+            given = _array(name, value)
+            if given.shape != (len(positions), columns):
+                raise SceneError(f"{name} must have shape ({len(positions)}, {columns}), got {given.shape}")
+            array = _floats(given, np.float32)
+            if not np.isfinite(array).all():
+                bad = int((~np.isfinite(array).all(axis=1)).sum())
+                raise SceneError(f"{bad} of {len(array)} {name} are not finite numbers that float32 holds")
             object.__setattr__(self, name, array)
 
     @cached_property
     def bounds(self) -> Array:
-        """(2, 3) least and greatest corner of the vertices that triangles use."""
+        """(2, 3) least and greatest corner of the vertices that triangles use; SceneError where there are none."""
+        if len(self.triangles) == 0:
+            raise SceneError("a mesh without triangles has no bounds")
         used = np.zeros(len(self.positions), dtype=bool)
         used[self.triangles.ravel()] = True
         columns = [
@@ -138,51 +171,32 @@ class Mesh:
 
         Only then is it safe to cull back faces: nobody outside can see them.
         """
-        return _closed(self.positions, self.triangles)
+        return is_closed(self.positions, self.triangles)
 
 
-def _closed(positions: Array, triangles: NDArray[np.int32]) -> bool:
-    corners = welded(positions)[triangles]
-    whole = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])
-    corners = corners[whole]
-    if len(corners) == 0:
-        return False
-    start, end = corners.ravel().astype(np.int64), corners[:, [1, 2, 0]].ravel().astype(np.int64)
-    forward = np.sort((start << 32) | end)
-    if (forward[1:] == forward[:-1]).any():  # an edge used twice in one direction
-        return False
-    if not np.array_equal(forward, np.sort((end << 32) | start)):  # an edge without its twin
-        return False
-    return _turned_outward(positions, triangles[whole], corners)
+def _array(name: str, value: Any) -> Numbers:
+    array = numbers_in(value)
+    if array is None:
+        raise SceneError(str(refuse(f"Mesh {name}", "an array of numbers", value)))
+    return array
 
 
-def _turned_outward(positions: Array, triangles: NDArray[np.int32], corners: NDArray[np.int64]) -> bool:
-    """Whether every connected part, not only the sum of them, has a positive volume; `corners`: the triangles of welded vertices."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    start, end = corners[:, :2].ravel(), corners[:, 1:].ravel()  # two edges of a triangle connect it
-    graph = coo_array((np.ones(len(start), dtype=np.int8), (start, end)), shape=(int(corners.max()) + 1,) * 2)
-    _, part = connected_components(graph, directed=False)
-    a, b, c = ((positions - positions.mean(axis=0))[triangles[:, k]] for k in range(3))
-    volumes = np.bincount(part[corners[:, 0]], np.einsum("ij,ij->i", a, np.cross(b, c)), minlength=1)
-    return bool((volumes[np.unique(part[corners[:, 0]])] > 0.0).all())
+def _floats(array: Numbers, dtype: type[F]) -> NDArray[F]:
+    with np.errstate(all="ignore"):  # what is beyond float32 becomes infinite
+        return np.ascontiguousarray(array, dtype=dtype)
 
 
-def welded(positions: Array) -> NDArray[np.int64]:
-    """For each vertex (V,) the number of its position: bit-equal positions share one (and -0 equals 0)."""
-    columns = positions + 0.0
-    order = np.lexsort(columns.T)
-    ordered = columns[order]
-    first = np.ones(len(order), dtype=bool)
-    first[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
-    number = np.zeros(len(order), dtype=np.int64)
-    number[order] = np.cumsum(first) - 1
-    return number
+def _affine(name: str, value: Any) -> Array:
+    matrix = as_floats(value, (4, 4))
+    if matrix is None or not np.isfinite(matrix).all():
+        raise refuse(name, "a finite matrix (4, 4)", value)
+    if np.abs(matrix[3] - (0.0, 0.0, 0.0, 1.0)).max() > 1e-6:
+        raise SettingsError(f"{name} must be affine: its last row is {matrix[3].tolist()}, not [0, 0, 0, 1]")
+    return matrix
 
 
 @dataclass(frozen=True, eq=False)
-class Node:
+class Node(Settings):
     """One placement of a mesh: instances share the Mesh object.
 
     Parameters
@@ -194,21 +208,22 @@ class Node:
         Whether it darkens what lies behind it, and whether others darken it.
     """
 
-    name: str
-    mesh: Mesh
-    world_from_mesh: Array
-    casts: bool = True
-    receives: bool = True
+    refusal = SceneError
 
-    def __post_init__(self) -> None:
-        matrix = np.ascontiguousarray(self.world_from_mesh, dtype=np.float64)
-        if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
-            raise SceneError(f"node {self.name!r}: its matrix must be (4, 4) and finite, got {self.world_from_mesh!r}")
-        object.__setattr__(self, "world_from_mesh", matrix)
+    name: str = setting(text(), help="need not be unique")
+    mesh: Mesh = setting(instance(Mesh), help="what is placed; nodes may share it")
+    world_from_mesh: Array = setting(_affine, help="(4, 4) placement")
+    casts: bool = setting(flag(), True, help="it darkens what lies behind it")
+    receives: bool = setting(flag(), True, help="others darken it")
+
+    @property
+    def label(self) -> str:
+        """What messages call it."""
+        return f"Node {shown(self.name)}"
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class Scene(Settings):
     """Placed meshes with a camera and lights.
 
     Parameters
@@ -222,23 +237,27 @@ class Scene:
     Raises
     ------
     SceneError
-        If there is nothing to render.
+        If there is nothing to render, or its places overflow.
     """
 
-    nodes: tuple[Node, ...]
-    camera: PerspectiveCamera = None  # type: ignore[assignment]  # replaced in __post_init__
-    lights: tuple[Light, ...] = None  # type: ignore[assignment]
-    name: str = "scene"
+    refusal = SceneError
+
+    nodes: tuple[Node, ...] = setting(several(instance(Node), "Node", 10**8), help="what is drawn")
+    camera: PerspectiveCamera = setting(optional(instance(PerspectiveCamera), "frames the scene"), None, help="the eye")
+    lights: tuple[Light, ...] = setting(optional(LIGHTS, "one sun"), None, help="what lights it")
+    name: str = setting(text(), "scene", help="what messages and files call it")
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "nodes", tuple(self.nodes))
+        super().__post_init__()
         if not any(len(node.mesh.triangles) for node in self.nodes):
             raise SceneError(f"{self.name}: nothing to render, it has no triangles")
+        check_place(self.corners, f"{self.name}: ")
         if (self.bounds[0] == self.bounds[1]).all():
             raise SceneError(f"{self.name}: nothing to render, its size is zero at {self.bounds[0].tolist()}")
         if self.camera is None:
             object.__setattr__(self, "camera", default_camera(self.bounds))
-        object.__setattr__(self, "lights", (default_sun(),) if self.lights is None else tuple(self.lights))
+        if self.lights is None:
+            object.__setattr__(self, "lights", (default_sun(),))
 
     @cached_property
     def boxes(self) -> tuple[Array, Array]:
@@ -256,7 +275,7 @@ class Scene:
         """World corners (N, 8, 3) of the boxes."""
         return box_corners(*self.boxes)
 
-    def moved(self, matrices: Mapping[str, ArrayLike]) -> Scene:
+    def moved(self, matrices: Mapping[str, Any]) -> Scene:
         """The same scene with some nodes placed anew; meshes, and what the GPU holds of them, are shared.
 
         Parameters
@@ -266,15 +285,16 @@ class Scene:
         Raises
         ------
         SceneError
-            If no node has that name.
+                If no node has that name, or a matrix is none.
         """
+        if not isinstance(matrices, Mapping):
+            raise SceneError(f"moved needs a mapping from node names to matrices, got {shown(matrices)}")
         unknown = set(matrices) - {node.name for node in self.nodes}
         if unknown:
             known = ", ".join(sorted({node.name for node in self.nodes})[:8])
-            raise SceneError(f"no node is named {', '.join(map(repr, sorted(unknown)))}; the scene has: {known}")
-        placed = {name: np.asarray(matrix, dtype=np.float64) for name, matrix in matrices.items()}
+            raise SceneError(f"no node is named {', '.join(sorted(map(shown, unknown)))}; the scene has: {known}")
         nodes = tuple(
-            replace(node, world_from_mesh=placed[node.name]) if node.name in placed else node for node in self.nodes
+            replace(node, world_from_mesh=matrices[node.name]) if node.name in matrices else node for node in self.nodes
         )
         return replace(self, nodes=nodes)
 
@@ -299,43 +319,3 @@ def _lowest(node: Node) -> float:
     row = node.world_from_mesh[1]
     used = node.mesh.positions[np.unique(node.mesh.triangles)]
     return float((used @ row[:3]).min() + row[3])
-
-
-def box_corners(bounds: Array, world_from_mesh: Array) -> Array:
-    """World corners (N, 8, 3) of boxes (N, 2, 3) placed by (N, 4, 4)."""
-    picks = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-    local = np.stack([bounds[:, picks[:, axis], axis] for axis in range(3)], axis=-1)
-    return np.asarray(np.einsum("nij,nkj->nki", world_from_mesh[:, :3, :3], local) + world_from_mesh[:, None, :3, 3])
-
-
-VIEW_DIRECTION = (
-    0.55,
-    0.45,
-    0.70,
-)  # from the scene to the default camera: three-quarter view from above, chosen by eye
-VIEW_MARGIN = 1.1  # of the picture to what the box needs of it, so that nothing touches the frame
-SUN_DIRECTION = (-0.55, -0.8, -0.25)  # the bench courtyard's: 53 degrees high, shadows fall to the left and away
-
-
-def default_camera(bounds: Array) -> PerspectiveCamera:
-    """Camera that frames a box (2, 3): looks along -VIEW_DIRECTION at its middle, fov 50, as near as every corner stays in a square
-    picture; a wider one shows more to the sides."""
-    centre = 0.5 * (bounds[0] + bounds[1])
-    towards = np.asarray(VIEW_DIRECTION) / np.linalg.norm(VIEW_DIRECTION)
-    corners = box_corners(bounds[None], np.eye(4)[None])[0] - centre
-    x, y, z = view_axes(-towards) @ corners.T
-    tangent = (
-        np.tan(np.radians(25.0)) / VIEW_MARGIN
-    )  # a corner at distance d - z is inside while |x|, |y| <= tangent (d - z)
-    eye = centre + towards * float((z + np.maximum(np.abs(x), np.abs(y)) / tangent).max())
-    return PerspectiveCamera(tuple(eye), tuple(centre))
-
-
-def default_sun() -> DirectionalLight:
-    """One white sun along SUN_DIRECTION."""
-    return DirectionalLight(direction=SUN_DIRECTION)
-
-
-def warn(message: str) -> None:
-    """A GlshadowWarning attributed to the caller's caller."""
-    warnings.warn(message, GlshadowWarning, stacklevel=3)

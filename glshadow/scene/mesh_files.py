@@ -6,9 +6,8 @@ import io
 import logging
 import os
 import re
-import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,10 @@ from glshadow.errors import SceneError
 from glshadow.scene.from_trimesh import Builder
 from glshadow.scene.imported import Imported, blended
 from glshadow.scene.mesh import Node
+
+_parsing = threading.local()  # its `now`: whether this thread is inside one of trimesh's parsers
+for _name in ("trimesh", "trimesh.util"):  # a filter does not reach the loggers below its own
+    logging.getLogger(_name).addFilter(lambda _: not getattr(_parsing, "now", False))  # what is lost is in our notes
 
 PLY_SIZES = {"char": 1, "uchar": 1, "short": 2, "ushort": 2, "int": 4, "uint": 4, "float": 4, "double": 8}
 PLY_SIZES |= {"int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4, "uint32": 4, "int64": 8, "uint64": 8}
@@ -70,33 +73,19 @@ def _parse(kind: str, data: bytes, beside: Beside) -> list[tuple[str, dict[str, 
     """(name, arrays) of every part, by trimesh's parser alone: its Trimesh would merge vertices and drop faces."""
     from trimesh.exchange.load import mesh_loaders
 
-    with _quiet():
+    _parsing.now = True
+    with np.errstate(all="ignore"):
         try:
             parser: Callable[..., dict[str, Any]] = mesh_loaders[kind]
             loaded = parser(file_obj=io.BytesIO(data), file_type=kind, resolver=beside)
         except IndexError as error:
             raise SceneError(f"a face refers to a vertex that does not exist ({error})") from error
+        finally:
+            _parsing.now = False
     if "geometry" in loaded:
         parts = loaded["geometry"]
         return [(name if name != "geometry" else "mesh", parts[name]) for name in parts]
     return [("mesh", loaded)]
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """No log lines or warnings of trimesh; numpy's warning that a text was read only in part becomes an error."""
-    logger = logging.getLogger("trimesh")  # parent of one logger per module; a parent's level does not stop them
-    before, logger.propagate = logger.propagate, False
-    silent = logging.NullHandler()  # without any handler, logging itself prints to stderr
-    logger.addHandler(silent)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            warnings.filterwarnings("error", message="string or file could not be read")
-            yield
-    finally:
-        logger.propagate = before
-        logger.removeHandler(silent)
 
 
 class Beside:

@@ -23,7 +23,8 @@ from glshadow.core.view import ShadowView
 from glshadow.gl.drawing import draw_nodes
 from glshadow.gl.geometry import pack_matrices
 from glshadow.gl.targets import depth_texture
-from glshadow.scene.mesh import AlphaMode, Mesh, Scene, box_corners
+from glshadow.scene.box import box_corners
+from glshadow.scene.mesh import AlphaMode, Mesh, Scene
 
 if TYPE_CHECKING:
     from glshadow.frame import Frame

@@ -13,15 +13,24 @@ import numpy as np
 from glshadow.core.bias import Bias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
 from glshadow.core.filters import FILTERS, Filter, Hard, Pcf
 from glshadow.core.metric import Target
-from glshadow.core.shadow import Shadow
+from glshadow.core.setting import Settings, instance, optional, setting, several, whole
+from glshadow.core.shadow import MAX_RESOLUTION, Shadow
 from glshadow.errors import SettingsError
+from glshadow.scene.arguments import checked_scene
 from glshadow.scene.mesh import Scene
 
+RESOLUTIONS = several(whole(1, MAX_RESOLUTION, unit="texels"), "resolutions")
+CHOSEN = several(instance(Filter), "filters")
+BIASES = several(optional(instance(Bias)), "biases or None")
+TARGETS = several(optional(instance(Target)), "targets or None")
+SHADOWS = several(instance(Shadow), "Shadow")
+
+MAPPED = tuple(each for kind in FILTERS for each in kind.rungs() if each.has_map)
 CONSTANT_SHARE = 1e-3  # of the scene's diagonal: a constant bias as people set it by hand
 
 
 @dataclass(frozen=True)
-class Grid:
+class Grid(Settings):
     """Every resolution with every filter, bias and target, and some settings more.
 
     Parameters
@@ -39,20 +48,21 @@ class Grid:
         If nothing is left to try.
     """
 
-    resolutions: tuple[int, ...] = (512, 1024, 2048, 4096)
-    filters: tuple[Filter, ...] = tuple(each for kind in FILTERS for each in kind.rungs() if each.has_map)
-    biases: tuple[Bias | None, ...] = (None,)
-    targets: tuple[Target | None, ...] = (None,)
-    more: tuple[Shadow, ...] = ()
+    resolutions: tuple[int, ...] = setting(RESOLUTIONS, (512, 1024, 2048, 4096), help="texels along a side of the map")
+    filters: tuple[Filter, ...] = setting(CHOSEN, MAPPED, help="how one receiver is answered for")
+    biases: tuple[Bias | None, ...] = setting(BIASES, (None,), help="what keeps surfaces from shadowing themselves")
+    targets: tuple[Target | None, ...] = setting(TARGETS, (None,), help="formats of the map")
+    more: tuple[Shadow, ...] = setting(SHADOWS, (), help="settings outside the product")
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not self.settings():
             raise SettingsError(f"the grid is empty: give at least one resolution, filter, bias and target, got {self}")
 
     @classmethod
     def default(cls, scene: Scene) -> Self:
         """Resolution, filter and the four kinds of bias that people use; formats at the default setting only; exact."""
-        low, high = scene.bounds
+        low, high = checked_scene(scene).bounds
         constant = ConstantBias(float(f"{CONSTANT_SHARE * np.linalg.norm(high - low):.1g}"))
         formats = tuple(Shadow(target=target) for target in (Target.DEPTH16, Target.R32F, Target.RGBA8))
         without_map = (each for kind in FILTERS for each in kind.studied() if not each.has_map)
@@ -82,12 +92,12 @@ def settings_of(grid: Grid | Iterable[Shadow]) -> tuple[Shadow, ...]:
     SettingsError
         If there is none, or something else among them.
     """
-    chosen = grid.settings() if isinstance(grid, Grid) else tuple(dict.fromkeys(grid))
-    wrong = [item for item in chosen if not isinstance(item, Shadow)]
-    if wrong or not chosen:
-        raise SettingsError(
-            f"a grid is a glshadow.study.Grid or at least one glshadow.Shadow, got {wrong or 'nothing'}"
-        )
+    try:
+        chosen = grid.settings() if isinstance(grid, Grid) else tuple(dict.fromkeys(SHADOWS("grid", grid)))
+    except SettingsError as error:
+        raise SettingsError(f"a grid is a glshadow.study.Grid or at least one glshadow.Shadow: {error}") from None
+    if not chosen:
+        raise SettingsError("a grid is a glshadow.study.Grid or at least one glshadow.Shadow, got nothing")
     return chosen
 
 

@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.bias import ReceiverPlaneBias
+from glshadow.core.setting import as_path, instance
 from glshadow.core.shadow import Shadow
-from glshadow.errors import GlshadowError
+from glshadow.errors import GlshadowError, printable
+from glshadow.files import replacing
 from glshadow.inline import PAGE_LEVEL, address, jpeg, png
 from glshadow.measure.flip import flip
 from glshadow.study.cases import read_cases
@@ -61,24 +63,32 @@ def write_report(study: Study, folder: str | PathLike[str]) -> Path:
     Raises
     ------
     GlshadowError
-        If jinja2 or matplotlib is missing.
+        If jinja2 or matplotlib is missing, or a file cannot be written.
+    SettingsError
+        For what is no study or no path.
     """
     require()
-    out = Path(folder)
-    out.mkdir(parents=True, exist_ok=True)
+    study, out = instance(Study)("study", study), as_path("folder", folder)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise GlshadowError(f"the folder {out} cannot be made: {error.strerror or error}") from error
     flips = _flips(study)
     numbers: dict[str, Any] = study.as_dict()
     for row in numbers["results"]:
         row["flip"] = flips.get(row["key"])
-    (out / NUMBERS).write_text(json.dumps(numbers, indent=1, allow_nan=False) + "\n")
+    with replacing(out / NUMBERS) as part:
+        part.write_text(json.dumps(numbers, indent=1, allow_nan=False) + "\n")
     plots = []
     for light in range(len(study.lights)):
         drawn = figure(study, light)
         name = "plot.png" if len(study.lights) == 1 else f"plot-{light}.png"
-        drawn.savefig(out / name, format="png", dpi=160)
+        with replacing(out / name) as part:
+            drawn.savefig(part, format="png", dpi=160)
         plots.append(svg(drawn))
     page = out / PAGE
-    page.write_text(_page(study, plots, flips), encoding="utf-8")
+    with replacing(page) as part:
+        part.write_text(_page(study, plots, flips), encoding="utf-8")
     return page
 
 
@@ -105,7 +115,7 @@ def _page(study: Study, plots: list[str], flips: dict[str, float]) -> str:
 
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
-        lstrip_blocks=True,
+        lstrip_blocks=True, finalize=lambda value: printable(value) if type(value) is str else value,
     )  # fmt: skip
     environment.filters["percent"] = percent
     fronts = {result.key for light in range(len(study.lights)) for result in study.front(light)}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
-from html import escape
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import Light
+from glshadow.core.setting import as_floats, numbers_in, shown
 from glshadow.core.shadow import Shadow
+from glshadow.errors import SettingsError, printable
 from glshadow.measure.error import Score
 from glshadow.study.grid import setting_name
 from glshadow.study.pictures import Panel
@@ -159,7 +160,7 @@ class Study:
 
     def __str__(self) -> str:
         lines = [
-            f"{self.scene}, {self.size[0]} x {self.size[1]}: {len(self.results)} settings; not beaten by any other:"
+            f"{printable(self.scene)}, {self.size[0]} x {self.size[1]}: {len(self.results)} settings; not beaten by any other:"
         ]
         for light in range(len(self.lights)):
             lines += [f"  light {light}  {r.cost:5.2f} x floor {r.ms:7.1f} ms  wrong {r.score.wrong:8.4%}  {r.name}"
@@ -168,7 +169,7 @@ class Study:
 
     def _repr_html_(self) -> str:
         """In a notebook: the plot of each light (with the extra `study`), and the fronts as a table."""
-        from glshadow.inline import table
+        from glshadow.inline import table, words
         from glshadow.study.plot import plots
 
         head = ["light", "setting", "x floor", "ms", "wrong", "acne + leak", "grain"]
@@ -179,7 +180,7 @@ class Study:
             for r in self.front(light)
         ]  # fmt: skip
         return (
-            f"<p>{escape(self.scene)}, {self.size[0]} x {self.size[1]}: {len(self.results)} settings measured. "
+            f"<p>{words(self.scene)}, {self.size[0]} x {self.size[1]}: {len(self.results)} settings measured. "
             f"Those that no other beats in both speed and error:</p>{table(head, rows)}{''.join(plots(self))}"
         )
 
@@ -204,6 +205,9 @@ def plain_score(score: Score) -> dict[str, float | None]:
     return {name: value if np.isfinite(value) else None for name, value in values.items()}
 
 
+_MOST_SETTINGS = 10_000  # all are compared with all
+
+
 def pareto_front(costs: ArrayLike, errors: ArrayLike) -> NDArray[np.bool_]:
     """Which of N settings no other beats.
 
@@ -214,8 +218,17 @@ def pareto_front(costs: ArrayLike, errors: ArrayLike) -> NDArray[np.bool_]:
     ----------
     costs, errors : (N,) array_like
         Less is better.
+
+    Raises
+    ------
+    SettingsError
+        If they are not as many numbers.
     """
-    cost, error = np.asarray(costs, dtype=np.float64), np.asarray(errors, dtype=np.float64)
+    given = numbers_in(costs)
+    cost = None if given is None or given.size > _MOST_SETTINGS else as_floats(costs, (None,))
+    error = None if cost is None else as_floats(errors, cost.shape)
+    if cost is None or error is None:
+        raise SettingsError(f"costs and errors must be as many numbers (N,), got {shown(costs)} and {shown(errors)}")
     known = ~(np.isnan(cost) | np.isnan(error))
     as_good = (cost[:, None] <= cost) & (error[:, None] <= error)
     better = (cost[:, None] < cost) | (error[:, None] < error)

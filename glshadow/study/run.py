@@ -106,7 +106,7 @@ class Run:
         self._say(f"light {number}: timing")
         moved = [replace(_moved(light, k, self.scene), shadow=Shadow()) for k in range(-WARM_UP, self.repeats)]
         # what the floor needs of a frame, made before the clock runs: it would change the map's size between two settings
-        plain = [replace(self._frame(each, "image"), image=None) for each in moved]
+        plain = [replace(self._frame(each, "image"), outputs={}) for each in moved]
         for _, group in groupby(sorted(untimed, key=_map_of), key=_map_of):
             chosen = list(group)
             self._say(f"light {number}: timing {chosen[0].resolution}")
@@ -164,7 +164,7 @@ class Run:
 
     def _measured(self, number: int, shadow: Shadow) -> tuple[Frame, ShadowError]:
         frame = self._frame(replace(self.lights[number], shadow=shadow), "visibility", "triangle")
-        return frame, measure(frame, self.truth(number))  # type: ignore[arg-type]  # visibility was asked for
+        return frame, measure(frame, self.truth(number))
 
     def _time(self, moved: list[Light], plain: list[Frame], chosen: list[Shadow]) -> dict[Shadow | None, list[float]]:
         """Milliseconds of each setting and, as None, of the floor, round-robin."""

@@ -1,7 +1,6 @@
 """The commands in this process: every option, every kind of end, what is printed where."""
 
 import json
-import warnings
 from importlib import import_module
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from click.testing import CliRunner
 import glshadow as gs
 from glshadow import image
 from glshadow.cli import main
-from glshadow.errors import GlshadowWarning
+from glshadow.errors import warn
 
 SMALL = ("--size", "96x54", "--resolution", "256")
 
@@ -246,7 +245,7 @@ def test_warnings_are_lines_and_listed(folder, models):
 def test_each_warning_once(folder, monkeypatch):
     def noisy(*_, **__):
         for message in ("two\n lines", "two lines", "another"):
-            warnings.warn(message, GlshadowWarning, stacklevel=1)
+            warn(message)
         raise gs.SceneError("and\nthen it failed")
 
     monkeypatch.setattr("glshadow.scene.load.load", noisy)

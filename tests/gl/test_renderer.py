@@ -19,7 +19,7 @@ from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight,
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import CLIP_SPACES, Array, translation
-from glshadow.errors import GlshadowError, GlshadowWarning, SceneError, SettingsError
+from glshadow.errors import GlshadowError, GlshadowWarning, MissingOutput, SceneError, SettingsError
 from glshadow.frame import OUTPUTS, Frame, decoded
 from glshadow.renderer import Renderer, render
 from glshadow.scene import builtin, shapes
@@ -106,7 +106,11 @@ def test_shapes_and_types(renderer: Renderer) -> None:
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_only_what_was_asked_for(renderer: Renderer, name: str) -> None:
     frame = renderer.render(box_scene(), lights=[sun()], size=SIZE, outputs=(name,))
-    assert [output for output in OUTPUTS if getattr(frame, output) is not None] == [name]
+    assert tuple(frame.outputs) == (name,)
+    for other in set(OUTPUTS) - {name}:
+        assert not hasattr(frame, other)
+        with pytest.raises(MissingOutput, match=f'this frame has no "{other}": render it with outputs=.*"{name}"'):
+            getattr(frame, other)
 
 
 def test_rows_run_from_the_top(renderer: Renderer) -> None:
@@ -809,7 +813,7 @@ def test_save_exr(renderer: Renderer, tmp_path: Path) -> None:
 
 def test_save_without_picture(renderer: Renderer, tmp_path: Path) -> None:
     frame = renderer.render(box_scene(), lights=[sun()], size=SIZE, outputs=("visibility",))
-    with pytest.raises(SettingsError, match='without the output "image"'):
+    with pytest.raises(SettingsError, match='this frame has no "image"'):
         frame.save(tmp_path / "picture.png")
     assert list(tmp_path.iterdir()) == []
 

@@ -97,7 +97,7 @@ def test_a_colour_beyond_what_a_surface_reflects_is_clipped(tmp_path):
     with pytest.warns(gs.GlshadowWarning, match=r"materials\[0\]: its colour \(1e\+300, -1, 0\.5, 1\) is clipped"):
         scene = gs.load(path)
     assert (1.0, 0.0, 0.5, 1.0) in {node.mesh.material.color for node in scene.nodes}
-    with pytest.raises(gs.SceneError, match="color must be 4 numbers from 0 to 1"):
+    with pytest.raises(gs.SceneError, match=r"color must be 4 finite numbers, each in \[0, 1\]"):
         gs.Material(color=(2.0, 0.0, 0.0, 1.0))
 
 

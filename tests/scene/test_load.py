@@ -14,8 +14,9 @@ import trimesh
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.errors import GlshadowWarning, SceneError, SettingsError
+from glshadow.scene.box import default_sun
 from glshadow.scene.load import load
-from glshadow.scene.mesh import AlphaMode, Scene, default_sun
+from glshadow.scene.mesh import AlphaMode, Scene
 
 # name: (drawn triangles, nodes, distinct meshes, world extents, distinct pictures): what the models' README states
 MODELS = {

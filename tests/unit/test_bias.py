@@ -144,14 +144,14 @@ def test_bias_factor_moves_window_depth_alike(clip: ClipSpace) -> None:
 )
 @pytest.mark.parametrize("value", [-0.5, np.nan, np.inf])
 def test_bias_settings_refuse(build: object, name: str, value: float) -> None:
-    with pytest.raises(SettingsError, match=f"{name} must be finite and at least 0, got {value}"):
+    with pytest.raises(SettingsError, match=rf"{name} must be a finite number in \[0, inf\), got {value}"):
         build(value)  # type: ignore[operator]
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_clip_bias_may_be_negative_but_not_infinite(value: float) -> None:
     assert ClipBias(-1e-3).clip == -1e-3
-    with pytest.raises(SettingsError, match=f"ClipBias clip must be finite.*got {value}"):
+    with pytest.raises(SettingsError, match=f"ClipBias clip must be a finite number, got {value}"):
         ClipBias(value)
 
 

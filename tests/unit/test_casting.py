@@ -7,7 +7,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.casting import darkens
-from glshadow.scene.mesh import box_corners
+from glshadow.scene.box import box_corners
 
 FACES = [
     (0, 1, 3),

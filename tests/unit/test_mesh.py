@@ -9,7 +9,9 @@ from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import PointLight
 from glshadow.core.spaces import Array, perspective, project, translation
 from glshadow.errors import SceneError
-from glshadow.scene.mesh import Mesh, Node, Scene, box_corners, default_camera, default_sun, welded
+from glshadow.scene.box import box_corners, default_camera, default_sun
+from glshadow.scene.closed import welded
+from glshadow.scene.mesh import Mesh, Node, Scene
 
 # -x +x -y +y -z +z, turned outward
 QUADS = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
@@ -134,7 +136,7 @@ def test_attributes_must_fit() -> None:
 
 def test_node_needs_a_finite_matrix() -> None:
     for matrix in (np.eye(3), np.full((4, 4), np.nan)):
-        with pytest.raises(SceneError, match="node 'a'"):
+        with pytest.raises(SceneError, match="Node 'a' world_from_mesh must be a finite matrix"):
             Node("a", box(), matrix)
 
 

@@ -74,7 +74,7 @@ class Mapped(Source):
         """Compare with it."""
         if self.map is None:
             return open_receiver(work, self.light)
-        scene, sight, caps = work.scene, work.sight, work.caps
+        scene, caps = work.scene, work.caps
         axes, offset = frame_of(light_view(self.light, self.map.views), scene.origin)
         reach = max(self._reach(work), float(np.abs(offset).max()))
         compared = work.samplers.nearer_reversed if self.map.views[0].clip.reversed else work.samplers.nearer

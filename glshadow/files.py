@@ -1,0 +1,96 @@
+"""Files that appear whole or not at all, and temporary ones: what a killed process left of them, the next one removes.
+
+They are named `.glshadow-<machine>-<process>-<number>` and lie beside the file that they will become, or in the system's temporary
+folder. One whose process is no more is stale.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import platform
+import re
+import tempfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from glshadow.errors import GlshadowError
+
+_MACHINE = f"{zlib.crc32(platform.node().encode()):08x}"  # folders may be shared, process numbers are not
+_NAME = re.compile(rf"\.glshadow-{_MACHINE}-(\d+)-\d+(\.\w+)?")
+
+_numbers = itertools.count()
+_swept: set[Path] = set()
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Where to write what shall become `path`: beside it, with its ending. Renamed at the end, removed after an error.
+
+    Raises
+    ------
+    GlshadowError
+        If it cannot be written, for an OSError inside too.
+    """
+    try:
+        with _own(path.parent, path.suffix) as part:
+            yield part
+            part.replace(path)
+    except OSError as error:
+        raise GlshadowError(f"{path} cannot be written: {error.strerror or error}") from error
+
+
+@contextmanager
+def temporary(suffix: str) -> Iterator[Path]:
+    """A file of our own with an ending, empty, removed at the end.
+
+    Raises
+    ------
+    GlshadowError
+        If it cannot be made, for an OSError inside too.
+    """
+    try:
+        with _own(Path(tempfile.gettempdir()), suffix) as path:
+            yield path
+    except OSError as error:
+        raise GlshadowError(f"a temporary file cannot be written: {error.strerror or error}") from error
+
+
+@contextmanager
+def _own(folder: Path, suffix: str) -> Iterator[Path]:
+    _sweep(folder)
+    path = folder / f".glshadow-{_MACHINE}-{os.getpid()}-{next(_numbers)}{suffix}"
+    try:
+        os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+        yield path
+    finally:
+        with suppress(OSError):
+            path.unlink(missing_ok=True)
+
+
+def _sweep(folder: Path) -> None:
+    """Remove stale files from a folder; once is enough."""
+    place = folder.absolute()
+    if place in _swept:
+        return
+    _swept.add(place)
+    with suppress(OSError), os.scandir(place) as entries:
+        for entry in entries:
+            match = _NAME.fullmatch(entry.name)
+            if match and not _alive(int(match[1])):
+                with suppress(OSError):
+                    Path(entry.path).unlink()
+
+
+def _alive(process: int) -> bool:
+    if os.name != "posix":
+        return True  # there, asking with a signal would end it
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):  # somebody else's
+        return True
+    return True

@@ -1,0 +1,61 @@
+"""What follows from a scene's box: its corners, whether it can be drawn, the camera that frames it, and a sun."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.lights import DirectionalLight
+from glshadow.core.spaces import FARTHEST, Array, view_axes
+from glshadow.errors import SceneError
+
+# from the scene to the default camera: three-quarter view from above, chosen by eye
+VIEW_DIRECTION = (0.55, 0.45, 0.70)
+VIEW_MARGIN = 1.1  # of the picture to what the box needs of it, so that nothing touches the frame
+SUN_DIRECTION = (-0.55, -0.8, -0.25)  # the bench courtyard's: 53 degrees high, shadows fall to the left and away
+
+
+def box_corners(bounds: Array, world_from_mesh: Array) -> Array:
+    """World corners (N, 8, 3) of boxes (N, 2, 3) placed by (N, 4, 4)."""
+    picks = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    local = np.stack([bounds[:, picks[:, axis], axis] for axis in range(3)], axis=-1)
+    with np.errstate(over="ignore", invalid="ignore"):  # see check_place
+        return np.asarray(
+            np.einsum("nij,nkj->nki", world_from_mesh[:, :3, :3], local) + world_from_mesh[:, None, :3, 3]
+        )
+
+
+def check_place(corners: Array, whose: str = "") -> None:
+    """Refuse world corners (..., 3) that overflow or lie beyond what can be drawn.
+
+    Raises
+    ------
+    SceneError
+        `whose` begins its message.
+    """
+    if not np.isfinite(corners).all():
+        raise SceneError(f"{whose}its placed coordinates overflow: check the matrices of its nodes")
+    far = float(np.abs(corners).max())
+    if far > 0.1 * FARTHEST:  # the default camera has to stand outside
+        raise SceneError(
+            f"{whose}it lies {far:.3g} from the origin; up to {0.1 * FARTHEST:g} can be drawn: move it first"
+        )
+
+
+def default_camera(bounds: Array) -> PerspectiveCamera:
+    """Camera that frames a box (2, 3): looks along -VIEW_DIRECTION at its middle, fov 50, as near as every corner stays in a square
+    picture; a wider one shows more to the sides."""
+    centre = 0.5 * (bounds[0] + bounds[1])
+    towards = np.asarray(VIEW_DIRECTION) / np.linalg.norm(VIEW_DIRECTION)
+    corners = box_corners(bounds[None], np.eye(4)[None])[0] - centre
+    x, y, z = view_axes(-towards) @ corners.T
+    tangent = (
+        np.tan(np.radians(25.0)) / VIEW_MARGIN
+    )  # a corner at distance d - z is inside while |x|, |y| <= tangent (d - z)
+    eye = centre + towards * float((z + np.maximum(np.abs(x), np.abs(y)) / tangent).max())
+    return PerspectiveCamera(tuple(eye), tuple(centre))
+
+
+def default_sun() -> DirectionalLight:
+    """One white sun along SUN_DIRECTION."""
+    return DirectionalLight(direction=SUN_DIRECTION)
