@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
 from glshadow.core.fit import SceneFit, ViewFit
 from glshadow.core.kernels import Exact, Hard, Pcf
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
@@ -66,6 +66,7 @@ def __dir__() -> list[str]:
 
 __all__ = [
     "AlphaMode",
+    "Camera",
     "ClipBias",
     "ClipSpace",
     "ConstantBias",
@@ -77,11 +78,13 @@ __all__ = [
     "GlshadowError",
     "GlshadowWarning",
     "Hard",
+    "IntrinsicsCamera",
     "Material",
     "Mesh",
     "NoBias",
     "Node",
     "NormalOffsetBias",
+    "OrthographicCamera",
     "Pcf",
     "PerspectiveCamera",
     "PointLight",

@@ -9,7 +9,7 @@ from os import PathLike
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera
 from glshadow.core.lights import Light
 from glshadow.core.used import Used
 from glshadow.errors import SettingsError
@@ -49,7 +49,7 @@ class Frame:
     """
 
     scene: Scene
-    camera: PerspectiveCamera
+    camera: Camera
     lights: tuple[Light, ...]
     size: tuple[int, int]
     near: float

@@ -12,10 +12,11 @@ import moderngl
 import numpy as np
 from numpy.typing import ArrayLike
 
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera
 from glshadow.core.kernels import Exact
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.metric import Target
+from glshadow.core.setting import shown
 from glshadow.core.spaces import Array, finite_vector
 from glshadow.core.used import Used
 from glshadow.errors import GlshadowError, ResourceError, SceneError, SettingsError
@@ -108,7 +109,7 @@ class Renderer:
     def render(
         self,
         scene: Scene,
-        camera: PerspectiveCamera | None = None,
+        camera: Camera | None = None,
         lights: Sequence[Light] | None = None,
         size: tuple[int, int] = (1280, 720),
         ambient: float | ArrayLike = 0.1,
@@ -156,15 +157,17 @@ class Renderer:
 
 def _checked(
     scene: Scene,
-    camera: PerspectiveCamera | None,
+    camera: Camera | None,
     lights: Sequence[Light] | None,
     size: tuple[int, int],
     outputs: Sequence[str],
-) -> tuple[PerspectiveCamera, tuple[Light, ...]]:
+) -> tuple[Camera, tuple[Light, ...]]:
     if not isinstance(scene, Scene):
         raise SceneError(f"render needs a glshadow.Scene (see glshadow.load), got {type(scene).__name__}")
-    if camera is not None and not isinstance(camera, PerspectiveCamera):
-        raise SettingsError(f"camera must be a glshadow.PerspectiveCamera or None, got {camera!r}")
+    if camera is not None and not isinstance(camera, Camera):
+        raise SettingsError(
+            f"camera must be a glshadow.PerspectiveCamera, OrthographicCamera, IntrinsicsCamera or None, got {shown(camera)}"
+        )
     if isinstance(lights, DirectionalLight | SpotLight | PointLight):
         lights = (lights,)
     lights = scene.lights if lights is None else tuple(lights)
@@ -186,7 +189,7 @@ class _Frame:
         self,
         renderer: Renderer,
         scene: Scene,
-        camera: PerspectiveCamera,
+        camera: Camera,
         lights: tuple[Light, ...],
         size: tuple[int, int],
         outputs: Sequence[str],
@@ -291,7 +294,7 @@ class _Frame:
             self.r._scene = kept = GpuScene(self.context, self.r._meshes, self.scene)
         return kept
 
-    def _sight(self, camera: PerspectiveCamera, size: tuple[int, int]) -> Sight:
+    def _sight(self, camera: Camera, size: tuple[int, int]) -> Sight:
         kept = self.r._sight
         if kept is None or (kept.camera, kept.size) != (camera, size):
             self.r._sight = kept = look(self.scene, self.gpu, camera, size, self.context.caps.clip_control)
@@ -310,19 +313,16 @@ class _Frame:
 
 
 def _nothing_in_view(scene: Scene, sight: Sight) -> str:
-    camera = sight.camera
-    low, high, position, target = (
-        "(" + ", ".join(f"{x:.6g}" for x in point) + ")" for point in (*scene.bounds, camera.position, camera.target)
-    )
+    low, high = ("(" + ", ".join(f"{x:.6g}" for x in point) + ")" for point in scene.bounds)
     return (
-        f"nothing is in view: {scene.name} lies between {low} and {high}, and the camera at {position} looks at {target} "
-        f"with fov {camera.fov_y:g}, near {sight.near:g}, far {sight.far:g}"
+        f"nothing is in view: {scene.name} lies between {low} and {high}, and the camera {sight.camera}, "
+        f"near {sight.near:g}, far {sight.far:g}"
     )
 
 
 def render(
     scene: Any,
-    camera: PerspectiveCamera | None = None,
+    camera: Camera | None = None,
     lights: Sequence[Light] | None = None,
     size: tuple[int, int] = (1280, 720),
     path: Any = None,

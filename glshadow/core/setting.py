@@ -102,9 +102,12 @@ def whole(least: int, most: int, *, unit: str = "") -> Rule:
     allowed = f"an integer in [{least}, {most}]{' ' + unit if unit else ''}"
 
     def rule(name: str, value: Any) -> int:
-        if isinstance(value, bool | np.bool_) or not isinstance(value, Integral) or not least <= value <= most:
+        if isinstance(value, bool | np.bool_) or not isinstance(value, Integral):
             raise refuse(name, allowed, value)
-        return int(value)
+        kept = int(value)
+        if not least <= kept <= most:
+            raise refuse(name, allowed, value)
+        return kept
 
     return rule
 

@@ -52,7 +52,8 @@ class Refined:
         """Ask every pixel once, and those on edges at every point."""
         context = self._context
         values = {**place_uniforms(scene, sight, light, shadow), **light_uniforms(light)}
-        one = self._program(programs, "resolve.vert", "visibility.frag", scene, light, shadow, {})
+        camera = {"GLS_ORTHO": int(not sight.camera.is_perspective)}
+        one = self._program(programs, "resolve.vert", "visibility.frag", scene, light, shadow, camera)
         one.set(**values)
         bind_surface(samplers, scene, self.targets)
         bind_candidates(scene, shadow)
@@ -62,7 +63,7 @@ class Refined:
         context.ctx.clear_samplers(0, max(UNITS.values()) + 1)
         self._collect(programs, sight)
         columns, rows = BLOCKS[self.samples]
-        defines = {"GLS_COLUMNS": columns, "GLS_ROWS": rows}
+        defines = {**camera, "GLS_COLUMNS": columns, "GLS_ROWS": rows}
         many = self._program(programs, "samples.vert", "samples.frag", scene, light, shadow, defines)
         many.set(**values, u_size=self.size, u_offsets=sample_offsets(self.samples).astype(np.float32).tobytes())
         bind_surface(samplers, scene, self.targets)

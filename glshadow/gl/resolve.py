@@ -95,6 +95,7 @@ def resolve(
         slots=receiver_slots(light, share.shadow, context.caps),
         defines={
             **receiver_defines(light, share.shadow),
+            "GLS_ORTHO": int(not sight.camera.is_perspective),
             "GLS_SUN": int(isinstance(light, DirectionalLight)),
             "GLS_SURFACE": targets.surface.components,
             "GLS_COLORS": 2 if scene.textured else 0 if scene.color is not None else 1,
@@ -128,7 +129,7 @@ def _set(program: Program, scene: GpuScene, sight: Sight, light: Light, share: S
 def place_uniforms(scene: GpuScene, sight: Sight, light: Light, shadow: Asked) -> dict[str, Any]:
     """Uniforms of pass/resolve.vert that say where camera and light are, and those that ask what the light's shadow is made of."""
     camera = sight.camera
-    eye = np.asarray(camera.position) - scene.origin
+    eye = sight.eye - scene.origin
     axes, offset = _light_frame(scene, light, shadow)
     eye_l = axes @ eye
     values = {
@@ -143,12 +144,11 @@ def place_uniforms(scene: GpuScene, sight: Sight, light: Light, shadow: Asked) -
     }
     if isinstance(shadow, Lists | Numbers):
         local = (scene.corners.reshape(-1, 3) - scene.origin) @ axes.T + offset
-        reach = max(float(np.abs(local).max()), float(np.abs(eye_l + offset).max()))
+        reach = max(float(np.abs(local).max()), float(np.abs(eye_l + offset).max()) + sight.spread)
         bound = distance_bound(scene.world.reach, reach)
         return values | {"u_eye_l": tuple(eye_l + offset), "u_cells": shadow.grid.cells_from_window, "u_bound": bound}
     if isinstance(shadow, Map):
-        ray = float(np.linalg.norm(np.abs(sight.rays).sum(axis=1)))
-        reach = max(float(np.abs(eye).max()) + sight.far * ray, float(np.abs(offset).max()))
+        reach = max(float(np.abs(eye).max()) + sight.reach, float(np.abs(offset).max()))
         values |= receiver_uniforms(light, shadow, rounding_of(reach))
     return values
 

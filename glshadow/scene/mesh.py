@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera, PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.spaces import Array, view_axes
 from glshadow.errors import GlshadowWarning, SceneError
@@ -226,7 +226,7 @@ class Scene:
     """
 
     nodes: tuple[Node, ...]
-    camera: PerspectiveCamera = None  # type: ignore[assignment]  # replaced in __post_init__
+    camera: Camera = None  # type: ignore[assignment]  # replaced in __post_init__
     lights: tuple[Light, ...] = None  # type: ignore[assignment]
     name: str = "scene"
 
