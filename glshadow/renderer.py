@@ -244,7 +244,7 @@ class _Frame:
             size=sight.size,
             near=sight.near,
             far=sight.far,
-            used=tuple(used),
+            used=tuple(replace(each, fallbacks=each.fallbacks + sight.fallbacks) for each in used),
             timings=self.timings if "timings" in self.outputs else None,
             **results,
         )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
 from glshadow.core.fit import frustum_of, visible_corners
+from glshadow.core.ranges import depth_range, view_depth
 from glshadow.core.spaces import Array, ClipSpace
 from glshadow.core.view import ShadowView, camera_view
 from glshadow.gl.caster import seen_by
@@ -18,8 +19,6 @@ from glshadow.gl.geometry import GpuScene, pack_matrices
 from glshadow.gl.program import Program, Programs
 from glshadow.gl.targets import CameraTargets
 from glshadow.scene.mesh import AlphaMode, Scene
-
-NEAREST_SHARE = 1e-5  # of far: how close a derived near plane comes
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +39,8 @@ class Sight:
         Per node, float32.
     outside : (N,) bool
         Whether a node's box is wholly beyond the near plane, so that no back face of it is seen if it is closed.
+    fallbacks : tuple of str
+        What the driver's depth costs.
     """
 
     camera: Camera
@@ -52,6 +53,7 @@ class Sight:
     drawn: NDArray[np.int64]
     clip_from_mesh: list[bytes]
     outside: NDArray[np.bool_]
+    fallbacks: tuple[str, ...] = ()
 
     @property
     def far_z(self) -> float:
@@ -104,7 +106,8 @@ class Sight:
 
 def look(scene: Scene, gpu: GpuScene, camera: Camera, size: tuple[int, int], clip_control: bool) -> Sight:
     """Decide a camera's depth range and what it sees. Reversed 0..1 depth where the driver can, -1..1 elsewhere."""
-    near, far = _depth_range(scene, camera)
+    found = depth_range(camera, size, scene.boxes, scene.corners, clip_control)
+    near, far = found.near, found.far
     clip = ClipSpace(True, True) if clip_control else ClipSpace(False, False)
     view = camera_view(camera, size, near, far, clip)
     corners = scene.corners
@@ -114,37 +117,9 @@ def look(scene: Scene, gpu: GpuScene, camera: Camera, size: tuple[int, int], cli
         receivers=visible_corners(*scene.boxes, frustum),
         drawn=np.flatnonzero(seen_by(view.clip_from_world, corners, view)),
         clip_from_mesh=pack_matrices(view.clip_from_world @ gpu.world_from_origin),
-        outside=_depths(camera, corners).min(axis=1) > near,
+        outside=view_depth(camera, corners).min(axis=1) > near,
+        fallbacks=found.fallbacks,
     )  # fmt: skip
-
-
-def _depths(camera: Camera, points: Array) -> Array:
-    """View depths (...) of world points (..., 3)."""
-    row = camera.view_from_world[2]
-    return np.asarray(-(points @ row[:3] + row[3]))
-
-
-def _depth_range(scene: Scene, camera: Camera) -> tuple[float, float]:
-    """What it was given, else what the scene's boxes need."""
-    depth = _depths(camera, scene.corners.reshape(-1, 3))
-    nearest, farthest = float(depth.min()), float(depth.max())
-    if not camera.is_perspective:
-        return _box_range(camera, nearest, farthest)
-    far = camera.far if camera.far is not None else 1.001 * farthest
-    if far <= 0.0 or (camera.near is not None and far <= camera.near):
-        far = 2.0 * (camera.near or 1.0)
-    near = camera.near if camera.near is not None else max(0.999 * nearest, NEAREST_SHARE * far)
-    return min(near, 0.999 * far), far
-
-
-def _box_range(camera: Camera, nearest: float, farthest: float) -> tuple[float, float]:
-    """The same of an orthographic camera: what lies behind its position is not seen, unless it was given a near plane there."""
-    pad = max(1e-3 * (farthest - nearest), 1e-6 * max(abs(nearest), abs(farthest)))
-    near = camera.near if camera.near is not None else max(nearest - pad, 0.0)
-    far = camera.far if camera.far is not None else farthest + pad
-    if far > near:
-        return near, far
-    return (near, near + max(pad, 1e-3 * abs(near))) if camera.far is None else (far - max(pad, 1e-3 * abs(far)), far)
 
 
 def draw_surface(context: GLContext, programs: Programs, scene: GpuScene, sight: Sight, targets: CameraTargets) -> None:
