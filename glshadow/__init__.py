@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from glshadow.core import filters as _filters
 from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
 from glshadow.core.filters import *  # noqa: F403  # every filter there is
 from glshadow.core.fit import SceneFit, ViewFit
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
@@ -68,6 +68,7 @@ def __dir__() -> list[str]:
 
 __all__ = [
     "AlphaMode",
+    "Camera",
     "ClipBias",
     "ClipSpace",
     "ConstantBias",
@@ -77,12 +78,14 @@ __all__ = [
     "Frame",
     "GlshadowError",
     "GlshadowWarning",
+    "IntrinsicsCamera",
     "Material",
     "Mesh",
     "MissingOutput",
     "NoBias",
     "Node",
     "NormalOffsetBias",
+    "OrthographicCamera",
     "PerspectiveCamera",
     "PointLight",
     "ReceiverPlaneBias",

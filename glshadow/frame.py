@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera
 from glshadow.core.lights import Light
 from glshadow.core.setting import as_path
 from glshadow.core.used import Used
@@ -41,7 +41,7 @@ class Frame:
     """
 
     scene: Scene
-    camera: PerspectiveCamera
+    camera: Camera
     lights: tuple[Light, ...]
     size: tuple[int, int]
     near: float

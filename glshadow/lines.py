@@ -17,7 +17,7 @@ Color = tuple[int, int, int]
 HIDDEN = 0.22  # of the opacity behind a surface, chosen by eye
 HALO, HALO_WIDTH = 0.45, 2.0  # opacity and extra width, in pixels, of the dark rim that keeps a line readable on white
 NEAREST = 1e-3  # of a derived near plane: that one only just holds the surfaces, and lines may come nearer
-DEPTH_SLACK = 2e-3  # relative: a line drawn on a surface is in front of it
+DEPTH_SLACK = 2e-3  # of the depth, or of an orthographic camera's range: a line drawn on a surface is in front of it
 
 
 class Canvas:
@@ -35,8 +35,13 @@ class Canvas:
         self.unit = max(0.5, min(self.width, self.height) / 720.0)  # so that a line looks alike in a large picture
         self._view = frame.camera.view_from_world
         self._window = frame.camera.window(frame.size)
-        self._near = frame.camera.near or NEAREST * frame.near
-        self._surface = _farthest_around(frame.depth) * (1.0 + DEPTH_SLACK) if "depth" in frame.outputs else None
+        self._is_perspective = frame.camera.is_perspective
+        if self._is_perspective:
+            self._near, slack = frame.camera.near or NEAREST * frame.near, (1.0 + DEPTH_SLACK, 0.0)
+        else:
+            self._near, slack = frame.camera.near or 0.0, (1.0, DEPTH_SLACK * (frame.far - frame.near))
+        farthest = _farthest_around(frame.depth) if "depth" in frame.outputs else None
+        self._surface = None if farthest is None else self._nearness(farthest * slack[0] + slack[1])
 
     @property
     def image(self) -> NDArray[np.uint8]:
@@ -44,15 +49,12 @@ class Canvas:
         return np.asarray(np.rint(np.clip(self.pixels, 0.0, 255.0)), dtype=np.uint8)
 
     def place(self, points: ArrayLike) -> tuple[Array, Array]:
-        """World points (..., 3) as pixels (..., 2) and view depths (...); pixels are NaN unless in front of the eye."""
+        """World points (..., 3) as pixels (..., 2) and view depths (...); pixels are NaN unless in front of the camera."""
         local = transform(self._view, points)
         depth = -local[..., 2]
-        ahead = depth > 0.0
-        left, right, bottom, top = self._window
-        tangent = np.where(ahead[..., None], local[..., :2], np.nan) / np.where(ahead, depth, 1.0)[..., None]
-        x = (tangent[..., 0] - left) / (right - left) * self.width
-        y = (top - tangent[..., 1]) / (top - bottom) * self.height
-        return np.stack([x, y], axis=-1), depth
+        ahead = depth > (0.0 if self._is_perspective else self._near)
+        place = self._pixels(np.where(ahead[..., None], local[..., :2], np.nan), np.where(ahead, depth, 1.0))
+        return place, depth
 
     def point(self, places: ArrayLike, depth: ArrayLike) -> Array:
         """World points (..., 3) at pixels (..., 2) and view depths (...): `place` the other way round."""
@@ -60,7 +62,9 @@ class Canvas:
         left, right, bottom, top = self._window
         x = left + place[..., 0] / self.width * (right - left)
         y = top - place[..., 1] / self.height * (top - bottom)
-        local = np.stack([x, y, -np.ones_like(x)], axis=-1) * np.asarray(depth, dtype=np.float64)[..., None]
+        along = np.broadcast_to(np.asarray(depth, dtype=np.float64), x.shape)
+        scale = along if self._is_perspective else np.ones_like(x)
+        local = np.stack([x * scale, y * scale, -along], axis=-1)
         return np.asarray((local - self._view[:3, 3]) @ self._view[:3, :3])
 
     def inside(self, points: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:
@@ -76,10 +80,9 @@ class Canvas:
         local = transform(self._view, np.asarray(segments, dtype=np.float64).reshape(-1, 2, 3))
         local = _clipped_near(local, self._near)
         depth = -local[..., 2]
-        left, right, bottom, top = self._window
-        x = (local[..., 0] / depth - left) / (right - left) * self.width
-        y = (top - local[..., 1] / depth) / (top - bottom) * self.height
-        self._draw(np.stack([x, y, 1.0 / depth], axis=-1), color, width, opacity, halo)
+        place = self._pixels(local[..., :2], depth)
+        segments = np.concatenate([place, self._nearness(depth)[..., None]], axis=-1)
+        self._draw(segments, color, width, opacity, halo)
 
     def strokes(
         self, segments: ArrayLike, color: Color, width: float = 1.5, opacity: float = 1.0, halo: bool = True
@@ -108,8 +111,20 @@ class Canvas:
         small = np.asarray(picture, dtype=np.float32)
         self.pixels[corner[1] : corner[1] + small.shape[0], corner[0] : corner[0] + small.shape[1]] = small
 
+    def _pixels(self, across: Array, depth: Array) -> Array:
+        """Pixels (..., 2) of what lies at view x, y (..., 2) and a depth (...)."""
+        left, right, bottom, top = self._window
+        place = across / depth[..., None] if self._is_perspective else across
+        x = (place[..., 0] - left) / (right - left) * self.width
+        y = (top - place[..., 1]) / (top - bottom) * self.height
+        return np.stack([x, y], axis=-1)
+
+    def _nearness(self, depth: Array) -> Array:
+        """What falls with view depths (...) and is linear along a projected line."""
+        return np.asarray(1.0 / depth if self._is_perspective else -depth)
+
     def _draw(self, segments: Array, color: Color, width: float, opacity: float, halo: bool) -> None:
-        """Segments (S, 2, 3) of pixel x, y and 1 / depth (linear along a projected line)."""
+        """Segments (S, 2, 3) of pixel x, y and nearness."""
         segments = _clipped(segments, self.width, self.height, margin=width * self.unit + HALO_WIDTH + 1.0)
         width = max(1.0, width * self.unit)
         if halo:
@@ -120,17 +135,17 @@ class Canvas:
         """(H, W) in 0..1: how much of each pixel the lines cover, less where they are hidden."""
         cover = np.zeros((self.height, self.width), dtype=np.float32)
         for start, end in segments:
-            x, y, inverse, amount = _rasterised(start, end, width)
+            x, y, nearness, amount = _rasterised(start, end, width)
             kept = (x >= 0) & (x < self.width) & (y >= 0) & (y < self.height) & (amount > 0.0)
-            x, y, inverse, amount = x[kept], y[kept], inverse[kept], amount[kept]
+            x, y, nearness, amount = x[kept], y[kept], nearness[kept], amount[kept]
             if self._surface is not None:
-                amount = np.where(inverse * self._surface[y, x] < 1.0, HIDDEN * amount, amount)
+                amount = np.where(nearness < self._surface[y, x], HIDDEN * amount, amount)
             np.maximum.at(cover, (y, x), amount.astype(np.float32))
         return cover
 
 
 def _rasterised(start: Array, end: Array, width: float) -> tuple[NDArray[np.int64], NDArray[np.int64], Array, Array]:
-    """Pixels x and y of one segment, 1 / depth and coverage there: a row across the line at each step along it."""
+    """Pixels x and y of one segment, nearness and coverage there: a row across the line at each step along it."""
     steep = abs(end[1] - start[1]) > abs(end[0] - start[0])
     a, b = (start[[1, 0, 2]], end[[1, 0, 2]]) if steep else (start, end)
     if a[0] > b[0]:
@@ -144,11 +159,11 @@ def _rasterised(start: Array, end: Array, width: float) -> tuple[NDArray[np.int6
     centre = a[1] + t * run * slope
     across = np.floor(centre)[:, None] + np.arange(-reach, reach + 1)
     amount = np.clip(0.5 * width + 0.5 - np.abs(across + 0.5 - centre[:, None]) * lean, 0.0, 1.0)
-    inverse = np.full(len(t), np.inf) if np.isinf(a[2]) else a[2] + t * (b[2] - a[2])
+    nearness = np.full(len(t), np.inf) if np.isinf(a[2]) else a[2] + t * (b[2] - a[2])
     major = np.broadcast_to(along[:, None], across.shape).ravel().astype(np.int64)
     minor = across.ravel().astype(np.int64)
     x, y = (minor, major) if steep else (major, minor)
-    return x, y, np.broadcast_to(inverse[:, None], across.shape).ravel(), amount.ravel()
+    return x, y, np.broadcast_to(nearness[:, None], across.shape).ravel(), amount.ravel()
 
 
 def _clipped_near(segments: Array, near: float) -> Array:

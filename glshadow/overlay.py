@@ -176,7 +176,7 @@ def _draw_axes(canvas: Canvas, frame: Frame) -> None:
         return
     # No corner is in the picture: only the directions, in its lower left
     places = canvas.height * np.array([[0.09, 0.87], [0.09, 0.80]])
-    origin, top = canvas.point(places, 2.0 * frame.near)
+    origin, top = canvas.point(places, 0.5 * (frame.near + frame.far))
     _draw_triad(canvas, origin, float(np.linalg.norm(top - origin)), flat=True)
 
 
@@ -244,17 +244,17 @@ def _draw_sun(canvas: Canvas, frame: Frame, light: DirectionalLight, used: Used,
     source = places[np.argmax(seen)]
     tip = source + direction * min(0.16 * _extent(frame), 0.8 * float(np.linalg.norm(middle - source)) + 1e-3 * reach)
     canvas.lines([[source, tip]], color, 2.5)
-    ends, depth = canvas.place([source, tip])
+    ends, _ = canvas.place([source, tip])
     away = ends[1] - ends[0]
-    if (depth > 0.0).all() and np.linalg.norm(away) > 12.0 * canvas.unit:
+    if np.linalg.norm(away) > 12.0 * canvas.unit:  # not if an end is behind the eye: then it is NaN
         _arrow_head(canvas, ends[1], away / np.linalg.norm(away), color)
     _draw_source(canvas, source, color, rays=12)
 
 
 def _draw_source(canvas: Canvas, position: Sequence[float] | Array, color: Color, rays: int) -> None:
-    place, depth = canvas.place(np.asarray(position, dtype=np.float64))
-    if depth <= 0.0 or not canvas.inside(position, -20.0 * canvas.unit):
+    if not canvas.inside(position, -20.0 * canvas.unit):
         return
+    place, _ = canvas.place(np.asarray(position, dtype=np.float64))
     radius = (9.0 if rays > 8 else 5.0) * canvas.unit
     if rays:
         angle = 2.0 * np.pi * np.arange(rays) / rays

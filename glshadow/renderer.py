@@ -7,13 +7,14 @@ import math
 import time
 import weakref
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any, Self
 
 import moderngl
 import numpy as np
 from numpy.typing import ArrayLike
 
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.setting import Rule, as_float, one_of, several, shown, vector
 from glshadow.core.spaces import Array
@@ -114,7 +115,7 @@ class Renderer:
     def render(
         self,
         scene: Scene,
-        camera: PerspectiveCamera | None = None,
+        camera: Camera | None = None,
         lights: Sequence[Light] | None = None,
         size: tuple[int, int] = (1280, 720),
         ambient: float | ArrayLike = 0.1,
@@ -165,7 +166,7 @@ class Renderer:
     def _frame(
         self,
         scene: Scene,
-        camera: PerspectiveCamera,
+        camera: Camera,
         lights: tuple[Light, ...],
         size: tuple[int, int],
         outputs: frozenset[str],
@@ -198,6 +199,7 @@ class Renderer:
         sight = work.sight
         if not self._covered.passed:
             warn(_nothing_in_view(scene, sight))
+        used = tuple(replace(each, fallbacks=each.fallbacks + sight.fallbacks) for each in used)
         if clock.times is not None:
             results["timings"] = clock.times
         return Frame(scene=scene, camera=camera, lights=lights, size=sight.size, near=sight.near, far=sight.far, used=used,
@@ -205,9 +207,7 @@ class Renderer:
 
     # What is kept from frame to frame
 
-    def _work(
-        self, scene: Scene, camera: PerspectiveCamera, size: tuple[int, int], lights: int, outputs: frozenset[str]
-    ) -> Work:
+    def _work(self, scene: Scene, camera: Camera, size: tuple[int, int], lights: int, outputs: frozenset[str]) -> Work:
         context, programs = self._context, self._programs
         gpu = self._scene.get(weakref.ref(scene), lambda: GpuScene(context, self._meshes, scene))
         key = (camera, size, gpu.identity)
@@ -263,19 +263,16 @@ class _Clock:
 
 
 def _nothing_in_view(scene: Scene, sight: Sight) -> str:
-    camera = sight.camera
-    low, high, position, target = (
-        "(" + ", ".join(f"{x:.6g}" for x in point) + ")" for point in (*scene.bounds, camera.position, camera.target)
-    )
+    low, high = ("(" + ", ".join(f"{x:.6g}" for x in point) + ")" for point in scene.bounds)
     return (
-        f"nothing is in view: {scene.name} lies between {low} and {high}, and the camera at {position} looks at {target} "
-        f"with fov {camera.fov_y:g}, near {sight.near:g}, far {sight.far:g}"
+        f"nothing is in view: {scene.name} lies between {low} and {high}, and the camera {sight.camera}, "
+        f"near {sight.near:g}, far {sight.far:g}"
     )
 
 
 def render(
     scene: Any,
-    camera: PerspectiveCamera | None = None,
+    camera: Camera | None = None,
     lights: Sequence[Light] | None = None,
     size: tuple[int, int] = (1280, 720),
     path: Any = None,

@@ -17,7 +17,7 @@ from glshadow.core.spelling import parse
 from glshadow.errors import SettingsError
 
 if TYPE_CHECKING:
-    from glshadow.core.cameras import PerspectiveCamera
+    from glshadow.core.cameras import Camera
     from glshadow.core.lights import Light
     from glshadow.frame import Frame
     from glshadow.scene.mesh import Scene
@@ -102,6 +102,8 @@ scene_options = _all(
     option("Camera", "--up", metavar="X,Y,Z", read=values.vector, help="What is up in the picture. Default: 0,1,0."),
     option("Camera", "--fov", metavar="DEG", read=values.fov,
            help="Vertical field of view. Default: the file's, else 50."),
+    option("Camera", "--ortho", metavar="HEIGHT", read=values.height,
+           help="Orthographic: rays run side by side, and the picture is so many world units high."),
     option("Camera", "--near", metavar="D", read=values.plane, help="Nothing nearer is drawn. Default: derived."),
     option("Camera", "--far", metavar="D", read=values.plane, help="Nothing farther is drawn. Default: derived."),
     option("Lights", "--light", "lights", metavar="LIGHT", read=values.light, multiple=True,
@@ -154,6 +156,7 @@ class Request:
     target: values.Triple | None
     up: values.Triple | None
     fov: float | None
+    ortho: float | None
     near: float | None
     far: float | None
     lights: tuple[Light, ...]
@@ -179,18 +182,29 @@ class Request:
 
         return load(self.model, ground=self.ground, up_axis=self.up_axis)
 
-    def camera(self, scene: Scene) -> PerspectiveCamera:
+    def camera(self, scene: Scene) -> Camera:
         """The scene's camera with what was given put in its place."""
-        given: dict[str, Any] = {"position": self.eye, "target": self.target, "up": self.up, "fov_y": self.fov}
+        given: dict[str, Any] = {"position": self.eye, "target": self.target, "up": self.up}
         given |= {"near": self.near, "far": self.far}
         if self.eye is not None and self.target is None:
             given["target"] = tuple(float(x) for x in scene.bounds.mean(axis=0))
         if self.up is None and (self.eye is not None or self.target is not None):
             given["up"] = (0.0, 1.0, 0.0)  # the file's camera may have been tilted
         try:
-            return replace(scene.camera, **{name: value for name, value in given.items() if value is not None})
+            return replace(
+                self._through_lens(scene.camera), **{name: value for name, value in given.items() if value is not None}
+            )
         except SettingsError as error:
             raise click.UsageError(f"--eye, --target, --up, --near and --far do not go together: {error}") from error
+
+    def _through_lens(self, camera: Camera) -> Camera:
+        from glshadow.core.cameras import OrthographicCamera, PerspectiveCamera
+
+        if self.fov is not None and self.ortho is not None:
+            raise click.UsageError("--fov and --ortho do not go together: rays leave one eye, or they run side by side")
+        if self.ortho is not None:
+            return camera.through(OrthographicCamera, height=self.ortho)
+        return camera if self.fov is None else camera.through(PerspectiveCamera, fov_y=self.fov)
 
     def lit(self, scene: Scene) -> tuple[Light, ...]:
         """The lights that were given, or the scene's, with the shadow that was asked for."""
@@ -239,16 +253,13 @@ def refuse_blank(frame: Frame) -> float:
     if covered > 0.0:
         return covered
     scene, camera = frame.scene, frame.camera
-    low, high, eye, target = (
-        "(" + ", ".join(f"{x:.6g}" for x in point) + ")" for point in (*scene.bounds, camera.position, camera.target)
-    )
+    low, high = ("(" + ", ".join(f"{x:.6g}" for x in point) + ")" for point in scene.bounds)
     planes = "".join(f", {name} {d:g}" for name, d in (("near", camera.near), ("far", camera.far)) if d is not None)
     advice = "move it with --eye and --target, or leave these out"
     if camera == scene.camera:
         advice = "the model is too thin or too small to be seen from there; try another --eye"
     raise SceneError(
-        f"nothing is in view: {scene.name} lies between {low} and {high}, and the camera at {eye} looks at {target} "
-        f"with fov {camera.fov_y:g}{planes}; {advice}"
+        f"nothing is in view: {scene.name} lies between {low} and {high}, and the camera {camera}{planes}; {advice}"
     )
 
 

@@ -121,7 +121,7 @@ def _report(frame: Frame, path: Path, scene: Scene, covered: float, info: dict[s
         "path": str(path),
         "size": frame.size,
         "scene": scene_facts(scene),
-        "camera": {"position": camera.position, "target": camera.target, "up": camera.up, "fov_y": camera.fov_y,
+        "camera": {"position": camera.position, "target": camera.target, "up": camera.up, **camera.lens,
                    "near": frame.near, "far": frame.far},
         "covered": covered,
         "lights": [light_facts(light, used) for light, used in zip(frame.lights, frame.used, strict=True)],

@@ -98,6 +98,13 @@ def fov(text: str) -> float:
     return PerspectiveCamera(fov_y=number(text)).fov_y
 
 
+def height(text: str) -> float:
+    """World units."""
+    from glshadow.core.cameras import OrthographicCamera
+
+    return OrthographicCamera(height=number(text)).height
+
+
 def plane(text: str) -> float:
     """Distance of the camera's near or far plane."""
     value = number(text)

@@ -61,7 +61,7 @@ _EDGES = np.array([(a, b) for a in range(8) for b in range(a + 1, 8) if np.abs(_
 
 @dataclass(frozen=True, eq=False)
 class Frustum:
-    """What a perspective view can see.
+    """What a view can see.
 
     Parameters
     ----------
@@ -76,8 +76,14 @@ class Frustum:
     limits: Array
 
 
-def frustum_of(window: tuple[float, float, float, float], near: float, far: float, view_from_world: Array) -> Frustum:
-    """The frustum of a view; `window` is left, right, bottom, top as tangents.
+def frustum_of(
+    window: tuple[float, float, float, float],
+    near: float,
+    far: float,
+    view_from_world: Array,
+    is_perspective: bool = True,
+) -> Frustum:
+    """The frustum of a view; `window` is left, right, bottom, top as tangents, or in world units if it is a box.
 
     The faces come from the window, not from the corners: far from the origin those of a narrow one round to a single point.
     """
@@ -85,12 +91,14 @@ def frustum_of(window: tuple[float, float, float, float], near: float, far: floa
     rotation, offset = view_from_world[:3, :3], view_from_world[:3, 3]
     tangents = np.array([left, bottom, right, top]).reshape(2, 2)
     distance = np.array([near, far])[_CORNERS[:, 2]]
-    corners_v = np.stack(
-        [tangents[_CORNERS[:, 0], 0] * distance, tangents[_CORNERS[:, 1], 1] * distance, -distance], axis=-1
-    )
-    # x >= left * depth, and so on, with depth = -z
-    normals_v = np.array([[1, 0, left], [-1, 0, -right], [0, 1, bottom], [0, -1, -top], [0, 0, -1], [0, 0, 1]])
-    limits = np.array([0.0, 0.0, 0.0, 0.0, near, -far]) - normals_v @ offset
+    scale = distance if is_perspective else np.ones(8)
+    corners_v = np.stack([tangents[_CORNERS[:, 0], 0] * scale, tangents[_CORNERS[:, 1], 1] * scale, -distance], axis=-1)
+    # x >= left * depth, and so on, with depth = -z; of a box x >= left
+    edges, none = np.array([left, -right, bottom, -top]), np.zeros(4)
+    lean, first = (edges, none) if is_perspective else (none, edges)
+    sides = np.column_stack([[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0], lean])
+    normals_v = np.concatenate([sides, [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])
+    limits = np.concatenate([first, [near, -far]]) - normals_v @ offset
     return Frustum((corners_v - offset) @ rotation, normals_v @ rotation, limits)
 
 

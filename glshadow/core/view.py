@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from glshadow.core.cameras import Camera
 from glshadow.core.fit import minimum_rectangle
 from glshadow.core.lights import DirectionalLight, Light, SpotLight
 from glshadow.core.spaces import (
@@ -116,6 +117,12 @@ class ShadowView:
     def placed(self, tile: tuple[int, int]) -> ShadowView:
         """The same view at another place of the atlas."""
         return replace(self, tile=tile)
+
+
+def camera_view(camera: Camera, size: tuple[int, int], near: float, far: float, clip: ClipSpace) -> ShadowView:
+    """A camera as a view, so that what is asked of lights' views can be asked of it."""
+    kind: Kind = "spot" if camera.is_perspective else "directional"
+    return ShadowView(kind, 0, camera.view_from_world, camera.window(size), near, far, clip, 1)
 
 
 def shadow_views(

@@ -9,19 +9,18 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera
 from glshadow.core.culling import seen_by
 from glshadow.core.fit import frustum_of, visible_corners
-from glshadow.core.spaces import Array, ClipSpace, perspective
-from glshadow.core.view import ShadowView
+from glshadow.core.ranges import depth_range, view_depth
+from glshadow.core.spaces import Array, ClipSpace
+from glshadow.core.view import ShadowView, camera_view
 from glshadow.gl.context import GLContext
 from glshadow.gl.drawing import draw_nodes
 from glshadow.gl.geometry import GpuScene, pack_matrices
 from glshadow.gl.program import Program, Programs
 from glshadow.gl.targets import CameraTargets
 from glshadow.scene.mesh import AlphaMode, Scene
-
-NEAREST_SHARE = 1e-5  # of far: how close a derived near plane comes
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +31,8 @@ class Sight:
     ----------
     near, far : float
         Depth range, as given or derived.
+    view : ShadowView
+        The same as a view.
     receivers : list of (M, 3) float64
         Per node the corners of what is seen of its box.
     drawn : (K,) int64
@@ -40,18 +41,21 @@ class Sight:
         Per node, float32.
     outside : (N,) bool
         Whether a node's box is wholly beyond the near plane, so that no back face of it is seen if it is closed.
+    fallbacks : tuple of str
+        What the driver's depth costs.
     """
 
-    camera: PerspectiveCamera
+    camera: Camera
     size: tuple[int, int]
     near: float
     far: float
     clip: ClipSpace
-    clip_from_view: Array
+    view: ShadowView
     receivers: list[Array]
     drawn: NDArray[np.int64]
     clip_from_mesh: list[bytes]
     outside: NDArray[np.bool_]
+    fallbacks: tuple[str, ...] = ()
 
     @property
     def far_z(self) -> float:
@@ -59,48 +63,65 @@ class Sight:
         return (0.0 if self.clip.zero_to_one else -1.0) if self.clip.reversed else 1.0
 
     @property
+    def eye(self) -> Array:
+        """(3,) world point that depths of the resolve passes count from: the eye, or the middle of an orthographic near plane."""
+        position = np.asarray(self.camera.position)
+        return position if self.camera.is_perspective else position - self.near * self.camera.view_from_world[2, :3]
+
+    @property
     def rays(self) -> Array:
-        """(3, 3) ray of unit view depth = rays @ (NDC x, NDC y, 1), in view axes."""
+        """(3, 3) matrix whose product with (NDC x, NDC y, 1) is, in view axes, the ray of unit view depth through the eye; of an
+        orthographic camera the ray's start, from the eye."""
         left, right, bottom, top = self.camera.window(self.size)
         x, y = 0.5 * (right - left), 0.5 * (top - bottom)
-        return np.array([[x, 0.0, left + x], [0.0, y, bottom + y], [0.0, 0.0, -1.0]])
+        return np.array([[x, 0.0, left + x], [0.0, y, bottom + y], [0.0, 0.0, -float(self.camera.is_perspective)]])
+
+    @property
+    def spread(self) -> float:
+        """How far from the eye rays start; world units."""
+        return 0.0 if self.camera.is_perspective else float(np.linalg.norm(np.abs(self.rays).sum(axis=1)))
+
+    @property
+    def reach(self) -> float:
+        """How far from the eye a point may lie that is seen; world units."""
+        if self.camera.is_perspective:
+            return self.far * float(np.linalg.norm(np.abs(self.rays).sum(axis=1)))
+        return self.spread + self.far - self.near
 
     @property
     def unproject(self) -> tuple[float, float]:
-        """(x, y) with 1 / view depth = x + y * window depth, exact in every clip convention."""
-        matrix = self.clip_from_view
+        """(x, y) with x + y * window depth = 1 / depth from the eye, or that depth itself if orthographic; in every clip convention."""
+        if not self.camera.is_perspective:
+            span = self.far - self.near
+            return (span, -span) if self.clip.reversed else (0.0, span)
+        matrix = self.view.clip_from_view
         low, span = (
             (0.0, 1.0) if self.clip.zero_to_one else (-1.0, 2.0)
         )  # ndc = low + span * window = -m22 + m23 / depth
         return (low + matrix[2, 2]) / matrix[2, 3], span / matrix[2, 3]
 
+    def depth(self, window: Array) -> Array:
+        """View depth of window depths, any shape."""
+        x, y = self.unproject
+        return 1.0 / (x + y * window) if self.camera.is_perspective else self.near + (x + y * window)
 
-def look(scene: Scene, gpu: GpuScene, camera: PerspectiveCamera, size: tuple[int, int], clip_control: bool) -> Sight:
+
+def look(scene: Scene, gpu: GpuScene, camera: Camera, size: tuple[int, int], clip_control: bool) -> Sight:
     """Decide a camera's depth range and what it sees. Reversed 0..1 depth where the driver can, -1..1 elsewhere."""
-    near, far = _depth_range(scene, camera)
+    found = depth_range(camera, size, scene.boxes, scene.corners, clip_control)
+    near, far = found.near, found.far
     clip = ClipSpace(True, True) if clip_control else ClipSpace(False, False)
-    window, view = camera.window(size), camera.view_from_world
-    frustum = ShadowView("spot", 0, view, window, near, far, clip, 1)
+    view = camera_view(camera, size, near, far, clip)
     corners = scene.corners
-    depth = -(corners @ view[2, :3] + view[2, 3])
+    frustum = frustum_of(view.window, near, far, view.view_from_world, camera.is_perspective)
     return Sight(
-        camera, size, near, far, clip, perspective(*window, near, far, clip),
-        receivers=visible_corners(*scene.boxes, frustum_of(window, near, far, view)),
-        drawn=np.flatnonzero(seen_by(frustum.clip_from_world, corners, frustum)),
-        clip_from_mesh=pack_matrices(frustum.clip_from_world @ gpu.world_from_origin),
-        outside=depth.min(axis=1) > near,
+        camera, size, near, far, clip, view,
+        receivers=visible_corners(*scene.boxes, frustum),
+        drawn=np.flatnonzero(seen_by(view.clip_from_world, corners, view)),
+        clip_from_mesh=pack_matrices(view.clip_from_world @ gpu.world_from_origin),
+        outside=view_depth(camera, corners).min(axis=1) > near,
+        fallbacks=found.fallbacks,
     )  # fmt: skip
-
-
-def _depth_range(scene: Scene, camera: PerspectiveCamera) -> tuple[float, float]:
-    """What it was given, else what the scene's boxes need."""
-    row = camera.view_from_world[2]
-    depth = -(scene.corners.reshape(-1, 3) @ row[:3] + row[3])
-    far = camera.far if camera.far is not None else 1.001 * float(depth.max())
-    if far <= 0.0 or (camera.near is not None and far <= camera.near):
-        far = 2.0 * (camera.near or 1.0)
-    near = camera.near if camera.near is not None else max(0.999 * float(depth.min()), NEAREST_SHARE * far)
-    return min(near, 0.999 * far), far
 
 
 def draw_surface(context: GLContext, programs: Programs, scene: GpuScene, sight: Sight, targets: CameraTargets) -> None:

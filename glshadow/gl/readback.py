@@ -44,15 +44,14 @@ def pixels(texture: moderngl.Texture, dtype: Any) -> NDArray[Any]:
 def _depths(outputs: Collection[str], sight: Sight, targets: CameraTargets) -> dict[str, Any]:
     window = pixels(targets.depth, np.float32)[..., 0]
     nothing = window == sight.clip.clear_depth
-    x, y = sight.unproject
-    depth = 1.0 / np.where(nothing, 1.0, x + y * window.astype(np.float64))
+    depth = sight.depth(np.where(nothing, 0.5, window.astype(np.float64)))
     results: dict[str, Any] = {}
     if "depth" in outputs:
         results["depth"] = np.where(nothing, np.inf, depth).astype(np.float32)
     if "depth_metric" in outputs:
-        matrix = sight.clip_from_view
+        matrix, kind = sight.view.clip_from_view, sight.view.kind
         metric = projected_metric(
-            matrix[2, 3] - matrix[2, 2] * depth, sight.clip, *metric_range("spot", sight.clip, sight.near, sight.far)
+            matrix[2, 3] - matrix[2, 2] * depth, sight.clip, *metric_range(kind, sight.clip, sight.near, sight.far)
         )
         results["depth_metric"] = np.where(nothing, 1.0, metric).astype(np.float32)
     if "triangle" in outputs:

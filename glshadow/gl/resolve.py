@@ -51,6 +51,7 @@ def resolve(work: Work, share: Share) -> None:
         slots=asked.slots,
         defines={
             **asked.defines,
+            "GLS_ORTHO": int(not work.sight.camera.is_perspective),
             "GLS_SUN": int(isinstance(light, DirectionalLight)),
             "GLS_SURFACE": targets.surface.components,
             "GLS_COLORS": 2 if scene.textured else 0 if scene.color is not None else 1,

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import moderngl
-import numpy as np
 
 from glshadow.core.spaces import Array
 from glshadow.gl.camera import Sight
@@ -55,7 +54,7 @@ def camera_uniforms(scene: GpuScene, sight: Sight, axes: Array, offset: Array) -
         Where the scene's origin lies in it.
     """
     camera = sight.camera
-    eye = np.asarray(camera.position) - scene.origin
+    eye = sight.eye - scene.origin
     return {
         "u_far_z": sight.far_z,
         "u_unproject": sight.unproject,

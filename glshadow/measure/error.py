@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera
 from glshadow.core.fit import minimum_rectangle
 from glshadow.core.lights import DirectionalLight, Light, SpotLight
 from glshadow.core.shadow import Shadow
@@ -39,7 +39,7 @@ class Frame(Protocol):
     @property
     def scene(self) -> Scene: ...
     @property
-    def camera(self) -> PerspectiveCamera: ...
+    def camera(self) -> Camera: ...
     @property
     def lights(self) -> Sequence[Light]: ...
 

@@ -11,7 +11,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.cameras import PerspectiveCamera, pixel_rays
+from glshadow.core.cameras import Camera
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 from glshadow.core.setting import as_float, as_floats, refuse, shown, whole
 from glshadow.core.spaces import Array
@@ -64,7 +64,7 @@ class Truth:
     normal: Array
     variance: Floats | None
     scene: Scene
-    camera: PerspectiveCamera
+    camera: Camera
     lights: tuple[Light, ...]
     size: tuple[int, int]
     rays: Rays = field(repr=False)
@@ -169,7 +169,7 @@ class Truth:
 
 def trace(
     scene: Scene,
-    camera: PerspectiveCamera | None = None,
+    camera: Camera | None = None,
     lights: Sequence[Light] | None = None,
     size: tuple[int, int] = (1280, 720),
     pixel_samples: int = 1,
@@ -270,7 +270,7 @@ def _checked_surface(surface: Ints, scene: Scene, size: tuple[int, int], pixel_s
     return surface.astype(np.int32)
 
 
-def _rays_of(scene: Scene, camera: PerspectiveCamera) -> Rays:
+def _rays_of(scene: Scene, camera: Camera) -> Rays:
     """The scene's tree about the point of its box nearest to the eye: most precise where the camera is near."""
     origin = np.clip(np.asarray(camera.position), *scene.bounds)
     rays = _rays.get(scene)
@@ -290,9 +290,9 @@ class _Hits:
     normals: Array
 
 
-def _surfaces(rays: Rays, camera: PerspectiveCamera, size: tuple[int, int], offset: tuple[float, float]) -> _Hits:
-    directions = pixel_rays(camera, size, offset).reshape(-1, 3)
-    starts = np.asarray(camera.position) - rays.origin + directions * (camera.near or 0.0)
+def _surfaces(rays: Rays, camera: Camera, size: tuple[int, int], offset: tuple[float, float]) -> _Hits:
+    origins, directions = (each.reshape(-1, 3) for each in camera.rays(size, offset))
+    starts = origins - rays.origin + directions * (camera.near or 0.0)
     length = np.full(len(directions), np.inf if camera.far is None else camera.far - (camera.near or 0.0))
     triangle, points = rays.first_hits(starts, directions, length)
     rows = np.flatnonzero(triangle >= 0)
@@ -301,13 +301,13 @@ def _surfaces(rays: Rays, camera: PerspectiveCamera, size: tuple[int, int], offs
     return _Hits(triangle, rows, points[rows], np.where(away[:, None], -normals, normals))
 
 
-def _shown(rays: Rays, camera: PerspectiveCamera, size: tuple[int, int], surface: Ints) -> _Hits:
+def _shown(rays: Rays, camera: Camera, size: tuple[int, int], surface: Ints) -> _Hits:
     triangle = surface.ravel().astype(np.int32)
     rows = np.flatnonzero(triangle >= 0)
-    own, directions = triangle[rows], pixel_rays(camera, size, (0.5, 0.5)).reshape(-1, 3)[rows]
-    eye = np.asarray(camera.position) - rays.origin
+    origins, directions = (each.reshape(-1, 3)[rows] for each in camera.rays(size))
+    own, eye = triangle[rows], origins - rays.origin
     corners, normals = rays.corners[own], rays.normals[own]
-    depth = (corners - eye) @ -camera.view_from_world[2, :3]  # pixel_rays have unit view depth
+    depth = (corners - eye[:, None]) @ -camera.view_from_world[2, :3]  # directions have unit view depth
     slant = dot(normals, directions)
     along = dot(normals, corners[:, 0] - eye) / np.where(slant == 0.0, 1.0, slant)
     points = eye + np.clip(along, depth.min(axis=1), depth.max(axis=1))[:, None] * directions

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, get_args
 
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera
 from glshadow.core.lights import LIGHTS, Light
 from glshadow.core.setting import instance, optional, refuse, several, shown, whole
 from glshadow.errors import SceneError
@@ -13,12 +13,12 @@ from glshadow.scene.mesh import Scene
 
 LARGEST_SIDE = 1 << 15  # pixels; the driver's own limit is checked when the picture is made
 
-CAMERA = optional(instance(PerspectiveCamera), "the scene's own")
+CAMERA = optional(instance(Camera), "the scene's own")
 
 
 def picture_arguments(
-    scene: Scene, camera: PerspectiveCamera | None, lights: Sequence[Light] | Light | None, size: tuple[int, int]
-) -> tuple[PerspectiveCamera, tuple[Light, ...], tuple[int, int]]:
+    scene: Scene, camera: Camera | None, lights: Sequence[Light] | Light | None, size: tuple[int, int]
+) -> tuple[Camera, tuple[Light, ...], tuple[int, int]]:
     """The camera and the lights, the scene's own for None, and the size.
 
     Raises

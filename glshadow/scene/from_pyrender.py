@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import Array
 from glshadow.scene.from_trimesh import Builder
@@ -22,8 +22,8 @@ def read_pyrender(scene: Any) -> Imported:
     """A pyrender.Scene: primitives at their poses, its main camera, its lights in their intensities.
 
     Point and spot lights fade with the square of the distance, as pyrender's do. The clip planes of cameras are left
-    out. An IntrinsicsCamera says nothing about the size of its image: the principal point is taken as its centre (size
-    2 cx by 2 cy).
+    out. As in pyrender, an IntrinsicsCamera's pixels are those of the size that is rendered, and an OrthographicCamera
+    shows 2 ymag of height, whatever its xmag.
     """
     builder = Builder()
     found = Imported(notes=builder.notes)
@@ -138,7 +138,7 @@ def _texture(builder: Builder, texture: Any, name: str) -> NDArray[np.uint8] | N
     return result
 
 
-def _camera(scene: Any, notes: list[str]) -> PerspectiveCamera | None:
+def _camera(scene: Any, notes: list[str]) -> Camera | None:
     node = scene.main_camera_node
     if node is None:
         return None
@@ -146,8 +146,9 @@ def _camera(scene: Any, notes: list[str]) -> PerspectiveCamera | None:
     if hasattr(camera, "yfov"):
         return PerspectiveCamera.from_pose(pose, float(np.degrees(camera.yfov)))
     if hasattr(camera, "fx"):
-        size = (max(1, round(2.0 * camera.cx)), max(1, round(2.0 * camera.cy)))
-        return PerspectiveCamera.from_intrinsics(camera.fx, camera.fy, camera.cx, camera.cy, size, pose)
+        return IntrinsicsCamera.from_pose(pose, camera.fx, camera.fy, camera.cx, camera.cy)
+    if hasattr(camera, "ymag"):
+        return OrthographicCamera.from_pose(pose, 2.0 * camera.ymag)
     notes.append(f"its camera is a {type(camera).__name__}, which is not modelled: left out")
     return None
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera
 from glshadow.core.lights import Light
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
@@ -23,7 +23,7 @@ class Imported:
     Parameters
     ----------
     nodes : list of Node
-    camera : PerspectiveCamera, optional
+    camera : Camera, optional
     lights : list of Light, optional
         None: it brought none, the default sun applies.
     notes : list of str
@@ -31,7 +31,7 @@ class Imported:
     """
 
     nodes: list[Node] = field(default_factory=list)
-    camera: PerspectiveCamera | None = None
+    camera: Camera | None = None
     lights: list[Light] | None = None
     notes: list[str] = field(default_factory=list)
 

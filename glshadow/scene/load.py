@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera
 from glshadow.core.lights import DirectionalLight, Light, SpotLight
 from glshadow.core.setting import as_path, flag, one_of, optional, text
 from glshadow.core.spaces import Array
@@ -144,7 +144,7 @@ def _turn(turn: Array, vector: tuple[float, float, float]) -> Any:
     return tuple((turn @ np.asarray(vector)).tolist())
 
 
-def _turned_camera(camera: PerspectiveCamera, turn: Array) -> PerspectiveCamera:
+def _turned_camera(camera: Camera, turn: Array) -> Camera:
     return replace(
         camera, position=_turn(turn, camera.position), target=_turn(turn, camera.target), up=_turn(turn, camera.up)
     )

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera
 from glshadow.core.lights import LIGHTS, Light
 from glshadow.core.setting import (
     Numbers,
@@ -243,7 +243,7 @@ class Scene(Settings):
     refusal = SceneError
 
     nodes: tuple[Node, ...] = setting(several(instance(Node), "Node", 10**8), help="what is drawn")
-    camera: PerspectiveCamera = setting(optional(instance(PerspectiveCamera), "frames the scene"), None, help="the eye")
+    camera: Camera = setting(optional(instance(Camera), "frames the scene"), None, help="the eye")
     lights: tuple[Light, ...] = setting(optional(LIGHTS, "one sun"), None, help="what lights it")
     name: str = setting(text(), "scene", help="what messages and files call it")
 

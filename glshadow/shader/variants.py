@@ -147,7 +147,11 @@ def _exact() -> Iterator[Variant]:
         for candidates, masked, huge, dialect in choices:
             defines = exact_defines(kind, 512, 16, masked, huge)
             slots = exact_slots(kind, candidates)
-            yield Variant("pass/resolve.frag", dialect, slots, defines)
+            # how rays run is no concern of what is asked along them: once for each pass
+            for parallel in (0, 1):
+                yield Variant("pass/resolve.frag", dialect, slots, {**defines, "GLS_ORTHO": parallel})
+            yield Variant("pass/visibility.frag", dialect, slots, {**defines, "GLS_ORTHO": 1})
+            yield Variant("pass/samples.frag", dialect, slots, {**defines, "GLS_ORTHO": 1})
             for selective, (columns, rows) in product((0, 1), BLOCKS.values()):
                 switches = {"GLS_SELECTIVE": selective}
                 yield Variant("pass/visibility.frag", dialect, slots, {**defines, **switches})
@@ -161,7 +165,9 @@ def _exact() -> Iterator[Variant]:
 
 
 def _resolve() -> Iterator[Variant]:
-    yield Variant("pass/resolve.vert", "core330", {}, {})
+    for parallel in (0, 1):
+        yield Variant("pass/resolve.vert", "core330", {}, {"GLS_ORTHO": parallel})
+    yield Variant("pass/resolve.frag", "core330", open_slots("directional"), {"GLS_ORTHO": 1})
     # channels and where the colour is; first, last, lit, visibility, linear sum
     surfaces, switches = ((1, 0), (1, 1), (2, 0), (2, 1), (4, 2)), product((0, 1), (0, 1), (0, 1), (0, 1), (0, 1))
     for (channels, colors), (first, last, lit, visibility, total) in product(surfaces, switches):

@@ -19,7 +19,7 @@ from glshadow.core.culling import seen_by
 from glshadow.core.lights import to_light
 from glshadow.core.metric import Target
 from glshadow.core.spaces import Array, ClipSpace
-from glshadow.core.view import ShadowView
+from glshadow.core.view import ShadowView, camera_view
 from glshadow.gl.drawing import draw_nodes
 from glshadow.gl.geometry import pack_matrices
 from glshadow.gl.targets import depth_texture
@@ -138,7 +138,8 @@ class Floor:
 
     def draw(self, frame: Frame, light: int = 0) -> NDArray[np.uint8]:
         """Both passes with the matrices of a rendered frame, then read back; (H, W, 3), row 0 at the top."""
-        eye = _eye_view(frame, self._context.caps.clip_control)
+        clip = ClipSpace(True, True) if self._context.caps.clip_control else ClipSpace(False, False)
+        eye = camera_view(frame.camera, frame.size, frame.near, frame.far, clip)
         towards = to_light(frame.lights[light], self.scene.bounds.mean(axis=0)[None])[0][0]
         with self._context.drawing():
             for view in frame.used[light].views:
@@ -187,10 +188,3 @@ def _normals(mesh: Mesh) -> NDArray[np.float32]:
     )
     length = np.linalg.norm(total, axis=1, keepdims=True)
     return np.asarray(total / np.where(length > 0.0, length, 1.0), dtype=np.float32)
-
-
-def _eye_view(frame: Frame, clip_control: bool) -> ShadowView:
-    """The camera as a view, so that both passes are one function."""
-    clip = ClipSpace(True, True) if clip_control else ClipSpace(False, False)
-    window = frame.camera.window(frame.size)
-    return ShadowView("spot", 0, frame.camera.view_from_world, window, frame.near, frame.far, clip, 1)

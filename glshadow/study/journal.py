@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from glshadow import __version__
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera
 from glshadow.core.lights import Light
 from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
@@ -82,7 +82,7 @@ def fingerprint(scene: Scene) -> str:
 
 def result_key(
     scene: str,
-    camera: PerspectiveCamera,
+    camera: Camera,
     light: Light,
     size: tuple[int, int],
     shadow: Shadow,

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera
 from glshadow.core.filters import FILTERS, Filter
 from glshadow.core.lights import Light
 from glshadow.core.shadow import Shadow
@@ -111,7 +111,7 @@ class Plan:
 def run_plan(
     scene: Any,
     wrong: float,
-    camera: PerspectiveCamera | None = None,
+    camera: Camera | None = None,
     lights: Sequence[Light] | None = None,
     size: tuple[int, int] = (1280, 720),
     filters: Sequence[Filter] = RUNGS,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera
 from glshadow.core.lights import Light
 from glshadow.core.setting import as_floats, numbers_in, shown
 from glshadow.core.shadow import Shadow
@@ -106,7 +106,7 @@ class Study:
     scene : str
         Its name; `triangles` and `nodes` it draws.
     size : (2,) ints
-    camera : PerspectiveCamera
+    camera : Camera
     lights : tuple of Light
         Those that cast, each studied alone.
     results : tuple of Result
@@ -125,7 +125,7 @@ class Study:
     triangles: int
     nodes: int
     size: tuple[int, int]
-    camera: PerspectiveCamera
+    camera: Camera
     lights: tuple[Light, ...]
     results: tuple[Result, ...]
     machine: dict[str, str]

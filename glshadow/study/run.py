@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
@@ -43,7 +43,7 @@ STEP_RAD = 2e-3  # per round a sun tilts by this: nothing that was drawn for the
 @contextmanager
 def open_run(
     scene: Any,
-    camera: PerspectiveCamera | None = None,
+    camera: Camera | None = None,
     lights: Sequence[Light] | None = None,
     size: tuple[int, int] = (1280, 720),
     repeats: int = 7,
@@ -80,7 +80,7 @@ class Run:
         renderer: Renderer,
         floor: Floor,
         scene: Scene,
-        camera: PerspectiveCamera,
+        camera: Camera,
         lights: tuple[Light, ...],
         size: tuple[int, int],
         repeats: int,

@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera
 from glshadow.core.lights import Light
 from glshadow.core.shadow import Shadow
 from glshadow.study.grid import Grid, settings_of
@@ -18,7 +18,7 @@ from glshadow.study.run import Progress, Run, open_run
 
 def run_study(
     scene: Any,
-    camera: PerspectiveCamera | None = None,
+    camera: Camera | None = None,
     lights: Sequence[Light] | None = None,
     size: tuple[int, int] = (1280, 720),
     grid: Grid | Iterable[Shadow] | None = None,

@@ -7,6 +7,9 @@
 #ifndef GLS_COLORS
 #define GLS_COLORS 0 // base colour: 0 one for all, 1 per node, 2 per pixel (textures; needs 4 channels)
 #endif
+#ifndef GLS_ORTHO
+#define GLS_ORTHO 0 // 1: an orthographic camera
+#endif
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif
@@ -34,6 +37,7 @@
 #ifndef GLS_EXACT
 #define GLS_EXACT 0 // 1: <shadow> is receiver/exact.glsl, and the receiver lies where the ray meets its triangle
 #endif
+#include "lib/sight.glsl"
 #include "lib/direction.glsl"
 #include "lib/color_packing.glsl"
 #include "lib/srgb.glsl"
@@ -53,9 +57,7 @@ uniform usamplerBuffer u_owners; // per drawn triangle: its node
 uniform samplerBuffer u_colors; // per node: base colour, linear
 #endif
 uniform sampler2D u_sum; // linear light of earlier passes
-noperspective in vec3 v_ray_l; // ray of unit view depth, in the light's axes
 flat in vec2 v_unproject; // and on: see resolve.vert
-flat in vec3 v_eye_l;
 flat in vec3 v_lv_from_l;
 flat in vec3 v_forward_l;
 flat in mat3 v_axes_l;
@@ -116,7 +118,11 @@ void main() {
     vec4 plane = texelFetch(u_planes, triangle);
     vec3 normal_w = plane.xyz;
     vec3 normal = v_axes_l * normal_w;
+#if GLS_ORTHO
+    vec3 position = v_eye_l + v_ray_l * (v_unproject.x + v_unproject.y * texelFetch(u_camera_depth, pixel, 0).r);
+#else
     vec3 position = v_eye_l + v_ray_l * (1.0 / (v_unproject.x + v_unproject.y * texelFetch(u_camera_depth, pixel, 0).r));
+#endif
     // Depth was interpolated between vertices snapped to 1/256 pixel: back on the plane, without leaving the triangle's
     // depth range as ray x plane would where the ray misses the triangle by a hair.
     position += normal * (plane.w - dot(normal, position)) + v_lv_from_l;

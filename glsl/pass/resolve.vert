@@ -1,8 +1,12 @@
 // One triangle over the whole image, at the far plane: the depth test then skips the background. What is constant over the pass
 // goes along as flat varyings: llvmpipe (Mesa 22.3) loads those once for a block of pixels, uniforms again and again (2 of 12 ms).
+#ifndef GLS_ORTHO
+#define GLS_ORTHO 0 // 1: an orthographic camera
+#endif
+#include "lib/sight.glsl"
 uniform float u_far_z; // NDC z of the far plane
-uniform mat3 u_ray_l; // ray of unit view depth at the corners = u_ray_l * (NDC x, y, 1), in the light's axes
-uniform vec2 u_unproject; // 1 / view depth = x + y * window depth
+uniform mat3 u_ray_l; // u_ray_l * (NDC x, y, 1), in the light's axes: ray of unit view depth; GLS_ORTHO: its start, from the eye
+uniform vec2 u_unproject; // x + y * window depth = 1 / view depth; GLS_ORTHO: view depth
 uniform vec3 u_eye_l; // the eye in the light's axes, relative to the scene's origin (exact filters: to the light's)
 uniform vec3 u_lv_from_l; // from the scene's origin to the light's
 uniform vec3 u_forward_l; // the camera looks along
@@ -10,9 +14,7 @@ uniform mat3 u_axes_l; // the light's axes
 uniform vec3 u_towards_w; // to a sun
 uniform vec3 u_radiance; // color * intensity
 uniform vec3 u_ambient;
-noperspective out vec3 v_ray_l; // linear over the image
 flat out vec2 v_unproject;
-flat out vec3 v_eye_l;
 flat out vec3 v_lv_from_l;
 flat out vec3 v_forward_l;
 flat out mat3 v_axes_l;
@@ -22,9 +24,14 @@ flat out vec3 v_ambient;
 const vec2 corner[3] = vec2[3](vec2(-1.0, -1.0), vec2(3.0, -1.0), vec2(-1.0, 3.0));
 
 void main() {
+#if GLS_ORTHO
+    v_ray_l = u_forward_l;
+    v_eye_l = u_eye_l + u_ray_l * vec3(corner[gl_VertexID], 1.0);
+#else
     v_ray_l = u_ray_l * vec3(corner[gl_VertexID], 1.0);
-    v_unproject = u_unproject;
     v_eye_l = u_eye_l;
+#endif
+    v_unproject = u_unproject;
     v_lv_from_l = u_lv_from_l;
     v_forward_l = u_forward_l;
     v_axes_l = u_axes_l;

@@ -5,6 +5,9 @@
 #ifndef GLS_ROWS
 #define GLS_ROWS 4
 #endif
+#ifndef GLS_ORTHO
+#define GLS_ORTHO 0 // 1: an orthographic camera
+#endif
 #ifndef GLS_SELECTIVE
 #define GLS_SELECTIVE 0
 #endif
@@ -15,15 +18,15 @@ uniform usamplerBuffer u_pixels; // x, y << 16
 uniform usampler2D u_surface;
 uniform ivec2 u_size;
 uniform vec2 u_offsets[GLS_COLUMNS * GLS_ROWS]; // of the points from the pixel's middle, pixels
-flat in mat3 v_ray_from_ndc; // see resolve.vert
+flat in mat3 v_ray_from_ndc; // u_ray_l: see resolve.vert
 flat in vec3 v_eye_l;
 flat in vec3 v_forward_l;
 flat in int v_count; // collected pixels
 layout(location = 0) out float o_visibility;
 const float SAME_SURFACE = 0.9063; // cosine of 25 degrees
 
-bool pierced(Facet own, vec3 ray) {
-    vec3 a = own.a - v_eye_l, b = own.b - v_eye_l, c = own.c - v_eye_l;
+bool pierced(Facet own, vec3 eye, vec3 ray) {
+    vec3 a = own.a - eye, b = own.b - eye, c = own.c - eye;
     vec3 side = vec3(dot(ray, cross(a, b)), dot(ray, cross(b, c)), dot(ray, cross(c, a)));
     return all(greaterThanEqual(side, vec3(0.0))) || all(lessThanEqual(side, vec3(0.0)));
 }
@@ -38,23 +41,28 @@ void main() {
     uint number = texelFetch(u_surface, pixel, 0).r;
     int triangle = int(number & 0x7fffffffu) - 1;
     vec2 offset = u_offsets[point.y * GLS_COLUMNS + point.x];
-    vec3 ray = v_ray_from_ndc * vec3((vec2(pixel) + 0.5 + offset) * 2.0 / vec2(u_size) - 1.0, 1.0);
+    vec3 through = v_ray_from_ndc * vec3((vec2(pixel) + 0.5 + offset) * 2.0 / vec2(u_size) - 1.0, 1.0);
+#if GLS_ORTHO
+    vec3 eye = v_eye_l + through, ray = v_forward_l;
+#else
+    vec3 eye = v_eye_l, ray = through;
+#endif
     // The point lies on a neighbour's triangle where the surface goes on smoothly; else on the plane of the pixel's own.
     Facet own = facet(max(triangle, 0)), at = own;
-    int found = triangle, tries = asked && !pierced(own, ray) ? 3 : 0;
+    int found = triangle, tries = asked && !pierced(own, eye, ray) ? 3 : 0;
     ivec2 towards = ivec2(sign(offset)); // the pixels beside, above and across that the point is nearest to
     for (int i = 1; i <= tries; i++) {
         ivec2 texel = clamp(pixel + towards * ivec2(i & 1, i >> 1), ivec2(0), u_size - 1);
         int other = int(texelFetch(u_surface, texel, 0).r & 0x7fffffffu) - 1;
         Facet there = facet(max(other, 0));
-        bool taken = found == triangle && other >= 0 && dot(there.normal, own.normal) > SAME_SURFACE && pierced(there, ray);
+        bool taken = found == triangle && other >= 0 && dot(there.normal, own.normal) > SAME_SURFACE && pierced(there, eye, ray);
         found = taken ? other : found;
         at.a = taken ? there.a : at.a;
         at.b = taken ? there.b : at.b;
         at.c = taken ? there.c : at.c;
         at.normal = taken ? there.normal : at.normal;
     }
-    vec3 position = surface_point(found, at, v_eye_l, ray, v_forward_l);
+    vec3 position = surface_point(found, at, eye, ray, v_forward_l);
     vec3 normal = dot(at.normal, ray) > 0.0 ? -at.normal : at.normal;
     float cosine = asked ? dot(normal, light_arriving(position).xyz) : 0.0;
     receiver_triangle = found;

@@ -4,11 +4,10 @@
 #endif
 #include <light>
 #include <shadow>
+#include "lib/sight.glsl"
 #include "lib/surface_point.glsl"
 uniform usampler2D u_surface;
-noperspective in vec3 v_ray_l; // and on: see resolve.vert
-flat in vec3 v_eye_l;
-flat in vec3 v_forward_l;
+flat in vec3 v_forward_l; // see resolve.vert
 layout(location = 0) out float o_visibility;
 
 void main() {

@@ -92,9 +92,9 @@ class Mapped(Source):
     def _reach(self, work: Work) -> float:
         """Largest coordinate on the way to the position of a receiver that the map answers for: eye, ray x depth, their sum."""
         sight, origin = work.sight, work.scene.origin
-        eye = float(np.abs(np.asarray(sight.camera.position) - origin).max())
+        eye = float(np.abs(sight.eye - origin).max())
         if self._shaded is None:
-            return eye + sight.far * float(np.linalg.norm(np.abs(sight.rays).sum(axis=1)))
+            return eye + sight.reach
         return 2.0 * eye + float(np.abs(self._shaded - origin).max())
 
     def stored(self) -> NDArray[np.float32]:

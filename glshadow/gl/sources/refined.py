@@ -55,7 +55,8 @@ class Refined:
         camera = camera_uniforms(work.scene, work.sight, asked.axes, asked.offset)
         values = {**camera, **asked.uniforms, **light_uniforms(light)}
         textures = {**surface_textures(work.samplers, work.scene, work.targets), **asked.textures}
-        one = self._program(programs, "resolve.vert", "visibility.frag", work.scene, asked, {})
+        ortho: Defines = {"GLS_ORTHO": int(not work.sight.camera.is_perspective)}
+        one = self._program(programs, "resolve.vert", "visibility.frag", work.scene, asked, ortho)
         one.set(**values)
         one.bind(**textures)
         self._first.use()
@@ -65,7 +66,7 @@ class Refined:
         self._collect(programs, work.sight)
         columns, rows = BLOCKS[self.samples]
         block: Defines = {"GLS_COLUMNS": columns, "GLS_ROWS": rows}
-        many = self._program(programs, "samples.vert", "samples.frag", work.scene, asked, block)
+        many = self._program(programs, "samples.vert", "samples.frag", work.scene, asked, {**ortho, **block})
         many.set(**values, u_size=self.size, u_offsets=sample_offsets(self.samples).astype(np.float32).tobytes())
         many.bind(**textures, u_edges=self._count, u_pixels=self._pixels)
         self._third.use()

@@ -53,13 +53,13 @@ def check_facets(scene: GpuScene, limit: int, unit: str, each: int) -> None:
 def eye_in_light(scene: GpuScene, sight: Sight, grid: ListGrid) -> Array:
     """The camera's position (3,) in the light's frame."""
     axes, origin = light_frame(grid, scene)
-    return np.asarray(axes @ (np.asarray(sight.camera.position) - scene.origin) - axes @ origin)
+    return np.asarray(axes @ (sight.eye - scene.origin) - axes @ origin)
 
 
 def rounding_bound(scene: GpuScene, sight: Sight, grid: ListGrid) -> tuple[float, float]:
     """`core.lists.distance_bound` of a scene seen by a camera."""
     eye = eye_in_light(scene, sight, grid)
-    return distance_bound(scene.world.reach, max(usual_reach(scene, grid), float(np.abs(eye).max())))
+    return distance_bound(scene.world.reach, max(usual_reach(scene, grid), float(np.abs(eye).max()) + sight.spread))
 
 
 def usual_reach(scene: GpuScene, grid: ListGrid) -> float:

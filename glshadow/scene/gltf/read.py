@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from glshadow.core.cameras import PerspectiveCamera
+from glshadow.core.cameras import Camera, OrthographicCamera, PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
+from glshadow.core.setting import as_float, shown
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.scene.gltf.document import Document, as_object, extensions, open_document
@@ -26,7 +27,8 @@ def read_gltf(path: Path) -> Imported:
     """Read a .glb or .gltf file.
 
     Nodes with several materials become several Nodes of one name; nodes of one mesh share its Mesh objects. A camera's
-    znear and zfar are left out: they are derived from the scene, so that nothing is cut away.
+    znear and zfar are left out: they are derived from the scene, so that nothing is cut away. Of an orthographic one
+    counts ymag, as of a perspective one yfov: what is seen to the sides follows from the picture's size.
 
     Raises
     ------
@@ -110,17 +112,30 @@ def _note(document: Document, lost: Counter[str]) -> None:
         )
 
 
-def _camera(document: Document, named: list[Named]) -> PerspectiveCamera | None:
-    """The first perspective camera that the scene places."""
+def _camera(document: Document, named: list[Named]) -> Camera | None:
+    """The first camera of a kind that glTF knows which the scene places."""
     for name, _, node, matrix in named:
         if "camera" not in node:
             continue
         camera = document.item("cameras", node["camera"], f"node {name!r}")
-        if camera.get("type") == "perspective":
-            lens = as_object(camera.get("perspective", {}), f"node {name!r}: its camera")
-            return PerspectiveCamera.from_pose(matrix, float(np.degrees(lens["yfov"])))
-        document.notes.append(f"camera {name!r} is {camera.get('type')}, which is not modelled: left out")
+        kind = camera.get("type")
+        lens = as_object(camera.get(str(kind), {}), f"node {name!r}: its camera")
+        if kind == "perspective":
+            return PerspectiveCamera.from_pose(matrix, float(np.degrees(_size(lens, "yfov", name))))
+        if kind == "orthographic":
+            return OrthographicCamera.from_pose(matrix, 2.0 * _size(lens, "ymag", name))
+        document.notes.append(f"camera {name!r} is {kind}, which is not modelled: left out")
     return None
+
+
+def _size(lens: dict[str, Any], key: str, name: str) -> float:
+    """A camera's number that has to be there, and must not be 0; glTF discourages negative ones, which mean the same."""
+    value = abs(as_float(lens.get(key)))
+    if not 0.0 < value < np.inf:
+        raise SceneError(
+            f"node {name!r}: {key} of its camera must be a number other than 0, got {shown(lens.get(key))}"
+        )
+    return value
 
 
 def _lights(document: Document, named: list[Named]) -> list[Light]:

@@ -1,0 +1,93 @@
+"""From where to where a camera's depth buffer reaches: as it was given, else as the scene and the buffer's numbers ask."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from glshadow.core.cameras import Camera
+from glshadow.core.fit import frustum_of, visible_corners
+from glshadow.core.spaces import Array
+
+NEAREST_SHARE = 1e-5  # of far: how close a derived near plane comes
+# Without reversed 0..1 depth the numbers lie closest at the near plane and 2^-24 apart everywhere else. Rounding in clip space, in
+# its division by w and in the window adds up to two of them (2.1 measured on llvmpipe), and with d(window) / d(depth) = near / depth^2
+# to 2^-23 depth^2 / near of depth: an eighth of a pixel, which is depth * (tangent of a pixel), if near is 2^-20 depth / tangent.
+COARSE_STEP = 2.0**-20
+MOST_CUT = 1e-3  # of the deepest that is seen: however small pixels are, nothing beyond it is cut away for them
+
+
+@dataclass(frozen=True)
+class DepthRange:
+    """Near and far plane, distances along the view; `fallbacks`: what the driver's numbers cost, a sentence each."""
+
+    near: float
+    far: float
+    fallbacks: tuple[str, ...] = ()
+
+
+def depth_range(
+    camera: Camera, size: tuple[int, int], boxes: tuple[Array, Array], corners: Array, clip_control: bool
+) -> DepthRange:
+    """The depth range of a picture.
+
+    Parameters
+    ----------
+    size : (2,) ints
+        Width and height in pixels.
+    boxes : (N, 2, 3), (N, 4, 4) float64
+        Bounds of all bodies, and where they are placed.
+    corners : (N, 8, 3) float64
+        Their corners in the world.
+    clip_control : bool
+        Whether the buffer holds reversed 0..1 depth, which float32 resolves alike near and far; else -1..1.
+    """
+    depth = view_depth(camera, corners)
+    nearest, farthest = float(depth.min()), float(depth.max())
+    if not camera.is_perspective:
+        return _linear(camera, nearest, farthest)
+    far = camera.far if camera.far is not None else 1.001 * farthest
+    if far <= 0.0 or (camera.near is not None and far <= camera.near):
+        far = 2.0 * (camera.near or 1.0)
+    near = camera.near if camera.near is not None else max(0.999 * nearest, NEAREST_SHARE * far)
+    if clip_control:
+        return DepthRange(min(near, 0.999 * far), far)
+    return _coarse(camera, size, boxes, min(near, 0.999 * far), far)
+
+
+def view_depth(camera: Camera, points: Array) -> Array:
+    """Distances (...) of world points (..., 3) along a camera's view."""
+    row = camera.view_from_world[2]
+    return np.asarray(-(points @ row[:3] + row[3]))
+
+
+def _linear(camera: Camera, nearest: float, farthest: float) -> DepthRange:
+    """Of an orthographic camera: what lies behind its position is not seen, unless it was given a near plane there."""
+    pad = max(1e-3 * (farthest - nearest), 1e-6 * max(abs(nearest), abs(farthest)))
+    near = camera.near if camera.near is not None else max(nearest - pad, 0.0)
+    far = camera.far if camera.far is not None else farthest + pad
+    if far <= near:  # the whole scene is behind what was given: any range will do
+        near, far = (near, near + max(pad, abs(near))) if camera.far is None else (far - max(pad, abs(far)), far)
+    return DepthRange(near, far)
+
+
+def _coarse(camera: Camera, size: tuple[int, int], boxes: tuple[Array, Array], near: float, far: float) -> DepthRange:
+    """The near plane as far away as what is seen allows, and at least so far that what is deepest can be resolved."""
+    window = camera.window(size)
+    seen = visible_corners(*boxes, frustum_of(window, near, far, camera.view_from_world))
+    points = np.concatenate(seen)
+    if len(points) == 0:
+        return DepthRange(near, far)
+    depth = view_depth(camera, points)
+    nearest, deepest = float(depth.min()), float(depth.max())
+    pixel = min((window[1] - window[0]) / size[0], (window[3] - window[2]) / size[1])
+    needed = min(COARSE_STEP / pixel, MOST_CUT) * deepest
+    why = "this driver has no glClipControl, and -1..1 depth is coarse far away"
+    if camera.near is None:
+        cut = () if nearest >= needed else (f"{why}: what is nearer than {needed:g} to the camera is not drawn",)
+        return DepthRange(min(max(near, 0.999 * nearest, needed), 0.999 * far), far, cut)
+    if near >= needed:
+        return DepthRange(near, far)
+    lost = f"{why}: with near={near:g} a depth of {deepest:g} is off by up to {2.0**-23 * deepest**2 / near:.2g}"
+    return DepthRange(near, far, (f"{lost}; leave near out, or give at least {needed:g}",))

@@ -1,0 +1,12 @@
+// The camera's rays over the image, in the light's axes, from pass/resolve.vert to what is drawn with it. What all pixels share is flat,
+// the other linear over the image.
+#ifndef GLS_ORTHO
+#define GLS_ORTHO 0 // 0: rays leave one eye, 1: they run side by side (orthographic camera)
+#endif
+#if GLS_ORTHO
+flat GLS_VARYING vec3 v_ray_l; // of unit view depth
+noperspective GLS_VARYING vec3 v_eye_l; // where it starts
+#else
+noperspective GLS_VARYING vec3 v_ray_l;
+flat GLS_VARYING vec3 v_eye_l;
+#endif
