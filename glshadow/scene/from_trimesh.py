@@ -72,7 +72,7 @@ class Builder:
             positions, triangles, usable_normals(positions, triangles, normals), uv
         )
         try:
-            return Mesh(positions, triangles.astype(np.int32), kept_normals, uv, material)
+            return Mesh(positions, triangles.astype(np.int32), kept_normals, uv, material=material)
         except SceneError as error:
             raise SceneError(f"{name}: {error}; repair or remove them") from error
 

@@ -55,7 +55,7 @@ def build(document: Document, surfaces: Surfaces, primitive: dict[str, Any], whe
         positions, triangles, usable_normals(positions, triangles, normals), uv
     )
     try:
-        return Mesh(positions, triangles.astype(np.int32), kept_normals, uv, material)
+        return Mesh(positions, triangles.astype(np.int32), kept_normals, uv, material=material)
     except SceneError as error:
         raise SceneError(f"{where}: {error}; repair or remove them") from error
 
