@@ -106,16 +106,24 @@ def tinted(material: Material, colors: Array | None) -> tuple[Material, NDArray[
     return material, None
 
 
+def used_vertices(triangles: NDArray[np.int64], count: int) -> tuple[NDArray[np.int64] | slice, NDArray[np.int64]]:
+    """Numbers of the vertices, of `count`, that triangles use, in their order, and the triangles over them alone."""
+    if triangles.size < count // 8:  # a part of a large list: its length must not cost anything
+        rows, inverse = np.unique(triangles, return_inverse=True)
+        return rows, inverse.reshape(triangles.shape).astype(np.int64)
+    used = np.zeros(count, dtype=bool)
+    used[triangles.ravel()] = True
+    if used.all():
+        return slice(None), triangles
+    return np.flatnonzero(used), (np.cumsum(used) - 1)[triangles]
+
+
 def used_only(
     positions: Array, triangles: NDArray[np.int64], *attributes: NDArray[Any] | None
 ) -> tuple[Array, NDArray[np.int64], list[NDArray[Any] | None]]:
     """The same triangles over only the vertices they use, in their old order; attributes (V, ...) follow."""
-    used = np.zeros(len(positions), dtype=bool)
-    used[triangles.ravel()] = True
-    if used.all():
-        return positions, triangles, list(attributes)
-    number = np.cumsum(used) - 1
-    return positions[used], number[triangles], [None if value is None else value[used] for value in attributes]
+    rows, triangles = used_vertices(triangles, len(positions))
+    return positions[rows], triangles, [None if value is None else value[rows] for value in attributes]
 
 
 def usable_normals(

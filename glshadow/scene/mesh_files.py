@@ -17,6 +17,7 @@ import numpy as np
 from glshadow.errors import SceneError
 from glshadow.scene.from_trimesh import Builder
 from glshadow.scene.imported import Imported, blended
+from glshadow.scene.limits import Budget
 from glshadow.scene.mesh import Node
 
 PLY_SIZES = {"char": 1, "uchar": 1, "short": 2, "ushort": 2, "int": 4, "uint": 4, "float": 4, "double": 8}
@@ -27,7 +28,7 @@ SHORT_FACE = re.compile(rb"^f[ \t]+[^\s#]+(?:[ \t]+[^\s#]+)?[ \t\r]*$", re.MULTI
 ZERO_FACE = re.compile(rb"^f[ \t](?:[^\n#]*[ \t])?0(?=[/\s]|\Z)[^\n]*", re.MULTILINE)
 
 
-def read_mesh_file(path: Path) -> Imported:
+def read_mesh_file(path: Path, budget: Budget) -> Imported:
     """Read a .obj, .ply, .stl or .off file.
 
     Raises
@@ -37,6 +38,7 @@ def read_mesh_file(path: Path) -> Imported:
     """
     kind = path.suffix.lower()[1:]
     data = path.read_bytes()
+    budget.read_bytes += len(data)
     builder = Builder()
     data = {"obj": _check_obj, "ply": _check_ply, "stl": _check_stl, "off": _check_off}[kind](data, builder.notes)
     beside = Beside(path.parent, builder.notes)
