@@ -170,6 +170,8 @@ def _colors(vertices: _Vertices) -> Array | None:
         return None
     vertices.document.item("accessors", vertices.attributes["COLOR_0"], vertices.where)["normalized"] = True
     colors = vertices.read("COLOR_0", ("VEC3", "VEC4"))
+    if colors is not None and vertices.targets:
+        colors = np.clip(colors, 0.0, 1.0)  # as glTF has it for colours that are morphed
     return None if colors is None else linear_colors(colors, f"{vertices.where}.COLOR_0", vertices.document.notes)
 
 
