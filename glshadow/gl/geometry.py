@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import itertools
 import weakref
+from collections.abc import Iterator
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.spaces import Array, transform
+from glshadow.core.spaces import Array
 from glshadow.errors import ResourceError
 from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import R32UI, RGBA32F
@@ -23,6 +24,7 @@ _FAR_FROM_ORIGIN = (
     16.0  # a mesh further from its origin than this many extents is stored relative to its middle (4 bits of float32)
 )
 _FORMATS = {"a_position": "3f", "a_normal": "3f", "a_uv": "2f", "a_color": "4f"}
+_AT_ONCE = 1 << 18  # triangles whose planes are computed together
 _INTERPOLATED = 2.0**-20  # what interpolating an alpha of 1 between vertices may cost it, a few roundings of float32
 
 
@@ -282,8 +284,9 @@ class GpuScene:
         self.origin: Array = np.median(self._sample(1024), axis=0)
         self.corners = scene.corners
         planes = np.zeros((int(counts.sum()), 4), dtype=np.float32)
-        for i, gpu in enumerate(self.meshes):
-            planes[self.first[i] : self.first[i] + gpu.count] = self._planes(i)
+        for group in self._instances():
+            rows = self.first[group][:, None] + np.arange(self.meshes[group[0]].count)
+            planes[rows] = self._planes(group)
         owners = np.repeat(np.arange(len(counts), dtype=np.uint32), counts)
         colors = np.array([node.mesh.material.color for node in self.nodes], dtype=np.float32)
         self.planes = texture_buffer(context, planes, RGBA32F)
@@ -306,21 +309,30 @@ class GpuScene:
         """World corners (about `count` or one per node, 3) of triangles all over the scene."""
         step = max(1, int(self.first[-1] + self.meshes[-1].count) // count)
         corners = []
-        for node in self.nodes:
-            mesh = node.mesh
-            corners.append(transform(node.world_from_mesh, mesh.positions[mesh.triangles[::step, 0]]))
+        for group in self._instances():
+            mesh = self.nodes[group[0]].mesh
+            matrices = np.stack([self.nodes[i].world_from_mesh for i in group])
+            corners.append(_placed(matrices, mesh.positions[mesh.triangles[::step, 0]]).reshape(-1, 3))
         return np.concatenate(corners)
 
-    def _planes(self, i: int) -> Array:
-        """Unit world normal and distance from `origin` of a node's triangles, (T, 4); zero for a triangle without area."""
-        gpu, mesh = self.meshes[i], self.nodes[i].mesh
-        normals = gpu.face_normals @ self.normal_from_mesh[i].T
-        length = np.linalg.norm(normals, axis=1, keepdims=True)
+    def _instances(self) -> Iterator[NDArray[np.int64]]:
+        """Numbers of nodes that share a mesh, some at a time where it is large."""
+        order = np.argsort(self.mesh_number, kind="stable")
+        starts = np.flatnonzero(np.diff(np.asarray(self.mesh_number)[order], prepend=-1))
+        for group in np.split(order, starts[1:]):
+            most = max(1, _AT_ONCE // self.meshes[group[0]].count)
+            yield from (group[k : k + most] for k in range(0, len(group), most))
+
+    def _planes(self, group: NDArray[np.int64]) -> Array:
+        """Unit world normal and distance from `origin` of the triangles of instances, (N, T, 4); zero for a triangle without area."""
+        gpu, mesh = self.meshes[group[0]], self.nodes[group[0]].mesh
+        normals = gpu.face_normals @ self.normal_from_mesh[group].transpose(0, 2, 1)
+        length = np.linalg.norm(normals, axis=-1, keepdims=True)
         normals = normals / np.where(length > 0.0, length, 1.0)
         # from the vertices that the GPU draws, rounded to float32 as they are
         drawn = (mesh.positions[mesh.triangles[:, 0]] - gpu.origin).astype(np.float32).astype(np.float64)
-        corner = transform(self.world_from_origin[i], drawn) - self.origin
-        return np.concatenate([normals, np.einsum("ij,ij->i", normals, corner)[:, None]], axis=1)
+        corner = _placed(self.world_from_origin[group], drawn) - self.origin
+        return np.concatenate([normals, np.einsum("nij,nij->ni", normals, corner)[..., None]], axis=-1)
 
     def release(self) -> None:
         """Free the GPU memory; the meshes stay."""
@@ -329,6 +341,11 @@ class GpuScene:
             texture.buffer.release()
         if self._world is not None:
             self._world.release()
+
+
+def _placed(matrices: Array, points: Array) -> Array:
+    """Points (T, 3) at the places (N, 4, 4) of instances: (N, T, 3)."""
+    return np.asarray(points @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3])
 
 
 def _cofactors(linear: Array) -> Array:
