@@ -32,6 +32,7 @@ _EDGES = np.array([(a, b) for a in range(8) for b in range(a + 1, 8) if np.abs(_
 
 
 _MANY = 10_000  # points of which most are discarded before their hull is sought
+_NEAR = 1e-9  # of their extent: what lies no further inside a polygon may lie outside
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,8 +182,9 @@ def convex_hull(points: Array) -> Array:
     Points inside the polygon of 32 extreme points are discarded first (Akl, Toussaint 1978), so that the loop is short; of many
     points, those inside a polygon of 8 before.
     """
-    points = points if len(points) < _MANY else _outermost(points, 8)
-    kept = sorted({(x, y) for x, y in _outermost(points, 32).tolist()})
+    if len(points) > _MANY:
+        points = _outermost(points, _around(8) @ _rounding(points[:: len(points) // _MANY]))
+    kept = sorted({(x, y) for x, y in _outermost(points, _around(32)).tolist()})
     if len(kept) < 3:
         return np.array(kept)
     chains = []
@@ -199,12 +201,30 @@ def convex_hull(points: Array) -> Array:
     return np.array(chains[0] + chains[1])
 
 
-def _outermost(points: Array, count: int) -> Array:
-    """Points (N, 2) without those inside the polygon of the most extreme ones in so many directions, which are repeated at the end."""
+def _around(count: int) -> Array:
     angles = np.arange(count) * (2.0 * np.pi / count)
-    reach = points @ np.stack([np.cos(angles), np.sin(angles)])
-    extreme = points[np.argmax(reach, axis=0)]
+    return np.stack([np.cos(angles), np.sin(angles)], axis=1)
+
+
+def _rounding(points: Array) -> Array:
+    """A matrix (2, 2) that makes a long cloud of points about as wide as it is long: few directions find all its ends."""
+    values, vectors = np.linalg.eigh(np.cov(points.T))
+    return np.asarray(vectors / np.sqrt(np.maximum(values, _NEAR**2 * max(values[1], 1e-300))) @ vectors.T)
+
+
+def _outermost(points: Array, directions: Array) -> Array:
+    """Points (N, 2) without those surely inside the polygon of the most extreme ones in directions (K, 2)."""
+    reach = directions @ points.T
+    extreme = points[np.argmax(reach, axis=1)]
     following = np.roll(extreme, -1, axis=0)
-    side = np.stack([extreme[:, 1] - following[:, 1], following[:, 0] - extreme[:, 0]])  # inward normals (2, count)
-    inside = (points @ side - (extreme.T * side).sum(axis=0) > 0.0) | ((side == 0.0).all(axis=0))
-    return np.concatenate([points[~inside.all(axis=1)], extreme])
+    side = np.stack([extreme[:, 1] - following[:, 1], following[:, 0] - extreme[:, 0]], axis=1)  # inward normals (K, 2)
+    length = np.linalg.norm(side, axis=1)
+    margin = _NEAR * float(
+        np.ptp(points, axis=0).max()
+    )  # two extremes that are one, but for rounding, have no side between them
+    side, corner, length = (each[length > margin] for each in (side, extreme, length))
+    limits = np.einsum("kj,kj->k", corner, side) + margin * length
+    inside = np.ones(len(points), dtype=bool)
+    for normal, limit in zip(side, limits, strict=True):
+        inside &= points @ normal > limit
+    return points[~inside] if len(side) > 2 else points
