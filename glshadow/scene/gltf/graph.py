@@ -21,6 +21,8 @@ class Graph:
 
     Attributes
     ----------
+    nodes : list of dict
+        All of the file.
     parents : dict
         Number of the parent of each node that has one; nodes that the scene names stand by themselves.
     placed : list of int
@@ -33,14 +35,14 @@ class Graph:
     """
 
     def __init__(self, document: Document) -> None:
-        self._document = document
         self._matrices: dict[int, Array] = {}
         document.budget.limits.check("nodes", len(document.items("nodes")), "the file's tree")
-        self.parents = _parents(document)
+        self.nodes = [document.item("nodes", index, "the file") for index in range(len(document.items("nodes")))]
+        self.parents = _parents(self.nodes, document)
         scenes = document.items("scenes")
         scene = document.item("scenes", document.json.get("scene", 0), "the default scene") if scenes else {}
         roots = _indices(scene, "nodes")
-        self.placed = _visible(document, roots)
+        self.placed = _visible(self.nodes, roots, document)
         for root in roots:
             self.parents.pop(root, None)
 
@@ -54,16 +56,22 @@ class Graph:
         """
         nodes = list(nodes)
         levels = self._levels(nodes)
-        unknown = [node for level in levels for node in level]
-        place = {node: row for row, node in enumerate(unknown)}
-        local = local_matrices(self._document, unknown)
-        for level in levels:
-            below = [node for node in level if node in self.parents]
-            if below:
-                rows = [place[node] for node in below]
-                above = np.stack([self._matrices[self.parents[node]] for node in below])
-                local[rows] = _product(above, local[rows], [f"nodes[{node}]" for node in below])
-            self._matrices.update((node, local[place[node]]) for node in level)
+        order = [node for level in levels for node in level]
+        row = {node: k for k, node in enumerate(order)}
+        world = local_matrices([self.nodes[node] for node in order], order)
+        start = 0
+        with np.errstate(all="ignore"):
+            for level in levels:
+                here = slice(start, start + len(level))
+                if start:
+                    world[here] = world[[row[self.parents[node]] for node in level]] @ world[here]
+                else:  # below nothing, or below what is known
+                    for k, node in enumerate(level):
+                        if node in self.parents:
+                            world[k] = self._matrices[self.parents[node]] @ world[k]
+                start += len(level)
+        _check_finite(world, [f"nodes[{node}]" for node in order])
+        self._matrices.update(zip(order, world, strict=True))
         return [self._matrices[node] for node in nodes]
 
     def _levels(self, nodes: list[int]) -> list[list[int]]:
@@ -85,32 +93,32 @@ class Graph:
         return levels
 
 
-def _visible(document: Document, roots: list[Any]) -> list[int]:
+def _visible(nodes: list[dict[str, Any]], roots: list[Any], document: Document) -> list[int]:
     placed = []
     seen: set[int] = set()
     stack = list(reversed(roots))
+    for root in roots:
+        document.item("nodes", root, "the scene")
     while stack:
         index = stack.pop()
-        node = document.item("nodes", index, "the scene")
+        node = nodes[index]
         if index in seen:
             raise SceneError(f"nodes[{index}] has two places in the scene: not a tree, export it again")
         seen.add(index)
-        switch = extensions(node).get("KHR_node_visibility", {})
-        if as_object(switch, "KHR_node_visibility").get("visible", True) is False:
-            continue
+        if "extensions" in node:
+            switch = extensions(node).get("KHR_node_visibility", {})
+            if as_object(switch, "KHR_node_visibility").get("visible", True) is False:
+                continue
         placed.append(index)
-        stack += reversed(_indices(node, "children"))
+        if "children" in node:
+            stack += reversed(node["children"])
     return placed
 
 
-def _product(above: Array, local: Array, names: list[str]) -> Array:
-    """Products of matrices (N, 4, 4), or of one (4, 4) with many."""
-    with np.errstate(all="ignore"):
-        matrices = np.asarray(above @ local)
+def _check_finite(matrices: Array, names: list[str]) -> None:
     bad = np.flatnonzero(~np.isfinite(matrices).all(axis=(1, 2)))
     if len(bad):
         raise SceneError(f"{names[bad[0] % len(names)]}: the product of its matrix and those above it overflows")
-    return matrices
 
 
 def _indices(owner: dict[str, Any], key: str) -> list[Any]:
@@ -120,11 +128,10 @@ def _indices(owner: dict[str, Any], key: str) -> list[Any]:
     return value
 
 
-def _parents(document: Document) -> dict[int, int]:
-    nodes = document.items("nodes")
+def _parents(nodes: list[dict[str, Any]], document: Document) -> dict[int, int]:
     parent: dict[int, int] = {}
-    for index in range(len(nodes)):
-        for child in _indices(document.item("nodes", index, "the file"), "children"):
+    for index, node in enumerate(nodes):
+        for child in _indices(node, "children") if "children" in node else ():
             document.item("nodes", child, f"nodes[{index}].children")
             if child in parent:
                 raise SceneError(
@@ -133,7 +140,7 @@ def _parents(document: Document) -> dict[int, int]:
                 )
             parent[child] = index
     settled: set[int] = set()
-    for start in range(len(nodes)):
+    for start in parent:
         path, index = set(), start
         while index in parent and index not in settled:
             settled.add(index)
@@ -144,14 +151,13 @@ def _parents(document: Document) -> dict[int, int]:
     return parent
 
 
-def local_matrices(document: Document, nodes: list[int]) -> Array:
-    """parent_from_node (N, 4, 4) of nodes' matrices, or of their translations, rotations and scales."""
-    given = [document.item("nodes", node, "the file") for node in nodes]
-    result = np.tile(np.eye(4), (len(nodes), 1, 1))
+def local_matrices(given: list[dict[str, Any]], numbers: list[int]) -> Array:
+    """parent_from_node (N, 4, 4) of nodes' matrices, or of their translations, rotations and scales; their numbers are for messages."""
+    result = np.tile(np.eye(4), (len(given), 1, 1))
     whole = [row for row, node in enumerate(given) if "matrix" in node]
     parts = [row for row, node in enumerate(given) if "matrix" not in node]
     if whole:
-        names = [f"nodes[{nodes[row]}].matrix" for row in whole]
+        names = [f"nodes[{numbers[row]}].matrix" for row in whole]
         matrices = _numbers([given[row]["matrix"] for row in whole], 16, names).reshape(-1, 4, 4).transpose(0, 2, 1)
         skewed = np.flatnonzero(np.abs(matrices[:, 3] - (0.0, 0.0, 0.0, 1.0)).max(axis=1) > 1e-6)
         if len(skewed):
@@ -163,11 +169,11 @@ def local_matrices(document: Document, nodes: list[int]) -> Array:
             _numbers(
                 [given[row].get(key, still) for row in parts],
                 len(still),
-                [f"nodes[{nodes[row]}].{key}" for row in parts],
+                [f"nodes[{numbers[row]}].{key}" for row in parts],
             )
             for key, still in _STILL.items()
         )
-        result[parts] = compose(translation, rotation, scale, [f"nodes[{nodes[row]}]" for row in parts])
+        result[parts] = compose(translation, rotation, scale, [f"nodes[{numbers[row]}]" for row in parts])
     return result
 
 
@@ -238,4 +244,7 @@ def instances(document: Document, node: dict[str, Any], index: int, world_from_n
     translation, rotation, scale = (
         given.get(key.upper(), np.tile(still, (number, 1))) for key, still in _STILL.items()
     )
-    return _product(world_from_node, compose(translation, rotation, scale, [where]), [where])
+    with np.errstate(all="ignore"):
+        matrices = np.asarray(world_from_node @ compose(translation, rotation, scale, [where]))
+    _check_finite(matrices, [where])
+    return matrices

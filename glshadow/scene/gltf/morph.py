@@ -21,7 +21,9 @@ def resting_weights(node: dict[str, Any], mesh: dict[str, Any], where: str) -> W
     SceneError
         If they are not finite numbers.
     """
-    given = node.get("weights", mesh.get("weights", []))
+    given = node.get("weights", mesh.get("weights"))
+    if given is None:
+        return ()
     try:
         weights = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):

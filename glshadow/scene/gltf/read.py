@@ -40,7 +40,7 @@ def read_gltf(path: Path, budget: Budget) -> Imported:
     document = open_document(path, budget)
     found = Imported(notes=document.notes)
     graph = Graph(document)
-    named = _named(document, graph)
+    named = _named(graph)
     meshes = _Meshes(document, graph)
     triangles = 0
     for name, index, node, matrix in named:
@@ -74,11 +74,11 @@ def _why_empty(document: Document, named: list[Named], lost: Counter[str]) -> st
     return "no node of its scene has a mesh with triangles"
 
 
-def _named(document: Document, graph: Graph) -> list[Named]:
+def _named(graph: Graph) -> list[Named]:
     """(unique name, index, node, world_from_node): glTF lets nodes share a name or have none."""
     result, seen = [], set()
     for index, matrix in zip(graph.placed, graph.matrices(graph.placed), strict=True):
-        node = document.item("nodes", index, "the scene")
+        node = graph.nodes[index]
         name = str(node.get("name") or f"node{index}")
         if name in seen:
             name = f"{name}.{index}"
