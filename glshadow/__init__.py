@@ -26,6 +26,7 @@ from glshadow.errors import (
     ShaderError,
 )
 from glshadow.measure.error import ShadowError, measure  # now: the function must hide the room of its name
+from glshadow.scene.limits import Limits
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
 
 if TYPE_CHECKING:
@@ -79,6 +80,7 @@ __all__ = [
     "GlshadowError",
     "GlshadowWarning",
     "IntrinsicsCamera",
+    "Limits",
     "Material",
     "Mesh",
     "MissingOutput",

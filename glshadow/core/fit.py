@@ -56,7 +56,12 @@ class SceneFit(Fit):
 FITS: tuple[type[Fit], ...] = (ViewFit, SceneFit)
 
 _CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+_BLOCK = 4096  # boxes clipped at a time: each takes 10 kB meanwhile
 _EDGES = np.array([(a, b) for a in range(8) for b in range(a + 1, 8) if np.abs(_CORNERS[a] - _CORNERS[b]).sum() == 1])
+
+
+_MANY = 50_000  # points, those of thousands of boxes, of which most are discarded before their hull is sought
+_NEAR = 1e-9  # of their extent, on which a map of 2048 has texels of 5e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,26 +128,43 @@ def visible_corners(bounds: Array, world_from_mesh: Array, frustum: Frustum) -> 
     low, high = low - pad, high + pad  # so that a flat box is crossed, not touched
     local = np.where(_CORNERS[None, :, :] == 0, low[:, None], high[:, None])
     corners = np.einsum("nij,nkj->nki", linear, local) + offset[:, None]
+    size = np.abs(linear).max(axis=(1, 2))
+    regular = np.abs(np.linalg.det(linear)) > 1e-12 * size**3
+    found = list(corners)  # squashed flat by its matrix: take it whole
+    # Most boxes of a large scene lie wholly on one side of every face: nothing of them has to be clipped.
+    gap = corners @ frustum.normals.T - frustum.limits
+    apart, within = regular & (gap < 0.0).all(axis=1).any(axis=1), regular & (gap > 0.0).all(axis=(1, 2))
+    for i in np.flatnonzero(apart):
+        found[i] = np.zeros((0, 3))
+    start, end = corners[within][:, _EDGES[:, 0]], corners[within][:, _EDGES[:, 1]]
+    for i, points in zip(np.flatnonzero(within), np.concatenate([start, start + (end - start)], axis=1), strict=True):
+        found[i] = points
+    crossed = np.flatnonzero(regular & ~apart & ~within)
+    for block in np.split(crossed, range(_BLOCK, len(crossed), _BLOCK)):
+        parts = _clipped(corners[block], linear[block], offset[block], low[block], high[block], frustum)
+        for i, points in zip(block, parts, strict=True):
+            found[i] = points
+    return found
+
+
+def _clipped(corners: Array, linear: Array, offset: Array, low: Array, high: Array, frustum: Frustum) -> list[Array]:
+    """The same for regular matrices and padded boxes from (N, 3) to (N, 3), whose world corners (N, 8, 3) are known."""
     inside_frustum, box_points = _clip(
         corners[:, _EDGES[:, 0]],
         corners[:, _EDGES[:, 1]],
-        np.broadcast_to(frustum.normals, (len(bounds), 6, 3)),
+        np.broadcast_to(frustum.normals, (len(corners), 6, 3)),
         frustum.limits[None, :],
     )
-    size = np.abs(linear).max(axis=(1, 2))
-    regular = np.abs(np.linalg.det(linear)) > 1e-12 * size**3
-    inverse = np.linalg.inv(np.where(regular[:, None, None], linear, np.eye(3)))
+    inverse = np.linalg.inv(linear)
     frustum_local = np.einsum("nij,nkj->nki", inverse, frustum.corners[None] - offset[:, None])
-    axes = np.broadcast_to(np.concatenate([np.eye(3), -np.eye(3)]), (len(bounds), 6, 3))
+    axes = np.broadcast_to(np.concatenate([np.eye(3), -np.eye(3)]), (len(corners), 6, 3))
     inside_box, frustum_points = _clip(
         frustum_local[:, _EDGES[:, 0]], frustum_local[:, _EDGES[:, 1]], axes, np.concatenate([low, -high], axis=1)
     )
     frustum_points = np.einsum("nij,nkj->nki", linear, frustum_points) + offset[:, None]
     return [
         np.concatenate([box_points[i][inside_frustum[i]], frustum_points[i][inside_box[i]]])
-        if regular[i]
-        else corners[i]  # squashed flat by its matrix: take it whole
-        for i in range(len(bounds))
+        for i in range(len(corners))
     ]
 
 
@@ -267,15 +289,12 @@ def minimum_rectangle(points: Array) -> tuple[float, Array]:
 def convex_hull(points: Array) -> Array:
     """Corners (M, 2) of the convex hull of points (N, 2), counter-clockwise; Andrew's monotone chain.
 
-    Points inside the polygon of 32 extreme points are discarded first (Akl, Toussaint 1978), so that the loop is short.
+    Points inside the polygon of 32 extreme points are discarded first (Akl, Toussaint 1978), so that the loop is short; of very many
+    points, those inside a polygon of 8 before, or so little outside that it does not matter.
     """
-    angles = np.arange(32) * (2.0 * np.pi / 32)
-    reach = points @ np.stack([np.cos(angles), np.sin(angles)])
-    extreme = points[np.argmax(reach, axis=0)]
-    following = np.roll(extreme, -1, axis=0)
-    side = np.stack([extreme[:, 1] - following[:, 1], following[:, 0] - extreme[:, 0]])  # inward normals (2, 32)
-    inside = (points @ side - (extreme.T * side).sum(axis=0) > 0.0) | ((side == 0.0).all(axis=0))
-    kept = sorted({(x, y) for x, y in np.concatenate([points[~inside.all(axis=1)], extreme]).tolist()})
+    if len(points) > _MANY:
+        points = _outermost(points, _around(8) @ _rounding(points[:: len(points) // _MANY]), -_NEAR)
+    kept = sorted({(x, y) for x, y in _outermost(points, _around(32), _NEAR).tolist()})
     if len(kept) < 3:
         return np.array(kept)
     chains = []
@@ -290,3 +309,37 @@ def convex_hull(points: Array) -> Array:
             chain.append((x, y))
         chains.append(chain[:-1])
     return np.array(chains[0] + chains[1])
+
+
+def _around(count: int) -> Array:
+    angles = np.arange(count) * (2.0 * np.pi / count)
+    return np.stack([np.cos(angles), np.sin(angles)], axis=1)
+
+
+def _rounding(points: Array) -> Array:
+    """A matrix (2, 2) that makes a long cloud of points about as wide as it is long: few directions find all its ends."""
+    values, vectors = np.linalg.eigh(np.cov(points.T))
+    return np.asarray(vectors / np.sqrt(np.maximum(values, _NEAR**2 * max(values[1], 1e-300))) @ vectors.T)
+
+
+def _outermost(points: Array, directions: Array, depth: float) -> Array:
+    """Points (N, 2) without those inside the polygon of the most extreme ones in directions (K, 2), which come last.
+
+    Parameters
+    ----------
+    depth : float
+        How far inside, in extents of the points; negative: also those as far outside.
+    """
+    extreme = points[np.argmax(directions @ points.T, axis=1)]
+    following = np.roll(extreme, -1, axis=0)
+    side = np.stack([extreme[:, 1] - following[:, 1], following[:, 0] - extreme[:, 0]], axis=1)  # inward normals (K, 2)
+    length = np.linalg.norm(side, axis=1)
+    extent = float(np.ptp(points, axis=0).max())
+    long = length > _NEAR * extent  # two extremes that are one, but for rounding, have no side between them
+    if not long.any():
+        return points
+    limits = np.einsum("kj,kj->k", extreme, side) + depth * extent * length
+    inside = np.ones(len(points), dtype=bool)
+    for normal, limit in zip(side[long], limits[long], strict=True):
+        inside &= points @ normal > limit
+    return np.concatenate([points[~inside], extreme])

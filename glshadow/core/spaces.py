@@ -186,6 +186,12 @@ def bias_matrix(clip: ClipSpace) -> Array:
     return matrix
 
 
+def cofactors(linear: Array) -> Array:
+    """Matrices (..., 3, 3) that carry normals and areas as `linear` carries edges: det * inverse transpose, also where that is zero."""
+    x, y, z = linear[..., 0], linear[..., 1], linear[..., 2]
+    return np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=-1)
+
+
 def transform(matrix: Array, points: ArrayLike) -> Array:
     """`points` (..., 3) by an affine (4, 4) matrix; (..., 3)."""
     return np.asarray(points, dtype=np.float64) @ matrix[:3, :3].T + matrix[:3, 3]

@@ -12,6 +12,7 @@ from glshadow.core.spaces import transform
 from glshadow.gl.geometry import GpuScene
 
 _FEW = 12  # triangles of a body that is asked whether it darkens anything
+_ASKED = 64  # bodies that are asked: each question goes to all others
 _KEPT = 64  # places of lights for which the answers are kept
 
 
@@ -24,7 +25,7 @@ def casters_on_others(scene: GpuScene, light: Light) -> NDArray[np.bool_]:
     casting = scene.casts.copy()
     size = np.linalg.norm(np.ptp(scene.corners, axis=1), axis=1)
     whole = float(np.linalg.norm(np.ptp(scene.corners.reshape(-1, 3), axis=0)))
-    for i in np.flatnonzero(casting & (size > 0.5 * whole)):
+    for i in np.flatnonzero(casting & (size > 0.5 * whole))[:_ASKED]:
         mesh = scene.nodes[i].mesh
         if len(mesh.triangles) <= _FEW and len(scene.nodes) > 1:
             triangles = transform(scene.nodes[i].world_from_mesh, mesh.positions)[mesh.triangles]

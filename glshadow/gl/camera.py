@@ -18,9 +18,10 @@ from glshadow.core.view import ShadowView, camera_view
 from glshadow.gl.context import GLContext
 from glshadow.gl.drawing import draw_nodes
 from glshadow.gl.geometry import GpuScene, pack_matrices
+from glshadow.gl.meshes import GpuMesh
 from glshadow.gl.program import Program, Programs
 from glshadow.gl.targets import CameraTargets
-from glshadow.scene.mesh import AlphaMode, Scene
+from glshadow.scene.mesh import Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,8 +141,8 @@ def draw_surface(context: GLContext, programs: Programs, scene: GpuScene, sight:
 
     def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
         gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
-        program = _program(programs, scene, gpu.smooth, gpu.textured, material.alpha_mode is AlphaMode.MASK)
-        program.set(u_color=material.color, u_cutoff=material.cutoff)
+        program = _program(programs, scene, gpu)
+        program.set(u_color=material.color, u_cutoff=gpu.cutoff)
         if gpu.texture is not None:
             program.bind(u_texture=gpu.texture)
 
@@ -156,14 +157,15 @@ def draw_surface(context: GLContext, programs: Programs, scene: GpuScene, sight:
     ctx.enable_only(moderngl.DEPTH_TEST)
 
 
-def _program(programs: Programs, scene: GpuScene, smooth: bool, textured: bool, masked: bool) -> Program:
+def _program(programs: Programs, scene: GpuScene, gpu: GpuMesh) -> Program:
     return programs.get(
         "pass/surface.vert",
         "pass/surface.frag",
         defines={
             "GLS_SURFACE": 4 if scene.textured else 2 if scene.smooth else 1,
-            "GLS_SMOOTH": int(smooth),
-            "GLS_TEXTURED": int(textured),
-            "GLS_ALPHA": int(masked and textured),
+            "GLS_SMOOTH": int(gpu.smooth),
+            "GLS_TEXTURED": int(gpu.textured),
+            "GLS_COLORED": int(gpu.colored),
+            "GLS_ALPHA": int(gpu.cut_out),
         },
     )

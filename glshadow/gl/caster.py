@@ -21,8 +21,7 @@ from glshadow.gl.bodies import casters_on_others, hides_back_faces
 from glshadow.gl.context import GLContext
 from glshadow.gl.drawing import Begin, draw_nodes
 from glshadow.gl.geometry import GpuScene, pack_matrices
-from glshadow.gl.program import Program, Programs
-from glshadow.scene.mesh import AlphaMode
+from glshadow.gl.program import Defines, Program, Programs
 from glshadow.shader.slots import metric_slot
 
 
@@ -88,10 +87,9 @@ def _begin(programs: Programs, scene: GpuScene, light: Light, view: ShadowView, 
 
     def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
         gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
-        alpha = material.alpha_mode is AlphaMode.MASK and gpu.texture is not None
-        program = caster_program(programs, settings, view, alpha)
-        program.set(u_alpha=(material.color[3], material.cutoff))
-        if alpha:
+        program = caster_program(programs, settings, view, gpu.alpha_test)
+        program.set(u_alpha=(material.color[3], gpu.cutoff))
+        if gpu.texture is not None:
             program.bind(u_texture=gpu.texture)
 
         def place(i: int) -> None:
@@ -107,7 +105,7 @@ def _begin(programs: Programs, scene: GpuScene, light: Light, view: ShadowView, 
 
 
 def caster_program(
-    programs: Programs, settings: CasterSettings, view: ShadowView, alpha: bool, dialect: str = "core330"
+    programs: Programs, settings: CasterSettings, view: ShadowView, alpha_test: Defines, dialect: str = "core330"
 ) -> Program:
     """The caster program of a view, its uniforms that do not change from draw to draw set."""
     target, moved = settings.target, settings.bias.of_caster
@@ -119,7 +117,7 @@ def caster_program(
         slots={"metric": metric_slot(view.kind)},
         defines={
             "GLS_METRIC": int(metric),
-            "GLS_ALPHA": int(alpha),
+            **alpha_test,
             "GLS_PACKED": int(target is Target.RGBA8),
             "GLS_CLIP_BIAS": int(moved is not None),
         },

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 import weakref
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.spaces import Array, transform
+from glshadow.core.spaces import Array
 from glshadow.errors import ResourceError
 from glshadow.gl.buffers import texture_buffer
 from glshadow.gl.context import GLContext
@@ -18,6 +19,7 @@ from glshadow.gl.world import WorldTriangles
 from glshadow.scene.mesh import AlphaMode, Node, Scene
 
 NOT_RECEIVING = 1 << 31  # marks the numbers of triangles that no light's shadow falls on
+_AT_ONCE = 1 << 18  # triangles whose planes are computed together
 
 
 class GpuScene:
@@ -36,7 +38,9 @@ class GpuScene:
     origin : (3,) float64
         World point that the planes are relative to: the median corner, where most of the scene is even if a stray triangle is not.
     color : (3,) floats or None
-        The base colour, where all nodes share one and none has a texture.
+        The base colour, where all nodes share one and none has a texture or vertex colours.
+    textured : bool
+        Whether some base colour changes from pixel to pixel: a texture's, or that of vertices.
     selective : bool
         Whether shadows leave out some nodes.
     casts : (N,) bool
@@ -87,15 +91,16 @@ class GpuScene:
         self.origin: Array = np.median(self._sample(1024), axis=0)
         self.boxes, self.corners = scene.boxes, scene.corners
         planes = np.zeros((int(counts.sum()), 4), dtype=np.float32)
-        for i, gpu in enumerate(self.meshes):
-            planes[self.first[i] : self.first[i] + gpu.count] = self._planes(i)
+        for group in self._instances():
+            rows = self.first[group][:, None] + np.arange(self.meshes[group[0]].count)
+            planes[rows] = self._planes(group)
         owners = np.repeat(np.arange(len(counts), dtype=np.uint32), counts)
         colors = np.array([node.mesh.material.color for node in self.nodes], dtype=np.float32)
         self.planes = texture_buffer(context, planes, RGBA32F)
         self.owners = texture_buffer(context, owners, R32UI)
         self.colors = texture_buffer(context, colors, RGBA32F)
         context.check_errors(f"uploading the planes of {counts.sum()} triangles")
-        self.textured = any(gpu.textured for gpu in self.meshes)
+        self.textured = any(gpu.textured or gpu.colored for gpu in self.meshes)
         self.smooth = any(gpu.smooth for gpu in self.meshes)
         one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())
         self.color: tuple[float, float, float] | None = tuple(float(c) for c in colors[0, :3]) if one else None  # type: ignore[assignment]
@@ -111,21 +116,30 @@ class GpuScene:
         """World corners (about `count` or one per node, 3) of triangles all over the scene."""
         step = max(1, int(self.first[-1] + self.meshes[-1].count) // count)
         corners = []
-        for node in self.nodes:
-            mesh = node.mesh
-            corners.append(transform(node.world_from_mesh, mesh.positions[mesh.triangles[::step, 0]]))
+        for group in self._instances():
+            mesh = self.nodes[group[0]].mesh
+            matrices = np.stack([self.nodes[i].world_from_mesh for i in group])
+            corners.append(_placed(matrices, mesh.positions[mesh.triangles[::step, 0]]).reshape(-1, 3))
         return np.concatenate(corners)
 
-    def _planes(self, i: int) -> Array:
-        """Unit world normal and distance from `origin` of a node's triangles, (T, 4); zero for a triangle without area."""
-        gpu, mesh = self.meshes[i], self.nodes[i].mesh
-        normals = gpu.face_normals @ self.normal_from_mesh[i].T
-        length = np.linalg.norm(normals, axis=1, keepdims=True)
+    def _instances(self) -> Iterator[NDArray[np.int64]]:
+        """Numbers of nodes that share a mesh, some at a time where it is large."""
+        order = np.argsort(self.mesh_number, kind="stable")
+        starts = np.flatnonzero(np.diff(np.asarray(self.mesh_number)[order], prepend=-1))
+        for group in np.split(order, starts[1:]):
+            most = max(1, _AT_ONCE // self.meshes[group[0]].count)
+            yield from (group[k : k + most] for k in range(0, len(group), most))
+
+    def _planes(self, group: NDArray[np.int64]) -> Array:
+        """Unit world normal and distance from `origin` of the triangles of instances, (N, T, 4); zero for a triangle without area."""
+        gpu, mesh = self.meshes[group[0]], self.nodes[group[0]].mesh
+        normals = gpu.face_normals @ self.normal_from_mesh[group].transpose(0, 2, 1)
+        length = np.linalg.norm(normals, axis=-1, keepdims=True)
         normals = normals / np.where(length > 0.0, length, 1.0)
         # from the vertices that the GPU draws, rounded to float32 as they are
         drawn = (mesh.positions[mesh.triangles[:, 0]] - gpu.origin).astype(np.float32).astype(np.float64)
-        corner = transform(self.world_from_origin[i], drawn) - self.origin
-        return np.concatenate([normals, np.einsum("ij,ij->i", normals, corner)[:, None]], axis=1)
+        corner = _placed(self.world_from_origin[group], drawn) - self.origin
+        return np.concatenate([normals, np.einsum("nij,nij->ni", normals, corner)[..., None]], axis=-1)
 
     def release(self) -> None:
         """Free the GPU memory; the meshes stay."""
@@ -133,6 +147,11 @@ class GpuScene:
             texture.release()
         if self._world is not None:
             self._world.release()
+
+
+def _placed(matrices: Array, points: Array) -> Array:
+    """Points (T, 3) at the places (N, 4, 4) of instances: (N, T, 3)."""
+    return np.asarray(points @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3])
 
 
 def _cofactors(linear: Array) -> Array:

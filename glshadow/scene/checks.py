@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from glshadow.core.spaces import Array
+from glshadow.core.spaces import Array, cofactors
 from glshadow.errors import SceneError
 from glshadow.scene.box import box_corners, check_place
 from glshadow.scene.mesh import Node
@@ -70,31 +70,29 @@ def _doubled_areas(corners: Array) -> Array:
     return np.stack([e[:, i] * f[:, j] - e[:, j] * f[:, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
 
 
-def _cofactor(linear: Array) -> Array:
-    """Maps area vectors as `linear` (3, 3) maps edges; defined for singular matrices too."""
-    x, y, z = linear.T
-    return np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=1)
-
-
 def _area(nodes: list[Node]) -> float:
     """World area, estimated: every n-th triangle of a mesh, scaled as a surface that faces all ways alike."""
     areas: dict[int, float] = {}
-    total = 0.0
+    placed = []
     for node in nodes:
         key = id(node.mesh)
         if key not in areas:
             step = max(1, len(node.mesh.triangles) // SAMPLED)
             vectors = _doubled_areas(node.mesh.positions[node.mesh.triangles[::step]])
             areas[key] = 0.5 * step * float(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)).sum())
-        total += areas[key] * float(np.linalg.norm(_cofactor(node.world_from_mesh[:3, :3])) / np.sqrt(3.0))
-    return total
+        placed.append(areas[key])
+    scale = np.linalg.norm(cofactors(_linear(nodes)), axis=(1, 2)) / np.sqrt(3.0)
+    return float(np.asarray(placed) @ scale)
+
+
+def _linear(nodes: list[Node]) -> Array:
+    return np.stack([node.world_from_mesh for node in nodes])[:, :3, :3]
 
 
 def _any_area(nodes: list[Node]) -> bool:
     """Whether any placed triangle has an area, exactly; stops at the first block that has."""
     block = 4096
-    for node in nodes:
-        cofactor = _cofactor(node.world_from_mesh[:3, :3])
+    for node, cofactor in zip(nodes, cofactors(_linear(nodes)), strict=True):
         for start in range(0, len(node.mesh.triangles), block):
             corners = node.mesh.positions[node.mesh.triangles[start : start + block]]
             if (_doubled_areas(corners) @ cofactor.T != 0.0).any():

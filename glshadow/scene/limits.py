@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 from glshadow.core.setting import Settings, number, setting, whole
 from glshadow.errors import SceneError
@@ -22,17 +22,20 @@ class Limits(Settings):
     triangles : int
         Of all placed meshes, instances counted.
     nodes : int
-        Placed meshes and nodes of the file's tree, instances counted.
+        Placed meshes, instances counted, and, by themselves, nodes of the file's tree.
+    lights : int
+        Placed lights.
     expansion : float
-        Bytes of memory per byte read, above the first 64 MiB.
+        Bytes of memory per byte read, above the first 128 MiB.
     seconds : float
         Of reading.
     """
 
     texture_pixels: int = setting(whole(1, _MOST), 2**26, help="pixels of one decoded image")
     triangles: int = setting(whole(1, _MOST), 2 * 10**7, help="triangles of all placed meshes")
-    nodes: int = setting(whole(1, _MOST), 10**5, help="placed meshes and nodes of the tree")
-    expansion: float = setting(number(1.0, 1e12), 200.0, help="bytes of memory per byte read, above the first 64 MiB")
+    nodes: int = setting(whole(1, _MOST), 10**5, help="placed meshes, and nodes of the tree")
+    lights: int = setting(whole(1, _MOST), 256, help="placed lights")
+    expansion: float = setting(number(1.0, 1e12), 200.0, help="bytes of memory per byte read, above the first 128 MiB")
     seconds: float = setting(number(0.0, 1e9, above=True), 300.0, help="seconds of reading")
 
     def check(self, limit: str, value: float, what: str) -> None:
@@ -45,8 +48,9 @@ class Limits(Settings):
         """
         allowed = getattr(self, limit)
         if value > allowed:
+            unit = next(each.metadata["help"] for each in fields(self) if each.name == limit)
             raise SceneError(
-                f"{what}: {value:g} {limit.replace('_', ' ')}, the limit is {allowed:g}; if you trust the file, raise it with "
+                f"{what}: {value:g} {unit}; the limit is {allowed:g}; if you trust the file, raise it with "
                 f"glshadow.load(..., limits=glshadow.Limits({limit}=...))"
             )
 
@@ -67,7 +71,7 @@ class Budget:
     taken_bytes: int = 0
     started: float = field(default_factory=time.monotonic)
 
-    FREE = 64 * 2**20
+    FREE = 128 * 2**20
 
     def take(self, count_bytes: int, what: str) -> None:
         """Announce memory before it is taken."""

@@ -12,11 +12,12 @@ import numpy as np
 
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import DirectionalLight, Light, SpotLight
-from glshadow.core.setting import as_path, flag, one_of, optional, text
+from glshadow.core.setting import as_path, flag, instance, one_of, optional, text
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError, warn
 from glshadow.scene.checks import check_scene
 from glshadow.scene.imported import Imported
+from glshadow.scene.limits import Budget, Limits
 from glshadow.scene.mesh import Node, Scene
 
 FORMATS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
@@ -29,7 +30,14 @@ TURNS = {
 }
 
 
-def load(source: Any, *, ground: bool = False, up_axis: str | None = None, name: str | None = None) -> Scene:
+def load(
+    source: Any,
+    *,
+    ground: bool = False,
+    up_axis: str | None = None,
+    name: str | None = None,
+    limits: Limits | None = None,
+) -> Scene:
     """A scene from a file or from another library's object.
 
     Parameters
@@ -45,6 +53,8 @@ def load(source: Any, *, ground: bool = False, up_axis: str | None = None, name:
         whatever comes from CAD, robotics or maps, are often "z".
     name : str, optional
         Name of the scene; None: that of the file without its ending.
+    limits : Limits, optional
+        What a file may cost, checked before memory is taken; None: the defaults of `Limits`. Objects in memory are not limited.
 
     Returns
     -------
@@ -56,19 +66,21 @@ def load(source: Any, *, ground: bool = False, up_axis: str | None = None, name:
     Raises
     ------
     SceneError
-        If the file is missing, broken, empty, or needs what cannot be honoured; the message names file and cause.
+        If the file is missing, broken, empty, needs what cannot be honoured, or costs more than its limits; the message names file
+        and cause.
     SettingsError
         If `up_axis` is none of the above, or another argument is not what it must be.
 
     Warns
     -----
     GlshadowWarning
-        If something in it is drawn otherwise than it was meant: skins in their bind pose, alpha blending, missing
-        textures, lost precision.
+        If something in it is drawn otherwise than it was meant: alpha blending, missing textures, lost
+        precision.
     """
     ground, up_axis = flag()("ground", ground), optional(one_of(*TURNS), "y")("up_axis", up_axis)
     name = optional(text(), "that of the file")("name", name)
-    label, title, read, stored = _reader(source)
+    limits = optional(instance(Limits), "the defaults")("limits", limits)
+    label, title, read, stored = _reader(source, Budget(limits or Limits()))
     try:
         found = read()
         notes = found.notes + check_scene(found.nodes, stored=stored)
@@ -85,14 +97,14 @@ def load(source: Any, *, ground: bool = False, up_axis: str | None = None, name:
     return scene.with_ground() if ground else scene
 
 
-def _reader(source: Any) -> tuple[str, str, Callable[[], Imported], bool]:
+def _reader(source: Any, budget: Budget) -> tuple[str, str, Callable[[], Imported], bool]:
     """What to call it in messages, the name of its scene, how to read it, and whether it was stored in a file."""
     if isinstance(source, (str, os.PathLike)):
         try:
             path = as_path("source", source)
         except SettingsError as error:
             raise SceneError(str(error)) from None
-        return path.name or str(path), path.stem, lambda: _read_file(path), True
+        return path.name or str(path), path.stem, lambda: _read_file(path, budget), True
     if isinstance(source, Scene):
         given = Imported(list(source.nodes), source.camera, list(source.lights))
         return source.name, source.name, lambda: given, False
@@ -112,7 +124,7 @@ def _reader(source: Any) -> tuple[str, str, Callable[[], Imported], bool]:
     )
 
 
-def _read_file(path: Path) -> Imported:
+def _read_file(path: Path, budget: Budget) -> Imported:
     suffix = path.suffix.lower()
     if suffix not in FORMATS:
         raise SceneError(f"a model file must end in one of {', '.join(FORMATS)}, got {path.suffix or 'no ending'!r}")
@@ -123,10 +135,10 @@ def _read_file(path: Path) -> Imported:
     if suffix in (".glb", ".gltf"):
         from glshadow.scene.gltf import read_gltf
 
-        return read_gltf(path)
+        return read_gltf(path, budget)
     from glshadow.scene.mesh_files import read_mesh_file
 
-    return read_mesh_file(path)
+    return read_mesh_file(path, budget)
 
 
 def _turned(found: Imported, turn: Array, name: str) -> Scene:

@@ -16,6 +16,7 @@ import numpy as np
 from glshadow.errors import SceneError
 from glshadow.scene.from_trimesh import Builder
 from glshadow.scene.imported import Imported, blended
+from glshadow.scene.limits import Budget
 from glshadow.scene.mesh import Node
 
 _parsing = threading.local()  # its `now`: whether this thread is inside one of trimesh's parsers
@@ -30,7 +31,7 @@ SHORT_FACE = re.compile(rb"^f[ \t]+[^\s#]+(?:[ \t]+[^\s#]+)?[ \t\r]*$", re.MULTI
 ZERO_FACE = re.compile(rb"^f[ \t](?:[^\n#]*[ \t])?0(?=[/\s]|\Z)[^\n]*", re.MULTILINE)
 
 
-def read_mesh_file(path: Path) -> Imported:
+def read_mesh_file(path: Path, budget: Budget) -> Imported:
     """Read a .obj, .ply, .stl or .off file.
 
     Raises
@@ -40,6 +41,7 @@ def read_mesh_file(path: Path) -> Imported:
     """
     kind = path.suffix.lower()[1:]
     data = path.read_bytes()
+    budget.read_bytes += len(data)
     builder = Builder()
     data = {"obj": _check_obj, "ply": _check_ply, "stl": _check_stl, "off": _check_off}[kind](data, builder.notes)
     beside = Beside(path.parent, builder.notes)
@@ -50,14 +52,14 @@ def read_mesh_file(path: Path) -> Imported:
             _drop_broken_facets(part, builder.notes)
         if "faces" not in part or part["faces"] is None:
             continue
-        colors = next((part[key] for key in ("vertex_colors", "face_colors") if part.get(key) is not None), None)
         mesh = builder.mesh(
             part["vertices"],
             part["faces"],
             name=name,
             normals=part.get("vertex_normals"),
             visual=part.get("visual"),
-            colors=colors,
+            colors=part.get("vertex_colors"),
+            face_colors=part.get("face_colors") if part.get("vertex_colors") is None else None,
         )
         if mesh is not None:
             found.nodes.append(Node(name, mesh, np.eye(4)))

@@ -30,7 +30,6 @@ from glshadow.gl.sources.triangles import casting_corners, check_facets, light_f
 from glshadow.gl.targets import depth_texture
 from glshadow.gl.work import Work
 from glshadow.gl.world import local_corners
-from glshadow.scene.mesh import AlphaMode
 
 _NOT_EXACT = (
     "Exact() asks only the triangles seen in the 4 x 4 nearest texels of a map of their numbers, one point in each pixel: not exact, "
@@ -140,14 +139,10 @@ class Numbered(Source):
 
         def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
             gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
-            alpha = material.alpha_mode is AlphaMode.MASK and gpu.texture is not None
-            program = programs.get(
-                "pass/surface.vert",
-                "pass/surface.frag",
-                defines={"GLS_SURFACE": 1, "GLS_TEXTURED": int(alpha), "GLS_ALPHA": int(alpha)},
-            )
-            program.set(u_color=material.color, u_cutoff=material.cutoff)
-            if alpha:
+            defines = {"GLS_SURFACE": 1, **gpu.alpha_test}
+            program = programs.get("pass/surface.vert", "pass/surface.frag", defines=defines)
+            program.set(u_color=material.color, u_cutoff=gpu.cutoff)
+            if gpu.texture is not None:
                 program.bind(u_texture=gpu.texture)
 
             def place(i: int) -> None:

@@ -1,4 +1,4 @@
-"""Accessors: typed, strided, sparse and normalised arrays of a glTF file."""
+"""Accessors: typed, strided, sparse and normalised arrays of a glTF file, of which only the rows that are used are converted."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from glshadow.errors import SceneError
 from glshadow.scene.gltf.document import Document, as_object, count, extensions, refused
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-MOST_ZEROS = 1 << 26  # elements of an accessor without data: the file's size bounds every other allocation
+COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+Rows = NDArray[np.int64] | slice
+EVERY = slice(None)
 
 
 def read_accessor(document: Document, index: Any, types: tuple[str, ...], user: str) -> tuple[NDArray[Any], bool]:
@@ -29,12 +30,12 @@ def read_accessor(document: Document, index: Any, types: tuple[str, ...], user: 
     Returns
     -------
     (count, columns) array, bool
-        In the file's component type, sparse elements applied; whether integers are normalised.
+        In the file's component type, sparse elements applied, read-only; whether integers are normalised.
 
     Raises
     ------
     SceneError
-        If it is of another type, or runs past its buffer view.
+        If it is of another type, runs past its buffer view, or is longer than the file may claim.
     """
     where = f"{user}: accessors[{index}]"
     accessor = document.item("accessors", index, user)
@@ -43,18 +44,27 @@ def read_accessor(document: Document, index: Any, types: tuple[str, ...], user: 
         raise SceneError(
             f"{where} must be {' or '.join(types)} of a known component type, got {kind!r} of {component!r}"
         )
+    dtype = np.dtype(COMPONENTS[component])
+    normalized = bool(accessor.get("normalized", False)) and dtype.kind != "f"
+    if index not in document.arrays:
+        document.arrays[index] = _stored(document, accessor, dtype, COLUMNS[kind], where)
+    return document.arrays[index], normalized
+
+
+def _stored(
+    document: Document, accessor: dict[str, Any], dtype: np.dtype[Any], columns: int, where: str
+) -> NDArray[Any]:
     length = count(accessor, "count", where, least=1)
     offset = count(accessor, "byteOffset", where, default=0)
-    dtype, columns = np.dtype(COMPONENTS[component]), COLUMNS[kind]
+    if "bufferView" not in accessor or "sparse" in accessor:  # else it is a view of the file's own bytes
+        document.budget.take(length * columns * dtype.itemsize, where)
     if "bufferView" in accessor:
         values = _strided(document, accessor["bufferView"], offset, length, dtype, columns, where)
-    elif length > MOST_ZEROS:
-        raise SceneError(f"{where} declares {length} elements without any data")
     else:
         values = np.zeros((length, columns), dtype)
     if "sparse" in accessor:
         values = _sparse(document, as_object(accessor["sparse"], where), values, where)
-    return values, bool(accessor.get("normalized", False)) and dtype.kind != "f"
+    return values
 
 
 def _strided(
@@ -110,9 +120,11 @@ def _sparse(document: Document, sparse: dict[str, Any], values: NDArray[Any], wh
     return result
 
 
-def read_floats(document: Document, index: Any, types: tuple[str, ...], user: str) -> Array:
-    """Values (count, columns) float64; normalised integers mapped to -1..1 or 0..1 (glTF 2.0, 3.6.2.2)."""
-    values, normalized = read_accessor(document, index, types, user)
+def read_floats(document: Document, index: Any, types: tuple[str, ...], user: str, rows: Rows = EVERY) -> Array:
+    """Values (count, columns) float64 of some rows; normalised integers mapped to -1..1 or 0..1 (glTF 2.0, 3.6.2.2)."""
+    stored, normalized = read_accessor(document, index, types, user)
+    values = stored[rows]
+    document.budget.take(8 * values.size, user)
     with np.errstate(invalid="ignore"):  # a signalling NaN: refused later, with its count
         floats = values.astype(np.float64)
     if not normalized:
@@ -120,9 +132,13 @@ def read_floats(document: Document, index: Any, types: tuple[str, ...], user: st
     return np.asarray(np.maximum(floats / np.iinfo(values.dtype).max, -1.0))
 
 
-def read_indices(document: Document, index: Any, user: str) -> NDArray[np.int64]:
-    """Indices (count,) int64."""
-    values, _ = read_accessor(document, index, ("SCALAR",), user)
-    if values.dtype.kind != "u":
-        raise SceneError(f"{user}: indices must be unsigned integers, got {values.dtype}")
-    return values[:, 0].astype(np.int64)
+def read_whole(
+    document: Document, index: Any, types: tuple[str, ...], user: str, rows: Rows = EVERY
+) -> NDArray[np.int64]:
+    """Unsigned integers (count, columns) of some rows."""
+    stored, _ = read_accessor(document, index, types, user)
+    if stored.dtype.kind != "u":
+        raise SceneError(f"{user} must be unsigned integers, got {stored.dtype}")
+    values = stored[rows]
+    document.budget.take(8 * values.size, user)
+    return values.astype(np.int64)

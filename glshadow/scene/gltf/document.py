@@ -13,7 +13,10 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
+from numpy.typing import NDArray
+
 from glshadow.errors import SceneError
+from glshadow.scene.limits import Budget
 
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
@@ -51,15 +54,22 @@ class Document:
         Where the file is; nothing outside it is opened.
     binary : bytes, optional
         The BIN chunk.
+    budget : Budget
+        What the file may still cost.
     notes : list of str
         What could not be honoured.
+    buffers, arrays, files : dict
+        Bytes of buffers and values of accessors by their number, bytes of files by their path: read once.
     """
 
     json: dict[str, Any]
     folder: Path
     binary: memoryview | None = None
+    budget: Budget = field(default_factory=Budget)
     notes: list[str] = field(default_factory=list)
     buffers: dict[int, memoryview] = field(default_factory=dict)
+    arrays: dict[int, NDArray[Any]] = field(default_factory=dict)
+    files: dict[Path, bytes] = field(default_factory=dict)
 
     def items(self, kind: str) -> list[Any]:
         """The top level array `kind`, empty if absent."""
@@ -134,7 +144,11 @@ class Document:
     def resource(self, uri: Any, user: str) -> bytes:
         """Bytes of a data: uri or of a file beside the model."""
         if not (isinstance(uri, str) and uri.startswith("data:")):
-            return self.path(uri, user).read_bytes()
+            path = self.path(uri, user)
+            if path not in self.files:
+                self.files[path] = path.read_bytes()
+                self.budget.read_bytes += len(self.files[path])
+            return self.files[path]
         head, comma, body = uri.partition(",")
         if not comma or not head.endswith(";base64"):
             raise SceneError(f"{user}: a data: uri must be base64, got {uri[:40]!r}")
@@ -172,8 +186,8 @@ def refused(name: str) -> SceneError:
     return SceneError(f"it needs the glTF extension {name}, which is not supported: {advice}")
 
 
-def open_document(path: Path) -> Document:
-    """Parse a .glb or .gltf file.
+def open_document(path: Path, budget: Budget) -> Document:
+    """Parse a .glb or .gltf file; its size is added to what the budget has read.
 
     Raises
     ------
@@ -181,12 +195,13 @@ def open_document(path: Path) -> Document:
         If the container is cut off, it is not JSON, not glTF 2, or requires an extension that cannot be honoured.
     """
     data = path.read_bytes()
+    budget.read_bytes += len(data)
     text, binary = _chunks(data) if data[:4] == b"glTF" or path.suffix.lower() == ".glb" else (data, None)
     try:
         parsed = json.loads(text.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
         raise SceneError(f"not valid glTF: its JSON cannot be read ({error})") from error
-    document = Document(as_object(parsed, "the top level"), path.parent, binary)
+    document = Document(as_object(parsed, "the top level"), path.parent, binary, budget)
     version = as_object(document.json.get("asset", {}), "asset").get("version", "2.0")
     if not str(version).startswith("2"):
         raise SceneError(f"it is glTF {version!r}; only glTF 2 is read, convert it first")

@@ -52,6 +52,7 @@ def _append(document: Document, values: NDArray[Any], accessor: Any) -> int:
         values = values.astype(np.float32)
     normalized = accessor is not None and document.item("accessors", accessor, DRACO).get("normalized", False)
     lists = {kind: document.json.setdefault(kind, []) for kind in ("buffers", "bufferViews", "accessors")}
+    document.budget.take(values.nbytes, DRACO)
     document.buffers[len(lists["buffers"])] = memoryview(values.tobytes())
     lists["buffers"].append({"byteLength": values.nbytes})
     lists["bufferViews"].append({"buffer": len(lists["buffers"]) - 1, "byteLength": values.nbytes})

@@ -1,8 +1,9 @@
-"""One primitive of a glTF mesh as a Mesh."""
+"""Primitives of glTF meshes as Meshes: each is made once per form, and shared."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import json
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -10,14 +11,40 @@ from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
-from glshadow.scene.gltf.accessor import read_floats, read_indices
+from glshadow.scene.gltf.accessor import Rows, read_accessor, read_floats, read_whole
 from glshadow.scene.gltf.document import Document, as_object
 from glshadow.scene.gltf.draco import decoded
 from glshadow.scene.gltf.material import Surfaces, texture_uv
-from glshadow.scene.imported import reflectance, uniform, usable_normals, used_only
-from glshadow.scene.mesh import Material, Mesh
+from glshadow.scene.gltf.morph import Weights, moved, targets_of
+from glshadow.scene.gltf.skin import influences, posed
+from glshadow.scene.imported import linear_colors, tinted, usable_normals, used_vertices
+from glshadow.scene.mesh import Mesh
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
+
+
+@dataclass(frozen=True, eq=False)
+class Form:
+    """What a node makes of its mesh.
+
+    Parameters
+    ----------
+    weights : tuple of float
+        Of the morph targets.
+    skin : int, optional
+        Its number.
+    joints : (J, 3, 4) float64, optional
+        world_from_bind of the skin's joints.
+    """
+
+    weights: Weights = ()
+    skin: int | None = None
+    joints: Array | None = None
+
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """Equal for equal forms of one file."""
+        return (self.weights, self.skin)
 
 
 def is_surface(primitive: dict[str, Any]) -> bool:
@@ -25,50 +52,127 @@ def is_surface(primitive: dict[str, Any]) -> bool:
     return primitive.get("mode", TRIANGLES) in (TRIANGLES, STRIP, FAN)
 
 
-def build(document: Document, surfaces: Surfaces, primitive: dict[str, Any], where: str) -> Mesh:
-    """The triangles of a primitive.
+@dataclass
+class Primitives:
+    """Meshes of one document, by what they are made of."""
 
-    Raises
-    ------
-    SceneError
-        If an accessor cannot be read, POSITION is missing, an index is out of range or a coordinate is not finite.
-    """
-    primitive = decoded(document, primitive, where)
+    document: Document
+    surfaces: Surfaces
+    made: dict[tuple[Any, ...], Mesh] = field(default_factory=dict)
+
+    def get(self, primitive: dict[str, Any], form: Form, where: str) -> Mesh:
+        """The triangles of a primitive; in world space if the form has joints and the primitive has them too.
+
+        Raises
+        ------
+        SceneError
+            If an accessor cannot be read, POSITION is missing, an index is out of range or a coordinate is not finite.
+        """
+        key = (json.dumps(primitive, sort_keys=True), *form.key)
+        if key not in self.made:
+            self.document.budget.check_time(where)
+            self.made[key] = _build(self.document, self.surfaces, decoded(self.document, primitive, where), form, where)
+        return self.made[key]
+
+
+@dataclass(frozen=True)
+class _Vertices:
+    """The used vertices of a primitive, morphed: the rows of its accessors that triangles ask for."""
+
+    document: Document
+    attributes: dict[str, Any]
+    targets: list[tuple[float, dict[str, Any]]]
+    count: int
+    rows: Rows
+    where: str
+
+    def read(self, name: str, types: tuple[str, ...]) -> Array | None:
+        """Values (N, columns) of an attribute; None where the primitive has none."""
+        if name not in self.attributes:
+            return None
+        values = self._rows(self.attributes[name], name, types)
+        for weight, target in self.targets:
+            if name in target:
+                values = moved(values, weight, self._rows(target[name], f"targets.{name}", types))
+        return values
+
+    def _rows(self, accessor: Any, name: str, types: tuple[str, ...]) -> Array:
+        where = f"{self.where}.{name}"
+        self._check(accessor, types, where)
+        return read_floats(self.document, accessor, types, where, self.rows)
+
+    def joints(self, number: int, notes: list[str]) -> tuple[NDArray[np.int64], Array] | None:
+        """Joints (N, K), of `number`, and their weights (N, K); None where the primitive has none."""
+        joints: list[NDArray[np.int64]] = []
+        weights: list[Array] = []
+        while f"JOINTS_{len(joints)}" in self.attributes and f"WEIGHTS_{len(joints)}" in self.attributes:
+            names = [f"{kind}_{len(joints)}" for kind in ("JOINTS", "WEIGHTS")]
+            for name in names:
+                self._check(self.attributes[name], ("VEC4",), f"{self.where}.{name}")
+            self.document.item("accessors", self.attributes[names[1]], self.where)["normalized"] = (
+                True  # or it means nothing
+            )
+            where = f"{self.where}.{names[0]}"
+            joints.append(read_whole(self.document, self.attributes[names[0]], ("VEC4",), where, self.rows))
+            weights.append(self._rows(self.attributes[names[1]], names[1], ("VEC4",)))
+        return influences(joints, weights, number, notes, self.where) if joints else None
+
+    def _check(self, accessor: Any, types: tuple[str, ...], where: str) -> None:
+        length = len(read_accessor(self.document, accessor, types, where)[0])
+        if length != self.count:
+            raise SceneError(f"{where} has {length} elements, POSITION has {self.count}")
+
+
+def is_skinned(primitive: dict[str, Any]) -> bool:
+    """Whether a skin moves its vertices."""
+    attributes = as_object(primitive.get("attributes", {}), "attributes")
+    return "JOINTS_0" in attributes and "WEIGHTS_0" in attributes
+
+
+def _build(document: Document, surfaces: Surfaces, primitive: dict[str, Any], form: Form, where: str) -> Mesh:
     attributes = as_object(primitive.get("attributes", {}), f"{where}.attributes")
     if "POSITION" not in attributes:
         raise SceneError(f"{where} has no POSITION: there is nothing to draw")
-    positions = read_floats(document, attributes["POSITION"], ("VEC3",), f"{where}.POSITION")
-    _check_declared(document, attributes["POSITION"], positions, where)
-    triangles = _triangles(document, primitive, len(positions), where)
-    normals = _attribute(document, attributes, "NORMAL", ("VEC3",), len(positions), where)
+    count = len(read_accessor(document, attributes["POSITION"], ("VEC3",), f"{where}.POSITION")[0])
+    rows, triangles = used_vertices(_triangles(document, primitive, count, where), count)
+    vertices = _Vertices(document, attributes, targets_of(document, primitive, form.weights, where), count, rows, where)
+    positions = vertices.read("POSITION", ("VEC3",))
+    assert positions is not None
+    if not vertices.targets:
+        _check_declared(document, attributes["POSITION"], positions, where)
+    normals = vertices.read("NORMAL", ("VEC3",))
+    if form.joints is not None:
+        followed = vertices.joints(len(form.joints), document.notes)
+        if followed is not None:
+            positions, normals = posed(positions, normals, *followed, form.joints)
     surface = surfaces.get(primitive.get("material"), where)
-    material, uv = surface.material, None
+    linear = _colors(vertices)
+    clear = linear is not None and bool((linear[:, 3] < 1.0).any())
+    material, uv = surface.given if clear else surface.material, None
     if material.texture is not None:
-        stored = _attribute(document, attributes, f"TEXCOORD_{surface.uv_set}", ("VEC2",), len(positions), where)
+        stored = vertices.read(f"TEXCOORD_{surface.uv_set}", ("VEC2",))
         uv = None if stored is None else texture_uv(stored, surface.uv_transform)
         if uv is None or not np.isfinite(uv).all():
             uv = None
             document.notes.append(f"{where} has a texture but no usable TEXCOORD_{surface.uv_set}: drawn without it")
             material = replace(material, texture=None)
-    material = _tinted(document, attributes, material, len(positions), where)
-    positions, triangles, (kept_normals, uv) = used_only(
-        positions, triangles, usable_normals(positions, triangles, normals), uv
-    )
+    material, colors = tinted(material, linear)
+    kept_normals = usable_normals(positions, triangles, normals)
     try:
-        return Mesh(positions, triangles.astype(np.int32), kept_normals, uv, material)
+        return Mesh(positions, triangles.astype(np.int32), kept_normals, uv, colors, material)
     except SceneError as error:
         raise SceneError(f"{where}: {error}; repair or remove them") from error
 
 
-def _attribute(
-    document: Document, attributes: dict[str, Any], name: str, types: tuple[str, ...], length: int, where: str
-) -> Array | None:
-    if name not in attributes:
+def _colors(vertices: _Vertices) -> Array | None:
+    """COLOR_0 (N, 4), linear; integers are normalised even where the file forgets to say so."""
+    if "COLOR_0" not in vertices.attributes:
         return None
-    values = read_floats(document, attributes[name], types, f"{where}.{name}")
-    if len(values) != length:
-        raise SceneError(f"{where}.{name} has {len(values)} elements, POSITION has {length}")
-    return values
+    vertices.document.item("accessors", vertices.attributes["COLOR_0"], vertices.where)["normalized"] = True
+    colors = vertices.read("COLOR_0", ("VEC3", "VEC4"))
+    if colors is not None and vertices.targets:
+        colors = np.clip(colors, 0.0, 1.0)  # as glTF has it for colours that are morphed
+    return None if colors is None else linear_colors(colors, f"{vertices.where}.COLOR_0", vertices.document.notes)
 
 
 def _check_declared(document: Document, accessor: int, positions: Array, where: str) -> None:
@@ -98,13 +202,14 @@ def _check_declared(document: Document, accessor: int, positions: Array, where: 
 def _triangles(document: Document, primitive: dict[str, Any], vertices: int, where: str) -> NDArray[np.int64]:
     mode = primitive.get("mode", TRIANGLES)
     if "indices" in primitive:
-        indices = read_indices(document, primitive["indices"], f"{where}.indices")
+        indices = read_whole(document, primitive["indices"], ("SCALAR",), f"{where}.indices")[:, 0]
         if indices.max() >= vertices:
             raise SceneError(
                 f"{where}: index {indices.max()} is out of range, it has {vertices} vertices "
                 f"({int((indices >= vertices).sum())} of {len(indices)} indices are)"
             )
     else:
+        document.budget.take(8 * vertices, where)
         indices = np.arange(vertices)
     if mode == TRIANGLES:
         if len(indices) % 3:
@@ -112,27 +217,9 @@ def _triangles(document: Document, primitive: dict[str, Any], vertices: int, whe
         return indices.reshape(-1, 3)
     if len(indices) < 3:
         raise SceneError(f"{where}: a strip or fan needs 3 indices, got {len(indices)}")
+    document.budget.take(24 * len(indices), where)
     if mode == FAN:
         return np.stack([indices[1:-1], indices[2:], np.full(len(indices) - 2, indices[0])], axis=1)
     strip = np.stack([indices[:-2], indices[1:-1], indices[2:]], axis=1)
     strip[1::2] = strip[1::2][:, [0, 2, 1]]  # every second triangle of a strip is wound the other way
     return strip
-
-
-def _tinted(document: Document, attributes: dict[str, Any], material: Material, length: int, where: str) -> Material:
-    """The material times COLOR_0 where that is one colour."""
-    colors = _attribute(document, attributes, "COLOR_0", ("VEC3", "VEC4"), length, where)
-    if colors is None:
-        return material
-    color = uniform(colors)
-    if color is None:
-        document.notes.append(f"{where} has vertex colours, which are not modelled: drawn in its material's colour")
-        return material
-    tint = reflectance(np.append(color, 1.0)[:4], f"{where}.COLOR_0", document.notes)
-    return replace(material, color=tuple((np.asarray(tint) * material.color).tolist()))
-
-
-def skipped(primitive: dict[str, Any]) -> list[str]:
-    """What of a primitive is not drawn."""
-    parts = ["morph targets"] if primitive.get("targets") else []
-    return parts if is_surface(primitive) else ["points or lines"]

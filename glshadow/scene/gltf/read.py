@@ -14,51 +14,57 @@ from glshadow.core.setting import as_float, shown
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.scene.gltf.document import Document, as_object, extensions, open_document
-from glshadow.scene.gltf.graph import instances, placed_nodes
+from glshadow.scene.gltf.graph import Graph, instances
 from glshadow.scene.gltf.material import Surfaces
-from glshadow.scene.gltf.primitive import build, is_surface, skipped
+from glshadow.scene.gltf.morph import resting_weights
+from glshadow.scene.gltf.primitive import Form, Primitives, is_skinned, is_surface
+from glshadow.scene.gltf.skin import joint_matrices
 from glshadow.scene.imported import WIDEST_CONE, Imported, blended
+from glshadow.scene.limits import Budget
 from glshadow.scene.mesh import Mesh, Node
 
 Named = tuple[str, int, dict[str, Any], Array]
 
 
-def read_gltf(path: Path) -> Imported:
+def read_gltf(path: Path, budget: Budget) -> Imported:
     """Read a .glb or .gltf file.
 
-    Nodes with several materials become several Nodes of one name; nodes of one mesh share its Mesh objects. A camera's
-    znear and zfar are left out: they are derived from the scene, so that nothing is cut away. Of an orthographic one
-    counts ymag, as of a perspective one yfov: what is seen to the sides follows from the picture's size.
+    Nodes with several materials become several Nodes of one name; nodes of one mesh share its Mesh objects. Skins and morph
+    targets are at rest: joints where the file's nodes are, weights as the file gives them. A camera's znear and zfar are left
+    out: they are derived from the scene, so that nothing is cut away. Of an orthographic one counts ymag, as of a perspective
+    one yfov: what is seen to the sides follows from the picture's size.
 
     Raises
     ------
     SceneError
-        If it is broken, or needs what cannot be honoured.
+        If it is broken, needs what cannot be honoured, or costs more than `budget` allows.
     """
-    document = open_document(path)
+    document = open_document(path, budget)
     found = Imported(notes=document.notes)
-    named = _named(document)
-    lost: Counter[str] = Counter()
-    meshes: dict[int, list[Mesh]] = {}
-    surfaces = Surfaces(document)
+    graph = Graph(document)
+    named = _named(graph)
+    meshes = _Meshes(document, graph)
+    triangles = 0
     for name, index, node, matrix in named:
         if "mesh" not in node:
             continue
-        number = node["mesh"]
-        given = document.item("meshes", number, f"node {name!r}")
-        if number not in meshes:
-            meshes[number] = _meshes(document, surfaces, given, number, lost)
-        lost["skins"] += "skin" in node
-        placements = instances(document, node, index, matrix)
-        for copy, placement in enumerate(placements):
-            title = name if len(placements) == 1 else f"{name}[{copy}]"
-            found.nodes += [Node(title, mesh, placement) for mesh in meshes[number]]
+        budget.check_time(f"node {name!r}")
+        placements = None
+        for mesh, skinned in meshes.of(node, f"node {name!r}"):
+            if placements is None:
+                placements = instances(document, node, index, matrix)
+            places = np.eye(4)[None] if skinned else placements  # a skin's joints place it, and nothing else
+            triangles += len(mesh.triangles) * len(places)
+            budget.limits.check("triangles", triangles, f"node {name!r}")
+            budget.limits.check("nodes", len(found.nodes) + len(places), f"node {name!r}")
+            titles = [name] if len(places) == 1 else [f"{name}[{copy}]" for copy in range(len(places))]
+            found.nodes += [Node(title, mesh, place) for title, place in zip(titles, places, strict=True)]
     found.camera = _camera(document, named)
     found.lights = _lights(document, named) or None
-    _note(document, lost)
+    _note(document, meshes.lost)
     found.notes += blended(found.nodes)
     if not found.nodes:
-        raise SceneError(f"nothing to render: {_why_empty(document, named, lost)}")
+        raise SceneError(f"nothing to render: {_why_empty(document, named, meshes.lost)}")
     return found
 
 
@@ -70,10 +76,11 @@ def _why_empty(document: Document, named: list[Named], lost: Counter[str]) -> st
     return "no node of its scene has a mesh with triangles"
 
 
-def _named(document: Document) -> list[Named]:
+def _named(graph: Graph) -> list[Named]:
     """(unique name, index, node, world_from_node): glTF lets nodes share a name or have none."""
     result, seen = [], set()
-    for index, node, matrix in placed_nodes(document):
+    for index, matrix in zip(graph.placed, graph.matrices(graph.placed), strict=True):
+        node = graph.nodes[index]
         name = str(node.get("name") or f"node{index}")
         if name in seen:
             name = f"{name}.{index}"
@@ -82,24 +89,60 @@ def _named(document: Document) -> list[Named]:
     return result
 
 
-def _meshes(document: Document, surfaces: Surfaces, mesh: dict[str, Any], index: int, lost: Counter[str]) -> list[Mesh]:
-    title = f"mesh {mesh['name']!r}" if mesh.get("name") else f"meshes[{index}]"
-    made = []
-    for number, primitive in enumerate(mesh.get("primitives", [])):
-        where = f"{title} primitive {number}"
-        lost.update(skipped(as_object(primitive, where)))
-        if is_surface(primitive):
-            made.append(build(document, surfaces, primitive, where))
-    return made
+class _Meshes:
+    """Meshes of a document, in the forms that nodes give them; `lost` counts what of them is not drawn."""
+
+    def __init__(self, document: Document, graph: Graph) -> None:
+        self._document, self._graph = document, graph
+        self._primitives = Primitives(document, Surfaces(document))
+        self._made: dict[tuple[Any, ...], list[tuple[Mesh, bool]]] = {}
+        self._joints: dict[int, Array] = {}
+        self.lost: Counter[str] = Counter()
+
+    def of(self, node: dict[str, Any], user: str) -> list[tuple[Mesh, bool]]:
+        """What a node draws, and whether its skin has placed it already."""
+        number = node["mesh"]
+        mesh = self._document.item("meshes", number, user)
+        form = self._form(node, mesh, user)
+        key = (number, *form.key)
+        if key not in self._made:
+            title = f"mesh {mesh['name']!r}" if mesh.get("name") else f"meshes[{number}]"
+            self._made[key] = self._make(mesh, form, title)
+        return self._made[key]
+
+    def _form(self, node: dict[str, Any], mesh: dict[str, Any], user: str) -> Form:
+        weights = resting_weights(node, mesh, user)
+        if "skin" not in node:
+            return Form(weights)
+        skin = node["skin"]
+        self._document.item("skins", skin, user)
+        if skin not in self._joints:
+            self._joints[skin] = joint_matrices(self._document, self._graph, skin, user)
+        return Form(weights, skin, self._joints[skin])
+
+    def _make(self, mesh: dict[str, Any], form: Form, title: str) -> list[tuple[Mesh, bool]]:
+        made = []
+        primitives = mesh.get("primitives", [])
+        if not isinstance(primitives, list):
+            raise SceneError(f"not valid glTF: {title}.primitives must be an array, got {type(primitives).__name__}")
+        self._document.budget.limits.check("nodes", len(primitives), title)
+        for number, given in enumerate(primitives):
+            where = f"{title} primitive {number}"
+            primitive = as_object(given, where)
+            if not is_surface(primitive):
+                self.lost["points or lines"] += 1
+                continue
+            skinned = form.joints is not None and is_skinned(primitive)
+            self.lost["skins without joints"] += form.joints is not None and not skinned
+            made.append((self._primitives.get(primitive, form, where), skinned))
+        return made
 
 
 def _note(document: Document, lost: Counter[str]) -> None:
-    if lost["skins"]:
+    if lost["skins without joints"]:
         document.notes.append(
-            f"{lost['skins']} skinned node(s) drawn in their bind pose: skins and animations are not applied"
+            f"{lost['skins without joints']} primitive(s) of skinned nodes have no joints: drawn where their node is"
         )
-    if lost["morph targets"]:
-        document.notes.append(f"{lost['morph targets']} primitive(s) drawn without their morph targets")
     if lost["points or lines"]:
         document.notes.append(
             f"{lost['points or lines']} primitive(s) of points or lines left out: only triangles are drawn"
@@ -140,7 +183,7 @@ def _size(lens: dict[str, Any], key: str, name: str) -> float:
 
 def _lights(document: Document, named: list[Named]) -> list[Light]:
     given = as_object(extensions(document.json).get("KHR_lights_punctual", {}), "KHR_lights_punctual").get("lights", [])
-    lights = []
+    lights: list[Light] = []
     for name, _, node, matrix in named:
         placed = extensions(node).get("KHR_lights_punctual")
         if placed is None:
@@ -148,6 +191,7 @@ def _lights(document: Document, named: list[Named]) -> list[Light]:
         index = as_object(placed, f"node {name!r}").get("light")
         if not isinstance(index, int) or not 0 <= index < len(given):
             raise SceneError(f"node {name!r} refers to light {index!r}, but the file has {len(given)} lights")
+        document.budget.limits.check("lights", len(lights) + 1, "the scene")
         lights.append(_light(document, as_object(given[index], f"light {index}"), matrix, name))
     return lights
 
