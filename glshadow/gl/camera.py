@@ -14,10 +14,10 @@ from glshadow.core.spaces import Array, ClipSpace, perspective
 from glshadow.core.view import ShadowView
 from glshadow.gl.caster import seen_by
 from glshadow.gl.context import GLContext
-from glshadow.gl.geometry import GpuScene, pack_matrices
+from glshadow.gl.geometry import GpuMesh, GpuScene, pack_matrices
 from glshadow.gl.program import Program, Programs
 from glshadow.gl.targets import CameraTargets
-from glshadow.scene.mesh import AlphaMode, Scene
+from glshadow.scene.mesh import Scene
 
 NEAREST_SHARE = 1e-5  # of far: how close a derived near plane comes
 
@@ -117,8 +117,8 @@ def draw_surface(context: GLContext, programs: Programs, scene: GpuScene, sight:
         gpu = scene.meshes[i]
         if gpu is not previous:
             previous, material = gpu, scene.nodes[i].mesh.material
-            program = _program(programs, scene, gpu.smooth, gpu.textured, material.alpha_mode is AlphaMode.MASK)
-            program.set(u_color=material.color, u_cutoff=material.cutoff)
+            program = _program(programs, scene, gpu)
+            program.set(u_color=material.color, u_cutoff=gpu.cutoff)
             array = gpu.vertex_array(program, numbered=True)
             if gpu.texture is not None:
                 gpu.texture.use(0)
@@ -138,14 +138,15 @@ def draw_surface(context: GLContext, programs: Programs, scene: GpuScene, sight:
     ctx.enable_only(moderngl.DEPTH_TEST)
 
 
-def _program(programs: Programs, scene: GpuScene, smooth: bool, textured: bool, masked: bool) -> Program:
+def _program(programs: Programs, scene: GpuScene, gpu: GpuMesh) -> Program:
     return programs.get(
         "pass/surface.vert",
         "pass/surface.frag",
         defines={
             "GLS_SURFACE": 4 if scene.textured else 2 if scene.smooth else 1,
-            "GLS_SMOOTH": int(smooth),
-            "GLS_TEXTURED": int(textured),
-            "GLS_ALPHA": int(masked and textured),
+            "GLS_SMOOTH": int(gpu.smooth),
+            "GLS_TEXTURED": int(gpu.textured),
+            "GLS_COLORED": int(gpu.colored),
+            "GLS_ALPHA": int(gpu.cut_out),
         },
     )

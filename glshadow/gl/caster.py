@@ -19,9 +19,8 @@ from glshadow.core.spaces import Array, project, transform
 from glshadow.core.view import ShadowView
 from glshadow.gl.context import GLContext
 from glshadow.gl.geometry import GpuScene, pack_matrices
-from glshadow.gl.program import Program, Programs
+from glshadow.gl.program import Defines, Program, Programs
 from glshadow.gl.targets import Atlas
-from glshadow.scene.mesh import AlphaMode
 from glshadow.shader.slots import metric_slot
 
 _FEW = 12  # triangles of a body that is asked whether it darkens anything
@@ -136,9 +135,8 @@ def _draw(
         gpu = scene.meshes[i]
         if gpu is not previous:
             previous, material = gpu, scene.nodes[i].mesh.material
-            alpha = material.alpha_mode is AlphaMode.MASK and gpu.texture is not None
-            program = caster_program(programs, settings, view, alpha)
-            program.set(u_alpha=(material.color[3], material.cutoff))
+            program = caster_program(programs, settings, view, gpu.alpha_test)
+            program.set(u_alpha=(material.color[3], gpu.cutoff))
             array = gpu.vertex_array(program)
             if gpu.texture is not None:
                 gpu.texture.use(0)
@@ -161,7 +159,7 @@ def _draw(
 
 
 def caster_program(
-    programs: Programs, settings: CasterSettings, view: ShadowView, alpha: bool, dialect: str = "core330"
+    programs: Programs, settings: CasterSettings, view: ShadowView, alpha_test: Defines, dialect: str = "core330"
 ) -> Program:
     """The caster program of a view, its uniforms that do not change from draw to draw set."""
     target, bias = settings.target, settings.bias
@@ -174,7 +172,7 @@ def caster_program(
         slots={"metric": metric_slot(view.kind)},
         defines={
             "GLS_METRIC": int(metric),
-            "GLS_ALPHA": int(alpha),
+            **alpha_test,
             "GLS_PACKED": int(target is Target.RGBA8),
             "GLS_CLIP_BIAS": int(caster_bias is not None),
         },

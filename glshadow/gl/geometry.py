@@ -22,12 +22,23 @@ _SRGB8_ALPHA8 = 0x8C43
 _FAR_FROM_ORIGIN = (
     16.0  # a mesh further from its origin than this many extents is stored relative to its middle (4 bits of float32)
 )
+_FORMATS = {"a_position": "3f", "a_normal": "3f", "a_uv": "2f", "a_color": "4f"}
+_INTERPOLATED = 2.0**-20  # what interpolating an alpha of 1 between vertices may cost it, a few roundings of float32
 
 
 class GpuMesh:
     """Vertex and index buffers of a mesh, and its base colour texture.
 
     Positions are float32 relative to `origin`, so that a mesh baked far from zero keeps what float64 knew of it.
+
+    Attributes
+    ----------
+    textured, colored : bool
+        Whether it has a texture with coordinates, whether it has vertex colours.
+    cut_out : bool
+        Whether alpha decides where it exists: MASK, and an alpha that may be below the cutoff.
+    cutoff : float
+        What alpha is compared with.
     """
 
     def __init__(self, context: GLContext, mesh: Mesh) -> None:
@@ -43,7 +54,13 @@ class GpuMesh:
         length = np.linalg.norm(normal, axis=1, keepdims=True)
         self.face_normals: Array = normal / np.where(length > 0.0, length, 1.0)
         self.smooth = mesh.normals is not None
-        self.textured = mesh.material.texture is not None and mesh.uv is not None
+        material = mesh.material
+        self.textured = material.texture is not None and mesh.uv is not None
+        self.colored = mesh.colors is not None
+        self.cut_out = material.alpha_mode is AlphaMode.MASK and (
+            self.textured or self.colored or material.color[3] < material.cutoff
+        )
+        self.cutoff = material.cutoff - (_INTERPOLATED if self.colored else 0.0)
         self._ctx = ctx
         self._arrays: dict[tuple[int, bool], moderngl.VertexArray] = {}
         order, numbered, shared = numbered_triangles(mesh.triangles, len(mesh.positions))
@@ -54,11 +71,23 @@ class GpuMesh:
             self._buffers["a_normal"] = ctx.buffer(normals[order].tobytes())
         if self.textured and mesh.uv is not None:
             self._buffers["a_uv"] = ctx.buffer(mesh.uv[order].tobytes())
+        if mesh.colors is not None:
+            self._buffers["a_color"] = ctx.buffer(mesh.colors[order].tobytes())
         self._numbered, self._shared = ctx.buffer(numbered.tobytes()), ctx.buffer(shared.tobytes())
         self.texture: moderngl.Texture | None = None
         if self.textured and mesh.material.texture is not None:
             self.texture = _texture(context, mesh.material.texture)
         context.check_errors(f"uploading a mesh of {self.count} triangles")
+
+    @property
+    def alpha_test(self) -> dict[str, int]:
+        """Defines of a pass that asks no colour, only whether the surface exists."""
+        tested = self.cut_out
+        return {
+            "GLS_ALPHA": int(tested),
+            "GLS_TEXTURED": int(tested and self.textured),
+            "GLS_COLORED": int(tested and self.colored),
+        }
 
     def vertex_array(self, program: Program, numbered: bool = False) -> moderngl.VertexArray:
         """The mesh as input of a program: the attributes that both have.
@@ -71,10 +100,10 @@ class GpuMesh:
         key = (program.gl.glo, numbered)
         array = self._arrays.get(key)
         if array is None:
-            names = [name for name in ("a_position", "a_normal", "a_uv") if name in program]
+            names = [name for name in _FORMATS if name in program]
             if "a_normal" in names and "a_normal" not in self._buffers:  # a bias along the normal asks even flat meshes
                 self._buffers["a_normal"] = self._ctx.buffer(self._averaged_normals()[self._order].tobytes())
-            content = [(self._buffers[name], "2f" if name == "a_uv" else "3f", name) for name in names]
+            content = [(self._buffers[name], _FORMATS[name], name) for name in names]
             index = self._numbered if numbered else self._shared
             array = self._arrays[key] = self._ctx.vertex_array(program.gl, content, index)
         return array
@@ -200,7 +229,9 @@ class GpuScene:
     origin : (3,) float64
         World point that the planes are relative to: the median corner, where most of the scene is even if a stray triangle is not.
     color : (3,) floats or None
-        The base colour, where all nodes share one and none has a texture.
+        The base colour, where all nodes share one and none has a texture or vertex colours.
+    textured : bool
+        Whether some base colour changes from pixel to pixel: a texture's, or that of vertices.
     selective : bool
         Whether shadows leave out some nodes.
     casts : (N,) bool
@@ -259,7 +290,7 @@ class GpuScene:
         self.owners = texture_buffer(context, owners, R32UI)
         self.colors = texture_buffer(context, colors, RGBA32F)
         context.check_errors(f"uploading the planes of {counts.sum()} triangles")
-        self.textured = any(gpu.textured for gpu in self.meshes)
+        self.textured = any(gpu.textured or gpu.colored for gpu in self.meshes)
         self.smooth = any(gpu.smooth for gpu in self.meshes)
         one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())
         self.color: tuple[float, float, float] | None = tuple(float(c) for c in colors[0, :3]) if one else None  # type: ignore[assignment]

@@ -24,7 +24,6 @@ from glshadow.gl.lists import light_frame, made_for
 from glshadow.gl.program import Programs
 from glshadow.gl.targets import depth_texture
 from glshadow.gl.world import local_corners, texture_buffer
-from glshadow.scene.mesh import AlphaMode
 
 
 class Numbers:
@@ -124,13 +123,9 @@ class Numbers:
         solid = hides_back_faces(scene, light, light.shadow.faces if light.shadow else None)
         for i in np.flatnonzero(chosen).tolist():
             gpu, material = scene.meshes[i], scene.nodes[i].mesh.material
-            alpha = material.alpha_mode is AlphaMode.MASK and gpu.texture is not None
-            program = programs.get(
-                "pass/surface.vert",
-                "pass/surface.frag",
-                defines={"GLS_SURFACE": 1, "GLS_TEXTURED": int(alpha), "GLS_ALPHA": int(alpha)},
-            )
-            program.set(u_color=material.color, u_cutoff=material.cutoff)
+            defines = {"GLS_SURFACE": 1, **gpu.alpha_test}
+            program = programs.get("pass/surface.vert", "pass/surface.frag", defines=defines)
+            program.set(u_color=material.color, u_cutoff=gpu.cutoff)
             if gpu.texture is not None:
                 gpu.texture.use(0)
             program.write("u_clip_from_mesh", packed[i])

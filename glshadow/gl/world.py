@@ -11,10 +11,11 @@ from glshadow.core.spaces import Array, world_positions
 from glshadow.errors import ResourceError
 from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import R8, RGBA32F, RGBA32UI, BufferTexture
-from glshadow.scene.mesh import AlphaMode, Node
 
 if TYPE_CHECKING:
     from glshadow.gl.geometry import GpuScene
+
+_SOLID = np.full((1, 1, 4), 255, dtype=np.uint8)  # the image of those that have none
 
 
 class WorldTriangles:
@@ -29,8 +30,8 @@ class WorldTriangles:
     mask_shift : (N,) int64
         Per node what turns a triangle's number into 1 + its number among masked triangles; 0 for nodes without a mask.
     masks, alphas : BufferTexture or None
-        Three texels per masked triangle: texture coordinates (float bits), then alpha factor, cutoff, and where its image begins,
-        how wide and high it is; and the images' alpha. None where nothing is masked.
+        Three texels per masked triangle: the corners' texture coordinates and alpha without the texture's, the cutoff (float bits),
+        where its image begins, and its width and height in 16 bits each; and the images' alpha. None where nothing is masked.
     """
 
     def __init__(self, context: GLContext, scene: GpuScene) -> None:
@@ -50,7 +51,7 @@ class WorldTriangles:
         self.masks: BufferTexture | None = None
         self.alphas: BufferTexture | None = None
         self.mask_shift = np.zeros(len(scene.nodes), dtype=np.int64)
-        masked = [k for k, node in enumerate(scene.nodes) if _is_masked(node)]
+        masked = [k for k, gpu in enumerate(scene.meshes) if gpu.cut_out]
         if masked:
             self._upload_masks(scene, masked)
         context.check_errors(f"uploading {self.count} triangles")
@@ -73,19 +74,22 @@ class WorldTriangles:
         before = end = 0
         for k in masked:
             mesh = scene.nodes[k].mesh
-            texture, uv = mesh.material.texture, mesh.uv
-            assert texture is not None
-            assert uv is not None
+            material, uv = mesh.material, mesh.uv
+            texture = _SOLID if material.texture is None or uv is None else material.texture
             height, width = texture.shape[:2]
             if id(texture) not in starts:
                 starts[id(texture)] = end
                 images.append(texture[::-1, :, 3].ravel())  # v up
                 end += width * height
             record = np.zeros((len(mesh.triangles), 12), dtype=np.uint32)
-            record[:, :6] = uv[mesh.triangles].reshape(-1, 6).view(np.uint32)
-            numbers = np.array([mesh.material.color[3], mesh.material.cutoff], dtype=np.float32)
-            record[:, 6:8] = numbers.view(np.uint32)
-            record[:, 8:11] = starts[id(texture)], width, height
+            if uv is not None:
+                record[:, :6] = uv[mesh.triangles].reshape(-1, 6).view(np.uint32)
+            alpha = np.full((len(record), 3), material.color[3], dtype=np.float32)
+            if mesh.colors is not None:
+                alpha *= mesh.colors[:, 3][mesh.triangles]
+            record[:, 6:9] = alpha.view(np.uint32)
+            record[:, 9] = np.float32(material.cutoff).view(np.uint32)
+            record[:, 10:] = starts[id(texture)], width | height << 16
             self.mask_shift[k] = before + 1 - int(scene.first[k])
             before += len(record)
             texels.append(record)
@@ -104,11 +108,6 @@ class WorldTriangles:
             if texture is not None:
                 texture.release()
                 texture.buffer.release()
-
-
-def _is_masked(node: Node) -> bool:
-    material = node.mesh.material
-    return material.alpha_mode is AlphaMode.MASK and material.texture is not None and node.mesh.uv is not None
 
 
 def texture_buffer(context: GLContext, data: NDArray[Any], internal_format: int) -> BufferTexture:

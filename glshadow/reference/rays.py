@@ -197,16 +197,21 @@ class Rays:
         return np.asarray(points + normal * (side * factor * LIFT * self.reach[triangles])[:, None])
 
     def opaque(self, triangles: Ints, points: Array) -> Bools:
-        """Whether the surface exists there: false where MASK alpha, bilinear and unfiltered, is below the cutoff."""
+        """Whether the surface exists there: false where MASK alpha (factor, vertices and texture, bilinear at level 0, multiplied) is
+        below the cutoff."""
         exists = np.ones(len(triangles), dtype=bool)
         cut = np.flatnonzero(self.masked[triangles])
         for number in np.unique(self.node[triangles[cut]]):
             mine = cut[self.node[triangles[cut]] == number]
             mesh = self.scene.nodes[number].mesh
             alpha = np.full(len(mine), mesh.material.color[3])
+            corners = mesh.triangles[triangles[mine] - self.first[number]]
+            weights = self.barycentric(triangles[mine], points[mine])
+            if mesh.colors is not None:
+                a, b, c = mesh.colors[:, 3].astype(np.float64)[corners].T
+                alpha = alpha * (a + (b - a) * weights[:, 1] + (c - a) * weights[:, 2])  # exact where they are equal
             if mesh.material.texture is not None and mesh.uv is not None:
-                corner_uv = mesh.uv.astype(np.float64)[mesh.triangles[triangles[mine] - self.first[number]]]
-                uv = np.einsum("nk,nkj->nj", self.barycentric(triangles[mine], points[mine]), corner_uv)
+                uv = np.einsum("nk,nkj->nj", weights, mesh.uv.astype(np.float64)[corners])
                 alpha = alpha * texture_alpha(mesh.material, uv)
             exists[mine] = alpha >= mesh.material.cutoff
         return exists

@@ -8,15 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.scene.imported import (
     WHITE,
     alpha_mode,
     fans,
+    linear_colors,
     reflectance,
     solid,
-    srgb_to_linear,
-    uniform,
+    srgb_colors,
+    tinted,
     usable_normals,
     used_only,
 )
@@ -42,6 +44,7 @@ class Builder:
         normals: ArrayLike | None = None,
         visual: Any = None,
         colors: ArrayLike | None = None,
+        face_colors: ArrayLike | None = None,
     ) -> Mesh | None:
         """A Mesh, or None where there are no triangles.
 
@@ -51,8 +54,9 @@ class Builder:
             Convex polygons of K corners.
         normals : (V, 3), optional
         visual : trimesh visual, optional
-        colors : (V or T, 3 or 4), optional
-            Vertex or face colours, sRGB bytes or floats in 0..1; used where they are all one colour.
+        colors, face_colors : (V, 3 or 4), (T, 3 or 4), optional
+            sRGB bytes or floats in 0..1, straight alpha, instead of the visual's. Those of faces give each triangle vertices of
+            its own.
         """
         positions, polygons = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
         if len(positions) == 0 or polygons.ndim != 2 or len(polygons) == 0:
@@ -62,30 +66,48 @@ class Builder:
             worst = int(triangles.max() if triangles.max() >= len(positions) else triangles.min())
             raise SceneError(f"{name}: a face refers to vertex {worst}, but there are {len(positions)}")
         material, uv = self._visual(visual, len(positions), name)
-        if colors is not None and np.size(colors):
-            material = self._tinted(material, np.asarray(colors), name)
-        positions, triangles, (kept_normals, uv) = used_only(
-            positions, triangles, usable_normals(positions, triangles, normals), uv
-        )
+        kept_normals: NDArray[Any] | None = usable_normals(positions, triangles, normals)
+        kind = getattr(visual, "kind", None)
+        if kind == "face" and colors is None and face_colors is None:
+            face_colors = visual.face_colors
+        linear = self._whole(self._vertex_colors(visual, colors, name), len(positions), name)
+        material, tints = tinted(material, linear)
+        if face_colors is not None:
+            material, own = tinted(
+                material, self._whole(srgb_colors(face_colors, name, self.notes), len(polygons), name)
+            )
+            if own is not None:
+                tints = np.repeat(own, len(triangles) // len(polygons) * 3, axis=0)
+                corners = triangles.ravel()
+                positions, triangles = positions[corners], np.arange(len(corners)).reshape(-1, 3)
+                kept_normals, uv = (None if each is None else each[corners] for each in (kept_normals, uv))
+        material = solid(material, tints)
+        positions, triangles, (kept_normals, uv, tints) = used_only(positions, triangles, kept_normals, uv, tints)
         try:
-            return Mesh(positions, triangles.astype(np.int32), kept_normals, uv, material)
+            return Mesh(positions, triangles.astype(np.int32), kept_normals, uv, tints, material)
         except SceneError as error:
             raise SceneError(f"{name}: {error}; repair or remove them") from error
 
-    def _tinted(self, material: Material, colors: NDArray[Any], name: str) -> Material:
-        color = uniform(colors.astype(np.float64) / (255.0 if colors.dtype.kind in "iu" else 1.0))
-        if color is None:
-            self.notes.append(f"{name} has vertex or face colours, which are not modelled: drawn in one colour")
-            return material
-        red, green, blue = srgb_to_linear(reflectance(color[:3], name, self.notes)).tolist()
-        return replace(material, color=(red, green, blue, 1.0))
+    def _vertex_colors(self, visual: Any, colors: ArrayLike | None, name: str) -> Array | None:
+        """Linear RGBA; a visual's colours beside a material are glTF's COLOR_0, which is linear."""
+        if colors is None and getattr(visual, "kind", None) == "vertex":
+            colors = visual.vertex_colors
+        if colors is not None:
+            return srgb_colors(colors, name, self.notes)
+        beside = getattr(visual, "vertex_attributes", {}).get("color")
+        if beside is None:
+            return None
+        stored = np.asarray(beside)
+        return linear_colors(stored / 255.0 if stored.dtype == np.uint8 else stored, name, self.notes)
+
+    def _whole(self, colors: Array | None, count: int, name: str) -> Array | None:
+        if colors is None or len(colors) == count:
+            return colors
+        self.notes.append(f"{name} has {len(colors)} colours for {count} vertices or faces: drawn without them")
+        return None
 
     def _visual(self, visual: Any, vertices: int, name: str) -> tuple[Material, NDArray[np.float32] | None]:
-        kind = getattr(visual, "kind", None)
-        if kind in ("vertex", "face"):
-            colors = visual.vertex_colors if kind == "vertex" else visual.face_colors
-            return self._tinted(WHITE, np.asarray(colors), name), None
-        if kind != "texture":
+        if getattr(visual, "kind", None) != "texture":
             return WHITE, None
         material = self._material(visual.material, name)
         if material.texture is None:
@@ -108,7 +130,7 @@ class Builder:
                 cutoff=0.5 if given.alphaCutoff is None else float(given.alphaCutoff),
                 double_sided=bool(given.doubleSided),
             )
-            return solid(material)
+            return material
         if not hasattr(given, "diffuse"):
             self.notes.append(f"{name} has a {type(given).__name__}, which is not modelled: drawn white")
             return WHITE

@@ -12,7 +12,17 @@ from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import Array
 from glshadow.scene.builder import Builder
-from glshadow.scene.imported import WIDEST_CONE, Imported, alpha_mode, blended, fans, reflectance, solid
+from glshadow.scene.imported import (
+    WIDEST_CONE,
+    Imported,
+    alpha_mode,
+    blended,
+    fans,
+    linear_colors,
+    reflectance,
+    solid,
+    tinted,
+)
 from glshadow.scene.mesh import Material, Mesh, Node
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
@@ -69,39 +79,36 @@ def _mesh(builder: Builder, primitive: Any, name: str) -> Mesh | None:
     else:
         triangles = np.stack([indices[:-2], indices[1:-1], indices[2:]], axis=1)
         triangles[1::2] = triangles[1::2][:, ::-1]
-    mesh = builder.mesh(
-        primitive.positions, triangles, name=name, normals=primitive.normals, visual=None, colors=_colors(primitive)
-    )
+    mesh = builder.mesh(primitive.positions, triangles, name=name, normals=primitive.normals, visual=None)
     if mesh is None:
         return None
-    material = _material(builder, primitive.material, name)
-    uv = _uv(primitive.texcoord_0, triangles, count)
+    material, colors = tinted(_material(builder, primitive.material, name), _colors(builder, primitive, name))
+    used = np.zeros(count, dtype=bool)
+    used[triangles.ravel()] = True
+    uv = _uv(primitive.texcoord_0, used)
+    colors = None if colors is None else colors[used]
     if material.texture is not None and uv is None:
         builder.notes.append(f"{name} has a texture but no texture coordinates: drawn without it")
         material = replace(material, texture=None)
-    tint = np.asarray(mesh.material.color) * np.asarray(material.color)
-    material = replace(material, color=tuple(tint.tolist()))
-    return replace(mesh, uv=None if material.texture is None else uv, material=material)
+    uv = None if material.texture is None else uv
+    return replace(mesh, uv=uv, colors=colors, material=solid(material, colors))
 
 
-def _colors(primitive: Any) -> Array | None:
-    """Vertex colours (V, 3); pyrender multiplies them in as they are, `Builder` takes sRGB."""
-    if primitive.color_0 is None or len(primitive.color_0) == 0:
+def _colors(builder: Builder, primitive: Any, name: str) -> Array | None:
+    """Vertex colours (V, 4); pyrender multiplies them in as they are: linear."""
+    if primitive.color_0 is None or len(primitive.color_0) != len(primitive.positions):
         return None
-    linear = np.asarray(primitive.color_0, dtype=np.float64)[:, :3]
-    return np.where(linear <= 0.0031308, linear * 12.92, 1.055 * np.maximum(linear, 0.0) ** (1.0 / 2.4) - 0.055)
+    return linear_colors(primitive.color_0, name, builder.notes)
 
 
-def _uv(given: Any, triangles: NDArray[np.int64], count: int) -> NDArray[np.float32] | None:
-    """Texture coordinates (v up) of the vertices that triangles use, in their order."""
-    if given is None or len(given) != count:
+def _uv(given: Any, used: NDArray[np.bool_]) -> NDArray[np.float32] | None:
+    """Texture coordinates (v up) of the used vertices, in their order."""
+    if given is None or len(given) != len(used):
         return None
     with np.errstate(over="ignore"):
         uv = np.asarray(given, dtype=np.float32)
     if not np.isfinite(uv).all():
         return None
-    used = np.zeros(count, dtype=bool)
-    used[triangles.ravel()] = True
     return uv[used][:, :2]
 
 
@@ -111,14 +118,13 @@ def _material(builder: Builder, given: Any, name: str) -> Material:
     factor = getattr(given, "baseColorFactor", getattr(given, "diffuseFactor", None))
     texture = getattr(given, "baseColorTexture", getattr(given, "diffuseTexture", None))
     color = (1.0,) * 4 if factor is None else reflectance(np.append(factor, 1.0)[:4], name, builder.notes)
-    material = Material(
+    return Material(
         color=color,  # type: ignore[arg-type]
         texture=_texture(builder, texture, name),
         alpha_mode=alpha_mode(given.alphaMode),
         cutoff=0.5 if given.alphaCutoff is None else float(given.alphaCutoff),
         double_sided=bool(given.doubleSided),
     )
-    return solid(material)
 
 
 def _texture(builder: Builder, texture: Any, name: str) -> NDArray[np.uint8] | None:

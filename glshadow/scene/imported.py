@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -66,17 +67,48 @@ def reflectance(color: ArrayLike, where: str, notes: list[str]) -> tuple[float, 
     return tuple(np.clip(given, 0.0, 1.0).tolist())
 
 
-def uniform(colors: Array) -> Array | None:
-    """The colour (C,) that all finite rows (N, C) share to half a step of 8 bits, else None."""
-    colors = colors[np.isfinite(colors).all(axis=1)]
-    if len(colors) == 0 or (np.ptp(colors, axis=0) > 0.5 / 255.0).any():
-        return None
-    return np.asarray(colors[0])
+def linear_colors(given: ArrayLike, where: str, notes: list[str]) -> Array:
+    """Vertex colours (V, 3 or 4), linear, as RGBA (V, 4) inside 0..1; notes what was beyond, or not a number and is white."""
+    colors = np.asarray(given, dtype=np.float64)
+    if colors.ndim != 2 or colors.shape[1] not in (3, 4):
+        raise SceneError(f"{where}: colours must have 3 or 4 columns, got shape {colors.shape}")
+    result = np.ones((len(colors), 4))
+    result[:, : colors.shape[1]] = colors
+    lost = ~np.isfinite(result).all(axis=1)
+    if lost.any():
+        notes.append(
+            f"{where}: {int(lost.sum())} of {len(result)} colours are not finite (NaN or infinite): white there"
+        )
+        result[lost] = 1.0
+    beyond = int(((result < 0.0) | (result > 1.0 + 1e-6)).any(axis=1).sum())
+    if beyond:
+        notes.append(f"{where}: {beyond} of {len(result)} colours are clipped to 0..1")
+    return np.clip(result, 0.0, 1.0)
+
+
+def srgb_colors(given: ArrayLike, where: str, notes: list[str]) -> Array:
+    """The same of sRGB colours: bytes, 16-bit integers, or floats in 0..1; alpha is linear."""
+    stored = np.asarray(given)
+    steps = 65535.0 if stored.dtype == np.uint16 else 255.0 if stored.dtype.kind in "iu" else 1.0
+    colors = linear_colors(stored.astype(np.float64) / steps, where, notes)
+    colors[:, :3] = srgb_to_linear(colors[:, :3])
+    return colors
+
+
+def tinted(material: Material, colors: Array | None) -> tuple[Material, NDArray[np.float32] | None]:
+    """Material and vertex colours (V, 4) linear; a colour that all vertices share becomes the material's."""
+    if colors is None:
+        return material, None
+    if (colors != colors[0]).any():
+        return material, colors.astype(np.float32)
+    if (colors[0] != 1.0).any():
+        material = replace(material, color=tuple((colors[0] * material.color).tolist()))
+    return material, None
 
 
 def used_only(
-    positions: Array, triangles: NDArray[np.int64], *attributes: NDArray[np.float32] | None
-) -> tuple[Array, NDArray[np.int64], list[NDArray[np.float32] | None]]:
+    positions: Array, triangles: NDArray[np.int64], *attributes: NDArray[Any] | None
+) -> tuple[Array, NDArray[np.int64], list[NDArray[Any] | None]]:
     """The same triangles over only the vertices they use, in their old order; attributes (V, ...) follow."""
     used = np.zeros(len(positions), dtype=bool)
     used[triangles.ravel()] = True
@@ -116,9 +148,11 @@ def blended(nodes: list[Node]) -> list[str]:
     return [f"{count} of {len(nodes)} placed meshes are alpha blended: drawn opaque, casts nothing"] if count else []
 
 
-def solid(material: Material) -> Material:
-    """The material; BLEND where nothing is transparent is OPAQUE, its equal (pyrender and exporters write it so)."""
+def solid(material: Material, colors: NDArray[np.float32] | None = None) -> Material:
+    """The material; BLEND where nothing is transparent, nor any vertex, is OPAQUE, its equal (pyrender and exporters write it so)."""
     if material.alpha_mode is not AlphaMode.BLEND or material.color[3] < 1.0:
+        return material
+    if colors is not None and (colors[:, 3] < 1.0).any():
         return material
     if material.texture is not None and (material.texture[..., 3] < 255).any():
         return material

@@ -75,18 +75,21 @@ class Mesh:
         Unit shading normals; None: flat shading.
     uv : (V, 2) float32, optional
         v up: (0, 0) is the bottom left of the texture.
+    colors : (V, 4) float32, optional
+        Linear RGBA, alpha straight, each from 0 to 1; interpolated, and multiplied with the material's colour and texture.
     material : Material
 
     Raises
     ------
     SceneError
-        For wrong shapes, indices out of range, and coordinates of used vertices that are not finite.
+        For wrong shapes, indices out of range, colours out of range, and coordinates of used vertices that are not finite.
     """
 
     positions: Array
     triangles: NDArray[np.int32]
     normals: NDArray[np.float32] | None = None
     uv: NDArray[np.float32] | None = None
+    colors: NDArray[np.float32] | None = None
     material: Material = Material()
 
     def __post_init__(self) -> None:
@@ -113,13 +116,16 @@ class Mesh:
             positions = np.where(used[:, None], positions, 0.0)
         object.__setattr__(self, "positions", positions)
         object.__setattr__(self, "triangles", triangles)
-        for name, columns in (("normals", 3), ("uv", 2)):
+        for name, columns in (("normals", 3), ("uv", 2), ("colors", 4)):
             value = getattr(self, name)
             if value is None:
                 continue
             array = np.ascontiguousarray(value, dtype=np.float32)
             if array.shape != (len(positions), columns):
                 raise SceneError(f"{name} must have shape ({len(positions)}, {columns}), got {array.shape}")
+            if name == "colors" and not ((array >= 0.0) & (array <= 1.0)).all():
+                bad = int((~((array >= 0.0) & (array <= 1.0))).any(axis=1).sum())
+                raise SceneError(f"colors must be numbers from 0 to 1 (linear RGBA), {bad} of {len(array)} are not")
             object.__setattr__(self, name, array)
 
     @cached_property

@@ -47,14 +47,14 @@ def read_mesh_file(path: Path) -> Imported:
             _drop_broken_facets(part, builder.notes)
         if "faces" not in part or part["faces"] is None:
             continue
-        colors = next((part[key] for key in ("vertex_colors", "face_colors") if part.get(key) is not None), None)
         mesh = builder.mesh(
             part["vertices"],
             part["faces"],
             name=name,
             normals=part.get("vertex_normals"),
             visual=part.get("visual"),
-            colors=colors,
+            colors=part.get("vertex_colors"),
+            face_colors=part.get("face_colors") if part.get("vertex_colors") is None else None,
         )
         if mesh is not None:
             found.nodes.append(Node(name, mesh, np.eye(4)))

@@ -28,6 +28,7 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 TARGETS = (Target.DEPTH32F, Target.R32F, Target.RGBA8)  # the others differ in numbers, not in code
 BIASES: tuple[Bias, ...] = (ReceiverPlaneBias(), ConstantBias(0.0), NormalOffsetBias(), NoBias())  # others: as NoBias
 FILTERS: tuple[Filter, ...] = (Hard(), *(Pcf(radius) for radius in range(MAX_RADIUS + 1)))
+_PAINTS = tuple(product((0, 1), (0, 1)))  # whether a texture, whether colours of vertices
 DIALECTS = ("core330", "core330_gather", "es100")
 # How a depth texture can be read: a comparison sampler needs a core dialect. The last: stored depth reversed.
 _DEPTH_READS: tuple[tuple[str, Compare, bool], ...] = (
@@ -109,9 +110,10 @@ def distinct() -> dict[str, Variant]:
 
 def _casters() -> Iterator[Variant]:
     for kind, dialect, name in product(KINDS, ("core330", "es100"), ("pass/caster.vert", "pass/caster.frag")):
-        for metric, alpha, packed, biased in product((0, 1), (0, 1), (0, 1), (0, 1)):
-            if metric >= packed:
-                defines = {"GLS_METRIC": metric, "GLS_ALPHA": alpha, "GLS_PACKED": packed, "GLS_CLIP_BIAS": biased}
+        for metric, packed, biased, alpha, (textured, colored) in product((0, 1), (0, 1), (0, 1), (0, 1), _PAINTS):
+            if metric >= packed and alpha >= max(textured, colored):
+                defines = {"GLS_METRIC": metric, "GLS_PACKED": packed, "GLS_CLIP_BIAS": biased}
+                defines |= {"GLS_ALPHA": alpha, "GLS_TEXTURED": textured, "GLS_COLORED": colored}
                 yield Variant(name, dialect, {"metric": metric_slot(kind)}, defines)
 
 
@@ -130,12 +132,11 @@ def _forward() -> Iterator[Variant]:
 
 
 def _surface() -> Iterator[Variant]:
-    for channels, textured, smooth, alpha in product((1, 2, 4), (0, 1), (0, 1), (0, 1)):
-        colored = textured <= (channels == 4) or (
-            alpha and channels == 1
-        )  # a map of numbers: cut out, but without colour
-        if alpha <= textured and colored and smooth <= (channels >= 2):
-            defines = {"GLS_SURFACE": channels, "GLS_TEXTURED": textured, "GLS_SMOOTH": smooth, "GLS_ALPHA": alpha}
+    for channels, (textured, colored), smooth, alpha in product((1, 2, 4), _PAINTS, (0, 1), (0, 1)):
+        painted = channels == 4 or not (textured or colored) or (alpha and channels == 1)  # 1: also a map of numbers
+        if painted and smooth <= (channels >= 2):
+            defines = {"GLS_SURFACE": channels, "GLS_SMOOTH": smooth, "GLS_ALPHA": alpha}
+            defines |= {"GLS_TEXTURED": textured, "GLS_COLORED": colored}
             for name in ("pass/surface.vert", "pass/surface.frag"):
                 yield Variant(name, "core330", {}, defines)
 

@@ -70,7 +70,7 @@ def fingerprint(scene: Scene) -> str:
         mesh = node.mesh
         if id(mesh) not in done:
             material = mesh.material
-            parts = (mesh.positions, mesh.triangles, mesh.normals, mesh.uv, material.texture)
+            parts = (mesh.positions, mesh.triangles, mesh.normals, mesh.uv, mesh.colors, material.texture)
             one = hashlib.sha256(repr((material.color, material.alpha_mode.value, material.cutoff)).encode())
             one.update(repr(material.double_sided).encode())
             for part in parts:

@@ -5,13 +5,24 @@
 #ifndef GLS_ALPHA
 #define GLS_ALPHA 0
 #endif
+#ifndef GLS_TEXTURED
+#define GLS_TEXTURED 0
+#endif
+#ifndef GLS_COLORED
+#define GLS_COLORED 0
+#endif
 #ifndef GLS_PACKED
 #define GLS_PACKED 0
 #endif
 #if GLS_ALPHA
+uniform vec2 u_alpha; // factor, cutoff
+#if GLS_TEXTURED
 GLS_VARYING vec2 v_uv;
 uniform sampler2D u_texture;
-uniform vec2 u_alpha; // factor, cutoff
+#endif
+#if GLS_COLORED
+GLS_VARYING float v_alpha;
+#endif
 #endif
 #if GLS_METRIC
 GLS_VARYING vec4 v_position_lc;
@@ -27,7 +38,14 @@ layout(location = 0) out vec4 o_stored;
 
 void main() {
 #if GLS_ALPHA
-    if (GLS_TEXTURE_2D(u_texture, v_uv).a * u_alpha.x < u_alpha.y) discard;
+    float alpha = u_alpha.x;
+#if GLS_COLORED
+    alpha *= v_alpha;
+#endif
+#if GLS_TEXTURED
+    alpha *= GLS_TEXTURE_2D(u_texture, v_uv).a;
+#endif
+    if (alpha < u_alpha.y) discard;
 #endif
 #if GLS_METRIC
     float metric = depth_metric(v_position_lc, v_position_lv);

@@ -5,6 +5,12 @@
 #ifndef GLS_ALPHA
 #define GLS_ALPHA 0
 #endif
+#ifndef GLS_TEXTURED
+#define GLS_TEXTURED 0 // alpha of the texture counts
+#endif
+#ifndef GLS_COLORED
+#define GLS_COLORED 0 // alpha of the vertices counts
+#endif
 #ifndef GLS_CLIP_BIAS
 #define GLS_CLIP_BIAS 0
 #endif
@@ -15,9 +21,13 @@ uniform mat4 u_view_from_mesh;
 GLS_VARYING vec4 v_position_lc;
 GLS_VARYING vec3 v_position_lv;
 #endif
-#if GLS_ALPHA
+#if GLS_TEXTURED
 GLS_ATTRIBUTE vec2 a_uv;
 GLS_VARYING vec2 v_uv;
+#endif
+#if GLS_COLORED
+GLS_ATTRIBUTE vec4 a_color;
+GLS_VARYING float v_alpha;
 #endif
 #if GLS_CLIP_BIAS
 #include "bias/clip_caster.glsl"
@@ -36,7 +46,10 @@ void main() {
 #if GLS_CLIP_BIAS
     gl_Position.z = clip_biased(gl_Position);
 #endif
-#if GLS_ALPHA
+#if GLS_TEXTURED
     v_uv = a_uv;
+#endif
+#if GLS_COLORED
+    v_alpha = a_color.a;
 #endif
 }

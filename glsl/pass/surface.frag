@@ -6,6 +6,9 @@
 #ifndef GLS_TEXTURED
 #define GLS_TEXTURED 0
 #endif
+#ifndef GLS_COLORED
+#define GLS_COLORED 0 // 1: colours of vertices
+#endif
 #ifndef GLS_SMOOTH
 #define GLS_SMOOTH 0
 #endif
@@ -25,13 +28,18 @@ layout(location = 0) out uvec4 o_surface;
 #if GLS_SURFACE == 4 || GLS_ALPHA
 uniform vec4 u_color; // linear factor
 #endif
+#if GLS_ALPHA
+uniform float u_cutoff;
+#endif
+#if GLS_COLORED
+in vec4 v_color;
+#endif
 #if GLS_SMOOTH
 in vec3 v_normal_w;
 #endif
 #if GLS_TEXTURED
 in vec2 v_uv;
 uniform sampler2D u_texture; // sRGB format: decoded before it is filtered
-uniform float u_cutoff;
 #endif
 
 void main() {
@@ -41,14 +49,20 @@ void main() {
 #else
     uint normal = 0u;
 #endif
-#if GLS_ALPHA
+#if GLS_SURFACE == 4 || GLS_ALPHA
+    vec4 color = u_color;
+#if GLS_COLORED
+    color *= v_color;
+#endif
+#if GLS_ALPHA && GLS_TEXTURED
     // Alpha of the finest level, as in the caster pass: averaged levels would shrink foliage with distance.
-    if (textureLod(u_texture, v_uv, 0.0).a * u_color.a < u_cutoff) discard;
+    if (textureLod(u_texture, v_uv, 0.0).a * color.a < u_cutoff) discard;
+#elif GLS_ALPHA
+    if (color.a < u_cutoff) discard;
 #endif
 #if GLS_TEXTURED && GLS_SURFACE == 4
-    vec4 color = u_color * texture(u_texture, v_uv);
-#elif GLS_SURFACE == 4
-    vec4 color = u_color;
+    color *= texture(u_texture, v_uv);
+#endif
 #endif
 #if GLS_SURFACE == 1
     o_surface = triangle;

@@ -5,6 +5,9 @@
 #ifndef GLS_TEXTURED
 #define GLS_TEXTURED 0
 #endif
+#ifndef GLS_COLORED
+#define GLS_COLORED 0
+#endif
 #ifndef GLS_SMOOTH
 #define GLS_SMOOTH 0
 #endif
@@ -21,6 +24,10 @@ GLS_VARYING vec3 v_normal_w;
 GLS_ATTRIBUTE vec2 a_uv;
 GLS_VARYING vec2 v_uv;
 #endif
+#if GLS_COLORED
+GLS_ATTRIBUTE vec4 a_color; // linear
+GLS_VARYING vec4 v_color;
+#endif
 
 void main() {
     v_triangle = u_first_triangle + gl_VertexID;
@@ -30,5 +37,8 @@ void main() {
 #endif
 #if GLS_TEXTURED
     v_uv = a_uv;
+#endif
+#if GLS_COLORED
+    v_color = a_color;
 #endif
 }

@@ -89,7 +89,7 @@ OUTCOMES: dict[str, str | tuple[str, str]] = {
     "made_missing_mtl.obj": ("warns", "'does_not_exist.mtl' that it names is missing"),
     "fox.glb": ("warns", r"1 skinned node\(s\) drawn in their bind pose"),
     "alpha_blend_mode_test.glb": ("warns", "2 of 9 placed meshes are alpha blended"),
-    "nancolor.obj": ("warns", "vertex or face colours, which are not modelled"),
+    "nancolor.obj": ("warns", "colours are not finite"),
     "made_alpha_mask_checker.glb": LOADS,
     "made_alpha_blend_half.glb": ("warns", "1 of 1 placed meshes are alpha blended"),
     "obj_points.obj": ("fails", "no triangles"),

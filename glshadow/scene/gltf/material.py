@@ -18,9 +18,11 @@ from glshadow.scene.mesh import Material
 
 @dataclass(frozen=True)
 class Surface:
-    """A material, the texture coordinates its texture wants, and how they are turned (3, 3)."""
+    """A material (`given`: BLEND where the file says so, even if nothing of it is transparent), the texture coordinates its texture
+    wants, and how they are turned (3, 3)."""
 
     material: Material = WHITE
+    given: Material = WHITE
     uv_set: int = 0
     uv_transform: Array | None = None
 
@@ -70,7 +72,7 @@ class Surfaces:
             cutoff=cutoff,
             double_sided=given.get("doubleSided") is True,
         )
-        return Surface(solid(material), uv_set, transform)
+        return Surface(solid(material), material, uv_set, transform)
 
     def _texture(self, index: Any, user: str) -> NDArray[np.uint8] | None:
         texture = self.document.item("textures", index, user)

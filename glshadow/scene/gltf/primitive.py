@@ -14,8 +14,8 @@ from glshadow.scene.gltf.accessor import read_floats, read_indices
 from glshadow.scene.gltf.document import Document, as_object
 from glshadow.scene.gltf.draco import decoded
 from glshadow.scene.gltf.material import Surfaces, texture_uv
-from glshadow.scene.imported import reflectance, uniform, usable_normals, used_only
-from glshadow.scene.mesh import Material, Mesh
+from glshadow.scene.imported import linear_colors, tinted, usable_normals, used_only
+from glshadow.scene.mesh import Mesh
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 
@@ -42,7 +42,9 @@ def build(document: Document, surfaces: Surfaces, primitive: dict[str, Any], whe
     triangles = _triangles(document, primitive, len(positions), where)
     normals = _attribute(document, attributes, "NORMAL", ("VEC3",), len(positions), where)
     surface = surfaces.get(primitive.get("material"), where)
-    material, uv = surface.material, None
+    linear = _colors(document, attributes, len(positions), where)
+    clear = linear is not None and bool((linear[:, 3] < 1.0).any())
+    material, uv = surface.given if clear else surface.material, None
     if material.texture is not None:
         stored = _attribute(document, attributes, f"TEXCOORD_{surface.uv_set}", ("VEC2",), len(positions), where)
         uv = None if stored is None else texture_uv(stored, surface.uv_transform)
@@ -50,12 +52,12 @@ def build(document: Document, surfaces: Surfaces, primitive: dict[str, Any], whe
             uv = None
             document.notes.append(f"{where} has a texture but no usable TEXCOORD_{surface.uv_set}: drawn without it")
             material = replace(material, texture=None)
-    material = _tinted(document, attributes, material, len(positions), where)
-    positions, triangles, (kept_normals, uv) = used_only(
-        positions, triangles, usable_normals(positions, triangles, normals), uv
+    material, colors = tinted(material, linear)
+    positions, triangles, (kept_normals, uv, colors) = used_only(
+        positions, triangles, usable_normals(positions, triangles, normals), uv, colors
     )
     try:
-        return Mesh(positions, triangles.astype(np.int32), kept_normals, uv, material)
+        return Mesh(positions, triangles.astype(np.int32), kept_normals, uv, colors, material)
     except SceneError as error:
         raise SceneError(f"{where}: {error}; repair or remove them") from error
 
@@ -119,17 +121,10 @@ def _triangles(document: Document, primitive: dict[str, Any], vertices: int, whe
     return strip
 
 
-def _tinted(document: Document, attributes: dict[str, Any], material: Material, length: int, where: str) -> Material:
-    """The material times COLOR_0 where that is one colour."""
+def _colors(document: Document, attributes: dict[str, Any], length: int, where: str) -> Array | None:
+    """COLOR_0 (V, 4), linear."""
     colors = _attribute(document, attributes, "COLOR_0", ("VEC3", "VEC4"), length, where)
-    if colors is None:
-        return material
-    color = uniform(colors)
-    if color is None:
-        document.notes.append(f"{where} has vertex colours, which are not modelled: drawn in its material's colour")
-        return material
-    tint = reflectance(np.append(color, 1.0)[:4], f"{where}.COLOR_0", document.notes)
-    return replace(material, color=tuple((np.asarray(tint) * material.color).tolist()))
+    return None if colors is None else linear_colors(colors, f"{where}.COLOR_0", document.notes)
 
 
 def skipped(primitive: dict[str, Any]) -> list[str]:
