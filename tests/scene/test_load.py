@@ -189,9 +189,6 @@ def test_trimesh_colours():
     box.visual.face_colors = (188, 188, 188, 255)
     # sRGB 188 is linear 0.503 (IEC 61966-2-1)
     assert load(box).nodes[0].mesh.material.color[0] == pytest.approx(0.503, abs=1e-3)
-    box.visual.face_colors = [(255, 0, 0, 255)] * 6 + [(0, 255, 0, 255)] * 6
-    with pytest.warns(GlshadowWarning, match="vertex or face colours"):
-        load(box)
 
 
 def test_trimesh_objects_without_triangles():

@@ -122,7 +122,9 @@ def _triangles(document: Document, primitive: dict[str, Any], vertices: int, whe
 
 
 def _colors(document: Document, attributes: dict[str, Any], length: int, where: str) -> Array | None:
-    """COLOR_0 (V, 4), linear."""
+    """COLOR_0 (V, 4), linear; integers are normalised even where the file forgets to say so."""
+    if "COLOR_0" in attributes:
+        document.item("accessors", attributes["COLOR_0"], where)["normalized"] = True
     colors = _attribute(document, attributes, "COLOR_0", ("VEC3", "VEC4"), length, where)
     return None if colors is None else linear_colors(colors, f"{where}.COLOR_0", document.notes)
 
