@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import Light
 from glshadow.core.setting import as_path
+from glshadow.core.srgb import linear_from_srgb
 from glshadow.core.used import Used
 from glshadow.errors import MissingOutput
 from glshadow.scene.mesh import Scene
@@ -145,6 +146,4 @@ class Frame:
 
 def decoded(image: NDArray[np.uint8]) -> NDArray[np.float32]:
     """sRGB bytes to linear light, float32, same shape."""
-    value = np.arange(256, dtype=np.float64) / 255.0
-    table = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4).astype(np.float32)
-    return np.asarray(table[image])
+    return np.asarray(linear_from_srgb(np.arange(256) / 255.0).astype(np.float32)[image])

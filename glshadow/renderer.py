@@ -183,9 +183,8 @@ class Renderer:
         with clock("shadow"):
             used = tuple(source.prepare(work) for source in sources)
         with clock("resolve"):
-            clear_outputs(
-                self._context, work.targets, background
-            )  # here, so that tiles are cleared and drawn in one go
+            # here, so that tiles are cleared and drawn in one go
+            clear_outputs(self._context, work.targets, background)
             for number, (light, source) in enumerate(zip(lights, sources, strict=True)):
                 resolve(work, Share(light, source.receiver(work), True, number, len(lights), ambient))
             if not lights:

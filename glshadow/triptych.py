@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from glshadow.core.spaces import Array
+from glshadow.core.srgb import srgb_from_linear
 
 if TYPE_CHECKING:
     from glshadow.frame import Frame
@@ -70,6 +71,4 @@ def _beside(pictures: list[NDArray[np.uint8]], axis: int) -> NDArray[np.uint8]:
 
 def _encoded(linear: Array) -> NDArray[np.uint8]:
     """Linear light to sRGB bytes."""
-    value = np.clip(linear, 0.0, 1.0)
-    value = np.where(value <= 0.0031308, 12.92 * value, 1.055 * np.maximum(value, 1e-12) ** (1.0 / 2.4) - 0.055)
-    return np.asarray(np.rint(255.0 * value), dtype=np.uint8)
+    return np.asarray(np.rint(255.0 * srgb_from_linear(np.clip(linear, 0.0, 1.0))), dtype=np.uint8)

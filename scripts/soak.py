@@ -107,9 +107,8 @@ def main(renders: int, cycle: int, renderers: int, seed: int) -> None:
             progress.advance(task)
             if (i + 1) % cycle == 0:
                 gc.collect()
-                picture(
-                    renderer, seed, 0
-                )  # the same scene is held whenever it is counted; also sweeps what was collected
+                # the same scene is held whenever it is counted; also sweeps what was collected
+                picture(renderer, seed, 0)
                 rows.append((i + 1, resident_mib(), counted(renderer)))
     table = Table("renders", "MiB", *rows[0][2]) if rows else Table()
     for number, memory, counts in rows if len(rows) < 12 else rows[:: len(rows) // 10]:

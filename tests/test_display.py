@@ -16,7 +16,7 @@ from PIL import Image
 
 import glshadow as gs
 from glshadow.inline import SKY, visibility_picture
-from glshadow.measure.error import COLORS, Kind
+from glshadow.measure.error import COLORS, Outcome
 
 SIZE = (96, 54)
 VOID = {"img", "br"}
@@ -112,7 +112,7 @@ def test_an_error_shows_its_numbers_and_where_it_is(frame: gs.Frame, truth: gs.T
     assert html.count("<tr>") == 1 + 2 + 1  # head, lights, all
     for number, picture in enumerate(pictures(html)):
         np.testing.assert_array_equal(picture, error.picture(number))
-    assert f"rgb{COLORS[Kind.ACNE]}" in html
+    assert f"rgb{COLORS[Outcome.ACNE]}" in html
 
 
 def test_where_nothing_counts_there_is_a_dash(scene: gs.Scene) -> None:

@@ -142,9 +142,8 @@ def test_axes_without_a_corner_in_the_picture_are_in_the_lower_left(frame):
 
 
 def test_grid_lies_on_the_visible_ground_at_round_steps(frame):
-    assert floor_height(Canvas(frame), frame) == pytest.approx(
-        0.0, abs=1e-3
-    )  # the slab's top, not its underside at -0.2
+    # the slab's top, not its underside at -0.2
+    assert floor_height(Canvas(frame), frame) == pytest.approx(0.0, abs=1e-3)
     canvas, drawn = Canvas(frame), overlay(frame, ["grid"]).astype(int)
     for on, point in ((True, (5.0, 0.0, 2.5)), (True, (5.0, 0.0, -2.5)), (False, (2.5, 0.0, 4.5))):
         (x, y), _ = canvas.place(point)
@@ -203,9 +202,8 @@ def test_line_is_where_the_camera_sees_it():
 
 def test_line_through_the_eye_plane_is_cut_not_mirrored():
     canvas = Canvas(flat_frame())
-    canvas.lines(
-        [[[1.0, 0.0, 0.0], [1.0, 0.0, 50.0]]], (255, 255, 255), 1.0, halo=False
-    )  # passes right of the eye at z = 5
+    # passes right of the eye at z = 5
+    canvas.lines([[[1.0, 0.0, 0.0], [1.0, 0.0, 50.0]]], (255, 255, 255), 1.0, halo=False)
     lit = canvas.image[..., 0] > 0
     assert lit[:, 110:].any()
     assert not lit[:, :110].any()  # x = 1 at depth 5 is pixel 117

@@ -13,6 +13,7 @@ from glshadow.cli import values
 from glshadow.cli.running import Work
 from glshadow.core.bias import BIASES
 from glshadow.core.fit import FITS
+from glshadow.core.spaces import Triple
 from glshadow.core.spelling import parse
 from glshadow.errors import SettingsError
 
@@ -152,17 +153,17 @@ class Request:
     backend: Any
     ground: bool
     up_axis: str | None
-    eye: values.Triple | None
-    target: values.Triple | None
-    up: values.Triple | None
+    eye: Triple | None
+    target: Triple | None
+    up: Triple | None
     fov: float | None
     ortho: float | None
     near: float | None
     far: float | None
     lights: tuple[Light, ...]
     output: Path | None = None
-    ambient: float | values.Triple = 0.1
-    background: values.Triple = (0.0, 0.0, 0.0)
+    ambient: float | Triple = 0.1
+    background: Triple = (0.0, 0.0, 0.0)
     shadow: dict[str, Any] = field(default_factory=dict)
 
     @property

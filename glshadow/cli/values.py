@@ -15,9 +15,8 @@ from glshadow.errors import SettingsError
 
 if TYPE_CHECKING:
     from glshadow.core.lights import Light
-    from glshadow.core.spaces import ClipSpace
+    from glshadow.core.spaces import ClipSpace, Triple
 
-Triple = tuple[float, float, float]
 
 # Listed here, not taken from their classes, so that --help needs no numpy; a test compares them.
 TARGETS = ("depth16", "depth24", "depth32f", "r32f", "r16f", "r8", "rgba8")

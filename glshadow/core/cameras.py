@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from glshadow.core.setting import Settings, as_floats, number, optional, refuse, setting, vector
-from glshadow.core.spaces import FARTHEST, NEAREST, Array, look_at, unit
+from glshadow.core.spaces import FARTHEST, NEAREST, Array, Triple, look_at, unit
 from glshadow.errors import SettingsError
 
-Triple = tuple[float, float, float]
 Window = tuple[float, float, float, float]
 
 # No lens goes so far; beyond, the window's edges could not be told apart in float32.

@@ -9,10 +9,8 @@ import numpy as np
 
 from glshadow.core.setting import Settings, instance, number, optional, setting, several, vector
 from glshadow.core.shadow import Shadow
-from glshadow.core.spaces import FARTHEST, NEAREST, Array, direction
+from glshadow.core.spaces import FARTHEST, NEAREST, Array, Triple, direction
 from glshadow.errors import SettingsError
-
-Triple = tuple[float, float, float]
 
 NEAR_HELP, FAR_HELP = "near plane of its shadow map, along the light", "far plane of its shadow map, along the light"
 

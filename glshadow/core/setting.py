@@ -163,9 +163,8 @@ def one_of(*values: Any) -> Rule:
 
     def rule(name: str, value: Any) -> Any:
         number = as_int(value)
-        kept = (
-            str.__str__(value) if isinstance(value, str) else value if number is None else number
-        )  # of numpy's, Python's
+        # of numpy's, Python's
+        kept = str.__str__(value) if isinstance(value, str) else value if number is None else number
         if type(kept) not in kinds or kept not in values:
             raise refuse(name, allowed, value)
         return kept

@@ -23,6 +23,8 @@ from glshadow.core.setting import Settings, flag, setting, vector
 from glshadow.errors import SettingsError
 
 Array = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Triple = tuple[float, float, float]
 
 
 @dataclass(frozen=True)

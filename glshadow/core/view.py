@@ -47,8 +47,8 @@ FACES = np.array(
     dtype=np.float64,
 )[[0, 3, 1, 4, 2, 5]]
 
-# Of far: derived near planes come no closer. Casters nearer still cast, clamped to it (depth clamp). Only reversed depth can afford
-# a close one: otherwise the step at far is far / share of the format's.
+# Share of the far plane's distance: derived near planes come no closer. Casters nearer still cast, clamped to it (depth clamp).
+# Only reversed depth can afford a close one: otherwise the step at far is far / share of the format's.
 NEAREST_SHARE = {True: 1e-4, False: 5e-3}
 
 
@@ -234,9 +234,8 @@ def _local_view(
         lateral = np.concatenate([local[:, :2], -local[:, :2]], axis=1)
         if depth.max() <= 0.0 or (lateral > edge * depth[:, None]).all(axis=0).any():
             continue  # behind the light, or wholly beyond one side of the window
-        reach = (
-            np.linalg.norm(local, axis=1) if kind == "point" else depth
-        )  # its metric is the distance: sqrt(3) more in a corner
+        # its metric is the distance: sqrt(3) more in a corner
+        reach = np.linalg.norm(local, axis=1) if kind == "point" else depth
         nearest, farthest = min(nearest, float(depth.min())), max(farthest, float(reach.max()))
         if depth.min() <= NEAREST_SHARE[True] * depth.max():
             low, high = np.full(2, -edge), np.full(2, edge)  # reaches around the light: every direction
@@ -246,10 +245,8 @@ def _local_view(
     if farthest == 0.0:
         return None
     if kind == "point":
-        low, high = (
-            np.full(2, -edge),
-            np.full(2, edge),
-        )  # all faces share one window, so that they share the shader's scale
+        # all faces share one window, so that they share the shader's scale
+        low, high = np.full(2, -edge), np.full(2, edge)
     low, high = np.clip(low, -edge, edge), np.clip(high, -edge, edge)
     far = 1.001 * farthest if light.far is None else light.far
     near = max(0.5 * nearest, NEAREST_SHARE[clip.reversed] * far) if light.near is None else light.near

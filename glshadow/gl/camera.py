@@ -96,9 +96,8 @@ class Sight:
             span = self.far - self.near
             return (span, -span) if self.clip.reversed else (0.0, span)
         matrix = self.view.clip_from_view
-        low, span = (
-            (0.0, 1.0) if self.clip.zero_to_one else (-1.0, 2.0)
-        )  # ndc = low + span * window = -m22 + m23 / depth
+        # ndc = low + span * window = -m22 + m23 / depth
+        low, span = (0.0, 1.0) if self.clip.zero_to_one else (-1.0, 2.0)
         return (low + matrix[2, 2]) / matrix[2, 3], span / matrix[2, 3]
 
     def depth(self, window: Array) -> Array:

@@ -12,6 +12,7 @@ import numpy as np
 
 from glshadow.core.metric import Target
 from glshadow.core.spaces import Array
+from glshadow.core.srgb import linear_from_srgb
 from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import DEPTH_COMPONENT16, DEPTH_COMPONENT24, DEPTH_COMPONENT32F
 
@@ -58,8 +59,7 @@ def clear_outputs(context: GLContext, targets: CameraTargets, background: Array)
             context.gl.clear_floats(1, (np.nan,) * 4)
     context.gl.clear_floats(0, (*background, 1.0))
     if targets.linear is not None:
-        linear = np.where(background <= 0.04045, background / 12.92, ((background + 0.055) / 1.055) ** 2.4)
-        context.gl.clear_floats(2, (*linear, 1.0))
+        context.gl.clear_floats(2, (*linear_from_srgb(background), 1.0))
 
 
 class CameraTargets:

@@ -17,11 +17,9 @@ from glshadow.core.cameras import Camera
 from glshadow.core.fit import minimum_rectangle
 from glshadow.core.lights import DirectionalLight, Light, SpotLight
 from glshadow.core.shadow import Shadow
-from glshadow.core.spaces import Array, view_axes
+from glshadow.core.spaces import Array, Bools, view_axes
 from glshadow.errors import SettingsError
 from glshadow.scene.mesh import Scene
-
-Bools = NDArray[np.bool_]
 
 # The definition of error, not tunable: changing one of these changes what every published number means.
 LEAST_COSINE = 0.05  # N.L from which a pixel counts
@@ -63,7 +61,7 @@ class Truth(Frame, Protocol):
     def near_foot(self, radius: Array | float, where: Bools) -> Bools: ...
 
 
-class Kind(IntEnum):
+class Outcome(IntEnum):
     """What became of a pixel."""
 
     NO_SURFACE = 0
@@ -76,12 +74,12 @@ class Kind(IntEnum):
 
 
 COLORS = {
-    Kind.NO_SURFACE: (0, 0, 0),
-    Kind.NOT_COUNTED: (40, 110, 60),
-    Kind.GRAIN: (255, 140, 0),
-    Kind.EDGE: (255, 225, 0),
-    Kind.ACNE: (230, 30, 30),
-    Kind.LEAK: (40, 80, 255),
+    Outcome.NO_SURFACE: (0, 0, 0),
+    Outcome.NOT_COUNTED: (40, 110, 60),
+    Outcome.GRAIN: (255, 140, 0),
+    Outcome.EDGE: (255, 225, 0),
+    Outcome.ACNE: (230, 30, 30),
+    Outcome.LEAK: (40, 80, 255),
 }
 LIT, DARK = 190, 80  # grey of pixels that are right
 
@@ -139,7 +137,7 @@ class ShadowError(Score):
     lights : tuple of Score
         In the frame's order.
     kinds : (L, H, W) uint8
-        `Kind` of every pixel.
+        `Outcome` of every pixel.
     """
 
     lights: tuple[Score, ...]
@@ -291,9 +289,9 @@ def _score_light(
     grain &= ~truth.near_edge(number, (radius + 1.0) * np.sqrt(2.0) * texel, grain)
     acne, leak = wrong & ~edge & (difference < 0.0), wrong & ~edge & (difference > 0.0)
     contact = truth.near_foot(CONTACT_TEXELS * texel, leak)
-    kinds = np.full(exact.shape, Kind.NO_SURFACE, dtype=np.uint8)
-    marks = ((surface, Kind.NOT_COUNTED), (counted, Kind.GOOD), (grain, Kind.GRAIN), (edge, Kind.EDGE))
-    for mask, kind in (*marks, (acne, Kind.ACNE), (leak, Kind.LEAK)):
+    kinds = np.full(exact.shape, Outcome.NO_SURFACE, dtype=np.uint8)
+    marks = ((surface, Outcome.NOT_COUNTED), (counted, Outcome.GOOD), (grain, Outcome.GRAIN), (edge, Outcome.EDGE))
+    for mask, kind in (*marks, (acne, Outcome.ACNE), (leak, Outcome.LEAK)):
         kinds[mask] = kind
     sums = (surface, counted, amount * counted, edge, acne, leak, grain, contact, amount > WRONG, amount)
     return _Tally(*(float(values.sum()) for values in sums)), kinds

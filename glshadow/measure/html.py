@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from glshadow.inline import figure, table
-from glshadow.measure.error import COLORS, Kind, Score
+from glshadow.measure.error import COLORS, Outcome, Score
 
 if TYPE_CHECKING:
     from glshadow.measure.error import ShadowError
@@ -35,6 +35,6 @@ def _key() -> str:
     words = [
         f'<span style="white-space:nowrap"><span style="color:rgb{COLORS[kind]}">&#9632;</span> '
         f"{kind.name.lower().replace('_', ' ')}</span>"
-        for kind in (Kind.EDGE, Kind.ACNE, Kind.LEAK, Kind.GRAIN, Kind.NOT_COUNTED)
+        for kind in (Outcome.EDGE, Outcome.ACNE, Outcome.LEAK, Outcome.GRAIN, Outcome.NOT_COUNTED)
     ]
     return f"<p>{' &ensp; '.join(words)} &ensp; grey: right, lit or dark</p>"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from glshadow.core.lights import DirectionalLight, Light
-from glshadow.core.spaces import Array
-from glshadow.reference.rays import Bools, Ints, Rays, dot
+from glshadow.core.spaces import Array, Bools
+from glshadow.reference.rays import Ints, Rays, dot
 
 
 def blocked(rays: Rays, light: Light, own: Ints, points: Array, bound: tuple[float, float]) -> Bools:
@@ -44,9 +44,8 @@ def blocked(rays: Rays, light: Light, own: Ints, points: Array, bound: tuple[flo
         side = -(normals[few] @ forward) if sun else dot(source - corners[few, 0], normals[few])
         away = np.abs(point - corners[few, 0]).sum(axis=1) + np.abs(point - rays.corners[own[number], 0]).sum()
         rounding = bound[0] + bound[1] * away
-        hit = few[
-            (gap * np.sign(side) < -rounding) & (sun | (np.abs(side) > rounding))
-        ]  # a light on the triangle sees both sides
+        # a light on the triangle sees both sides
+        hit = few[(gap * np.sign(side) < -rounding) & (sun | (np.abs(side) > rounding))]
         if len(hit) and rays.masked.any():
             slope = normals[hit] @ along
             t = dot(corners[hit, 0] - point, normals[hit]) / np.where(slope == 0.0, 1.0, slope)

@@ -132,9 +132,8 @@ def _rasterised(local: Array, centres: Array, texel: Array, parallel: bool) -> t
         Where the ray meets the plane; first as it is, then moved by SNAP texels towards each corner of the texel.
     """
     flat = np.column_stack([local[:, :2], np.ones(3) if parallel else -local[:, 2]])
-    edges = np.cross(flat, np.roll(flat, -1, axis=0)) * np.sign(
-        np.linalg.det(flat)
-    )  # homogeneous lines through the corners
+    # homogeneous lines through the corners
+    edges = np.cross(flat, np.roll(flat, -1, axis=0)) * np.sign(np.linalg.det(flat))
     inside = (centres @ edges[:, :2].T + edges[:, 2]) / np.maximum(np.hypot(*(edges[:, :2] * texel).T), 1e-300)
     xy = centres + SNAP * texel * np.array([(0, 0), (-1, -1), (-1, 1), (1, -1), (1, 1)])[:, None, None, :]
     normal = np.cross(local[1] - local[0], local[2] - local[0])

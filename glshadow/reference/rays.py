@@ -13,13 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.spaces import Array, world_positions
+from glshadow.core.spaces import Array, Bools, world_positions
 from glshadow.errors import ReferenceUnavailable, SceneError
 from glshadow.scene.closed import welded
 from glshadow.scene.mesh import AlphaMode, Material, Scene
 
 Ints = NDArray[np.int32]
-Bools = NDArray[np.bool_]
 
 # How many surfaces that do not count (the ray's own triangle, coplanar copies, texels cut out by alpha) one ray may
 # pass.

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 from glshadow.core.setting import as_float, as_floats, refuse, shown, whole
-from glshadow.core.spaces import Array
+from glshadow.core.spaces import Array, Bools
 from glshadow.errors import SettingsError
-from glshadow.reference.rays import LIFT, Bools, Ints, Rays, dot
+from glshadow.reference.rays import LIFT, Ints, Rays, dot
 from glshadow.scene.arguments import picture_arguments
 from glshadow.scene.mesh import Scene
 

@@ -11,12 +11,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, Light, PointLight, to_light
 from glshadow.core.setting import as_floats, flag, number, optional, refuse, vector, whole
-from glshadow.core.spaces import Array
+from glshadow.core.spaces import Array, Bools
 from glshadow.errors import SettingsError
 from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
@@ -31,7 +31,6 @@ SHORTEST, LONGEST, LEAST_ELEVATION = 1e-12, 1e9, 1e-3
 LENGTH = number(SHORTEST, LONGEST)
 SUBDIVISIONS = whole(0, 9)  # 5 million triangles
 
-Bools = NDArray[np.bool_]
 Blocked = Callable[[Array, Array, Array], Bools]
 
 

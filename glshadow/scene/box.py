@@ -49,9 +49,8 @@ def default_camera(bounds: Array) -> PerspectiveCamera:
     towards = np.asarray(VIEW_DIRECTION) / np.linalg.norm(VIEW_DIRECTION)
     corners = box_corners(bounds[None], np.eye(4)[None])[0] - centre
     x, y, z = view_axes(-towards) @ corners.T
-    tangent = (
-        np.tan(np.radians(25.0)) / VIEW_MARGIN
-    )  # a corner at distance d - z is inside while |x|, |y| <= tangent (d - z)
+    # a corner at distance d - z is inside while |x|, |y| <= tangent (d - z)
+    tangent = np.tan(np.radians(25.0)) / VIEW_MARGIN
     eye = centre + towards * float((z + np.maximum(np.abs(x), np.abs(y)) / tangent).max())
     return PerspectiveCamera(tuple(eye), tuple(centre))
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import Light
 from glshadow.core.spaces import Array
+from glshadow.core.srgb import linear_from_srgb
 from glshadow.errors import SceneError
 from glshadow.scene.mesh import AlphaMode, Material, Node
 
@@ -43,12 +44,6 @@ def fans(polygons: ArrayLike) -> NDArray[np.int64]:
     first, count = corners[:, 0], corners.shape[1]
     triangles = [np.stack([first, corners[:, k], corners[:, k + 1]], axis=1) for k in range(1, count - 1)]
     return np.stack(triangles, axis=1).reshape(-1, 3)
-
-
-def srgb_to_linear(value: ArrayLike) -> Array:
-    """IEC 61966-2-1, values in 0..1."""
-    x = np.asarray(value, dtype=np.float64)
-    return np.where(x <= 0.04045, x / 12.92, ((np.maximum(x, 0.0) + 0.055) / 1.055) ** 2.4)
 
 
 def reflectance(color: ArrayLike, where: str, notes: list[str]) -> tuple[float, ...]:
@@ -91,7 +86,7 @@ def srgb_colors(given: ArrayLike, where: str, notes: list[str]) -> Array:
     stored = np.asarray(given)
     steps = 65535.0 if stored.dtype == np.uint16 else 255.0 if stored.dtype.kind in "iu" else 1.0
     colors = linear_colors(stored.astype(np.float64) / steps, where, notes)
-    colors[:, :3] = srgb_to_linear(colors[:, :3])
+    colors[:, :3] = linear_from_srgb(colors[:, :3])
     return colors
 
 

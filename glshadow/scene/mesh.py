@@ -167,9 +167,8 @@ class Mesh:
             raise SceneError("a mesh without triangles has no bounds")
         used = np.zeros(len(self.positions), dtype=bool)
         used[self.triangles.ravel()] = True
-        columns = [
-            self.positions[used, axis] for axis in range(3)
-        ]  # numpy reduces columns much faster than rows of three
+        # numpy reduces columns much faster than rows of three
+        columns = [self.positions[used, axis] for axis in range(3)]
         return np.array([[c.min() for c in columns], [c.max() for c in columns]])
 
     @cached_property

@@ -26,9 +26,8 @@ from glshadow.renderer import Renderer
 from glshadow.scene import analytic
 
 SIZE = (256, 256)
-CAMERA = PerspectiveCamera(
-    (-0.25, 3.0, 0.0), (-0.25, 0.0, 0.0), up=(0.0, 0.0, 1.0), fov_y=10.0
-)  # half a metre of ground
+# half a metre of ground
+CAMERA = PerspectiveCamera((-0.25, 3.0, 0.0), (-0.25, 0.0, 0.0), up=(0.0, 0.0, 1.0), fov_y=10.0)
 LAMP = (3.0, 3.0, 2.0)  # to one side: the depth passes many steps along the wall's foot, so that rounding averages out
 
 # (near, far) that make one step 2 to 4 cm where the wall stands, far above a texel; None: the derived range does.

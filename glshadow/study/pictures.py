@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.frame import Frame
-from glshadow.measure.error import Kind, ShadowError
+from glshadow.measure.error import Outcome, ShadowError
 from glshadow.reference.trace import Truth
 from glshadow.renderer import Renderer
 from glshadow.triptych import GAP, triptych
@@ -19,7 +19,7 @@ SKY = (0.80, 0.87, 0.95)
 REGIONS = 2
 REGION_SHARE = 0.06  # of the picture's width and height: the side of a region
 # How much a pixel draws attention: artefacts more than the price of the resolution.
-WEIGHTS = {Kind.GRAIN: 1, Kind.EDGE: 4, Kind.ACNE: 8, Kind.LEAK: 8}
+WEIGHTS = {Outcome.GRAIN: 1, Outcome.EDGE: 4, Outcome.ACNE: 8, Outcome.LEAK: 8}
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def worst_regions(kinds: NDArray[np.uint8], count: int = REGIONS) -> tuple[Regio
         if boxes[y, x] == 0:
             break
         inside = kinds[y : y + height, x : x + width]
-        wrong, grainy = int((inside >= Kind.EDGE).sum()), int((inside == Kind.GRAIN).sum())
+        wrong, grainy = int((inside >= Outcome.EDGE).sum()), int((inside == Outcome.GRAIN).sum())
         regions.append(Region(x, y, width, height, wrong, grainy))
         weight[y : y + height, x : x + width] = 0
         # a window that only grazes this one would show it again

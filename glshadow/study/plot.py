@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 INK, FAINT = "#1c1e21", "#8a8f98"
+# by kind of bias; told apart by the colour-blind
 COLORS = (
     "#0a6cb4",
     "#d1611c",
@@ -24,7 +25,7 @@ COLORS = (
     "#a04a9c",
     "#b58900",
     "#6b7280",
-)  # by kind of bias; told apart by the colour-blind
+)
 MARKERS = ("s", "o", "^", "D", "v")  # by filter
 AREAS = (22.0, 44.0, 80.0, 130.0, 190.0)  # points squared, by resolution
 LINE_POINTS = 11.0  # between two labels

@@ -6,12 +6,9 @@ from dataclasses import dataclass, field, fields
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from glshadow.core.spaces import Array
+from glshadow.core.spaces import Array, Bools
 from glshadow.reference.trace import Truth
-
-Bools = NDArray[np.bool_]
 
 # Pixels that one question asks rays about, up to 48 each: two seconds. A good setting has fewer doubtful ones at 1280 x 720; those with
 # more are the hopeless ones, and how their wrong pixels divide into kinds is then known to about 1 / sqrt(SAMPLE).

@@ -31,9 +31,6 @@
 #ifndef GLS_SUM
 #define GLS_SUM 0 // also writes the linear sum
 #endif
-#ifndef GLS_SELECTIVE
-#define GLS_SELECTIVE 0 // 1: triangles whose number has its top bit set are not darkened
-#endif
 #ifndef GLS_EXACT
 #define GLS_EXACT 0 // 1: <shadow> is receiver/exact.glsl, and the receiver lies where the ray meets its triangle
 #endif
@@ -41,8 +38,10 @@
 #include "lib/direction.glsl"
 #include "lib/color_packing.glsl"
 #include "lib/srgb.glsl"
+#include "lib/surface_number.glsl"
 #include <light>
 #include <shadow>
+#include "lib/asked.glsl"
 #if GLS_EXACT
 #include "lib/surface_point.glsl"
 #endif
@@ -57,7 +56,7 @@ uniform usamplerBuffer u_owners; // per drawn triangle: its node
 uniform samplerBuffer u_colors; // per node: base colour, linear
 #endif
 uniform sampler2D u_sum; // linear light of earlier passes
-flat in vec2 v_unproject; // and on: see resolve.vert
+flat in vec2 v_unproject; // this and what follows: see resolve.vert
 flat in vec3 v_lv_from_l;
 flat in vec3 v_forward_l;
 flat in mat3 v_axes_l;
@@ -87,11 +86,7 @@ vec3 towards_w(vec3 towards_l) {
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     uvec4 surface = texelFetch(u_surface, pixel, 0);
-#if GLS_SELECTIVE
-    bool receives = surface.r < 0x80000000u;
-    surface.r &= 0x7fffffffu;
-#endif
-    int triangle = int(surface.r) - 1;
+    int triangle = triangle_of(surface.r);
 #if GLS_COLORS == 2
     vec3 color = unpack_color(surface.b);
 #elif GLS_COLORS == 1
@@ -131,10 +126,7 @@ void main() {
     normal *= side;
     vec4 arriving = light_arriving(position);
     float cosine = dot(normal, arriving.xyz);
-    float lit = cosine > 0.0 ? light_visibility(position, normal, cosine) : 0.0;
-#if GLS_SELECTIVE
-    lit = receives || cosine <= 0.0 ? lit : 1.0;
-#endif
+    float lit = asked_visibility(surface.r, position, normal, cosine);
     float lambert = cosine;
 #if GLS_SURFACE > 1
     if (surface.g != 0u) { // an interpolated normal, on the same side

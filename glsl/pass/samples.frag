@@ -8,11 +8,10 @@
 #ifndef GLS_ORTHO
 #define GLS_ORTHO 0 // 1: an orthographic camera
 #endif
-#ifndef GLS_SELECTIVE
-#define GLS_SELECTIVE 0
-#endif
+#include "lib/surface_number.glsl"
 #include <light>
 #include <shadow>
+#include "lib/asked.glsl"
 #include "lib/surface_point.glsl"
 uniform usamplerBuffer u_pixels; // x, y << 16
 uniform usampler2D u_surface;
@@ -39,7 +38,7 @@ void main() {
     uint bits = texelFetch(u_pixels, asked ? place : 0).r;
     ivec2 pixel = ivec2(int(bits & 0xffffu), int(bits >> 16u));
     uint number = texelFetch(u_surface, pixel, 0).r;
-    int triangle = int(number & 0x7fffffffu) - 1;
+    int triangle = triangle_of(number);
     vec2 offset = u_offsets[point.y * GLS_COLUMNS + point.x];
     vec3 through = v_ray_from_ndc * vec3((vec2(pixel) + 0.5 + offset) * 2.0 / vec2(u_size) - 1.0, 1.0);
 #if GLS_ORTHO
@@ -53,7 +52,7 @@ void main() {
     ivec2 towards = ivec2(sign(offset)); // the pixels beside, above and across that the point is nearest to
     for (int i = 1; i <= tries; i++) {
         ivec2 texel = clamp(pixel + towards * ivec2(i & 1, i >> 1), ivec2(0), u_size - 1);
-        int other = int(texelFetch(u_surface, texel, 0).r & 0x7fffffffu) - 1;
+        int other = triangle_of(texelFetch(u_surface, texel, 0).r);
         Facet there = facet(max(other, 0));
         bool taken = found == triangle && other >= 0 && dot(there.normal, own.normal) > SAME_SURFACE && pierced(there, eye, ray);
         found = taken ? other : found;
@@ -67,9 +66,5 @@ void main() {
     float cosine = asked ? dot(normal, light_arriving(position).xyz) : 0.0;
     receiver_triangle = found;
     receiver_corner = plane_corner(at);
-    float lit = cosine > 0.0 ? light_visibility(position, normal, cosine) : 0.0;
-#if GLS_SELECTIVE
-    lit = number < 0x80000000u || cosine <= 0.0 ? lit : 1.0;
-#endif
-    o_visibility = lit;
+    o_visibility = asked_visibility(number, position, normal, cosine);
 }

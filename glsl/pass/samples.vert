@@ -7,7 +7,7 @@
 #endif
 uniform usamplerBuffer u_edges; // how many pixels
 uniform ivec2 u_size; // of the picture: blocks in a row, rows
-uniform mat3 u_ray_l; // and on: see resolve.vert
+uniform mat3 u_ray_l; // this and what follows: see resolve.vert
 uniform vec3 u_eye_l;
 uniform vec3 u_forward_l;
 flat out mat3 v_ray_from_ndc;

@@ -1,9 +1,8 @@
 // Visibility of one light alone, by an exact filter, at the middle of each pixel.
-#ifndef GLS_SELECTIVE
-#define GLS_SELECTIVE 0
-#endif
+#include "lib/surface_number.glsl"
 #include <light>
 #include <shadow>
+#include "lib/asked.glsl"
 #include "lib/sight.glsl"
 #include "lib/surface_point.glsl"
 uniform usampler2D u_surface;
@@ -12,15 +11,11 @@ layout(location = 0) out float o_visibility;
 
 void main() {
     uint number = texelFetch(u_surface, ivec2(gl_FragCoord.xy), 0).r;
-    receiver_triangle = int(number & 0x7fffffffu) - 1;
+    receiver_triangle = triangle_of(number);
     Facet own = facet(receiver_triangle);
     receiver_corner = plane_corner(own);
     vec3 position = surface_point(receiver_triangle, own, v_eye_l, v_ray_l, v_forward_l);
     vec3 normal = dot(own.normal, v_ray_l) > 0.0 ? -own.normal : own.normal;
     float cosine = dot(normal, light_arriving(position).xyz);
-    float lit = cosine > 0.0 ? light_visibility(position, normal, cosine) : 0.0;
-#if GLS_SELECTIVE
-    lit = number < 0x80000000u || cosine <= 0.0 ? lit : 1.0;
-#endif
-    o_visibility = lit;
+    o_visibility = asked_visibility(number, position, normal, cosine);
 }

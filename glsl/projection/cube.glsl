@@ -1,5 +1,6 @@
 // A point light: the face is chosen by the longest axis, then as for a spot. position_lv is relative to the light, in world axes.
 // Faces +x -x +y -y +z -z are signed permutations of the axes. Twin: glshadow.core.view.FACES
+#include "lib/faces.glsl"
 uniform vec4 u_texel_from_lv; // texel in its tile = xy * tangent + zw
 uniform vec3 u_base;           // depth as the map stores it = a constant + base: its factor, and that of its slope along x and y
 uniform vec2 u_allowance;     // taken off a receiver's distance: world units, and a share of the distance
@@ -11,13 +12,11 @@ vec3 turned(vec3 v, float axis, float s) { // into the frame of the face: lib/fa
 }
 
 Receiver project_receiver(vec3 position_lv, vec3 normal_lv) {
-    vec3 size = abs(position_lv);
-    float axis = size.x >= size.y && size.x >= size.z ? 0.0 : size.y >= size.z ? 1.0 : 2.0;
-    float along = axis < 0.5 ? position_lv.x : axis < 1.5 ? position_lv.y : position_lv.z;
-    float s = along < 0.0 ? -1.0 : 1.0;
+    float axis = face_axis(position_lv);
+    float s = face_side(position_lv, axis);
     vec3 position = turned(position_lv, axis, s);
     vec3 normal = turned(normal_lv, axis, s);
-    float face = 2.0 * axis + (s < 0.0 ? 1.0 : 0.0);
+    float face = face_number(axis, s);
     vec2 tile = u_face_tile[0];
     for (int i = 1; i < 6; i++) {
         if (face == float(i)) tile = u_face_tile[i];

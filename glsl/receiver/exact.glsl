@@ -89,10 +89,8 @@ float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
     float face = 0.0, depth = -position_lv.z;
     vec2 place = position_lv.xy;
 #if GLS_POINT
-    vec3 size = abs(position_lv);
-    float axis = size.x >= size.y && size.x >= size.z ? 0.0 : size.y >= size.z ? 1.0 : 2.0;
-    float s = (axis < 0.5 ? position_lv.x : axis < 1.5 ? position_lv.y : position_lv.z) < 0.0 ? -1.0 : 1.0;
-    face = 2.0 * axis + (s < 0.0 ? 1.0 : 0.0);
+    float axis = face_axis(position_lv), s = face_side(position_lv, axis);
+    face = face_number(axis, s);
     vec3 right = face_right(axis, s), up = face_up(axis, s), backward = face_backward(axis, s);
     depth = -dot(backward, position_lv);
     place = vec2(dot(right, position_lv), dot(up, position_lv)) / max(depth, 1e-30);

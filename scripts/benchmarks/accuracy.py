@@ -23,7 +23,7 @@ import numpy as np
 from frame import MODELS, SIZE
 
 import glshadow as gs
-from glshadow.measure.error import Kind
+from glshadow.measure.error import Outcome
 from glshadow.study.formats import RANGES, foot_gap
 
 BETTER = {"4096": gs.Shadow(resolution=4096), "8192": gs.Shadow(resolution=8192), "exact": gs.Shadow(filter=gs.Exact())}
@@ -77,7 +77,7 @@ def scored(renderer: gs.Renderer, truth: gs.Truth, shadow: gs.Shadow) -> dict[st
     light = replace(truth.lights[0], shadow=shadow)
     frame = renderer.render(truth.scene, truth.camera, [light], SIZE, outputs=("visibility", "triangle"))
     error = gs.measure(frame, truth)
-    none = float((truth.visibility[0][error.kinds[0] >= Kind.GOOD] < 0.5).mean())
+    none = float((truth.visibility[0][error.kinds[0] >= Outcome.GOOD] < 0.5).mean())
     ratio = error.wrong / none if none else np.inf if error.wrong else 0.0
     return {**{name: getattr(error, name) for name in COLUMNS if hasattr(error, name)}, "none": none, "ratio": ratio}
 

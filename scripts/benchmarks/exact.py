@@ -25,7 +25,7 @@ import glshadow as gs
 from glshadow.core.spaces import Array
 from glshadow.gl.sources import Listed
 from glshadow.gl.sources.triangles import rounding_bound
-from glshadow.measure.error import Kind
+from glshadow.measure.error import Outcome
 from glshadow.reference import brute
 from glshadow.study.floor import Floor
 
@@ -329,7 +329,7 @@ def samples(rounds: int, results: dict[str, Any]) -> None:
     with gs.Renderer() as renderer:
         kinds = gs.measure(renderer.render(scene, size=SIZE), gs.trace(scene, size=SIZE)).kinds[0]
     truth = gs.trace(scene, size=SIZE, pixel_samples=4).visibility[0]
-    counted = kinds >= Kind.GOOD
+    counted = kinds >= Outcome.GOOD
     renderers = {count: gs.Renderer() for count in (1, 4, 8, 16)}
 
     def frame(count: int, k: int) -> gs.Frame:

@@ -79,10 +79,11 @@ def _coarse() -> tuple[object, ...]:
     """Defaults of run_plan with one low resolution, so that trying all of them is quick."""
     from glshadow.study import plan
 
+    # without Exact, which meets every budget
     coarse = {
         id(plan.RESOLUTIONS): (128,),
         id(plan.RUNGS): plan.RUNGS[:3],
-    }  # without Exact, which meets every budget
+    }
     return tuple(coarse.get(id(value), value) for value in plan.run_plan.__defaults__ or ())
 
 

@@ -208,9 +208,8 @@ def test_a_mirrored_sheet_keeps_its_front(renderer: Renderer, axis: int | None, 
     flip = np.eye(4)
     if axis is not None:
         flip[axis, axis] = -1.0
-    sheet = Mesh(
-        *shapes.rectangle((-1.0, 0.0, 1.0), (2.0, 0.0, 0.0), (0.0, 0.0, -2.0))
-    )  # faces up; down where y is mirrored
+    # faces up; down where y is mirrored
+    sheet = Mesh(*shapes.rectangle((-1.0, 0.0, 1.0), (2.0, 0.0, 0.0), (0.0, 0.0, -2.0)))
     scene = scene_of(Node("sheet", sheet, translation((0.0, 1.0, 0.0)) @ flip))
     below = gs.PerspectiveCamera((0.0, 0.8, 4.0), (0.0, 0.0, 0.0))
     darkened = {}

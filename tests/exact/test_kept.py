@@ -257,9 +257,8 @@ def test_no_objects_pile_up_over_frames_with_moving_lights(scene: Scene, samples
     def frame(renderer: Renderer, k: int) -> None:
         light: Light = [
             gs.DirectionalLight(direction=(-0.4, -1.0, 0.01 * k), shadow=shadow),
-            gs.PointLight(
-                position=(0.3, 1.0 + 0.1 * (k % 30), 0.2), shadow=shadow
-            ),  # from six faces to one grid and back
+            # from six faces to one grid and back
+            gs.PointLight(position=(0.3, 1.0 + 0.1 * (k % 30), 0.2), shadow=shadow),
             gs.SpotLight(position=(1.2, 5.0, 0.01 * k), direction=(-1.2, -5.0, 0.0), shadow=shadow),
         ][k % 3]
         moved = scene.moved({"a": translation((0.01 * k, 1.0, 0.1))}) if k % 5 == 0 else scene

@@ -125,9 +125,8 @@ def facing(scene: Scene, points: Array, light: Light) -> Array:
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     _, near = cKDTree(corners.mean(axis=1)).query(points, k=8)
-    above = np.einsum(
-        "nki,nki->nk", normals[near], points[:, None] - corners[near, 0]
-    )  # greatest, 0, for its own facet
+    # greatest, 0, for its own facet
+    above = np.einsum("nki,nki->nk", normals[near], points[:, None] - corners[near, 0])
     own = above >= above.max(axis=1, keepdims=True) - 1e-6
     cosine = np.einsum("nki,ni->nk", normals[near], to_light(light, points)[0])
     return np.where(own, cosine > 1e-6, True).all(axis=1)  # float32 rounds N.L by that much

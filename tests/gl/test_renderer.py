@@ -550,9 +550,8 @@ def test_receivers_outside_the_map_are_lit(renderer: Renderer, target: Target) -
     frame = renderer.render(box_scene(), lights=[light], size=SIZE, outputs=("visibility", "depth"))
     points = dark_points(frame)
     assert len(points) > 20
-    assert (
-        np.abs(points[:, [0, 2]]).max() < 4.0 / 3.0 * 0.5 + 0.15
-    )  # the top of the box at height 1, seen from height 4
+    # the top of the box at height 1, seen from height 4
+    assert np.abs(points[:, [0, 2]]).max() < 4.0 / 3.0 * 0.5 + 0.15
     assert np.nanmin(frame.visibility[0, :, :20]) > 1.0 - WEIGHT
 
 

@@ -155,9 +155,8 @@ def test_camera_depth_and_metric(renderer: Renderer, clip: ClipSpace) -> None:
     """The camera's own depth against rays, and its metric against the formula of a spot light in its convention."""
     scene, triangles = plane_and_box()
     camera = PerspectiveCamera(CAMERA.position, CAMERA.target, near=2.0, far=20.0)
-    lights_ = [
-        DirectionalLight(shadow=Shadow(resolution=16, clip=clip))
-    ]  # the light's convention leaves the camera's alone
+    # the light's convention leaves the camera's alone
+    lights_ = [DirectionalLight(shadow=Shadow(resolution=16, clip=clip))]
     frame = renderer.render(scene, camera, lights_, size=(64, 48), outputs=("depth", "depth_metric"))
     assert frame.depth is not None
     assert frame.depth_metric is not None

@@ -184,9 +184,8 @@ def test_biases(check: Checker, kind: str, target: Target, kernel: Filter, bias:
 @pytest.mark.parametrize("target", [Target.DEPTH16, Target.DEPTH24, Target.DEPTH32F], ids=named)
 @pytest.mark.parametrize("kind", KINDS)
 def test_slope_scaled(check: Checker, kind: str, target: Target, clip: Any) -> None:
-    check(
-        light_of(kind, settings(64, Pcf(0), CASTER, target, clip=clip)), 0.4
-    )  # ties: 1.1 slopes are just short of what a bilinear tap needs
+    # ties: 1.1 slopes are just short of what a bilinear tap needs
+    check(light_of(kind, settings(64, Pcf(0), CASTER, target, clip=clip)), 0.4)
 
 
 @pytest.mark.parametrize("clip", CLIP_SPACES, ids=str)

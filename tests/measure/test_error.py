@@ -12,7 +12,7 @@ from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
 from glshadow.measure import measure
-from glshadow.measure.error import COLORS, Kind, texel_size
+from glshadow.measure.error import COLORS, Outcome, texel_size
 from glshadow.reference import trace
 from glshadow.renderer import Renderer
 from glshadow.scene import builtin
@@ -71,7 +71,7 @@ def distances(truth):
 
 
 def counted_of(truth):
-    return measure(Frame.of(truth), truth).kinds[0] == Kind.GOOD
+    return measure(Frame.of(truth), truth).kinds[0] == Outcome.GOOD
 
 
 def test_injected_errors_are_told_apart(wall):
@@ -120,8 +120,8 @@ def test_a_moved_edge_is_edge_within_the_band_and_an_artefact_beyond(wall, radiu
         far = moved & (np.abs(distance) > 1.001 * band)
         assert min(near.sum(), far.sum()) > 50
         kinds = error.kinds[0]
-        assert (kinds[near] == Kind.EDGE).all()
-        assert (kinds[far] == Kind[other.upper()]).all()
+        assert (kinds[near] == Outcome.EDGE).all()
+        assert (kinds[far] == Outcome[other.upper()]).all()
         assert error.wrong * counted.sum() == pytest.approx(moved.sum())
 
 
@@ -137,8 +137,8 @@ def test_grain_is_what_is_grey_beyond_the_second_band(wall):
     error = measure(frame, truth)
     assert error.wrong == 0.0
     assert error.mean * counted.sum() == pytest.approx(0.1 * grey.sum(), rel=1e-5)
-    assert (error.kinds[0][grey & (distance < -1.001 * band)] == Kind.GRAIN).all()
-    assert (error.kinds[0][grey & (distance > -0.999 * band)] == Kind.GOOD).all()
+    assert (error.kinds[0][grey & (distance < -1.001 * band)] == Outcome.GRAIN).all()
+    assert (error.kinds[0][grey & (distance > -0.999 * band)] == Outcome.GOOD).all()
     frame.visibility[0][grey] = 1.0 - 1.0 / 17.0  # below 1/16: not grain
     assert measure(frame, truth).grain == 0.0
 
@@ -152,7 +152,7 @@ def test_contact_is_the_leak_at_the_foot(wall):
     frame = Frame.of(truth)
     frame.visibility[0][foot] = 1.0
     error = measure(frame, truth)
-    leak = error.kinds[0] == Kind.LEAK
+    leak = error.kinds[0] == Outcome.LEAK
     assert leak.sum() > 20
     expected = leak & (x > -2 * texel)
     assert expected.sum() > 5
@@ -189,8 +189,8 @@ def test_a_pixel_that_shows_another_triangle_does_not_count(wall):
     frame.triangle[other] += 1
     frame.triangle[hole] = -1
     error = measure(frame, wall)
-    np.testing.assert_array_equal(error.kinds[0][other], Kind.NOT_COUNTED)
-    assert (error.kinds[0] > Kind.NOT_COUNTED).sum() == counted.sum() - other.sum()
+    np.testing.assert_array_equal(error.kinds[0][other], Outcome.NOT_COUNTED)
+    assert (error.kinds[0] > Outcome.NOT_COUNTED).sum() == counted.sum() - other.sum()
     assert error.wrong * (counted.sum() - other.sum()) == pytest.approx(hole.sum())  # nothing drawn is still wrong
     assert error.all_wrong == blind.all_wrong  # over all pixels nothing is left out
 
@@ -226,8 +226,8 @@ def test_cone_and_range_limit_what_counts():
     truth = trace(scene, lights=[spot, bulb], size=SIZE)
     kinds = measure(Frame.of(truth), truth).kinds
     for number in range(2):
-        assert (kinds[number] == Kind.GOOD).any()
-        assert not (kinds[number] == Kind.GOOD)[~truth.reached[number]].any()
+        assert (kinds[number] == Outcome.GOOD).any()
+        assert not (kinds[number] == Outcome.GOOD)[~truth.reached[number]].any()
 
 
 def test_texels():
@@ -248,7 +248,7 @@ def test_lights_are_scored_apart_and_pooled():
     lights = [scene.lights[0], DirectionalLight(direction=(0.3, -1, 0.2), shadow=None)]
     truth = trace(scene, lights=lights, size=SIZE)
     frame = Frame.of(truth)
-    bad = (measure(frame, truth).kinds[1] == Kind.GOOD) & (np.arange(SIZE[0]) % 2 == 0)
+    bad = (measure(frame, truth).kinds[1] == Outcome.GOOD) & (np.arange(SIZE[0]) % 2 == 0)
     frame.visibility[1][bad] = 0.0  # a light without a shadow must not darken anything
     error = measure(frame, truth)
     surface = (truth.triangle >= 0).sum()
@@ -271,9 +271,9 @@ def test_picture_and_dict(wall):
     picture = error.picture(0)
     assert picture.shape == (SIZE[1], SIZE[0], 3)
     assert picture.dtype == np.uint8
-    assert (picture[acne] == COLORS[Kind.ACNE]).all()
-    assert (picture[leak] == COLORS[Kind.LEAK]).all()
-    right = error.kinds[0] == Kind.GOOD
+    assert (picture[acne] == COLORS[Outcome.ACNE]).all()
+    assert (picture[leak] == COLORS[Outcome.LEAK]).all()
+    right = error.kinds[0] == Outcome.GOOD
     lit = wall.visibility[0] > 0.5
     assert picture[right & lit].min() > picture[right & ~lit].max()
     again = json.loads(json.dumps(error.as_dict(), allow_nan=False))

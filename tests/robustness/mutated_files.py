@@ -158,9 +158,8 @@ def _change_json(rng: Rng, document: Any) -> str:
     places = _places(document)
     if not places:
         return "nothing"
-    path = max(
-        (places[int(rng.integers(len(places)))] for _ in range(2)), key=len
-    )  # rather a number than a whole branch
+    # rather a number than a whole branch
+    path = max((places[int(rng.integers(len(places)))] for _ in range(2)), key=len)
     holder = document
     for key in path[:-1]:
         holder = holder[key]

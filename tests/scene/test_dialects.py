@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import glshadow as gs
+from glshadow.core.srgb import linear_from_srgb
 from glshadow.errors import GlshadowWarning, SceneError
-from glshadow.scene.imported import srgb_to_linear
 from glshadow.scene.load import load
 
 SQUARE = np.array([[0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0]], dtype=float)  # area 6, seen from +z
@@ -123,7 +123,7 @@ def test_off(tmp_path, head, end):
 def test_off_colours(tmp_path, half):
     """128 of 255 in sRGB is .2159 linear (IEC 61966-2-1); the second vertex has no colour and is white."""
     text = f"COFF\n3 1 0\n0 0 0 {half}\n1 0 0\n0 1 0 {half}  # comment\n3 0 1 2\n"
-    expected = (round(float(srgb_to_linear(128 / 255)), 5), 0.0, 1.0, 1.0)
+    expected = (round(float(linear_from_srgb(128 / 255)), 5), 0.0, 1.0, 1.0)
     assert expected[0] == pytest.approx(0.2159, abs=1e-4)
     found = colors(loaded(tmp_path / "c.off", text))
     assert found == {(0, 0, 0): expected, (1, 0, 0): (1, 1, 1, 1), (0, 1, 0): expected}
@@ -223,7 +223,7 @@ def test_ply_vertex_colours(tmp_path, kind, form, full):
     )
     assert found[0, 3, 0] == (0, 0, 0, 1)
     # 1e-4: five digits were rounded, and .5 is between two bytes
-    np.testing.assert_allclose(found[2, 3, 0], (1, srgb_to_linear(128 / 255), 0, 1), atol=1e-4)
+    np.testing.assert_allclose(found[2, 3, 0], (1, linear_from_srgb(128 / 255), 0, 1), atol=1e-4)
 
 
 def test_ply_colours_multiply_and_alpha_is_linear(tmp_path):

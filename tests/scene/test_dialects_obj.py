@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from glshadow.core.srgb import linear_from_srgb
 from glshadow.errors import GlshadowWarning, SceneError
-from glshadow.scene.imported import srgb_to_linear
 from glshadow.scene.load import load
 from glshadow.scene.mesh import AlphaMode
 
@@ -65,7 +65,7 @@ def test_obj_vertex_colours(tmp_path, red, half):
     found = colors(loaded(tmp_path / "a.obj", text))
     expected = {
         (0, 0, 0): (1, 0, 0, 1),
-        (1, 0, 0): (srgb_to_linear(128 / 255), 0, 0, 1),
+        (1, 0, 0): (linear_from_srgb(128 / 255), 0, 0, 1),
         (0, 1, 0): (1,) * 4,
         (1, 1, 0): (1,) * 4,
     }

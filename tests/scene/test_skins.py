@@ -80,9 +80,8 @@ def test_more_than_four_joints(tmp_path: Path) -> None:
     file = arm([[(0, 0, 0, 0)] * 3, [(1, 0, 0, 0)] * 3], [[FIRST] * 3] * 2, BENT)
     attributes = file.json["meshes"][0]["primitives"][0]["attributes"]
     attributes["WEIGHTS_0"] = file.add([(255, 0, 0, 0), (0, 0, 0, 0), (51, 0, 0, 0)], "uint8")
-    attributes["WEIGHTS_1"] = file.add(
-        [(0, 0, 0, 0), (255, 0, 0, 0), (153, 0, 0, 0)], "uint8"
-    )  # 1 to 3, whatever the sum
+    # 1 to 3, whatever the sum
+    attributes["WEIGHTS_1"] = file.add([(0, 0, 0, 0), (255, 0, 0, 0), (153, 0, 0, 0)], "uint8")
     np.testing.assert_allclose(the_mesh(load(file.save(tmp_path / "arm.glb"))).positions, bent(), atol=1e-6)
 
 

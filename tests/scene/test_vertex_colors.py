@@ -165,9 +165,8 @@ def test_a_factor_below_the_cutoff_leaves_nothing(renderer: Renderer) -> None:
 
 
 def test_interpolation_costs_no_pixel_where_alpha_equals_the_cutoff(renderer: Renderer) -> None:
-    turned = TRIANGLE * (1.0, 1.0, 0.0) + np.array(
-        [[0, 0, -5.0], [0, 0, 0.7], [0, 0, 0.3]]
-    )  # each corner at a depth of its own
+    # each corner at a depth of its own
+    turned = TRIANGLE * (1.0, 1.0, 0.0) + np.array([[0, 0, -5.0], [0, 0, 0.7], [0, 0, 0.3]])
     opaque = np.concatenate([RAINBOW[:, :3], np.ones((3, 1))], axis=1)
     masked = Material(alpha_mode=AlphaMode.MASK, cutoff=1.0)
     pictures = [

@@ -7,7 +7,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.cli import values
-from glshadow.measure.error import Kind, Score
+from glshadow.measure.error import Outcome, Score
 from glshadow.study import Grid, pareto_front
 from glshadow.study.grid import setting_name
 from glshadow.study.pictures import REGION_SHARE, worst_regions
@@ -84,14 +84,14 @@ def test_percent(value: float, text: str) -> None:
 
 
 def test_worst_regions_find_the_worst_first() -> None:
-    kinds = np.full((100, 200), Kind.GOOD, dtype=np.uint8)
-    kinds[10:14, 20:24] = Kind.EDGE
-    kinds[70:74, 150:154] = Kind.ACNE
-    kinds[12, 24:26] = Kind.GRAIN
+    kinds = np.full((100, 200), Outcome.GOOD, dtype=np.uint8)
+    kinds[10:14, 20:24] = Outcome.EDGE
+    kinds[70:74, 150:154] = Outcome.ACNE
+    kinds[12, 24:26] = Outcome.GRAIN
     first, second = worst_regions(kinds)
     assert (first.wrong, second.wrong) == (16, 16)
     assert (first.grainy, second.grainy) == (0, 2)
     assert first.x <= 150 <= first.x + first.width
     assert second.y <= 10 <= second.y + second.height
     assert (first.width, first.height) == (round(200 * REGION_SHARE), round(100 * REGION_SHARE))
-    assert worst_regions(np.full((100, 200), Kind.GOOD, dtype=np.uint8)) == ()
+    assert worst_regions(np.full((100, 200), Outcome.GOOD, dtype=np.uint8)) == ()

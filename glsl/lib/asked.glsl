@@ -1,0 +1,12 @@
+// The light's visibility of a surface point: none where it faces away, all where no shadow falls on it. Needs <shadow> and
+// lib/surface_number.glsl.
+#ifndef GLS_SELECTIVE
+#define GLS_SELECTIVE 0 // 1: some triangles are not darkened
+#endif
+float asked_visibility(uint number, vec3 position, vec3 normal, float cosine) {
+    float lit = cosine > 0.0 ? light_visibility(position, normal, cosine) : 0.0;
+#if GLS_SELECTIVE
+    lit = is_darkened(number) || cosine <= 0.0 ? lit : 1.0;
+#endif
+    return lit;
+}

@@ -1,0 +1,8 @@
+// What a pixel of the surface buffer says of its triangle: they are numbered from 1, the top bit marks those that no shadow falls on.
+int triangle_of(uint number) { // from 0; -1: none
+    return int(number & 0x7fffffffu) - 1;
+}
+
+bool is_darkened(uint number) {
+    return number < 0x80000000u;
+}
