@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.setting import as_path
+from glshadow.core.setting import as_path, numbers_in, refuse, text
 from glshadow.errors import SceneError, SettingsError
 from glshadow.files import replacing, temporary
 
@@ -155,28 +155,38 @@ def write(path: str | os.PathLike[str], image: Pixels | Mapping[str, Pixels]) ->
 def _channels(path: Path, image: Pixels | Mapping[str, Pixels]) -> tuple[list[str], Pixels]:
     """Channel names and pixels (H, W, C), uint8 or float32."""
     if not isinstance(image, Mapping):
-        array = np.asarray(image)
-        array = array if array.ndim == 3 else array[..., None]
-        if array.ndim != 3 or array.shape[2] not in (1, 3, 4) or 0 in array.shape:
-            raise SettingsError(f"{path}: an image must be (H, W), (H, W, 3) or (H, W, 4), got {np.shape(image)}")
-        names = ["Y"] if array.shape[2] == 1 else list("RGBA"[: array.shape[2]])
-        return names, array if array.dtype == np.uint8 else array.astype(np.float32)
+        pixels = _planes(f"{path}: an image", image)
+        names = ["Y"] if pixels.shape[2] == 1 else list("RGBA"[: pixels.shape[2]])
+        return names, pixels if pixels.dtype == np.uint8 else _single(pixels)
     names, planes = [], []
     for name, value in image.items():
-        array = np.atleast_3d(np.asarray(value))
-        if array.ndim != 3 or array.shape[2] not in (1, 3, 4) or 0 in array.shape:
-            raise SettingsError(
-                f"{path}: channel {name!r} must be (H, W), (H, W, 3) or (H, W, 4), got {np.shape(value)}"
-            )
+        pixels = _planes(f"{path}: channel {text()('the name of a channel', name)!r}", value)
         prefix = "" if name in ("", "RGB", "RGBA") else f"{name}."
-        names += [name] if array.shape[2] == 1 else [prefix + letter for letter in "RGBA"[: array.shape[2]]]
-        planes.append(array.astype(np.float32))
+        names += [name] if pixels.shape[2] == 1 else [prefix + letter for letter in "RGBA"[: pixels.shape[2]]]
+        planes.append(_single(pixels))
     sizes = {plane.shape[:2] for plane in planes}
     if len(sizes) != 1 or len(set(names)) != len(names):
         raise SettingsError(
             f"{path}: channels must have one size and different names, got {names} of sizes {sorted(sizes)}"
         )
     return names, np.concatenate(planes, axis=2)
+
+
+def _planes(name: str, value: Any) -> Pixels:
+    """Pixels (H, W, C) of an image or a channel."""
+    array = numbers_in(value)
+    if array is not None and array.ndim == 2:
+        array = array[..., None]
+    if array is None or array.ndim != 3 or array.shape[2] not in (1, 3, 4) or 0 in array.shape:
+        raise refuse(name, "(H, W), (H, W, 3) or (H, W, 4) numbers", value)
+    if array.shape[0] * array.shape[1] > LARGEST_IMAGE:
+        raise SettingsError(f"{name} must have at most {LARGEST_IMAGE} pixels, got {array.shape[1]} x {array.shape[0]}")
+    return array
+
+
+def _single(pixels: Pixels) -> Pixels:
+    with np.errstate(all="ignore"):  # what is beyond float32 becomes infinite
+        return pixels.astype(np.float32)
 
 
 def _replace(path: Path, suffix: str, names: list[str], pixels: Pixels) -> None:

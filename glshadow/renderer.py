@@ -8,15 +8,15 @@ import time
 import weakref
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any, Self
+from typing import Any, Self, get_args
 
 import moderngl
 import numpy as np
 from numpy.typing import ArrayLike
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import DirectionalLight, Light
-from glshadow.core.setting import Rule, as_float, one_of, several, shown, vector
+from glshadow.core.lights import BRIGHTEST, DirectionalLight, Light
+from glshadow.core.setting import Rule, as_float, as_path, instance, one_of, optional, several, shown, vector
 from glshadow.core.spaces import Array
 from glshadow.errors import GlshadowError, ResourceError, SettingsError, warn
 from glshadow.frame import OUTPUTS, Frame
@@ -39,7 +39,6 @@ from glshadow.gl.work import Work
 from glshadow.scene.arguments import picture_arguments
 from glshadow.scene.mesh import Scene
 
-BRIGHTEST = 1e38  # what float32 holds
 AMBIENT, BACKGROUND = vector(3, 0.0, BRIGHTEST), vector(3, 0.0, 1.0)
 
 
@@ -57,10 +56,13 @@ class Renderer:
     ------
     ContextError
         If there is no usable context: names every attempt and its remedy.
+    SettingsError
+        For another backend, and what is no context.
     """
 
     def __init__(self, backend: Backend = "auto", context: moderngl.Context | None = None) -> None:
-        self._context = open_context(backend, context)
+        backend = one_of(*get_args(Backend))("backend", backend)
+        self._context = open_context(backend, optional(instance(moderngl.Context))("context", context))
         with self._context.drawing():
             ctx = self._context.ctx
             self._programs = Programs(self._context)
@@ -290,6 +292,7 @@ def render(
     **options
         Further arguments of Renderer.render.
     """
+    path = optional(as_path, "it is not saved")("path", path)
     if not isinstance(scene, Scene):
         from glshadow.scene.load import load
 

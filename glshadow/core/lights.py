@@ -12,14 +12,16 @@ from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import FARTHEST, NEAREST, Array, Triple, direction
 from glshadow.errors import SettingsError
 
+BRIGHTEST = 1e38  # what float32 holds
+
 NEAR_HELP, FAR_HELP = "near plane of its shadow map, along the light", "far plane of its shadow map, along the light"
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Light(Settings):
-    color: Triple = setting(vector(3, 0.0), (1.0, 1.0, 1.0), help="linear RGB factor")
+    color: Triple = setting(vector(3, 0.0, BRIGHTEST), (1.0, 1.0, 1.0), help="linear RGB factor")
     intensity: float = setting(
-        number(0.0), 1.0, help="strength: a white surface facing the light gets color * intensity"
+        number(0.0, BRIGHTEST), 1.0, help="strength: a white surface facing the light gets color * intensity"
     )
     near: float | None = setting(optional(number(-FARTHEST, FARTHEST)), None, help=NEAR_HELP)
     far: float | None = setting(optional(number(-FARTHEST, FARTHEST)), None, help=FAR_HELP)

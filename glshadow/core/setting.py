@@ -75,7 +75,9 @@ _short.maxstring = _short.maxother = _short.maxlong = _LONGEST
 
 
 def shown(value: Any) -> str:
-    """A value for a message: its repr on one line, cut where it is long, its type where it has none."""
+    """A value for a message: its repr on one line, cut where it is long, its type where it has none; of arrays the shape."""
+    if isinstance(value, np.ndarray) and value.size > 4:
+        return f"an array {value.shape} of {value.dtype}"
     try:
         text = " ".join(_short.repr(value).split())
     except Exception:  # a foreign object's own fault must not hide ours

@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
 from glshadow.core.fit import minimum_rectangle
-from glshadow.core.lights import DirectionalLight, Light, SpotLight
+from glshadow.core.lights import LIGHTS, DirectionalLight, Light, SpotLight
+from glshadow.core.setting import refuse, whole
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, Bools, view_axes
-from glshadow.errors import SettingsError
+from glshadow.errors import GlshadowError, SettingsError
+from glshadow.scene.arguments import checked_scene
 from glshadow.scene.mesh import Scene
 
 # The definition of error, not tunable: changing one of these changes what every published number means.
@@ -157,6 +159,7 @@ class ShadowError(Score):
         Acne red, leak blue, edge yellow, grain orange, not counted green, right in grey: light where lit, darker where
         dark.
         """
+        light = whole(0, len(self.lights) - 1)("light", light)
         kinds, truth = self.kinds[light], self.truth[light]
         image = np.where(truth > 0.5, np.uint8(LIT), np.uint8(DARK))[..., None].repeat(3, axis=-1)
         for kind, color in COLORS.items():
@@ -217,7 +220,29 @@ def measure(frame: Frame, truth: Truth) -> ShadowError:
     )
 
 
+FRAME_HAS = ("visibility", "scene", "camera", "lights")
+TRUTH_HAS = (*FRAME_HAS, "cosine", "reached", "position", "normal", "triangle", "body", "near_edge", "near_foot")
+
+
+def _check_has(name: str, given: object, parts: tuple[str, ...]) -> None:
+    for part in parts:
+        try:
+            value = getattr(given, part)
+        except GlshadowError:  # a frame says itself which output it lacks
+            raise
+        except Exception:
+            raise refuse(name, f"what glshadow makes (it has no {part})", given) from None
+        if part == "visibility" and not (isinstance(value, np.ndarray) and value.dtype.kind == "f"):
+            raise refuse(f"{name}.visibility", "an array (L, H, W) of floats", value)
+        if part == "lights":
+            LIGHTS(f"{name}.lights", value)
+        if part == "scene":
+            checked_scene(value)
+
+
 def _check_same(frame: Frame, truth: Truth) -> None:
+    _check_has("frame", frame, FRAME_HAS)
+    _check_has("truth", truth, TRUTH_HAS)
     if len(truth.lights) == 0:
         raise SettingsError("there is nothing to measure: the truth has no lights")
     if frame.visibility.shape != truth.visibility.shape:

@@ -7,10 +7,12 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.setting import number, refuse
 from glshadow.errors import GlshadowError, SettingsError
 
 Floats = NDArray[np.float32]
 
+MOST_PIXELS_PER_DEGREE = 1000.0  # the filters' widths grow with it
 PIXELS_PER_DEGREE = 67.0206  # the paper's observer: 0.7 m from a display 0.7 m wide with 3840 pixels
 
 
@@ -42,7 +44,7 @@ def flip(
     ours, reference : Frame, or (H, W, 3) uint8
         sRGB. A picture of another program can be given as its pixels.
     pixels_per_degree : float
-        Pixels of the picture in one degree of the observer's view, > 0.
+        Pixels of the picture in one degree of the observer's view, in (0, 1000].
 
     Raises
     ------
@@ -60,10 +62,9 @@ def flip(
     if images[0].shape != images[1].shape:
         shapes = " and ".join(f"{image.shape[1]} x {image.shape[0]}" for image in images)
         raise SettingsError(f"pictures must have one size to be compared, got {shapes}")
-    if not 0.0 < pixels_per_degree < np.inf:
-        raise SettingsError(f"pixels_per_degree must be a finite number greater than 0, got {pixels_per_degree!r}")
+    pixels_per_degree = number(0.0, MOST_PIXELS_PER_DEGREE, above=True)("pixels_per_degree", pixels_per_degree)
     test, truth = (image.astype(np.float32) / np.float32(255.0) for image in images)
-    found, _, _ = evaluate(truth, test, "LDR", applyMagma=False, parameters={"ppd": float(pixels_per_degree)})
+    found, _, _ = evaluate(truth, test, "LDR", applyMagma=False, parameters={"ppd": pixels_per_degree})
     error: Floats = np.asarray(found, dtype=np.float32)[..., 0]
     return Flip(float(error.mean(dtype=np.float64)), error)
 
@@ -78,11 +79,8 @@ def _evaluator() -> Any:
 
 def _pixels(picture: Pictured | NDArray[np.uint8], name: str) -> NDArray[np.uint8]:
     image = picture if isinstance(picture, np.ndarray) else getattr(picture, "image", None)
-    if image is None:
-        raise SettingsError(
-            f'{name} must be a Frame with the output "image" or an array (H, W, 3) of uint8, got {type(picture).__name__}'
-            + (" without one" if hasattr(picture, "image") else "")
-        )
+    if not isinstance(image, np.ndarray) or np.ma.isMaskedArray(image):
+        raise refuse(name, 'a Frame with the output "image" or an array (H, W, 3) of uint8', picture)
     if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] != 3 or image.size == 0:
         raise SettingsError(f"{name} must be (H, W, 3) uint8 in sRGB, got {image.shape} {image.dtype}")
     return image

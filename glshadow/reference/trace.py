@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 from glshadow.core.setting import as_float, as_floats, refuse, shown, whole
-from glshadow.core.spaces import Array, Bools
+from glshadow.core.spaces import FARTHEST, Array, Bools
 from glshadow.errors import SettingsError
 from glshadow.reference.rays import LIFT, Ints, Rays, dot
 from glshadow.scene.arguments import picture_arguments
@@ -149,8 +149,8 @@ class Truth:
         """Of each pixel (H, W)."""
         one = as_float(radius)
         lengths = as_floats(radius, self.triangle.shape) if math.isnan(one) else np.array(one)
-        if lengths is None or (lengths < 0.0).any():  # NaN where there is no surface
-            raise refuse("radius", f"a length, 0 or more, or an array {self.triangle.shape} of them", radius)
+        if lengths is None or (lengths < 0.0).any() or (lengths > FARTHEST).any():  # NaN where there is no surface
+            raise refuse("radius", f"a length in [0, {FARTHEST:g}] or an array {self.triangle.shape} of them", radius)
         return np.broadcast_to(lengths, self.triangle.shape)
 
     def _repr_html_(self) -> str:

@@ -19,7 +19,7 @@ from glshadow.errors import SettingsError
 from glshadow.scene.arguments import checked_scene
 from glshadow.scene.mesh import Scene
 
-RESOLUTIONS = several(whole(1, MAX_RESOLUTION, unit="texels"), "resolutions")
+SIDES = several(whole(1, MAX_RESOLUTION, unit="texels"), "resolutions")
 CHOSEN = several(instance(Filter), "filters")
 BIASES = several(optional(instance(Bias)), "biases or None")
 TARGETS = several(optional(instance(Target)), "targets or None")
@@ -48,7 +48,7 @@ class Grid(Settings):
         If nothing is left to try.
     """
 
-    resolutions: tuple[int, ...] = setting(RESOLUTIONS, (512, 1024, 2048, 4096), help="texels along a side of the map")
+    resolutions: tuple[int, ...] = setting(SIDES, (512, 1024, 2048, 4096), help="texels along a side of the map")
     filters: tuple[Filter, ...] = setting(CHOSEN, MAPPED, help="how one receiver is answered for")
     biases: tuple[Bias | None, ...] = setting(BIASES, (None,), help="what keeps surfaces from shadowing themselves")
     targets: tuple[Target | None, ...] = setting(TARGETS, (None,), help="formats of the map")

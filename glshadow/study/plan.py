@@ -13,14 +13,17 @@ import numpy as np
 from glshadow.core.cameras import Camera
 from glshadow.core.filters import FILTERS, Filter
 from glshadow.core.lights import Light
+from glshadow.core.setting import number
 from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
-from glshadow.study.grid import setting_name
+from glshadow.gl.context import Backend
+from glshadow.study.grid import CHOSEN, SIDES, setting_name
 from glshadow.study.result import Result, decisive_error
 from glshadow.study.run import Progress, Run, open_run
 
 # Everything else (bias, target, clip, fit) is derived: no other choice is cheaper for the same error (see the study).
 RUNGS: tuple[Filter, ...] = tuple(each for kind in FILTERS for each in kind.rungs())
+SHARE = number(0.0, 1.0, below=True, unit="(a share of the pixels)")
 RESOLUTIONS = (256, 512, 1024, 2048, 4096)
 
 
@@ -119,7 +122,7 @@ def run_plan(
     repeats: int = 7,
     resume: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
-    backend: str = "auto",
+    backend: Backend = "auto",
 ) -> Plan:
     """Find the cheapest settings with at most a share `wrong` of wrong pixels, and as few grainy ones, for every light.
 
@@ -140,8 +143,8 @@ def run_plan(
     SettingsError
         As `run_study`; if the budget is not in [0, 1), there is nothing to try, or no pixel counts.
     """
-    if not 0.0 <= wrong < 1.0:
-        raise SettingsError(f"the budget of wrong pixels must be a share in [0, 1), got {wrong!r}")
+    wrong = SHARE("wrong", wrong)
+    filters, resolutions = CHOSEN("filters", filters), SIDES("resolutions", resolutions)
     ladders = [
         [Shadow(resolution=step, filter=each) for step in sorted(resolutions)] if each.has_map else [Shadow(filter=each)]
         for each in filters

@@ -18,12 +18,15 @@ import numpy as np
 
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.setting import as_path, optional, refuse, whole
 from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
 from glshadow.frame import Frame
+from glshadow.gl.context import Backend
 from glshadow.measure.error import Score, ShadowError, measure
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
+from glshadow.scene.arguments import picture_arguments
 from glshadow.scene.mesh import Scene
 from glshadow.study.floor import Floor
 from glshadow.study.grid import setting_name
@@ -35,6 +38,7 @@ from glshadow.study.result import Result, plain_score, score_from
 
 Progress = Callable[[int, int, str], None]
 
+MOST_REPEATS = 10_000
 WARM_UP = 2  # rounds that are not counted: the first one allocates and compiles
 FLOOR_RESOLUTION = 2048  # one floor for all settings, so that their ratios compare
 STEP_RAD = 2e-3  # per round a sun tilts by this: nothing that was drawn for the last one serves the next
@@ -49,24 +53,26 @@ def open_run(
     repeats: int = 7,
     resume: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
-    backend: str = "auto",
+    backend: Backend = "auto",
 ) -> Iterator[Run]:
     """A run with its own renderer; parameters and errors are those of `run_study`."""
     if not isinstance(scene, Scene):
         from glshadow.scene.load import load
 
         scene = load(scene)
-    if isinstance(repeats, bool) or not isinstance(repeats, int) or repeats < 1:
-        raise SettingsError(f"repeats must be an integer of at least 1, got {repeats!r}")
-    casting = tuple(light for light in (scene.lights if lights is None else lights) if light.shadow is not None)
+    camera, lights, size = picture_arguments(scene, camera, lights, size)
+    repeats, resume = whole(1, MOST_REPEATS)("repeats", repeats), optional(as_path, "nothing is kept")("resume", resume)
+    if progress is not None and not callable(progress):
+        raise refuse("progress", "a function of (done, total, text) or None", progress)
+    casting = tuple(light for light in lights if light.shadow is not None)
     if not casting:
         raise SettingsError("there is nothing to study: no light casts a shadow (Light.shadow is None)")
     journal = Journal(resume)
     with (
-        Renderer(backend) as renderer,  # type: ignore[arg-type]  # Renderer itself says what is allowed
+        Renderer(backend) as renderer,
         Floor(renderer, scene, size, FLOOR_RESOLUTION) as floor,
     ):
-        yield Run(renderer, floor, scene, camera or scene.camera, casting, size, repeats, journal, progress)
+        yield Run(renderer, floor, scene, camera, casting, size, repeats, journal, progress)
 
 
 class Run:

@@ -10,6 +10,7 @@ from typing import Any
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import Light
 from glshadow.core.shadow import Shadow
+from glshadow.gl.context import Backend
 from glshadow.study.grid import Grid, settings_of
 from glshadow.study.pictures import Panel
 from glshadow.study.result import Result, Study, pareto_front
@@ -25,7 +26,7 @@ def run_study(
     repeats: int = 7,
     resume: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
-    backend: str = "auto",
+    backend: Backend = "auto",
 ) -> Study:
     """Measure every setting of a grid, for every light that casts, for speed and for error.
 

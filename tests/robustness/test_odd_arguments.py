@@ -4,7 +4,8 @@ warning, and nothing in a picture that is negative or no number."""
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -173,3 +174,117 @@ def cases(calls: dict[str, Call]) -> list[Any]:
 def test_settings(function: Callable[..., Any], arguments: dict[str, Callable[[], Any]], name: str) -> None:
     assert verdict(lambda: function(**{key: value() for key, value in arguments.items()})) is None
     assert faults(function, arguments, name) == []
+
+
+@pytest.fixture(scope="module")
+def renderer() -> Iterator[gs.Renderer]:
+    with gs.Renderer() as renderer:
+        yield renderer
+
+
+@pytest.fixture(scope="module")
+def results(renderer: gs.Renderer) -> tuple[gs.Frame, gs.Truth]:
+    outputs = ("image", "visibility", "depth", "shadow_maps")
+    return renderer.render(SCENE, size=SIZE, outputs=outputs), gs.trace(SCENE, size=SIZE)
+
+
+RENDER = {
+    "scene": given(SCENE), "camera": given(None), "lights": given(None), "size": given(SIZE), "ambient": given(0.1),
+    "background": given((0.0, 0.0, 0.0)), "outputs": given(("image", "linear")),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", RENDER)
+def test_render(renderer: gs.Renderer, name: str) -> None:
+    assert faults(renderer.render, RENDER, name) == []
+
+
+def test_odd_arguments_that_are_fine_make_pictures(renderer: gs.Renderer) -> None:
+    """Or the tests above would pass if everything were refused."""
+    for name, odd in [("lights", "lights"), ("lights", "sun"), ("lights", "()"), ("ambient", "0-d"), ("ambient", "[.5] * 3"),
+                      ("background", "read-only"), ("background", "0"), ("outputs", "names"), ("size", "one")]:  # fmt: skip
+        values = {key: value() for key, value in RENDER.items()} | {name: ODD[odd]()}
+        if name == "size":
+            values["size"] = iter((np.int64(8), 6))
+        assert isinstance(renderer.render(**values), gs.Frame), (name, odd)
+
+
+def test_light_is_neither_negative_nor_endless(renderer: gs.Renderer) -> None:
+    for refused in (
+        {"ambient": -0.1},
+        {"ambient": (0.1, -0.1, 0.1)},
+        {"background": (0.0, 0.0, 1e308)},
+        {"background": (-0.1, 0.0, 0.0)},
+    ):
+        with pytest.raises(gs.SettingsError, match=next(iter(refused))):
+            renderer.render(SCENE, size=SIZE, **refused)  # type: ignore[arg-type]
+    for strong in ({"ambient": 1e38}, {"lights": gs.DirectionalLight(color=(1e38,) * 3, intensity=1e38)}):
+        frame = renderer.render(SCENE, size=SIZE, outputs=("linear",), **strong)  # type: ignore[arg-type]
+        assert picture_fault(frame) is None
+
+
+RESULTS: dict[str, dict[str, Any]] = {
+    "gs.render": {"scene": SCENE, "camera": None, "lights": None, "size": SIZE, "path": None, "ambient": 0.1, "outputs": ("image",)},
+    "Renderer": {"backend": "auto", "context": None},
+    "gs.measure": {"frame": 0, "truth": 1},
+    "gs.flip": {"ours": 0, "reference": 0, "pixels_per_degree": 67.0},
+    "overlay.overlay": {"frame": 0, "names": ("map",)},
+    "Frame.save": {"path": "a.png"},
+    "Frame.save exr": {"path": "a.exr"},
+    "image.write": {"path": "a.png", "image": np.zeros((2, 2, 3), dtype=np.uint8)},
+    "image.write exr": {"path": "a.exr", "image": {"x": np.zeros((2, 2))}},
+    "image.write channel": {"value": np.zeros((2, 2))},
+    "Truth.near_edge": {"light": 0, "radius": 0.1, "where": None},
+    "Truth.near_foot": {"radius": 0.1, "where": np.ones(SIZE[::-1], dtype=bool)},
+    "ShadowError.picture": {"light": 0},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("key", "name"), [(key, name) for key, arguments in RESULTS.items() for name in arguments])
+def test_results(
+    results: tuple[gs.Frame, gs.Truth], key: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    frame, truth = results
+
+    def opened(**arguments: Any) -> None:
+        gs.Renderer(**arguments).release()
+
+    functions: dict[str, Callable[..., Any]] = {
+        "gs.render": gs.render, "Renderer": opened, "gs.measure": gs.measure, "gs.flip": gs.flip, "overlay.overlay": overlay.overlay,
+        "Frame.save": frame.save, "Frame.save exr": frame.save, "image.write": image.write, "image.write exr": image.write,
+        "image.write channel": lambda value: image.write("a.exr", {"x": value}), "Truth.near_edge": truth.near_edge,
+        "Truth.near_foot": truth.near_foot, "ShadowError.picture": gs.measure(frame, truth).picture,
+    }  # fmt: skip
+    made = {"frame": frame, "truth": truth, "ours": frame, "reference": frame}
+    arguments = {other: given(made.get(other, value)) for other, value in RESULTS[key].items()}
+    assert faults(functions[key], arguments, name) == []
+    assert not list(tmp_path.glob(".*"))
+
+
+STUDY: dict[str, Any] = {
+    "scene": SCENE, "camera": None, "lights": None, "size": SIZE, "repeats": 1, "resume": None, "progress": None, "backend": "auto",
+}  # fmt: skip
+PLAN = STUDY | {"wrong": 0.9, "filters": (gs.Hard(),), "resolutions": (64,)}
+
+
+@pytest.mark.parametrize(
+    ("function", "given_arguments", "name"),
+    [(study.run_study, STUDY | {"grid": [gs.Shadow(resolution=64)]}, name) for name in (*STUDY, "grid")]
+    + [(study.run_plan, PLAN, name) for name in PLAN],
+)
+def test_studies(
+    function: Callable[..., Any],
+    given_arguments: dict[str, Any],
+    name: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With a run that is not carried out: what it would be given is checked before."""
+    monkeypatch.chdir(tmp_path)
+
+    def stop(*_: object) -> None:
+        raise gs.ResourceError("all arguments are fine")
+
+    monkeypatch.setattr("glshadow.study.run.Floor", stop)
+    assert faults(function, {key: given(value) for key, value in given_arguments.items()}, name) == []

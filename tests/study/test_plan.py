@@ -83,7 +83,9 @@ def test_the_worst_light_decides(scene: gs.Scene) -> None:
 
 def test_what_cannot_be_planned_is_refused(scene: gs.Scene) -> None:
     for wrong in (-0.1, 1.0, float("nan")):
-        with pytest.raises(gs.SettingsError, match=r"share in \[0, 1\)"):
+        with pytest.raises(
+            gs.SettingsError, match=r"wrong must be a finite number in \[0, 1\) \(a share of the pixels\)"
+        ):
             run_plan(scene, wrong)
     with pytest.raises(gs.SettingsError, match="nothing to try"):
         run_plan(scene, 0.1, filters=())
