@@ -12,8 +12,8 @@ import pytest
 import trimesh
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.spaces import orthographic
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
+from glshadow.core.spaces import orthographic
 from glshadow.errors import GlshadowWarning, SceneError, SettingsError
 from glshadow.scene.load import load
 from glshadow.scene.mesh import AlphaMode, Scene, default_sun
