@@ -42,9 +42,14 @@ def changed(frame, *names):
     return (overlay(frame, names) != frame.image).any(axis=-1)
 
 
-def flat_frame(depth=np.inf, value=0, position=(0.0, 0.0, 5.0), size=(200, 100)):
+LENSES = pytest.mark.parametrize("lens", [gs.PerspectiveCamera, gs.OrthographicCamera])
+
+
+def flat_frame(depth=np.inf, value=0, position=(0.0, 0.0, 5.0), size=(200, 100), lens=gs.PerspectiveCamera):
     """A picture of one colour and one depth, made without OpenGL; the camera looks along -z."""
     camera = gs.PerspectiveCamera(position=position, target=(position[0], position[1], position[2] - 1.0), fov_y=60.0)
+    if lens is gs.OrthographicCamera:
+        camera = camera.through(lens, height=10.0 * np.tan(np.radians(30.0)))  # as much of what is 5 away
     return Frame(
         scene=gs.scenes.courtyard(), camera=camera, lights=(), size=size, near=0.1, far=100.0, used=(),
         outputs={"image": np.full((size[1], size[0], 3), value, np.uint8),
@@ -132,9 +137,12 @@ def test_axes_stand_at_a_corner_of_the_scene(frame):
     assert any(where[y - 3 : y + 4, x - 3 : x + 4].any() for x, y in places)
 
 
-def test_axes_without_a_corner_in_the_picture_are_in_the_lower_left(frame):
+@LENSES
+def test_axes_without_a_corner_in_the_picture_are_in_the_lower_left(frame, lens):
+    camera = gs.PerspectiveCamera((0, 3, 0), (0.1, 0, 0))
+    camera = camera if lens is gs.PerspectiveCamera else camera.through(lens, height=3.0)
     outputs = {**frame.outputs, "depth": np.full_like(frame.depth, 3.0)}
-    near = replace(frame, camera=gs.PerspectiveCamera((0, 3, 0), (0.1, 0, 0)), outputs=outputs)
+    near = replace(frame, camera=camera, outputs=outputs)
     where = changed(near, "axes")
     rows, columns = np.nonzero(where)
     assert columns.max() < SIZE[0] / 4
@@ -188,8 +196,9 @@ def test_tiny_pictures(size):
 # -- lines
 
 
-def test_line_is_where_the_camera_sees_it():
-    canvas = Canvas(flat_frame())
+@LENSES
+def test_line_is_where_the_camera_sees_it(lens):
+    canvas = Canvas(flat_frame(lens=lens))
     ends = np.array([[-1.0, 0.5, 0.0], [1.5, -0.7, -3.0]])
     canvas.lines([ends], (255, 255, 255), 1.0, halo=False)
     rows, columns = np.nonzero(canvas.image[..., 0] > 0)
@@ -211,6 +220,29 @@ def test_line_through_the_eye_plane_is_cut_not_mirrored():
     assert (lit == (canvas.image[..., 0] > 0)).all()
 
 
+@LENSES
+def test_points_come_back_from_their_places(lens):
+    frame = flat_frame(lens=lens)
+    canvas = Canvas(frame)
+    origins, rays = frame.camera.rays(frame.size)
+    points = origins[::9, ::9] + rays[::9, ::9] * 7.5
+    places, depth = canvas.place(points)
+    rows, columns = np.mgrid[0:100:9, 0:200:9] + 0.5
+    np.testing.assert_allclose(places, np.stack([columns, rows], axis=-1), atol=1e-9)
+    np.testing.assert_allclose(depth, 7.5, rtol=1e-12)
+    np.testing.assert_allclose(canvas.point(places, depth), points, atol=1e-9)
+
+
+def test_orthographic_lines_begin_at_the_camera_or_its_near_plane():
+    frame = flat_frame(lens=gs.OrthographicCamera)
+    behind = [[[1.0, 0.0, 6.0], [3.0, 0.0, 7.0]]]
+    for camera, shown in ((frame.camera, False), (replace(frame.camera, near=-4.0), True)):
+        canvas = Canvas(replace(frame, camera=camera))
+        canvas.lines(behind, (255, 255, 255), 1.0, halo=False)
+        assert canvas.image.any() == shown
+        assert np.isfinite(canvas.place(behind)[0]).all() == shown
+
+
 def test_huge_line_is_clipped_to_the_picture():
     canvas = Canvas(flat_frame())
     canvas.lines([[[-1e9, 0.0, 0.0], [1e9, 0.0, 0.0]]], (255, 255, 255), 1.0, halo=False)
@@ -219,9 +251,10 @@ def test_huge_line_is_clipped_to_the_picture():
     assert not lit[:48].any()
 
 
+@LENSES
 @pytest.mark.parametrize(("depth", "shown"), [(np.inf, 1.0), (5.5, 1.0), (5.0, 1.0), (4.5, HIDDEN), (1.0, HIDDEN)])
-def test_line_behind_a_surface_is_faint(depth, shown):
-    canvas = Canvas(flat_frame(depth))
+def test_line_behind_a_surface_is_faint(depth, shown, lens):
+    canvas = Canvas(flat_frame(depth, lens=lens))
     canvas.lines([[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]], (200, 100, 0), 4.0, halo=False)  # at view depth 5
     np.testing.assert_allclose(canvas.pixels[50, 100], np.array([200, 100, 0]) * shown, atol=0.5)
 

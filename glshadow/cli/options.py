@@ -104,7 +104,7 @@ scene_options = _all(
     option("Camera", "--fov", metavar="DEG", read=values.fov,
            help="Vertical field of view. Default: the file's, else 50."),
     option("Camera", "--ortho", metavar="HEIGHT", read=values.height,
-           help="Orthographic: rays run side by side, and the picture is so many world units high."),
+           help="Orthographic: rays run side by side, and the picture is so many world units high. Not with --fov."),
     option("Camera", "--near", metavar="D", read=values.plane, help="Nothing nearer is drawn. Default: derived."),
     option("Camera", "--far", metavar="D", read=values.plane, help="Nothing farther is drawn. Default: derived."),
     option("Lights", "--light", "lights", metavar="LIGHT", read=values.light, multiple=True,

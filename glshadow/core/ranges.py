@@ -46,7 +46,8 @@ def depth_range(
     depth = view_depth(camera, corners)
     nearest, farthest = float(depth.min()), float(depth.max())
     if not camera.is_perspective:
-        return _linear(camera, nearest, farthest)
+        _, _, bottom, top = camera.window(size)
+        return _linear(camera, nearest, farthest, top - bottom)
     far = camera.far if camera.far is not None else 1.001 * farthest
     if far <= 0.0 or (camera.near is not None and far <= camera.near):
         far = 2.0 * (camera.near or 1.0)
@@ -62,9 +63,9 @@ def view_depth(camera: Camera, points: Array) -> Array:
     return np.asarray(-(points @ row[:3] + row[3]))
 
 
-def _linear(camera: Camera, nearest: float, farthest: float) -> DepthRange:
+def _linear(camera: Camera, nearest: float, farthest: float, height: float) -> DepthRange:
     """Of an orthographic camera: what lies behind its position is not seen, unless it was given a near plane there."""
-    pad = max(1e-3 * (farthest - nearest), 1e-6 * max(abs(nearest), abs(farthest)))
+    pad = max(1e-3 * (farthest - nearest), 1e-6 * max(abs(nearest), abs(farthest), height))
     near = camera.near if camera.near is not None else max(nearest - pad, 0.0)
     far = camera.far if camera.far is not None else farthest + pad
     if far <= near:  # the whole scene is behind what was given: any range will do

@@ -134,6 +134,19 @@ def test_camera(folder):
     assert (camera["fov_y"], camera["near"], camera["far"]) == (35.0, 2.0, 30.0)
 
 
+def test_orthographic_camera(folder):
+    camera = facts("render", *SMALL, "--eye", "9,6,11", "--ortho", "4.5")["camera"]
+    assert camera["height"] == 4.5
+    assert "fov_y" not in camera
+    assert 0.0 <= camera["near"] < camera["far"]
+
+
+def test_fov_and_ortho_together_are_refused(folder):
+    result = run("render", *SMALL, "--ortho", "4.5", "--fov", "30", code=2)
+    assert "--fov and --ortho do not go together" in result.output
+    assert "height must be a finite number in" in run("render", *SMALL, "--ortho", "-1", code=2).output
+
+
 def test_eye_alone_looks_at_the_middle(folder):
     report = facts("render", *SMALL, "--eye", "-20,10,5")
     np.testing.assert_allclose(report["camera"]["target"], np.mean(report["scene"]["bounds"], axis=0))

@@ -18,7 +18,7 @@ class Case:
     """One picture to render; `text` says with which settings."""
 
     scene: gs.Scene
-    camera: gs.PerspectiveCamera | None
+    camera: gs.Camera | None
     lights: tuple[Any, ...] | None
     size: tuple[int, int]
     ambient: float
@@ -141,14 +141,22 @@ def _plane(rng: Rng, scene: gs.Scene) -> float | None:
     return _size(scene) * float(10.0 ** (rng.uniform(-2, 2) if rng.random() < 0.7 else rng.uniform(-8, 8)))
 
 
-def _camera(rng: Rng, scene: gs.Scene) -> gs.PerspectiveCamera:
+def _camera(rng: Rng, scene: gs.Scene) -> gs.Camera:
     target = scene.bounds.mean(axis=0).tolist() if rng.random() < 0.7 else _point(rng, scene)
     fov = float(rng.choice([1e-3, 1.0, 179.0, 179.9])) if rng.random() < 0.2 else float(rng.uniform(10, 120))
-    return gs.PerspectiveCamera(
+    camera = gs.PerspectiveCamera(
         _point(rng, scene), tuple(target), _direction(rng), fov, _plane(rng, scene), _plane(rng, scene),
         principal=(0.5, 0.5) if rng.random() < 0.9 else (float(rng.uniform(-2, 3)), float(rng.uniform(-2, 3))),
         pixel_aspect=1.0 if rng.random() < 0.9 else float(10.0 ** rng.uniform(-2, 2)),
     )  # fmt: skip
+    kind = rng.random()
+    if kind < 0.2:
+        reach = rng.uniform(-1, 1) if rng.random() < 0.7 else rng.uniform(-8, 8)
+        return camera.through(gs.OrthographicCamera, height=_size(scene) * float(10.0**reach))
+    if kind < 0.3:
+        fx, fy, cx, cy = (*(10.0 ** rng.uniform(-1, 5, 2)), *rng.uniform(-50, 130, 2))
+        return camera.through(gs.IntrinsicsCamera, fx=float(fx), fy=float(fy), cx=float(cx), cy=float(cy))
+    return camera
 
 
 def _light(rng: Rng, scene: gs.Scene) -> gs.DirectionalLight | gs.SpotLight | gs.PointLight:

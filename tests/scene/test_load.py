@@ -13,6 +13,7 @@ import trimesh
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
+from glshadow.core.spaces import orthographic
 from glshadow.errors import GlshadowWarning, SceneError, SettingsError
 from glshadow.scene.box import default_sun
 from glshadow.scene.load import load
@@ -314,6 +315,43 @@ def test_gltf_camera_and_lights(tmp_path):
     np.testing.assert_allclose((spot.inner_angle, spot.outer_angle), np.degrees((0.1, 0.2)))
 
 
+def test_gltf_orthographic_camera(tmp_path):
+    lens = {"xmag": 2.0, "ymag": 1.5, "znear": 0.1, "zfar": 100.0}
+    cameras = [{"type": "orthographic", "orthographic": lens}]
+    camera = load(gltf(tmp_path, cameras=cameras)).camera
+    assert (camera.position, camera.height) == ((0, 1, 8), 3.0)
+    assert (camera.near, camera.far) == (None, None)
+    np.testing.assert_allclose(camera.window((200, 100)), (-3.0, 3.0, -1.5, 1.5))
+    turned = load(gltf(tmp_path, cameras=cameras), up_axis="z").camera
+    assert (turned.position, turned.height) == ((0, 8, -1), 3.0)
+    lens["ymag"] = -1.5
+    assert load(gltf(tmp_path, cameras=cameras)).camera.height == 3.0
+
+
+@pytest.mark.parametrize(
+    ("kind", "lens", "message"),
+    [
+        ("orthographic", {"xmag": 1.0, "ymag": 0.0}, "ymag of its camera must be a number other than 0, got 0"),
+        ("orthographic", {"xmag": 1.0}, "ymag of its camera must be a number other than 0, got None"),
+        ("orthographic", {"ymag": "1"}, "ymag of its camera must be a number other than 0, got '1'"),
+        ("orthographic", {"ymag": 1e30}, "OrthographicCamera height must be a finite number in"),
+        ("perspective", {"yfov": [1]}, "yfov of its camera must be a number other than 0"),
+        ("perspective", {"yfov": 4.0}, "PerspectiveCamera fov_y must be a finite number in"),
+        ("perspective", [], "its camera"),
+    ],
+    ids=range(7),
+)
+def test_gltf_camera_refused(tmp_path, kind, lens, message):
+    with pytest.raises(SceneError, match=message):
+        load(gltf(tmp_path, cameras=[{"type": kind, kind: lens}]))
+
+
+def test_gltf_unknown_camera_is_left_out(tmp_path):
+    with pytest.warns(GlshadowWarning, match="is fisheye, which is not modelled"):
+        scene = load(gltf(tmp_path, cameras=[{"type": "fisheye", "fisheye": {}}]))
+    assert scene.camera.fov_y == 50.0
+
+
 def test_gltf_material_and_nodes(tmp_path):
     scene = load(gltf(tmp_path))
     assert [node.name for node in scene.nodes] == ["same", "same", "same.1", "same.1"]  # two materials, two nodes
@@ -405,8 +443,21 @@ def test_pyrender_intrinsics(pyrender):
     scene.add(pyrender.Mesh.from_trimesh(trimesh.creation.box()))
     scene.add(pyrender.IntrinsicsCamera(fx=500, fy=400, cx=320, cy=240), pose=np.eye(4))
     camera = load(scene).camera
-    left, right, bottom, top = camera.window((640, 480))
-    np.testing.assert_allclose((left, right, bottom, top), (-0.64, 0.64, -0.6, 0.6))
+    np.testing.assert_allclose(camera.window((640, 480)), (-0.64, 0.64, -0.6, 0.6))
+    # a picture of another size: pixels stay as large, the principal point 320 from its left and 240 from its top
+    np.testing.assert_allclose(camera.window((320, 480)), (-0.64, 0.0, -0.6, 0.6))
+
+
+def test_pyrender_orthographic(pyrender):
+    scene = pyrender.Scene()
+    scene.add(pyrender.Mesh.from_trimesh(trimesh.creation.box()))
+    camera = pyrender.OrthographicCamera(xmag=5.0, ymag=1.5)
+    scene.add(camera, pose=trimesh.transformations.translation_matrix((1, 2, 3)))
+    loaded = load(scene).camera
+    assert (loaded.position, loaded.height) == ((1, 2, 3), 3.0)
+    for size in [(640, 480), (100, 300)]:
+        theirs = camera.get_projection_matrix(*size)
+        np.testing.assert_allclose(orthographic(*loaded.window(size), 0.05, 100.0)[:2], theirs[:2], rtol=1e-12)
 
 
 def test_blend_without_transparency_is_opaque(pyrender, tmp_path):

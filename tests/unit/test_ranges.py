@@ -1,0 +1,122 @@
+"""Depth ranges: what is given counts, what is derived cuts nothing, and -1..1 depth resolves what it shows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from glshadow.core.cameras import OrthographicCamera, PerspectiveCamera
+from glshadow.core.fit import frustum_of, visible_corners
+from glshadow.core.ranges import COARSE_STEP, MOST_CUT, NEAREST_SHARE, DepthRange, depth_range, view_depth
+from glshadow.core.spaces import Array
+from glshadow.scene.mesh import box_corners
+
+SIZE = (1280, 720)
+PIXEL = 2.0 * np.tan(np.radians(25.0)) / 720  # tangent of a pixel of a picture 720 high with fov_y 50
+EYE = PerspectiveCamera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+PLAN = OrthographicCamera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+
+
+def boxes(*spans: tuple[float, float], half: float = 1.0) -> tuple[tuple[Array, Array], Array]:
+    """Square boxes between two depths each in front of EYE, and their corners."""
+    bounds = np.array([[(-half, -half, -far), (half, half, -near)] for near, far in spans])
+    placed = np.broadcast_to(np.eye(4), (len(spans), 4, 4)).copy()
+    return (bounds, placed), box_corners(bounds, placed)
+
+
+def test_fine_depth_reaches_around_everything() -> None:
+    assert depth_range(EYE, SIZE, *boxes((2, 3), (40, 50)), True) == DepthRange(0.999 * 2, 1.001 * 50)
+    around = depth_range(EYE, SIZE, *boxes((-5, 50)), True)
+    assert (around.near, around.far) == (NEAREST_SHARE * around.far, 1.001 * 50)
+
+
+@pytest.mark.parametrize("clip_control", [True, False])
+def test_what_is_given_counts(clip_control: bool) -> None:
+    for camera in (EYE, PLAN):
+        found = depth_range(replace(camera, near=0.5, far=9.0), SIZE, *boxes((2, 3), (40, 50)), clip_control)
+        assert (found.near, found.far, found.fallbacks) == (0.5, 9.0, ())
+
+
+def test_coarse_depth_begins_at_what_is_seen() -> None:
+    # the first box is beside the picture: it does not hold the near plane back
+    (bounds, placed), _ = boxes((0.1, 1.0), (20, 50))
+    placed[0, 0, 3] = 100.0
+    found = depth_range(EYE, SIZE, (bounds, placed), box_corners(bounds, placed), False)
+    assert found.near == pytest.approx(
+        0.999 * 20, rel=1e-6
+    )  # boxes are taken a little larger, so that flat ones are met
+    assert found.fallbacks == ()
+
+
+def test_coarse_depth_cuts_only_what_it_cannot_resolve_and_says_so() -> None:
+    found = depth_range(EYE, SIZE, *boxes((-5, 50), half=30.0), False)
+    assert found.near == pytest.approx(COARSE_STEP / PIXEL * 50, rel=1e-6)
+    assert f"nearer than {found.near:g}" in found.fallbacks[0]
+    assert "glClipControl" in found.fallbacks[0]
+    narrow = depth_range(replace(EYE, fov_y=1e-4), SIZE, *boxes((-5, 50), half=30.0), False)
+    assert narrow.near == pytest.approx(MOST_CUT * 50, rel=1e-6)
+    near = depth_range(replace(EYE, near=1e-3), SIZE, *boxes((2, 50)), False)
+    assert near.near == 1e-3
+    assert "leave near out, or give at least" in near.fallbacks[0]
+
+
+def test_coarse_depth_resolves_an_eighth_of_a_pixel() -> None:
+    """What two steps of 2^-24 in the window are, along the view, at the deepest point: (depth^2 / near) d(window)."""
+    found = depth_range(EYE, SIZE, *boxes((-5, 50), half=30.0), False)
+    scale, depth = (found.far - found.near) / (found.far * found.near), 50.0
+    assert 2.0 * 2.0**-24 * depth**2 * scale == pytest.approx(PIXEL * depth / 8.0, rel=2e-3)
+
+
+def test_nothing_in_view_is_no_reason_to_fail() -> None:
+    (bounds, placed), _ = boxes((2, 3))
+    placed[0, 0, 3] = 100.0
+    assert depth_range(EYE, SIZE, (bounds, placed), box_corners(bounds, placed), False).fallbacks == ()
+    behind = depth_range(EYE, SIZE, *boxes((-9, -3)), False)
+    assert 0.0 < behind.near < behind.far
+
+
+@pytest.mark.parametrize("clip_control", [True, False])
+@pytest.mark.parametrize(
+    ("near", "far"), [(2.0, 50.0), (-5.0, 50.0), (-9.0, -3.0), (3.0, 3.0), (0.0, 0.0), (1e6, 1e6 + 1)]
+)
+def test_orthographic_range_holds_what_is_ahead(near: float, far: float, clip_control: bool) -> None:
+    found = depth_range(PLAN, SIZE, *boxes((near, far)), clip_control)
+    assert found.near < found.far
+    if far > 0.0:
+        assert 0.0 <= found.near < max(near, 1e-300)
+        assert found.far > far
+    behind = depth_range(replace(PLAN, near=-20.0), SIZE, *boxes((near, far)), clip_control)
+    assert behind.near == -20.0
+    assert behind.far > far
+    for given in (replace(PLAN, near=1e7), replace(PLAN, far=-1e7)):
+        found = depth_range(given, SIZE, *boxes((near, far)), clip_control)
+        assert found.near < found.far
+        assert given.near in (None, found.near)
+        assert given.far in (None, found.far)
+
+
+def test_orthographic_frustum_is_a_box() -> None:
+    camera = OrthographicCamera((3.0, 4.0, 5.0), (1.0, 0.5, -2.0), height=2.0, principal=(0.2, 0.7))
+    window = camera.window(SIZE)
+    frustum = frustum_of(window, -1.0, 6.0, camera.view_from_world, False)
+    local = frustum.corners @ camera.view_from_world[:3, :3].T + camera.view_from_world[:3, 3]
+    np.testing.assert_allclose(local.min(axis=0), (window[0], window[2], -6.0), rtol=1e-12)
+    np.testing.assert_allclose(local.max(axis=0), (window[1], window[3], 1.0), rtol=1e-12)
+    # every corner lies on three faces, and inside of the others
+    beyond = frustum.corners @ frustum.normals.T - frustum.limits
+    np.testing.assert_array_equal((np.abs(beyond) < 1e-12).sum(axis=1), 3)
+    assert (beyond > -1e-12).all()
+
+
+def test_what_an_orthographic_camera_sees_of_a_box() -> None:
+    """A window of 2 x 2 on a slab of 20 x 20 x 1, 5 away: a cuboid of 2 x 2 x 1."""
+    camera = replace(PLAN, near=0.0, far=20.0)
+    (bounds, placed), _ = boxes((5, 6), half=10.0)
+    points = visible_corners(
+        bounds, placed, frustum_of(camera.window((9, 9)), 0.0, 20.0, camera.view_from_world, False)
+    )[0]
+    np.testing.assert_allclose(points.min(axis=0), (-1.0, -1.0, -6.0), atol=1e-7)
+    np.testing.assert_allclose(points.max(axis=0), (1.0, 1.0, -5.0), atol=1e-7)
+    np.testing.assert_allclose(np.sort(np.unique(view_depth(camera, points).round(6))), (5.0, 6.0))
