@@ -24,9 +24,10 @@ from glshadow.gl.camera import Sight, draw_surface, look
 from glshadow.gl.caster import Map, draw_casters
 from glshadow.gl.context import Backend, open_context
 from glshadow.gl.entry_points import AnySamples
-from glshadow.gl.geometry import GpuScene, Meshes
+from glshadow.gl.geometry import GpuScene
 from glshadow.gl.lists import Lists
 from glshadow.gl.maps import place, plan
+from glshadow.gl.meshes import Meshes
 from glshadow.gl.numbers import Numbers
 from glshadow.gl.program import Programs
 from glshadow.gl.readback import read

@@ -14,7 +14,8 @@ from glshadow.core.spaces import Array, ClipSpace, perspective
 from glshadow.core.view import ShadowView
 from glshadow.gl.caster import seen_by
 from glshadow.gl.context import GLContext
-from glshadow.gl.geometry import GpuMesh, GpuScene, pack_matrices
+from glshadow.gl.geometry import GpuScene, pack_matrices
+from glshadow.gl.meshes import GpuMesh
 from glshadow.gl.program import Program, Programs
 from glshadow.gl.targets import CameraTargets
 from glshadow.scene.mesh import Scene
@@ -84,7 +85,7 @@ def look(scene: Scene, gpu: GpuScene, camera: PerspectiveCamera, size: tuple[int
     return Sight(
         camera, size, near, far, clip, perspective(*window, near, far, clip),
         receivers=visible_corners(*scene.boxes, frustum_of(window, near, far, view)),
-        drawn=np.flatnonzero(seen_by(frustum.clip_from_world, corners, frustum)),
+        drawn=np.flatnonzero(seen_by(frustum.clip_from_world, corners, frustum) & ~gpu.copies),
         clip_from_mesh=pack_matrices(frustum.clip_from_world @ gpu.world_from_origin),
         outside=depth.min(axis=1) > near,
     )  # fmt: skip

@@ -148,6 +148,8 @@ class Mesh:
 
 
 def _closed(positions: Array, triangles: NDArray[np.int32]) -> bool:
+    if len(triangles) < 4:  # a tetrahedron has four
+        return False
     corners = welded(positions)[triangles]
     whole = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])
     corners = corners[whole]

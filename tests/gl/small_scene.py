@@ -20,7 +20,8 @@ from glshadow.core.view import Kind, ShadowView, shadow_views
 from glshadow.gl.caster import Map
 from glshadow.gl.context import GLContext
 from glshadow.gl.forward import bind_map, light_uniforms, lv_from_world, receiver_uniforms, rounding_of
-from glshadow.gl.geometry import GpuScene, Meshes
+from glshadow.gl.geometry import GpuScene
+from glshadow.gl.meshes import Meshes
 from glshadow.gl.program import Program, Programs
 from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene

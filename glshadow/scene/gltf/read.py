@@ -22,6 +22,7 @@ from glshadow.scene.imported import WIDEST_CONE, Imported, blended
 from glshadow.scene.limits import Budget
 from glshadow.scene.mesh import Mesh, Node
 
+_PLACED_BYTES = 20  # that drawing takes for each placed triangle: a plane and the number of its node
 Named = tuple[str, int, dict[str, Any], Array]
 
 
@@ -54,6 +55,7 @@ def read_gltf(path: Path, budget: Budget) -> Imported:
             places = np.eye(4)[None] if skinned else placements  # a skin's joints place it, and nothing else
             triangles += len(mesh.triangles) * len(places)
             budget.limits.check("triangles", triangles, f"node {name!r}")
+            budget.take(_PLACED_BYTES * len(mesh.triangles) * len(places), f"node {name!r}")
             budget.limits.check("nodes", len(found.nodes) + len(places), f"node {name!r}")
             titles = [name] if len(places) == 1 else [f"{name}[{copy}]" for copy in range(len(places))]
             found.nodes += [Node(title, mesh, place) for title, place in zip(titles, places, strict=True)]

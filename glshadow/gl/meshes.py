@@ -1,0 +1,251 @@
+"""Meshes on the GPU: uploaded once, shared by all their instances, forgotten with them."""
+
+from __future__ import annotations
+
+import weakref
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.spaces import Array
+from glshadow.gl.context import GLContext
+from glshadow.gl.program import Program
+from glshadow.gl.shared import Shared
+from glshadow.scene.mesh import AlphaMode, Mesh
+
+_SRGB8_ALPHA8 = 0x8C43
+_FAR_FROM_ORIGIN = 16.0
+"""A mesh further from its origin than this many extents is stored relative to its middle (4 bits of float32)."""
+_FORMATS = {"a_position": "3f", "a_normal": "3f", "a_uv": "2f", "a_color": "4f"}
+_INTERPOLATED = 2.0**-20
+"""What interpolating an alpha of 1 between vertices may cost it, a few roundings of float32."""
+
+
+class Shape:
+    """Triangles on the GPU, whatever their material: positions, indices, and what follows from them.
+
+    Positions are float32 relative to `origin`, so that a mesh baked far from zero keeps what float64 knew of it.
+
+    Attributes
+    ----------
+    origin : (3,) float64
+        In mesh space.
+    order : (W,) int64
+        Which vertex of the mesh each one on the GPU is.
+    face_normals : (T, 3) float64
+        Unit length; zero for a triangle without area.
+    closed : bool
+        See `Mesh.closed`.
+    positions, numbered, shared : moderngl.Buffer
+        Vertices, and two lists of indices: see `numbered_triangles`.
+    """
+
+    def __init__(self, context: GLContext, mesh: Mesh) -> None:
+        low, high = mesh.bounds
+        far = max(np.abs(low).max(), np.abs(high).max()) > _FAR_FROM_ORIGIN * (high - low).max()
+        self.origin: Array = 0.5 * (low + high) if far else np.zeros(3)
+        self.closed = mesh.closed
+        a, b, c = (mesh.positions[mesh.triangles[:, k]] for k in range(3))
+        normal = np.cross(b - a, c - a)
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        self.face_normals: Array = normal / np.where(length > 0.0, length, 1.0)
+        self._triangles = mesh.triangles  # the array alone: holding the mesh would keep it, and with it this, alive
+        self._context, self._vertices = context, len(mesh.positions)
+        self.order, numbered, shared = numbered_triangles(mesh.triangles, len(mesh.positions))
+        drawn = (mesh.positions - self.origin).astype(np.float32)[self.order]
+        self.positions, self.numbered, self.shared = (
+            context.ctx.buffer(data.tobytes()) for data in (drawn, numbered, shared)
+        )
+        self._averaged: moderngl.Buffer | None = None
+
+    @property
+    def averaged_normals(self) -> moderngl.Buffer:
+        """Per vertex the mean of its triangles' normals, unit length; zero where there is none. Made when first asked for."""
+        if self._averaged is None:
+            corners = self._triangles.ravel()
+            total = np.stack(
+                [np.bincount(corners, np.repeat(self.face_normals[:, k], 3), self._vertices) for k in range(3)], axis=-1
+            )
+            length = np.linalg.norm(total, axis=1, keepdims=True)
+            mean = np.asarray(total / np.where(length > 0.0, length, 1.0), dtype=np.float32)
+            self._averaged = self._context.ctx.buffer(mean[self.order].tobytes())
+        return self._averaged
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        for buffer in (self.positions, self.numbered, self.shared, self._averaged):
+            if buffer is not None:
+                buffer.release()
+
+
+class GpuMesh:
+    """A mesh as passes draw it: its shape, what its vertices carry beside, and its base colour texture.
+
+    Attributes
+    ----------
+    shape : Shape
+    textured, colored : bool
+        Whether it has a texture with coordinates, whether it has vertex colours.
+    cut_out : bool
+        Whether alpha decides where it exists: MASK, and an alpha that may be below the cutoff.
+    cutoff : float
+        What alpha is compared with.
+    """
+
+    def __init__(
+        self, context: GLContext, mesh: Mesh, shapes: Shared[Shape], textures: Shared[moderngl.Texture]
+    ) -> None:
+        ctx, material = context.ctx, mesh.material
+        self._ctx, self._shapes, self._textures = ctx, shapes, textures
+        self.textured = material.texture is not None and mesh.uv is not None
+        self.texture: moderngl.Texture | None = None
+        self._pixels = material.texture if self.textured else None
+        if self._pixels is not None:  # first: it is what a driver may refuse
+            pixels = self._pixels
+            self.texture = textures.take(lambda: _texture(context, pixels), pixels)
+        self._key = (mesh.positions, mesh.triangles)
+        self.shape = shapes.take(lambda: Shape(context, mesh), *self._key)
+        self.origin, self.face_normals = self.shape.origin, self.shape.face_normals
+        self.count = len(mesh.triangles)
+        self.closed = self.shape.closed and material.alpha_mode is not AlphaMode.MASK and not material.double_sided
+        self.smooth = mesh.normals is not None
+        self.colored = mesh.colors is not None
+        self.cut_out = material.alpha_mode is AlphaMode.MASK and (
+            self.textured or self.colored or material.color[3] < material.cutoff
+        )
+        self.cutoff = material.cutoff - (_INTERPOLATED if self.colored else 0.0)
+        self._arrays: dict[tuple[int, bool], moderngl.VertexArray] = {}
+        beside = {"a_normal": mesh.normals, "a_uv": mesh.uv if self.textured else None, "a_color": mesh.colors}
+        order = self.shape.order
+        self._beside = {name: ctx.buffer(v[order].tobytes()) for name, v in beside.items() if v is not None}
+        context.check_errors(f"uploading a mesh of {self.count} triangles")
+
+    @property
+    def alpha_test(self) -> dict[str, int]:
+        """Defines of a pass that asks no colour, only whether the surface exists."""
+        tested = self.cut_out
+        return {
+            "GLS_ALPHA": int(tested),
+            "GLS_TEXTURED": int(tested and self.textured),
+            "GLS_COLORED": int(tested and self.colored),
+        }
+
+    def vertex_array(self, program: Program, numbered: bool = False) -> moderngl.VertexArray:
+        """The mesh as input of a program: the attributes that both have.
+
+        Parameters
+        ----------
+        numbered : bool
+            gl_VertexID of a triangle's last vertex is the triangle's number; else vertices are shared by as many triangles as can be.
+        """
+        key = (program.gl.glo, numbered)
+        array = self._arrays.get(key)
+        if array is None:
+            buffers = {"a_position": self.shape.positions, **self._beside}
+            if "a_normal" in program and "a_normal" not in buffers:  # a bias along the normal asks even flat meshes
+                buffers["a_normal"] = self.shape.averaged_normals
+            content = [(buffers[name], kind, name) for name, kind in _FORMATS.items() if name in program]
+            index = self.shape.numbered if numbered else self.shape.shared
+            array = self._arrays[key] = self._ctx.vertex_array(program.gl, content, index)
+        return array
+
+    def release(self) -> None:
+        """Free the GPU memory that is not shared with others."""
+        for array in self._arrays.values():
+            array.release()
+        for buffer in self._beside.values():
+            buffer.release()
+        self._shapes.give_back(*self._key)
+        if self._pixels is not None:
+            self._textures.give_back(self._pixels)
+
+
+def numbered_triangles(
+    triangles: NDArray[np.int32], vertices: int
+) -> tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int32]]:
+    """Vertices in an order in which the last vertex of triangle k is vertex k.
+
+    A flat gl_VertexID then names the triangle, where gl_PrimitiveID would make llvmpipe take every triangle apart (7 of 21 ms on the
+    courtyard).
+
+    Parameters
+    ----------
+    triangles : (T, 3) int32
+    vertices : int
+        V, how many there are.
+
+    Returns
+    -------
+    order : (W,) int64
+        Which of the old vertices each new one is; T <= W <= T + V.
+    numbered : (T, 3) int32
+        Triangles over the new vertices, the last index of triangle k being k.
+    shared : (T, 3) int32
+        The same over one copy of each old vertex.
+    """
+    count = len(triangles)
+    number = np.arange(count, dtype=np.int64)
+    last = triangles[:, 2].astype(np.int64)
+    # Copies of a vertex, by vertex and then by triangle. A corner takes the copy of the nearest triangle before it, else after it,
+    # so that the vertices of neighbouring triangles stay together in the vertex cache.
+    copies = np.sort(last * count + number)
+    wanted = triangles[:, :2].astype(np.int64)
+    after = np.searchsorted(copies, wanted * count + number[:, None])
+    before = np.maximum(after - 1, 0)
+    after = np.minimum(after, count - 1)
+    found = np.where(copies[before] // count == wanted, copies[before], copies[after])
+    has_copy = found // count == wanted
+    missing = np.unique(wanted[~has_copy])
+    others = np.where(has_copy, found % count, count + np.searchsorted(missing, wanted))
+    order = np.concatenate([last, missing])
+    one = np.zeros(vertices, dtype=np.int64)
+    one[order[::-1]] = np.arange(len(order))[::-1]
+    return order, np.concatenate([others, number[:, None]], axis=1).astype(np.int32), one[triangles].astype(np.int32)
+
+
+def _texture(context: GLContext, pixels: NDArray[np.uint8]) -> moderngl.Texture:
+    height, width = pixels.shape[:2]
+    context.check_size((width, height), "a base colour texture")
+    # v up, as uv counts: row 0 of the file is the top
+    texture = context.ctx.texture((width, height), 4, pixels[::-1].tobytes(), internal_format=_SRGB8_ALPHA8)
+    texture.build_mipmaps()
+    texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+    return texture
+
+
+class Meshes:
+    """The GPU meshes of a context, kept as long as their Mesh lives."""
+
+    def __init__(self, context: GLContext) -> None:
+        self._context = context
+        self._shapes: Shared[Shape] = Shared()
+        self._textures: Shared[moderngl.Texture] = Shared()
+        self._meshes: weakref.WeakKeyDictionary[Mesh, GpuMesh] = weakref.WeakKeyDictionary()
+        self._finalizers: weakref.WeakKeyDictionary[Mesh, weakref.finalize[..., Mesh]] = weakref.WeakKeyDictionary()
+        self._dead: list[GpuMesh] = []
+
+    def get(self, mesh: Mesh) -> GpuMesh:
+        """The GPU side of a mesh, uploaded the first time."""
+        gpu = self._meshes.get(mesh)
+        if gpu is None:
+            gpu = self._meshes[mesh] = GpuMesh(self._context, mesh, self._shapes, self._textures)
+            # Deleting needs the context to be current, which a finaliser cannot know: collect now, delete in `sweep`.
+            self._finalizers[mesh] = finalizer = weakref.finalize(mesh, self._dead.append, gpu)
+            finalizer.atexit = False
+        return gpu
+
+    def sweep(self) -> None:
+        """Free what belonged to meshes that are gone."""
+        while self._dead:
+            self._dead.pop().release()
+
+    def release(self) -> None:
+        """Free everything."""
+        for gpu in (*self._meshes.values(), *self._dead):
+            gpu.release()
+        for finalizer in self._finalizers.values():
+            finalizer.detach()  # it holds the GpuMesh as long as the Mesh lives
+        self._meshes.clear()
+        self._finalizers.clear()
+        self._dead.clear()
