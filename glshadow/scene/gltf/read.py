@@ -61,6 +61,7 @@ def read_gltf(path: Path, budget: Budget) -> Imported:
             found.nodes += [Node(title, mesh, place) for title, place in zip(titles, places, strict=True)]
     found.camera = _camera(document, named)
     found.lights = _lights(document, named) or None
+    budget.limits.check("draws", len(found.nodes) * len(found.lights or ()), "the scene")
     _note(document, meshes.lost)
     found.notes += blended(found.nodes)
     if not found.nodes:
@@ -170,15 +171,14 @@ def _camera(document: Document, named: list[Named]) -> PerspectiveCamera | None:
 
 def _lights(document: Document, named: list[Named]) -> list[Light]:
     given = as_object(extensions(document.json).get("KHR_lights_punctual", {}), "KHR_lights_punctual").get("lights", [])
+    lit = [each for each in named if "KHR_lights_punctual" in extensions(each[2])]
+    document.budget.limits.check("lights", len(lit), "the scene")
     lights: list[Light] = []
-    for name, _, node, matrix in named:
-        placed = extensions(node).get("KHR_lights_punctual")
-        if placed is None:
-            continue
+    for name, _, node, matrix in lit:
+        placed = extensions(node)["KHR_lights_punctual"]
         index = as_object(placed, f"node {name!r}").get("light")
         if not isinstance(index, int) or not 0 <= index < len(given):
             raise SceneError(f"node {name!r} refers to light {index!r}, but the file has {len(given)} lights")
-        document.budget.limits.check("lights", len(lights) + 1, "the scene")
         lights.append(_light(document, as_object(given[index], f"light {index}"), matrix, name))
     return lights
 
