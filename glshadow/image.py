@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +30,72 @@ PNG_LEVEL, PNG_FILTER = (
 )
 PNG_END = bytes.fromhex("0000000049454e44ae426082")  # the IEND chunk
 JPEG_QUALITY = 95
-MAGIC = ((b"\x89PNG", ".png"), (b"\xff\xd8", ".jpg"), (b"RIFF", ".webp"), (b"II*\0", ".tif"), (b"MM\0*", ".tif"))
+MAGIC_JPEG, SCAN = (
+    b"\xff\xd8",
+    b"\xff\xda",
+)  # the start of a JPEG, and of each of its scans; within their data FF is never alone
+MAGIC = ((b"\x89PNG", ".png"), (MAGIC_JPEG, ".jpg"), (b"RIFF", ".webp"), (b"II*\0", ".tif"), (b"MM\0*", ".tif"))
+
+
+@dataclass(frozen=True)
+class Header:
+    """What an image is before it is decoded.
+
+    Parameters
+    ----------
+    size : (2,) ints
+        Width and height in pixels.
+    decoded_bytes : int
+        Memory that decoding fills, at least: RGBA, or what the file stores if that is wider; once more for each pixel in every
+        further scan of a JPEG, which passes over all of it again.
+    """
+
+    size: tuple[int, int]
+    decoded_bytes: int
+
+
+def header(source: str | os.PathLike[str] | bytes) -> Header:
+    """What an image states of itself; no pixel is decoded.
+
+    Parameters
+    ----------
+    source : path, or the bytes of an image file
+
+    Raises
+    ------
+    SceneError
+        If it is not a readable image.
+    """
+    data = bytes(source) if isinstance(source, bytes | bytearray | memoryview) else _bytes(Path(source))
+    if data.startswith(MAGIC_JPEG):
+        width, height = _jpeg_size(data)
+        return Header((width, height), width * height * (3 + data.count(SCAN)))
+    with _opened(source) as (reader, _):
+        spec = reader.spec()
+        pixels = max(spec.width * spec.height * spec.depth, spec.tile_width * spec.tile_height)
+        return Header((spec.width, spec.height * spec.depth), pixels * max(4, spec.pixel_bytes(True)))
+
+
+def _bytes(path: Path) -> bytes:
+    if not path.is_file():
+        raise SceneError(f"{path}: there is no such image file")
+    return path.read_bytes()
+
+
+def _jpeg_size(data: bytes) -> tuple[int, int]:
+    """Width and height from the frame header; OpenImageIO would decode every scan to tell. Markers are found as libjpeg finds them."""
+    at = data.find(b"\xff", 2)
+    while 0 <= at < len(data) - 8:
+        marker = data[at + 1]
+        if 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):
+            return int.from_bytes(data[at + 7 : at + 9], "big"), int.from_bytes(data[at + 5 : at + 7], "big")
+        if marker == 0xFF:  # fill
+            at += 1
+        elif marker in (0x00, 0x01) or 0xD0 <= marker <= 0xD8:  # these stand alone
+            at = data.find(b"\xff", at + 2)
+        else:
+            at = data.find(b"\xff", at + 2 + int.from_bytes(data[at + 2 : at + 4], "big"))
+    raise SceneError("a JPEG without a frame header cannot be read as an image")
 
 
 def read(source: str | os.PathLike[str] | bytes) -> NDArray[np.uint8]:
@@ -51,28 +118,7 @@ def read(source: str | os.PathLike[str] | bytes) -> NDArray[np.uint8]:
     SettingsError
         If it is neither a path nor bytes.
     """
-    if not isinstance(source, bytes | bytearray | memoryview):
-        path = as_path("image", source)
-        return _read_file(path, str(path))
-    suffix = next((known for magic, known in MAGIC if bytes(source[: len(magic)]) == magic), ".img")
-    with temporary(suffix) as path:  # OpenImageIO's Python module reads only from files
-        path.write_bytes(source)
-        return _read_file(path, f"an embedded image of {len(source)} bytes")
-
-
-def _read_file(path: Path, name: str) -> NDArray[np.uint8]:
-    import OpenImageIO as oiio
-
-    if not path.is_file():
-        raise SceneError(f"{name}: there is no such image file")
-    if not _utf8(path):
-        return read(path.read_bytes())
-    wanted = oiio.ImageSpec()
-    wanted.attribute("oiio:UnassociatedAlpha", 1)  # otherwise colour is multiplied by alpha on the way in
-    reader = oiio.ImageInput.open(str(path), wanted)
-    if reader is None:
-        raise SceneError(f"{name} cannot be read as an image: {oiio.geterror().strip() or 'unknown format'}")
-    try:
+    with _opened(source) as (reader, name):
         spec = reader.spec()
         if spec.width * spec.height > LARGEST_IMAGE or spec.depth > 1:
             raise SceneError(
@@ -81,34 +127,50 @@ def _read_file(path: Path, name: str) -> NDArray[np.uint8]:
         pixels = reader.read_image(0, 0, 0, min(spec.nchannels, 4), "uint8")
         if pixels is None:
             raise SceneError(f"{name} cannot be read as an image: {reader.geterror().strip()}")
-    finally:
-        reader.close()
     return _rgba(np.asarray(pixels, dtype=np.uint8).reshape(spec.height, spec.width, -1))
 
 
-def pixel_count(path: Path) -> int:
-    """Pixels of an image file as its header states them; nothing is decoded.
-
-    Raises
-    ------
-    SceneError
-        If it is not a readable image.
-    """
+@contextmanager
+def _opened(source: str | os.PathLike[str] | bytes) -> Iterator[tuple[Any, str]]:
+    """OpenImageIO's reader of an image, and what to call it in messages."""
     import OpenImageIO as oiio
 
-    reader = oiio.ImageInput.open(str(path))
-    if reader is None:
-        raise SceneError(f"{path.name} cannot be read as an image: {oiio.geterror().strip() or 'unknown format'}")
-    spec = reader.spec()
-    reader.close()
-    return int(spec.width) * int(spec.height) * max(int(spec.depth), 1)
+    with _file(source) as (path, name):
+        wanted = oiio.ImageSpec()
+        wanted.attribute("oiio:UnassociatedAlpha", 1)  # otherwise colour is multiplied by alpha on the way in
+        reader = oiio.ImageInput.open(str(path), wanted)
+        if reader is None:
+            raise SceneError(f"{name} cannot be read as an image: {oiio.geterror().strip() or 'unknown format'}")
+        try:
+            yield reader, name
+        finally:
+            reader.close()
+
+
+@contextmanager
+def _file(source: str | os.PathLike[str] | bytes) -> Iterator[tuple[Path, str]]:
+    """A file that OpenImageIO's Python module, which reads nothing else, can open, and the name of the image."""
+    if not isinstance(source, bytes | bytearray | memoryview):
+        path, name = as_path("image", source), str(source)
+        if path.is_file() and _utf8(path):
+            yield path, name
+            return
+        source = _bytes(path)
+    else:
+        name = f"an embedded image of {len(source)} bytes"
+    suffix = next((known for magic, known in MAGIC if bytes(source[: len(magic)]) == magic), ".img")
+    with temporary(suffix) as path:
+        path.write_bytes(source)
+        yield path, name
 
 
 def _rgba(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     height, width, channels = pixels.shape
+    if channels == 4:
+        return pixels
     result = np.full((height, width, 4), 255, dtype=np.uint8)
-    result[..., :3] = pixels[..., :3] if channels >= 3 else pixels[..., :1]
-    if channels in (2, 4):
+    result[..., :3] = pixels[..., :3] if channels == 3 else pixels[..., :1]
+    if channels == 2:
         result[..., 3] = pixels[..., -1]
     return result
 

@@ -117,7 +117,7 @@ def look(scene: Scene, gpu: GpuScene, camera: Camera, size: tuple[int, int], cli
     return Sight(
         camera, size, near, far, clip, view,
         receivers=visible_corners(*scene.boxes, frustum),
-        drawn=np.flatnonzero(seen_by(view.clip_from_world, corners, view)),
+        drawn=np.flatnonzero(seen_by(view.clip_from_world, corners, view) & ~gpu.copies),
         clip_from_mesh=pack_matrices(view.clip_from_world @ gpu.world_from_origin),
         outside=view_depth(camera, corners).min(axis=1) > near,
         fallbacks=found.fallbacks,

@@ -43,8 +43,10 @@ class GpuScene:
         Whether some base colour changes from pixel to pixel: a texture's, or that of vertices.
     selective : bool
         Whether shadows leave out some nodes.
+    copies : (N,) bool
+        Nodes that lie exactly on another one and need not be drawn: the same triangles at the same place, whatever their colour.
     casts : (N,) bool
-        All but blended nodes and those that are told not to.
+        All but copies, blended nodes and those that are told not to.
     closed : (N,) bool
         Whether back faces are seen by nobody outside.
     casting : dict
@@ -77,6 +79,8 @@ class GpuScene:
                 f"the scene draws {counts.sum()} triangles; this driver's texture buffers hold {limit}: split the scene"
             )
         matrices = np.stack([node.world_from_mesh for node in self.nodes])
+        self.copies = self._copies(matrices)
+        self.casts &= ~self.copies
         origins = np.stack([gpu.origin for gpu in self.meshes])
         self.world_from_origin: Array = matrices.copy()
         self.world_from_origin[:, :3, 3] += np.einsum("nij,nj->ni", matrices[:, :3, :3], origins)
@@ -121,6 +125,20 @@ class GpuScene:
             matrices = np.stack([self.nodes[i].world_from_mesh for i in group])
             corners.append(_placed(matrices, mesh.positions[mesh.triangles[::step, 0]]).reshape(-1, 3))
         return np.concatenate(corners)
+
+    def _copies(self, matrices: Array) -> NDArray[np.bool_]:
+        copies = np.zeros(len(self.nodes), dtype=bool)
+        seen: set[tuple[object, ...]] = set()
+        for i in np.argsort(
+            self.mesh_number, kind="stable"
+        ).tolist():  # the first that is drawn wins, as in the depth test
+            gpu, node, casts = self.meshes[i], self.nodes[i], bool(self.casts[i])
+            if gpu.cut_out:
+                continue
+            key = (gpu.shape, matrices[i].tobytes(), casts, node.receives, gpu.closed)
+            copies[i] = key in seen
+            seen.add(key)
+        return copies
 
     def _instances(self) -> Iterator[NDArray[np.int64]]:
         """Numbers of nodes that share a mesh, some at a time where it is large."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array
 from glshadow.gl.context import GLContext
 from glshadow.gl.program import Program
+from glshadow.gl.shared import Shared
 from glshadow.scene.mesh import AlphaMode, Mesh
 
 _SRGB8_ALPHA8 = 0x8C43
@@ -21,13 +22,69 @@ _INTERPOLATED = 2.0**-20
 """What interpolating an alpha of 1 between vertices may cost it, a few roundings of float32."""
 
 
-class GpuMesh:
-    """Vertex and index buffers of a mesh, and its base colour texture.
+class Shape:
+    """Triangles on the GPU, whatever their material: positions, indices, and what follows from them.
 
     Positions are float32 relative to `origin`, so that a mesh baked far from zero keeps what float64 knew of it.
 
     Attributes
     ----------
+    origin : (3,) float64
+        In mesh space.
+    order : (W,) int64
+        Which vertex of the mesh each one on the GPU is.
+    face_normals : (T, 3) float64
+        Unit length; zero for a triangle without area.
+    closed : bool
+        See `Mesh.closed`.
+    positions, numbered, shared : moderngl.Buffer
+        Vertices, and two lists of indices: see `numbered_triangles`.
+    """
+
+    def __init__(self, context: GLContext, mesh: Mesh) -> None:
+        low, high = mesh.bounds
+        far = max(np.abs(low).max(), np.abs(high).max()) > _FAR_FROM_ORIGIN * (high - low).max()
+        self.origin: Array = 0.5 * (low + high) if far else np.zeros(3)
+        self.closed = mesh.closed
+        a, b, c = (mesh.positions[mesh.triangles[:, k]] for k in range(3))
+        normal = np.cross(b - a, c - a)
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        self.face_normals: Array = normal / np.where(length > 0.0, length, 1.0)
+        self._triangles = mesh.triangles  # the array alone: holding the mesh would keep it, and with it this, alive
+        self._context, self._vertices = context, len(mesh.positions)
+        self.order, numbered, shared = numbered_triangles(mesh.triangles, len(mesh.positions))
+        drawn = (mesh.positions - self.origin).astype(np.float32)[self.order]
+        self.positions, self.numbered, self.shared = (
+            context.ctx.buffer(data.tobytes()) for data in (drawn, numbered, shared)
+        )
+        self._averaged: moderngl.Buffer | None = None
+
+    @property
+    def averaged_normals(self) -> moderngl.Buffer:
+        """Per vertex the mean of its triangles' normals, unit length; zero where there is none. Made when first asked for."""
+        if self._averaged is None:
+            corners = self._triangles.ravel()
+            total = np.stack(
+                [np.bincount(corners, np.repeat(self.face_normals[:, k], 3), self._vertices) for k in range(3)], axis=-1
+            )
+            length = np.linalg.norm(total, axis=1, keepdims=True)
+            mean = np.asarray(total / np.where(length > 0.0, length, 1.0), dtype=np.float32)
+            self._averaged = self._context.ctx.buffer(mean[self.order].tobytes())
+        return self._averaged
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        for buffer in (self.positions, self.numbered, self.shared, self._averaged):
+            if buffer is not None:
+                buffer.release()
+
+
+class GpuMesh:
+    """A mesh as passes draw it: its shape, what its vertices carry beside, and its base colour texture.
+
+    Attributes
+    ----------
+    shape : Shape
     textured, colored : bool
         Whether it has a texture with coordinates, whether it has vertex colours.
     cut_out : bool
@@ -36,42 +93,32 @@ class GpuMesh:
         What alpha is compared with.
     """
 
-    def __init__(self, context: GLContext, mesh: Mesh) -> None:
-        ctx = context.ctx
-        low, high = mesh.bounds
-        far = max(np.abs(low).max(), np.abs(high).max()) > _FAR_FROM_ORIGIN * (high - low).max()
-        self.origin: Array = 0.5 * (low + high) if far else np.zeros(3)
-        self.count, self.vertices = len(mesh.triangles), len(mesh.positions)
-        self._triangles = mesh.triangles  # the array alone: holding the mesh would keep it, and with it this, alive
-        self.closed = mesh.closed and mesh.material.alpha_mode is not AlphaMode.MASK and not mesh.material.double_sided
-        corners = mesh.positions[mesh.triangles]
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        length = np.linalg.norm(normal, axis=1, keepdims=True)
-        self.face_normals: Array = normal / np.where(length > 0.0, length, 1.0)
-        self.smooth = mesh.normals is not None
-        material = mesh.material
+    def __init__(
+        self, context: GLContext, mesh: Mesh, shapes: Shared[Shape], textures: Shared[moderngl.Texture]
+    ) -> None:
+        ctx, material = context.ctx, mesh.material
+        self._ctx, self._shapes, self._textures = ctx, shapes, textures
         self.textured = material.texture is not None and mesh.uv is not None
+        self.texture: moderngl.Texture | None = None
+        self._pixels = material.texture if self.textured else None
+        if self._pixels is not None:  # first: it is what a driver may refuse
+            pixels = self._pixels
+            self.texture = textures.take(lambda: _texture(context, pixels), pixels)
+        self._key = (mesh.positions, mesh.triangles)
+        self.shape = shapes.take(lambda: Shape(context, mesh), *self._key)
+        self.origin, self.face_normals = self.shape.origin, self.shape.face_normals
+        self.count = len(mesh.triangles)
+        self.closed = self.shape.closed and material.alpha_mode is not AlphaMode.MASK and not material.double_sided
+        self.smooth = mesh.normals is not None
         self.colored = mesh.colors is not None
         self.cut_out = material.alpha_mode is AlphaMode.MASK and (
             self.textured or self.colored or material.color[3] < material.cutoff
         )
         self.cutoff = material.cutoff - (_INTERPOLATED if self.colored else 0.0)
-        self._ctx = ctx
         self._arrays: dict[tuple[int, bool], moderngl.VertexArray] = {}
-        order, numbered, shared = numbered_triangles(mesh.triangles, len(mesh.positions))
-        self._order = order
-        self._buffers = {"a_position": ctx.buffer((mesh.positions - self.origin).astype(np.float32)[order].tobytes())}
-        normals = mesh.normals
-        if normals is not None:
-            self._buffers["a_normal"] = ctx.buffer(normals[order].tobytes())
-        if self.textured and mesh.uv is not None:
-            self._buffers["a_uv"] = ctx.buffer(mesh.uv[order].tobytes())
-        if mesh.colors is not None:
-            self._buffers["a_color"] = ctx.buffer(mesh.colors[order].tobytes())
-        self._numbered, self._shared = ctx.buffer(numbered.tobytes()), ctx.buffer(shared.tobytes())
-        self.texture: moderngl.Texture | None = None
-        if self.textured and mesh.material.texture is not None:
-            self.texture = _texture(context, mesh.material.texture)
+        beside = {"a_normal": mesh.normals, "a_uv": mesh.uv if self.textured else None, "a_color": mesh.colors}
+        order = self.shape.order
+        self._beside = {name: ctx.buffer(v[order].tobytes()) for name, v in beside.items() if v is not None}
         context.check_errors(f"uploading a mesh of {self.count} triangles")
 
     @property
@@ -95,29 +142,23 @@ class GpuMesh:
         key = (program.gl.glo, numbered)
         array = self._arrays.get(key)
         if array is None:
-            names = [name for name in _FORMATS if name in program]
-            if "a_normal" in names and "a_normal" not in self._buffers:  # a bias along the normal asks even flat meshes
-                self._buffers["a_normal"] = self._ctx.buffer(self._averaged_normals()[self._order].tobytes())
-            content = [(self._buffers[name], _FORMATS[name], name) for name in names]
-            index = self._numbered if numbered else self._shared
+            buffers = {"a_position": self.shape.positions, **self._beside}
+            if "a_normal" in program and "a_normal" not in buffers:  # a bias along the normal asks even flat meshes
+                buffers["a_normal"] = self.shape.averaged_normals
+            content = [(buffers[name], kind, name) for name, kind in _FORMATS.items() if name in program]
+            index = self.shape.numbered if numbered else self.shape.shared
             array = self._arrays[key] = self._ctx.vertex_array(program.gl, content, index)
         return array
 
-    def _averaged_normals(self) -> NDArray[np.float32]:
-        """Per vertex (V, 3) the mean of its triangles' normals, unit length; zero where there is none."""
-        triangles = self._triangles
-        total = np.stack(
-            [np.bincount(triangles.ravel(), np.repeat(self.face_normals[:, k], 3), self.vertices) for k in range(3)],
-            axis=-1,
-        )
-        length = np.linalg.norm(total, axis=1, keepdims=True)
-        return np.asarray(total / np.where(length > 0.0, length, 1.0), dtype=np.float32)
-
     def release(self) -> None:
-        """Free the GPU memory."""
-        for thing in (*self._arrays.values(), *self._buffers.values(), self._numbered, self._shared, self.texture):
-            if thing is not None:
-                thing.release()
+        """Free the GPU memory that is not shared with others."""
+        for array in self._arrays.values():
+            array.release()
+        for buffer in self._beside.values():
+            buffer.release()
+        self._shapes.give_back(*self._key)
+        if self._pixels is not None:
+            self._textures.give_back(self._pixels)
 
 
 def numbered_triangles(
@@ -178,6 +219,8 @@ class Meshes:
 
     def __init__(self, context: GLContext) -> None:
         self._context = context
+        self._shapes: Shared[Shape] = Shared()
+        self._textures: Shared[moderngl.Texture] = Shared()
         self._meshes: weakref.WeakKeyDictionary[Mesh, GpuMesh] = weakref.WeakKeyDictionary()
         self._finalizers: weakref.WeakKeyDictionary[Mesh, weakref.finalize[..., Mesh]] = weakref.WeakKeyDictionary()
         self._dead: list[GpuMesh] = []
@@ -186,7 +229,7 @@ class Meshes:
         """The GPU side of a mesh, uploaded the first time."""
         gpu = self._meshes.get(mesh)
         if gpu is None:
-            gpu = self._meshes[mesh] = GpuMesh(self._context, mesh)
+            gpu = self._meshes[mesh] = GpuMesh(self._context, mesh, self._shapes, self._textures)
             # Deleting needs the context to be current, which a finaliser cannot know: collect now, delete in `sweep`.
             self._finalizers[mesh] = finalizer = weakref.finalize(mesh, self._dead.append, gpu)
             finalizer.atexit = False

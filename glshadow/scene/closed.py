@@ -10,6 +10,8 @@ from glshadow.core.spaces import Array
 
 def is_closed(positions: Array, triangles: NDArray[np.int32]) -> bool:
     """Whether triangles (T, 3) are watertight once welded, consistently wound, and every part of them turned outward."""
+    if len(triangles) < 4:  # a tetrahedron has four
+        return False
     corners = welded(positions)[triangles]
     whole = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])
     corners = corners[whole]

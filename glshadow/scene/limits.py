@@ -7,8 +7,11 @@ from dataclasses import dataclass, field, fields
 
 from glshadow.core.setting import Settings, number, setting, whole
 from glshadow.errors import SceneError
+from glshadow.image import Header
 
 _MOST = 2**62
+IMAGES = 4
+"""How many of the largest images all of a file's together may make up."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +28,8 @@ class Limits(Settings):
         Placed meshes, instances counted, and, by themselves, nodes of the file's tree.
     lights : int
         Placed lights.
+    draws : int
+        Placed meshes times lights.
     expansion : float
         Bytes of memory per byte read, above the first 128 MiB.
     seconds : float
@@ -34,7 +39,8 @@ class Limits(Settings):
     texture_pixels: int = setting(whole(1, _MOST), 2**26, help="pixels of one decoded image")
     triangles: int = setting(whole(1, _MOST), 2 * 10**7, help="triangles of all placed meshes")
     nodes: int = setting(whole(1, _MOST), 10**5, help="placed meshes, and nodes of the tree")
-    lights: int = setting(whole(1, _MOST), 256, help="placed lights")
+    lights: int = setting(whole(1, _MOST), 1000, help="placed lights")
+    draws: int = setting(whole(1, _MOST), 3 * 10**5, help="placed meshes times lights")
     expansion: float = setting(number(1.0, 1e12), 200.0, help="bytes of memory per byte read, above the first 128 MiB")
     seconds: float = setting(number(0.0, 1e9, above=True), 300.0, help="seconds of reading")
 
@@ -69,6 +75,7 @@ class Budget:
     limits: Limits = field(default_factory=Limits)
     read_bytes: int = 0
     taken_bytes: int = 0
+    taken_pixels: int = 0
     started: float = field(default_factory=time.monotonic)
 
     FREE = 128 * 2**20
@@ -78,6 +85,14 @@ class Budget:
         self.taken_bytes += count_bytes
         over = (self.taken_bytes - self.FREE) / max(self.read_bytes, 1)
         self.limits.check("expansion", over, what)
+
+    def take_image(self, header: Header, what: str) -> None:
+        """Announce an image before it is decoded."""
+        pixels = header.size[0] * header.size[1]
+        self.limits.check("texture_pixels", pixels, what)
+        self.taken_pixels += pixels
+        self.limits.check("texture_pixels", self.taken_pixels / IMAGES, f"{what}: one of {IMAGES} parts of all images")
+        self.take(header.decoded_bytes, what)
 
     def check_time(self, what: str) -> None:
         """Stop where reading has taken too long."""

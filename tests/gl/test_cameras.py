@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from glshadow.gl.lists import Lists
 
 import glshadow as gs
 from glshadow.core.ranges import view_depth
 from glshadow.core.spaces import Array, project
 from glshadow.frame import Frame
-from glshadow.gl.lists import Lists
 from glshadow.renderer import Renderer
 from glshadow.scene import shapes
 

@@ -122,7 +122,7 @@ def test_mesh_on_the_gpu_dies_with_its_mesh(renderer: Renderer) -> None:
     renderer.render(first, lights=lights(0), size=SIZE)
     gpu = renderer._meshes.get(first.nodes[1].mesh)
     ground = renderer._meshes.get(first.nodes[0].mesh)
-    buffer = gpu._buffers["a_position"]
+    buffer = gpu.shape.positions
     other = fresh_scene(1)
     other = replace(other, nodes=(first.nodes[0], other.nodes[1]))  # shares the ground
     del first

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -89,19 +90,33 @@ class Surfaces:
         return self.images[source]
 
     def _image(self, index: Any, user: str) -> NDArray[np.uint8] | None:
-        """Decoded image; a missing or broken one costs its picture, not the scene."""
+        """Decoded image; a missing or broken one costs its picture, not the scene, one beyond the limits costs the scene."""
         where = f"images[{index}]"
         given = self.document.item("images", index, user)
-        uri = given.get("uri")
+        budget = self.document.budget
+        budget.check_time(where)
         try:
-            if "bufferView" in given:
-                return image.read(bytes(self.document.view(given["bufferView"], where)[0]))
-            if isinstance(uri, str) and uri.startswith("data:"):
-                return image.read(self.document.resource(uri, where))
-            return image.read(self.document.path(uri, where))
+            source = self._source(given, where)
+            header = image.header(source)
         except SceneError as error:
             self.document.notes.append(f"{error}; drawn without this texture")
             return None
+        budget.take_image(header, where)
+        try:
+            return image.read(source)
+        except SceneError as error:
+            self.document.notes.append(f"{error}; drawn without this texture")
+            return None
+
+    def _source(self, given: dict[str, Any], where: str) -> bytes | Path:
+        uri = given.get("uri")
+        if "bufferView" in given:
+            return bytes(self.document.view(given["bufferView"], where)[0])
+        if isinstance(uri, str) and uri.startswith("data:"):
+            return self.document.resource(uri, where)
+        path = self.document.path(uri, where)
+        self.document.budget.read_bytes += path.stat().st_size
+        return path
 
 
 def _placement(info: dict[str, Any]) -> tuple[int, Array | None]:

@@ -17,10 +17,11 @@ from glshadow.scene.gltf.draco import decoded
 from glshadow.scene.gltf.material import Surfaces, texture_uv
 from glshadow.scene.gltf.morph import Weights, moved, targets_of
 from glshadow.scene.gltf.skin import influences, posed
-from glshadow.scene.imported import linear_colors, tinted, usable_normals, used_vertices
+from glshadow.scene.imported import WHITE, linear_colors, tinted, usable_normals, used_vertices
 from glshadow.scene.mesh import Mesh
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
+_DRAWN_BYTES = 50  # that drawing takes for each triangle of a mesh: vertices, two lists of indices, a normal
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +55,12 @@ def is_surface(primitive: dict[str, Any]) -> bool:
 
 @dataclass
 class Primitives:
-    """Meshes of one document, by what they are made of."""
+    """Meshes of one document, by what they are made of; those that differ in their material share their arrays."""
 
     document: Document
     surfaces: Surfaces
     made: dict[tuple[Any, ...], Mesh] = field(default_factory=dict)
+    bodies: dict[tuple[Any, ...], _Body] = field(default_factory=dict)
 
     def get(self, primitive: dict[str, Any], form: Form, where: str) -> Mesh:
         """The triangles of a primitive; in world space if the form has joints and the primitive has them too.
@@ -68,11 +70,37 @@ class Primitives:
         SceneError
             If an accessor cannot be read, POSITION is missing, an index is out of range or a coordinate is not finite.
         """
-        key = (json.dumps(primitive, sort_keys=True), *form.key)
+        shape = (json.dumps({k: v for k, v in primitive.items() if k != "material"}, sort_keys=True), *form.key)
+        key = (json.dumps(primitive.get("material")), *shape)
         if key not in self.made:
             self.document.budget.check_time(where)
-            self.made[key] = _build(self.document, self.surfaces, decoded(self.document, primitive, where), form, where)
+            if shape not in self.bodies:
+                self.bodies[shape] = _body(self.document, decoded(self.document, primitive, where), form, where)
+            self.made[key] = self._dressed(self.bodies[shape], primitive.get("material"), where)
+            self.document.budget.take(_DRAWN_BYTES * len(self.made[key].triangles), where)
         return self.made[key]
+
+    def _dressed(self, body: _Body, material: Any, where: str) -> Mesh:
+        surface = self.surfaces.get(material, where)
+        found, uv = surface.given if body.clear else surface.material, None
+        if found.texture is not None:
+            stored = body.vertices.read(f"TEXCOORD_{surface.uv_set}", ("VEC2",))
+            uv = None if stored is None else texture_uv(stored, surface.uv_transform)
+            if uv is None or not np.isfinite(uv).all():
+                uv = None
+                self.document.notes.append(
+                    f"{where} has a texture but no usable TEXCOORD_{surface.uv_set}: drawn without it"
+                )
+                found = replace(found, texture=None)
+        found = (
+            replace(found, color=tuple((np.asarray(body.tint) * found.color).tolist()))
+            if body.tint != WHITE.color
+            else found
+        )
+        try:
+            return Mesh(body.positions, body.triangles, body.normals, uv, body.colors, found)
+        except SceneError as error:
+            raise SceneError(f"{where}: {error}; repair or remove them") from error
 
 
 @dataclass(frozen=True)
@@ -129,7 +157,32 @@ def is_skinned(primitive: dict[str, Any]) -> bool:
     return "JOINTS_0" in attributes and "WEIGHTS_0" in attributes
 
 
-def _build(document: Document, surfaces: Surfaces, primitive: dict[str, Any], form: Form, where: str) -> Mesh:
+@dataclass(frozen=True, eq=False)
+class _Body:
+    """A primitive without its material.
+
+    Parameters
+    ----------
+    vertices : _Vertices
+        For what depends on the material: texture coordinates.
+    positions, triangles, normals, colors
+        As of a Mesh.
+    tint : (4,) floats
+        Colour that all vertices share.
+    clear : bool
+        Whether some vertex is transparent.
+    """
+
+    vertices: _Vertices
+    positions: Array
+    triangles: NDArray[np.int32]
+    normals: NDArray[np.float32] | None
+    colors: NDArray[np.float32] | None
+    tint: tuple[float, float, float, float]
+    clear: bool
+
+
+def _body(document: Document, primitive: dict[str, Any], form: Form, where: str) -> _Body:
     attributes = as_object(primitive.get("attributes", {}), f"{where}.attributes")
     if "POSITION" not in attributes:
         raise SceneError(f"{where} has no POSITION: there is nothing to draw")
@@ -145,23 +198,17 @@ def _build(document: Document, surfaces: Surfaces, primitive: dict[str, Any], fo
         followed = vertices.joints(len(form.joints), document.notes)
         if followed is not None:
             positions, normals = posed(positions, normals, *followed, form.joints)
-    surface = surfaces.get(primitive.get("material"), where)
     linear = _colors(vertices)
-    clear = linear is not None and bool((linear[:, 3] < 1.0).any())
-    material, uv = surface.given if clear else surface.material, None
-    if material.texture is not None:
-        stored = vertices.read(f"TEXCOORD_{surface.uv_set}", ("VEC2",))
-        uv = None if stored is None else texture_uv(stored, surface.uv_transform)
-        if uv is None or not np.isfinite(uv).all():
-            uv = None
-            document.notes.append(f"{where} has a texture but no usable TEXCOORD_{surface.uv_set}: drawn without it")
-            material = replace(material, texture=None)
-    material, colors = tinted(material, linear)
-    kept_normals = usable_normals(positions, triangles, normals)
-    try:
-        return Mesh(positions, triangles.astype(np.int32), kept_normals, uv, colors, material)
-    except SceneError as error:
-        raise SceneError(f"{where}: {error}; repair or remove them") from error
+    tint, colors = tinted(WHITE, linear)
+    return _Body(
+        vertices,
+        positions,
+        triangles.astype(np.int32),
+        usable_normals(positions, triangles, normals),
+        colors,
+        tint.color,
+        linear is not None and bool((linear[:, 3] < 1.0).any()),
+    )
 
 
 def _colors(vertices: _Vertices) -> Array | None:

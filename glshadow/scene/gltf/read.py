@@ -23,6 +23,7 @@ from glshadow.scene.imported import WIDEST_CONE, Imported, blended
 from glshadow.scene.limits import Budget
 from glshadow.scene.mesh import Mesh, Node
 
+_PLACED_BYTES = 20  # that drawing takes for each placed triangle: a plane and the number of its node
 Named = tuple[str, int, dict[str, Any], Array]
 
 
@@ -56,11 +57,13 @@ def read_gltf(path: Path, budget: Budget) -> Imported:
             places = np.eye(4)[None] if skinned else placements  # a skin's joints place it, and nothing else
             triangles += len(mesh.triangles) * len(places)
             budget.limits.check("triangles", triangles, f"node {name!r}")
+            budget.take(_PLACED_BYTES * len(mesh.triangles) * len(places), f"node {name!r}")
             budget.limits.check("nodes", len(found.nodes) + len(places), f"node {name!r}")
             titles = [name] if len(places) == 1 else [f"{name}[{copy}]" for copy in range(len(places))]
             found.nodes += [Node(title, mesh, place) for title, place in zip(titles, places, strict=True)]
     found.camera = _camera(document, named)
     found.lights = _lights(document, named) or None
+    budget.limits.check("draws", len(found.nodes) * len(found.lights or ()), "the scene")
     _note(document, meshes.lost)
     found.notes += blended(found.nodes)
     if not found.nodes:
@@ -183,15 +186,14 @@ def _size(lens: dict[str, Any], key: str, name: str) -> float:
 
 def _lights(document: Document, named: list[Named]) -> list[Light]:
     given = as_object(extensions(document.json).get("KHR_lights_punctual", {}), "KHR_lights_punctual").get("lights", [])
+    lit = [each for each in named if "KHR_lights_punctual" in extensions(each[2])]
+    document.budget.limits.check("lights", len(lit), "the scene")
     lights: list[Light] = []
-    for name, _, node, matrix in named:
-        placed = extensions(node).get("KHR_lights_punctual")
-        if placed is None:
-            continue
+    for name, _, node, matrix in lit:
+        placed = extensions(node)["KHR_lights_punctual"]
         index = as_object(placed, f"node {name!r}").get("light")
         if not isinstance(index, int) or not 0 <= index < len(given):
             raise SceneError(f"node {name!r} refers to light {index!r}, but the file has {len(given)} lights")
-        document.budget.limits.check("lights", len(lights) + 1, "the scene")
         lights.append(_light(document, as_object(given[index], f"light {index}"), matrix, name))
     return lights
 
