@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import Array
-from glshadow.scene.from_trimesh import Builder
+from glshadow.scene.builder import Builder
 from glshadow.scene.imported import (
     WIDEST_CONE,
     Imported,

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from glshadow.errors import SceneError
-from glshadow.scene.from_trimesh import Builder
+from glshadow.scene.builder import Builder
 from glshadow.scene.imported import Imported, blended
 from glshadow.scene.limits import Budget
 from glshadow.scene.mesh import Node
