@@ -1,0 +1,44 @@
+"""One mesh file -> placed meshes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from glshadow.errors import SceneError
+from glshadow.scene.imported import Imported, blended
+from glshadow.scene.limits import Budget
+from glshadow.scene.mesh_files.beside import Beside
+from glshadow.scene.mesh_files.obj import read_obj
+from glshadow.scene.mesh_files.off import read_off
+from glshadow.scene.mesh_files.ply import read_ply
+from glshadow.scene.mesh_files.soup import placed
+from glshadow.scene.mesh_files.stl import read_stl
+
+READERS = {".obj": read_obj, ".off": read_off, ".ply": read_ply, ".stl": read_stl}
+MOST_NOTES = 50  # said one by one
+
+
+def read_mesh_file(path: Path, budget: Budget | None = None) -> Imported:
+    """Read a .obj, .ply, .stl or .off file.
+
+    Parameters
+    ----------
+    path : Path
+    budget : Budget, optional
+        What it may cost; None: the default limits.
+
+    Raises
+    ------
+    SceneError
+        If it is broken, declares more than it holds, or costs more than it may.
+    """
+    if budget is None:
+        budget = Budget(read_bytes=path.stat().st_size)
+    notes: list[str] = []
+    soup = READERS[path.suffix.lower()](path.read_bytes(), Beside(path.parent, notes, budget), notes, budget)
+    nodes = placed(soup, notes, budget)
+    if not nodes and len(soup.positions):
+        raise SceneError("nothing to render: it holds only points or lines, and no triangles")
+    if len(notes) > MOST_NOTES:
+        notes[MOST_NOTES:] = [f"{len(notes) - MOST_NOTES} more of such notes"]
+    return Imported(nodes, notes=notes + blended(nodes))
