@@ -134,7 +134,8 @@ def _soup(columns: dict[str, Columns], declared: dict[str, dict[str, np.dtype[np
 def _stacked(columns: Columns, names: tuple[str, ...]) -> Array | None:
     """Columns (N, K) side by side; None if one is missing."""
     found = [columns.get(name) for name in names]
-    plain = [column.astype(np.float64) for column in found if column is not None and not isinstance(column, Ragged)]
+    with np.errstate(invalid="ignore"):  # a signalling NaN is one all the same
+        plain = [column.astype(np.float64) for column in found if column is not None and not isinstance(column, Ragged)]
     return np.stack(plain, axis=1) if len(plain) == len(names) else None
 
 

@@ -37,6 +37,8 @@ def read_mesh_file(path: Path, budget: Budget | None = None) -> Imported:
     notes: list[str] = []
     soup = READERS[path.suffix.lower()](path.read_bytes(), Beside(path.parent, notes, budget), notes, budget)
     nodes = placed(soup, notes, budget)
+    if not nodes and notes and len(soup.counts):
+        raise SceneError(f"nothing to render: {'; '.join(notes[:MOST_NOTES])}")
     if not nodes and len(soup.positions):
         raise SceneError("nothing to render: it holds only points or lines, and no triangles")
     if len(notes) > MOST_NOTES:

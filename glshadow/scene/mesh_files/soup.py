@@ -16,7 +16,11 @@ from glshadow.scene.polygons import triangulated
 
 Indices = NDArray[np.int64]
 
-MOST_PARTS = 500  # nodes of one file that keep their names; a mesh costs about 2 ms to load and draw, whatever is in it (measured)
+MOST_PARTS = (
+    500  # nodes of one file that keep their names; a mesh costs 5 ms to load and draw, whatever is in it (measured)
+)
+
+CROWDED = 4  # triangles for each vertex from which on some are likely to be there twice: a closed surface has two
 
 
 @dataclass(frozen=True)
@@ -108,8 +112,22 @@ def placed(soup: Soup, notes: list[str], budget: Budget) -> list[Node]:
     slots, polygon = triangulated(soup.positions, soup.corners, soup.counts, notes, budget)
     if len(slots) == 0:
         return []
+    slots, polygon = _once(soup, slots, polygon, notes)
     soup = _merged(soup, polygon, notes)
     return [Node(part.name, mesh, np.eye(4)) for part, mesh in _meshes(soup, slots, polygon, notes)]
+
+
+def _once(soup: Soup, slots: Indices, polygon: Indices, notes: list[str]) -> tuple[Indices, Indices]:
+    """Triangles that repeat an earlier one are drawn over it, which shows nothing and takes time: out, where they must be many."""
+    if len(slots) <= CROWDED * len(soup.positions):
+        return slots, polygon
+    vertices = soup.corners[slots]
+    turn = vertices.argmin(axis=1)[:, None]
+    first, _ = _distinct(list(np.take_along_axis(vertices, (turn + np.arange(3)) % 3, axis=1).T))
+    if len(first) < len(slots):
+        notes.append(f"{len(slots) - len(first)} of {len(slots)} triangles repeat an earlier one: left out")
+    first.sort()
+    return slots[first], polygon[first]
 
 
 def _merged(soup: Soup, polygon: Indices, notes: list[str]) -> Soup:
@@ -148,10 +166,9 @@ def _merged(soup: Soup, polygon: Indices, notes: list[str]) -> Soup:
 def _meshes(soup: Soup, slots: Indices, polygon: Indices, notes: list[str]) -> list[tuple[Part, Mesh]]:
     """One mesh for each part that has triangles, in the order in which the parts first appear."""
     corner = slots.ravel()
-    owner = np.repeat(polygon, 3)
-    keys = [] if soup.part is None else [soup.part[owner]]
+    keys = [] if soup.part is None else [np.repeat(soup.part[polygon], 3)]
     if soup.face_colors is not None:
-        keys.append(_numbered(soup.face_colors)[owner])
+        keys.append(np.repeat(_numbered(soup.face_colors)[polygon], 3))
     keys += [table.of[corner] + 1 for table in (soup.uv, soup.normals) if table is not None and table.of is not None]
     vertex = soup.corners[corner]
     if not keys:
@@ -159,7 +176,7 @@ def _meshes(soup: Soup, slots: Indices, polygon: Indices, notes: list[str]) -> l
         return [(soup.parts[0], _mesh(soup.parts[0], soup.positions, vertex.reshape(-1, 3), attributes, notes))]
     first, new = _distinct([*keys, vertex])
     triangles = new.reshape(-1, 3)
-    at, face = corner[first], owner[first]
+    at, face = corner[first], polygon[first // 3]
     soup_vertex = vertex[first]
     colors = _product(None if soup.colors is None else soup.colors[soup_vertex],
                       None if soup.face_colors is None else soup.face_colors[face])  # fmt: skip

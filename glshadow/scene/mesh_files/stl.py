@@ -69,7 +69,8 @@ def _binary(data: bytes, notes: list[str], budget: Budget) -> Array:
     budget.limits.check("triangles", facets, "its facets")
     budget.take(200 * facets, "its facets")  # 72 of coordinates, 12 of indices, twice while they are made
     records = np.frombuffer(data, dtype=RECORD, count=facets, offset=HEADER)
-    return records["corners"].reshape(-1, 3).astype(np.float64)
+    with np.errstate(invalid="ignore"):  # a signalling NaN is one all the same
+        return records["corners"].reshape(-1, 3).astype(np.float64)
 
 
 def _whole(soup: Soup, notes: list[str]) -> Soup:
@@ -109,11 +110,11 @@ def _text(text: bytes, notes: list[str], budget: Budget) -> Soup:
         tables.append(_numbers(words).reshape(-1, 3))
     if corners:
         notes.append("its last facet is cut off: left out")
-    positions = np.concatenate([np.zeros((0, 3)), *tables])
     lengths = np.array(counts, dtype=np.int64)
+    positions = np.concatenate([np.zeros((0, 3)), *tables])[: int(lengths.sum())]
     parts = [Part(name) for name in solids] or [Part("mesh")]
     several = np.array(part, dtype=np.int64) if len(parts) > 1 else None
-    return _whole(Soup(positions, np.arange(int(lengths.sum())), lengths, parts=parts, part=several), notes)
+    return _whole(Soup(positions, np.arange(len(positions)), lengths, parts=parts, part=several), notes)
 
 
 def _numbers(words: list[bytes]) -> Array:
