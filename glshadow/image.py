@@ -82,6 +82,24 @@ def _read_file(path: Path, name: str) -> NDArray[np.uint8]:
     return _rgba(np.asarray(pixels, dtype=np.uint8).reshape(spec.height, spec.width, -1))
 
 
+def pixel_count(path: Path) -> int:
+    """Pixels of an image file as its header states them; nothing is decoded.
+
+    Raises
+    ------
+    SceneError
+        If it is not a readable image.
+    """
+    import OpenImageIO as oiio
+
+    reader = oiio.ImageInput.open(str(path))
+    if reader is None:
+        raise SceneError(f"{path.name} cannot be read as an image: {oiio.geterror().strip() or 'unknown format'}")
+    spec = reader.spec()
+    reader.close()
+    return int(spec.width) * int(spec.height) * max(int(spec.depth), 1)
+
+
 def _rgba(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     height, width, channels = pixels.shape
     result = np.full((height, width, 4), 255, dtype=np.uint8)

@@ -15,6 +15,7 @@ from glshadow.scene.imported import (
     alpha_mode,
     fans,
     linear_colors,
+    of_mtl,
     reflectance,
     solid,
     srgb_colors,
@@ -22,7 +23,7 @@ from glshadow.scene.imported import (
     usable_normals,
     used_only,
 )
-from glshadow.scene.mesh import AlphaMode, Material, Mesh
+from glshadow.scene.mesh import Material, Mesh
 
 UNSET_DIFFUSE = (102, 102, 102, 255)  # trimesh's grey for "no colour given" (trimesh.visual.color.DEFAULT_COLOR)
 
@@ -145,18 +146,11 @@ class Builder:
             color = np.array(reflectance(extra["kd"], name, self.notes))  # not rounded to bytes
         else:
             color = np.ones(3) if diffuse == UNSET_DIFFUSE else np.asarray(diffuse[:3]) / 255.0
-        if texture is not None and not color.any():
-            color = np.ones(3)  # exporters that write the picture alone leave Kd at zero
         try:
             opacity = float(np.ravel(extra.get("d", 1.0))[0])
         except (ValueError, IndexError):
             opacity = 1.0
-        blend = 0.0 < opacity < 1.0  # "d 0" is what exporters write that mean its opposite
-        return Material(
-            color=(*color.tolist(), opacity if blend else 1.0),
-            texture=texture,
-            alpha_mode=AlphaMode.BLEND if blend else AlphaMode.OPAQUE,
-        )
+        return of_mtl(color, opacity, texture)
 
     def texture(self, picture: Any, name: str) -> NDArray[np.uint8] | None:
         """A PIL image as RGBA bytes (H, W, 4)."""

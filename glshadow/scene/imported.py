@@ -167,6 +167,18 @@ def solid(material: Material, colors: NDArray[np.float32] | None = None) -> Mate
     return replace(material, alpha_mode=AlphaMode.OPAQUE)
 
 
+def of_mtl(diffuse: Array, opacity: float, texture: NDArray[np.uint8] | None) -> Material:
+    """The material of OBJ's Kd (taken as linear), d and map_Kd."""
+    if texture is not None and not diffuse.any():
+        diffuse = np.ones(3)  # exporters that write the picture alone leave Kd at zero
+    blend = 0.0 < opacity < 1.0  # "d 0" is what exporters write that mean its opposite
+    return Material(
+        color=(*diffuse.tolist(), opacity if blend else 1.0),
+        texture=texture,
+        alpha_mode=AlphaMode.BLEND if blend else AlphaMode.OPAQUE,
+    )
+
+
 def alpha_mode(name: object) -> AlphaMode:
     """glTF's name of it; anything else is OPAQUE."""
     return next((mode for mode in AlphaMode if mode.value == name), AlphaMode.OPAQUE)

@@ -201,7 +201,7 @@ def test_ply_strips(tmp_path, kind, end):
 
 @pytest.mark.parametrize("kind", PLY)
 def test_ply_mixed_and_concave_faces(tmp_path, kind):
-    vertices = ("vertex", PLACE, [*ARROW.tolist(), *(SQUARE + [0, 5, 0]).tolist(), [1, 4, 0]])
+    vertices = ("vertex", PLACE, [*ARROW.tolist(), *np.add(SQUARE, [0, 5, 0]).tolist(), [1, 4, 0]])
     faces = ("face", ["uchar flags", "uchar int vertex_index", "float weight"],
              [[7, [0, 1, 2, 3], 0.5], [7, [], 0.5], [7, [4, 8, 5], 0.5], [7, [4, 5, 6, 7], 1]])  # fmt: skip
     scene = loaded(tmp_path / "m.ply", ply(kind, vertices, faces), r"1 face\(s\) with fewer than 3 corners")

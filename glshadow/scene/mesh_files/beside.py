@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.errors import SceneError
-from glshadow.image import read
+from glshadow.image import pixel_count, read
 from glshadow.scene.limits import Budget
 
+IMAGES = 4  # all together may have so many times the pixels of one
 MOST_NOTED = 20  # missing files named one by one; what is beyond is counted
 
 
@@ -34,6 +35,7 @@ class Beside:
         self.budget = budget
         self._found: dict[str, Path | None] = {}
         self._pictures: dict[Path, NDArray[np.uint8] | None] = {}
+        self._pixels = 0
         self._listed: dict[Path, dict[str, str]] = {}
 
     def text(self, name: str) -> bytes | None:
@@ -50,13 +52,27 @@ class Beside:
         if path is None:
             return None
         if path not in self._pictures:
-            self.budget.check_time("its images")
-            try:
-                self._pictures[path] = read(path)
-            except SceneError as error:
-                self.notes.append(f"the image {name!r} cannot be decoded ({error}): drawn without it")
-                self._pictures[path] = None
+            self._pictures[path] = self._decoded(path, name)
         return self._pictures[path]
+
+    def _decoded(self, path: Path, name: str) -> NDArray[np.uint8] | None:
+        self.budget.check_time("its images")
+        try:
+            pixels = pixel_count(path)
+        except SceneError as error:
+            self._undecodable(name, error)
+            return None
+        self._pixels += pixels
+        self.budget.limits.check("texture_pixels", pixels, f"the image {name!r}")
+        self.budget.limits.check("texture_pixels", self._pixels / IMAGES, f"one of {IMAGES} parts of all its images")
+        try:
+            return read(path)
+        except SceneError as error:
+            self._undecodable(name, error)
+            return None
+
+    def _undecodable(self, name: str, error: SceneError) -> None:
+        self.notes.append(f"the image {name!r} cannot be decoded ({error}): drawn without it")
 
     def path(self, name: str) -> Path | None:
         """The file that is meant: backslashes are slashes, a path on its author's machine is its last part, and where no name

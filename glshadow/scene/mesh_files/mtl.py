@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from glshadow.core.spaces import Array
-from glshadow.scene.imported import reflectance
+from glshadow.scene.imported import of_mtl, reflectance
 from glshadow.scene.mesh_files.beside import Beside
-from glshadow.scene.mesh_files.soup import Part, of_obj
+from glshadow.scene.mesh_files.soup import Part
 from glshadow.scene.mesh_files.words import name_of, text_of
 
 MOST_LIBRARIES = 100  # of one file: more are a list of names, not of materials
@@ -71,9 +71,9 @@ class Library:
             self.notes.append(f"{name!r}: map_d is not modelled: drawn opaque")
         color = np.ones(3) if "kd" not in given else self._color(given["kd"], name)
         if "map_kd" not in given:
-            return Part(name, of_obj(color, _opacity(given), None))
+            return Part(name, of_mtl(color, _opacity(given), None))
         picture, scale, offset = self._map(given["map_kd"], name)
-        return Part(name, of_obj(color, _opacity(given), self.beside.picture(picture)), scale, offset)
+        return Part(name, of_mtl(color, _opacity(given), self.beside.picture(picture)), scale, offset)
 
     def _color(self, words: str, name: str) -> Array:
         values = [_number(word) for word in words.split("#")[0].split()]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +55,7 @@ class Lines:
     faces: int = 0
     materials: list[tuple[int, str]] = field(default_factory=list)
     libraries: list[str] = field(default_factory=list)
-    name: str | None = None
+    objects: set[str] = field(default_factory=set)
 
 
 def read_obj(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> Soup:
@@ -186,7 +186,7 @@ def _line(text: bytes, counts: Indices, corner: int) -> str:
 def _read_statements(
     block: bytes, lines: tuple[NDArray[np.uint8], Indices, Indices], faces: Indices, found: Lines
 ) -> None:
-    """`usemtl`, `mtllib`, and the first `o`; `faces` (L,): how many there are before the end of each line."""
+    """`usemtl`, `mtllib` and `o`; `faces` (L,): how many there are before the end of each line."""
     first, starts, ends = lines
     for number in np.flatnonzero(np.isin(first, np.frombuffer(b"umo", dtype=np.uint8))).tolist():
         key, _, rest = block[starts[number] : ends[number]].replace(b"\t", b" ").partition(b" ")
@@ -195,12 +195,12 @@ def _read_statements(
             found.materials.append((int(faces[number]), name_of(name)))
         elif key == b"mtllib":
             found.libraries.append(name_of(name))
-        elif key == b"o" and found.name is None:
-            found.name = name_of(name)
+        elif key == b"o":
+            found.objects.add(name_of(name))
 
 
 def _assign_parts(soup: Soup, found: Lines, library: Library) -> None:
-    """A part for each material in use, named after it; one alone is named after the first object."""
+    """A part for each material in use, named after it; one alone after the only object."""
     for statement in dict.fromkeys(found.libraries):
         library.add(statement)
     begins = [0, *(faces for faces, _ in found.materials), found.faces]
@@ -213,10 +213,5 @@ def _assign_parts(soup: Soup, found: Lines, library: Library) -> None:
     soup.parts = [library.part(name) for name in number] or [Part("mesh")]
     if len(number) > 1:
         soup.part = np.repeat(np.array(used, dtype=np.int64), np.diff(begins))
-    only = found.name or "mesh"
-    soup.parts = [replaced(part, only) if len(number) <= 1 or not part.name else part for part in soup.parts]
-
-
-def replaced(part: Part, name: str) -> Part:
-    """The same part under another name."""
-    return Part(name, part.material, part.uv_scale, part.uv_offset)
+    only = found.objects.pop() if len(found.objects) == 1 else "mesh"
+    soup.parts = [replace(part, name=only) if len(number) <= 1 or not part.name else part for part in soup.parts]

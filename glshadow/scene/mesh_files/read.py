@@ -32,10 +32,11 @@ def read_mesh_file(path: Path, budget: Budget | None = None) -> Imported:
     SceneError
         If it is broken, declares more than it holds, or costs more than it may.
     """
-    if budget is None:
-        budget = Budget(read_bytes=path.stat().st_size)
+    budget = Budget() if budget is None else budget
+    data = path.read_bytes()
+    budget.read_bytes += len(data)
     notes: list[str] = []
-    soup = READERS[path.suffix.lower()](path.read_bytes(), Beside(path.parent, notes, budget), notes, budget)
+    soup = READERS[path.suffix.lower()](data, Beside(path.parent, notes, budget), notes, budget)
     nodes = placed(soup, notes, budget)
     if not nodes and notes and len(soup.counts):
         raise SceneError(f"nothing to render: {'; '.join(notes[:MOST_NOTES])}")

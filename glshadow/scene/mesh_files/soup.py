@@ -11,13 +11,13 @@ from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.scene.imported import WHITE, tinted, usable_normals, used_only
 from glshadow.scene.limits import Budget
-from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node
+from glshadow.scene.mesh import Material, Mesh, Node
 from glshadow.scene.polygons import triangulated
 
 Indices = NDArray[np.int64]
 
 MOST_PARTS = (
-    500  # nodes of one file that keep their names; a mesh costs 5 ms to load and draw, whatever is in it (measured)
+    500  # nodes of one file that keep their names; a mesh costs 1 ms to load and draw, whatever is in it (measured)
 )
 
 CROWDED = 4  # triangles for each vertex from which on some are likely to be there twice: a closed surface has two
@@ -100,6 +100,7 @@ def placed(soup: Soup, notes: list[str], budget: Budget) -> list[Node]:
     SceneError
         For indices out of range, vertices that are not finite, and more triangles than the limit.
     """
+    budget.check_time("its vertices and faces")
     if len(soup.corners) == 0:
         return []
     low, high = int(soup.corners.min()), int(soup.corners.max())
@@ -119,7 +120,9 @@ def placed(soup: Soup, notes: list[str], budget: Budget) -> list[Node]:
 
 def _once(soup: Soup, slots: Indices, polygon: Indices, notes: list[str]) -> tuple[Indices, Indices]:
     """Triangles that repeat an earlier one are drawn over it, which shows nothing and takes time: out, where they must be many."""
-    if len(slots) <= CROWDED * len(soup.positions):
+    used = np.zeros(len(soup.positions), dtype=bool)
+    used[soup.corners] = True
+    if len(slots) <= CROWDED * np.count_nonzero(used):
         return slots, polygon
     vertices = soup.corners[slots]
     turn = vertices.argmin(axis=1)[:, None]
@@ -253,15 +256,3 @@ def _coordinates(part: Part, uv: Array | None, notes: list[str]) -> NDArray[np.f
         )
         turned[lost] = 0.0
     return turned
-
-
-def of_obj(diffuse: Array, opacity: float, texture: NDArray[np.uint8] | None) -> Material:
-    """The material of OBJ's Kd (taken as linear), d and map_Kd."""
-    if texture is not None and not diffuse.any():
-        diffuse = np.ones(3)  # exporters that write the picture alone leave Kd at zero
-    blend = 0.0 < opacity < 1.0  # "d 0" is what exporters write that mean its opposite
-    return Material(
-        color=(*diffuse.tolist(), opacity if blend else 1.0),
-        texture=texture,
-        alpha_mode=AlphaMode.BLEND if blend else AlphaMode.OPAQUE,
-    )
