@@ -131,20 +131,15 @@ def _cut(planes: Array, budget: Budget) -> tuple[Indices, Indices, NDArray[np.bo
         found.append(_swept(plane) if len(plane) > MANY else _ears(plane))
     cut = np.concatenate(found)
     number = np.repeat(np.arange(len(found)), [len(triangles) for triangles in found])
-    signed, missed = _missed(planes, cut, number)
-    turned = np.bincount(number, signed, minlength=len(planes)) < 0.0
-    cut = np.where(turned[number, None], cut[:, ::-1], cut)
-    return cut, number, missed
+    return cut, number, _missed(planes, cut, number)
 
 
-def _missed(planes: Array, cut: Indices, number: Indices) -> tuple[Array, NDArray[np.bool_]]:
-    """Twice the areas (T,) of triangles, positive where counter-clockwise, and whether those of a polygon (N,) together are smaller
-    than it, or larger: some lie over others."""
+def _missed(planes: Array, cut: Indices, number: Indices) -> NDArray[np.bool_]:
+    """Whether the triangles (T, 3) of a polygon (N,) together are smaller than it, or larger: some lie over others."""
     a, b, c = (planes[number, cut[:, k]] for k in range(3))
-    signed = _crossed(b - a, c - a)
     area = _crossed(planes, np.roll(planes, -1, axis=1)).sum(axis=1)
-    covered = np.bincount(number, np.abs(signed), minlength=len(planes))
-    return signed, np.abs(covered - area) > CROSSED * np.abs(area)
+    covered = np.bincount(number, np.abs(_crossed(b - a, c - a)), minlength=len(planes))
+    return np.asarray(np.abs(covered - area) > CROSSED * np.abs(area))
 
 
 def _crossed(a: Array, b: Array) -> Array:
@@ -161,7 +156,7 @@ def _ears(plane: Array) -> Indices:
 def _swept(plane: Array) -> Indices:
     """One of very many corners; none if it crosses itself too often for ears."""
     triangles = swept(plane)
-    if triangles is not None and not _missed(plane[None], triangles, np.zeros(len(triangles), dtype=np.int64))[1][0]:
+    if triangles is not None and not _missed(plane[None], triangles, np.zeros(len(triangles), dtype=np.int64))[0]:
         return triangles
     if len(plane) > MOST and _crossings(plane) > 1.0:
         return np.zeros((0, 3), dtype=np.int64)

@@ -16,10 +16,7 @@ from glshadow.scene.polygons import triangulated
 
 Indices = NDArray[np.int64]
 
-MOST_PARTS = (
-    500  # nodes of one file that keep their names; a mesh costs 1 ms to load and draw, whatever is in it (measured)
-)
-
+MOST_PARTS = 500  # nodes of one file that keep their names; each takes 1 ms to load and draw (measured)
 CROWDED = 4  # triangles for each vertex from which on some are likely to be there twice: a closed surface has two
 
 
