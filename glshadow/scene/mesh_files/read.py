@@ -37,6 +37,7 @@ def read_mesh_file(path: Path, budget: Budget | None = None) -> Imported:
     budget.read_bytes += len(data)
     notes: list[str] = []
     soup = READERS[path.suffix.lower()](data, Beside(path.parent, notes, budget), notes, budget)
+    del data  # half a gigabyte, where there are ten million facets
     nodes = placed(soup, notes, budget)
     if not nodes and notes and len(soup.counts):
         raise SceneError(f"nothing to render: {'; '.join(notes[:MOST_NOTES])}")
