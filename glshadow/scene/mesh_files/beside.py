@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.errors import SceneError
-from glshadow.image import pixel_count, read
+from glshadow.image import header, read
 from glshadow.scene.limits import Budget
 
-IMAGES = 4  # all together may have so many times the pixels of one
 MOST_NOTED = 20  # missing files named one by one; what is beyond is counted
 
 
@@ -35,7 +34,6 @@ class Beside:
         self.budget = budget
         self._found: dict[str, Path | None] = {}
         self._pictures: dict[Path, NDArray[np.uint8] | None] = {}
-        self._pixels = 0
         self._listed: dict[Path, dict[str, str]] = {}
 
     def text(self, name: str) -> bytes | None:
@@ -58,13 +56,12 @@ class Beside:
     def _decoded(self, path: Path, name: str) -> NDArray[np.uint8] | None:
         self.budget.check_time("its images")
         try:
-            pixels = pixel_count(path)
+            stated = header(path)
         except SceneError as error:
             self._undecodable(name, error)
             return None
-        self._pixels += pixels
-        self.budget.limits.check("texture_pixels", pixels, f"the image {name!r}")
-        self.budget.limits.check("texture_pixels", self._pixels / IMAGES, f"one of {IMAGES} parts of all its images")
+        self.budget.read_bytes += path.stat().st_size
+        self.budget.take_image(stated, f"the image {name!r}")
         try:
             return read(path)
         except SceneError as error:

@@ -48,8 +48,9 @@ def read_ply(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> S
         raise SceneError("not a PLY file: it must begin with 'ply' and have a header that ends with 'end_header'")
     header = name_of(text_of(found.group())).splitlines()
     elements, text = _elements(header)
-    # as float64 and int64, from numbers of four bytes or two letters (measured: 6)
-    budget.take(8 * len(data), "its numbers")
+    budget.take(
+        8 * len(data), "its numbers"
+    )  # as float64 and int64, from numbers of four bytes or two letters (measured: 6)
     if text:
         values = all_numbers(text_of(data[found.end() :]), "a row")
         rows = [replace(element, fields=tuple(_as_text(field) for field in element.fields)) for element in elements]
@@ -83,16 +84,14 @@ def _elements(header: list[str]) -> tuple[list[Element], bool]:
                 case ["element", name, count]:
                     found.append((name, int(count), []))
                 case ["property", "list", length, kind, name]:
-                    assert order is not None
                     found[-1][2].append(Field(name, _kind(order, kind), _kind(order, length)))
                 case ["property", kind, name]:
-                    assert order is not None
                     found[-1][2].append(Field(name, _kind(order, kind)))
                 case []:
                     pass
                 case [word, *_] if word not in ("comment", "obj_info"):
                     raise ValueError
-        except (KeyError, ValueError, IndexError, AssertionError):
+        except (KeyError, ValueError, IndexError):
             raise SceneError(f"the line {line[:60]!r} of its header cannot be understood") from None
     if order not in ORDERS or any(count < 0 for _, count, _ in found):
         raise SceneError(
@@ -101,8 +100,8 @@ def _elements(header: list[str]) -> tuple[list[Element], bool]:
     return [Element(name, count, tuple(fields)) for name, count, fields in found], order == "ascii"
 
 
-def _kind(order: str, name: str) -> np.dtype[np.generic]:
-    return np.dtype(ORDERS[order] + TYPES[name])
+def _kind(order: str | None, name: str) -> np.dtype[np.generic]:
+    return np.dtype(ORDERS[order or ""] + TYPES[name])
 
 
 def _soup(columns: dict[str, Columns], declared: dict[str, dict[str, np.dtype[np.generic]]], notes: list[str]) -> Soup:

@@ -85,7 +85,7 @@ def _alike(data: Bytes, at: int, element: Element) -> tuple[Columns, int] | None
             kinds.append((f"{number}", field.kind))
             end += field.kind.itemsize
             continue
-        length = _length(data, end, field, element)
+        length = _length(data, end, field.length, element)
         kinds += [(f"{number}n", field.length), (f"{number}", field.kind, (length,))]
         end += field.length.itemsize + length * field.kind.itemsize
         if end > len(data):
@@ -106,11 +106,10 @@ def _alike(data: Bytes, at: int, element: Element) -> tuple[Columns, int] | None
     return columns, at + rows.nbytes
 
 
-def _length(data: Bytes, at: int, field: Field, element: Element) -> int:
-    assert field.length is not None
-    if at + field.length.itemsize > len(data):
+def _length(data: Bytes, at: int, kind: np.dtype[Any], element: Element) -> int:
+    if at + kind.itemsize > len(data):
         raise _short(element)
-    return _whole(np.frombuffer(data, dtype=field.length, count=1, offset=at)[0].item(), element)
+    return _whole(np.frombuffer(data, dtype=kind, count=1, offset=at)[0].item(), element)
 
 
 def _whole(length: float, element: Element) -> int:
