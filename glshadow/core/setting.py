@@ -224,7 +224,7 @@ def as_floats(value: Any, shape: Shape = (...,)) -> Floats | None:
 def fits(array: Numbers, shape: Shape) -> bool:
     """Whether an array has a shape."""
     if shape[0] is ...:
-        return array.shape[-len(shape) + 1 :] == shape[1:]
+        return len(shape) == 1 or array.shape[1 - len(shape) :] == shape[1:]
     return array.ndim == len(shape) and all(b is None or a == b for a, b in zip(array.shape, shape, strict=True))
 
 

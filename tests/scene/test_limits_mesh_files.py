@@ -275,7 +275,7 @@ def test_pixels_are_limited_before_they_are_decoded(tmp_path):
     assert len(read_mesh_file(tmp_path / "a.obj", Budget(Limits(texture_pixels=150))).nodes) == 6
     with pytest.raises(SceneError, match=r"the image '0\.png': 100 .*the limit is 99"):
         read_mesh_file(tmp_path / "a.obj", Budget(Limits(texture_pixels=99)))
-    with pytest.raises(SceneError, match=r"all its images: 125 .*the limit is 110"):
+    with pytest.raises(SceneError, match=r"all images: 125 .*the limit is 110"):
         read_mesh_file(tmp_path / "a.obj", Budget(Limits(texture_pixels=110)))
 
 

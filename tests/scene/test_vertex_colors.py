@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from glshadow.core.kernels import Exact, Hard
+from glshadow.core.filters import Exact, Hard
 
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
 from glshadow.core.lights import DirectionalLight
@@ -95,7 +95,8 @@ def test_meshes_with_and_without_colours_in_one_scene(renderer: Renderer) -> Non
         (np.ones((3, 3)), r"colors must have shape \(3, 4\)"),
         (np.ones((2, 4)), r"colors must have shape \(3, 4\)"),
         (np.full((3, 4), 1.5), "colors must be numbers from 0 to 1 .* 3 of 3 are not"),
-        (np.array([[0, 0, 0, 1], [0, 0, np.nan, 1], [0, -1, 0, 1]]), "2 of 3 are not"),
+        (np.array([[0, 0, 0, 1], [0, 0, np.nan, 1], [0, 0, 0, 1]]), "1 of 3 colors are not finite"),
+        (np.array([[0, 0, 0, 1], [0, 2, 0, 1], [0, -1, 0, 1]]), "2 of 3 are not"),
     ],
 )
 def test_what_colours_may_be(colors: Array, said: str) -> None:
