@@ -315,8 +315,8 @@ def _window(height: float, principal: tuple[float, float], pixel_aspect: float, 
 
 def _placed(pose: ArrayLike) -> tuple[Triple, Triple, Triple]:
     """Position, target and up of a world_from_view matrix (4, 4); its scale does not count."""
-    matrix = as_floats(pose)
-    if matrix is None or matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+    matrix = as_floats(pose, (4, 4))
+    if matrix is None or not np.isfinite(matrix).all():
         raise refuse("pose", "a finite (4, 4) matrix", pose)
     position = np.array(_PLACE("pose position", matrix[:3, 3]))
     forward, up = -unit("pose z axis", matrix[:3, 2]), unit("pose y axis", matrix[:3, 1])

@@ -225,7 +225,7 @@ def as_floats(value: Any, shape: Shape = (...,)) -> Floats | None:
 def fits(array: Numbers, shape: Shape) -> bool:
     """Whether an array has a shape."""
     if shape[0] is ...:
-        return array.shape[-len(shape) + 1 :] == shape[1:]
+        return array.shape[max(array.ndim + 1 - len(shape), 0) :] == shape[1:]
     return array.ndim == len(shape) and all(b is None or a == b for a, b in zip(array.shape, shape, strict=True))
 
 
