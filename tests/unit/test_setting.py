@@ -1,6 +1,7 @@
 """The rules of settings: what is kept, as what, and what the refusals say."""
 
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +71,7 @@ REFUSED: list[tuple[Rule, Any, str]] = [
     (several(whole(1, 9), "digits", 2), iter((1, 2, 3)), "x must be at most 2 of digits"),
     (optional(number(), "derived"), "a", "x must be a finite number or None (derived), got 'a'"),
     (flag(), 1, "x must be True or False, got 1"),
-    (instance(complex), "a", "x must be complex, got 'a'"),
+    (instance(Fraction), "a", "x must be Fraction, got 'a'"),
     (text(), b"a", "x must be a string, got b'a'"),
 ]
 
