@@ -1,4 +1,4 @@
-"""Mutated model files and random settings through the whole renderer, in worker processes that may crash or hang.
+"""Mutated model files, random settings and odd arguments through the whole renderer, in worker processes that may crash or hang.
 
 The generators and the rules of judgement are those of tests/robustness, which runs a few that stay the same.
 """
@@ -23,6 +23,7 @@ from typing import Any
 import click
 import mutated_files
 import numpy as np
+import odd_arguments
 import random_settings
 import verdict
 from verdict import FAIL, OK, REFUSED, WARNED, Verdict
@@ -31,7 +32,7 @@ import glshadow as gs
 
 ROOT = Path(__file__).resolve().parents[1]
 MODELS = Path(os.environ.get("GLSHADOW_MODELS", ROOT.parent / "shared" / "models"))
-KINDS = ("files", "settings")
+KINDS = ("files", "settings", "arguments")
 START_S = 60.0  # a worker may take so long to start: Python, the driver, the first programs
 MEMORY = 6 << 30  # address space of a worker: an allocation gone wild must fail in it, not in the machine
 PAUSE_S = 2.0  # this process wakes up five times a second, unless the machine is suspended
@@ -77,7 +78,7 @@ class Bench:
 
     def run(self, job: Job) -> Verdict:
         """Judge one case; every CONTROL cases, and after every refusal by the renderer, the control picture too."""
-        result = self._file(job) if job[0] == "files" else self._settings(job)
+        result = {"files": self._file, "settings": self._settings, "arguments": self._arguments}[job[0]](job)
         self.done += 1
         if self.done % CONTROL == 0 or (result.kind in (REFUSED, FAIL) and not result.cause.startswith("SceneError")):
             after = verdict.judged(lambda: np.testing.assert_array_equal(self._control(), self.expected))
@@ -96,9 +97,25 @@ class Bench:
 
         return verdict.judged(work)
 
+    def _arguments(self, job: Job) -> Verdict:
+        case = odd_arguments.case(rng_of(job))
+
+        def work() -> None:
+            used = odd_arguments.in_use(case.call())
+            if used is not None:
+                scene, camera, lights = (used.get(name) for name in ("scene", "camera", "lights"))
+                verdict.checked_render(self.renderer, scene, camera, lights, odd_arguments.SIZE)
+
+        return verdict.judged(work)
+
     def _settings(self, job: Job) -> Verdict:
         case = random_settings.case(rng_of(job))
         return verdict.judged(lambda: verdict.checked_case(self.renderer, case))  # type: ignore[arg-type,return-value]
+
+
+def _text(job: Job) -> str:
+    """Which settings or arguments a case has."""
+    return (odd_arguments if job[0] == "arguments" else random_settings).case(rng_of(job)).text
 
 
 def keep(folder: Path, job: Job, result: Verdict) -> None:
@@ -111,7 +128,7 @@ def keep(folder: Path, job: Job, result: Verdict) -> None:
         (folder / f"{name}{mutant.suffix}").write_bytes(mutant.data)
         story.insert(1, f"{mutant.source}: {'; '.join(mutant.changes)}")
     else:
-        story.insert(1, random_settings.case(rng_of(job)).text)
+        story.insert(1, _text(job))
     (folder / f"{name}.txt").write_text("\n\n".join(story) + "\n")
 
 
@@ -277,8 +294,8 @@ def once(only: str) -> int:
     """One case in this process, with all that is known about it."""
     kind, seed, number = only.split(":")
     job = (kind, int(seed), int(number))
-    if kind == "settings":
-        click.echo(random_settings.case(rng_of(job)).text)
+    if kind != "files":
+        click.echo(_text(job))
     if kind == "files":
         mutant = mutant_of(job)
         click.echo(f"{mutant.source}: {'; '.join(mutant.changes)}")
@@ -293,6 +310,7 @@ def once(only: str) -> int:
 @click.command(help=__doc__)
 @click.option("--files", default=10_000, show_default=True, help="Mutated model files.")
 @click.option("--settings", default=10_000, show_default=True, help="Random settings, lights and cameras.")
+@click.option("--arguments", default=10_000, show_default=True, help="Public calls with odd arguments.")
 @click.option("--seed", default=0, show_default=True)
 @click.option("--first", default=0, show_default=True, help="Number of the first case, to go on where a run ended.")
 @click.option("--seconds-per-case", default=10.0, show_default=True, help="More is a hang.")
@@ -308,7 +326,7 @@ def once(only: str) -> int:
 @click.option("--causes", "all_causes", is_flag=True, help="Also count the warnings and named errors by their text.")
 @click.option("--only", metavar="KIND:SEED:NUMBER", help="One case again, in this process.")  # fmt: skip
 def main(
-    files: int, settings: int, seed: int, first: int, seconds_per_case: float, workers: int, kept: Path, all_causes: bool,
+    files: int, settings: int, arguments: int, seed: int, first: int, seconds_per_case: float, workers: int, kept: Path, all_causes: bool,
     only: str | None,
 ) -> None:  # fmt: skip
     from rich.console import Console
@@ -318,7 +336,9 @@ def main(
     if only:
         sys.exit(once(only))
     jobs: list[Job] = [("files", seed, first + i) for i in range(files)] + [
-        ("settings", seed, first + i) for i in range(settings)
+        (kind, seed, first + i)
+        for kind, count in (("settings", settings), ("arguments", arguments))
+        for i in range(count)
     ]
     console = Console(stderr=True)
     start = time.monotonic()
@@ -332,6 +352,7 @@ def main(
         tasks = {
             "files": progress.add_task("files", total=files, failed=0),
             "settings": progress.add_task("settings", total=settings, failed=0),
+            "arguments": progress.add_task("arguments", total=arguments, failed=0),
         }
         failed: Counter[str] = Counter()
 

@@ -165,8 +165,9 @@ def one_of(*values: Any) -> Rule:
 
     def rule(name: str, value: Any) -> Any:
         number = as_int(value)
-        # of numpy's, Python's
-        kept = str.__str__(value) if isinstance(value, str) else value if number is None else number
+        kept = (
+            str.__str__(value) if isinstance(value, str) else value if number is None else number
+        )  # of numpy's, Python's
         if type(kept) not in kinds or kept not in values:
             raise refuse(name, allowed, value)
         return kept
@@ -224,7 +225,7 @@ def as_floats(value: Any, shape: Shape = (...,)) -> Floats | None:
 def fits(array: Numbers, shape: Shape) -> bool:
     """Whether an array has a shape."""
     if shape[0] is ...:
-        return len(shape) == 1 or array.shape[1 - len(shape) :] == shape[1:]
+        return array.shape[max(array.ndim + 1 - len(shape), 0) :] == shape[1:]
     return array.ndim == len(shape) and all(b is None or a == b for a, b in zip(array.shape, shape, strict=True))
 
 

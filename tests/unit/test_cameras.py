@@ -1,17 +1,12 @@
-"""Cameras: poses, intrinsics, windows, rays, and what they refuse."""
+"""The camera: poses, intrinsics, windows and rays."""
 
 from __future__ import annotations
-
-from dataclasses import replace
-from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
 
-from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera, pixel_rays
-from glshadow.core.spaces import CLIP_SPACES, look_at, perspective, project, transform
-from glshadow.core.view import camera_view
+from glshadow.core.cameras import PerspectiveCamera, pixel_rays
+from glshadow.core.spaces import CLIP_SPACES, look_at, perspective, project
 from glshadow.errors import SettingsError
 
 SIZE = (16, 9)
@@ -109,13 +104,13 @@ def test_rays_of_row_zero_point_up() -> None:
 
 
 REFUSED = [
-    ({"fov_y": 0.0}, r"PerspectiveCamera fov_y must be a finite number in \[1e-06, 180\) degrees, got 0.0"),
+    ({"fov_y": 0.0}, r"fov_y must be a finite number in \[1e-06, 180\) degrees, got 0.0"),
     ({"fov_y": 180.0}, r"fov_y must be a finite number in \[1e-06, 180\) degrees, got 180.0"),
     ({"fov_y": np.nan}, "fov_y must be a finite number in"),
     ({"pixel_aspect": 0.0}, r"pixel_aspect must be a finite number in \[0.001, 1000\], got 0.0"),
     ({"pixel_aspect": np.inf}, "pixel_aspect must be a finite number in"),
     ({"near": 0.0}, r"near must be a finite number in \[1e-20, 1e\+20\] or None .*got 0.0"),
-    ({"far": np.inf}, r"far must be a finite number in \[1e-20, 1e\+20\] or None \(derived from the scene\), got inf"),
+    ({"far": np.inf}, r"far must be a finite number in \[1e-20, 1e\+20\] or None .*got inf"),
     ({"near": 2.0, "far": 1.0}, "near must be less than far, got near=2.0, far=1.0"),
     ({"position": (0, 0, 0), "target": (0, 0, 0)}, "target - position must not be the zero vector"),
     ({"up": (0, 0, 0)}, "up must not be the zero vector"),
@@ -139,161 +134,3 @@ def test_cameras_are_values() -> None:
     camera = PerspectiveCamera(np.array([1, 2, 3]), [0, 0, 0])  # type: ignore[arg-type]
     assert camera == PerspectiveCamera((1, 2, 3), (0, 0, 0))
     assert hash(camera) == hash(PerspectiveCamera((1, 2, 3), (0, 0, 0)))
-
-
-# -- orthographic
-
-
-ORTHO = OrthographicCamera((9, 6, 11), (0, 1, 0), height=4.0)
-
-
-def test_orthographic_window_is_in_world_units() -> None:
-    np.testing.assert_allclose(ORTHO.window((200, 100)), (-4.0, 4.0, -2.0, 2.0), rtol=1e-14)
-    np.testing.assert_allclose(replace(ORTHO, pixel_aspect=1.5).window((200, 100)), (-6.0, 6.0, -2.0, 2.0), rtol=1e-14)
-    shifted = replace(ORTHO, principal=(0.75, 0.25)).window((200, 100))
-    np.testing.assert_allclose(shifted, (-6.0, 2.0, -3.0, 1.0), rtol=1e-14)
-
-
-@pytest.mark.parametrize("clip", CLIP_SPACES, ids=str)
-@pytest.mark.parametrize(
-    "camera",
-    [
-        replace(ORTHO, principal=(0.3, 0.8), pixel_aspect=1.25),
-        IntrinsicsCamera(20.0, 25.0, 3.0, 7.5, (9, 6, 11), (0, 1, 0)),
-        PerspectiveCamera((9, 6, 11), (0, 1, 0), principal=(0.3, 0.8), pixel_aspect=1.25),
-    ],
-    ids=["orthographic", "intrinsics", "perspective"],
-)
-def test_rays_meet_their_pixels_again(camera: Camera, clip: Any) -> None:
-    """Points along a pixel's ray are projected to that pixel, at that depth along the view."""
-    matrix = camera_view(camera, SIZE, 0.1, 100.0, clip).clip_from_world
-    rows, columns = np.mgrid[0 : SIZE[1], 0 : SIZE[0]]
-    for offset in [(0.5, 0.5), (0.0, 0.0), (0.25, 0.9)]:
-        origins, directions = camera.rays(SIZE, offset)
-        assert origins.shape == directions.shape == (SIZE[1], SIZE[0], 3)
-        points = origins + directions * 12.5
-        clip_position = project(matrix, points)
-        ndc = clip_position[..., :2] / clip_position[..., 3:]
-        np.testing.assert_allclose((ndc[..., 0] * 0.5 + 0.5) * SIZE[0], columns + offset[0], atol=1e-11)
-        np.testing.assert_allclose((0.5 - ndc[..., 1] * 0.5) * SIZE[1], rows + offset[1], atol=1e-11)
-        np.testing.assert_allclose(-transform(camera.view_from_world, points)[..., 2], 12.5, rtol=1e-12)
-
-
-def test_orthographic_rays_run_side_by_side() -> None:
-    origins, directions = ORTHO.rays(SIZE)
-    assert (directions == directions[0, 0]).all()
-    np.testing.assert_allclose(np.linalg.norm(directions[0, 0]), 1.0, rtol=1e-14)
-    pixel = 4.0 / SIZE[1]
-    np.testing.assert_allclose(np.linalg.norm(np.diff(origins, axis=0), axis=-1), pixel, rtol=1e-12)
-    np.testing.assert_allclose(np.linalg.norm(np.diff(origins, axis=1), axis=-1), pixel, rtol=1e-12)
-
-
-def test_orthographic_from_pose() -> None:
-    camera = OrthographicCamera.from_pose(POSE, 3.0, -2.0, 5.0)
-    assert (camera.height, camera.near, camera.far) == (3.0, -2.0, 5.0)
-    np.testing.assert_allclose(np.linalg.inv(camera.view_from_world), POSE, atol=1e-12)
-
-
-def test_orthographic_near_may_lie_behind() -> None:
-    assert replace(ORTHO, near=-5.0, far=-1.0).near == -5.0
-    with pytest.raises(SettingsError, match=r"near must be less than far, got near=1.0, far=-1.0"):
-        replace(ORTHO, near=1.0, far=-1.0)
-
-
-# -- calibrated
-
-
-def test_intrinsics_are_pixels_of_whatever_size_is_rendered() -> None:
-    camera = IntrinsicsCamera(900.0, 850.0, 310.0, 250.5)
-    for size in [(640, 480), (320, 240), (64, 1000)]:
-        _, rays = camera.rays(size)
-        u = 900.0 * rays[..., 0] / -rays[..., 2] + 310.0
-        v = 850.0 * -rays[..., 1] / -rays[..., 2] + 250.5
-        rows, columns = np.mgrid[0 : size[1], 0 : size[0]]
-        np.testing.assert_allclose(u, columns + 0.5, atol=1e-10)
-        np.testing.assert_allclose(v, rows + 0.5, atol=1e-10)
-
-
-def test_from_intrinsics_without_a_size_leaves_pixels_pixels() -> None:
-    camera = PerspectiveCamera.from_intrinsics(600.0, 610.0, 330.0, 225.0, pose=POSE, near=0.1, far=9.0)
-    assert camera == IntrinsicsCamera.from_pose(POSE, 600.0, 610.0, 330.0, 225.0, 0.1, 9.0)
-    sized = PerspectiveCamera.from_intrinsics(600.0, 610.0, 330.0, 225.0, (640, 480), POSE)
-    np.testing.assert_allclose(camera.window((640, 480)), sized.window((640, 480)), rtol=1e-13)
-    # of half the size: a quarter of the view, against all of it
-    assert camera.window((320, 240))[0] == sized.window((320, 240))[0]
-    np.testing.assert_allclose(sized.window((320, 240)), sized.window((640, 480)), rtol=1e-14)
-    assert camera.window((320, 240))[1] < 0.0
-
-
-# -- the same for all
-
-
-def test_through_keeps_what_both_have() -> None:
-    camera = PerspectiveCamera((9, 6, 11), (0, 1, 0), (0, 0, 1), 40.0, 0.5, 50.0, (0.3, 0.8), 1.25)
-    seen = camera.through(OrthographicCamera, height=3.0)
-    assert seen == OrthographicCamera((9, 6, 11), (0, 1, 0), (0, 0, 1), 3.0, 0.5, 50.0, (0.3, 0.8), 1.25)
-    assert seen.through(PerspectiveCamera, fov_y=40.0) == camera
-    assert camera.through(PerspectiveCamera, fov_y=20.0) == replace(camera, fov_y=20.0)
-
-
-def test_text_says_where_it_is_and_what_it_shows() -> None:
-    assert str(PerspectiveCamera((9, 6, 11), (0, 1, 0))) == "at (9, 6, 11) looks at (0, 1, 0) with fov_y 50"
-    assert str(ORTHO).endswith("with height 4")
-    assert str(IntrinsicsCamera(600, 601.5, 330, 225)).endswith("with fx 600, fy 601.5, cx 330, cy 225")
-    assert IntrinsicsCamera(600, 601.5, 330, 225).lens == {"fx": 600.0, "fy": 601.5, "cx": 330.0, "cy": 225.0}
-
-
-class Rude:
-    """An object whose every answer is an error."""
-
-    def __array__(self, *_: object, **__: object) -> Any:
-        raise RuntimeError("no")
-
-    def __repr__(self) -> str:
-        raise RuntimeError("no")
-
-
-ODD: list[Any] = [
-    "1", b"1", "", 1j, True, np.bool_(False), 10**400, -(10**400), np.nan, np.inf, -np.inf, np.complex64(1), [], {}, set(), object(),
-    Rude(), Rude, iter((1, 2, 3)), (x for x in (1, 2, 3)), range(0), np.ma.masked, np.ma.array([1.0, 2.0, 3.0], mask=[0, 1, 0]),
-    np.array(["a", "b", "c"]), np.array([1j, 0, 0]), np.array([None, 1, 2]), np.zeros((3, 3)), np.zeros((4, 3)), np.zeros(0),
-    np.array([[1.0, 2.0], [3.0]], dtype=object), [[1, 2], [3]], np.datetime64("2020-01-01"), [10**400, 0, 0], (1, "2", 3),
-]  # fmt: skip
-"""What is neither a number, nor a few numbers, nor a pose."""
-
-
-@pytest.mark.parametrize("value", ODD, ids=[f"{i}-{type(value).__name__}" for i, value in enumerate(ODD)])
-def test_odd_values_are_settings_errors(value: Any) -> None:
-    names = {
-        PerspectiveCamera: ["position", "target", "up", "fov_y", "near", "far", "principal", "pixel_aspect"],
-        OrthographicCamera: ["position", "target", "up", "height", "near", "far", "principal", "pixel_aspect"],
-        IntrinsicsCamera: ["position", "target", "up", "fx", "fy", "cx", "cy", "near", "far"],
-    }
-    for kind, fields in names.items():
-        given = {"fx": 1.0, "fy": 1.0, "cx": 0.0, "cy": 0.0} if kind is IntrinsicsCamera else {}
-        for name in fields:
-            with pytest.raises(SettingsError, match=f"{kind.__name__} {name} must be"):
-                kind(**{**given, name: value})
-    for call in (
-        lambda: PerspectiveCamera.from_pose(value),
-        lambda: OrthographicCamera.from_pose(value),
-        lambda: IntrinsicsCamera.from_pose(value, 1.0, 1.0, 0.0, 0.0),
-        lambda: PerspectiveCamera.from_pose(np.eye(4), value),
-        lambda: OrthographicCamera.from_pose(np.eye(4), value),
-        lambda: PerspectiveCamera.from_intrinsics(value, 1.0, 0.0, 0.0),
-        lambda: PerspectiveCamera.from_intrinsics(1.0, 1.0, value, 0.0, (64, 48)),
-        lambda: PerspectiveCamera.from_intrinsics(1.0, 1.0, 0.0, 0.0, value),
-        lambda: PerspectiveCamera.from_intrinsics(1.0, 1.0, 0.0, 0.0, None, value),
-    ):
-        with pytest.raises(SettingsError):
-            call()
-
-
-def test_numbers_of_all_kinds_become_floats() -> None:
-    camera = PerspectiveCamera([np.float32(1), Fraction(1, 2), 3], fov_y=np.int64(40), near=np.float32(0.5))  # type: ignore[list-item]
-    assert camera.position == (1.0, 0.5, 3.0)
-    assert [type(value) for value in (*camera.position, camera.fov_y, camera.near)] == [float] * 5
-    huge = np.eye(4)
-    huge[:3, 3] = 1.7e308
-    with pytest.raises(SettingsError, match="pose position must be"):
-        PerspectiveCamera.from_pose(huge)

@@ -1,11 +1,14 @@
-"""Arguments that no caller should give, and some that look odd but are fine: for the tests, and for scripts/fuzz."""
+"""Arguments that no caller should give, and some that look odd but are fine; and every public callable to give them to."""
 
 from __future__ import annotations
 
 import datetime
+import inspect
 import itertools
+import math
 from collections import UserDict, UserList
 from collections.abc import Callable
+from dataclasses import dataclass
 from decimal import Decimal
 from enum import StrEnum
 from fractions import Fraction
@@ -14,6 +17,8 @@ from typing import Any
 import numpy as np
 
 import glshadow as gs
+from glshadow import image, overlay, study
+from glshadow.core.filters import FILTERS
 
 
 class Raising:
@@ -210,3 +215,133 @@ ODD: dict[str, Callable[[], Any]] = {
     "set of lights": lambda: {gs.DirectionalLight()},
     "lights and None": lambda: [gs.DirectionalLight(), None],
 }  # fmt: skip
+
+SIZE = (8, 6)
+Call = tuple[Callable[..., Any], dict[str, Callable[[], Any]]]
+
+
+def given(value: Any) -> Callable[[], Any]:
+    return lambda: value
+
+
+MESH = gs.Mesh(np.eye(3), np.array([[0, 1, 2]]))
+NODE = gs.Node("a", MESH, np.eye(4))
+SCENE = gs.Scene((NODE,))
+# What has no default, by the parameter's name.
+REQUIRED: dict[str, Any] = {
+    "world": 0.1, "clip": 0.0, "position": (0.0, 3.0, 0.0), "positions": np.eye(3), "triangles": [[0, 1, 2]], "name": "a", "mesh": MESH,
+    "world_from_mesh": np.eye(4), "nodes": (NODE,), "fx": 500.0, "fy": 500.0, "cx": 320.0, "cy": 240.0, "pose": np.eye(4),
+    "scene": SCENE, "source": SCENE, "matrices": {"a": np.eye(4)}, "matrix": np.eye(4), "costs": [1.0, 2.0], "errors": [2.0, 1.0],
+    "points_w": (1.0, 0.0, 0.0), "names": ("map",), "subdivisions": 1,
+}  # fmt: skip
+# Made by glshadow, not by its callers; and what raises, names or draws. The renderer's arguments have tests of their own.
+NOT_BUILT = {
+    "Frame",
+    "trace",
+    "Truth",
+    "Used",
+    "ShadowError",
+    "Renderer",
+    "render",
+    "measure",
+    "flip",
+    "Camera",
+    "AlphaMode",
+    "Faces",
+    "Target",
+}
+
+
+def built() -> dict[str, Call]:
+    """Public callables and their arguments: the defaults, or what is required; some with other values than the defaults."""
+    named: dict[str, Callable[..., Any]] = {}
+    for name in set(gs.__all__) - NOT_BUILT:
+        value = getattr(gs, name)
+        if callable(value) and not (
+            isinstance(value, type) and issubclass(value, gs.GlshadowError | gs.GlshadowWarning)
+        ):
+            named[name] = value
+    named |= {f"scenes.{name}": getattr(gs.scenes, name) for name in gs.scenes.__all__ if name != "AnalyticScene"}
+    for camera in (gs.PerspectiveCamera, gs.OrthographicCamera, gs.IntrinsicsCamera):
+        named |= {
+            f"{camera.__name__}.{maker}": getattr(camera, maker)
+            for maker in ("from_pose", "from_intrinsics")
+            if hasattr(camera, maker)
+        }
+    named |= {f"filters.{kind.__name__}": kind for kind in FILTERS}
+    named |= {
+        "Scene.moved": SCENE.moved, "Scene.moved matrix": lambda matrix: SCENE.moved({"a": matrix}), "study.Grid": study.Grid,
+        "study.Grid.default": study.Grid.default, "study.pareto_front": study.pareto_front, "image.read": image.read,
+        "overlay.required_outputs": overlay.required_outputs, "AnalyticScene.exact": gs.scenes.wall().exact,
+    }  # fmt: skip
+    calls = {}
+    for name, function in named.items():
+        parameters = inspect.signature(function).parameters.values()
+        given_values = {
+            each.name: REQUIRED[each.name]
+            if each.default is each.empty or each.name == "subdivisions"
+            else each.default
+            for each in parameters
+            if each.kind is not each.VAR_KEYWORD
+        }
+        calls[name] = (function, {key: given(value) for key, value in given_values.items()})
+    calls["image.read"] = (image.read, {"source": given(b"no image")})
+    for name, other in [("scenes.plates", 3.0), ("scenes.sphere", 9.0)]:
+        function, arguments = calls[name]
+        calls[f"{name} lamp"] = (function, arguments | {"lamp_height": given(other)})
+    return calls
+
+
+@dataclass(frozen=True)
+class Case:
+    """A call with odd arguments; `text` says which."""
+
+    text: str
+    call: Callable[[], Any]
+
+
+def case(rng: np.random.Generator) -> Case:
+    """One public callable with a few of its arguments drawn from ODD, or made of several of them."""
+    calls = built()
+    name = str(rng.choice([key for key, (_, arguments) in calls.items() if arguments]))
+    function, arguments = calls[name]
+    chosen = rng.choice(list(arguments), size=min(len(arguments), int(rng.integers(1, 4))), replace=False)
+    drawn = {str(each): _drawn(rng) for each in chosen}
+    text = f"{name}({', '.join(f'{key}={odd}' for key, (odd, _) in drawn.items())})"
+    values = arguments | {key: make for key, (_, make) in drawn.items()}
+    return Case(text, lambda: function(**{key: make() for key, make in values.items()}))
+
+
+def _drawn(rng: np.random.Generator) -> tuple[str, Callable[[], Any]]:
+    way = rng.random()
+    if way < 0.5:
+        name = str(rng.choice(list(ODD)))
+        return f"<{name}>", ODD[name]
+    if way < 0.75:
+        names = [str(each) for each in rng.choice(list(ODD), size=int(rng.integers(1, 6)))]
+        kind = (tuple, list, iter)[int(rng.integers(3))]
+        return f"{kind.__name__} of <{'>, <'.join(names)}>", lambda: kind([ODD[each]() for each in names])
+    shape = tuple(int(n) for n in rng.integers(0, 5, size=int(rng.integers(0, 4))))
+    dtype = np.dtype(str(rng.choice(["f2", "f4", "f8", "i1", "u1", "i4", "u8", "c8", "?", "M8[s]", "U3", "O"])))
+    data = bytes(rng.integers(0, 256, size=dtype.itemsize * math.prod(shape), dtype=np.uint8))
+    if dtype.kind in "OU":
+        return f"zeros {shape} of {dtype}", lambda: np.zeros(shape, dtype=dtype)
+    return f"random bytes as {shape} of {dtype}", lambda: np.frombuffer(data, dtype=dtype).reshape(shape).copy()
+
+
+def in_use(value: Any) -> dict[str, Any] | None:
+    """Arguments of `Renderer.render` that use what a call has built; None: nothing to draw."""
+    if isinstance(value, gs.Scene):
+        return {"scene": value}
+    if isinstance(value, gs.scenes.AnalyticScene):
+        return {"scene": value.scene}
+    if isinstance(value, gs.Node | gs.Mesh | gs.Material):
+        material = value if isinstance(value, gs.Material) else gs.Material()
+        mesh = value if isinstance(value, gs.Mesh) else gs.Mesh(np.eye(3), np.array([[0, 1, 2]]), material=material)
+        node = value if isinstance(value, gs.Node) else gs.Node("a", mesh, np.eye(4))
+        return {"scene": gs.Scene((node,))}
+    if isinstance(value, gs.Camera):
+        return {"scene": SCENE, "camera": value}
+    if isinstance(value, gs.DirectionalLight | gs.SpotLight | gs.PointLight):
+        return {"scene": SCENE, "lights": value}
+    return {"scene": SCENE, "lights": gs.DirectionalLight(shadow=value)} if isinstance(value, gs.Shadow) else None
