@@ -1,0 +1,106 @@
+"""Nodes that lie exactly on others are not drawn, and meshes that show the same arrays share what the GPU holds of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow.core.spaces import translation
+from glshadow.frame import Frame
+from glshadow.renderer import Renderer
+from glshadow.scene import shapes
+from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+
+SIZE = (96, 64)
+CAMERA = gs.PerspectiveCamera((2.0, 3.0, 4.0), (0.0, 0.3, 0.0))
+SUN = gs.DirectionalLight(direction=(-0.4, -1.0, -0.3))
+OUTPUTS = ("image", "visibility", "triangle", "depth", "shadow_maps")
+
+
+@pytest.fixture(scope="module")
+def renderer() -> Iterator[Renderer]:
+    with Renderer("egl") as made:
+        yield made
+
+
+def parts() -> tuple[Node, Node]:
+    ground = Mesh(*shapes.rectangle((-3.0, 0.0, 3.0), (6.0, 0.0, 0.0), (0.0, 0.0, -6.0)))
+    box = Mesh(*shapes.box((1.0, 1.0, 1.0), (0.0, 0.5, 0.0)), material=Material((1.0, 0.5, 0.2, 1.0)))
+    return Node("ground", ground, np.eye(4)), Node("box", box, np.eye(4))
+
+
+def drawn(renderer: Renderer, *nodes: Node) -> Frame:
+    return renderer.render(Scene(nodes, CAMERA), lights=[SUN], size=SIZE, outputs=OUTPUTS)
+
+
+def assert_same(one: Frame, other: Frame) -> None:
+    for name in ("image", "visibility", "triangle", "depth"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
+    assert one.shadow_maps is not None
+    assert other.shadow_maps is not None
+    np.testing.assert_array_equal(one.shadow_maps[0], other.shadow_maps[0])
+
+
+def test_copies_change_nothing(renderer: Renderer) -> None:
+    """Not a pixel, whether they share the mesh or only its triangles, in another colour; and they are not drawn."""
+    ground, box = parts()
+    blue = replace(box.mesh, material=Material((0.0, 0.0, 1.0, 1.0)))
+    alone = drawn(renderer, ground, box)
+    again = drawn(renderer, ground, box, replace(box, name="again"), Node("blue", blue, np.eye(4)))
+    assert_same(alone, again)
+    assert again.used[0].draws == alone.used[0].draws
+    assert renderer._scene is not None
+    assert renderer._scene.copies.tolist() == [False, False, True, True]
+
+
+def test_what_differs_is_no_copy(renderer: Renderer) -> None:
+    ground, box = parts()
+    mask = Material((1.0, 1.0, 1.0, 0.2), alpha_mode=AlphaMode.MASK)
+    others = (
+        Node("moved", box.mesh, translation((1.5, 0.0, 0.0))),
+        replace(box, name="casts nothing", casts=False),
+        replace(box, name="receives nothing", receives=False),
+        Node("cut out", replace(box.mesh, material=mask), np.eye(4)),
+        Node("blended", replace(box.mesh, material=Material(alpha_mode=AlphaMode.BLEND)), np.eye(4)),
+        Node("equal, not the same", Mesh(box.mesh.positions.copy(), box.mesh.triangles), np.eye(4)),
+    )
+    drawn(renderer, ground, box, *others)
+    assert renderer._scene is not None
+    copies = dict(zip((node.name for node in renderer._scene.nodes), renderer._scene.copies.tolist(), strict=True))
+    assert copies.pop("blended")  # of what casts nothing either
+    assert not any(copies.values()), copies
+
+
+def test_a_copy_behind_a_cut_out_node_is_drawn(renderer: Renderer) -> None:
+    ground, box = parts()
+    hole = Node("hole", replace(box.mesh, material=Material((1, 1, 1, 0.2), alpha_mode=AlphaMode.MASK)), np.eye(4))
+    seen = drawn(renderer, ground, hole, box).triangle
+    assert seen is not None
+    assert (seen >= 2 + 12).any()
+
+
+def test_meshes_of_the_same_arrays_share_buffers_and_textures() -> None:
+    picture = np.full((4, 4, 4), 200, dtype=np.uint8)
+    positions, triangles = shapes.box((1.0, 1.0, 1.0))
+    positions, triangles = np.ascontiguousarray(positions), np.ascontiguousarray(triangles, dtype=np.int32)
+    uv = np.zeros((len(positions), 2), dtype=np.float32)
+    colors = ((1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 1.0))
+    meshes = [Mesh(positions, triangles, uv=uv, material=Material(color, picture)) for color in colors]
+    nodes = [Node(str(k), mesh, translation((2.0 * k, 0.0, 0.0))) for k, mesh in enumerate(meshes)]
+    with Renderer("egl") as renderer:
+        both = drawn(renderer, *nodes)
+        one, other = (renderer._meshes.get(mesh) for mesh in meshes)
+        assert one.shape is other.shape
+        assert one.texture is other.texture
+        first, position = nodes[1], one.shape.positions
+        del meshes, nodes[0], one
+        for _ in range(2):  # what belonged to a mesh that is gone is freed after the next picture
+            alone = drawn(renderer, first)
+        assert position.size > 0  # not freed: the other one shows it
+        assert both.image is not None
+        assert alone.image is not None
+        assert alone.image.any()
