@@ -8,10 +8,12 @@ from numpy.typing import NDArray
 from glshadow.core.casting import darkens
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.shadow import Faces
-from glshadow.core.spaces import transform
+from glshadow.core.spaces import Array, transform
 from glshadow.gl.geometry import GpuScene
+from glshadow.scene.mesh import Mesh
 
 _FEW = 12  # triangles of a body that is asked whether it darkens anything
+_FLAT = 1e-9  # of its size: thickness up to which a body is a plane
 _ASKED = 64  # bodies that are asked: each question goes to all others
 _KEPT = 64  # places of lights for which the answers are kept
 
@@ -26,14 +28,28 @@ def casters_on_others(scene: GpuScene, light: Light) -> NDArray[np.bool_]:
     size = np.linalg.norm(np.ptp(scene.corners, axis=1), axis=1)
     whole = float(np.linalg.norm(np.ptp(scene.corners.reshape(-1, 3), axis=0)))
     for i in np.flatnonzero(casting & (size > 0.5 * whole))[:_ASKED]:
-        mesh = scene.nodes[i].mesh
-        if len(mesh.triangles) <= _FEW and len(scene.nodes) > 1:
-            triangles = transform(scene.nodes[i].world_from_mesh, mesh.positions)[mesh.triangles]
-            casting[i] = darkens(triangles, np.delete(scene.corners, i, axis=0), light)
+        triangles = _outline(scene.nodes[i].mesh)
+        if triangles is not None and len(scene.nodes) > 1:
+            placed = transform(scene.nodes[i].world_from_mesh, triangles)
+            casting[i] = darkens(placed, np.delete(scene.corners, i, axis=0), light)
     if len(scene.casting) >= _KEPT:
         scene.casting.clear()
     scene.casting[place] = casting
     return casting
+
+
+def _outline(mesh: Mesh) -> Array | None:
+    """Few triangles (T, 3, 3) that darken all that a mesh darkens: its own, or of a flat one the rectangle round it; None: many."""
+    if len(mesh.triangles) <= _FEW:
+        return np.asarray(mesh.positions[mesh.triangles])
+    low, high = mesh.bounds
+    thin = int(np.argmin(high - low))
+    if high[thin] - low[thin] > _FLAT * (high - low).max():
+        return None
+    x, y = ((thin + k) % 3 for k in (1, 2))
+    corners = np.tile(low, (4, 1))
+    corners[[1, 2], x], corners[[2, 3], y] = high[x], high[y]
+    return corners[[[0, 1, 2], [0, 2, 3]]]
 
 
 def hides_back_faces(scene: GpuScene, light: Light, faces: Faces | None) -> NDArray[np.bool_]:

@@ -77,6 +77,11 @@ class Sight:
         x, y = 0.5 * (right - left), 0.5 * (top - bottom)
         return np.array([[x, 0.0, left + x], [0.0, y, bottom + y], [0.0, 0.0, -float(self.camera.is_perspective)]])
 
+    def pixel(self, depth: float) -> float:
+        """Height of a pixel at a view depth, world units."""
+        _, _, bottom, top = self.camera.window(self.size)
+        return (top - bottom) / self.size[1] * (depth if self.camera.is_perspective else 1.0)
+
     @property
     def spread(self) -> float:
         """How far from the eye rays start; world units."""

@@ -16,8 +16,8 @@ from glshadow.gl.entry_points import R8, RGBA32F, RGBA32UI
 if TYPE_CHECKING:
     from glshadow.gl.geometry import GpuScene
 
-HUGE = 64.0
-"""From here on a triangle gets a rounding bound of its own. At 64 times a table's metre the common bound is 30 micrometres."""
+HUGE = 128.0
+"""From here on a triangle gets a rounding bound of its own. At 128 times a table's metre the common bound is 70 micrometres."""
 
 _SOLID = np.full((1, 1, 4), 255, dtype=np.uint8)  # the image of those that have none
 
@@ -30,7 +30,7 @@ class WorldTriangles:
     count : int
         Triangles, numbered as the surface buffer numbers them, from 0.
     reach : float
-        Largest coordinate of the usual triangles: all but those that reach HUGE times as far as the nearest tenth does.
+        Largest coordinate of the usual triangles: all but those that reach HUGE times as far as the nearest body does.
     huge : bool
         Whether there are others.
     mask_shift : (N,) int64
@@ -52,7 +52,8 @@ class WorldTriangles:
         self.triangles = np.concatenate(triangles)
         self.count = len(self.triangles)
         each = np.abs(self.positions).max(axis=1)[self.triangles[:, :3]].max(axis=1)
-        usual = each <= HUGE * np.quantile(each, 0.1)
+        nearest = np.abs(scene.corners - scene.origin).max(axis=(1, 2)).min()
+        usual = each <= HUGE * nearest if (each <= HUGE * nearest).any() else np.ones(len(each), dtype=bool)
         self.reach, self.huge = float(each[usual].max()), not usual.all()
         self._context = context
         self._buffers: tuple[BufferTexture, BufferTexture] | None = None

@@ -13,9 +13,10 @@ from glshadow.core.decision import Decision, decide
 from glshadow.core.fit import shaded_receivers
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.metric import Target, unpack
-from glshadow.core.spaces import Array
+from glshadow.core.spaces import Array, transform
 from glshadow.core.used import Used
-from glshadow.core.view import kind_of, shadow_views
+from glshadow.core.view import ShadowView, kind_of, shadow_views
+from glshadow.errors import warn
 from glshadow.gl.atlases import Place
 from glshadow.gl.bodies import casters_on_others
 from glshadow.gl.caster import Map, draw_casters
@@ -25,6 +26,9 @@ from glshadow.gl.readback import pixels
 from glshadow.gl.sources.source import Receiver, Source, fetching_dialect, frame_of, open_receiver
 from glshadow.gl.work import Work
 from glshadow.shader.slots import Compare, mapped_defines, mapped_slots
+
+MOST_PIXELS = 2.0**16
+"""Side of a map in pixels of the nearest receiver from which on it is said: a texel of a 2048 map is then 32 of them."""
 
 
 class Mapped(Source):
@@ -58,6 +62,26 @@ class Mapped(Source):
         views = shadow_views(light, receivers, corners, decision.clip, shadow.resolution, guard, all_inside=inside)
         if views:
             self._place = work.atlases.claim(decision.caster.target, views)
+            self._warn_of_large_texels(work, views[0], np.concatenate([points for points in receivers if len(points)]))
+
+    def _warn_of_large_texels(self, work: Work, view: ShadowView, receivers: Array) -> None:
+        """Where a map covers so much that what casts near the camera may fall between its texels."""
+        camera = work.sight.camera.view_from_world
+        depth = np.maximum(-(receivers @ camera[2, :3] + camera[2, 3]), work.sight.near)
+        nearest = int(np.argmin(depth))
+        away = (
+            1.0
+            if view.kind == "directional"
+            else float(np.linalg.norm(transform(view.view_from_world, receivers[nearest])))
+        )
+        texel = max(view.texel) * away
+        pixels = texel / work.sight.pixel(float(depth[nearest]))
+        if pixels * view.resolution > MOST_PIXELS:
+            warn(
+                f"a texel of the light's {view.resolution} map is {texel:.3g} wide, {pixels:.0f} pixels of what is nearest to the camera: "
+                "shadows there may be lost; use Exact(), a larger resolution, or a smaller scene",
+                stacklevel=6,
+            )
 
     def prepare(self, work: Work) -> Used:
         """Draw the map."""

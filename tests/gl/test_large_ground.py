@@ -1,0 +1,82 @@
+"""A ground of any size swallows no shadow near the camera; a map that covers too much says so."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow.scene import shapes
+
+SIZE = (320, 180)
+CAMERA = gs.PerspectiveCamera((2.5, 1.6, 3.0), (0.0, 0.9, -2.0), fov_y=50.0)
+SUN = (-0.5, -0.7, -0.35)
+SIDES = (10.0, 100.0, 1e3, 1e4, 1e5)
+
+
+def table() -> gs.Mesh:
+    legs = [((0.05, 0.72, 0.05), (x, 0.36, z)) for x in (-0.55, 0.55) for z in (-0.3, 0.3)]
+    parts = [((1.2, 0.04, 0.7), (0.0, 0.74, 0.0)), *legs, ((0.24, 0.015, 0.24), (0.2, 0.7675, 0.1))]
+    return gs.Mesh(*shapes.joined([shapes.box(extents, at) for extents, at in parts]))
+
+
+def ground(side: float, cells: int = 1) -> gs.Mesh:
+    """A square of so many cells along each side, cut in two triangles each, at y = 0."""
+    steps = np.linspace(-0.5 * side, 0.5 * side, cells + 1)
+    x, z = np.meshgrid(steps, steps)
+    corner = np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)
+    a, b, c, d = (corner.ravel() + k for k in (0, 1, cells + 2, cells + 1))
+    triangles = np.concatenate([np.stack([a, d, c], axis=1), np.stack([a, c, b], axis=1)])
+    return gs.Mesh(np.stack([x.ravel(), np.zeros(x.size), z.ravel()], axis=1), triangles)
+
+
+def scene_of(*meshes: gs.Mesh) -> gs.Scene:
+    return gs.Scene(tuple(gs.Node(f"part {i}", mesh, np.eye(4)) for i, mesh in enumerate(meshes)))
+
+
+def visibility(scene: gs.Scene, shadow: gs.Shadow) -> tuple[np.ndarray, gs.Used]:
+    with gs.Renderer() as renderer:
+        frame = renderer.render(
+            scene, CAMERA, [gs.DirectionalLight(direction=SUN, shadow=shadow)], SIZE, outputs=("visibility", "depth")
+        )
+    near = frame.depth < 6.0
+    return np.where(near, frame.visibility[0], 1.0), frame.used[0]
+
+
+@pytest.mark.parametrize("cells", [1, 100])
+@pytest.mark.parametrize("filter", [gs.Pcf(1), gs.Hard(), gs.Disc(), gs.Exact()], ids=str)
+def test_the_ground_may_be_as_large_as_it_likes(filter: gs.Filter, cells: int) -> None:
+    """The picture near the camera is that of the smallest ground, but for a pixel or two that lie on an edge."""
+    first, used = visibility(scene_of(table(), ground(SIDES[0], cells)), gs.Shadow(filter=filter))
+    assert (first < 0.5).sum() > 400
+    for side in SIDES[1:]:
+        seen, also = visibility(scene_of(table(), ground(side, cells)), gs.Shadow(filter=filter))
+        assert (np.abs(seen - first) > 0.5).sum() <= 3, side
+        if used.texel is not None:
+            np.testing.assert_allclose(also.texel, used.texel, rtol=1e-3)
+
+
+def test_a_map_that_covers_too_much_says_so() -> None:
+    """Hills cast on themselves: the map must cover them all."""
+    hills = ground(1e4, 40)
+    rough = gs.Mesh(
+        hills.positions + np.random.default_rng(1).uniform(0, 30, (len(hills.positions), 1)) * (0, 1, 0),
+        hills.triangles,
+    )
+    camera = gs.PerspectiveCamera((0.0, 31.8, 0.0), (100.0, 31.8, 0.0))
+    with gs.Renderer() as renderer:
+        with pytest.warns(gs.GlshadowWarning, match=r"a texel of the light's 2048 map is .* wide, \d+ pixels"):
+            renderer.render(scene_of(rough), camera, [gs.DirectionalLight(direction=SUN)], SIZE)
+        renderer.render(
+            scene_of(rough), camera, [gs.DirectionalLight(direction=SUN, shadow=gs.Shadow(filter=gs.Exact()))], SIZE
+        )
+
+
+def test_nothing_is_drawn_where_nothing_can_be_darkened() -> None:
+    """The caster's shade lies outside of what is seen."""
+    aside = gs.Mesh(table().positions + (0.0, 0.0, 50.0), table().triangles)
+    frame_light = gs.DirectionalLight(direction=SUN)
+    with gs.Renderer() as renderer:
+        frame = renderer.render(scene_of(aside, ground(1e3)), CAMERA, [frame_light], SIZE)
+    assert frame.used[0].draws == 0
+    assert np.nanmin(frame.visibility) == 1.0
