@@ -48,5 +48,5 @@ def pixels(name: str, value: Any) -> tuple[int, int]:
     try:
         width, height = several(whole(1, LARGEST_SIDE), "pixels", 2)(name, value)
     except ValueError:  # too few, or SettingsError
-        raise refuse(name, f"two integers in [1, {LARGEST_SIDE}] (width, height)", value) from None
+        raise refuse(name, f"two integers in [1, {LARGEST_SIDE}] (width, height in pixels)", value) from None
     return width, height

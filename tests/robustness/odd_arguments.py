@@ -255,7 +255,7 @@ NOT_BUILT = {
 def built() -> dict[str, Call]:
     """Public callables and their arguments: the defaults, or what is required; some with other values than the defaults."""
     named: dict[str, Callable[..., Any]] = {}
-    for name in set(gs.__all__) - NOT_BUILT:
+    for name in sorted(set(gs.__all__) - NOT_BUILT):
         value = getattr(gs, name)
         if callable(value) and not (
             isinstance(value, type) and issubclass(value, gs.GlshadowError | gs.GlshadowWarning)

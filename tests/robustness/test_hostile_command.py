@@ -99,11 +99,11 @@ def test_names_that_are_not_utf8(folder):
     ("arguments", "words"),
     [
         (("-o", "x" * 300 + ".png"), "is no name for a file: File name too long"),
-        (("--eye", "1e300,0,0"), "position must be 3 finite numbers from -1e+20 to 1e+20"),
+        (("--eye", "1e300,0,0"), "position must be 3 finite numbers, each in [-1e+20, 1e+20]"),
         (("--fov", "1e-300"), "fov_y must be a finite number in [1e-06, 180) degrees"),
         (("--far", "1e300"), "far must be a finite number in [1e-20, 1e+20]"),
-        (("--light", "point:1e300,0,0"), "position must be 3 numbers from -1e+20 to 1e+20"),
-        (("--light", "point:0,0,1:far=1e300"), "far must be in [-1e+20, 1e+20]"),
+        (("--light", "point:1e300,0,0"), "position must be 3 finite numbers, each in [-1e+20, 1e+20]"),
+        (("--light", "point:0,0,1:far=1e300"), "far must be a finite number in [1e-20, 1e+20]"),
     ],
 )
 def test_values_beyond_what_can_be_drawn(folder, arguments, words):
