@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
-from enum import IntEnum
 from typing import Protocol
 
 import numpy as np
@@ -20,6 +19,8 @@ from glshadow.core.setting import refuse, whole
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, Bools, view_axes
 from glshadow.errors import GlshadowError, SettingsError
+from glshadow.measure.html import error_html
+from glshadow.measure.score import COLORS, DARK, LIT, Outcome, Score
 from glshadow.scene.arguments import checked_scene
 from glshadow.scene.mesh import Scene
 
@@ -63,73 +64,6 @@ class Truth(Frame, Protocol):
     def near_foot(self, radius: Array | float, where: Bools) -> Bools: ...
 
 
-class Outcome(IntEnum):
-    """What became of a pixel."""
-
-    NO_SURFACE = 0
-    NOT_COUNTED = 1
-    GOOD = 2
-    GRAIN = 3
-    EDGE = 4
-    ACNE = 5
-    LEAK = 6
-
-
-COLORS = {
-    Outcome.NO_SURFACE: (0, 0, 0),
-    Outcome.NOT_COUNTED: (40, 110, 60),
-    Outcome.GRAIN: (255, 140, 0),
-    Outcome.EDGE: (255, 225, 0),
-    Outcome.ACNE: (230, 30, 30),
-    Outcome.LEAK: (40, 80, 255),
-}
-LIT, DARK = 190, 80  # grey of pixels that are right
-
-
-@dataclass(frozen=True)
-class Score:
-    """Errors of one light, or of all, as fractions of the counted pixels; NaN if none counts.
-
-    Attributes
-    ----------
-    mean : float
-        Mean |visibility - truth|.
-    wrong : float
-        |visibility - truth| > 0.5; the sum of the next three.
-    edge : float
-        Wrong within (filter radius + 1/2) sqrt(2) texels of the true boundary: the price of the resolution.
-    acne, leak : float
-        Wrong elsewhere: lit drawn dark, dark drawn lit. Artefacts.
-    grain : float
-        |visibility - truth| > 1/16 beyond (filter radius + 1) sqrt(2) texels of the true boundary.
-    contact : float
-        The part of `leak` within two texels of something that stands on the surface.
-    counted : float
-        Counted pixels as a fraction of those that see a surface.
-    all_wrong, all_mean : float
-        `wrong` and `mean` over all pixels that see a surface.
-    """
-
-    mean: float
-    wrong: float
-    edge: float
-    acne: float
-    leak: float
-    grain: float
-    contact: float
-    counted: float
-    all_wrong: float
-    all_mean: float
-
-    def __str__(self) -> str:
-        parts = ", ".join(f"{name} {getattr(self, name):.4%}" for name in ("edge", "acne", "leak"))
-        return (
-            f"wrong {self.wrong:.4%} ({parts}; contact {self.contact:.4%}), grain {self.grain:.4%}, "
-            f"mean {self.mean:.5f} of the counted {self.counted:.1%} of the surface; "
-            f"of all of it wrong {self.all_wrong:.4%}, mean {self.all_mean:.5f}"
-        )
-
-
 @dataclass(frozen=True)
 class ShadowError(Score):
     """Score of a frame over all its lights, with that of each light.
@@ -168,9 +102,7 @@ class ShadowError(Score):
 
     def _repr_html_(self) -> str:
         """The numbers and the pictures of all lights in a notebook."""
-        from glshadow.measure.html import error_html
-
-        return error_html(self)
+        return error_html(self.lights, self, [self.picture(number) for number in range(len(self.lights))])
 
 
 def _plain(score: Score) -> dict[str, object]:

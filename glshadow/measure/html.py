@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from glshadow.inline import figure, table
-from glshadow.measure.error import COLORS, Outcome, Score
-
-if TYPE_CHECKING:
-    from glshadow.measure.error import ShadowError
+from glshadow.measure.score import COLORS, Outcome, Score
 
 SHARES = ("wrong", "edge", "acne", "leak", "contact", "grain", "counted")
 
 
-def error_html(error: ShadowError) -> str:
+def error_html(lights: Sequence[Score], whole: Score, pictures: Sequence[NDArray[np.uint8]]) -> str:
     """A table with a row per light, and a picture of each light's errors."""
-    named = [(f"light {number}", score) for number, score in enumerate(error.lights)]
+    named = [(f"light {number}", score) for number, score in enumerate(lights)]
     if len(named) > 1:
-        named.append(("all", error))
+        named.append(("all", whole))
     rows = [[name, *_numbers(score)] for name, score in named]
-    pictures = [figure(error.picture(number), f"light {number}") for number in range(len(error.lights))]
-    return table(["", *SHARES, "mean"], rows) + _key() + "".join(pictures)
+    figures = [figure(picture, f"light {number}") for number, picture in enumerate(pictures)]
+    return table(["", *SHARES, "mean"], rows) + _key() + "".join(figures)
 
 
 def _numbers(score: Score) -> list[str]:

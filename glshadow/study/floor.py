@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from glshadow.frame import Frame
     from glshadow.renderer import Renderer
 
+FLOOR_RESOLUTION = 2048  # one floor for all settings, so that their ratios compare
+
 LAMBERT = (
     """#version 330 core
 in vec3 a_position;

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.frame import Frame
-from glshadow.measure.error import Outcome, ShadowError
-from glshadow.reference.trace import Truth
+from glshadow.measure.error import ShadowError
+from glshadow.measure.score import Outcome
+from glshadow.reference.truth import Truth
 from glshadow.renderer import Renderer
 from glshadow.triptych import GAP, triptych
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from glshadow.core.bias import ReceiverPlaneBias
 from glshadow.core.shadow import Shadow
+from glshadow.study.floor import FLOOR_RESOLUTION
 from glshadow.study.result import Result, Study
-from glshadow.study.run import FLOOR_RESOLUTION
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -19,10 +19,11 @@ from glshadow.files import replacing
 from glshadow.inline import PAGE_LEVEL, address, jpeg, png
 from glshadow.measure.flip import flip
 from glshadow.study.cases import read_cases
+from glshadow.study.floor import FLOOR_RESOLUTION
 from glshadow.study.pictures import Panel, Region
 from glshadow.study.plot import figure, svg
 from glshadow.study.result import Result, Study
-from glshadow.study.run import FLOOR_RESOLUTION, WARM_UP
+from glshadow.study.run import WARM_UP
 
 PAGE, NUMBERS = "study.html", "study.json"
 TEMPLATE = "report.html.jinja"

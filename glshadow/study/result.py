@@ -13,7 +13,7 @@ from glshadow.core.lights import Light
 from glshadow.core.setting import as_floats, numbers_in, shown
 from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError, printable
-from glshadow.measure.error import Score
+from glshadow.measure.score import Score
 from glshadow.study.grid import setting_name
 from glshadow.study.pictures import Panel
 

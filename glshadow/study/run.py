@@ -23,12 +23,13 @@ from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
 from glshadow.frame import Frame
 from glshadow.gl.context import Backend
-from glshadow.measure.error import Score, ShadowError, measure
+from glshadow.measure.error import ShadowError, measure
+from glshadow.measure.score import Score
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
 from glshadow.scene.arguments import picture_arguments
 from glshadow.scene.mesh import Scene
-from glshadow.study.floor import Floor
+from glshadow.study.floor import FLOOR_RESOLUTION, Floor
 from glshadow.study.grid import setting_name
 from glshadow.study.journal import Journal, fingerprint, result_key
 from glshadow.study.machine import machine
@@ -40,7 +41,6 @@ Progress = Callable[[int, int, str], None]
 
 MOST_REPEATS = 10_000
 WARM_UP = 2  # rounds that are not counted: the first one allocates and compiles
-FLOOR_RESOLUTION = 2048  # one floor for all settings, so that their ratios compare
 STEP_RAD = 2e-3  # per round a sun tilts by this: nothing that was drawn for the last one serves the next
 
 

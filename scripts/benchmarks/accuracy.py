@@ -23,7 +23,7 @@ import numpy as np
 from frame import MODELS, SIZE
 
 import glshadow as gs
-from glshadow.measure.error import Outcome
+from glshadow.measure.score import Outcome
 from glshadow.study.formats import RANGES, foot_gap
 
 BETTER = {"4096": gs.Shadow(resolution=4096), "8192": gs.Shadow(resolution=8192), "exact": gs.Shadow(filter=gs.Exact())}

@@ -25,7 +25,7 @@ import glshadow as gs
 from glshadow.core.spaces import Array
 from glshadow.gl.sources import Listed
 from glshadow.gl.sources.triangles import rounding_bound
-from glshadow.measure.error import Outcome
+from glshadow.measure.score import Outcome
 from glshadow.reference import brute
 from glshadow.study.floor import Floor
 

@@ -15,7 +15,8 @@ from glshadow.core.lists import distance_bound
 from glshadow.core.shadow import Shadow
 from glshadow.frame import Frame
 from glshadow.reference.brute import blocked
-from glshadow.reference.trace import Truth, trace
+from glshadow.reference.trace import trace
+from glshadow.reference.truth import Truth
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import Scene
 

@@ -10,7 +10,8 @@ import pytest
 import glshadow as gs
 from glshadow.core.filters.exact import SAMPLES
 from glshadow.core.lights import Light
-from glshadow.reference.trace import Truth, trace
+from glshadow.reference.trace import trace
+from glshadow.reference.truth import Truth
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import Scene
 

@@ -74,7 +74,7 @@ def test_a_map_that_covers_too_much_says_so() -> None:
 
 def test_nothing_is_drawn_where_nothing_can_be_darkened() -> None:
     """The caster's shade lies outside of what is seen."""
-    aside = gs.Mesh(table().positions + (0.0, 0.0, 50.0), table().triangles)
+    aside = gs.Mesh(table().positions + np.array([0.0, 0.0, 50.0]), table().triangles)
     frame_light = gs.DirectionalLight(direction=SUN)
     with gs.Renderer() as renderer:
         frame = renderer.render(scene_of(aside, ground(1e3)), CAMERA, [frame_light], SIZE)

@@ -32,7 +32,8 @@ from glshadow.core.spaces import Array, ClipSpace, transform
 from glshadow.core.view import ShadowView
 from glshadow.frame import Frame
 from glshadow.reference.rays import dot
-from glshadow.reference.trace import Truth, _moved, _Source, trace
+from glshadow.reference.trace import _moved, _Source, trace
+from glshadow.reference.truth import Truth
 from glshadow.renderer import Renderer
 
 from .registry import Picture, Technique

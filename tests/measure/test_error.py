@@ -12,7 +12,8 @@ from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
 from glshadow.measure import measure
-from glshadow.measure.error import COLORS, Outcome, texel_size
+from glshadow.measure.error import texel_size
+from glshadow.measure.score import COLORS, Outcome
 from glshadow.reference import trace
 from glshadow.renderer import Renderer
 from glshadow.scene import builtin

@@ -1,0 +1,73 @@
+"""Score: one light's errors as numbers, and what became of each pixel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+
+class Outcome(IntEnum):
+    """What became of a pixel."""
+
+    NO_SURFACE = 0
+    NOT_COUNTED = 1
+    GOOD = 2
+    GRAIN = 3
+    EDGE = 4
+    ACNE = 5
+    LEAK = 6
+
+
+COLORS = {
+    Outcome.NO_SURFACE: (0, 0, 0),
+    Outcome.NOT_COUNTED: (40, 110, 60),
+    Outcome.GRAIN: (255, 140, 0),
+    Outcome.EDGE: (255, 225, 0),
+    Outcome.ACNE: (230, 30, 30),
+    Outcome.LEAK: (40, 80, 255),
+}
+LIT, DARK = 190, 80  # grey of pixels that are right
+
+
+@dataclass(frozen=True)
+class Score:
+    """Errors of one light, or of all, as fractions of the counted pixels; NaN if none counts.
+
+    Attributes
+    ----------
+    mean : float
+        Mean |visibility - truth|.
+    wrong : float
+        |visibility - truth| > 0.5; the sum of the next three.
+    edge : float
+        Wrong within (filter radius + 1/2) sqrt(2) texels of the true boundary: the price of the resolution.
+    acne, leak : float
+        Wrong elsewhere: lit drawn dark, dark drawn lit. Artefacts.
+    grain : float
+        |visibility - truth| > 1/16 beyond (filter radius + 1) sqrt(2) texels of the true boundary.
+    contact : float
+        The part of `leak` within two texels of something that stands on the surface.
+    counted : float
+        Counted pixels as a fraction of those that see a surface.
+    all_wrong, all_mean : float
+        `wrong` and `mean` over all pixels that see a surface.
+    """
+
+    mean: float
+    wrong: float
+    edge: float
+    acne: float
+    leak: float
+    grain: float
+    contact: float
+    counted: float
+    all_wrong: float
+    all_mean: float
+
+    def __str__(self) -> str:
+        parts = ", ".join(f"{name} {getattr(self, name):.4%}" for name in ("edge", "acne", "leak"))
+        return (
+            f"wrong {self.wrong:.4%} ({parts}; contact {self.contact:.4%}), grain {self.grain:.4%}, "
+            f"mean {self.mean:.5f} of the counted {self.counted:.1%} of the surface; "
+            f"of all of it wrong {self.all_wrong:.4%}, mean {self.all_mean:.5f}"
+        )
