@@ -39,6 +39,7 @@ class Mapped(Source):
         self._place: Place | None = None
         self._decision: Decision
         self._shaded: Array | None = None
+        self._looked_at = -1  # scene whose texels were looked at
 
     def claim(self, work: Work, light: Light) -> None:
         """Decide the settings and fit the views."""
@@ -62,26 +63,6 @@ class Mapped(Source):
         views = shadow_views(light, receivers, corners, decision.clip, shadow.resolution, guard, all_inside=inside)
         if views:
             self._place = work.atlases.claim(decision.caster.target, views)
-            self._warn_of_large_texels(work, views[0], np.concatenate([points for points in receivers if len(points)]))
-
-    def _warn_of_large_texels(self, work: Work, view: ShadowView, receivers: Array) -> None:
-        """Where a map covers so much that what casts near the camera may fall between its texels."""
-        camera = work.sight.camera.view_from_world
-        depth = np.maximum(-(receivers @ camera[2, :3] + camera[2, 3]), work.sight.near)
-        nearest = int(np.argmin(depth))
-        away = (
-            1.0
-            if view.kind == "directional"
-            else float(np.linalg.norm(transform(view.view_from_world, receivers[nearest])))
-        )
-        texel = max(view.texel) * away
-        pixels = texel / work.sight.pixel(float(depth[nearest]))
-        if pixels * view.resolution > MOST_PIXELS:
-            warn(
-                f"a texel of the light's {view.resolution} map is {texel:.3g} wide, {pixels:.0f} pixels of what is nearest to the camera: "
-                "shadows there may be lost; use Exact(), a larger resolution, or a smaller scene",
-                stacklevel=6,
-            )
 
     def prepare(self, work: Work) -> Used:
         """Draw the map."""
@@ -89,10 +70,32 @@ class Mapped(Source):
         if self._place is not None:
             self.map = Map(*self._place(), caster, decision.filter)
             draws = draw_casters(work.context, work.programs, work.scene, self.light, self.map)
+            if self._looked_at != work.scene.identity:
+                self._looked_at = work.scene.identity
+                self._warn_of_large_texels(work, self.map.views[0])
         views = self.map.views if self.map else ()
         return Used(
             views, decision.filter, caster.bias, caster.target, decision.clip, caster.faces, draws, decision.fallbacks
         )
+
+    def _warn_of_large_texels(self, work: Work, view: ShadowView) -> None:
+        """Said once for a scene: where a map covers so much that what casts near the camera may fall between its texels."""
+        seen = np.concatenate([points for points in work.sight.receivers if len(points)])
+        camera = work.sight.camera.view_from_world
+        least = max(float((-(seen @ camera[2, :3] + camera[2, 3])).min()), work.sight.near)
+        if _side(work, view, seen, least) <= MOST_PIXELS:
+            return
+        window = pixels(work.targets.depth, np.float32)  # boxes may come nearer than what is in them: ask the picture
+        surface = window != work.sight.clip.clear_depth
+        if not surface.any():
+            return
+        side = _side(work, view, seen, float(np.quantile(work.sight.depth(window[surface].astype(np.float64)), 0.01)))
+        if side > MOST_PIXELS:
+            warn(
+                f"a texel of the light's {view.resolution} map is as wide as {side / view.resolution:.0f} pixels of what is nearest to the "
+                "camera: shadows there may be lost; use Exact(), a larger resolution, or a smaller scene",
+                stacklevel=6,
+            )
 
     def receiver(self, work: Work) -> Receiver:
         """Compare with it."""
@@ -124,6 +127,14 @@ class Mapped(Source):
     def stored(self) -> NDArray[np.float32]:
         """Its views; RGBA8 is unpacked."""
         return super().stored() if self.map is None else stored_values(self.map)
+
+
+def _side(work: Work, view: ShadowView, seen: Array, depth: float) -> float:
+    """How many pixels at a view depth a map is wide where it is nearest to the light, or anywhere under a sun."""
+    away = 1.0
+    if view.kind != "directional":
+        away = float(np.linalg.norm(transform(view.view_from_world, seen), axis=1).min())
+    return max(view.texel) * away * view.resolution / work.sight.pixel(depth)
 
 
 def map_slots(light: Light, shadow_map: Map, caps: Caps) -> dict[str, str]:
