@@ -32,7 +32,7 @@ SAMPLES = whole(1, 1 << 16)
 _rays: WeakKeyDictionary[Scene, Rays] = WeakKeyDictionary()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Truth:
     """What the exact picture is, and what it is the picture of.
 
@@ -68,6 +68,14 @@ class Truth:
     lights: tuple[Light, ...]
     size: tuple[int, int]
     rays: Rays = field(repr=False)
+
+    def __repr__(self) -> str:
+        seen = int((self.triangle >= 0).sum())
+        shares = [f"{float(np.nanmean(plane)):.2%}" for plane in self.visibility] if seen else []
+        return (
+            f"Truth({shown(self.scene.name)}, {self.size[0]} x {self.size[1]}, {seen:,} pixels see a surface, "
+            f"lit of them by each light: {', '.join(shares) or 'none'})"
+        )
 
     @cached_property
     def body(self) -> Ints:

@@ -66,7 +66,7 @@ class Choice:
                 "lights": [result.as_dict() for result in self.results]}  # fmt: skip
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Plan:
     """What a budget costs.
 
@@ -104,6 +104,10 @@ class Plan:
             "choices": [choice.as_dict() for choice in self.choices],
             "tried": {setting_name(shadow): error for shadow, error in self.tried.items()},
         }
+
+    def __repr__(self) -> str:
+        met = "met" if self.met else "not met"
+        return f"Plan(wrong at most {self.budget:.4%}, {met} by {self.best.name!r}, {len(self.tried)} settings tried)"
 
     def __str__(self) -> str:
         head = f"wrong at most {self.budget:.4%}: {'' if self.met else 'not met by '}{self.best.name}"
