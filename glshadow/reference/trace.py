@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from weakref import WeakKeyDictionary
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
+from glshadow.core.lights import DirectionalLight, Light, Lights, PointLight, SpotLight, to_light
 from glshadow.core.setting import as_float, as_floats, refuse, shown, whole
 from glshadow.core.spaces import FARTHEST, Array, Bools
 from glshadow.errors import SettingsError
@@ -178,7 +177,7 @@ class Truth:
 def trace(
     scene: Scene,
     camera: Camera | None = None,
-    lights: Sequence[Light] | None = None,
+    lights: Lights = None,
     size: tuple[int, int] = (1280, 720),
     pixel_samples: int = 1,
     light_samples: int = 1,

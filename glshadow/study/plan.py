@@ -12,7 +12,7 @@ import numpy as np
 
 from glshadow.core.cameras import Camera
 from glshadow.core.filters import FILTERS, Filter
-from glshadow.core.lights import Light
+from glshadow.core.lights import Lights
 from glshadow.core.setting import number
 from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
@@ -119,7 +119,7 @@ def run_plan(
     scene: Any,
     wrong: float,
     camera: Camera | None = None,
-    lights: Sequence[Light] | None = None,
+    lights: Lights = None,
     size: tuple[int, int] = (1280, 720),
     filters: Sequence[Filter] = RUNGS,
     resolutions: Sequence[int] = RESOLUTIONS,
