@@ -10,6 +10,4 @@ lights = [
 ]
 frame = gs.render(scene, lights=lights, path="03_three_lights.png")
 for light, used in zip(lights, frame.used, strict=True):
-    print(
-        f"{type(light).__name__:17s} {len(used.views)} views, {used.target.value}, clip {used.clip}, {used.draws} draws"
-    )
+    print(f"{type(light).__name__:17s} {len(used.views)} views, {used.target}, clip {used.clip}, {used.draws} draws")

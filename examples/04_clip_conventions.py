@@ -1,15 +1,16 @@
 """The same shadow in every depth convention. Look at: the printed differences; only the format's own step shows."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 import glshadow as gs
 
 scene = gs.scenes.courtyard()
 with gs.Renderer() as renderer:
 
-    def visibility(**settings):
-        sun = gs.DirectionalLight(shadow=gs.Shadow(filter=gs.Hard(), **settings))
-        return renderer.render(scene, lights=[sun], outputs=("visibility",)).visibility[0]
+    def visibility(clip: gs.ClipSpace | None = None, target: gs.Target | None = None) -> NDArray[np.float32]:
+        sun = gs.DirectionalLight(shadow=gs.Shadow(filter=gs.Hard(), clip=clip, target=target))
+        return renderer.render(scene, lights=[sun], outputs=("visibility",)).visibility
 
     reference = visibility()
     for zero_to_one in (False, True):

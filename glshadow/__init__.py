@@ -1,4 +1,14 @@
-"""glshadow: shadow mapping for Python, headless, with every picture measurable against the exact answer."""
+"""glshadow: shadow mapping for Python, headless, with every picture measurable against the exact answer.
+
+Public is what stands in `__all__` here, and in `__all__` of the modules among it:
+
+    scenes      built-in scenes, some with their exact shadow       image      reading and writing pictures
+    study       speed against error of many settings, plans         overlay    what explains a picture, drawn on it
+    forward     the shadow in an own moderngl program
+
+Everything else is private whatever it is called, and may change without a word. What `render`, `trace`, `measure` and a study give back
+is made by them: its attributes and methods are public, its constructor is not.
+"""
 
 from __future__ import annotations
 
@@ -30,8 +40,10 @@ from glshadow.scene.limits import Limits
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
 
 if TYPE_CHECKING:
+    from glshadow import image, overlay, study
     from glshadow.core.used import Used
     from glshadow.frame import Frame
+    from glshadow.gl import forward
     from glshadow.measure.flip import flip
     from glshadow.reference.trace import trace
     from glshadow.reference.truth import Truth
@@ -39,7 +51,7 @@ if TYPE_CHECKING:
     from glshadow.scene import builtin as scenes
     from glshadow.scene.load import load
 
-__version__ = "0.1.0"
+__version__ = "0.1.0"  # here only: pyproject.toml reads it
 
 # Imported when first asked for: OpenGL, file loading and ray tracing are not needed by everyone, and cost time.
 _LAZY = {
@@ -50,16 +62,24 @@ _LAZY = {
     "flip": "glshadow.measure.flip",
     "load": "glshadow.scene.load",
     "render": "glshadow.renderer",
-    "scenes": "glshadow.scene.builtin",
     "trace": "glshadow.reference.trace",
+}
+_MODULES = {
+    "forward": "glshadow.gl.forward",
+    "image": "glshadow.image",
+    "overlay": "glshadow.overlay",
+    "scenes": "glshadow.scene.builtin",
+    "study": "glshadow.study",
 }
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _LAZY:
+    if name in _MODULES:
+        value: Any = import_module(_MODULES[name])
+    elif name in _LAZY:
+        value = getattr(import_module(_LAZY[name]), name)
+    else:
         raise AttributeError(f"module 'glshadow' has no attribute {name!r}")
-    module = import_module(_LAZY[name])
-    value = module if name == "scenes" else getattr(module, name)
     globals()[name] = value
     return value
 
@@ -110,10 +130,14 @@ __all__ = [
     "ViewFit",
     "__version__",
     "flip",
+    "forward",
+    "image",
     "load",
     "measure",
+    "overlay",
     "render",
     "scenes",
+    "study",
     "trace",
 ]  # fmt: skip
 __all__ += _filters.__all__

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
+from glshadow import __version__
 from glshadow.errors import ContextError
 from glshadow.gl.backends import LOADERS, BackendUnavailable
 from glshadow.gl.context import GLContext, open_context
@@ -57,7 +58,7 @@ def examine() -> dict[str, Any]:
     backends = {name: _in_own_process(name) for name in LOADERS}
     packages = {name: _version(name) for name in PACKAGES}
     return {
-        "glshadow": _version("glshadow"),
+        "glshadow": __version__,
         "python": platform.python_version(),
         "platform": platform.platform(),
         "packages": packages,

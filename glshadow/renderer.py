@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import BRIGHTEST, DirectionalLight, Light
+from glshadow.core.lights import BRIGHTEST, DirectionalLight, Light, Lights
 from glshadow.core.setting import Rule, as_float, as_path, instance, one_of, optional, several, shown, vector
 from glshadow.core.spaces import Array
 from glshadow.errors import GlshadowError, ResourceError, SettingsError, warn
@@ -118,7 +118,7 @@ class Renderer:
         self,
         scene: Scene,
         camera: Camera | None = None,
-        lights: Sequence[Light] | None = None,
+        lights: Lights = None,
         size: tuple[int, int] = (1280, 720),
         ambient: float | ArrayLike = 0.1,
         background: ArrayLike = (0.0, 0.0, 0.0),
@@ -274,7 +274,7 @@ def _nothing_in_view(scene: Scene, sight: Sight) -> str:
 def render(
     scene: Any,
     camera: Camera | None = None,
-    lights: Sequence[Light] | None = None,
+    lights: Lights = None,
     size: tuple[int, int] = (1280, 720),
     path: Any = None,
     **options: Any,

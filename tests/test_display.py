@@ -136,3 +136,52 @@ def test_a_study_shows_its_plot_and_its_front(scene: gs.Scene) -> None:
     for result in (*study.front(0), *study.front(1)):
         assert result.name in table
         assert f"{result.score.wrong:.4%}" in table
+
+
+# -- one line each
+
+
+def test_every_repr_is_one_short_line(scene: gs.Scene, frame: gs.Frame, truth: gs.Truth) -> None:
+    texture = np.zeros((16, 8, 4), np.uint8)
+    material = gs.Material((0.5, 0.25, 1.0, 1.0), texture, gs.AlphaMode.MASK, 0.3, True)
+    mesh = gs.Mesh(np.eye(3), np.array([[0, 1, 2]]), np.eye(3), np.zeros((3, 2)), material=material)  # type: ignore[arg-type]
+    node = gs.Node("a\x1bb", mesh, np.eye(4), casts=False)
+    empty = gs.Mesh(np.eye(3), np.zeros((0, 3)))  # type: ignore[arg-type]
+    many = gs.Scene((node,) * 500, name="many")
+    error = gs.measure(frame, truth)
+    for value in (material, mesh, empty, node, scene, many, frame, truth, error, *frame.used, gs.scenes.box()):
+        assert "\n" not in repr(value)
+        assert repr(value).isprintable()
+        assert len(repr(value)) < (2000 if isinstance(value, gs.Used) else 300), repr(
+            value
+        )  # six views of a point light
+    assert repr(material) == "Material((0.5, 0.25, 1, 1), texture 8 x 16, MASK below 0.3, double-sided)"
+    assert repr(mesh).startswith("Mesh(1 triangle, 3 vertices, normals, uv, from (0, 0, 0) to (1, 1, 1), Material(")
+    assert repr(node) == r"Node('a\x1bb', 1 triangle, origin at (0, 0, 0), casts nothing)"
+    assert repr(many).startswith("Scene('many', 500 nodes, 500 triangles, 1 light, from (0, 0, 0) to (1, 1, 1): ")
+    assert repr(many).endswith(", ...)")
+    assert repr(frame) == "Frame('box', 96 x 54, 2 lights, outputs image, visibility)"
+    assert repr(truth).startswith("Truth('box', 96 x 54, ")
+    assert repr(error).startswith("ShadowError(2 lights: wrong ")
+
+
+def test_a_scene_shows_its_picture(scene: gs.Scene) -> None:
+    html = scene._repr_html_()  # type: ignore[operator]
+    (picture,) = pictures(html)
+    assert picture.shape == (360, 640, 3)
+    assert picture.std() > 10  # lit and dark
+    text = Balanced(html).text
+    assert "box: 2 nodes, 14 triangles, 2 lights, from (" in text
+
+
+def test_a_scene_that_cannot_be_drawn_shows_words(scene: gs.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise OSError("no driver")
+
+    monkeypatch.setattr("glshadow.renderer.Renderer.render", fail)
+    assert scene._repr_html_().startswith("<p>box: 2 nodes, 14 triangles")  # type: ignore[operator]
+
+
+def test_a_scene_out_of_sight_warns_nobody(scene: gs.Scene) -> None:
+    away = replace(scene, camera=gs.PerspectiveCamera((0, 50, 0), (0, 99, 1)))
+    assert "<img" in away._repr_html_()  # type: ignore[operator]

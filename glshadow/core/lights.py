@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import get_args
 
@@ -18,7 +19,9 @@ NEAR_HELP, FAR_HELP = "near plane of its shadow map, along the light", "far plan
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Light(Settings):
+class BaseLight(Settings):
+    """What every light has."""
+
     color: Triple = setting(vector(3, 0.0, BRIGHTEST), (1.0, 1.0, 1.0), help="linear RGB factor")
     intensity: float = setting(
         number(0.0, BRIGHTEST), 1.0, help="strength: a white surface facing the light gets color * intensity"
@@ -35,7 +38,7 @@ class _Light(Settings):
 
 
 @dataclass(frozen=True, kw_only=True)
-class _LocalLight(_Light):
+class _LocalLight(BaseLight):
     position: Triple = setting(vector(3, -FARTHEST, FARTHEST), help="where the light is")
     near: float | None = setting(optional(number(NEAREST, FARTHEST)), None, help=NEAR_HELP)
     far: float | None = setting(optional(number(NEAREST, FARTHEST)), None, help=FAR_HELP)
@@ -47,7 +50,7 @@ class _LocalLight(_Light):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DirectionalLight(_Light):
+class DirectionalLight(BaseLight):
     """Parallel light from infinitely far away: the sun.
 
     Parameters
@@ -119,6 +122,9 @@ class PointLight(_LocalLight):
 
 
 Light = DirectionalLight | SpotLight | PointLight
+
+Lights = Iterable[BaseLight] | BaseLight | None
+"""An argument that is several lights, one, or the scene's own."""
 
 LIGHTS = several(instance(*get_args(Light)), "DirectionalLight, SpotLight or PointLight")
 """The rule of an argument that is several lights."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -81,7 +81,7 @@ class ShadowView:
 
     kind: Kind
     face: int
-    view_from_world: Array
+    view_from_world: Array = field(repr=False)
     window: tuple[float, float, float, float]
     near: float
     far: float

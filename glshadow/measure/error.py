@@ -64,7 +64,7 @@ class Truth(Frame, Protocol):
     def near_foot(self, radius: Array | float, where: Bools) -> Bools: ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ShadowError(Score):
     """Score of a frame over all its lights, with that of each light.
 
@@ -79,6 +79,10 @@ class ShadowError(Score):
     lights: tuple[Score, ...]
     kinds: NDArray[np.uint8] = field(repr=False, compare=False)
     truth: NDArray[np.float32] = field(repr=False, compare=False)
+
+    def __repr__(self) -> str:
+        kinds = ", ".join(f"{name} {getattr(self, name):.4%}" for name in ("wrong", "edge", "acne", "leak", "grain"))
+        return f"ShadowError({len(self.lights)} light{'' if len(self.lights) == 1 else 's'}: {kinds})"
 
     def __str__(self) -> str:
         return "\n".join(f"light {number}: {score}" for number, score in enumerate(self.lights))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light, PointLight, SpotLight
+from glshadow.core.lights import Lights, PointLight, SpotLight
 from glshadow.core.setting import shown, whole
 from glshadow.core.spaces import Array, Bools
 from glshadow.errors import SettingsError
@@ -29,7 +28,7 @@ _rays: WeakKeyDictionary[Scene, Rays] = WeakKeyDictionary()
 def trace(
     scene: Scene,
     camera: Camera | None = None,
-    lights: Sequence[Light] | None = None,
+    lights: Lights = None,
     size: tuple[int, int] = (1280, 720),
     pixel_samples: int = 1,
     light_samples: int = 1,

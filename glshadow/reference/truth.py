@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import Light
-from glshadow.core.setting import as_float, as_floats, refuse, whole
+from glshadow.core.setting import as_float, as_floats, refuse, shown, whole
 from glshadow.core.spaces import FARTHEST, Array, Bools
 from glshadow.reference.aimed import AimedLight, moved_over, perpendicular
 from glshadow.reference.rays import LIFT, Ints, Rays
@@ -23,7 +23,7 @@ NEAR_DIRECTIONS = 16  # of the search for a shadow's boundary (see Truth.near_ed
 NEAR_RADII = 3
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Truth:
     """What the exact picture is, and what it is the picture of.
 
@@ -64,6 +64,14 @@ class Truth:
     def body(self) -> Ints:
         """(H, W) number of the connected body, welded by exact position, at the pixel's centre; -1 for none."""
         return np.where(self.triangle >= 0, self.rays.body[self.triangle], np.int32(-1))
+
+    def __repr__(self) -> str:
+        seen = int((self.triangle >= 0).sum())
+        shares = [f"{float(np.nanmean(plane)):.2%}" for plane in self.visibility] if seen else []
+        return (
+            f"Truth({shown(self.scene.name)}, {self.size[0]} x {self.size[1]}, {seen:,} pixels see a surface, "
+            f"lit of them by each light: {', '.join(shares) or 'none'})"
+        )
 
     def near_edge(self, light: int, radius: Array | float, where: Bools | None = None) -> Bools:
         """Whether the true boundary of a light's shadow passes within a distance of the pixels' points.

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, get_args
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import LIGHTS, Light
+from glshadow.core.lights import LIGHTS, Light, Lights
 from glshadow.core.setting import instance, optional, refuse, several, shown, whole
 from glshadow.errors import SceneError
 from glshadow.scene.mesh import Scene
@@ -17,7 +16,7 @@ CAMERA = optional(instance(Camera), "the scene's own")
 
 
 def picture_arguments(
-    scene: Scene, camera: Camera | None, lights: Sequence[Light] | Light | None, size: tuple[int, int]
+    scene: Scene, camera: Camera | None, lights: Lights, size: tuple[int, int]
 ) -> tuple[Camera, tuple[Light, ...], tuple[int, int]]:
     """The camera and the lights, the scene's own for None, and the size.
 

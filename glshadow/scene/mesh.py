@@ -32,6 +32,7 @@ from glshadow.core.setting import (
 )
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError
+from glshadow.scene import summary
 from glshadow.scene.box import box_corners, check_place, default_camera, default_sun
 from glshadow.scene.closed import is_closed
 
@@ -54,7 +55,7 @@ def _pixels(name: str, value: Any) -> NDArray[np.uint8]:
     raise refuse(name, "an array (H, W, 4) of uint8", value)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Material(Settings):
     """Base colour and how alpha is read; nothing else is modelled.
 
@@ -83,8 +84,10 @@ class Material(Settings):
     cutoff: float = setting(number(), 0.5, help="alpha below which a MASK material does not exist")
     double_sided: bool = setting(flag(), False, help="both sides are meant to be seen")
 
+    __repr__ = summary.material_line
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Mesh:
     """Triangles of one material.
 
@@ -115,6 +118,8 @@ class Mesh:
     uv: NDArray[np.float32] | None = None
     colors: NDArray[np.float32] | None = None
     material: Material = Material()
+
+    __repr__ = summary.mesh_line
 
     def __post_init__(self) -> None:
         if not isinstance(self.material, Material):
@@ -201,7 +206,7 @@ def _affine(name: str, value: Any) -> Array:
     return matrix
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Node(Settings):
     """One placement of a mesh: instances share the Mesh object.
 
@@ -222,13 +227,15 @@ class Node(Settings):
     casts: bool = setting(flag(), True, help="it darkens what lies behind it")
     receives: bool = setting(flag(), True, help="others darken it")
 
+    __repr__ = summary.node_line
+
     @property
     def label(self) -> str:
         """What messages call it."""
         return f"Node {shown(self.name)}"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Scene(Settings):
     """Placed meshes with a camera and lights.
 
@@ -252,6 +259,9 @@ class Scene(Settings):
     camera: Camera = setting(optional(instance(Camera), "frames the scene"), None, help="the eye")
     lights: tuple[Light, ...] = setting(optional(LIGHTS, "one sun"), None, help="what lights it")
     name: str = setting(text(), "scene", help="what messages and files call it")
+
+    __repr__ = summary.scene_line
+    _repr_html_ = summary.scene_html
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,9 +43,9 @@ class Region:
 class Panel:
     """One setting's pictures (H, W, 3), shaded by its light alone, and its worst regions, the worst first."""
 
-    truth: Image
-    ours: Image
-    error: Image
+    truth: Image = field(repr=False)
+    ours: Image = field(repr=False)
+    error: Image = field(repr=False)
     regions: tuple[Region, ...]
 
 

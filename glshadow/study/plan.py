@@ -12,7 +12,7 @@ import numpy as np
 
 from glshadow.core.cameras import Camera
 from glshadow.core.filters import FILTERS, Filter
-from glshadow.core.lights import Light
+from glshadow.core.lights import Lights
 from glshadow.core.setting import number
 from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
@@ -66,7 +66,7 @@ class Choice:
                 "lights": [result.as_dict() for result in self.results]}  # fmt: skip
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Plan:
     """What a budget costs.
 
@@ -105,6 +105,10 @@ class Plan:
             "tried": {setting_name(shadow): error for shadow, error in self.tried.items()},
         }
 
+    def __repr__(self) -> str:
+        met = "met" if self.met else "not met"
+        return f"Plan(wrong at most {self.budget:.4%}, {met} by {self.best.name!r}, {len(self.tried)} settings tried)"
+
     def __str__(self) -> str:
         head = f"wrong at most {self.budget:.4%}: {'' if self.met else 'not met by '}{self.best.name}"
         rows = [f"  {c.cost:5.2f} x floor {c.ms:7.1f} ms  wrong {c.error:8.4%}  {c.name}" for c in self.choices]
@@ -115,7 +119,7 @@ def run_plan(
     scene: Any,
     wrong: float,
     camera: Camera | None = None,
-    lights: Sequence[Light] | None = None,
+    lights: Lights = None,
     size: tuple[int, int] = (1280, 720),
     filters: Sequence[Filter] = RUNGS,
     resolutions: Sequence[int] = RESOLUTIONS,

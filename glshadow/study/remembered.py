@@ -15,7 +15,7 @@ from glshadow.reference.truth import Truth
 SAMPLE = 8000
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RememberedTruth(Truth):
     """Answers near_edge of up to SAMPLE pixels as Truth does; of more, each pixel gets the answer of the nearest one asked.
 

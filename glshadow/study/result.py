@@ -97,7 +97,7 @@ class Result:
         )  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Study:
     """Results of all settings of all lights, in the order of the grid.
 
@@ -157,6 +157,10 @@ class Study:
             "seconds": self.seconds,
             "results": [{**result.as_dict(), "front": result.key in fronts} for result in self.results],
         }
+
+    def __repr__(self) -> str:
+        counts = f"{len(self.results)} results of {len(self.lights)} light{'' if len(self.lights) == 1 else 's'}"
+        return f"Study({shown(self.scene)}, {self.size[0]} x {self.size[1]}, {counts})"
 
     def __str__(self) -> str:
         lines = [

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.lights import DirectionalLight, Light, Lights
 from glshadow.core.setting import as_path, optional, refuse, whole
 from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
@@ -48,7 +48,7 @@ STEP_RAD = 2e-3  # per round a sun tilts by this: nothing that was drawn for the
 def open_run(
     scene: Any,
     camera: Camera | None = None,
-    lights: Sequence[Light] | None = None,
+    lights: Lights = None,
     size: tuple[int, int] = (1280, 720),
     repeats: int = 7,
     resume: str | os.PathLike[str] | None = None,

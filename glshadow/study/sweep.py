@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
+from glshadow.core.lights import Lights
 from glshadow.core.shadow import Shadow
 from glshadow.gl.context import Backend
 from glshadow.study.grid import Grid, settings_of
@@ -20,7 +20,7 @@ from glshadow.study.run import Progress, Run, open_run
 def run_study(
     scene: Any,
     camera: Camera | None = None,
-    lights: Sequence[Light] | None = None,
+    lights: Lights = None,
     size: tuple[int, int] = (1280, 720),
     grid: Grid | Iterable[Shadow] | None = None,
     repeats: int = 7,

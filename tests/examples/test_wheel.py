@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import glshadow as gs
+
 CHECKOUT = Path(__file__).resolve().parents[2]
 
 
@@ -44,7 +46,8 @@ def test_wheel_carries_every_shader_and_module(wheel: Path) -> None:
     shaders = {f"glshadow/{path.relative_to(CHECKOUT)}" for path in (CHECKOUT / "glsl").rglob("*.*") if path.is_file()}
     modules = {str(path.relative_to(CHECKOUT)) for path in (CHECKOUT / "glshadow").rglob("*.py")}
     assert shaders
-    assert shaders | modules <= names
+    assert shaders | modules | {"glshadow/py.typed"} <= names
+    assert wheel.name.startswith(f"glshadow-{gs.__version__}-")
     assert not {name for name in names if name.startswith(("tests/", "scripts/", "examples/"))}
 
 

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree import ElementTree
@@ -198,3 +199,13 @@ def test_the_command_refuses_what_it_cannot_do(tmp_path: Path) -> None:
     assert missing.exit_code == 1
     assert missing.stderr.startswith("error: ")
     assert not (tmp_path / "out").exists()
+
+
+def test_names_are_text_in_the_page(study: Study, tmp_path: Path) -> None:
+    hostile = replace(study, scene="\x1b]0;x\x07\u202egnp<script>alert(1)</script>")
+    page = write_report(hostile, tmp_path).read_text()
+    for text in (page, str(hostile), hostile._repr_html_()):
+        assert not {"\x1b", "\x07", "\u202e"} & set(text)
+        assert r"\x1b]0;x\x07\u202egnp" in text
+    assert "<script>alert" not in page + hostile._repr_html_()
+    assert json.loads((tmp_path / "study.json").read_text())["scene"]["name"] == hostile.scene

@@ -1,0 +1,85 @@
+"""Scenes and their parts in a line each, and a scene as a notebook shows it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from glshadow.core.setting import shown
+from glshadow.core.spaces import Array
+from glshadow.errors import listening
+
+if TYPE_CHECKING:
+    from glshadow.scene.mesh import Material, Mesh, Node, Scene
+
+NAMES = 6  # of nodes, in a scene's line
+PICTURE = (640, 360)  # pixels of a scene in a notebook's cell
+
+
+def material_line(material: Material) -> str:
+    """Colour, and what is not as usual."""
+    parts = [f"({', '.join(f'{x:.4g}' for x in material.color)})"]
+    if material.texture is not None:
+        parts.append(f"texture {material.texture.shape[1]} x {material.texture.shape[0]}")
+    if material.alpha_mode.value == "MASK":
+        parts.append(f"MASK below {material.cutoff:.4g}")
+    elif material.alpha_mode.value == "BLEND":
+        parts.append("BLEND")
+    return f"Material({', '.join(parts + ['double-sided'] * material.double_sided)})"
+
+
+def mesh_line(mesh: Mesh) -> str:
+    """Counts, attributes and bounds."""
+    attributes = [name for name in ("normals", "uv", "colors") if getattr(mesh, name) is not None]
+    parts = [f"{_counted(len(mesh.triangles), 'triangle')}, {len(mesh.positions):,} vertices", *attributes]
+    if len(mesh.triangles):
+        parts.append(_box(mesh.bounds))
+    return f"Mesh({', '.join(parts)}, {material_line(mesh.material)})"
+
+
+def node_line(node: Node) -> str:
+    """Name, what it places and where its mesh's origin goes."""
+    parts = [
+        shown(node.name),
+        _counted(len(node.mesh.triangles), "triangle"),
+        f"origin at {_point(node.world_from_mesh[:3, 3])}",
+    ]
+    parts += [word for word, off in (("casts nothing", not node.casts), ("receives nothing", not node.receives)) if off]
+    return f"Node({', '.join(parts)})"
+
+
+def scene_line(scene: Scene) -> str:
+    """Name, counts, bounds, and the names of the first nodes."""
+    names = [shown(node.name) for node in scene.nodes[:NAMES]] + ["..."] * (len(scene.nodes) > NAMES)
+    return f"Scene({shown(scene.name)}, {_facts(scene)}: {', '.join(names)})"
+
+
+def _facts(scene: Scene) -> str:
+    triangles = sum(len(node.mesh.triangles) for node in scene.nodes)
+    counts = (_counted(len(scene.nodes), "node"), _counted(triangles, "triangle"), _counted(len(scene.lights), "light"))
+    return f"{', '.join(counts)}, {_box(scene.bounds)}"
+
+
+def scene_html(scene: Scene) -> str:
+    """A small picture by the scene's own camera and lights, and the facts; the facts alone where no picture can be made."""
+    from glshadow.inline import figure, words
+
+    caption = f"{scene.name}: {_facts(scene)}"
+    try:
+        from glshadow.renderer import Renderer
+
+        with listening(lambda _: None), Renderer() as renderer:
+            return figure(renderer.render(scene, size=PICTURE, outputs=("image",)).image, caption)
+    except Exception:  # no driver, no memory, whatever it is: a cell that shows a scene must not fail
+        return f"<p>{words(caption)}</p>"
+
+
+def _counted(number: int, word: str) -> str:
+    return f"{number:,} {word}{'' if number == 1 else 's'}"
+
+
+def _point(point: Array) -> str:
+    return f"({', '.join(f'{x:.4g}' for x in point)})"
+
+
+def _box(bounds: Array) -> str:
+    return f"from {_point(bounds[0])} to {_point(bounds[1])}"

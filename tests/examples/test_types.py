@@ -1,0 +1,63 @@
+"""The README's Python and every example pass `mypy --strict` as a stranger's would, against the types that the package carries."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+EXAMPLES = sorted((CHECKOUT / "examples").glob("*.py"))
+README = (CHECKOUT / "README.md").read_text()
+
+WRONG = """
+import glshadow as gs
+
+frame = gs.render(gs.scenes.courtyard())
+frame.visibility + "text"
+frame.colour
+gs.render(size=3)
+"""
+
+
+def check(*files: Path) -> str:
+    """What mypy says of some scripts; empty where all is well."""
+    command = [
+        sys.executable,
+        "-m",
+        "mypy",
+        "--strict",
+        "--scripts-are-modules",
+        "--config-file",
+        str(CHECKOUT / "pyproject.toml"),
+    ]
+    done = subprocess.run(
+        [*command, *map(str, files)],
+        cwd=CHECKOUT,
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+    )
+    return "" if done.returncode == 0 else done.stdout + done.stderr
+
+
+def test_blocks_of_the_readme_and_examples(tmp_path: Path) -> None:
+    blocks = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    assert blocks
+    assert len(EXAMPLES) >= 9
+    files = [tmp_path / f"readme_{number}.py" for number in range(len(blocks))]
+    for file, block in zip(files, blocks, strict=True):
+        file.write_text(block)
+    for example in EXAMPLES:  # whose names begin with a digit, as no module's may
+        files.append(tmp_path / f"example_{example.name}")
+        files[-1].write_text(example.read_text())
+    assert check(*files) == ""
+
+
+@pytest.mark.slow
+def test_the_check_can_fail(tmp_path: Path) -> None:
+    (tmp_path / "wrong.py").write_text(WRONG)
+    said = check(tmp_path / "wrong.py")
+    assert said.count("error:") == 4, said

@@ -1,0 +1,139 @@
+"""Processes that are killed while they write or read leave no half file, and what SIGKILL leaves is removed by the next one."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from glshadow import files, image
+
+PIXELS = np.zeros((32, 32, 3), dtype=np.uint8)
+SMALL = ("--size", "96x54", "--resolution", "256")
+
+# The command, stopped at the worst moment: half of the picture is written.
+HALF_WRITTEN = """
+import sys, time
+from glshadow import image
+whole = image._write_file
+def half(path, *rest):
+    path.write_bytes(b"half")
+    print("ready", flush=True)
+    time.sleep(60)
+    whole(path, *rest)
+image._write_file = half
+from glshadow.cli import main
+main(sys.argv[1:])
+"""
+HALF_READ = """
+import time
+from glshadow import image
+def half(path, name):
+    print("ready", flush=True)
+    time.sleep(60)
+image._read_file = half
+image.read(open("picture.png", "rb").read())
+"""
+
+
+def hidden(folder):
+    return sorted(path.name for path in folder.iterdir() if path.name.startswith("."))
+
+
+def killed(tmp_path, code, number, *arguments):
+    """What a child says on standard error that is killed once it is ready, and how it ends."""
+    command = [sys.executable, "-c", code, *arguments]
+    environment = os.environ | {"TMPDIR": str(tmp_path)}
+    with subprocess.Popen(
+        command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        process.send_signal(number)
+        _, errors = process.communicate(timeout=30)
+    return process.returncode, errors
+
+
+def test_a_terminated_command_cleans_up(tmp_path):
+    code, errors = killed(tmp_path, HALF_WRITTEN, signal.SIGTERM, "render", *SMALL)
+    assert (code, errors) == (143, "error: terminated\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_killed_command_is_cleaned_up_after(tmp_path):
+    (tmp_path / "courtyard.png").write_bytes(b"the one before")
+    code, _ = killed(tmp_path, HALF_WRITTEN, signal.SIGKILL, "render", *SMALL)
+    assert code == -signal.SIGKILL
+    assert len(hidden(tmp_path)) == 1  # or this would test nothing
+    assert (tmp_path / "courtyard.png").read_bytes() == b"the one before"
+    image.write(tmp_path / "another.png", PIXELS)
+    assert hidden(tmp_path) == []
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_a_killed_reader_is_cleaned_up_after(tmp_path, monkeypatch, number):
+    image.write(tmp_path / "picture.png", PIXELS)
+    code, _ = killed(tmp_path, HALF_READ, number)
+    assert code == -number
+    assert len(hidden(tmp_path)) == 1
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    files._swept.discard(tmp_path)
+    assert image.read((tmp_path / "picture.png").read_bytes()).shape == (32, 32, 4)
+    assert hidden(tmp_path) == []
+
+
+def test_what_belongs_to_the_living_and_to_strangers_stays(tmp_path):
+    machine = files._MACHINE
+    with subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"]) as other:
+        stay = [f".glshadow-{machine}-{other.pid}-0.png", ".glshadow-0badcafe-1-0.png", ".glshadow.png", ".other"]
+        for name in stay:
+            (tmp_path / name).touch()
+        image.write(tmp_path / "picture.png", PIXELS)
+        assert hidden(tmp_path) == sorted(stay)
+        other.kill()
+    files._swept.discard(tmp_path)
+    image.write(tmp_path / "picture.png", PIXELS)
+    assert hidden(tmp_path) == sorted(stay[1:])
+
+
+def test_an_error_inside_leaves_nothing(tmp_path):
+    target = tmp_path / "a.txt"
+    target.write_text("before")
+
+    def fail():
+        with files.replacing(target) as part:
+            part.write_text("half")
+            raise KeyError
+
+    with pytest.raises(KeyError):
+        fail()
+    assert target.read_text() == "before"
+    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
+
+
+@pytest.mark.slow
+def test_commands_killed_at_any_moment(tmp_path):
+    """SIGTERM and SIGKILL in turn, spread over the command's whole life: the picture is whole or not there."""
+    command = [sys.executable, "-m", "glshadow", "render", *SMALL, "-o", "a.png"]
+    environment = os.environ | {"TMPDIR": str(tmp_path)}
+    start = time.monotonic()
+    subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, check=True)
+    seconds = time.monotonic() - start
+    whole = (tmp_path / "a.png").read_bytes()
+    for turn in range(16):
+        (tmp_path / "a.png").unlink(missing_ok=True)
+        with subprocess.Popen(command, cwd=tmp_path, env=environment, stderr=subprocess.PIPE) as process:
+            time.sleep(seconds * (0.3 + 0.7 * turn / 15))
+            process.send_signal(signal.SIGKILL if turn % 2 else signal.SIGTERM)
+            process.communicate(timeout=30)
+        assert process.returncode in (0, 143, -signal.SIGTERM, -signal.SIGKILL)
+        if (tmp_path / "a.png").exists():
+            assert (tmp_path / "a.png").read_bytes() == whole
+        if not turn % 2:
+            assert hidden(tmp_path) == []
+        files._swept.discard(tmp_path)
+        image.write(tmp_path / "b.png", PIXELS)
+        assert hidden(tmp_path) == []
