@@ -6,10 +6,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from glshadow.core import filters as _filters
-from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
+from glshadow.core.bias import Bias, ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
 from glshadow.core.filters import *  # noqa: F403  # every filter there is
-from glshadow.core.fit import SceneFit, ViewFit
+from glshadow.core.fit import Fit, SceneFit, ViewFit
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
@@ -25,14 +25,15 @@ from glshadow.errors import (
     SettingsError,
     ShaderError,
 )
-from glshadow.measure.error import ShadowError, measure  # now: the function must hide the room of its name
+from glshadow.measure.error import Score, ShadowError, measure  # now: the function must hide the room of its name
 from glshadow.scene.limits import Limits
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
 
 if TYPE_CHECKING:
     from glshadow.core.used import Used
+    from glshadow.core.view import ShadowView
     from glshadow.frame import Frame
-    from glshadow.measure.flip import flip
+    from glshadow.measure.flip import Flip, flip
     from glshadow.reference.trace import Truth, trace
     from glshadow.renderer import Renderer, render
     from glshadow.scene import builtin as scenes
@@ -42,8 +43,10 @@ __version__ = "0.1.0"
 
 # Imported when first asked for: OpenGL, file loading and ray tracing are not needed by everyone, and cost time.
 _LAZY = {
+    "Flip": "glshadow.measure.flip",
     "Frame": "glshadow.frame",
     "Renderer": "glshadow.renderer",
+    "ShadowView": "glshadow.core.view",
     "Truth": "glshadow.reference.trace",
     "Used": "glshadow.core.used",
     "flip": "glshadow.measure.flip",
@@ -69,6 +72,7 @@ def __dir__() -> list[str]:
 
 __all__ = [
     "AlphaMode",
+    "Bias",
     "Camera",
     "ClipBias",
     "ClipSpace",
@@ -76,6 +80,8 @@ __all__ = [
     "ContextError",
     "DirectionalLight",
     "Faces",
+    "Fit",
+    "Flip",
     "Frame",
     "GlshadowError",
     "GlshadowWarning",
@@ -97,10 +103,12 @@ __all__ = [
     "Scene",
     "SceneError",
     "SceneFit",
+    "Score",
     "SettingsError",
     "ShaderError",
     "Shadow",
     "ShadowError",
+    "ShadowView",
     "SlopeScaledBias",
     "SpotLight",
     "Target",

@@ -16,6 +16,8 @@ from glshadow.core.setting import as_path, numbers_in, refuse, text
 from glshadow.errors import SceneError, SettingsError
 from glshadow.files import replacing, temporary
 
+__all__ = ["Header", "header", "read", "write"]
+
 Pixels = NDArray[Any]
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")

@@ -19,6 +19,8 @@ from glshadow.lines import Canvas, Color
 if TYPE_CHECKING:
     from glshadow.core.used import Used
 
+__all__ = ["OVERLAYS", "light_color", "overlay", "required_outputs"]
+
 OVERLAYS = ("map", "lights", "axes", "grid")
 _NEEDS = {
     "map": ("image", "shadow_maps"),
