@@ -6,7 +6,15 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from glshadow.core import filters as _filters
-from glshadow.core.bias import Bias, ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
+from glshadow.core.bias import (
+    Bias,
+    ClipBias,
+    ConstantBias,
+    NoBias,
+    NormalOffsetBias,
+    ReceiverPlaneBias,
+    SlopeScaledBias,
+)
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
 from glshadow.core.filters import *  # noqa: F403  # every filter there is
 from glshadow.core.fit import Fit, SceneFit, ViewFit

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 __all__ = ["OVERLAYS", "light_color", "overlay", "required_outputs"]
 
 OVERLAYS = ("map", "lights", "axes", "grid")
+"""All there are: shadow maps in a corner, lights and what their maps cover, axes, a grid on the ground."""
+
 _NEEDS = {
     "map": ("image", "shadow_maps"),
     "lights": ("image", "depth"),

@@ -7,4 +7,16 @@ from glshadow.study.report import write_report
 from glshadow.study.result import Result, Study, pareto_front
 from glshadow.study.sweep import run_study
 
-__all__ = ["Choice", "Grid", "Panel", "Plan", "Region", "Result", "Study", "pareto_front", "run_plan", "run_study", "write_report"]
+__all__ = [
+    "Choice",
+    "Grid",
+    "Panel",
+    "Plan",
+    "Region",
+    "Result",
+    "Study",
+    "pareto_front",
+    "run_plan",
+    "run_study",
+    "write_report",
+]
