@@ -16,10 +16,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from glshadow.core import filters as _filters
-from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
+from glshadow.core.bias import (
+    Bias,
+    ClipBias,
+    ConstantBias,
+    NoBias,
+    NormalOffsetBias,
+    ReceiverPlaneBias,
+    SlopeScaledBias,
+)
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
 from glshadow.core.filters import *  # noqa: F403  # every filter there is
-from glshadow.core.fit import SceneFit, ViewFit
+from glshadow.core.fit import Fit, SceneFit, ViewFit
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
@@ -35,16 +43,17 @@ from glshadow.errors import (
     SettingsError,
     ShaderError,
 )
-from glshadow.measure.error import ShadowError, measure  # now: the function must hide the room of its name
+from glshadow.measure.error import Score, ShadowError, measure  # now: the function must hide the room of its name
 from glshadow.scene.limits import Limits
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
 
 if TYPE_CHECKING:
     from glshadow import image, overlay, study
     from glshadow.core.used import Used
+    from glshadow.core.view import ShadowView
     from glshadow.frame import Frame
     from glshadow.gl import forward
-    from glshadow.measure.flip import flip
+    from glshadow.measure.flip import Flip, flip
     from glshadow.reference.trace import trace
     from glshadow.reference.truth import Truth
     from glshadow.renderer import Renderer, render
@@ -55,8 +64,10 @@ __version__ = "0.1.0"  # here only: pyproject.toml reads it
 
 # Imported when first asked for: OpenGL, file loading and ray tracing are not needed by everyone, and cost time.
 _LAZY = {
+    "Flip": "glshadow.measure.flip",
     "Frame": "glshadow.frame",
     "Renderer": "glshadow.renderer",
+    "ShadowView": "glshadow.core.view",
     "Truth": "glshadow.reference.truth",
     "Used": "glshadow.core.used",
     "flip": "glshadow.measure.flip",
@@ -90,6 +101,7 @@ def __dir__() -> list[str]:
 
 __all__ = [
     "AlphaMode",
+    "Bias",
     "Camera",
     "ClipBias",
     "ClipSpace",
@@ -97,6 +109,8 @@ __all__ = [
     "ContextError",
     "DirectionalLight",
     "Faces",
+    "Fit",
+    "Flip",
     "Frame",
     "GlshadowError",
     "GlshadowWarning",
@@ -118,10 +132,12 @@ __all__ = [
     "Scene",
     "SceneError",
     "SceneFit",
+    "Score",
     "SettingsError",
     "ShaderError",
     "Shadow",
     "ShadowError",
+    "ShadowView",
     "SlopeScaledBias",
     "SpotLight",
     "Target",

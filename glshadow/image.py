@@ -16,7 +16,7 @@ from glshadow.core.setting import as_path, numbers_in, refuse, text
 from glshadow.errors import SceneError, SettingsError
 from glshadow.files import replacing, temporary
 
-__all__ = ["read", "write"]
+__all__ = ["Header", "header", "read", "write"]
 
 Pixels = NDArray[Any]
 

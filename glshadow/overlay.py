@@ -19,9 +19,11 @@ from glshadow.lines import Canvas, Color
 if TYPE_CHECKING:
     from glshadow.core.used import Used
 
-__all__ = ["OVERLAYS", "overlay", "required_outputs"]
+__all__ = ["OVERLAYS", "light_color", "overlay", "required_outputs"]
 
 OVERLAYS = ("map", "lights", "axes", "grid")
+"""All there are: shadow maps in a corner, lights and what their maps cover, axes, a grid on the ground."""
+
 _NEEDS = {
     "map": ("image", "shadow_maps"),
     "lights": ("image", "depth"),

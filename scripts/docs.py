@@ -10,14 +10,7 @@ import pdoc
 import pdoc.doc
 import pdoc.render
 
-MODULES = (
-    "glshadow",
-    "glshadow.scene.builtin",
-    "glshadow.study",
-    "glshadow.overlay",
-    "glshadow.image",
-    "glshadow.gl.forward",
-)
+from glshadow.public import MODULES
 
 
 def modules() -> list[pdoc.doc.Module]:

@@ -11,7 +11,8 @@ import pytest
 import glshadow as gs
 
 CHECKOUT = Path(__file__).resolve().parents[1]
-DOCUMENTS = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")
+PAGES = sorted(path.relative_to(CHECKOUT).as_posix() for path in (CHECKOUT / "docs").glob("*.md"))
+DOCUMENTS = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", *PAGES)
 
 
 @pytest.fixture
@@ -70,8 +71,23 @@ def test_what_is_wrong_in_a_docstring_fails(
 @pytest.mark.parametrize("name", DOCUMENTS)
 def test_paths_in_the_documents_exist(name: str) -> None:
     text = (CHECKOUT / name).read_text()
-    paths = {
-        path for path in re.findall(r"(?<![\w/.])(?:\.ci|scripts|tests|examples)/[\w./]*\w", text) if "NEW" not in path
-    }
-    assert paths
+    roots = r"\.ci|scripts|tests|examples|docs|glshadow|glsl"
+    paths = {path for path in re.findall(rf"(?<![\w/.])(?:{roots})/[\w./]*\w", text) if "NEW" not in path}
     assert sorted(path for path in paths if not (CHECKOUT / path).exists()) == []
+
+
+@pytest.mark.parametrize("name", DOCUMENTS)
+def test_links_of_the_documents_lead_somewhere(name: str) -> None:
+    page = CHECKOUT / name
+    for target in re.findall(r"\]\((?!https?:)([^)]+)\)", page.read_text()):
+        path, _, anchor = target.partition("#")
+        linked = (page.parent / path).resolve() if path else page
+        assert linked.exists(), target
+        if anchor:
+            heads = re.findall(r"^#+ (.+)", linked.read_text(), re.MULTILINE)
+            assert anchor in {re.sub(r"[^\w -]", "", head).lower().replace(" ", "-") for head in heads}, target
+
+
+def test_every_page_is_listed() -> None:
+    listed = re.findall(r"^\| \[[^]]+\]\(([\w./]+)\)", (CHECKOUT / "docs" / "README.md").read_text(), re.MULTILINE)
+    assert {f"docs/{name}" for name in listed if "/" not in name} == set(PAGES) - {"docs/README.md"}

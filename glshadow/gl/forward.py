@@ -2,7 +2,10 @@
 
 ::
 
-    shadow_map = draw_map(context, programs, gpu_scene, light, views)
+    context = open_context(context=ctx)
+    programs, meshes = Programs(context), Meshes(context)
+    views = shadow_views(light, ...)  # or a frame's used[i].views
+    shadow_map = draw_map(context, programs, GpuScene(context, meshes, scene), light, views)
     program = ctx.program(MY_VERTEX_SHADER, receiver_source(context, light, shadow_map) + MY_DECLARATIONS_AND_MAIN)
     values = receiver_uniforms(light, shadow_map, rounding_of(reach))
     sampler = bind_map(ctx, shadow_map, unit)
@@ -23,22 +26,24 @@ from glshadow.core.compare import rounding_of
 from glshadow.core.decision import decide
 from glshadow.core.lights import Light
 from glshadow.core.spaces import Array
-from glshadow.core.view import ShadowView, kind_of
+from glshadow.core.view import ShadowView, kind_of, shadow_views
 from glshadow.errors import SettingsError
 from glshadow.gl.atlases import Atlas, layout
 from glshadow.gl.caster import Map, draw_casters
-from glshadow.gl.context import GLContext
+from glshadow.gl.context import GLContext, open_context
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.lighting import light_uniforms, light_view
+from glshadow.gl.meshes import Meshes
 from glshadow.gl.program import Programs
 from glshadow.gl.screen import comparison_sampler
 from glshadow.gl.sources.mapped import map_defines, map_slots, uniforms_of
 from glshadow.shader.compose import compose
 from glshadow.shader.slots import open_slots
 
-# light_uniforms and rounding_of come from elsewhere and belong to the interface.
+# Also what its functions take, which comes from elsewhere.
 __all__ = [
-    "bind_map", "draw_map", "light_uniforms", "lv_from_world", "receiver_source", "receiver_uniforms", "rounding_of",
+    "GLContext", "GpuScene", "Map", "Meshes", "Programs", "bind_map", "draw_map", "light_uniforms", "lv_from_world", "open_context",
+    "receiver_source", "receiver_uniforms", "rounding_of", "shadow_views",
 ]  # fmt: skip
 
 

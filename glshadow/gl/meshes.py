@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import weakref
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -222,7 +223,7 @@ class Meshes:
         self._shapes: Shared[Shape] = Shared()
         self._textures: Shared[moderngl.Texture] = Shared()
         self._meshes: weakref.WeakKeyDictionary[Mesh, GpuMesh] = weakref.WeakKeyDictionary()
-        self._finalizers: weakref.WeakKeyDictionary[Mesh, weakref.finalize[..., Mesh]] = weakref.WeakKeyDictionary()
+        self._finalizers: weakref.WeakKeyDictionary[Mesh, Any] = weakref.WeakKeyDictionary()
         self._dead: list[GpuMesh] = []
 
     def get(self, mesh: Mesh) -> GpuMesh:

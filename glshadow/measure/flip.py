@@ -1,7 +1,6 @@
 """How different two whole pictures look: FLIP, which models an observer who flips between them."""
 
-from __future__ import annotations
-
+# No postponed annotations: those of a NamedTuple are resolved in the module that documents it.
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np

@@ -1,9 +1,22 @@
 """Speed against error: a grid of shadow settings measured for both, the page that shows the result, and the cheapest for a budget."""
 
 from glshadow.study.grid import Grid
-from glshadow.study.plan import Plan, run_plan
+from glshadow.study.pictures import Panel, Region
+from glshadow.study.plan import Choice, Plan, run_plan
 from glshadow.study.report import write_report
 from glshadow.study.result import Result, Study, pareto_front
 from glshadow.study.sweep import run_study
 
-__all__ = ["Grid", "Plan", "Result", "Study", "pareto_front", "run_plan", "run_study", "write_report"]
+__all__ = [
+    "Choice",
+    "Grid",
+    "Panel",
+    "Plan",
+    "Region",
+    "Result",
+    "Study",
+    "pareto_front",
+    "run_plan",
+    "run_study",
+    "write_report",
+]

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 import multiprocessing
-import os
 import time
 import warnings
 from collections.abc import Callable, Iterator
@@ -20,7 +19,7 @@ from typing import Any
 
 import click
 import numpy as np
-from frame import MODELS, SIZE
+from frame import MODELS, SIZE, models_in
 
 import glshadow as gs
 from glshadow.measure.score import Outcome
@@ -140,8 +139,7 @@ def formats() -> list[dict[str, Any]]:
 @click.option("--json", "output", type=click.Path(path_type=Path), help="Write all figures there.")
 def main(folder: Path | None, only: str | None, output: Path | None) -> None:
     warnings.simplefilter("ignore", gs.GlshadowWarning)
-    default = Path(os.environ.get("GLSHADOW_MODELS", Path(__file__).resolve().parents[3] / "shared" / "models"))
-    folder = folder or (default if default.is_dir() else None)
+    folder = models_in(folder)
     scenes: list[tuple[str, Callable[[], gs.Scene]]] = [("courtyard", gs.scenes.courtyard)]
     if folder:
         scenes += [(name, lambda n=name, u=up: gs.load(folder / n, up_axis=u)) for name, up in MODELS]

@@ -9,7 +9,6 @@ that stays while the camera moves), `build` (list build over the depth-only pass
 from __future__ import annotations
 
 import json
-import os
 import time
 import warnings
 from collections.abc import Callable, Iterator
@@ -19,7 +18,7 @@ from typing import Any
 
 import click
 import numpy as np
-from frame import MODELS, SIZE, one_draw
+from frame import MODELS, SIZE, models_in, one_draw
 
 import glshadow as gs
 from glshadow.core.spaces import Array
@@ -357,12 +356,10 @@ def samples(rounds: int, results: dict[str, Any]) -> None:
 @click.option("--json", "output", type=click.Path(path_type=Path), help="Write all figures there.")
 def main(folder: Path | None, parts: tuple[str, ...], only: str | None, rounds: int, output: Path | None) -> None:
     warnings.simplefilter("ignore", gs.GlshadowWarning)
-    folder = folder or Path(
-        os.environ.get("GLSHADOW_MODELS", Path(__file__).resolve().parents[3] / "shared" / "models")
-    )
+    folder = models_in(folder)
     parts = parts or PARTS
     results: dict[str, dict[str, Any]] = {part: {} for part in parts}
-    scenes = [("courtyard", None), *MODELS] if folder.is_dir() else [("courtyard", None)]
+    scenes = [("courtyard", None), *MODELS] if folder else [("courtyard", None)]
     for part, work in (("wrong", wrong), ("moving", moving), ("embree", embree)):
         if part not in parts:
             continue
@@ -378,7 +375,7 @@ def main(folder: Path | None, parts: tuple[str, ...], only: str | None, rounds: 
             ]
             if suns:
                 click.echo(f"models, sun: median {np.median(suns):.2f} x, worst {max(suns):.2f} x")
-    if "build" in parts and folder.is_dir():
+    if "build" in parts and folder:
         click.echo("-- build")
         brain = gs.load(folder / "brain_cortex.ply", up_axis="z")
         build("brain_cortex.ply", brain, rounds, results["build"])
@@ -386,7 +383,7 @@ def main(folder: Path | None, parts: tuple[str, ...], only: str | None, rounds: 
     if "still" in parts:
         click.echo("-- still")
         still(rounds, results["still"])
-    if "growth" in parts and folder.is_dir():
+    if "growth" in parts and folder:
         click.echo("-- growth")
         growth(folder, rounds, results["growth"])
     if "samples" in parts:

@@ -34,6 +34,12 @@ MODELS = (
 )  # fmt: skip
 
 
+def models_in(folder: Path | None) -> Path | None:
+    """The folder of the 12 models: the given one, else GLSHADOW_MODELS, else the one beside the checkout; None where there is none."""
+    found = folder or Path(os.environ.get("GLSHADOW_MODELS", Path(__file__).resolve().parents[3] / "shared" / "models"))
+    return found if found.is_dir() else None
+
+
 def turned_sun(scene: gs.Scene, k: int, shadow: gs.Shadow) -> gs.DirectionalLight:
     """The scene's sun, a little further on every round."""
     light, angle = scene.lights[0], 0.002 * k
@@ -129,8 +135,7 @@ def plain(scene: gs.Scene) -> gs.Scene:
 @click.option("--only", help="Only scenes whose name contains this.")
 def main(folder: Path | None, repeats: int, profiled: bool, output: Path | None, only: str | None) -> None:
     warnings.simplefilter("ignore", gs.GlshadowWarning)
-    default = Path(os.environ.get("GLSHADOW_MODELS", Path(__file__).resolve().parents[3] / "shared" / "models"))
-    folder = folder or (default if default.is_dir() else None)
+    folder = models_in(folder)
     results: dict[str, Any] = {}
     click.echo(
         f"{'scene':34s} {'triangles':>9s} {'floor ms':>9s} " + " ".join(f"{name + ' x':>10s}" for name in FILTERS)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,7 +15,7 @@ from typing import Any
 import click
 import numpy as np
 from exact import lights_of
-from frame import MODELS
+from frame import MODELS, models_in
 
 import glshadow as gs
 
@@ -61,8 +60,10 @@ def digest(array: Any) -> str:
 @click.option("--against", type=click.Path(exists=True, path_type=Path), help="Compare with these.")
 def main(folder: Path | None, save: Path | None, against: Path | None) -> None:
     warnings.simplefilter("ignore", gs.GlshadowWarning)
-    default = Path(os.environ.get("GLSHADOW_MODELS", Path(__file__).resolve().parents[3] / "shared" / "models"))
-    found = dict(hashes(folder or default))
+    folder = models_in(folder)
+    if folder is None:
+        raise click.UsageError("the 12 models are needed: --models FOLDER, or GLSHADOW_MODELS")
+    found = dict(hashes(folder))
     if save:
         save.write_text(json.dumps(found, indent=1))
     if against:

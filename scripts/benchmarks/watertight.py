@@ -9,7 +9,6 @@ The generators are those of tests/exact. Ends with exit code 1 if anything slips
 from __future__ import annotations
 
 import json
-import os
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -17,6 +16,7 @@ from pathlib import Path
 
 import click
 import numpy as np
+from frame import models_in
 
 import glshadow as gs
 from glshadow.gl.context import open_context
@@ -129,8 +129,7 @@ def acne() -> Iterator[Row]:
 @click.option("--pixels", default=10_000_000, show_default=True, help="Under sheets, for each kind of light.")
 @click.option("--json", "output", type=click.Path(path_type=Path), help="Write all figures there.")
 def main(folder: Path | None, count: int, pixels: int, output: Path | None) -> None:
-    default = Path(os.environ.get("GLSHADOW_MODELS", Path(__file__).resolve().parents[3] / "shared" / "models"))
-    folder = folder or (default if default.is_dir() else None)
+    folder = models_in(folder)
     click.echo(f"{'':44s} {'light':12s} {'asked':>12s} {'wrong':>8s} {'control':>12s}")
     rows = []
     for part in (rays(folder, count), leaks(pixels), acne()):

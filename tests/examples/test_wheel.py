@@ -1,6 +1,7 @@
 """The wheel, built from the sdist of this checkout, installed elsewhere, renders with its own copy of glsl/."""
 
 import os
+import re
 import subprocess
 import sys
 import zipfile
@@ -49,6 +50,21 @@ def test_wheel_carries_every_shader_and_module(wheel: Path) -> None:
     assert shaders | modules | {"glshadow/py.typed"} <= names
     assert wheel.name.startswith(f"glshadow-{gs.__version__}-")
     assert not {name for name in names if name.startswith(("tests/", "scripts/", "examples/"))}
+
+
+@pytest.mark.slow
+def test_a_package_index_finds_nothing_broken(wheel: Path) -> None:
+    """The long description is the README, with no address that is relative: an index has none of our files."""
+    archive = zipfile.ZipFile(wheel)
+    (name,) = (each for each in archive.namelist() if each.endswith(".dist-info/METADATA"))
+    _, _, text = archive.read(name).decode().partition("\n\n")
+    readme = (CHECKOUT / "README.md").read_text()
+    relative = re.findall(r"\]\((?!https?:)[^)]*\)|(?:src|href)=[\"'](?!https?:)|<!--", readme)
+    assert relative
+    assert re.findall(r"\]\((?!https?:)[^)]*\)|(?:src|href)=[\"'](?!https?:)|<!--", text) == []
+    assert re.findall(r"^#.*|^```.*", text, re.MULTILINE) == re.findall(r"^#.*|^```.*", readme, re.MULTILINE)
+    for caption in re.findall(r"!\[([^\]]*)\]", readme):
+        assert f"*{caption}*" in text
 
 
 @pytest.mark.slow

@@ -46,6 +46,7 @@ class Disc(Filter):
     snippet = "filter/disc.glsl"
     summary = "mean over TAPS comparisons in a disc"
     source = "Vogel 1979, Castano 2013"
+    fails = "edges widen to 2 RADIUS_TEXELS + 1 texels; rings where taps are few, noise where they are turned"
 
     @property
     def radius(self) -> float:

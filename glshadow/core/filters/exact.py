@@ -42,6 +42,7 @@ class Exact(Filter):
     needs = Needs.TRIANGLES
     summary = "no map: asks the triangles"
     source = "Wyman, Hoetzlein, Lefohn 2015"
+    fails = "long lists where hundreds of slivers share a cell; OpenGL 3.3 has only a map of triangle numbers"
 
     @property
     def reach_texels(self) -> float:

@@ -37,35 +37,34 @@ class Filter(Spelled):
         In a few words, for help and tables.
     source : str
         Who published it.
-    radius : float
-        Half the width of its soft edge, in texels: by how much measured errors belong to the edge.
-    samples : int
-        Points of a pixel that are asked where a shadow's edge goes through it.
-    slack_texels : float
-        How far, in texels per axis, the map's sample may lie from where the plane is evaluated.
-    reach_texels : float
-        How far from the receiver's own position the filter reads, in texels per axis.
+    fails : str
+        Where it fails, in a few words, for tables.
     """
 
     needs: ClassVar[Needs]
     snippet: ClassVar[str] = ""
     summary: ClassVar[str] = ""
     source: ClassVar[str] = ""
+    fails: ClassVar[str] = ""
 
     @property
     def radius(self) -> float:
+        """Half the width of its soft edge, in texels: by how much measured errors belong to the edge."""
         return 0.0
 
     @property
     def samples(self) -> int:
+        """Points of a pixel that are asked where a shadow's edge goes through it."""
         return 1
 
     @property
     def slack_texels(self) -> float:
+        """How far, in texels per axis, the map's sample may lie from where the plane is evaluated."""
         return 0.0
 
     @property
     def reach_texels(self) -> float:
+        """How far from the receiver's own position the filter reads, in texels per axis."""
         return 0.0
 
     @property

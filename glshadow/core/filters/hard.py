@@ -24,6 +24,7 @@ class Hard(Filter):
     snippet = "filter/hard.glsl"
     summary = "one texel decides"
     source = "Williams 1978"
+    fails = "staircases of a texel"
 
     @property
     def slack_texels(self) -> float:

@@ -37,6 +37,7 @@ class Pcf(Filter):
     snippet = "filter/pcf.glsl"
     summary = "mean over (2 RADIUS + 1)^2 comparisons"
     source = "Reeves, Salesin, Cook 1987"
+    fails = "edges widen to 2 RADIUS + 1 texels; creases read the neighbouring wall"
 
     @property
     def slack_texels(self) -> float:

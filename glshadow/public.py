@@ -1,0 +1,15 @@
+"""What is public: the names in `__all__` of these modules, with the members of classes there that have no leading underscore.
+
+Everything else is private, also where its name has no underscore: it may change or go without a word. What is public changes only
+with an entry in the change log. The API reference (scripts/docs) and its tests are made from this list.
+"""
+
+MODULES = {
+    "glshadow": "scenes, lights, cameras, settings; render, trace, measure",
+    "glshadow.scene.builtin": "the built-in scenes, as glshadow.scenes",
+    "glshadow.study": "speed against error over a grid of settings, and the cheapest for a budget",
+    "glshadow.overlay": "maps, lights, axes and a grid drawn on top of a picture",
+    "glshadow.image": "pictures read from files and written to them",
+    "glshadow.gl.forward": "a light's map, and the GLSL that asks it, in programs of others",
+}
+"""Module -> what it is for."""

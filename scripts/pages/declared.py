@@ -1,0 +1,34 @@
+"""Tables of what the code declares and nobody measures: biases, fits, limits, public modules."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterable
+from dataclasses import fields
+
+from glshadow.core.bias import BIASES
+from glshadow.core.fit import FITS
+from glshadow.core.spelling import Spelled
+from glshadow.public import MODULES
+from glshadow.scene.limits import Limits
+from scripts.pages.markdown import Blocks, table
+
+
+def blocks() -> Blocks:
+    """From the declarations themselves."""
+    bounds = [(f"`{each.name}`", f"{each.default:,.9g}", each.metadata["help"]) for each in fields(Limits)]
+    return {
+        "biases": _family(BIASES),
+        "fits": _family(FITS),
+        "limits": table(("limit", "default", "what it bounds"), bounds),
+        "public": table(("module", "what it is for"), [(f"`{name}`", purpose) for name, purpose in MODULES.items()]),
+    }
+
+
+def _family(kinds: Iterable[type[Spelled]]) -> str:
+    rows = [(f"`{kind.__name__}`", f"`{kind.usage()}`", _first_paragraph(kind)) for kind in kinds]
+    return table(("setting", "spelled", "what it does"), rows)
+
+
+def _first_paragraph(kind: type) -> str:
+    return " ".join((inspect.getdoc(kind) or "").partition("\n\n")[0].split())

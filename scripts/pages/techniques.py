@@ -1,0 +1,60 @@
+"""Tables of the techniques: what each is, what it costs, how wrong it is, where it fails."""
+
+from __future__ import annotations
+
+from glshadow.core.filters import FILTERS, Filter
+from glshadow.shader.source import root
+from scripts.pages.markdown import Blocks, Numbers, Part, fixed, percent, table
+
+NUMBERS = ("cost", "wrong", "acne", "leak", "grain")
+
+
+def tried(kind: type[Filter]) -> tuple[Filter, ...]:
+    """The settings of a technique that the table shows."""
+    return tuple(dict.fromkeys((*kind.rungs(), *kind.studied(), *kind.extremes())))
+
+
+def where(kind: type[Filter]) -> str:
+    """Its files: its settings, and the GLSL of its name."""
+    snippets = sorted(path.relative_to(root()).as_posix() for path in root().rglob(f"{kind.spelling}.glsl"))
+    return ", ".join([f"`{kind.__module__.replace('.', '/')}.py`", *(f"`glsl/{path}`" for path in snippets)])
+
+
+def _condensed(results: Numbers) -> Numbers:
+    return {str(kind): {each: results[str(kind)][each] for each in NUMBERS} for kind in _all()}
+
+
+def _all() -> list[Filter]:
+    return [each for kind in FILTERS for each in tried(kind)]
+
+
+def _blocks(numbers: Numbers) -> Blocks:
+    found = {kind: numbers["results"].get(str(kind), dict.fromkeys(NUMBERS)) for kind in _all()}
+    long = [
+        (f"`{kind.usage()}`", kind.summary, where(kind), kind.source, kind.fails)
+        for kind in FILTERS
+    ]  # fmt: skip
+    costs = [
+        (f"`{kind}`", fixed(row["cost"], 2), *(percent(row[each], 3) for each in NUMBERS[1:]))
+        for kind, row in found.items()
+    ]
+    brief = [
+        (
+            f"`{kind.__name__}`",
+            kind.summary,
+            kind.source,
+            fixed(row["cost"], 2, "-"),
+            percent(row["wrong"], 3, "-"),
+            kind.fails,
+        )
+        for kind in FILTERS
+        for row in [found[tried(kind)[0]]]
+    ]
+    return {
+        "techniques": table(("`--filter`", "what it does", "where it lives", "source", "where it fails"), long),
+        "costs": table(("setting", "time over the floor", *(f"{each}, %" for each in NUMBERS[1:])), costs),
+        "techniques in short": table(("filter", "what it does", "source", "time", "wrong %", "where it fails"), brief),
+    }
+
+
+PART = Part("techniques", ("techniques",), _condensed, _blocks)

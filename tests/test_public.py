@@ -1,0 +1,77 @@
+"""What is public is listed in glshadow.public: it is there, it is whole, and whatever its signatures name is public too."""
+
+from __future__ import annotations
+
+import importlib
+import types
+import typing
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from glshadow.public import MODULES
+
+# Classes that a public signature names and that are not public: what they are there for.
+INNER = {
+    "Needs": "how a filter chooses its source",
+    "Rays": "what a Truth asks when it is measured",
+    "Frame": "a protocol: what `measure` needs of a frame",
+    "Truth": "a protocol: what `measure` needs of a truth",
+    "Pictured": "a protocol: what `flip` needs of a frame",
+    "Atlas": "a Map's texture, to be bound and released",
+    "CasterSettings": "how a Map was drawn",
+    "GpuMesh": "what Meshes keep",
+    "Program": "what Programs keep",
+    "ComputeProgram": "what Programs keep",
+    "Switch": "how `open_context` makes a context current",
+    "WorldTriangles": "what a GpuScene hands to the exact filter",
+}
+
+
+def public() -> dict[str, Any]:
+    """Every public name, as module.name."""
+    modules = {name: importlib.import_module(name) for name in MODULES}
+    return {f"{name}.{each}": getattr(module, each) for name, module in modules.items() for each in module.__all__}
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_a_public_module_lists_its_names(name: str) -> None:
+    names = importlib.import_module(name).__all__
+    assert len(set(names)) == len(names)
+    assert [each for each in names if each.startswith("_") and each != "__version__"] == []
+
+
+def test_signatures_name_what_is_public() -> None:
+    values = public().values()
+    known = {value for value in values if isinstance(value, type)}
+    named = {
+        each for value in values for hints in signatures(value) for hint in hints.values() for each in classes(hint)
+    }
+    assert {each.__name__ for each in named - known} == set(INNER)
+
+
+def signatures(value: Any) -> Iterator[dict[str, Any]]:
+    """The annotations of a function, or of a class, its public methods and properties."""
+    if isinstance(value, type):
+        yield hints(value)
+        for name, member in vars(value).items():
+            inner = member.fget if isinstance(member, property) else getattr(member, "__func__", member)
+            if isinstance(inner, types.FunctionType) and (name == "__init__" or not name.startswith("_")):
+                yield hints(inner)
+    elif isinstance(value, types.FunctionType):
+        yield hints(value)
+
+
+def hints(value: Any) -> dict[str, Any]:
+    """Annotations without those of private fields; names that only a type checker imports are looked up in the module's own file."""
+    found = typing.get_type_hints(value)
+    return {name: hint for name, hint in found.items() if not name.startswith("_")}
+
+
+def classes(hint: Any) -> Iterator[type]:
+    """Our classes in an annotation."""
+    if isinstance(hint, type) and hint.__module__.startswith("glshadow"):
+        yield hint
+    for part in hint if isinstance(hint, list | tuple) else typing.get_args(hint):
+        yield from classes(part)
