@@ -1,13 +1,6 @@
 """glshadow: shadow mapping for Python, headless, with every picture measurable against the exact answer.
 
-Public is what stands in `__all__` here, and in `__all__` of the modules among it:
-
-    scenes      built-in scenes, some with their exact shadow       image      reading and writing pictures
-    study       speed against error of many settings, plans         overlay    what explains a picture, drawn on it
-    forward     the shadow in an own moderngl program
-
-Everything else is private whatever it is called, and may change without a word. What `render`, `trace`, `measure` and a study give back
-is made by them: its attributes and methods are public, its constructor is not.
+What is public is listed in `glshadow.public`.
 """
 
 from __future__ import annotations
@@ -43,7 +36,8 @@ from glshadow.errors import (
     SettingsError,
     ShaderError,
 )
-from glshadow.measure.error import Score, ShadowError, measure  # now: the function must hide the room of its name
+from glshadow.measure.error import ShadowError, measure  # now: the function must hide the room of its name
+from glshadow.measure.score import Score
 from glshadow.scene.limits import Limits
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
 

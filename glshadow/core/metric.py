@@ -88,11 +88,6 @@ def radial_metric(distance: ArrayLike, near: float, far: float) -> Array:
     return np.asarray((np.asarray(distance, dtype=np.float64) + near) / (near + far))
 
 
-def exponential(metric: ArrayLike, depth_scale: float) -> Array:
-    """What an exponential shadow map stores: exp(-min(87, depth_scale * metric)); 87 < ln(float32 max) = 88.7."""
-    return np.exp(-np.minimum(87.0, depth_scale * np.asarray(metric, dtype=np.float64)))
-
-
 def pack(metric: ArrayLike) -> Array:
     """Metric as four bytes (..., 4) in 0..1, the last one the coarsest; clamped to [0, 1 - 2^-24]: 1 would wrap to 0.
 

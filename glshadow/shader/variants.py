@@ -85,10 +85,16 @@ class Variant:
 
 
 def receivers() -> Iterator[Receiver]:
-    """Every receiver that means something."""
+    """Receivers in which every two settings meet.
+
+    Bias and filter do not know each other: one hands a place and a depth to the other. So all biases go with the first filter and all
+    filters with the first bias, for every light and every way to read a map, whose uniforms add up; other biases meet other filters once.
+    """
     for kind, target, bias, filter in product(KINDS, TARGETS, BIASES, MAPPED):
+        alone = bias is BIASES[0] or filter is MAPPED[0]
         for read in _DEPTH_READS if target.is_depth else _METRIC_READS:
-            yield Receiver(kind, target, bias, filter, *read)
+            if alone or (kind, target, read) == (KINDS[0], TARGETS[0], _DEPTH_READS[0]):
+                yield Receiver(kind, target, bias, filter, *read)
 
 
 def variants() -> Iterator[Variant]:

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from glshadow.core.bias import bias_factor
-from glshadow.core.metric import exponential, metric_range, projected_metric, radial_metric, window_depth
+from glshadow.core.metric import metric_range, projected_metric, radial_metric, window_depth
 from glshadow.core.spaces import Array, ClipSpace, look_at, orthographic, perspective, project
 
 FILE_NAME = "babylon_depth_metric.json"
@@ -128,9 +128,9 @@ class Reading:
         return float(projected_metric(z, config.clip, low, high)) + config.bias
 
     def stored(self, clip: Array) -> float:
-        """What the colour target should hold: the metric, or its exponential."""
+        """What the colour target should hold: the metric, or exp(-min(87, scale * metric)); 87 < ln(float32 max) = 88.7."""
         metric = self.metric(clip)
-        return float(exponential(metric, self.config.depth_scale)) if self.config.filter == "esm" else metric
+        return float(np.exp(-min(87.0, self.config.depth_scale * metric))) if self.config.filter == "esm" else metric
 
     def depth(self, clip: Array) -> float:
         """What the depth attachment should hold."""

@@ -41,7 +41,6 @@ ELSEWHERE: tuple[tuple[int, str, str, Verdict, str], ...] = (
     ),
     (32, "ramp of a straight edge", "pcf 0, 1, 2, 4", Verdict.PASS, "test_sizes.py: width, plateaus, centre"),
     (33, "two layers before the receiver", "variance shadow map", Verdict.NOT_BUILT, "no moments: V would be 0.41"),
-    (34, "exponential leak", "formula", Verdict.PASS, "test_sizes.py: 0.37 at dz = 1 / c, no overflow"),
     (34, "exponential leak", "exponential shadow map", Verdict.NOT_BUILT, "no filter reads it"),
     (35, "static receiver, moving camera", "scene fit", Verdict.PASS, "test_settings.py: the map is equal bit for bit"),
     (35, "static receiver, moving camera", "cascades", Verdict.NOT_BUILT, "no cascades, nothing to snap"),

@@ -10,7 +10,7 @@ import pytest
 from glshadow.core.bias import ConstantBias, NormalOffsetBias
 from glshadow.core.filters import Hard, Pcf
 from glshadow.core.lights import DirectionalLight, SpotLight
-from glshadow.core.metric import Target, exponential
+from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, ClipSpace
 from glshadow.core.view import ShadowView
@@ -222,7 +222,7 @@ def test_n32_ramp_of_a_straight_edge(renderer: Renderer, radius: int) -> None:
     assert (0.5 - offset) / slope == pytest.approx(0.123, abs=0.5 * texel + 1e-6)
 
 
-# -- N31, N34: what exists of techniques that are not built
+# -- N31: the truth of a light with a size
 
 
 def test_n31_penumbra_of_a_disc_light() -> None:
@@ -240,14 +240,3 @@ def test_n31_penumbra_of_a_disc_light() -> None:
     assert np.abs(truth.visibility[0] - exact).mean() < 0.01
     assert (truth.visibility[0][u < -1.05] == 0.0).all()
     assert (truth.visibility[0][u > 1.05] == 1.0).all()
-
-
-def test_n34_exponential_leak_and_overflow() -> None:
-    """e^-c dz: 0.37 at dz = 1 / c; nothing overflows float32, however large c z is."""
-    scale = 40.0
-    blocker, receiver = 0.3, 0.3 + 1.0 / scale
-    leak = float(exponential(receiver, scale) / exponential(blocker, scale))
-    assert leak == pytest.approx(np.exp(-1.0))
-    steep = exponential(np.linspace(0.0, 1.0, 11), 1e6)
-    assert (steep > 0.0).all()
-    assert (1.0 / steep.astype(np.float64) < np.finfo(np.float32).max).all()

@@ -7,7 +7,6 @@ import pytest
 
 from glshadow.core.metric import (
     Target,
-    exponential,
     metric_range,
     pack,
     projected_metric,
@@ -99,18 +98,6 @@ def test_window_depth(clip: ClipSpace) -> None:
     zw = np.array([[0.0, 4.0], [2.0, 4.0], [4.0, 4.0], [-4.0, 4.0]])
     expected = [0.0, 0.5, 1.0, -1.0] if clip.zero_to_one else [0.5, 0.75, 1.0, 0.0]
     np.testing.assert_array_equal(window_depth(zw, clip), expected)
-
-
-def test_exponential() -> None:
-    metric = np.array([0.0, 0.01, 0.5, 1.0])
-    np.testing.assert_allclose(exponential(metric, 50.0), [1.0, np.exp(-0.5), np.exp(-25.0), np.exp(-50.0)], rtol=1e-14)
-    # The clamp at 87 keeps exp(87) of the receiver and exp(-87) of the map inside float32's normal range.
-    clamped = exponential([1.0, 10.0, 1e6], 100.0)
-    np.testing.assert_allclose(clamped, np.exp(-87.0), rtol=1e-14)
-    assert np.finfo(np.float32).tiny < clamped[0]
-    assert np.exp(87.0) < np.finfo(np.float32).max
-    assert exponential([0.87], 100.0)[0] == pytest.approx(np.exp(-87.0), rel=1e-12)
-    assert exponential([0.86], 100.0)[0] > np.exp(-87.0)
 
 
 def test_pack_closed_form() -> None:

@@ -1,0 +1,76 @@
+"""Functions of snippets by themselves, on the GPU, against their twins in float64."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.bias import receiver_plane_from_derivatives
+from glshadow.core.metric import unpack
+from glshadow.gl.context import GLContext
+from glshadow.shader.source import read
+
+
+def evaluated(context: GLContext, name: str, expression: str, **inputs: NDArray[np.float32]) -> NDArray[np.float32]:
+    """What an expression (vec4) of a snippet gives for each row of its inputs: (N, 4)."""
+    ctx, count = context.ctx, len(next(iter(inputs.values())))
+    types = {key: f"vec{value.shape[1]}" for key, value in inputs.items()}
+    into = "".join(f"in {kind} a_{key};\nflat out {kind} {key};\n" for key, kind in types.items())
+    copies = "".join(f"{key} = a_{key}; " for key in inputs)
+    place = f"gl_Position = vec4((2.0 * float(gl_VertexID) + 1.0) / {count}.0 - 1.0, 0.0, 0.0, 1.0);"
+    outof = "".join(f"flat in {kind} {key};\n" for key, kind in types.items()) + "out vec4 o_value;\n"
+    head = "#version 330 core\n"
+    program = ctx.program(
+        f"{head}{into}void main() {{ {copies}{place} }}",
+        f"{head}{outof}{read(name)}void main() {{ o_value = {expression}; }}",
+    )
+    before, texture = ctx.fbo or ctx.detect_framebuffer(0), ctx.texture((count, 1), 4, dtype="f4")
+    framebuffer, buffers = ctx.framebuffer([texture]), [ctx.buffer(value.tobytes()) for value in inputs.values()]
+    formats = [f"{value.shape[1]}f" for value in inputs.values()]
+    array = ctx.vertex_array(
+        program, [(buffer, form, f"a_{key}") for buffer, form, key in zip(buffers, formats, inputs, strict=True)]
+    )
+    framebuffer.use()
+    array.render(ctx.POINTS)
+    found = np.frombuffer(texture.read(), np.float32).reshape(count, 4)
+    before.use()
+    for thing in (array, *buffers, framebuffer, texture, program):
+        thing.release()
+    return found
+
+
+def test_plane_from_derivatives(glcontext: GLContext, rng: np.random.Generator) -> None:
+    edge_on = [[(1.0, 2.0, 0.5), (2.0, 4.0, 3.0)], [(0.0, 0.0, 0.0), (1.0, 1.0, 1.0)]]  # the second: no extent
+    # less and more edge-on than 2^-20 of the terms, which is where a plane ends
+    edge_on += [[(1.0, 1.0, 0.5), (1.0, 1.0 + k * 2.0**-23, 3.0)] for k in (15, 16, 17, 18)]
+    dx, dy = np.concatenate([rng.normal(size=(50, 2, 3)), edge_on]).astype(np.float32).swapaxes(0, 1)
+    call = "vec4(receiver_plane_from_derivatives(dx, dy), 0.0, 0.0)"
+    found = evaluated(glcontext, "bias/receiver_plane_derivatives.glsl", call, dx=dx, dy=dy)[:, :2]
+    expected = receiver_plane_from_derivatives(dx, dy)
+    np.testing.assert_array_equal(found.any(axis=1), expected.any(axis=1))
+    assert expected.any(axis=1).tolist()[-6:] == [False, False, False, False, True, True]
+    # Three products and a quotient: relative to the cancelled terms, a few roundings.
+    det = np.abs(dx[:, 0] * dy[:, 1] - dx[:, 1] * dy[:, 0])
+    terms = 2.0 * np.abs(dx).max(axis=1) * np.abs(dy).max(axis=1)
+    allowed = 8 * 2.0**-24 * terms / np.where(det == 0.0, 1.0, det) * (1.0 + np.abs(expected).max(axis=1))
+    assert (np.abs(found - expected) <= allowed[:, None]).all()
+
+
+def test_packing(glcontext: GLContext, rng: np.random.Generator) -> None:
+    values = (10.0 ** rng.uniform(-7.0, 0.0, (512, 1))).astype(np.float32)
+    values[:2, 0] = 0.0, 1.0 - 2.0**-24
+    found = evaluated(glcontext, "lib/packing.glsl", "pack(value.x)", value=np.repeat(values, 2, axis=1))
+    # A rounding for each digit; as bytes of the target, half a step of the finest besides.
+    np.testing.assert_allclose(unpack(found), values[:, 0], rtol=4.0 * 2.0**-24)
+    np.testing.assert_allclose(
+        unpack(np.round(found * 255.0) / 255.0), values[:, 0], rtol=4.0 * 2.0**-24, atol=0.51 * 255.0**-4
+    )
+
+
+def test_unpacking(glcontext: GLContext, rng: np.random.Generator) -> None:
+    stored = (rng.integers(0, 256, (512, 4)) / 255.0).astype(np.float32)
+    stored[:4] = np.eye(4)
+    found = evaluated(glcontext, "lib/packing.glsl", "vec4(unpack(stored))", stored=stored)[:, 0]
+    # Each factor written with eight digits and each product rounded once; alone, in the first four, only the former.
+    np.testing.assert_allclose(found[:4], unpack(stored[:4]), rtol=2.0**-24)
+    np.testing.assert_allclose(found, unpack(stored), rtol=4.0 * 2.0**-24)
