@@ -45,7 +45,8 @@ if TYPE_CHECKING:
     from glshadow.frame import Frame
     from glshadow.gl import forward
     from glshadow.measure.flip import flip
-    from glshadow.reference.trace import Truth, trace
+    from glshadow.reference.trace import trace
+    from glshadow.reference.truth import Truth
     from glshadow.renderer import Renderer, render
     from glshadow.scene import builtin as scenes
     from glshadow.scene.load import load
@@ -56,7 +57,7 @@ __version__ = "0.1.0"  # here only: pyproject.toml reads it
 _LAZY = {
     "Frame": "glshadow.frame",
     "Renderer": "glshadow.renderer",
-    "Truth": "glshadow.reference.trace",
+    "Truth": "glshadow.reference.truth",
     "Used": "glshadow.core.used",
     "flip": "glshadow.measure.flip",
     "load": "glshadow.scene.load",

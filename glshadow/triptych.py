@@ -14,7 +14,7 @@ from glshadow.core.srgb import srgb_from_linear
 if TYPE_CHECKING:
     from glshadow.frame import Frame
     from glshadow.measure.error import ShadowError
-    from glshadow.reference.trace import Truth
+    from glshadow.reference.truth import Truth
     from glshadow.renderer import Renderer
 
 GAP, GAP_COLOR = 4, (255, 255, 255)  # pixels between the pictures

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from glshadow.frame import Frame
 from glshadow.measure.error import Outcome, ShadowError
-from glshadow.reference.trace import Truth
+from glshadow.reference.truth import Truth
 from glshadow.renderer import Renderer
 from glshadow.triptych import GAP, triptych
 

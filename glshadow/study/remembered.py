@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from glshadow.core.spaces import Array, Bools
-from glshadow.reference.trace import Truth
+from glshadow.reference.truth import Truth
 
 # Pixels that one question asks rays about, up to 48 each: two seconds. A good setting has fewer doubtful ones at 1280 x 720; those with
 # more are the hopeless ones, and how their wrong pixels divide into kinds is then known to about 1 / sqrt(SAMPLE).

@@ -1,0 +1,166 @@
+"""Truth: what the exact picture is, and what can be asked of it: how near a shadow's edge is, and what stands on a surface."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.cameras import Camera
+from glshadow.core.lights import Light
+from glshadow.core.setting import as_float, as_floats, refuse, shown, whole
+from glshadow.core.spaces import FARTHEST, Array, Bools
+from glshadow.reference.rays import LIFT, Ints, Rays
+from glshadow.reference.source import Source, moved, perpendicular
+from glshadow.scene.mesh import Scene
+
+Floats = NDArray[np.float32]
+
+NEAR_DIRECTIONS = 16  # of the search for a shadow's boundary (see Truth.near_edge)
+NEAR_RADII = 3
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Truth:
+    """What the exact picture is, and what it is the picture of.
+
+    Attributes
+    ----------
+    visibility : (L, H, W) float32
+        1 lit, 0 dark, also where N.L <= 0; NaN where no surface; between for several samples.
+    cosine : (L, H, W) float32
+        N.L of the geometric normal that faces the viewer.
+    reached : (L, H, W) bool
+        Inside a spot's cone and a light's range; always true for suns.
+    triangle, node : (H, W) int32
+        Drawn triangle (counted in the order of nodes, then of triangles) and its node at the pixel's centre; -1 for
+        none.
+    position, normal : (H, W, 3) float64
+        World point at the pixel's centre, and its geometric normal facing the viewer; NaN where no surface.
+    variance : (L, H, W) float32, optional
+        Of the light samples within a pixel, averaged over its subpixels; None for one sample.
+    scene, camera, lights, size
+        What was traced; size is (width, height).
+    """
+
+    visibility: Floats
+    cosine: Floats
+    reached: Bools
+    triangle: Ints
+    node: Ints
+    position: Array
+    normal: Array
+    variance: Floats | None
+    scene: Scene
+    camera: Camera
+    lights: tuple[Light, ...]
+    size: tuple[int, int]
+    rays: Rays = field(repr=False)
+
+    def __repr__(self) -> str:
+        seen = int((self.triangle >= 0).sum())
+        shares = [f"{float(np.nanmean(plane)):.2%}" for plane in self.visibility] if seen else []
+        return (
+            f"Truth({shown(self.scene.name)}, {self.size[0]} x {self.size[1]}, {seen:,} pixels see a surface, "
+            f"lit of them by each light: {', '.join(shares) or 'none'})"
+        )
+
+    @cached_property
+    def body(self) -> Ints:
+        """(H, W) number of the connected body, welded by exact position, at the pixel's centre; -1 for none."""
+        return np.where(self.triangle >= 0, self.rays.body[self.triangle], np.int32(-1))
+
+    def near_edge(self, light: int, radius: Array | float, where: Bools | None = None) -> Bools:
+        """Whether the true boundary of a light's shadow passes within a distance of the pixels' points.
+
+        The distance is measured in the light plane (through the point, perpendicular to its light ray). Points in 16
+        directions at 1/3, 2/3 and 3/3 of it are carried over to the plane of the point's triangle and then put back on
+        the real surface along their own light ray, the nearest either way; the boundary is near if any of them is lit
+        where the point is dark, or dark where it is lit.
+
+        Parameters
+        ----------
+        light : int
+            Its number in `lights`.
+        radius : float or (H, W) float64
+            World units.
+        where : (H, W) bool, optional
+            Only these pixels are asked, the others are False; all surfaces that face the light if None.
+
+        Returns
+        -------
+        (H, W) bool
+        """
+        light, wanted = whole(0, len(self.lights) - 1)("light", light), self.triangle >= 0
+        wanted &= self.cosine[light] > 0.0 if where is None else self._mask(where)
+        rows = np.flatnonzero(wanted)
+        lit = self.visibility[light].ravel()[rows] > 0.5
+        reach = self._lengths(radius).ravel()[rows]
+        points = self.position.reshape(-1, 3)[rows] - self.rays.origin
+        own = self.triangle.ravel()[rows]
+        source = Source(self.lights[light], self.rays.origin)
+        near = np.zeros(len(rows), dtype=bool)
+        for fraction in range(NEAR_RADII, 0, -1):
+            for number in range(NEAR_DIRECTIONS):
+                left = np.flatnonzero(~near)
+                if len(left) == 0:
+                    break
+                angle = 2.0 * np.pi * number / NEAR_DIRECTIONS
+                shifted = moved(self.rays, source, own[left], points[left], reach[left] * fraction / NEAR_RADII, angle)
+                near[left] = source.lit(self.rays, *shifted) != lit[left]
+        result = np.zeros(wanted.shape, dtype=bool)
+        result.ravel()[rows] = near
+        return result
+
+    def near_foot(self, radius: Array | float, where: Bools) -> Bools:
+        """Whether something stands on the surface within a distance: rays along the surface in 16 directions meet it.
+
+        Parameters
+        ----------
+        radius : float or (H, W) float64
+            World units.
+        where : (H, W) bool
+            Only these pixels are asked.
+        """
+        where = self._mask(where)
+        rows = np.flatnonzero(where & (self.triangle >= 0))
+        points = self.position.reshape(-1, 3)[rows] - self.rays.origin
+        normal, own = self.normal.reshape(-1, 3)[rows], self.triangle.ravel()[rows]
+        reach = self._lengths(radius).ravel()[rows]
+        u, v = perpendicular(normal)
+        starts = points + normal * (LIFT * self.rays.reach[own])[:, None]
+        near = np.zeros(len(rows), dtype=bool)
+        for angle in 2.0 * np.pi * np.arange(NEAR_DIRECTIONS) / NEAR_DIRECTIONS:
+            near |= self.rays.blocked(own, starts, np.cos(angle) * u + np.sin(angle) * v, reach)[0]
+        result = np.zeros(where.shape, dtype=bool)
+        result.ravel()[rows] = near
+        return result
+
+    def _mask(self, where: Bools) -> Bools:
+        if not isinstance(where, np.ndarray) or where.dtype != np.bool_ or where.shape != self.triangle.shape:
+            raise refuse("where", f"an array {self.triangle.shape} of bool", where)
+        return np.asarray(where)
+
+    def _lengths(self, radius: Array | float) -> Array:
+        """Of each pixel (H, W)."""
+        one = as_float(radius)
+        lengths = as_floats(radius, self.triangle.shape) if math.isnan(one) else np.array(one)
+        if lengths is None or (lengths < 0.0).any() or (lengths > FARTHEST).any():  # NaN where there is no surface
+            raise refuse("radius", f"a length in [0, {FARTHEST:g}] or an array {self.triangle.shape} of them", radius)
+        return np.broadcast_to(lengths, self.triangle.shape)
+
+    def _repr_html_(self) -> str:
+        """In a notebook: for every light the surfaces it lights, bright, and those in shadow, dark."""
+        from glshadow.inline import figure, visibility_picture
+
+        seen = self.triangle >= 0
+        figures = []
+        for number, light in enumerate(self.lights):
+            share = float(self.visibility[number][seen].mean()) if seen.any() else 0.0
+            kind = type(light).__name__.removesuffix("Light").lower()
+            picture = visibility_picture(self.visibility[number], self.cosine[number])
+            figures.append(figure(picture, f"truth, light {number} ({kind}): {share:.2%} of what is seen is lit"))
+        return "".join(figures)
