@@ -7,38 +7,22 @@ from pathlib import Path
 import pytest
 
 import glshadow as gs
-from glshadow.study import Grid, Plan, Study, run_plan, run_study
+from glshadow.study import Plan, Study, run_plan
 from glshadow.study.plan import RESOLUTIONS, RUNGS
 
-SIZE = (160, 90)
-STEPS = (64, 128, 256, 512)
-KINDS = (gs.Hard(), gs.Pcf(1))
-
-
-@pytest.fixture(scope="module")
-def scene() -> gs.Scene:
-    return gs.scenes.box().scene
-
-
-@pytest.fixture(scope="module")
-def journal(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("plan") / "study.jsonl"
-
-
-@pytest.fixture(scope="module")
-def study(scene: gs.Scene, journal: Path) -> Study:
-    """The whole grid, measured."""
-    return run_study(scene, size=SIZE, grid=Grid(STEPS, KINDS), repeats=1, resume=journal, backend="egl")
+from .conftest import KINDS, REPEATS, SIZE, STEPS
 
 
 def plan(scene: gs.Scene, wrong: float, resume: Path | None = None) -> Plan:
-    return run_plan(scene, wrong, size=SIZE, filters=KINDS, resolutions=STEPS, repeats=1, resume=resume, backend="egl")
+    return run_plan(
+        scene, wrong, size=SIZE, filters=KINDS, resolutions=STEPS, repeats=REPEATS, resume=resume, backend="egl"
+    )
 
 
 def test_every_filter_takes_its_least_resolution(scene: gs.Scene, study: Study, journal: Path) -> None:
     errors = {(r.shadow.filter, r.shadow.resolution): r.error for r in study.results}
-    budget = 1.01 * errors[gs.Hard(), 256]
-    assert budget < errors[gs.Hard(), 128]  # else this test asks nothing
+    budget = 1.01 * errors[gs.Hard(), 32]
+    assert budget < errors[gs.Hard(), 16]  # else this test asks nothing
     found = plan(scene, budget, journal)
     expected = {
         kind: min(step for step in STEPS if errors[kind, step] <= budget)
@@ -61,8 +45,8 @@ def test_a_study_is_not_measured_again(scene: gs.Scene, study: Study, journal: P
     assert found.best.results[0] in study.results
 
 
-def test_no_setting_meets_it(scene: gs.Scene) -> None:
-    found = plan(scene, 0.0)
+def test_no_setting_meets_it(scene: gs.Scene, study: Study, journal: Path) -> None:
+    found = plan(scene, 0.0, journal)
     assert not found.met
     assert len(found.tried) == len(STEPS) * len(KINDS)
     assert found.choices == (found.best,)

@@ -14,10 +14,9 @@ from py_mini_racer import MiniRacer
 
 import glshadow as gs
 from glshadow.cli.study import command
-from glshadow.study import Grid, Study, run_study, write_report
+from glshadow.study import Study, write_report
 from glshadow.study.cases import read_cases
 
-SIZE = (160, 90)
 VOID = {"meta", "img", "br", "link", "input", "hr"}
 
 
@@ -44,12 +43,6 @@ class Page(HTMLParser):
     def handle_endtag(self, tag: str) -> None:
         if tag not in VOID:
             assert self.open.pop() == tag
-
-
-@pytest.fixture(scope="module")
-def study() -> Study:
-    grid = Grid((256, 512), (gs.Hard(), gs.Pcf(1)), more=(gs.Shadow(),))
-    return run_study(gs.scenes.box().scene, size=SIZE, grid=grid, repeats=1, backend="egl")
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +93,8 @@ def test_pictures_carry_their_flip(folder: Path, study: Study) -> None:
     numbers = json.loads((folder / "study.json").read_text())
     flips = {row["key"]: row["flip"] for row in numbers["results"]}
     for key, panel in study.panels.items():
-        assert flips[key] == gs.flip(panel.ours, panel.truth).mean > 0.0
+        assert flips[key] == gs.flip(panel.ours, panel.truth).mean
+        assert (flips[key] > 0.0) == (panel.ours != panel.truth).any()
         assert f"FLIP {flips[key]:.5f}" in (folder / "study.html").read_text()
     assert all(flips[result.key] is None for result in study.results if result.key not in study.panels)
 
