@@ -53,8 +53,8 @@ def test_copies_change_nothing(renderer: Renderer) -> None:
     again = drawn(renderer, ground, box, replace(box, name="again"), Node("blue", blue, np.eye(4)))
     assert_same(alone, again)
     assert again.used[0].draws == alone.used[0].draws
-    assert renderer._scene is not None
-    assert renderer._scene.copies.tolist() == [False, False, True, True]
+    assert renderer._scene.thing is not None
+    assert renderer._scene.thing.copies.tolist() == [False, False, True, True]
 
 
 def test_what_differs_is_no_copy(renderer: Renderer) -> None:
@@ -69,8 +69,10 @@ def test_what_differs_is_no_copy(renderer: Renderer) -> None:
         Node("equal, not the same", Mesh(box.mesh.positions.copy(), box.mesh.triangles), np.eye(4)),
     )
     drawn(renderer, ground, box, *others)
-    assert renderer._scene is not None
-    copies = dict(zip((node.name for node in renderer._scene.nodes), renderer._scene.copies.tolist(), strict=True))
+    assert renderer._scene.thing is not None
+    copies = dict(
+        zip((node.name for node in renderer._scene.thing.nodes), renderer._scene.thing.copies.tolist(), strict=True)
+    )
     assert copies.pop("blended")  # of what casts nothing either
     assert not any(copies.values()), copies
 
