@@ -31,8 +31,9 @@ from glshadow.core.metric import Target, metric_range
 from glshadow.core.spaces import Array, ClipSpace, transform
 from glshadow.core.view import ShadowView
 from glshadow.frame import Frame
+from glshadow.reference.aimed import AimedLight, moved_over, perpendicular
 from glshadow.reference.rays import dot
-from glshadow.reference.trace import _moved, _Source, trace
+from glshadow.reference.trace import trace
 from glshadow.reference.truth import Truth
 from glshadow.renderer import Renderer
 
@@ -194,12 +195,12 @@ def near_crease(frame: Frame, truth: Truth, texels: float, where: Bools) -> Bool
     return _around(frame, truth, texels, where, _rises)
 
 
-def _other_visibility(truth: Truth, source: _Source, rows: Ints, found: Ints, place: Array) -> Bools:
+def _other_visibility(truth: Truth, source: AimedLight, rows: Ints, found: Ints, place: Array) -> Bools:
     lit = truth.visibility[0].ravel()[rows] > 0.5
     return np.asarray(source.lit(truth.rays, found, place) != lit)
 
 
-def _rises(truth: Truth, source: _Source, rows: Ints, found: Ints, place: Array) -> Bools:
+def _rises(truth: Truth, source: AimedLight, rows: Ints, found: Ints, place: Array) -> Bools:
     own, rays = truth.triangle.ravel()[rows], truth.rays
     normal = truth.normal.reshape(-1, 3)[rows]
     height = dot(place - (truth.position.reshape(-1, 3)[rows] - rays.origin), normal)
@@ -207,7 +208,11 @@ def _rises(truth: Truth, source: _Source, rows: Ints, found: Ints, place: Array)
 
 
 def _around(
-    frame: Frame, truth: Truth, texels: float, where: Bools, ask: Callable[[Truth, _Source, Ints, Ints, Array], Bools]
+    frame: Frame,
+    truth: Truth,
+    texels: float,
+    where: Bools,
+    ask: Callable[[Truth, AimedLight, Ints, Ints, Array], Bools],
 ) -> Bools:
     """Ask about points within `texels` of pixels, in the light plane and put back on the surface along the light."""
     result = np.zeros(where.shape, dtype=bool)
@@ -216,7 +221,7 @@ def _around(
         return result
     view, rays = frame.used[0].views[0], truth.rays
     points, own = truth.position.reshape(-1, 3)[rows] - rays.origin, truth.triangle.ravel()[rows]
-    source = _Source(truth.lights[0], rays.origin)
+    source = AimedLight(truth.lights[0], rays.origin)
     # A straight edge at the very rim passes between two directions: circumscribed.
     texels = (texels + SNAPPED) / float(np.cos(np.pi / DIRECTIONS))
     sun = view.kind == "directional"
@@ -234,16 +239,14 @@ def _around(
             offset = texels * ring * (np.cos(turn) * axes[0] + np.sin(turn) * axes[1])
             x, y = offset @ u, offset @ v
             reach, angle = np.full(len(left), np.hypot(x, y)), float(np.arctan2(y, x))
-        near[left] |= ask(truth, source, rows[left], *_moved(rays, source, own[left], points[left], reach, angle))
+        near[left] |= ask(truth, source, rows[left], *moved_over(rays, source, own[left], points[left], reach, angle))
     result.ravel()[rows] = near
     return result
 
 
 def _basis(truth: Truth) -> tuple[Array, Array]:
-    from glshadow.reference.trace import _perpendicular
-
     towards, _ = to_light(truth.lights[0], np.zeros((1, 3)))
-    u, v = _perpendicular(towards)
+    u, v = perpendicular(towards)
     return u[0], v[0]
 
 
