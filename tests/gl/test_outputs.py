@@ -32,18 +32,23 @@ def renderer() -> Iterator[gs.Renderer]:
         yield renderer
 
 
+def bits(values: np.ndarray | tuple[np.ndarray, ...]) -> bytes:
+    """An output as it lies in memory; maps one behind the other."""
+    return b"".join(each.tobytes() for each in (values if isinstance(values, tuple) else (values,)))
+
+
 @pytest.mark.parametrize("light", LIGHTS.values(), ids=list(LIGHTS))
 def test_every_subset_of_outputs_gives_the_same_picture(
     renderer: gs.Renderer, scene: gs.Scene, light: gs.Light
 ) -> None:
-    light = replace(light, shadow=gs.Shadow(resolution=512))  # reading a map back takes most of the time
+    light = replace(light, shadow=gs.Shadow(resolution=128))  # a map is read back in every second picture
     whole = renderer.render(scene, None, [light], SIZE, outputs=READ)
+    expected = {name: bits(getattr(whole, name)) for name in READ}
     for count in range(1, len(READ)):
         for chosen in itertools.combinations(READ, count):
             frame = renderer.render(scene, None, [light], SIZE, outputs=chosen)
             for name in chosen:
-                for a, b in zip(getattr(whole, name), getattr(frame, name), strict=True):
-                    assert np.array_equal(a, b, equal_nan=True), (chosen, name)
+                assert bits(getattr(frame, name)) == expected[name], (chosen, name)
             assert frame.used[0].views[0].near == whole.used[0].views[0].near
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from glshadow import image
-from glshadow.core.bias import SlopeScaledBias
+from glshadow.core.bias import NoBias, SlopeScaledBias
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
 from glshadow.core.filters import Hard, Pcf
 from glshadow.core.fit import SceneFit, ViewFit

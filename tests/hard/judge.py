@@ -31,7 +31,7 @@ from glshadow.core.metric import Target, metric_range
 from glshadow.core.spaces import Array, ClipSpace, transform
 from glshadow.core.view import ShadowView
 from glshadow.frame import Frame
-from glshadow.reference.aimed import AimedLight, moved_over
+from glshadow.reference.aimed import AimedLight, moved_over, perpendicular
 from glshadow.reference.rays import dot
 from glshadow.reference.trace import trace
 from glshadow.reference.truth import Truth
@@ -64,6 +64,7 @@ ROUNDINGS = 16.0
 """Of 2^-24 of the reach that the derived bias allows for: only to predict what it loses."""
 
 DIRECTIONS, COARSE_SPOKES, FEW = 20, 80, 500
+AT_ONCE = 4000  # points moved in one call: fewer cost as much, more are moved although an earlier spoke has answered
 _SPOKES = [
     (ring / rings, 2.0 * np.pi * (turn + 0.5 * (ring % 2)) / directions)
     for rings, directions in ((4, DIRECTIONS), (12, 36))  # for the few left over finer, so that thin features are found
@@ -228,25 +229,27 @@ def _around(
     axes = view.view_from_world[:2, :3] * np.array(view.texel)[:, None]
     size = texel_field(view, truth.position).ravel()[rows]
     u, v = _basis(truth) if sun else (np.zeros(3), np.zeros(3))
-    near = np.zeros(len(rows), dtype=bool)
-    for number, (ring, turn) in enumerate(_SPOKES):
-        if near.all() or (number == COARSE_SPOKES and (~near).sum() > FEW):
-            break
+    near, first = np.zeros(len(rows), dtype=bool), 0
+    while first < len(_SPOKES) and not near.all() and (first < COARSE_SPOKES or (~near).sum() <= FEW):
         # The first and the last stay: alone, a point would be asked in other directions.
         left = np.union1d(np.flatnonzero(~near), [0, len(rows) - 1])
-        angle, reach = turn, texels * ring * size[left]
+        end = COARSE_SPOKES if first < COARSE_SPOKES else len(_SPOKES)
+        end = min(end, first + max(1, AT_ONCE // len(left)))
+        ring, turn = np.repeat(np.array(_SPOKES[first:end]), len(left), axis=0).T
+        again = np.tile(left, end - first)
+        angle, reach = turn, texels * ring * size[again]
         if sun:
-            offset = texels * ring * (np.cos(turn) * axes[0] + np.sin(turn) * axes[1])
+            offset = (texels * ring)[:, None] * (np.cos(turn)[:, None] * axes[0] + np.sin(turn)[:, None] * axes[1])
             x, y = offset @ u, offset @ v
-            reach, angle = np.full(len(left), np.hypot(x, y)), float(np.arctan2(y, x))
-        near[left] |= ask(truth, source, rows[left], *moved_over(rays, source, own[left], points[left], reach, angle))
+            reach, angle = np.hypot(x, y), np.arctan2(y, x)
+        moved = moved_over(rays, source, own[again], points[again], reach, angle[:, None])
+        near[left] |= ask(truth, source, rows[again], *moved).reshape(-1, len(left)).any(axis=0)
+        first = end
     result.ravel()[rows] = near
     return result
 
 
 def _basis(truth: Truth) -> tuple[Array, Array]:
-    from glshadow.reference.aimed import perpendicular
-
     towards, _ = to_light(truth.lights[0], np.zeros((1, 3)))
     u, v = perpendicular(towards)
     return u[0], v[0]
