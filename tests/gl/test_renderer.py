@@ -59,18 +59,12 @@ def sun(x: float = -1.0, y: float = -1.0, z: float = 0.0, **shadow: Any) -> Dire
 
 def dark_points(frame: Frame, light: int = 0) -> Array:
     """World points (N, 3) of dark pixels."""
-    assert frame.visibility is not None
-    assert frame.depth is not None
     dark = frame.visibility[light] < 0.5
     rays = pixel_rays(frame.camera, frame.size)[dark]
     return np.asarray(frame.camera.position) + rays * frame.depth[dark][:, None].astype(np.float64)
 
 
 def assert_same_picture(a: Frame, b: Frame, share: float = PICTURE_SHARE) -> None:
-    assert a.image is not None
-    assert b.image is not None
-    assert a.visibility is not None
-    assert b.visibility is not None
     np.testing.assert_array_equal(np.isnan(a.visibility).mean() > 0.99, False)
     different = (np.abs(a.image.astype(int) - b.image.astype(int)) > PICTURE_CHANNELS).any(axis=-1)
     assert different.mean() <= share, f"{different.sum()} pixels differ"
@@ -96,9 +90,7 @@ def test_shapes_and_types(renderer: Renderer) -> None:
         assert output.shape == shape, name
         assert output.dtype == dtype, name
         assert output.flags.c_contiguous or name in ("image", "linear")
-    assert frame.shadow_maps is not None
     assert [stored.shape for stored in frame.shadow_maps] == [(1, 512, 512)] * 2
-    assert frame.timings is not None
     assert {"surface", "shadow", "resolve", "read"} <= set(frame.timings)
     assert all(seconds >= 0.0 for seconds in frame.timings.values())
 
@@ -118,8 +110,6 @@ def test_rows_run_from_the_top(renderer: Renderer) -> None:
     low = node("low", shapes.box((0.5, 0.5, 0.5), (0.0, -2.0, 0.0)), color=(0.0, 0.0, 1.0, 1.0))
     camera = PerspectiveCamera((0.0, 0.0, 8.0), (0.0, 0.0, 0.0))
     frame = renderer.render(Scene((high, low), camera), lights=[], size=SIZE, ambient=1.0, outputs=OUTPUTS)
-    assert frame.image is not None
-    assert frame.depth is not None
     red, blue = frame.image[..., 0] > 128, frame.image[..., 2] > 128
     assert red[: SIZE[1] // 2].any()
     assert not red[SIZE[1] // 2 :].any()
@@ -153,7 +143,6 @@ def test_shadow_map_rows_run_from_the_top(renderer: Renderer) -> None:
     scene = Scene((node("ground", ground()), node("box", shapes.box((0.5, 0.5, 0.5), (2.5, 0.3, 1.5)))), ABOVE)
     light = DirectionalLight(direction=(0.0, -1.0, 0.0), shadow=Shadow(resolution=64, fit=SceneFit()))
     frame = renderer.render(scene, lights=[light], size=SIZE, outputs=("shadow_maps",))
-    assert frame.shadow_maps is not None
     stored, view = frame.shadow_maps[0][0], frame.used[0].views[0]
     box = view.uvz_from_world @ np.array([2.5, 0.55, 1.5, 1.0])
     column, row = int(box[0] * 64), 63 - int(box[1] * 64)
@@ -164,11 +153,6 @@ def test_shadow_map_rows_run_from_the_top(renderer: Renderer) -> None:
 def test_visibility_is_nan_without_surface(renderer: Renderer) -> None:
     camera = PerspectiveCamera((0.0, 1.5, 9.0), (0.0, 1.5, 0.0))
     frame = renderer.render(box_scene(), camera, [sun()], SIZE, background=(0.2, 0.4, 0.6), outputs=OUTPUTS)
-    assert frame.visibility is not None
-    assert frame.depth is not None
-    assert frame.image is not None
-    assert frame.linear is not None
-    assert frame.depth_metric is not None
     nothing = np.isnan(frame.visibility[0])
     assert 0.1 < nothing.mean() < 0.9
     np.testing.assert_array_equal(nothing, np.isinf(frame.depth))
@@ -194,9 +178,6 @@ def test_unlit_side_is_dark(renderer: Renderer) -> None:
         frame = renderer.render(
             scene, lights=[light], size=SIZE, outputs=("visibility", "depth", "linear"), ambient=0.0
         )
-        assert frame.visibility is not None
-        assert frame.depth is not None
-        assert frame.linear is not None
         hit = np.isfinite(frame.depth)
         points = np.asarray(frame.camera.position) + pixel_rays(frame.camera, SIZE)[hit] * frame.depth[hit][:, None]
         cosine = (points / np.linalg.norm(points, axis=1, keepdims=True) * to_light(light, points)[0]).sum(axis=1)
@@ -239,7 +220,6 @@ def test_light_without_shadow(renderer: Renderer) -> None:
     )
     used = frame.used[0]
     assert (used.views, used.filter, used.bias, used.target, used.clip, used.draws) == ((), None, None, None, None, 0)
-    assert frame.shadow_maps is not None
     assert frame.shadow_maps[0].size == 0
     assert set(np.unique(frame.visibility[~np.isnan(frame.visibility)])) <= {0.0, 1.0}
 
@@ -263,8 +243,6 @@ def test_lights_add_up(renderer: Renderer) -> None:
     """Eight lights of all kinds: the linear picture is the sum of theirs, and each keeps the visibility it has alone."""
     lights, outputs = many_lights(), ("linear", "visibility", "image")
     together = renderer.render(box_scene(), lights=lights, size=SIZE, ambient=0.02, outputs=outputs)
-    assert together.visibility is not None
-    assert together.linear is not None
     total = renderer.render(box_scene(), lights=[], size=SIZE, ambient=0.02, outputs=outputs).linear.astype(np.float64)
     for i, light in enumerate(lights):
         alone = renderer.render(box_scene(), lights=[light], size=SIZE, ambient=0.0, outputs=outputs)
@@ -288,7 +266,6 @@ def test_order_of_lights_does_not_matter(renderer: Renderer) -> None:
 def test_no_light_at_all(renderer: Renderer) -> None:
     scene = Scene((node("ground", ground(), color=(0.5, 0.25, 1.0, 1.0)),), ABOVE)
     frame = renderer.render(scene, lights=[], size=SIZE, ambient=(0.2, 0.4, 0.8), outputs=OUTPUTS)
-    assert frame.visibility is not None
     assert frame.visibility.shape == (0, SIZE[1], SIZE[0])
     assert frame.used == ()
     assert frame.shadow_maps == ()
@@ -581,7 +558,7 @@ def test_nothing_behind_a_spot(renderer: Renderer, target: Target) -> None:
 @pytest.mark.parametrize("angle", [90.0, 90.5, 180.0])
 def test_cone_of_half_space_is_refused(angle: float) -> None:
     """N20."""
-    with pytest.raises(SettingsError, match=r"outer_angle must be in \[0, 90\)"):
+    with pytest.raises(SettingsError, match=r"outer_angle must be a finite number in \(0, 90\)"):
         SpotLight(position=(0, 0, 0), outer_angle=angle)
 
 
@@ -829,7 +806,7 @@ def test_decoded_inverts_the_encoding() -> None:
 
 @pytest.mark.parametrize("size", [(0, 0), (0, 10), (10, -1), (10.0, 10), (10,), (10, 10, 10)])
 def test_wrong_size(renderer: Renderer, size: Any) -> None:
-    with pytest.raises(SettingsError, match="size must be two positive integers"):
+    with pytest.raises(SettingsError, match=r"size must be two integers in \[1, "):
         renderer.render(box_scene(), size=size)
 
 
@@ -860,7 +837,7 @@ def test_wrong_arguments(renderer: Renderer, arguments: Any, error: type[Excepti
 
 
 def test_not_a_scene(renderer: Renderer) -> None:
-    with pytest.raises(SceneError, match=r"needs a glshadow.Scene .* got Mesh"):
+    with pytest.raises(SceneError, match=r"a glshadow.Scene is needed .* got Mesh"):
         renderer.render(box_scene().nodes[0].mesh)  # type: ignore[arg-type]
 
 
