@@ -826,7 +826,7 @@ def test_wrong_outputs(renderer: Renderer, outputs: Any) -> None:
     ("arguments", "error", "message"),
     [
         ({"camera": "above"}, SettingsError, "camera must be"),
-        ({"lights": ["sun"]}, SettingsError, "lights must be"),
+        ({"lights": ["sun"]}, SettingsError, "must be DirectionalLight, SpotLight or PointLight"),
         ({"ambient": np.nan}, SettingsError, "ambient must be 3 finite numbers"),
         ({"background": (0.0, np.inf, 0.0)}, SettingsError, "background must be 3 finite numbers"),
     ],
