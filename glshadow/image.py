@@ -68,7 +68,7 @@ def header(source: str | os.PathLike[str] | bytes) -> Header:
     SceneError
         If it is not a readable image.
     """
-    data = bytes(source) if isinstance(source, bytes | bytearray | memoryview) else _bytes(Path(source))
+    data = bytes(source) if isinstance(source, bytes | bytearray | memoryview) else _bytes(as_path("image", source))
     if data.startswith(MAGIC_JPEG):
         width, height = _jpeg_size(data)
         return Header((width, height), width * height * (3 + data.count(SCAN)))

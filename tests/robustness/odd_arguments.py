@@ -236,23 +236,9 @@ REQUIRED: dict[str, Any] = {
 }  # fmt: skip
 # Made by glshadow, not by its callers; and what raises, names or draws. The renderer's arguments have tests of their own.
 NOT_BUILT = {
-    "Frame",
-    "trace",
-    "Truth",
-    "Used",
-    "ShadowView",
-    "ShadowError",
-    "Score",
-    "Flip",
-    "Renderer",
-    "render",
-    "measure",
-    "flip",
-    "Camera",
-    "AlphaMode",
-    "Faces",
-    "Target",
-}
+    "AlphaMode", "Camera", "Faces", "Flip", "Frame", "Renderer", "Score", "ShadowError", "ShadowView", "Target", "Truth", "Used", "flip",
+    "measure", "render", "trace",
+}  # fmt: skip
 
 
 def built() -> dict[str, Call]:
