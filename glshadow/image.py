@@ -153,7 +153,8 @@ def _opened(source: str | os.PathLike[str] | bytes) -> Iterator[tuple[Any, str]]
 def _file(source: str | os.PathLike[str] | bytes) -> Iterator[tuple[Path, str]]:
     """A file that OpenImageIO's Python module, which reads nothing else, can open, and the name of the image."""
     if not isinstance(source, bytes | bytearray | memoryview):
-        path, name = as_path("image", source), str(source)
+        path = as_path("image", source)
+        name = str(path)
         if path.is_file() and _utf8(path):
             yield path, name
             return

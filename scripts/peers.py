@@ -60,7 +60,6 @@ def glshadow_rows(stack: ExitStack, scene: gs.Scene, sun: gs.DirectionalLight) -
 
         def visibility() -> NDArray[np.float32]:
             frame = renderer.render(scene, None, [replace(sun, shadow=shadow)], SIZE, outputs=("visibility",))
-            assert frame.visibility is not None
             return frame.visibility[0]
 
         return Row(f"glshadow, {name}", draw, lambda k: draw(k, None), visibility, shadow)

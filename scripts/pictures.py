@@ -32,8 +32,6 @@ def triptych() -> NDArray[np.uint8]:
         # the same shading with the traced visibility: one light of intensity 1 on white, ambient 0.1
         lit = renderer.render(scene, lights=[gs.DirectionalLight(direction=scene.lights[0].direction, shadow=None)],
                               background=SKY, outputs=("linear",))  # fmt: skip
-    assert lit.linear is not None
-    assert ours.image is not None
     exact = np.where(np.isnan(truth.visibility[0])[..., None], lit.linear,
                      0.1 + (lit.linear - 0.1) * np.nan_to_num(truth.visibility[0])[..., None])  # fmt: skip
     value = np.clip(exact, 0.0, 1.0)

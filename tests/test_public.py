@@ -14,6 +14,7 @@ from glshadow.public import MODULES
 
 # Classes that a public signature names and that are not public: what they are there for.
 INNER = {
+    "BaseLight": "what the three kinds of light share",
     "Needs": "how a filter chooses its source",
     "Rays": "what a Truth asks when it is measured",
     "Frame": "a protocol: what `measure` needs of a frame",

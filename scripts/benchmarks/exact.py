@@ -84,8 +84,6 @@ def wrong(name: str, scene: gs.Scene, results: dict[str, Any]) -> None:
         for kind, light in lights_of(name, scene).items():
             lamp = replace(light, shadow=EXACT)
             frame = renderer.render(scene, None, [lamp], SIZE, outputs=("visibility", "triangle"))
-            assert frame.visibility is not None
-            assert frame.triangle is not None
             same = gs.trace(scene, None, [lamp], SIZE, surface=frame.triangle)
             # outside a spot's cone there is no light to be in the shadow of
             disputed = np.flatnonzero(same.reached[0] & (np.abs(frame.visibility[0] - same.visibility[0]) > 0.5))
@@ -178,7 +176,6 @@ def build(name: str, scene: gs.Scene, rounds: int, results: dict[str, Any]) -> N
                 for key, renderer, shadow in (("map", maps, gs.Shadow()), ("exact", exact, EXACT)):
                     lamp = replace(moved(light, k), shadow=shadow)
                     frame = renderer.render(scene, None, [lamp], SIZE, outputs=("image", "timings"))
-                    assert frame.timings is not None
                     links = frame.used[0].links
                     if k >= 0:
                         spent[key].append(frame.timings["shadow"])
@@ -227,7 +224,6 @@ def embree(name: str, scene: gs.Scene, rounds: int, results: dict[str, Any]) -> 
             lamp = replace(moved(light, 2 * k + 1), shadow=EXACT)
             for each, shadow in ((renderer, EXACT), (plain, None)):
                 frame = each.render(scene, None, [replace(lamp, shadow=shadow)], SIZE, outputs=("image", "timings"))
-                assert frame.timings is not None
                 if k >= 0 and shadow is None:
                     spent["shading"].append(frame.timings["resolve"])
                 elif k >= 0:
@@ -338,7 +334,6 @@ def samples(rounds: int, results: dict[str, Any]) -> None:
     times = alternate({str(count): (lambda k, count=count: frame(count, k)) for count in renderers}, rounds)
     for count in renderers:
         visibility = frame(count, 0).visibility
-        assert visibility is not None
         mean = float(np.abs(visibility[0] - truth)[counted].mean())
         results[str(count)] = {"mean": mean, "ratio": ratio(times[str(count)], times["1"])}
         click.echo(

@@ -80,8 +80,6 @@ def compared(
     """Render with Exact() and judge every pixel."""
     light = with_exact(light, **settings)
     frame = renderer.render(scene, camera, [light], size, outputs=("visibility", "triangle"))
-    assert frame.visibility is not None
-    assert frame.triangle is not None
     assert frame.used[0].fallbacks == ()
     truth = trace(scene, camera, [light], size, surface=frame.triangle)
     seen = truth.triangle >= 0
@@ -92,7 +90,6 @@ def compared(
 
 
 def _wrong(frame: Frame, truth: Truth, disputed: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    assert frame.visibility is not None
     light, rays = frame.lights[0], truth.rays
     rows = np.flatnonzero(disputed)
     rows = rows[:: 1 + len(rows) // MOST_JUDGED]

@@ -97,8 +97,6 @@ def lit_and_asked(
 ) -> tuple[int, int]:
     """Pixels of the first `first` triangles that are lit at all, and all pixels that show them."""
     frame = renderer.render(scene, None, [light], size, outputs=("visibility", "triangle"))
-    assert frame.visibility is not None
-    assert frame.triangle is not None
     asked = (frame.triangle >= 0) & (frame.triangle < first)
     return int((frame.visibility[0][asked] > 0.0).sum()), int(asked.sum())
 

@@ -58,7 +58,6 @@ def assert_identical(a: Frame, b: Frame) -> None:
 def expected(scene: Scene) -> Frame:
     with Renderer("egl") as renderer:
         frame = picture(renderer, scene)
-    assert frame.visibility is not None
     for visibility in frame.visibility:
         assert (visibility > 0.9).any(), "all dark"
         assert (visibility < 0.1).any(), "all lit"

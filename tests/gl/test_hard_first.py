@@ -68,14 +68,12 @@ def lights(towards: Array, distance: float, resolution: int, kernel: Filter) -> 
 
 def positions(frame: Frame) -> tuple[Array, Array]:
     """World points (H, W, 3), and which pixels show a surface."""
-    assert frame.depth is not None
     hit = np.isfinite(frame.depth)
     depth = np.where(hit, frame.depth, 0.0).astype(np.float64)
     return np.asarray(frame.camera.position) + pixel_rays(frame.camera, frame.size) * depth[..., None], hit
 
 
 def assert_lit(frame: Frame, counted: Array) -> None:
-    assert frame.visibility is not None
     dark = counted & ~(frame.visibility[0] >= 1.0 - WEIGHT)
     assert not dark.any(), (
         f"{dark.sum()} of {counted.sum()} pixels darkened, worst {frame.visibility[0][dark].min():.3f}"

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from glshadow import image
-from glshadow.core.bias import SlopeScaledBias
+from glshadow.core.bias import NoBias, SlopeScaledBias
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
 from glshadow.core.filters import Hard, Pcf
 from glshadow.core.fit import SceneFit, ViewFit
@@ -151,7 +151,8 @@ def test_shadow_falls_away_from_the_light(renderer: Renderer, kind: str, x: floa
 def test_shadow_map_rows_run_from_the_top(renderer: Renderer) -> None:
     """Row 0 of a stored map is v = 1, the side that the view's y axis points to."""
     scene = Scene((node("ground", ground()), node("box", shapes.box((0.5, 0.5, 0.5), (2.5, 0.3, 1.5)))), ABOVE)
-    light = DirectionalLight(direction=(0.0, -1.0, 0.0), shadow=Shadow(resolution=64, fit=SceneFit()))
+    shadow = Shadow(resolution=64, fit=SceneFit(), bias=NoBias())  # the derived bias leaves the ground out
+    light = DirectionalLight(direction=(0.0, -1.0, 0.0), shadow=shadow)
     frame = renderer.render(scene, lights=[light], size=SIZE, outputs=("shadow_maps",))
     assert frame.shadow_maps is not None
     stored, view = frame.shadow_maps[0][0], frame.used[0].views[0]
@@ -493,7 +494,8 @@ def test_fits_agree_away_from_edges(renderer: Renderer) -> None:
             certain &= np.isclose(np.roll(a, step, axis), a, atol=WEIGHT)
     assert certain.mean() > 0.4
     np.testing.assert_allclose(a[certain], b[certain], atol=WEIGHT)
-    assert frames[0].used[0].texel < frames[1].used[0].texel
+    seen, whole = (np.array(frame.used[0].texel) for frame in frames)
+    assert (seen <= whole * (1.0 + 1e-9)).all()  # equal where both are fitted to the shade of the casters
 
 
 def test_scene_fit_does_not_depend_on_the_camera(renderer: Renderer) -> None:
@@ -581,7 +583,7 @@ def test_nothing_behind_a_spot(renderer: Renderer, target: Target) -> None:
 @pytest.mark.parametrize("angle", [90.0, 90.5, 180.0])
 def test_cone_of_half_space_is_refused(angle: float) -> None:
     """N20."""
-    with pytest.raises(SettingsError, match=r"outer_angle must be in \[0, 90\)"):
+    with pytest.raises(SettingsError, match=r"outer_angle must be a finite number in \(0, 90\)"):
         SpotLight(position=(0, 0, 0), outer_angle=angle)
 
 
@@ -829,7 +831,7 @@ def test_decoded_inverts_the_encoding() -> None:
 
 @pytest.mark.parametrize("size", [(0, 0), (0, 10), (10, -1), (10.0, 10), (10,), (10, 10, 10)])
 def test_wrong_size(renderer: Renderer, size: Any) -> None:
-    with pytest.raises(SettingsError, match="size must be two positive integers"):
+    with pytest.raises(SettingsError, match="size must be two integers"):
         renderer.render(box_scene(), size=size)
 
 
@@ -849,7 +851,7 @@ def test_wrong_outputs(renderer: Renderer, outputs: Any) -> None:
     ("arguments", "error", "message"),
     [
         ({"camera": "above"}, SettingsError, "camera must be"),
-        ({"lights": ["sun"]}, SettingsError, "lights must be"),
+        ({"lights": ["sun"]}, SettingsError, r"lights\[0\] must be"),
         ({"ambient": np.nan}, SettingsError, "ambient must be 3 finite numbers"),
         ({"background": (0.0, np.inf, 0.0)}, SettingsError, "background must be 3 finite numbers"),
     ],
@@ -860,7 +862,7 @@ def test_wrong_arguments(renderer: Renderer, arguments: Any, error: type[Excepti
 
 
 def test_not_a_scene(renderer: Renderer) -> None:
-    with pytest.raises(SceneError, match=r"needs a glshadow.Scene .* got Mesh"):
+    with pytest.raises(SceneError, match=r"a glshadow.Scene is needed .* got Mesh"):
         renderer.render(box_scene().nodes[0].mesh)  # type: ignore[arg-type]
 
 

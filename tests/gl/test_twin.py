@@ -102,7 +102,6 @@ def triangles_of(scene: Scene) -> Array:
 def surface(frame: Frame, hits: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
     """Per pixel the world point (H, W, 3) on its triangle, the normal that is seen, and whether it is certain."""
     triangles, (expected, which, border) = triangles_of(frame.scene), hits
-    assert frame.depth is not None
     certain = ~border & np.isfinite(expected) & np.isfinite(frame.depth)
     depth = np.where(certain, frame.depth, 1.0).astype(np.float64)
     ray = pixel_rays(frame.camera, frame.size)
@@ -132,8 +131,6 @@ def _check(
     assert used.target is not None
     assert used.bias is not None
     assert used.filter is not None
-    assert frame.visibility is not None
-    assert frame.shadow_maps is not None
     seen = frame.visibility[0].astype(np.float64)
     points, normals, certain = surface(frame, hits)
     assert certain.mean() > 0.6

@@ -121,7 +121,6 @@ def judge(renderer: Renderer, picture: Picture, technique: Technique) -> Outcome
     light = replace(picture.light, shadow=technique.shadow(picture))
     frame = renderer.render(picture.scene, picture.camera, [light], picture.size, outputs=("visibility", "triangle"))
     truth = truth_of(picture)
-    assert frame.visibility is not None
     judged = (
         (truth.cosine[0] > LEAST_COSINE)
         & truth.reached[0]
@@ -148,8 +147,6 @@ def _excused(frame: Frame, truth: Truth, where: Bools) -> Bools:
     """Where the true boundary is as near as rounding; where another triangle is shown, and the picture right for it."""
     if not where.any():
         return where
-    assert frame.visibility is not None
-    assert frame.triangle is not None
     towards = truth.position - np.asarray(frame.camera.position)
     with np.errstate(invalid="ignore", divide="ignore"):
         slant = np.abs((towards * truth.normal).sum(axis=-1)) / np.linalg.norm(towards, axis=-1)
@@ -164,7 +161,6 @@ def _excused(frame: Frame, truth: Truth, where: Bools) -> Bools:
 
 def same_surface(frame: Frame, truth: Truth) -> Bools:
     """Whether the rasterised triangle lies in the plane of the traced one: coplanar neighbours and copies do."""
-    assert frame.triangle is not None
     drawn, asked = frame.triangle, (frame.triangle >= 0) & (truth.triangle >= 0)
     result = np.zeros(drawn.shape, dtype=bool)
     points = truth.position[asked] - truth.rays.origin

@@ -30,11 +30,17 @@ main(sys.argv[1:])
 """
 HALF_READ = """
 import time
+from contextlib import contextmanager
 from glshadow import image
-def half(path, name):
-    print("ready", flush=True)
-    time.sleep(60)
-image._read_file = half
+whole = image.temporary
+@contextmanager
+def half(suffix):
+    with whole(suffix) as path:
+        path.write_bytes(b"half")
+        print("ready", flush=True)
+        time.sleep(60)
+        yield path
+image.temporary = half
 image.read(open("picture.png", "rb").read())
 """
 

@@ -107,7 +107,7 @@ def checked_render(
         differing = _differing(getattr(frame, name), getattr(again, name), name)
         if differing:
             raise Wrong(f"two pictures differ in {name}: {differing} values")
-    if not np.isfinite(frame.depth).any():  # type: ignore[arg-type]
+    if not np.isfinite(frame.depth).any():
         raise Wrong(f"blank without a warning: near {frame.near}, far {frame.far}, camera {frame.camera}")
     return frame
 
@@ -136,9 +136,6 @@ def _check(frame: gs.Frame) -> None:
         value: NDArray[Any] = getattr(frame, name)
         if value.shape != shape or value.dtype != dtype:
             raise Wrong(f"{name} of the wrong form: {value.shape} {value.dtype}")
-    assert frame.visibility is not None
-    assert frame.linear is not None
-    assert frame.depth is not None
     surface = np.isfinite(frame.depth)
     if not (surface | np.isposinf(frame.depth)).all() or (frame.depth[surface] <= 0.0).any():
         raise Wrong("depth neither positive nor +inf: " + _sample(frame.depth, ~(frame.depth > 0.0)))

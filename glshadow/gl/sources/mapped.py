@@ -80,7 +80,10 @@ class Mapped(Source):
 
     def _warn_of_large_texels(self, work: Work, view: ShadowView) -> None:
         """Said once for a scene: where a map covers so much that what casts near the camera may fall between its texels."""
-        seen = np.concatenate([points for points in work.sight.receivers if len(points)])
+        bodies = [points for points in work.sight.receivers if len(points)]
+        if not bodies:
+            return
+        seen = np.concatenate(bodies)
         camera = work.sight.camera.view_from_world
         least = max(float((-(seen @ camera[2, :3] + camera[2, 3])).min()), work.sight.near)
         if _side(work, view, seen, least) <= MOST_PIXELS:
