@@ -15,6 +15,8 @@ from glshadow.cli.plan import share
 from glshadow.errors import SettingsError
 
 SMALL = ("--size", "96x54", "--backend", "egl")
+SUNS = ("--light", "sun:-1,-2,-1:intensity=0.5", "--light", "sun:1,-2,0")
+PICTURE = (*SMALL, "--ground", *SUNS, "--eye=9,6,11")
 
 
 def run(*arguments: str) -> Result:
@@ -32,12 +34,39 @@ def test_share_refuses(text: str) -> None:
         share(text)
 
 
-def test_it_prints_a_line_that_renders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(scope="module")
+def journal(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where the settings of PICTURE are measured once for this file."""
+    return tmp_path_factory.mktemp("plan") / "plan.jsonl"
+
+
+@pytest.fixture(scope="module")
+def planned(journal: Path) -> Result:
+    return run("--wrong=20%", "--json", "--journal", str(journal), *PICTURE)
+
+
+def test_json_is_one_object(planned: Result, journal: Path) -> None:
+    assert planned.exit_code == 0, planned.output
+    assert planned.stdout.count("\n") == 1
+    report = json.loads(planned.stdout)
+    assert report["met"] is True
+    assert report["best"] == report["choices"][0]["setting"] in report["tried"]
+    assert report["choices"][0]["error"] <= report["budget"] == 0.2
+    assert "--wrong" not in report["command"]
+    assert str(journal) not in report["command"]
+    assert journal.is_file()
+
+
+def test_it_prints_a_line_that_renders(
+    planned: Result, journal: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
-    light = ["--light", "sun:-1,-2,-1:intensity=0.5", "--light", "sun:1,-2,0"]
-    done = run("--wrong", "20%", *SMALL, "--ground", *light, "--eye=9,6,11")
+    measured = journal.read_bytes()
+    done = run("--wrong", "20%", "--journal", str(journal), *PICTURE)
     assert done.exit_code == 0, done.output
+    assert journal.read_bytes() == measured
     facts, line = done.stdout.splitlines()
+    assert line == json.loads(planned.stdout)["command"]
     name, _, numbers = facts.partition(": wrong ")
     assert "x floor" in numbers
     words = shlex.split(line)
@@ -48,20 +77,6 @@ def test_it_prints_a_line_that_renders(tmp_path: Path, monkeypatch: pytest.Monke
     rendered = CliRunner().invoke(main, words[1:])
     assert rendered.exit_code == 0, rendered.output
     assert image.read("courtyard.png").shape == (54, 96, 4)
-
-
-def test_json_is_one_object(tmp_path: Path) -> None:
-    journal = tmp_path / "plan.jsonl"
-    done = run("--wrong=20%", "--json", "--journal", str(journal), *SMALL)
-    assert done.exit_code == 0, done.output
-    assert done.stdout.count("\n") == 1
-    report = json.loads(done.stdout)
-    assert report["met"] is True
-    assert report["best"] == report["choices"][0]["setting"] in report["tried"]
-    assert report["choices"][0]["error"] <= report["budget"] == 0.2
-    assert "--wrong" not in report["command"]
-    assert str(journal) not in report["command"]
-    assert journal.is_file()
 
 
 def test_none_meets_the_budget(monkeypatch: pytest.MonkeyPatch) -> None:

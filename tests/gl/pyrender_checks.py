@@ -15,7 +15,7 @@ from peers import pyrender_module, pyrender_scene
 
 SIZE = (96, 64)
 PYRENDER: Any = pyrender_module()
-SCENE = gs.scenes.courtyard()
+SCENE = gs.scenes.box().scene
 
 
 def ours(renderer: gs.Renderer) -> np.ndarray:

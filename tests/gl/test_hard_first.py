@@ -116,18 +116,38 @@ def test_lamp_just_above_the_plane(renderer: Renderer, plane: Scene, kernel: Fil
         assert_lit(frame, positions(frame)[1])
 
 
-def facing(scene: Scene, points: Array, light: Light) -> Array:
-    """Which points (N,) lie on facets of a convex body that face the light; on an edge both facets must."""
-    mesh = scene.nodes[0].mesh
-    corners = mesh.positions[mesh.triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    _, near = cKDTree(corners.mean(axis=1)).query(points, k=8)
-    # greatest, 0, for its own facet
-    above = np.einsum("nki,nki->nk", normals[near], points[:, None] - corners[near, 0])
-    own = above >= above.max(axis=1, keepdims=True) - 1e-6
-    cosine = np.einsum("nki,ni->nk", normals[near], to_light(light, points)[0])
-    return np.where(own, cosine > 1e-6, True).all(axis=1)  # float32 rounds N.L by that much
+class Facets:
+    """The facets of a convex body, and which of them lie next to the points that a view shows."""
+
+    def __init__(self, scene: Scene) -> None:
+        mesh = scene.nodes[0].mesh
+        self._corners = mesh.positions[mesh.triangles]
+        edges = self._corners[:, 1:] - self._corners[:, :1]
+        normals = np.cross(edges[:, 0], edges[:, 1])
+        self._normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+        self._tree = cKDTree(self._corners.mean(axis=1))
+        self._known: dict[str, tuple[Array, Array, Array]] = {}
+
+    def _around(self, view: str, points: Array) -> tuple[Array, Array]:
+        """Normals (N, 8, 3) of the facets next to points (N, 3), and which of them a point lies on: on an edge both."""
+        if view not in self._known or not np.array_equal(self._known[view][0], points):
+            _, near = self._tree.query(points, k=8)
+            normals = self._normals[near]
+            # greatest, 0, for its own facet
+            above = np.einsum("nki,nki->nk", normals, points[:, None] - self._corners[near, 0])
+            self._known[view] = points, normals, above >= above.max(axis=1, keepdims=True) - 1e-6
+        return self._known[view][1:]
+
+    def facing(self, view: str, points: Array, light: Light) -> Array:
+        """Which points (N,) lie on facets that face the light; on an edge both must."""
+        normals, own = self._around(view, points)
+        cosine = np.einsum("nki,ni->nk", normals, to_light(light, points)[0])
+        return np.where(own, cosine > 1e-6, True).all(axis=1)  # float32 rounds N.L by that much
+
+
+@pytest.fixture(scope="module")
+def facets(ball: Scene) -> Facets:
+    return Facets(ball)
 
 
 @pytest.mark.parametrize("view", BALL_VIEWS)
@@ -136,7 +156,7 @@ def facing(scene: Scene, points: Array, light: Light) -> Array:
 @pytest.mark.parametrize("kernel", [DEFAULT, Hard()], ids=str)
 @pytest.mark.parametrize("kind", KINDS)
 def test_convex_body_alone(
-    renderer: Renderer, ball: Scene, kind: str, kernel: Filter, resolution: int, elevation: float, view: str
+    renderer: Renderer, ball: Scene, facets: Facets, kind: str, kernel: Filter, resolution: int, elevation: float, view: str
 ) -> None:
     """N5: a sphere of 81,920 triangles is lit wherever its facet faces the light."""
     e = np.radians(elevation)
@@ -144,7 +164,7 @@ def test_convex_body_alone(
     light = lights(towards, 3.0, resolution, kernel)[kind]
     frame = renderer.render(ball, BALL_VIEWS[view], [light], SIZE, outputs=("visibility", "depth"))
     points, hit = positions(frame)
-    lit = facing(ball, points[hit], light)
+    lit = facets.facing(view, points[hit], light)
     counted = hit.copy()
     counted[hit] = lit
     assert counted.sum() > 2000
