@@ -199,9 +199,7 @@ def numbers_in(value: Any) -> Numbers | None:
         array = np.asarray(value)
         if array.dtype.kind == "O":  # huge integers, None, ragged rows
             array = np.array([as_float(each) for each in array.ravel()], dtype=np.float64).reshape(array.shape)
-    except MemoryError:
-        raise
-    except Exception:  # whatever numpy or a foreign __array__ raises: it is no array of numbers
+    except Exception:  # whatever numpy or a foreign __array__ raises, without memory too: it is no array of numbers
         return None
     return array if array.dtype.kind in "iuf" else None
 
