@@ -28,9 +28,7 @@ def courtyard() -> Scene:
     return gs.scenes.courtyard()
 
 
-def visibility(
-    renderer: Renderer, scene: Scene, light: Light, samples: int, size: tuple[int, int] = SIZE
-) -> gs.Frame:
+def visibility(renderer: Renderer, scene: Scene, light: Light, samples: int, size: tuple[int, int] = SIZE) -> gs.Frame:
     shadow = gs.Shadow(filter=gs.Exact(samples))
     return renderer.render(scene, None, [replace(light, shadow=shadow)], size, outputs=("visibility",))
 
@@ -57,7 +55,9 @@ def inner(truth: Truth) -> np.ndarray:
 @pytest.mark.parametrize("name", list(LIGHTS))
 def test_more_samples_are_nearer_to_the_traced_mean(renderer: Renderer, courtyard: Scene, name: str) -> None:
     light = LIGHTS[name]
-    size = SIZE if name == "point light" else (480, 270)  # the lamp's shadows are thinner than the pixels of a small picture
+    size = (
+        SIZE if name == "point light" else (480, 270)
+    )  # the lamp's shadows are thinner than the pixels of a small picture
     truth = trace(courtyard, None, [light], size, pixel_samples=4)
     counted = inner(truth) & truth.reached[0]
     assert counted.mean() > 0.3

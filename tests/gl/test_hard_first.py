@@ -156,7 +156,14 @@ def facets(ball: Scene) -> Facets:
 @pytest.mark.parametrize("kernel", [DEFAULT, Hard()], ids=str)
 @pytest.mark.parametrize("kind", KINDS)
 def test_convex_body_alone(
-    renderer: Renderer, ball: Scene, facets: Facets, kind: str, kernel: Filter, resolution: int, elevation: float, view: str
+    renderer: Renderer,
+    ball: Scene,
+    facets: Facets,
+    kind: str,
+    kernel: Filter,
+    resolution: int,
+    elevation: float,
+    view: str,
 ) -> None:
     """N5: a sphere of 81,920 triangles is lit wherever its facet faces the light."""
     e = np.radians(elevation)
