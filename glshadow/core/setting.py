@@ -8,6 +8,7 @@ import reprlib
 from collections.abc import Callable, Mapping, Set
 from dataclasses import MISSING, field, fields
 from enum import Enum
+from functools import cache
 from numbers import Integral, Real
 from pathlib import Path
 from types import EllipsisType
@@ -24,7 +25,7 @@ Shape = tuple[int | EllipsisType | None, ...]
 """Lengths; None: any; ... in front: any more dimensions."""
 
 Rule = Callable[[str, Any], Any]
-"""(name, value as given) -> value as it is kept; a SettingsError that names the setting, what it may be and what it was."""
+"""(name, value as given) -> value as it is kept; a SettingsError that begins with the name and says what is allowed and what was given."""
 
 _LONGEST = 120  # characters of a value in a message
 _LONGEST_NAME, _LONGEST_PATH = 255, 4095  # bytes that file systems allow
@@ -56,17 +57,20 @@ class Settings:
         return type(self).__name__
 
     def __post_init__(self) -> None:
-        for each in fields(self):  # type: ignore[arg-type]  # every heir is a dataclass
-            rule = each.metadata.get("rule")
-            if rule is None:
-                continue
+        for name, rule in _rules(type(self)):  # type: ignore[arg-type]  # mypy takes classes for unhashable
             try:
-                kept = rule(f"{self.label} {each.name}", getattr(self, each.name))
+                kept = rule(name, getattr(self, name))
             except SettingsError as error:
-                if issubclass(SettingsError, self.refusal):
-                    raise
-                raise self.refusal(str(error)) from None
-            object.__setattr__(self, each.name, kept)
+                refusal = SettingsError if issubclass(SettingsError, self.refusal) else self.refusal
+                raise refusal(f"{self.label} {error}") from None
+            object.__setattr__(self, name, kept)
+
+
+@cache
+def _rules(kind: type[Settings]) -> tuple[tuple[str, Rule], ...]:
+    """The fields that have one, once for each class: a file may hold a hundred thousand nodes."""
+    declared = fields(kind)  # type: ignore[arg-type]  # every heir is a dataclass
+    return tuple((each.name, each.metadata["rule"]) for each in declared if "rule" in each.metadata)
 
 
 _short = reprlib.Repr()
