@@ -22,20 +22,14 @@ Pixels = NDArray[Any]
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
 FLOAT_SUFFIXES = (".exr", ".tif", ".tiff")
-LARGEST_IMAGE = (
-    1 << 28
-)  # pixels: 16384 x 16384, the largest texture of the common drivers; refused before memory is asked for
+# pixels: 16384 x 16384, the largest texture of the common drivers; refused before memory is asked for
+LARGEST_IMAGE = 1 << 28
 # zlib level, and PNG_FILTER_SUB alone: 1280 x 720 in 20 ms, all filters need 50 for the same size (measured)
-PNG_LEVEL, PNG_FILTER = (
-    2,
-    16,
-)
+PNG_LEVEL, PNG_FILTER = 2, 16
 PNG_END = bytes.fromhex("0000000049454e44ae426082")  # the IEND chunk
 JPEG_QUALITY = 95
-MAGIC_JPEG, SCAN = (
-    b"\xff\xd8",
-    b"\xff\xda",
-)  # the start of a JPEG, and of each of its scans; within their data FF is never alone
+# The start of a JPEG, and of each of its scans; within their data FF is never alone.
+MAGIC_JPEG, SCAN = b"\xff\xd8", b"\xff\xda"
 MAGIC = ((b"\x89PNG", ".png"), (MAGIC_JPEG, ".jpg"), (b"RIFF", ".webp"), (b"II*\0", ".tif"), (b"MM\0*", ".tif"))
 
 

@@ -152,9 +152,8 @@ def test_every_repr_is_one_short_line(scene: gs.Scene, frame: gs.Frame, truth: g
     for value in (material, mesh, empty, node, scene, many, frame, truth, error, *frame.used, gs.scenes.box()):
         assert "\n" not in repr(value)
         assert repr(value).isprintable()
-        assert len(repr(value)) < (2000 if isinstance(value, gs.Used) else 300), repr(
-            value
-        )  # six views of a point light
+        # six views of a point light
+        assert len(repr(value)) < (2000 if isinstance(value, gs.Used) else 300), repr(value)
     assert repr(material) == "Material((0.5, 0.25, 1, 1), texture 8 x 16, MASK below 0.3, double-sided)"
     assert repr(mesh).startswith("Mesh(1 triangle, 3 vertices, normals, uv, from (0, 0, 0) to (1, 1, 1), Material(")
     assert repr(node) == r"Node('a\x1bb', 1 triangle, origin at (0, 0, 0), casts nothing)"

@@ -25,9 +25,8 @@ def test_the_reference_holds_every_public_name(docs: ModuleType, tmp_path: Path)
         module = importlib.import_module(name)
         page = (tmp_path / f"{name.replace('.', '/')}.html").read_text()
         anchors = set(re.findall(r'id="([\w.]+)"', page))
-        own = {
-            each for each in module.__all__ if not isinstance(getattr(module, each), ModuleType)
-        }  # a module has its own page
+        # a module has its own page
+        own = {each for each in module.__all__ if not isinstance(getattr(module, each), ModuleType)}
         assert own - {"__version__"} <= anchors
     assert "Renderer.render" in (tmp_path / "glshadow.html").read_text()
 

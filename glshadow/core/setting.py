@@ -169,9 +169,8 @@ def one_of(*values: Any) -> Rule:
 
     def rule(name: str, value: Any) -> Any:
         number = as_int(value)
-        kept = (
-            str.__str__(value) if isinstance(value, str) else value if number is None else number
-        )  # of numpy's, Python's
+        # of numpy's, Python's
+        kept = str.__str__(value) if isinstance(value, str) else value if number is None else number
         if type(kept) not in kinds or kept not in values:
             raise refuse(name, allowed, value)
         return kept
@@ -203,7 +202,9 @@ def numbers_in(value: Any) -> Numbers | None:
         array = np.asarray(value)
         if array.dtype.kind == "O":  # huge integers, None, ragged rows
             array = np.array([as_float(each) for each in array.ravel()], dtype=np.float64).reshape(array.shape)
-    except Exception:  # whatever numpy or a foreign __array__ raises, without memory too: it is no array of numbers
+    except MemoryError:
+        raise SettingsError(f"there is not enough memory for {shown(value)}") from None
+    except Exception:  # whatever numpy or a foreign __array__ raises: it is no array of numbers
         return None
     return array if array.dtype.kind in "iuf" else None
 

@@ -83,3 +83,16 @@ def test_exact_obeys_faces(compute: bool) -> None:
             dark[faces] = int((frame.visibility[0] == 0.0).sum())
     assert dark[gs.Faces.BACK] == 0
     assert dark[gs.Faces.FRONT] == dark[gs.Faces.BOTH] > 100
+
+
+def test_only_a_bias_that_is_certain_leaves_the_floor_out(renderer: gs.Renderer, scene: gs.Scene) -> None:
+    """The courtyard's floor darkens nothing: it is one draw less, and a bias that may fail has to show what it does to it."""
+
+    def drawn(**settings: object) -> gs.Frame:
+        shadow = gs.Shadow(resolution=256, filter=gs.Hard(), fit=gs.SceneFit(), **settings)  # type: ignore[arg-type]
+        return renderer.render(scene, None, [gs.DirectionalLight(shadow=shadow)], SIZE)
+
+    derived, constant, none = drawn(), drawn(bias=gs.ConstantBias(0.5)), drawn(bias=gs.NoBias())
+    assert derived.used[0].draws == constant.used[0].draws - 1 == none.used[0].draws - 1
+    dark = [(frame.visibility[0] == 0.0).mean() for frame in (derived, none)]
+    assert dark[1] > 3.0 * dark[0], "no stripes on the floor"

@@ -15,10 +15,8 @@ from glshadow.scene.limits import Budget, Limits
 from glshadow.scene.load import load
 from glshadow.scene.mesh_files import read_mesh_file
 
-CPU_S, MEMORY = (
-    5.0,
-    1 << 30,
-)  # of load and one picture of 96 x 64, the interpreter and its imports too; measured: 2.2 s, .25 GB at most
+# of load and one picture of 96 x 64, the interpreter and its imports too; measured: 2.2 s, .25 GB at most
+CPU_S, MEMORY = 5.0, 1 << 30
 
 CHILD = """
 import json, re, resource, sys, warnings

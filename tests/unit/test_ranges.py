@@ -44,9 +44,8 @@ def test_coarse_depth_begins_at_what_is_seen() -> None:
     (bounds, placed), _ = boxes((0.1, 1.0), (20, 50))
     placed[0, 0, 3] = 100.0
     found = depth_range(EYE, SIZE, (bounds, placed), box_corners(bounds, placed), False)
-    assert found.near == pytest.approx(
-        0.999 * 20, rel=1e-6
-    )  # boxes are taken a little larger, so that flat ones are met
+    # boxes are taken a little larger, so that flat ones are met
+    assert found.near == pytest.approx(0.999 * 20, rel=1e-6)
     assert found.fallbacks == ()
 
 

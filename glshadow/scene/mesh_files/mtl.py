@@ -19,12 +19,13 @@ OPTIONS = {"-blendu": 1, "-blendv": 1, "-boost": 1, "-bm": 1, "-cc": 1, "-clamp"
 OPTIONS |= {"-o": 3, "-s": 3, "-t": 3, "-texres": 1, "-type": 1, "-colorspace": 1}
 NUMERIC = ("-o", "-s", "-t")
 WITHOUT_EFFECT = ("-blendu", "-blendv", "-boost", "-bm", "-cc", "-imfchan", "-texres")  # on a colour that is drawn here
+# what holds without them
 USUAL = {
     "-clamp": ["off"],
     "-mm": ["0", "1"],
     "-t": ["0", "0", "0"],
     "-colorspace": ["srgb"],
-}  # what holds without them
+}
 
 
 @dataclass

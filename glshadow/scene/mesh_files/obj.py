@@ -33,11 +33,12 @@ from glshadow.scene.mesh_files.words import (
 INDENT = re.compile(rb"^[ \t]+", re.MULTILINE)
 NO_INDEX = re.compile(rb"/(?=[/\s])")  # "1//2", "1/"
 NO_COLOR = -1.0
+# numbers that are read; a vertex of 6 has a colour, of 4 a weight, which is not read
 WIDTHS = {
     "v": 6,
     "vt": 2,
     "vn": 3,
-}  # numbers that are read; a vertex of 6 has a colour, of 4 a weight, which is not read
+}
 
 
 @dataclass

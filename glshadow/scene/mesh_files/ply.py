@@ -48,9 +48,8 @@ def read_ply(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> S
         raise SceneError("not a PLY file: it must begin with 'ply' and have a header that ends with 'end_header'")
     header = name_of(text_of(found.group())).splitlines()
     elements, text = _elements(header)
-    budget.take(
-        8 * len(data), "its numbers"
-    )  # as float64 and int64, from numbers of four bytes or two letters (measured: 6)
+    # as float64 and int64, from numbers of four bytes or two letters (measured: 6)
+    budget.take(8 * len(data), "its numbers")
     if text:
         values = all_numbers(text_of(data[found.end() :]), "a row")
         rows = [replace(element, fields=tuple(_as_text(field) for field in element.fields)) for element in elements]

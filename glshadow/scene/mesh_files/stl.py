@@ -92,9 +92,8 @@ def _text(text: bytes, notes: list[str], budget: Budget) -> Soup:
     tables, counts, part, corners = [], [], [], 0
     for block in blocks(text):
         budget.check_time("its facets")
-        budget.take(
-            8 * len(block), "its facets"
-        )  # a corner of 30 letters: coordinates, indices and triangles (measured: 5)
+        # a corner of 30 letters: coordinates, indices and triangles (measured: 5)
+        budget.take(8 * len(block), "its facets")
         words: list[bytes] = []
         for found in STATEMENT.finditer(block):
             x, y, z, end, solid, name = found.groups()

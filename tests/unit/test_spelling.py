@@ -1,0 +1,64 @@
+"""Every filter, bias and fit is read as it is spelled; what is not understood is named."""
+
+from __future__ import annotations
+
+import pytest
+
+import glshadow as gs
+from glshadow.core.bias import BIASES
+from glshadow.core.filters import FILTERS
+from glshadow.core.fit import FITS
+from glshadow.core.spelling import Spelled, parse
+from glshadow.errors import SettingsError
+
+SPELLED: dict[str, Spelled] = {
+    "hard": gs.Hard(), "pcf:1": gs.Pcf(), "disc:2,16": gs.Disc(), "disc:0.5,64,rotate": gs.Disc(0.5, 64, True),
+    "exact": gs.Exact(), "exact:4": gs.Exact(4), "none": gs.NoBias(), "constant:0.25": gs.ConstantBias(0.25),
+    "slope:1.1,4": gs.SlopeScaledBias(), "clip:-0.1,0": gs.ClipBias(-0.1),
+    "clip:0.1,0,no-caster": gs.ClipBias(0.1, caster=False), "scene": gs.SceneFit(),
+}  # fmt: skip
+FAMILIES: tuple[tuple[type[Spelled], ...], ...] = (FILTERS, BIASES, FITS)
+
+
+def family_of(member: Spelled) -> tuple[type[Spelled], ...]:
+    return next(kinds for kinds in FAMILIES if type(member) in kinds)
+
+
+@pytest.mark.parametrize("text", SPELLED)
+def test_spelled_and_read(text: str) -> None:
+    member = SPELLED[text]
+    assert str(member) == text
+    assert parse(text, family_of(member)) == member
+
+
+@pytest.mark.parametrize("kind", FILTERS, ids=lambda kind: kind.spelling)
+def test_every_setting_of_a_filter_is_read_as_it_is_spelled(kind: type[gs.Filter]) -> None:
+    for member in (*kind.variants(), *kind.rungs(), *kind.studied(), *kind.extremes()):
+        assert parse(str(member), FILTERS) == member
+
+
+def test_what_is_left_out_has_its_default() -> None:
+    assert parse("disc:3", FILTERS) == gs.Disc(3.0)
+    assert parse("disc:rotate", FILTERS) == gs.Disc(rotate=True)
+    assert parse("slope", BIASES) == gs.SlopeScaledBias()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("magic", r"'magic' is no filter; there are: hard, pcf\[:RADIUS\], disc\[:RADIUS_TEXELS,TAPS,rotate\], exact"),
+        ("disc:1,2,3,4", r"'3' is not understood; it is spelled disc\["),
+        ("disc:spin", "'spin' is not understood"),
+        ("pcf:", "'pcf:' is no filter"),
+        ("pcf:nan", "'nan' is not understood"),
+        ("hard:1", "it is spelled hard$"),
+    ],
+)
+def test_what_is_not_understood_is_named(text: str, said: str) -> None:
+    with pytest.raises(SettingsError, match=said):
+        parse(text, FILTERS, "filter")
+
+
+def test_a_value_that_is_missing_is_named() -> None:
+    with pytest.raises(SettingsError, match=r"'constant' is not whole; it is spelled constant:WORLD"):
+        parse("constant", BIASES, "bias")
