@@ -63,21 +63,9 @@ class Renderer:
     def __init__(self, backend: Backend = "auto", context: moderngl.Context | None = None) -> None:
         backend = one_of(*get_args(Backend))("backend", backend)
         self._context = open_context(backend, optional(instance(moderngl.Context))("context", context))
+        self._furnished = False
         with self._context.drawing():
-            ctx = self._context.ctx
-            self._programs = Programs(self._context)
-            self._meshes = Meshes(self._context)
-            self._samplers = Samplers.make(ctx)
-            self._covered = AnySamples(self._context.gl)
-            self._idle_color = ctx.renderbuffer((1, 1))
-            self._idle = ctx.framebuffer([self._idle_color])
-            self._idle.use()
-            self._atlases = Atlases(self._context)
-        self._scene: Kept[GpuScene] = Kept()
-        self._targets: Kept[CameraTargets] = Kept()
-        self._refined: Kept[Refined] = Kept()
-        self._sight: tuple[Any, Sight] | None = None
-        self._sources: dict[tuple[int, type[Source]], Source] = {}
+            self._furnish()
 
     def __enter__(self) -> Self:
         return self
@@ -93,20 +81,8 @@ class Renderer:
             self._context.release()
             return
         with self._context.drawing():
-            for kept in (self._scene, self._targets, self._refined):
-                kept.drop()
-            owned: tuple[Any, ...] = (
-                self._programs,
-                self._meshes,
-                self._samplers,
-                self._covered,
-                self._atlases,
-                self._idle,
-                self._idle_color,
-            )
-            for thing in (*owned, *self._sources.values()):
+            for thing in self._kept():
                 thing.release()
-        self._sources.clear()
         self._context.release()
 
     @property
@@ -154,12 +130,20 @@ class Renderer:
             _rgb(BACKGROUND, "background", background),
         )
         with self._context.drawing():
+            if not self._furnished:
+                self._furnish()
             try:
                 return self._frame(scene, camera, lights, size, frozenset(outputs), ambient_rgb, background_rgb)
-            except MemoryError as error:
-                raise ResourceError(
-                    f"there is not enough memory for {size[0]} x {size[1]} pixels of {', '.join(outputs)}; use a smaller picture"
-                ) from error
+            except GlshadowError:
+                raise
+            except BaseException as error:
+                self._start_over()
+                if isinstance(error, MemoryError):
+                    raise ResourceError(
+                        f"there is not enough memory for {size[0]} x {size[1]} pixels of {', '.join(outputs)}; "
+                        "use a smaller picture"
+                    ) from error
+                raise
             finally:
                 # moderngl binds again what was bound before, also a framebuffer released meanwhile: leave one that stays
                 self._idle.use()
@@ -207,6 +191,37 @@ class Renderer:
                      outputs=results)  # fmt: skip
 
     # What is kept from frame to frame
+
+    def _furnish(self) -> None:
+        """Everything that is kept, still empty."""
+        context, ctx = self._context, self._context.ctx
+        self._programs = Programs(context)
+        self._meshes = Meshes(context)
+        self._samplers = Samplers.make(ctx)
+        self._covered = AnySamples(context.gl)
+        self._idle_color = ctx.renderbuffer((1, 1))
+        self._idle = ctx.framebuffer([self._idle_color])
+        self._idle.use()
+        self._atlases = Atlases(context)
+        self._scene: Kept[GpuScene] = Kept()
+        self._targets: Kept[CameraTargets] = Kept()
+        self._refined: Kept[Refined] = Kept()
+        self._sight: tuple[Any, Sight] | None = None
+        self._sources: dict[tuple[int, type[Source]], Source] = {}
+        self._furnished = True
+
+    def _kept(self) -> tuple[Any, ...]:
+        """Everything that is kept, in the order of its release."""
+        passes = (self._scene, self._targets, self._refined, self._programs, self._meshes, self._samplers)
+        return (*passes, self._covered, self._atlases, self._idle, self._idle_color, *self._sources.values())
+
+    def _start_over(self) -> None:
+        """After Ctrl-C, which may come at any line, and what else nobody expects: nothing half made is kept."""
+        self._furnished, old = False, self._kept()
+        self._context.recover()
+        self._furnish()
+        for thing in old:
+            thing.release()
 
     def _work(self, scene: Scene, camera: Camera, size: tuple[int, int], lights: int, outputs: frozenset[str]) -> Work:
         context, programs = self._context, self._programs

@@ -15,6 +15,7 @@ from glshadow.errors import ContextError, GlshadowError, SettingsError
 from glshadow.gl.backends import LOADERS, Loader, make_context
 from glshadow.gl.current import Switch, address, current, make_current
 from glshadow.gl.entry_points import EntryPoints
+from glshadow.gl.queries import ANY_SAMPLES_PASSED
 from glshadow.gl.state import default_state, preserved_state, write_state
 
 Backend = Literal["auto", "egl", "osmesa", "window"]
@@ -163,6 +164,12 @@ class GLContext:
             else:
                 with preserved_state(self.ctx, self.gl):
                     yield self
+
+    def recover(self) -> None:
+        """After an interruption: the state in which drawing begins, no open query, no pending error."""
+        self.gl.call("glEndQuery", ANY_SAMPLES_PASSED)
+        write_state(self.gl, default_state(self.ctx, self.gl))
+        self.gl.errors()
 
     def check_errors(self, what: str) -> None:
         """Raise if OpenGL reported an error since the last check; moderngl does not.

@@ -23,12 +23,12 @@ class Kept(Generic[T]):
     def get(self, key: Hashable, make: Callable[[], T]) -> T:
         """The thing of that key; another one is released first."""
         if self.thing is None or self._key != key:
-            self.drop()
+            self.release()
             self.thing = make()
             self._key = key
         return self.thing
 
-    def drop(self) -> None:
+    def release(self) -> None:
         """Release it; may be called twice."""
         thing, self.thing = self.thing, None
         if thing is not None:

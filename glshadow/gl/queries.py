@@ -6,7 +6,7 @@ import ctypes as C
 
 from glshadow.gl.entry_points import EntryPoints
 
-_ANY_SAMPLES_PASSED, _QUERY_RESULT = 0x8C2F, 0x8866
+ANY_SAMPLES_PASSED, _QUERY_RESULT = 0x8C2F, 0x8866
 
 
 class AnySamples:
@@ -19,10 +19,10 @@ class AnySamples:
         self.glo = name.value
 
     def __enter__(self) -> None:
-        self._gl.call("glBeginQuery", _ANY_SAMPLES_PASSED, self.glo)
+        self._gl.call("glBeginQuery", ANY_SAMPLES_PASSED, self.glo)
 
     def __exit__(self, *_: object) -> None:
-        self._gl.call("glEndQuery", _ANY_SAMPLES_PASSED)
+        self._gl.call("glEndQuery", ANY_SAMPLES_PASSED)
 
     @property
     def passed(self) -> bool:

@@ -19,6 +19,7 @@ import glshadow as gs
 from glshadow.scene import shapes
 
 from .gl_objects import counted, resident_mib
+from .interrupted import interrupt
 
 SIZE = (48, 32)
 PATIENCE_S = 60.0
@@ -266,6 +267,28 @@ def test_ctrl_c_in_a_picture_leaves_a_working_renderer(expected):
             timer.join()
             np.testing.assert_array_equal(picture(renderer), expected)
     assert interrupted == 3
+
+
+@pytest.mark.parametrize(("warm", "stride"), [(False, 397), (True, 149)])
+def test_ctrl_c_at_any_step_leaves_a_working_renderer(warm, stride):
+    """A picture has some 27,000 steps, a warm one 7,000."""
+    scene = box()
+    lights = [gs.DirectionalLight(shadow=gs.Shadow(filter=filter_)) for filter_ in (gs.Pcf(), gs.Exact())]
+
+    def draw():
+        return renderer.render(scene, lights=lights, size=SIZE).image
+
+    with gs.Renderer() as renderer:
+        expected = draw()
+    step, interrupted = 11, True
+    while interrupted:
+        with gs.Renderer() as renderer:
+            if warm:
+                picture(renderer, box(2.0))
+            interrupted = interrupt(step, draw)
+            np.testing.assert_array_equal(draw(), expected)
+            assert renderer._context.ctx.error == "GL_NO_ERROR"
+        step += stride
 
 
 def test_renderers_give_their_memory_back():

@@ -1,0 +1,46 @@
+"""Ctrl-C at a chosen step of Python code, where a timer would come to a few of many thousands."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import moderngl
+
+import glshadow
+
+_WATCHED = tuple(str(Path(module.__file__).resolve().parent) for module in (glshadow, moderngl))
+# Python only prints what is raised in a finaliser or in a function that C calls
+_UNHEARD = {"__del__", "_visit"}
+
+
+class Interrupted(KeyboardInterrupt):
+    """The one that is raised here."""
+
+
+def interrupt(at: int, call: Callable[[], Any]) -> bool:
+    """Call, and raise at the line, call or return of that number, from 0; whether there were as many."""
+    count = -1
+
+    def trace(frame: FrameType, event: str, _: Any) -> Any:
+        nonlocal count
+        code = frame.f_code
+        if code.co_name in _UNHEARD or not code.co_filename.startswith(_WATCHED):
+            return None
+        count += 1
+        if count == at:
+            sys.settrace(None)
+            raise Interrupted
+        return trace
+
+    sys.settrace(trace)
+    try:
+        call()
+    except Interrupted:
+        pass
+    finally:
+        sys.settrace(None)
+    return count >= at
