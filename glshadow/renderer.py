@@ -15,9 +15,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from glshadow.core.cameras import Camera
+from glshadow.core.decision import settle
 from glshadow.core.lights import BRIGHTEST, DirectionalLight, Light, Lights
 from glshadow.core.setting import Rule, as_float, as_path, instance, one_of, optional, several, shown, vector
+from glshadow.core.shadow import Settled
 from glshadow.core.spaces import Array
+from glshadow.core.used import Used
 from glshadow.errors import GlshadowError, ResourceError, SettingsError, warn
 from glshadow.frame import OUTPUTS, Frame
 from glshadow.gl.atlases import Atlases
@@ -31,7 +34,7 @@ from glshadow.gl.queries import AnySamples
 from glshadow.gl.readback import read
 from glshadow.gl.resolve import Share, resolve
 from glshadow.gl.screen import Samplers
-from glshadow.gl.sources import Source, source_of
+from glshadow.gl.sources import Source, source_of, without_lists
 from glshadow.gl.sources.refined import Refined
 from glshadow.gl.sources.source import open_receiver
 from glshadow.gl.targets import CameraTargets, clear_outputs
@@ -161,13 +164,12 @@ class Renderer:
     ) -> Frame:
         work = self._work(scene, camera, size, len(lights), outputs)
         clock = _Clock(self._context.ctx, "timings" in outputs)
-        sources = [self._source(number, light) for number, light in enumerate(lights)]
-        for source, light in zip(sources, lights, strict=True):
-            source.claim(work, light)
+        with clock("shadow"):
+            sources, ready = self._sources_of(work, lights)
         with clock("surface"), self._covered:
             draw_surface(self._context, self._programs, work.scene, work.sight, work.targets)
         with clock("shadow"):
-            used = tuple(source.prepare(work) for source in sources)
+            used = tuple(ready.get(number) or source.prepare(work) for number, source in enumerate(sources))
         with clock("resolve"):
             # here, so that tiles are cleared and drawn in one go
             clear_outputs(self._context, work.targets, background)
@@ -235,8 +237,26 @@ class Renderer:
         self._atlases.begin()
         return Work(context, programs, self._samplers, self._atlases, gpu, self._sight[1], targets, self._refined)
 
-    def _source(self, number: int, light: Light) -> Source:
-        kind = source_of(light, self._context.caps)
+    def _sources_of(self, work: Work, lights: tuple[Light, ...]) -> tuple[list[Source], dict[int, Used]]:
+        """What each light is asked of, and what was used by those that had to be made to know whether they can be."""
+        sources, ready = [], {}
+        for number, light in enumerate(lights):
+            settled = settle(light, without_lists(work.scene, work.caps))
+            source = self._source(number, settled)
+            source.claim(work, light, settled)
+            if settled is not None and settled.asked.filter is None and not settled.filter.has_map:
+                try:
+                    ready[number] = source.prepare(work)
+                except ResourceError as error:
+                    work.scene.unlisted = str(error)
+                    settled = settle(light, work.scene.unlisted)
+                    source = self._source(number, settled)
+                    source.claim(work, light, settled)
+            sources.append(source)
+        return sources, ready
+
+    def _source(self, number: int, settled: Settled | None) -> Source:
+        kind = source_of(settled, self._context.caps)
         kept = self._sources.get((number, kind))
         if kept is None:
             kept = self._sources[number, kind] = kind(self._context)
@@ -275,7 +295,7 @@ class _Clock:
         start = time.perf_counter()
         yield
         self._ctx.finish()
-        self.times[name] = time.perf_counter() - start
+        self.times[name] = self.times.get(name, 0.0) + time.perf_counter() - start
 
 
 def _nothing_in_view(scene: Scene, sight: Sight) -> str:

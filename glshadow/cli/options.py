@@ -126,7 +126,8 @@ picture_options = _all(
     option("Shadow (of every light)", "--resolution", metavar="N", read=values.resolution,
            help="Texels along a side of the shadow map. Default: 2048."),
     option("Shadow (of every light)", "--filter", "filter_", metavar="FILTER", read=values.shadow_filter,
-           help=f"{values.filter_help()}. Default: pcf:1."),
+           help=f"{values.filter_help()}. Default: exact, where the driver builds lists of triangles; pcf:1 elsewhere, "
+                "and where an option asks for a map: --resolution, --bias, --target-format, --clip, --fit or --overlay map."),
     option("Shadow (of every light)", "--bias", metavar="BIAS", read=values.bias,
            help=f"What keeps surfaces from shadowing themselves: {', '.join(kind.usage() for kind in BIASES)}. "
                 "receiver-plane is derived and has no knob, slope is polygon offset, clip is Babylon's. Default: receiver-plane."),

@@ -120,5 +120,6 @@ def _render_line(ctx: click.Context, shadow: Shadow) -> str:
             words.append(name)
         else:
             words += [f"{name}={text}" for text in (value if param.multiple else [value])]
-    size = ["--resolution", str(shadow.resolution)] if shadow.filter.has_map else []
-    return printable(shlex.join([*words, *size, "--filter", str(shadow.filter)]))
+    settled = shadow.settled()
+    size = ["--resolution", str(settled.resolution)] if settled.filter.has_map else []
+    return printable(shlex.join([*words, *size, "--filter", str(settled.filter)]))

@@ -60,6 +60,8 @@ def command(as_json: bool, debug: bool, overlay: tuple[str, ...], **options: Any
     shadow map covers are derived. Without -o the picture is MODEL's name with .png, in the current folder.
     """  # fmt: skip
     with Work(as_json, debug) as work:
+        if "map" in overlay and options["filter_"] is None:
+            options["filter_"] = values.shadow_filter("pcf:1")
         wanted = request(**options)
         path = wanted.output or Path(f"{Path(wanted.name).stem}.png")
         if overlay and path.suffix.lower() == ".exr":

@@ -120,7 +120,8 @@ def resolution(text: str) -> int:
         value = int(text)
     except ValueError as error:
         raise SettingsError(f"{text!r} is not an integer from 1 to 16384 (texels)") from error
-    return Shadow(resolution=value).resolution
+    Shadow(resolution=value)
+    return value
 
 
 def strength(text: str) -> float:

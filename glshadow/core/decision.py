@@ -8,7 +8,7 @@ from glshadow.core.bias import Bias, ReceiverPlaneBias
 from glshadow.core.filters import Filter
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.metric import Target
-from glshadow.core.shadow import Faces, Shadow
+from glshadow.core.shadow import Faces, Settled, Shadow
 from glshadow.core.spaces import ClipSpace
 
 
@@ -31,7 +31,21 @@ class Decision:
     fallbacks: tuple[str, ...]
 
 
-def decide(light: Light, shadow: Shadow, clip_control: bool, driver: str) -> Decision:
+def settle(light: Light, without_map: str = "") -> Settled | None:
+    """Filter, resolution and fit of a light's shadow; None: it casts nothing.
+
+    Parameters
+    ----------
+    without_map : str
+        Why triangles cannot be asked; empty: they can.
+    """
+    if light.shadow is None:
+        return None
+    planes = light.near is not None or light.far is not None
+    return light.shadow.settled(without_map, "the light's near and far" if planes else "")
+
+
+def decide(light: Light, settled: Settled, clip_control: bool, driver: str) -> Decision:
     """The settings of a light with a map.
 
     Parameters
@@ -41,17 +55,18 @@ def decide(light: Light, shadow: Shadow, clip_control: bool, driver: str) -> Dec
     driver : str
         Its name, for the reason of a fallback.
     """
+    shadow = settled.asked
     target = shadow.target or Target.DEPTH32F
     clip, fallbacks = _clip(light, shadow, target, clip_control, driver)
     settings = CasterSettings(target, shadow.bias or ReceiverPlaneBias(), shadow.faces)
-    return Decision(shadow.filter, settings, clip, fallbacks + ignored_size(light, shadow))
+    return Decision(settled.filter, settings, clip, fallbacks + ignored_size(light, settled.filter))
 
 
-def ignored_size(light: Light, shadow: Shadow) -> tuple[str, ...]:
+def ignored_size(light: Light, filter_: Filter) -> tuple[str, ...]:
     """The fallback of a light that has a size, if it has."""
     if getattr(light, "radius", 0.0) == 0.0 and getattr(light, "angle", 0.0) == 0.0:
         return ()
-    return (f"the light's size is ignored: {shadow.filter!r} knows only points, so its shadow is hard",)
+    return (f"the light's size is ignored: {filter_!r} knows only points, so its shadow is hard",)
 
 
 def _clip(

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
+from typing import Self
 
 from glshadow.core.bias import Bias
-from glshadow.core.filters import Filter, Pcf
+from glshadow.core.filters import Exact, Filter, Pcf
 from glshadow.core.fit import Fit, ViewFit
 from glshadow.core.metric import Target
 from glshadow.core.setting import Settings, instance, number, optional, setting, whole
@@ -14,6 +15,12 @@ from glshadow.core.spaces import ClipSpace
 from glshadow.errors import SettingsError
 
 MAX_RESOLUTION = 16384  # what GL 4 hardware guarantees; the context's own limit is checked when the map is made
+
+
+RESOLUTION = 2048
+
+OF_A_MAP = ("resolution", "bias", "target", "clip", "fit")
+"""Settings that only a map has: where one is given, a derived filter is one that has a map."""
 
 
 class Faces(Enum):
@@ -30,30 +37,32 @@ class Shadow(Settings):
 
     Parameters
     ----------
-    resolution : int
-        Texels along each side of a view's map, 1 to 16384.
-    filter : Filter
-        How one receiver is answered for: Hard, Pcf, ... or Exact, which has no map and asks the triangles.
+    resolution : int, optional
+        Texels along each side of a view's map, 1 to 16384. None: 2048.
+    filter : Filter, optional
+        How one receiver is answered for: Hard, Pcf, ... or Exact, which has no map and asks the triangles. None: Exact() where the
+        driver builds lists of the scene's triangles, Pcf(1) elsewhere and where another setting asks for a map; `Used.why` says
+        which and why.
     bias : optional
         None: ReceiverPlaneBias(). Also ConstantBias, SlopeScaledBias, NormalOffsetBias, ClipBias, NoBias.
     target : Target, optional
         None: DEPTH32F.
     clip : ClipSpace, optional
         None: 0..1 for suns, 0..1 reversed for lights with a position, where the driver has glClipControl; else -1..1.
-    fit : ViewFit or SceneFit
-        What the map covers: the receivers the camera sees, or the whole scene whatever the camera.
+    fit : ViewFit or SceneFit, optional
+        What the map covers: the receivers the camera sees, or the whole scene whatever the camera. None: ViewFit().
     faces : Faces, optional
         None: back faces are culled for closed, consistently wound, single-sided meshes that do not contain the light; else both.
     strength : float
         0 (no shadow) to 1: how much of the light a shadow takes away in the image. Visibility itself is not scaled.
     """
 
-    resolution: int = setting(whole(1, MAX_RESOLUTION, unit="texels"), 2048)
-    filter: Filter = setting(instance(Filter), factory=Pcf)
+    resolution: int | None = setting(optional(whole(1, MAX_RESOLUTION, unit="texels")), None)
+    filter: Filter | None = setting(optional(instance(Filter)), None)
     bias: Bias | None = setting(optional(instance(Bias)), None)
     target: Target | None = setting(optional(instance(Target)), None)
     clip: ClipSpace | None = setting(optional(instance(ClipSpace)), None)
-    fit: Fit = setting(instance(Fit), factory=ViewFit)
+    fit: Fit | None = setting(optional(instance(Fit)), None)
     faces: Faces | None = setting(optional(instance(Faces)), None)
     strength: float = setting(number(0.0, 1.0), 1.0)
 
@@ -64,8 +73,46 @@ class Shadow(Settings):
                 f"{type(self.bias).__name__} is polygon offset and moves a depth attachment only; target {self.target.value} stores a "
                 "metric. Use ReceiverPlaneBias or ConstantBias, or a depth target."
             )
-        if not self.filter.has_map and (self.bias is not None or self.target is not None):
+        if self.filter is not None and not self.filter.has_map and (self.bias is not None or self.target is not None):
             raise SettingsError(
                 f"{self.filter!r} compares triangles, not depths: leave bias and target at None, got bias {self.bias!r} and target "
                 f"{self.target.value if self.target else None!r}"
             )
+
+    def settled(self, without_map: str = "", with_map: str = "") -> Settled:
+        """The settings with a filter, a resolution and a fit in place of None.
+
+        Parameters
+        ----------
+        without_map : str
+            Why triangles cannot be asked; empty: they can.
+        with_map : str
+            What else asks for a map; empty: nothing.
+        """
+        named = [name for name in OF_A_MAP if getattr(self, name) is not None]
+        named += [with_map] if with_map else []
+        if self.filter is not None:
+            filter_, why = self.filter, "asked for"
+        elif named:
+            filter_, why = Pcf(1), f"only a map has {' and '.join(named)}"
+        elif without_map:
+            filter_, why = Pcf(1), without_map
+        else:
+            filter_, why = Exact(), "no setting asks for a map"
+        return Settled(self, self.resolution or RESOLUTION, filter_, self.fit or ViewFit(), why)
+
+    def spelled_out(self) -> Self:
+        """The same with the filter, the resolution and the fit that it has where triangles can be asked."""
+        settled = self.settled()
+        return replace(self, resolution=settled.resolution, filter=settled.filter, fit=settled.fit)
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A Shadow with its filter, resolution and fit decided, and why it has that filter."""
+
+    asked: Shadow
+    resolution: int
+    filter: Filter
+    fit: Fit
+    why: str

@@ -21,6 +21,8 @@ class Used:
     ----------
     views : tuple of ShadowView
         Matrices, window, near and far, tile; empty for a light that casts nothing or lights nothing that is seen.
+    why : str
+        Why it has this filter.
     filter, bias, target, clip, faces
         As in Shadow. None throughout for a light without a shadow; faces None: back faces culled for closed meshes.
     draws : int
@@ -40,6 +42,7 @@ class Used:
     draws: int = 0
     fallbacks: tuple[str, ...] = ()
     links: int = 0
+    why: str = ""
 
     @property
     def texel(self) -> tuple[float, float] | None:
@@ -50,6 +53,7 @@ class Used:
         """As JSON-able values."""
         return {
             "filter": repr(self.filter),
+            "why": self.why,
             "bias": repr(self.bias),
             "target": self.target.value if self.target else None,
             "clip": str(self.clip) if self.clip else None,

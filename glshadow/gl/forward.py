@@ -70,9 +70,10 @@ def draw_map(context: GLContext, programs: Programs, scene: GpuScene, light: Lig
         raise SettingsError(
             f"a map needs a light with a Shadow and at least one view, got {light!r} and {len(views)} views"
         )
-    decision = decide(light, shadow, context.caps.clip_control, context.caps.renderer)
+    settled = shadow.settled(with_map="a forward pass")
+    decision = decide(light, settled, context.caps.clip_control, context.caps.renderer)
     placed, size = layout(views, context.caps.max_texture_size)
-    shadow_map = Map(placed, Atlas(context, decision.caster.target, size), decision.caster, shadow.filter)
+    shadow_map = Map(placed, Atlas(context, decision.caster.target, size), decision.caster, decision.filter)
     bound = context.ctx.fbo
     draw_casters(context, programs, scene, light, shadow_map)
     if bound is not None:

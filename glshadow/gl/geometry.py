@@ -51,6 +51,10 @@ class GpuScene:
         Whether back faces are seen by nobody outside.
     casting : dict
         Which nodes darken anything, by a sun's direction or a lamp's place: see `gl.bodies.casters_on_others`.
+    count : int
+        Triangles.
+    unlisted : str
+        Why lists of its triangles cannot be built, found out by trying; empty: not known.
     identity : int
         Never the same for two of them.
     """
@@ -62,6 +66,7 @@ class GpuScene:
         self.identity = next(self._count)
         self._context = context
         self._world: WorldTriangles | None = None
+        self.unlisted = ""
         self.casting: dict[tuple[bool, tuple[float, float, float]], NDArray[np.bool_]] = {}
         self.nodes: tuple[Node, ...] = tuple(node for node in scene.nodes if len(node.mesh.triangles))
         self.meshes = [meshes.get(node.mesh) for node in self.nodes]
@@ -72,11 +77,12 @@ class GpuScene:
         numbers = {id(gpu): k for k, gpu in enumerate(dict.fromkeys(self.meshes))}
         self.mesh_number = [numbers[id(gpu)] for gpu in self.meshes]
         counts = np.array([gpu.count for gpu in self.meshes])
+        self.count = int(counts.sum())
         self.first = np.concatenate([[0], np.cumsum(counts)[:-1]])
         limit = context.caps.max_texture_buffer_size
-        if counts.sum() > limit:
+        if self.count > limit:
             raise ResourceError(
-                f"the scene draws {counts.sum()} triangles; this driver's texture buffers hold {limit}: split the scene"
+                f"the scene draws {self.count} triangles; this driver's texture buffers hold {limit}: split the scene"
             )
         matrices = np.stack([node.world_from_mesh for node in self.nodes])
         self.copies = self._copies(matrices)
@@ -94,7 +100,7 @@ class GpuScene:
         self.packed_first = [number.tobytes() for number in first]
         self.origin: Array = np.median(self._sample(1024), axis=0)
         self.boxes, self.corners = scene.boxes, scene.corners
-        planes = np.zeros((int(counts.sum()), 4), dtype=np.float32)
+        planes = np.zeros((self.count, 4), dtype=np.float32)
         for group in self._instances():
             rows = self.first[group][:, None] + np.arange(self.meshes[group[0]].count)
             planes[rows] = self._planes(group)
@@ -103,7 +109,7 @@ class GpuScene:
         self.planes = texture_buffer(context, planes, RGBA32F)
         self.owners = texture_buffer(context, owners, R32UI)
         self.colors = texture_buffer(context, colors, RGBA32F)
-        context.check_errors(f"uploading the planes of {counts.sum()} triangles")
+        context.check_errors(f"uploading the planes of {self.count} triangles")
         self.textured = any(gpu.textured or gpu.colored for gpu in self.meshes)
         self.smooth = any(gpu.smooth for gpu in self.meshes)
         one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())

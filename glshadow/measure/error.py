@@ -109,6 +109,14 @@ class ShadowError(Score):
         return error_html(self.lights, self, [self.picture(number) for number in range(len(self.lights))])
 
 
+def _texels(frame: Frame, number: int) -> tuple[int, float]:
+    """Texels along the side of a light's map, and of the soft edge's half width; what was used, where the frame knows it."""
+    settled = (frame.lights[number].shadow or Shadow()).settled()
+    used = getattr(frame, "used", ())
+    known = used[number].filter if number < len(used) else None
+    return settled.resolution, (known or settled.filter).radius
+
+
 def _plain(score: Score) -> dict[str, object]:
     numbers = {item.name: getattr(score, item.name) for item in fields(Score)}
     return {name: value if np.isfinite(value) else None for name, value in numbers.items()}
@@ -142,8 +150,7 @@ def measure(frame: Frame, truth: Truth) -> ShadowError:
     smooth = _smooth(truth.body, truth.normal) & ~_shows_another(frame, truth)
     tallies, kinds = [], []
     for number in range(len(truth.lights)):
-        shadow = frame.lights[number].shadow or Shadow()
-        tally, kind = _score_light(frame.visibility[number], truth, number, smooth, shadow)
+        tally, kind = _score_light(frame.visibility[number], truth, number, smooth, *_texels(frame, number))
         tallies.append(tally)
         kinds.append(kind)
     total = _Tally(*(sum(values) for values in zip(*(asdict(tally).values() for tally in tallies), strict=True)))
@@ -233,7 +240,7 @@ class _Tally:
 
 
 def _score_light(
-    visibility: NDArray[np.float32], truth: Truth, number: int, smooth: Bools, shadow: Shadow
+    visibility: NDArray[np.float32], truth: Truth, number: int, smooth: Bools, resolution: int, radius: float
 ) -> tuple[_Tally, NDArray[np.uint8]]:
     exact = truth.visibility[number].astype(np.float64)
     surface = ~np.isnan(exact)
@@ -243,8 +250,7 @@ def _score_light(
     amount = np.where(surface, np.abs(difference), 0.0)
     counted = surface & smooth & truth.reached[number] & (truth.cosine[number] > LEAST_COSINE)
     wrong, uneven = counted & (amount > WRONG), counted & (amount > GRAIN)
-    texel = texel_size(truth, number, shadow.resolution)
-    radius = shadow.filter.radius
+    texel = texel_size(truth, number, resolution)
     edge = truth.near_edge(number, (radius + 0.5) * np.sqrt(2.0) * texel, wrong)
     grain = uneven & ~edge  # what is within the first band is within the second, wider one
     grain &= ~truth.near_edge(number, (radius + 1.0) * np.sqrt(2.0) * texel, grain)

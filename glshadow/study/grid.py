@@ -12,6 +12,7 @@ import numpy as np
 
 from glshadow.core.bias import Bias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
 from glshadow.core.filters import FILTERS, Filter, Hard, Pcf
+from glshadow.core.fit import ViewFit
 from glshadow.core.metric import Target
 from glshadow.core.setting import Settings, instance, optional, setting, several, whole
 from glshadow.core.shadow import MAX_RESOLUTION, Shadow
@@ -78,10 +79,10 @@ class Grid(Settings):
         """Every setting once, in order; pairs that Shadow refuses (polygon offset on a colour target) are left out."""
         chosen: dict[Shadow, None] = {}
         for resolution, target, kind, bias in product(self.resolutions, self.targets, self.filters, self.biases):
-            plain = Shadow(resolution=resolution, filter=kind)
+            plain = Shadow(resolution=resolution, filter=kind).spelled_out()
             with suppress(SettingsError):
                 chosen[replace(plain, bias=bias, target=target)] = None
-        return tuple(dict.fromkeys((*chosen, *self.more)))
+        return tuple(dict.fromkeys((*chosen, *(each.spelled_out() for each in self.more))))
 
 
 def settings_of(grid: Grid | Iterable[Shadow]) -> tuple[Shadow, ...]:
@@ -93,7 +94,11 @@ def settings_of(grid: Grid | Iterable[Shadow]) -> tuple[Shadow, ...]:
         If there is none, or something else among them.
     """
     try:
-        chosen = grid.settings() if isinstance(grid, Grid) else tuple(dict.fromkeys(SHADOWS("grid", grid)))
+        chosen = (
+            grid.settings()
+            if isinstance(grid, Grid)
+            else tuple(dict.fromkeys(each.spelled_out() for each in SHADOWS("grid", grid)))
+        )
     except SettingsError as error:
         raise SettingsError(f"a grid is a glshadow.study.Grid or at least one glshadow.Shadow: {error}") from None
     if not chosen:
@@ -103,11 +108,16 @@ def settings_of(grid: Grid | Iterable[Shadow]) -> tuple[Shadow, ...]:
 
 def setting_name(shadow: Shadow) -> str:
     """What tells a setting from the default, in a few words: `2048 pcf:1 slope:1.1,4 depth16`."""
-    words = [str(shadow.resolution)] if shadow.filter.has_map else []
-    words.append(str(shadow.filter))
+    settled = shadow.settled()
+    words = [str(settled.resolution)] if settled.filter.has_map else []
+    words.append(str(settled.filter))
     if shadow.bias not in (None, ReceiverPlaneBias()):
         words.append(str(shadow.bias))
     words += [str(value.value) for value in (shadow.target, shadow.faces) if value is not None]
     words += [f"clip {shadow.clip}"] if shadow.clip is not None else []
-    words += [f"fit {shadow.fit}"] if shadow.fit != Shadow().fit else []
+    words += [f"fit {shadow.fit}"] if shadow.fit not in (None, ViewFit()) else []
     return " ".join(words)
+
+
+DEFAULT = Shadow().spelled_out()
+"""What a picture is made with where nobody says otherwise, as a setting of a study."""

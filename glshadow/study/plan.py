@@ -150,7 +150,9 @@ def run_plan(
     wrong = SHARE("wrong", wrong)
     filters, resolutions = CHOSEN("filters", filters), SIDES("resolutions", resolutions)
     ladders = [
-        [Shadow(resolution=step, filter=each) for step in sorted(resolutions)] if each.has_map else [Shadow(filter=each)]
+        [Shadow(resolution=step, filter=each).spelled_out() for step in sorted(resolutions)]
+        if each.has_map
+        else [Shadow(filter=each).spelled_out()]
         for each in filters
     ]  # fmt: skip
     if not any(ladders):

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from glshadow.core.bias import ReceiverPlaneBias
 from glshadow.core.setting import as_path, instance
-from glshadow.core.shadow import Shadow
 from glshadow.errors import GlshadowError, printable
 from glshadow.files import replacing
 from glshadow.inline import PAGE_LEVEL, address, jpeg, png
 from glshadow.measure.flip import flip
 from glshadow.study.cases import read_cases
 from glshadow.study.floor import FLOOR_RESOLUTION
+from glshadow.study.grid import DEFAULT
 from glshadow.study.pictures import Panel, Region
 from glshadow.study.plot import figure, svg
 from glshadow.study.result import Result, Study
@@ -126,7 +126,7 @@ def _page(study: Study, plots: list[str], flips: dict[str, float]) -> str:
         rows=[_row(result, result.key in fronts) for result in study.results],
         fronts=[_ordered(study, light) for light in range(len(study.lights))],
         lights=[_light(light) for light in study.lights],
-        default=next((r for r in study.results if r.shadow == Shadow()), None),
+        default=next((r for r in study.results if r.shadow == DEFAULT), None),
         flips=flips,
         cases=read_cases(),
         floor_ms=float(np.median([ms for result in study.results for ms in result.floors_ms])),
@@ -149,7 +149,7 @@ def _row(result: Result, front: bool) -> dict[str, Any]:
     return {
         "light": result.light, "front": front, "resolution": shadow.resolution, "filter": str(shadow.filter),
         "bias": str(shadow.bias or ReceiverPlaneBias()), "target": result.used["target"] or NONE, "cost": result.cost, "ms": result.ms,
-        "low": low, "high": high, "score": result.score, "default": shadow == Shadow(),
+        "low": low, "high": high, "score": result.score, "default": shadow == DEFAULT,
         "fallbacks": "; ".join(result.used["fallbacks"]), "sampled": result.used["sampled"],
     }  # fmt: skip
 
@@ -162,7 +162,7 @@ def _ordered(study: Study, light: int) -> list[dict[str, Any]]:
         {
             "result": result,
             "front": result in front,
-            "default": result.shadow == Shadow(),
+            "default": result.shadow == DEFAULT,
             **_pictures(study.panels[result.key]),
         }
         for result in (*front, *others)

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from glshadow.core.cameras import Camera
+from glshadow.core.filters import Pcf
 from glshadow.core.lights import DirectionalLight, Light, Lights
 from glshadow.core.setting import as_path, optional, refuse, whole
 from glshadow.core.shadow import Shadow
@@ -110,12 +111,14 @@ class Run:
             return
         light = self.lights[number]
         self._say(f"light {number}: timing")
-        moved = [replace(_moved(light, k, self.scene), shadow=Shadow()) for k in range(-WARM_UP, self.repeats)]
+        moved = [
+            replace(_moved(light, k, self.scene), shadow=Shadow(filter=Pcf())) for k in range(-WARM_UP, self.repeats)
+        ]
         # what the floor needs of a frame, made before the clock runs: it would change the map's size between two settings
         plain = [replace(self._frame(each, "image"), outputs={}) for each in moved]
         for _, group in groupby(sorted(untimed, key=_map_of), key=_map_of):
             chosen = list(group)
-            self._say(f"light {number}: timing {chosen[0].resolution}")
+            self._say(f"light {number}: timing {chosen[0].settled().resolution}")
             times = self._time(moved, plain, chosen)
             for shadow in chosen:
                 facts = {"light": number, "setting": setting_name(shadow), "times_ms": times[shadow]}
@@ -193,7 +196,7 @@ class Run:
 
 def _map_of(shadow: Shadow) -> tuple[int, str]:
     """Settings that are timed together: those that share a map, which is not allocated anew between them."""
-    return shadow.resolution, shadow.target.value if shadow.target else ""
+    return shadow.settled().resolution, shadow.target.value if shadow.target else ""
 
 
 def _moved(light: Light, k: int, scene: Scene) -> Light:

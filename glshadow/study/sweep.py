@@ -11,7 +11,7 @@ from glshadow.core.cameras import Camera
 from glshadow.core.lights import Lights
 from glshadow.core.shadow import Shadow
 from glshadow.gl.context import Backend
-from glshadow.study.grid import Grid, settings_of
+from glshadow.study.grid import DEFAULT, Grid, settings_of
 from glshadow.study.pictures import Panel
 from glshadow.study.result import Result, Study, pareto_front
 from glshadow.study.run import Progress, Run, open_run
@@ -84,5 +84,5 @@ def _panels(run: Run, number: int, results: list[Result]) -> dict[str, Panel]:
     return {
         result.key: run.panel(number, result.shadow)
         for result, keep in zip(results, best, strict=True)
-        if keep or result.shadow == Shadow()
+        if keep or result.shadow == DEFAULT
     }

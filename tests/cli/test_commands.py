@@ -381,7 +381,7 @@ def test_help(command):
 def test_help_tells_every_default():
     page = " ".join(run("render", "--help").stdout.split())
     for words in (
-        "Default: pcf:1",
+        "Default: exact",
         "Default: receiver-plane",
         "Default: depth32f",
         "Default: 2048",

@@ -251,7 +251,7 @@ def test_far_from_the_origin(renderer: Renderer, table: gs.Scene) -> None:
 
 def test_without_clip_control_the_courtyard_is_as_right(renderer: Renderer, courtyard: gs.Scene) -> None:
     """-1..1 depth from 1e-5 of far on had three times the wrong pixels, acne and leaks among them."""
-    scene, light = courtyard, gs.PointLight(position=(1.0, 4.0, 2.0))
+    scene, light = courtyard, gs.PointLight(position=(1.0, 4.0, 2.0), shadow=gs.Shadow(filter=gs.Pcf()))
     truth = gs.trace(scene, None, [light], (640, 360))
     outputs = ("visibility", "triangle")
     fine = renderer.render(scene, None, [light], (640, 360), outputs=outputs)

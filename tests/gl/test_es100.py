@@ -91,7 +91,7 @@ def es_map(context: GLContext, gpu: GpuScene, programs: Programs, kind: Kind, sh
 
 
 def test_programs_really_are_es100(glcontext: GLContext, gpu: tuple[GpuScene, Programs]) -> None:
-    shadow_map = es_map(glcontext, *gpu, "spot", Shadow(bias=NoBias(), target=Target.RGBA8), "es100")
+    shadow_map = es_map(glcontext, *gpu, "spot", Shadow(filter=Pcf(), bias=NoBias(), target=Target.RGBA8), "es100")
     text = receiver_source(glcontext, light_of("spot", Shadow()), shadow_map, "es100")
     shadow_map.atlas.release()
     assert text.startswith("#version 100\n")
@@ -103,7 +103,7 @@ def test_programs_really_are_es100(glcontext: GLContext, gpu: tuple[GpuScene, Pr
 def test_map_is_the_same_in_both_dialects(
     glcontext: GLContext, gpu: tuple[GpuScene, Programs], kind: Kind, target: Target
 ) -> None:
-    shadow = Shadow(bias=NoBias(), target=target)
+    shadow = Shadow(filter=Pcf(), bias=NoBias(), target=target)
     maps = [es_map(glcontext, *gpu, kind, shadow, dialect) for dialect in ("core330", "es100")]
     core, es = (stored(each) for each in maps)
     for each in maps:
@@ -119,7 +119,7 @@ def test_picture_is_the_same_in_both_dialects(
 ) -> None:
     # All biases with one filter and all filters with one bias: the two do not meet in the code.
     pairs = {*itertools.product(BIASES, [Pcf(1)]), *itertools.product([ReceiverPlaneBias()], FILTERS)}
-    drawn = es_map(glcontext, *gpu, kind, Shadow(bias=NoBias(), target=target), "es100")
+    drawn = es_map(glcontext, *gpu, kind, Shadow(filter=Pcf(), bias=NoBias(), target=target), "es100")
     for bias, kernel in sorted(pairs, key=repr):
         light = light_of(kind, Shadow(bias=bias, target=target, filter=kernel))
         shadow_map = replace(drawn, settings=CasterSettings(target, bias, None), filter=kernel)
@@ -141,7 +141,7 @@ def test_picture_is_the_same_in_both_dialects(
 def test_shaded_picture_is_the_same_in_both_dialects(
     glcontext: GLContext, gpu: tuple[GpuScene, Programs], forward: Forward, output: int
 ) -> None:
-    shadow = Shadow(bias=ReceiverPlaneBias(), target=Target.RGBA8)
+    shadow = Shadow(filter=Pcf(), bias=ReceiverPlaneBias(), target=Target.RGBA8)
     light = light_of("spot", shadow)
     shadow_map = es_map(glcontext, *gpu, "spot", shadow, "es100")
     slots, defines = map_slots(light, shadow_map, glcontext.caps), map_defines(light, shadow_map)

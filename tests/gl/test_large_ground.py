@@ -66,7 +66,9 @@ def test_a_map_that_covers_too_much_says_so() -> None:
     camera = gs.PerspectiveCamera((0.0, 31.8, 0.0), (100.0, 31.8, 0.0))
     with gs.Renderer() as renderer:
         with pytest.warns(gs.GlshadowWarning, match=r"a texel of the light's 2048 map is as wide as \d+ pixels"):
-            renderer.render(scene_of(rough), camera, [gs.DirectionalLight(direction=SUN)], SIZE)
+            renderer.render(
+                scene_of(rough), camera, [gs.DirectionalLight(direction=SUN, shadow=gs.Shadow(filter=gs.Pcf()))], SIZE
+            )
         renderer.render(
             scene_of(rough), camera, [gs.DirectionalLight(direction=SUN, shadow=gs.Shadow(filter=gs.Exact()))], SIZE
         )
@@ -75,7 +77,7 @@ def test_a_map_that_covers_too_much_says_so() -> None:
 def test_nothing_is_drawn_where_nothing_can_be_darkened() -> None:
     """The caster's shade lies outside of what is seen."""
     aside = gs.Mesh(table().positions + np.array([0.0, 0.0, 50.0]), table().triangles)
-    frame_light = gs.DirectionalLight(direction=SUN)
+    frame_light = gs.DirectionalLight(direction=SUN, shadow=gs.Shadow(filter=gs.Pcf()))
     with gs.Renderer() as renderer:
         frame = renderer.render(scene_of(aside, ground(1e3)), CAMERA, [frame_light], SIZE)
     assert frame.used[0].draws == 0

@@ -628,7 +628,8 @@ def light_texel(frame: Frame) -> float:
 def test_rods_across_face_borders(renderer: Renderer) -> None:
     """N21: shadows of rods are unbroken where they cross from face to face."""
     analytic = builtin.room(rods=True)
-    frame = renderer.render(analytic.scene, size=(320, 240), outputs=("visibility", "depth"))
+    lights = [replace(light, shadow=Shadow(filter=Pcf())) for light in analytic.scene.lights]
+    frame = renderer.render(analytic.scene, None, lights, (320, 240), outputs=("visibility", "depth"))
     points = np.asarray(frame.camera.position) + pixel_rays(frame.camera, frame.size) * frame.depth[..., None].astype(
         float
     )
@@ -648,16 +649,19 @@ def test_rods_across_face_borders(renderer: Renderer) -> None:
     assert not wrong.any(), f"{wrong.sum()} of {counted.sum()} pixels"
 
 
+MAP = Shadow(filter=Pcf())
+
+
 def test_faces_without_receivers_are_skipped(renderer: Renderer) -> None:
-    below = renderer.render(box_scene(), lights=[PointLight(position=(0.0, 3.0, 0.0))], size=SIZE)
+    below = renderer.render(box_scene(), lights=[PointLight(position=(0.0, 3.0, 0.0), shadow=MAP)], size=SIZE)
     assert 3 in {view.face for view in below.used[0].views}
     assert 2 not in {view.face for view in below.used[0].views}, "nothing lies above the lamp"
-    far = renderer.render(box_scene(), lights=[PointLight(position=(0.0, 100.0, 0.0))], size=SIZE)
+    far = renderer.render(box_scene(), lights=[PointLight(position=(0.0, 100.0, 0.0), shadow=MAP)], size=SIZE)
     assert [view.face for view in far.used[0].views] == [3]
 
 
 def test_light_that_reaches_nothing_seen(renderer: Renderer) -> None:
-    light = SpotLight(position=(0.0, 5.0, 0.0), direction=(0.0, 1.0, 0.0))
+    light = SpotLight(position=(0.0, 5.0, 0.0), direction=(0.0, 1.0, 0.0), shadow=MAP)
     frame = renderer.render(
         box_scene(), lights=[light], size=SIZE, outputs=("visibility", "shadow_maps", "linear"), ambient=0
     )

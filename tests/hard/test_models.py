@@ -28,7 +28,7 @@ def test_n36_large_models(renderer: Renderer, models: Path, name: str) -> None:
     sun = DirectionalLight(direction=(-0.55, -0.8, -0.25))
     truth = trace(scene, scene.camera, [sun], SIZE)
     assert (truth.visibility[0] == 0.0).any()
-    frame = renderer.render(scene, scene.camera, [sun], SIZE)
+    frame = renderer.render(scene, scene.camera, [sun], SIZE, outputs=("visibility", "triangle"))
     error = measure(frame, truth)
     assert error.counted > 0.05
     # Counted pixels are those off silhouettes and creases.

@@ -27,8 +27,7 @@ def interrupt(at: int, call: Callable[[], Any]) -> bool:
 
     def trace(frame: FrameType, event: str, _: Any) -> Any:
         nonlocal count
-        code = frame.f_code
-        if code.co_name in _UNHEARD or not code.co_filename.startswith(_WATCHED):
+        if not frame.f_code.co_filename.startswith(_WATCHED) or _unheard(frame):
             return None
         count += 1
         if count == at:
@@ -44,3 +43,11 @@ def interrupt(at: int, call: Callable[[], Any]) -> bool:
     finally:
         sys.settrace(None)
     return count >= at
+
+
+def _unheard(frame: FrameType | None) -> bool:
+    while frame is not None:
+        if frame.f_code.co_name in _UNHEARD:
+            return True
+        frame = frame.f_back
+    return False

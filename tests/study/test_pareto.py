@@ -50,7 +50,7 @@ def test_front_against_the_definition(rng: np.random.Generator) -> None:
 def test_default_grid_knows_the_scale_of_the_scene_and_keeps_the_default() -> None:
     scene = gs.scenes.courtyard()
     settings = Grid.default(scene).settings()
-    assert gs.Shadow() in settings
+    assert gs.Shadow().spelled_out() in settings
     assert len(settings) == len(set(settings)) == 69
     assert gs.ConstantBias(0.03) in {shadow.bias for shadow in settings}  # a thousandth of its diagonal of 34
 

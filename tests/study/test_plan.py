@@ -79,5 +79,6 @@ def test_what_cannot_be_planned_is_refused(scene: gs.Scene) -> None:
 
 
 def test_what_is_tried_holds_the_default() -> None:
-    assert gs.Shadow().filter in RUNGS
-    assert gs.Shadow().resolution in RESOLUTIONS
+    for shadow in (gs.Shadow(), gs.Shadow(bias=gs.NoBias())):
+        assert shadow.settled().filter in RUNGS
+        assert shadow.settled().resolution in RESOLUTIONS

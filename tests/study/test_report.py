@@ -16,6 +16,7 @@ import glshadow as gs
 from glshadow.cli.study import command
 from glshadow.study import Study, write_report
 from glshadow.study.cases import read_cases
+from glshadow.study.report import NONE
 
 VOID = {"meta", "img", "br", "link", "input", "hr"}
 
@@ -142,6 +143,7 @@ const texts = column => JSON.stringify(body.rows.map(row => row.cells[column].te
 
 def natural(text: str) -> list[str | float]:
     """Sort key of a cell: numbers by their size, not by their digits."""
+    text = text.replace(NONE, "")  # a dash comes first, as in a browser
     return [float(part) if part[:1].isdigit() else part.lower() for part in re.split(r"(\d[\d.]*)", text)]
 
 

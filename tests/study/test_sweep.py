@@ -26,7 +26,7 @@ def _study(scene: gs.Scene, resume: Path | None = None, progress: Callable[..., 
 def test_results_are_in_the_order_of_the_grid(study: Study) -> None:
     assert [result.shadow for result in study.results] == list(GRID.settings())
     names = [f"{step} {kind}" for step in STEPS for kind in ("hard", "pcf:1")]
-    assert [result.name for result in study.results] == [*names, "2048 pcf:1"]
+    assert [result.name for result in study.results] == [*names, "exact"]
 
 
 def test_the_error_is_that_of_measure(study: Study, scene: gs.Scene) -> None:

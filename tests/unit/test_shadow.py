@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+from typing import Any
+
 import numpy as np
 import pytest
 
 from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
-from glshadow.core.filters import Hard, Pcf
+from glshadow.core.decision import settle
+from glshadow.core.filters import Exact, Hard, Pcf
 from glshadow.core.fit import SceneFit, ViewFit
+from glshadow.core.lights import DirectionalLight
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import ClipSpace
@@ -16,9 +21,46 @@ from glshadow.errors import SettingsError
 
 def test_defaults_derive_what_they_can() -> None:
     shadow = Shadow()
-    assert (shadow.resolution, shadow.filter, shadow.fit, shadow.strength) == (2048, Pcf(1), ViewFit(), 1.0)
-    assert (shadow.bias, shadow.target, shadow.clip, shadow.faces) == (None, None, None, None)
+    values = (getattr(shadow, item.name) for item in fields(shadow) if item.name != "strength")
+    assert set(values) == {None}
+    settled = shadow.settled()
+    assert (settled.resolution, settled.filter, settled.fit, shadow.strength) == (2048, Exact(), ViewFit(), 1.0)
     assert hash(shadow) == hash(Shadow())
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"resolution": 2048},
+        {"bias": ReceiverPlaneBias()},
+        {"target": Target.DEPTH32F},
+        {"clip": ClipSpace(True, False)},
+        {"fit": ViewFit()},
+    ],
+    ids=lambda given: next(iter(given)),
+)
+def test_a_setting_of_a_map_asks_for_one(given: dict[str, Any]) -> None:
+    settled = Shadow(**given).settled()
+    assert settled.filter == Pcf(1)
+    assert settled.why == f"only a map has {next(iter(given))}"
+    assert Shadow(**given, faces=Faces.BACK, strength=0.5).settled().filter == Pcf(1)
+
+
+def test_what_else_decides_the_filter() -> None:
+    assert Shadow(faces=Faces.BACK, strength=0.5).settled().filter == Exact()
+    assert Shadow().settled(without_map="OpenGL 3.3").why == "OpenGL 3.3"
+    assert Shadow().settled(without_map="OpenGL 3.3").filter == Pcf(1)
+    assert Shadow(filter=Exact()).settled(without_map="OpenGL 3.3").filter == Exact()
+    assert settle(DirectionalLight(near=1.0)).why == "only a map has the light's near and far"
+    assert settle(DirectionalLight(shadow=None)) is None
+
+
+def test_spelled_out_is_the_same_setting() -> None:
+    for shadow in (Shadow(), Shadow(bias=NoBias()), Shadow(filter=Hard(), strength=0.5)):
+        written = shadow.spelled_out()
+        assert written.settled().filter == shadow.settled().filter
+        assert written == written.spelled_out()
+        assert (written.bias, written.strength) == (shadow.bias, shadow.strength)
 
 
 @pytest.mark.parametrize(
@@ -40,9 +82,11 @@ def test_every_pair_of_bias_and_filter_is_a_setting(bias: object, filter_: objec
     assert shadow.filter is filter_
 
 
-@pytest.mark.parametrize("resolution", [0, -5, 16385, 1024.0, "2048", None, True, np.nan])
+@pytest.mark.parametrize("resolution", [0, -5, 16385, 1024.0, "2048", True, np.nan])
 def test_resolution(resolution: object) -> None:
-    with pytest.raises(SettingsError, match=r"resolution must be an integer in \[1, 16384\] texels, got") as caught:
+    with pytest.raises(
+        SettingsError, match=r"resolution must be an integer in \[1, 16384\] texels or None \(derived\), got"
+    ) as caught:
         Shadow(resolution=resolution)  # type: ignore[arg-type]
     assert repr(resolution) in str(caught.value)
 
@@ -57,7 +101,6 @@ def test_strength(strength: float) -> None:
     ("name", "value", "allowed"),
     [
         ("filter", "pcf", ("Hard", "Pcf")),
-        ("filter", None, ("Hard", "Pcf")),
         ("filter", Pcf, ("Hard", "Pcf")),
         (
             "bias",
@@ -66,7 +109,7 @@ def test_strength(strength: float) -> None:
         ),
         ("target", "depth32f", ("Target",)),
         ("clip", "0..1", ("ClipSpace",)),
-        ("fit", None, ("ViewFit", "SceneFit")),
+        ("fit", "view", ("ViewFit", "SceneFit")),
         ("faces", "front", ("Faces",)),
     ],
 )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from glshadow.core.decision import ignored_size
 from glshadow.core.lights import Light
 from glshadow.core.lists import LEAST_CELLS, MOST, RATIO, ListGrid, list_grid
-from glshadow.core.shadow import Faces
+from glshadow.core.shadow import Faces, Settled
 from glshadow.core.used import Used
 from glshadow.errors import ResourceError
 from glshadow.gl.bodies import casters_on_others, hides_back_faces
@@ -59,6 +59,11 @@ class Listed(Source):
         self.masked = False
         self.builds = 0
 
+    def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
+        """Take the light with its settings."""
+        assert shadow is not None
+        self.light, self._shadow = light, shadow
+
     def prepare(self, work: Work) -> Used:
         """Build them, unless they are those of this scene and light already.
 
@@ -67,11 +72,11 @@ class Listed(Source):
         ResourceError
             If the scene does not fit into the driver's buffers on any grid.
         """
-        shadow = self.light.shadow
-        assert shadow is not None
+        shadow = self._shadow
         built = self._update(work.programs, work.scene, self.light)
-        fallbacks = ignored_size(self.light, shadow)
-        return Used(filter=shadow.filter, faces=shadow.faces, draws=int(built), links=self.links, fallbacks=fallbacks)
+        fallbacks = ignored_size(self.light, shadow.filter)
+        return Used(filter=shadow.filter, faces=shadow.asked.faces, draws=int(built), links=self.links, fallbacks=fallbacks,
+                    why=shadow.why)  # fmt: skip
 
     def _update(self, programs: Programs, scene: GpuScene, light: Light) -> bool:
         """Whether they had to be built."""
@@ -181,8 +186,7 @@ class Listed(Source):
         """Walk them; where a pixel has several points, they are walked before, and their answers are read."""
         textures = {"u_heads": self._heads, "u_links": self._links, "u_facets": self._facets}
         asked = triangle_receiver(work, self.light, self.grid, "lists", self.masked, textures)
-        assert self.light.shadow is not None
-        samples = self.light.shadow.filter.samples
+        samples = self._shadow.filter.samples
         if samples == 1:
             return asked
         refined = work.refined.get((work.targets.identity, samples), lambda: Refined(work, samples))

@@ -13,6 +13,7 @@ from glshadow.core.decision import Decision, decide
 from glshadow.core.fit import shaded_receivers
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.metric import Target, unpack
+from glshadow.core.shadow import Settled
 from glshadow.core.spaces import Array, transform
 from glshadow.core.used import Used
 from glshadow.core.view import ShadowView, kind_of, shadow_views
@@ -41,11 +42,10 @@ class Mapped(Source):
         self._shaded: Array | None = None
         self._looked_at = -1  # scene whose texels were looked at
 
-    def claim(self, work: Work, light: Light) -> None:
+    def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
         """Decide the settings and fit the views."""
-        self.light = light
-        shadow = light.shadow
         assert shadow is not None
+        self.light, self._why = light, shadow.why
         caps, scene = work.caps, work.scene
         self._decision = decision = decide(light, shadow, caps.clip_control, caps.renderer)
         casting = casters_on_others(scene, light) if decision.caster.bias.certain else scene.casts
@@ -75,7 +75,15 @@ class Mapped(Source):
                 self._warn_of_large_texels(work, self.map.views[0])
         views = self.map.views if self.map else ()
         return Used(
-            views, decision.filter, caster.bias, caster.target, decision.clip, caster.faces, draws, decision.fallbacks
+            views,
+            decision.filter,
+            caster.bias,
+            caster.target,
+            decision.clip,
+            caster.faces,
+            draws,
+            decision.fallbacks,
+            why=self._why,
         )
 
     def _warn_of_large_texels(self, work: Work, view: ShadowView) -> None:

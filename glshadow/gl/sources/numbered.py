@@ -14,7 +14,7 @@ from glshadow.core.decision import ignored_size
 from glshadow.core.lights import Light
 from glshadow.core.lists import ListGrid, facets, list_grid
 from glshadow.core.metric import Target
-from glshadow.core.shadow import Shadow
+from glshadow.core.shadow import Settled
 from glshadow.core.spaces import ClipSpace, orthographic, perspective, rigid_inverse
 from glshadow.core.used import Used
 from glshadow.core.view import FACES, NEAREST_SHARE
@@ -55,21 +55,27 @@ class Numbered(Source):
         self._facets: BufferTexture | None = None
         self.grid: ListGrid
 
+    def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
+        """Take the light with its settings."""
+        assert shadow is not None
+        self.light, self._shadow = light, shadow
+
     def prepare(self, work: Work) -> Used:
         """Draw it, unless it is that of this scene and light already."""
-        shadow, caps = self.light.shadow, work.caps
-        assert shadow is not None
+        shadow, caps = self._shadow, work.caps
         drawn = self._update(work, shadow)
         missing = _NOT_EXACT.format(caps.renderer, caps.version_code / 100)
-        fallbacks = (*ignored_size(self.light, shadow), missing)
-        return Used(filter=shadow.filter, faces=shadow.faces, draws=int(drawn), fallbacks=fallbacks)
+        fallbacks = (*ignored_size(self.light, shadow.filter), missing)
+        return Used(
+            filter=shadow.filter, faces=shadow.asked.faces, draws=int(drawn), fallbacks=fallbacks, why=shadow.why
+        )
 
     def receiver(self, work: Work) -> Receiver:
         """Ask the triangles whose numbers lie near."""
         textures = {"u_numbers": self._texture, "u_facets": self._facets}
         return triangle_receiver(work, self.light, self.grid, "numbers", False, textures)
 
-    def _update(self, work: Work, shadow: Shadow) -> bool:
+    def _update(self, work: Work, shadow: Settled) -> bool:
         """Whether it had to be drawn."""
         scene, light, resolution = work.scene, self.light, shadow.resolution
         key = (*made_for(scene, light), resolution)

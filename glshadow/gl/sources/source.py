@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.lights import Light
+from glshadow.core.shadow import Settled
 from glshadow.core.spaces import Array
 from glshadow.core.used import Used
 from glshadow.core.view import kind_of
@@ -55,7 +56,7 @@ class Source:
     def __init__(self, context: GLContext) -> None:
         self.light: Light
 
-    def claim(self, work: Work, light: Light) -> None:
+    def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
         """Take the light with its settings, and say what room its maps need; nothing is drawn yet."""
         self.light = light
 

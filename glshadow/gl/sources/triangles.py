@@ -43,9 +43,9 @@ def light_frame(grid: ListGrid, scene: GpuScene) -> tuple[Array, Array]:
 
 def check_facets(scene: GpuScene, limit: int, unit: str, each: int) -> None:
     """Refuse a scene whose triangles do not fit into one buffer: `each` times `unit` for every triangle."""
-    if each * scene.world.count > limit:
+    if each * scene.count > limit:
         raise ResourceError(
-            f"Exact() needs {each} {unit} for each of the scene's {scene.world.count} triangles, a buffer of this driver "
+            f"Exact() needs {each} {unit} for each of the scene's {scene.count} triangles, a buffer of this driver "
             f"holds {limit}: split the scene, or use another filter"
         )
 
