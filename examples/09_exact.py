@@ -8,9 +8,9 @@ from glshadow import image
 scene = gs.scenes.courtyard()
 crops = []
 with gs.Renderer() as renderer:
-    for kind in (gs.Hard(), gs.Pcf(1), gs.Exact(), gs.Exact(samples=16)):
+    for kind, samples in ((gs.Hard(), 1), (gs.Pcf(1), 1), (gs.Exact(), 1), (gs.Exact(), 16)):
         sun = gs.DirectionalLight(shadow=gs.Shadow(filter=kind, resolution=1024))  # Exact has no map
-        frame = renderer.render(scene, lights=[sun])
+        frame = renderer.render(scene, lights=[sun], samples=samples)
         crops.append(np.kron(frame.image[470:540, 400:480], np.ones((5, 5, 1), np.uint8)))
 
 image.write("09_exact.png", np.hstack(crops))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from os import PathLike
 from typing import Any, TypeVar
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import Light
 from glshadow.core.setting import as_path
+from glshadow.core.spaces import Array
 from glshadow.core.srgb import linear_from_srgb
 from glshadow.core.used import Used
 from glshadow.errors import MissingOutput
@@ -20,7 +21,9 @@ from glshadow.scene.mesh import Scene
 
 D = TypeVar("D", bound=np.generic)
 
-OUTPUTS = ("image", "visibility", "linear", "depth", "depth_metric", "triangle", "shadow_maps", "timings")
+OUTPUTS = (
+    "image", "visibility", "linear", "alpha", "depth", "depth_metric", "triangle", "node", "normal", "position", "shadow_maps", "timings",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -39,6 +42,10 @@ class Frame:
         Per light.
     outputs : mapping
         Name -> output, of those that were asked for: `"depth" in frame.outputs`.
+    samples : int
+        In each pixel: image, linear, alpha and visibility are means over them, the others those of the pixel's middle.
+    origin : (3,) float64
+        What `position` counts from.
     """
 
     scene: Scene
@@ -49,10 +56,12 @@ class Frame:
     far: float
     used: tuple[Used, ...]
     outputs: Mapping[str, Any]
+    samples: int = 1
+    origin: Array = field(default_factory=lambda: np.zeros(3))
 
     @property
     def image(self) -> NDArray[np.uint8]:
-        """(H, W, 3) sRGB."""
+        """(H, W, 3) sRGB; over a transparent background (H, W, 4), alpha straight."""
         return self._array("image", np.uint8)
 
     @property
@@ -62,8 +71,14 @@ class Frame:
 
     @property
     def linear(self) -> NDArray[np.float32]:
-        """(H, W, 3) light before it is clamped and encoded; the background is `background`, decoded."""
+        """(H, W, 3) light before it is clamped and encoded; the background is `background`, decoded. Over a transparent one
+        (H, W, 4), premultiplied."""
         return self._array("linear", np.float32)
+
+    @property
+    def alpha(self) -> NDArray[np.float32]:
+        """(H, W) share of the samples that see a surface; of one that only catches shadows, what the shadow takes."""
+        return self._array("alpha", np.float32)
 
     @property
     def depth(self) -> NDArray[np.float32]:
@@ -79,6 +94,21 @@ class Frame:
     def triangle(self) -> NDArray[np.int32]:
         """(H, W) number of the drawn triangle, over the scene's nodes in their order as in `Truth.triangle`; -1: no surface."""
         return self._array("triangle", np.int32)
+
+    @property
+    def node(self) -> NDArray[np.int32]:
+        """(H, W) number of the node: `scene.nodes[i].name`; -1: no surface."""
+        return self._array("node", np.int32)
+
+    @property
+    def normal(self) -> NDArray[np.float32]:
+        """(H, W, 3) world, unit length, of the triangle's side that is seen; NaN where there is no surface."""
+        return self._array("normal", np.float32)
+
+    @property
+    def position(self) -> NDArray[np.float32]:
+        """(H, W, 3) world point, relative to `origin`; NaN where there is no surface."""
+        return self._array("position", np.float32)
 
     @property
     def shadow_maps(self) -> tuple[NDArray[np.float32], ...]:

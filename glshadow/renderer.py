@@ -7,7 +7,7 @@ import math
 import time
 import weakref
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Self, get_args
 
 import moderngl
@@ -17,9 +17,11 @@ from numpy.typing import ArrayLike
 from glshadow.core.cameras import Camera
 from glshadow.core.decision import settle
 from glshadow.core.lights import BRIGHTEST, DirectionalLight, Light, Lights
+from glshadow.core.sampling import PICTURE, grid
 from glshadow.core.setting import Rule, as_float, as_path, instance, one_of, optional, several, shown, vector
 from glshadow.core.shadow import Settled
 from glshadow.core.spaces import Array
+from glshadow.core.srgb import linear_from_srgb
 from glshadow.core.used import Used
 from glshadow.errors import GlshadowError, ResourceError, SettingsError, warn
 from glshadow.frame import OUTPUTS, Frame
@@ -31,18 +33,20 @@ from glshadow.gl.kept import Kept
 from glshadow.gl.meshes import Meshes
 from glshadow.gl.program import Programs
 from glshadow.gl.queries import AnySamples
-from glshadow.gl.readback import read
+from glshadow.gl.readback import MIDDLES, average_samples, read_means, read_middles
 from glshadow.gl.resolve import Share, resolve
+from glshadow.gl.samples import Samples
 from glshadow.gl.screen import Samplers
 from glshadow.gl.sources import Source, source_of, without_lists
-from glshadow.gl.sources.refined import Refined
 from glshadow.gl.sources.source import open_receiver
 from glshadow.gl.targets import CameraTargets, clear_outputs
 from glshadow.gl.work import Work
 from glshadow.scene.arguments import picture_arguments
 from glshadow.scene.mesh import Scene
 
-AMBIENT, BACKGROUND = vector(3, 0.0, BRIGHTEST), vector(3, 0.0, 1.0)
+_EVERY_SAMPLE = "all {} samples of every pixel are shaded: collecting those that differ needs OpenGL 4.3, {} has {:.1f}"
+
+AMBIENT, BACKGROUND = vector(3, 0.0, BRIGHTEST), optional(vector(3, 0.0, 1.0), "transparent")
 
 
 class Renderer:
@@ -100,8 +104,9 @@ class Renderer:
         lights: Lights = None,
         size: tuple[int, int] = (1280, 720),
         ambient: float | ArrayLike = 0.1,
-        background: ArrayLike = (0.0, 0.0, 0.0),
+        background: ArrayLike | None = (0.0, 0.0, 0.0),
         outputs: Sequence[str] = ("image", "visibility"),
+        samples: int = 1,
     ) -> Frame:
         """One picture.
 
@@ -112,12 +117,17 @@ class Renderer:
             None: the scene's own.
         size : (2,) ints
             Width and height in pixels.
-        ambient : float or (3,) floats
-            Linear light that reaches every surface from everywhere; 0 or more.
-        background : (3,) floats
-            sRGB, each from 0 to 1.
+        ambient : float, (3,) floats or a pair of these
+            Linear light that reaches every surface from everywhere; 0 or more. Of a pair the first comes from above, the second
+            from below, blended by the height of the normal.
+        background : (3,) floats or None
+            sRGB, each from 0 to 1; None: transparent.
         outputs : sequence of str
-            What to read back: "image", "visibility", "linear", "depth", "depth_metric", "triangle", "shadow_maps", "timings".
+            What to read back: see `Frame`.
+        samples : int
+            1, 4, 8 or 16 in each pixel, a grid. Image, linear and alpha are their mean in linear light, visibility the mean of those
+            that see a surface; the other outputs are those of the pixel's middle. Pixels whose samples all see one smooth surface,
+            and whose neighbours are as visible to every light, are shaded once.
 
         Raises
         ------
@@ -128,15 +138,12 @@ class Renderer:
             raise GlshadowError("this renderer was released: make a new one")
         camera, lights, size = picture_arguments(scene, camera, lights, size)
         outputs = _checked_outputs(outputs)
-        ambient_rgb, background_rgb = (
-            _rgb(AMBIENT, "ambient", ambient),
-            _rgb(BACKGROUND, "background", background),
-        )
+        look = Look(_ambient(ambient), _rgb(BACKGROUND, "background", background), PICTURE("samples", samples))
         with self._context.drawing():
             if not self._furnished:
                 self._furnish()
             try:
-                return self._frame(scene, camera, lights, size, frozenset(outputs), ambient_rgb, background_rgb)
+                return self._frame(scene, camera, lights, size, frozenset(outputs), look)
             except GlshadowError:
                 raise
             except BaseException as error:
@@ -159,38 +166,81 @@ class Renderer:
         lights: tuple[Light, ...],
         size: tuple[int, int],
         outputs: frozenset[str],
-        ambient: Array,
-        background: Array,
+        look: Look,
     ) -> Frame:
-        work = self._work(scene, camera, size, len(lights), outputs)
+        caps = self._context.caps
+        # without atomics every sample is shaded, as a pixel of a larger picture
+        spread = (1, 1) if caps.compute else grid(look.samples)
+        work = self._work(scene, camera, size, spread, len(lights), outputs, look.samples)
         clock = _Clock(self._context.ctx, "timings" in outputs)
         with clock("shadow"):
             sources, ready = self._sources_of(work, lights)
+        targets, sight = work.targets, work.sight
         with clock("surface"), self._covered:
-            draw_surface(self._context, self._programs, work.scene, work.sight, work.targets)
+            draw_surface(work.context, work.programs, work.scene, sight, targets.fine_framebuffer, look.samples)
+        if targets.samples > 1:
+            with clock("samples"):
+                several = self._samples.get(targets.identity, lambda: Samples(work))
+                several.fill(work)
         with clock("shadow"):
             used = tuple(ready.get(number) or source.prepare(work) for number, source in enumerate(sources))
         with clock("resolve"):
             # here, so that tiles are cleared and drawn in one go
-            clear_outputs(self._context, work.targets, background)
-            for number, (light, source) in enumerate(zip(lights, sources, strict=True)):
-                resolve(work, Share(light, source.receiver(work), True, number, len(lights), ambient))
-            if not lights:
-                dark = DirectionalLight()
-                resolve(work, Share(dark, open_receiver(work, dark), False, 0, 1, ambient))
+            clear_outputs(self._context, targets, look.linear_background, look.background is None)
+            shares = self._shares(work, lights, sources, look)
+            for share in shares:
+                resolve(work, share)
+        if targets.samples > 1:
+            with clock("samples"):
+                several.shade(work, shares, look.linear_background, look.background is None, "visibility" in outputs)
         with clock("read"):
-            results = read(outputs, work.sight, work.targets)
+            results = self._read(work, outputs, len(lights), look, spread)
             if "shadow_maps" in outputs:
                 results["shadow_maps"] = tuple(source.stored() for source in sources)
         self._context.check_errors("rendering")
-        sight = work.sight
         if not self._covered.passed:
             warn(_nothing_in_view(scene, sight))
-        used = tuple(replace(each, fallbacks=each.fallbacks + sight.fallbacks) for each in used)
+        fallbacks = sight.fallbacks
+        if spread != (1, 1):
+            fallbacks += (_EVERY_SAMPLE.format(look.samples, caps.renderer, caps.version_code / 100),)
+        used = tuple(replace(each, fallbacks=each.fallbacks + fallbacks) for each in used)
         if clock.times is not None:
             results["timings"] = clock.times
-        return Frame(scene=scene, camera=camera, lights=lights, size=sight.size, near=sight.near, far=sight.far, used=used,
-                     outputs=results)  # fmt: skip
+        return Frame(scene=scene, camera=camera, lights=lights, size=size, near=sight.near, far=sight.far, used=used,
+                     outputs=results, samples=look.samples, origin=work.scene.origin)  # fmt: skip
+
+    def _read(
+        self, work: Work, outputs: frozenset[str], lights: int, look: Look, spread: tuple[int, int]
+    ) -> dict[str, Any]:
+        targets, transparent = work.targets, look.background is None
+        if spread == (1, 1):
+            results = read_means(outputs, targets, lights, transparent)
+        else:
+            fine = read_means(outputs | {"linear", "alpha"}, targets, lights, transparent)
+            results = average_samples(outputs, fine, spread, transparent)
+        if not outputs.isdisjoint(MIDDLES):
+            if look.samples == 1:
+                return results | read_middles(outputs, work.scene, work.sight, targets)
+            # no sample lies in the middle of a pixel
+            size, channels = work.sight.size, targets.surface.components
+            middle = targets if spread == (1, 1) else CameraTargets(self._context, size, 1, channels, 0, False, False)
+            draw_surface(self._context, self._programs, work.scene, work.sight, middle.surface_framebuffer)
+            results |= read_middles(outputs, work.scene, work.sight, middle)
+            self._idle.use()
+            if middle is not targets:
+                middle.release()
+        return results
+
+    def _shares(
+        self, work: Work, lights: tuple[Light, ...], sources: Sequence[Source], look: Look
+    ) -> tuple[Share, ...]:
+        if not lights:
+            dark = DirectionalLight(intensity=0.0)
+            return (Share(dark, open_receiver(work, dark), 0, 1, look.ambient, look.linear_background),)
+        return tuple(
+            Share(light, source.receiver(work), number, len(lights), look.ambient, look.linear_background)
+            for number, (light, source) in enumerate(zip(lights, sources, strict=True))
+        )
 
     # What is kept from frame to frame
 
@@ -207,14 +257,14 @@ class Renderer:
         self._atlases = Atlases(context)
         self._scene: Kept[GpuScene] = Kept()
         self._targets: Kept[CameraTargets] = Kept()
-        self._refined: Kept[Refined] = Kept()
+        self._samples: Kept[Samples] = Kept()
         self._sight: tuple[Any, Sight] | None = None
         self._sources: dict[tuple[int, type[Source]], Source] = {}
         self._furnished = True
 
     def _kept(self) -> tuple[Any, ...]:
         """Everything that is kept, in the order of its release."""
-        passes = (self._scene, self._targets, self._refined, self._programs, self._meshes, self._samplers)
+        passes = (self._scene, self._targets, self._samples, self._programs, self._meshes, self._samplers)
         return (*passes, self._covered, self._atlases, self._idle, self._idle_color, *self._sources.values())
 
     def _start_over(self) -> None:
@@ -225,17 +275,34 @@ class Renderer:
         for thing in old:
             thing.release()
 
-    def _work(self, scene: Scene, camera: Camera, size: tuple[int, int], lights: int, outputs: frozenset[str]) -> Work:
+    def _work(
+        self,
+        scene: Scene,
+        camera: Camera,
+        size: tuple[int, int],
+        spread: tuple[int, int],
+        lights: int,
+        outputs: frozenset[str],
+        samples: int,
+    ) -> Work:
         context, programs = self._context, self._programs
         gpu = self._scene.get(weakref.ref(scene), lambda: GpuScene(context, self._meshes, scene))
         key = (camera, size, gpu.identity)
         if self._sight is None or self._sight[0] != key:
             self._sight = (key, look(scene, gpu, camera, size, context.caps.clip_control))
         channels = 4 if gpu.textured else 2 if gpu.smooth else 1
-        shape = (size, channels, lights, "visibility" in outputs, "linear" in outputs)
+        several = samples > 1
+        shape = (
+            (size[0] * spread[0], size[1] * spread[1]),
+            1 if spread != (1, 1) else samples,
+            channels,
+            max(lights, 1) if several else lights,
+            several or "visibility" in outputs,
+            spread != (1, 1) or not outputs.isdisjoint(("linear", "alpha")),
+        )
         targets = self._targets.get(shape, lambda: CameraTargets(context, *shape))
         self._atlases.begin()
-        return Work(context, programs, self._samplers, self._atlases, gpu, self._sight[1], targets, self._refined)
+        return Work(context, programs, self._samplers, self._atlases, gpu, self._sight[1], targets)
 
     def _sources_of(self, work: Work, lights: tuple[Light, ...]) -> tuple[list[Source], dict[int, Used]]:
         """What each light is asked of, and what was used by those that had to be made to know whether they can be."""
@@ -263,10 +330,41 @@ class Renderer:
         return kept
 
 
-def _rgb(rule: Rule, name: str, value: Any) -> Array:
-    """One strength for all three colours, or one each."""
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What a picture looks like beside scene, camera and lights, checked.
+
+    Parameters
+    ----------
+    ambient : (2, 3) float64
+        Linear, from above and from below.
+    background : (3,) floats or None
+        sRGB; None: transparent.
+    samples : int
+        In a pixel.
+    """
+
+    ambient: Array
+    background: tuple[float, float, float] | None
+    samples: int
+
+    @property
+    def linear_background(self) -> Array:
+        """(3,) linear; black where it is transparent."""
+        return np.zeros(3) if self.background is None else linear_from_srgb(self.background)
+
+
+def _ambient(value: Any) -> Array:
+    """One strength for all three colours, or one each; the same from everywhere, or a pair from above and below."""
+    several = isinstance(value, tuple | list) or (isinstance(value, np.ndarray) and value.ndim > 0)
+    pair = value if several and len(value) == 2 else (value, value)
+    return np.array([_rgb(AMBIENT, "ambient", each) for each in pair])
+
+
+def _rgb(rule: Rule, name: str, value: Any) -> Any:
+    """One number for all three colours, or one each."""
     one = as_float(value)
-    return np.array(rule(name, value if math.isnan(one) else (one, one, one)))
+    return rule(name, value if math.isnan(one) else (one, one, one))
 
 
 def _checked_outputs(outputs: Sequence[str]) -> tuple[str, ...]:

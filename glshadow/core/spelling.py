@@ -20,10 +20,13 @@ class Spelled(Settings):
         Its name.
     terse : bool
         Where all of it is at its default, the name alone says so.
+    elsewhere : str
+        Where to find what it once took.
     """
 
     spelling: ClassVar[str] = ""
     terse: ClassVar[bool] = False
+    elsewhere: ClassVar[str] = ""
 
     def __str__(self) -> str:
         """`spelling`, or `spelling:value,value`; a switch that is not as usual by its name, or no-name."""
@@ -85,7 +88,8 @@ def parse(text: str, family: Sequence[type[T]], name: str = "value") -> T:
         elif number is not None and free:
             values[free[0]] = number
         else:
-            raise SettingsError(f"{shown(text)}: {shown(word)} is not understood; it is spelled {kind.usage()}")
+            more = f"; {kind.elsewhere}" if kind.elsewhere else ""
+            raise SettingsError(f"{shown(text)}: {shown(word)} is not understood; it is spelled {kind.usage()}{more}")
     try:
         return kind(**values)
     except TypeError:  # a value that has no default is missing

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -20,7 +21,6 @@ from glshadow.gl.drawing import draw_nodes
 from glshadow.gl.geometry import GpuScene, pack_matrices
 from glshadow.gl.meshes import GpuMesh
 from glshadow.gl.program import Program, Programs
-from glshadow.gl.targets import CameraTargets
 from glshadow.scene.mesh import Scene
 
 
@@ -129,15 +129,22 @@ def look(scene: Scene, gpu: GpuScene, camera: Camera, size: tuple[int, int], cli
     )  # fmt: skip
 
 
-def draw_surface(context: GLContext, programs: Programs, scene: GpuScene, sight: Sight, targets: CameraTargets) -> None:
-    """Draw the triangle's number, and what else the scene needs, into the surface buffer, with depth."""
+def draw_surface(
+    context: GLContext,
+    programs: Programs,
+    scene: GpuScene,
+    sight: Sight,
+    framebuffer: moderngl.Framebuffer,
+    samples: int = 1,
+) -> None:
+    """Draw the triangle's number, and what else the scene needs, into a surface buffer, with depth; `samples`: it has in a pixel."""
     ctx = context.ctx
     if context.caps.clip_control:
         context.gl.clip_control(sight.clip.zero_to_one)
-    targets.surface_framebuffer.use()
+    framebuffer.use()
     ctx.depth_func = ">" if sight.clip.reversed else "<"  # an equal depth would be that of "nothing there"
     ctx.enable_only(moderngl.DEPTH_TEST)
-    targets.surface_framebuffer.clear(depth=sight.clip.clear_depth)
+    framebuffer.clear(depth=sight.clip.clear_depth)
     # nobody outside a closed mesh sees its back faces
     hidden = [
         "back" if closed and outside else None for closed, outside in zip(scene.closed, sight.outside, strict=True)
@@ -145,7 +152,7 @@ def draw_surface(context: GLContext, programs: Programs, scene: GpuScene, sight:
 
     def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
         gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
-        program = _program(programs, scene, gpu)
+        program = _program(programs, scene, gpu, samples)
         program.set(u_color=material.color, u_cutoff=gpu.cutoff)
         if gpu.texture is not None:
             program.bind(u_texture=gpu.texture)
@@ -161,7 +168,7 @@ def draw_surface(context: GLContext, programs: Programs, scene: GpuScene, sight:
     ctx.enable_only(moderngl.DEPTH_TEST)
 
 
-def _program(programs: Programs, scene: GpuScene, gpu: GpuMesh) -> Program:
+def _program(programs: Programs, scene: GpuScene, gpu: GpuMesh, samples: int) -> Program:
     return programs.get(
         "pass/surface.vert",
         "pass/surface.frag",
@@ -171,5 +178,6 @@ def _program(programs: Programs, scene: GpuScene, gpu: GpuMesh) -> Program:
             "GLS_TEXTURED": int(gpu.textured),
             "GLS_COLORED": int(gpu.colored),
             "GLS_ALPHA": int(gpu.cut_out),
+            "GLS_LOD": f"{0.5 * math.log2(samples):.1f}",
         },
     )

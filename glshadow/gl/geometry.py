@@ -18,7 +18,9 @@ from glshadow.gl.meshes import Meshes
 from glshadow.gl.world import WorldTriangles
 from glshadow.scene.mesh import AlphaMode, Node, Scene
 
-NOT_RECEIVING = 1 << 31  # marks the numbers of triangles that no light's shadow falls on
+# marks of triangles' numbers, see lib/surface_number.glsl
+NOT_RECEIVING = 1 << 31
+CATCHING = 1 << 30
 _AT_ONCE = 1 << 18  # triangles whose planes are computed together
 
 
@@ -29,6 +31,8 @@ class GpuScene:
     ----------
     nodes : tuple of Node
         Those that have triangles, in the scene's order.
+    scene_numbers : (N,) int
+        Where they are in the scene.
     meshes : list of GpuMesh
         One per node, shared by instances.
     first : (N,) int
@@ -43,6 +47,8 @@ class GpuScene:
         Whether some base colour changes from pixel to pixel: a texture's, or that of vertices.
     selective : bool
         Whether shadows leave out some nodes.
+    catches : bool
+        Whether some nodes show nothing but the shadow that falls on them.
     copies : (N,) bool
         Nodes that lie exactly on another one and need not be drawn: the same triangles at the same place, whatever their colour.
     casts : (N,) bool
@@ -69,6 +75,7 @@ class GpuScene:
         self.unlisted = ""
         self.casting: dict[tuple[bool, tuple[float, float, float]], NDArray[np.bool_]] = {}
         self.nodes: tuple[Node, ...] = tuple(node for node in scene.nodes if len(node.mesh.triangles))
+        self.scene_numbers = np.flatnonzero([len(node.mesh.triangles) > 0 for node in scene.nodes])
         self.meshes = [meshes.get(node.mesh) for node in self.nodes]
         self.casts: NDArray[np.bool_] = np.array(
             [node.casts and node.mesh.material.alpha_mode is not AlphaMode.BLEND for node in self.nodes]
@@ -97,6 +104,9 @@ class GpuScene:
         receives = np.array([node.receives for node in self.nodes])
         self.selective = not receives.all()
         first[~receives] |= np.uint32(NOT_RECEIVING)
+        catching = np.array([node.catches for node in self.nodes])
+        self.catches = bool(catching.any())
+        first[catching] |= np.uint32(CATCHING)
         self.packed_first = [number.tobytes() for number in first]
         self.origin: Array = np.median(self._sample(1024), axis=0)
         self.boxes, self.corners = scene.boxes, scene.corners
@@ -141,7 +151,7 @@ class GpuScene:
             gpu, node, casts = self.meshes[i], self.nodes[i], bool(self.casts[i])
             if gpu.cut_out:
                 continue
-            key = (gpu.shape, matrices[i].tobytes(), casts, node.receives, gpu.closed)
+            key = (gpu.shape, matrices[i].tobytes(), casts, node.receives, node.catches, gpu.closed)
             copies[i] = key in seen
             seen.add(key)
         return copies

@@ -10,26 +10,69 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.metric import metric_range, projected_metric
+from glshadow.core.spaces import Array
+from glshadow.core.srgb import srgb_from_linear
 from glshadow.gl.camera import Sight
-from glshadow.gl.geometry import NOT_RECEIVING
+from glshadow.gl.geometry import CATCHING, GpuScene
 from glshadow.gl.targets import CameraTargets
 
+MEANS = ("image", "alpha", "linear", "visibility")
+"""Outputs that are means over a pixel's samples."""
 
-def read(outputs: Collection[str], sight: Sight, targets: CameraTargets) -> dict[str, Any]:
-    """Those outputs that the camera's buffers hold, by name; row 0 at the top."""
+MIDDLES = ("depth", "depth_metric", "triangle", "node", "normal", "position")
+"""Outputs that are those of a pixel's middle."""
+
+
+def read_means(outputs: Collection[str], targets: CameraTargets, lights: int, transparent: bool) -> dict[str, Any]:
+    """Means over each pixel's samples, by name; row 0 at the top."""
     results: dict[str, Any] = {}
+    shown = 4 if transparent else 3
     if "image" in outputs:
-        results["image"] = pixels(targets.image, np.uint8)[..., :3]
+        results["image"] = pixels(targets.image, np.uint8)[..., :shown]
     if "visibility" in outputs:
-        planes = np.zeros((len(targets.visibility), sight.size[1], sight.size[0]), dtype=np.float32)
-        for plane, texture in zip(planes, targets.visibility, strict=True):
+        planes = np.zeros((lights, targets.size[1], targets.size[0]), dtype=np.float32)
+        for plane, texture in zip(planes, targets.visibility[:lights], strict=True):
             plane[:] = pixels(texture, np.float32)[..., 0]
         results["visibility"] = planes
     if targets.linear is not None:
-        results["linear"] = pixels(targets.linear, np.float32)[..., :3]
-    if not {"depth", "depth_metric", "triangle"}.isdisjoint(outputs):
-        results.update(_depths(outputs, sight, targets))
+        light = pixels(targets.linear, np.float32)
+        if "linear" in outputs:
+            results["linear"] = light[..., :shown]
+        if "alpha" in outputs:
+            results["alpha"] = np.ascontiguousarray(light[..., 3])
     return results
+
+
+def average_samples(
+    outputs: Collection[str], fine: dict[str, Any], block: tuple[int, int], transparent: bool
+) -> dict[str, Any]:
+    """What `read_means` gives of a picture whose every sample was drawn as a pixel, as the picture itself; `fine` has linear and alpha."""
+    light = _box_mean(np.concatenate([fine["linear"][..., :3], fine["alpha"][..., None]], axis=-1), block)
+    alpha = light[..., 3]
+    straight = light[..., :3] / np.maximum(alpha, 1e-6)[..., None] if transparent else light[..., :3]
+    display = np.concatenate([srgb_from_linear(np.clip(straight, 0.0, 1.0)), alpha[..., None]], axis=-1)
+    shown = 4 if transparent else 3
+    results: dict[str, Any] = {
+        "image": np.rint(255.0 * display[..., :shown]).astype(np.uint8),
+        "linear": light[..., :shown].astype(np.float32),
+        "alpha": alpha.astype(np.float32),
+    }
+    if "visibility" in outputs:
+        seen = ~np.isnan(fine["visibility"])
+        total = _box_mean(np.where(seen, fine["visibility"], 0.0)[..., None], block)[..., 0]
+        share = _box_mean(seen.astype(np.float64)[..., None], block)[..., 0]
+        results["visibility"] = np.where(share > 0.0, total / np.where(share > 0.0, share, 1.0), np.nan).astype(
+            np.float32
+        )
+    return {name: value for name, value in results.items() if name in outputs}
+
+
+def _box_mean(values: NDArray[Any], block: tuple[int, int]) -> Array:
+    """Over blocks of columns and rows, of (..., H, W, C)."""
+    *front, height, width, channels = values.shape
+    columns, rows = block
+    shape = (*front, height // rows, rows, width // columns, columns, channels)
+    return np.asarray(values.reshape(shape).mean(axis=(-4, -2), dtype=np.float64))
 
 
 def pixels(texture: moderngl.Texture, dtype: Any) -> NDArray[Any]:
@@ -41,7 +84,8 @@ def pixels(texture: moderngl.Texture, dtype: Any) -> NDArray[Any]:
     return np.ascontiguousarray(data[::-1])
 
 
-def _depths(outputs: Collection[str], sight: Sight, targets: CameraTargets) -> dict[str, Any]:
+def read_middles(outputs: Collection[str], scene: GpuScene, sight: Sight, targets: CameraTargets) -> dict[str, Any]:
+    """What is seen at each pixel's middle, by name; row 0 at the top."""
     window = pixels(targets.depth, np.float32)[..., 0]
     nothing = window == sight.clip.clear_depth
     depth = sight.depth(np.where(nothing, 0.5, window.astype(np.float64)))
@@ -54,8 +98,46 @@ def _depths(outputs: Collection[str], sight: Sight, targets: CameraTargets) -> d
             matrix[2, 3] - matrix[2, 2] * depth, sight.clip, *metric_range(kind, sight.clip, sight.near, sight.far)
         )
         results["depth_metric"] = np.where(nothing, 1.0, metric).astype(np.float32)
+    if {"triangle", "node", "normal", "position"}.isdisjoint(outputs):
+        return results
+    number = pixels(targets.surface, np.uint32)[..., 0].astype(np.int64) & (CATCHING - 1)
+    triangle = np.where(nothing, -1, number - 1).astype(np.int32)
     if "triangle" in outputs:
-        number = pixels(targets.surface, np.uint32)[..., 0].astype(np.int64)
-        number &= NOT_RECEIVING - 1
-        results["triangle"] = np.where(nothing, -1, number - 1).astype(np.int32)
+        results["triangle"] = triangle
+    seen = ~nothing
+    if "node" in outputs:
+        owners = scene.scene_numbers[np.frombuffer(scene.owners.buffer.read(), np.uint32)]
+        results["node"] = np.where(seen, owners[triangle], -1).astype(np.int32)
+    if not {"normal", "position"}.isdisjoint(outputs):
+        results.update(_surface(outputs, scene, sight, triangle, depth, seen))
     return results
+
+
+def _surface(
+    outputs: Collection[str],
+    scene: GpuScene,
+    sight: Sight,
+    triangle: NDArray[np.int32],
+    depth: Array,
+    seen: NDArray[np.bool_],
+) -> dict[str, Any]:
+    planes = np.frombuffer(scene.planes.buffer.read(), np.float32).reshape(-1, 4)[triangle[seen]].astype(np.float64)
+    starts, directions = (each[seen] for each in sight.camera.rays(sight.size))
+    normal, height = planes[:, :3], planes[:, 3]
+    results = {}
+    if "normal" in outputs:
+        away = np.einsum("ij,ij->i", normal, directions) > 0.0
+        results["normal"] = _placed(np.where(away[:, None], -normal, normal), seen)
+    if "position" in outputs:
+        point = starts - scene.origin + depth[seen][:, None] * directions
+        # depth was interpolated between snapped vertices: back on the plane, as pass/resolve.frag does
+        point += normal * (height - np.einsum("ij,ij->i", normal, point))[:, None]
+        results["position"] = _placed(point, seen)
+    return results
+
+
+def _placed(values: Array, seen: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Values of the pixels that see a surface in a picture; NaN elsewhere."""
+    picture = np.full((*seen.shape, values.shape[-1]), np.nan, dtype=np.float32)
+    picture[seen] = values
+    return picture

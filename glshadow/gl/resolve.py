@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
+import moderngl
 import numpy as np
 
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.spaces import Array
+from glshadow.gl.geometry import GpuScene
 from glshadow.gl.lighting import BRIGHTEST, light_uniforms
 from glshadow.gl.program import Program
 from glshadow.gl.screen import camera_uniforms, draw_over, surface_textures
 from glshadow.gl.sources.source import Receiver
 from glshadow.gl.work import Work
+
+if TYPE_CHECKING:
+    from glshadow.gl.samples import Dense
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,24 +30,29 @@ class Share:
     light : Light
     receiver : Receiver
         How it is asked.
-    lit : bool
-        False: no light at all, only the ambient term.
     number, count : int
         Which light this is, of how many: the first adds the ambient term, the last writes the display image.
-    ambient : (3,) float64
-        Linear.
+    ambient : (2, 3) float64
+        Linear, from above and from below.
+    background : (3,) float64
+        Linear: what is seen through surfaces that show nothing but a shadow.
     """
 
     light: Light
     receiver: Receiver
-    lit: bool
     number: int
     count: int
     ambient: Array
+    background: Array
 
 
-def resolve(work: Work, share: Share) -> None:
-    """Add a light to the picture."""
+def colors_of(scene: GpuScene) -> int:
+    """Where passes find the base colour: 0 one for all, 1 per node, 2 per pixel."""
+    return 2 if scene.textured else 0 if scene.color is not None else 1
+
+
+def resolve(work: Work, share: Share, dense: Dense | None = None) -> None:
+    """Add a light to the picture, or to the samples of some of its pixels, whose framebuffer is then bound."""
     scene, targets, light, asked = work.scene, work.targets, share.light, share.receiver
     first, last = share.number == 0, share.number >= share.count - 1
     program = work.programs.get(
@@ -54,29 +65,45 @@ def resolve(work: Work, share: Share) -> None:
             "GLS_ORTHO": int(not work.sight.camera.is_perspective),
             "GLS_SUN": int(isinstance(light, DirectionalLight)),
             "GLS_SURFACE": targets.surface.components,
-            "GLS_COLORS": 2 if scene.textured else 0 if scene.color is not None else 1,
+            "GLS_COLORS": colors_of(scene),
             "GLS_FIRST": int(first),
-            "GLS_LAST": int(last),
+            "GLS_LAST": int(last and dense is None),
             "GLS_SELECTIVE": int(scene.selective),
-            "GLS_LIT": int(share.lit),
+            "GLS_HEMISPHERE": int(first and (share.ambient[0] != share.ambient[1]).any()),
             "GLS_WEAK": int(light.shadow is not None and light.shadow.strength < 1.0),
-            "GLS_VISIBILITY": int(bool(targets.visibility)),
-            "GLS_SUM": int(last and targets.linear is not None),
+            "GLS_VISIBILITY": int(bool(targets.visibility) if dense is None else dense.visibility),
+            "GLS_SUM": int(last and targets.linear is not None and dense is None),
+            "GLS_CATCHES": int(scene.catches),
+            "GLS_DENSE": int(dense is not None),
+            **(dense.defines if dense else {}),
         },
     )
-    _set(program, work, share)
+    # each pixel shows the surface of one of its samples, and is shaded where that lies
+    _set(program, work, share, (0.0, 0.0) if dense else targets.aside)
     program.bind(**surface_textures(work.samplers, scene, targets), **asked.textures)
-    if not first:
-        program.bind(u_sum=targets.sums[(share.number - 1) % 2])
-    targets.framebuffer(targets.image if last else targets.sums[share.number % 2], share.number).use()
-    draw_over(work.context, program, work.sight)
+    if dense is not None:
+        program.set(**dense.uniforms, u_samples=targets.fine_surface.size)
+        fine = {"u_surface": targets.fine_surface, "u_camera_depth": (targets.fine_depth, work.samplers.plain)}
+        program.bind(**fine, u_pixels=dense.pixels)
+        program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
+    else:
+        if not first:
+            program.bind(u_sum=targets.sums[(share.number - 1) % 2])
+        targets.framebuffer(targets.image if last else targets.sums[share.number % 2], share.number).use()
+        draw_over(work.context, program, work.sight)
     program.unbind()
 
 
-def _set(program: Program, work: Work, share: Share) -> None:
+def _set(program: Program, work: Work, share: Share, aside: tuple[float, float]) -> None:
     scene, light, asked = work.scene, share.light, share.receiver
-    values = {**camera_uniforms(scene, work.sight, asked.axes, asked.offset), **asked.uniforms, **light_uniforms(light)}
+    values = {
+        **camera_uniforms(scene, work.sight, asked.axes, asked.offset, aside),
+        **asked.uniforms,
+        **light_uniforms(light),
+    }
     color = np.ones(3) if scene.color is None else np.asarray(scene.color)
     radiance = np.minimum(color * np.asarray(light.color) * light.intensity, BRIGHTEST)
-    values |= {"u_ambient": tuple(np.minimum(share.ambient * color, BRIGHTEST)), "u_radiance": tuple(radiance)}
+    above, below = np.minimum(share.ambient * color, BRIGHTEST)
+    values |= {"u_ambient": tuple(above), "u_ambient_below": tuple(below), "u_radiance": tuple(radiance)}
+    values["u_background"] = tuple(share.background)
     program.set(**values, u_strength=light.shadow.strength if light.shadow else 1.0)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import moderngl
+import numpy as np
 
 from glshadow.core.spaces import Array
 from glshadow.gl.camera import Sight
@@ -43,7 +44,9 @@ def comparison_sampler(ctx: moderngl.Context, reversed_depth: bool) -> moderngl.
     return sampler
 
 
-def camera_uniforms(scene: GpuScene, sight: Sight, axes: Array, offset: Array) -> dict[str, Any]:
+def camera_uniforms(
+    scene: GpuScene, sight: Sight, axes: Array, offset: Array, aside: tuple[float, float] = (0.0, 0.0)
+) -> dict[str, Any]:
     """Uniforms of pass/resolve.vert that say where the camera is in a light's frame.
 
     Parameters
@@ -52,13 +55,17 @@ def camera_uniforms(scene: GpuScene, sight: Sight, axes: Array, offset: Array) -
         Of the frame.
     offset : (3,) float64
         Where the scene's origin lies in it.
+    aside : (2,) floats
+        Where in a pixel rays go through it, right and up of its middle, in pixels.
     """
     camera = sight.camera
+    rays = sight.rays
+    rays[:, 2] += rays[:, :2] @ (2.0 * np.array(aside) / sight.size)
     eye = sight.eye - scene.origin
     return {
         "u_far_z": sight.far_z,
         "u_unproject": sight.unproject,
-        "u_ray_l": axes @ camera.view_from_world[:3, :3].T @ sight.rays,
+        "u_ray_l": axes @ camera.view_from_world[:3, :3].T @ rays,
         "u_eye_l": tuple(axes @ eye),
         "u_forward_l": tuple(-axes @ camera.view_from_world[2, :3]),
         "u_lv_from_l": tuple(offset),

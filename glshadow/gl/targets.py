@@ -11,8 +11,9 @@ import moderngl
 import numpy as np
 
 from glshadow.core.metric import Target
+from glshadow.core.sampling import grid
 from glshadow.core.spaces import Array
-from glshadow.core.srgb import linear_from_srgb
+from glshadow.core.srgb import srgb_from_linear
 from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import DEPTH_COMPONENT16, DEPTH_COMPONENT24, DEPTH_COMPONENT32F
 
@@ -51,48 +52,89 @@ def released_on_error(things: Sequence[Any]) -> Iterator[None]:
         raise
 
 
-def clear_outputs(context: GLContext, targets: CameraTargets, background: Array) -> None:
-    """Background colour (sRGB) everywhere, and NaN where no light can be asked."""
+def clear_outputs(context: GLContext, targets: CameraTargets, background: Array, transparent: bool) -> None:
+    """Background colour (linear) everywhere, and NaN where no light can be asked; alpha is 0 where nothing is seen."""
+    color = (0.0,) * 4 if transparent else (*background, 0.0)
     for i in reversed(range(max(len(targets.visibility), 1))):  # the first light's last: it is drawn to next
         targets.framebuffer(targets.image, i).use()
         if targets.visibility:
             context.gl.clear_floats(1, (np.nan,) * 4)
-    context.gl.clear_floats(0, (*background, 1.0))
+    context.gl.clear_floats(0, tuple(srgb_from_linear(color)))
     if targets.linear is not None:
-        context.gl.clear_floats(2, (*linear_from_srgb(background), 1.0))
+        context.gl.clear_floats(2, color)
 
 
 class CameraTargets:
-    """What the camera pass and the resolve passes draw to, for one image size; `identity`: never the same for two of them."""
+    """What the camera pass and the resolve passes draw to, for one image size; `identity`: never the same for two of them.
+
+    Attributes
+    ----------
+    size : (2,) ints
+        Of the image.
+    samples : int
+        In a pixel.
+    block : (2,) ints
+        Their columns and rows.
+    surface, depth : moderngl.Texture
+        What each pixel sees.
+    fine_surface, fine_depth : moderngl.Texture
+        What each sample sees; the same where a pixel has one.
+    """
 
     _count = itertools.count()
 
     def __init__(
-        self, context: GLContext, size: tuple[int, int], channels: int, lights: int, visibility: bool, linear: bool
+        self,
+        context: GLContext,
+        size: tuple[int, int],
+        samples: int,
+        channels: int,
+        lights: int,
+        visibility: bool,
+        linear: bool,
     ) -> None:
         self.identity = next(self._count)
+        self.size, self.samples, self.block = size, samples, grid(samples)
         ctx = context.ctx
-        what = "the image"
-        context.check_size(size, what)
+        what = "the image" if samples == 1 else f"{samples} samples of the image's pixels"
+        fine = (size[0] * self.block[0], size[1] * self.block[1])
+        context.check_size(fine, what)
         self.depth = depth_texture(context, size, Target.DEPTH32F, what)
-        made = [self.depth]
+        made: list[Any] = [self.depth]
 
-        def texture(components: int, dtype: str) -> moderngl.Texture:
+        def texture(components: int, dtype: str, size: tuple[int, int] = size) -> moderngl.Texture:
             made.append(ctx.texture(size, components, dtype=dtype))
             context.check_errors(f"allocating {what}, {size[0]} x {size[1]}")
-            return made[-1]
+            kept: moderngl.Texture = made[-1]
+            return kept
 
         with released_on_error(made):
-            self.surface = texture(channels, "u4")
-            self.surface.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self.surface = self.fine_surface = texture(channels, "u4")
+            self.fine_depth = self.depth
+            if samples > 1:
+                self.fine_surface = texture(channels, "u4", fine)
+                self.fine_depth = depth_texture(context, fine, Target.DEPTH32F, what)
+                made.append(self.fine_depth)
+            for each in (self.surface, self.fine_surface):
+                each.filter = (moderngl.NEAREST, moderngl.NEAREST)
             self.image = texture(4, "f1")
             self.sums = [texture(4, "f4") for _ in range(min(lights - 1, 2))]  # read one, write the other
             self.visibility = [texture(1, "f4") for _ in range(lights if visibility else 0)]
             self.linear = texture(4, "f4") if linear else None
             self.spare = texture(1, "f1") if linear and not self.visibility else None
             self.surface_framebuffer = ctx.framebuffer([self.surface], self.depth)
+            self.fine_framebuffer = ctx.framebuffer([self.fine_surface], self.fine_depth)
+            self.depth_framebuffer = ctx.framebuffer(depth_attachment=self.depth)
+            self.depth_framebuffer.depth_mask = False
+        self._made = made
         self._framebuffers: dict[tuple[int, int], moderngl.Framebuffer] = {}
         self._context = context
+
+    @property
+    def aside(self) -> tuple[float, float]:
+        """Where the sample lies that a pixel's surface is taken from, right and up of its middle, in pixels."""
+        columns, rows = self.block
+        return (0.0, 0.0) if self.samples == 1 else (0.5 / columns, 0.5 / rows)
 
     def framebuffer(self, color: moderngl.Texture, light: int) -> moderngl.Framebuffer:
         """Framebuffer of a colour texture, the visibility of one light and the linear sum, where they are wanted, and the camera's
@@ -113,8 +155,6 @@ class CameraTargets:
 
     def release(self) -> None:
         """Free the GPU memory."""
-        for framebuffer in (self.surface_framebuffer, *self._framebuffers.values()):
-            framebuffer.release()
-        for texture in (self.depth, self.surface, self.image, *self.sums, *self.visibility, self.linear, self.spare):
-            if texture is not None:
-                texture.release()
+        own = (self.surface_framebuffer, self.fine_framebuffer, self.depth_framebuffer)
+        for thing in (*own, *self._framebuffers.values(), *self._made):
+            thing.release()

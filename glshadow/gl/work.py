@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from glshadow.gl.atlases import Atlases
 from glshadow.gl.camera import Sight
 from glshadow.gl.context import Caps, GLContext
 from glshadow.gl.geometry import GpuScene
-from glshadow.gl.kept import Kept
 from glshadow.gl.program import Programs
 from glshadow.gl.screen import Samplers
 from glshadow.gl.targets import CameraTargets
-
-if TYPE_CHECKING:
-    from glshadow.gl.sources.refined import Refined
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +24,6 @@ class Work:
     scene: GpuScene
     sight: Sight
     targets: CameraTargets
-    refined: Kept[Refined]
 
     @property
     def caps(self) -> Caps:

@@ -193,6 +193,12 @@ def _check_same(frame: Frame, truth: Truth) -> None:
             f"frame and truth must have the same lights and size: frame.visibility is {frame.visibility.shape}, "
             f"truth.visibility {truth.visibility.shape} (lights, height, width)"
         )
+    ours, theirs = getattr(frame, "samples", 1), getattr(truth, "samples", 1)
+    if ours != theirs:
+        raise SettingsError(
+            f"frame and truth must have as many samples in a pixel: the frame has {ours}, the truth {theirs}; use trace(..., "
+            f"samples={ours})"
+        )
     if frame.scene is not truth.scene:
         raise SettingsError(
             f"frame and truth must be of the same Scene object: the frame shows {frame.scene.name!r}, "
@@ -200,11 +206,11 @@ def _check_same(frame: Frame, truth: Truth) -> None:
         )
     if frame.camera != truth.camera:
         raise SettingsError(f"frame and truth must have the same camera: {frame.camera} is not {truth.camera}")
-    for number, (ours, theirs) in enumerate(zip(frame.lights, truth.lights, strict=True)):
-        if replace(ours, shadow=None) != replace(theirs, shadow=None) or (ours.shadow is None) != (
-            theirs.shadow is None
+    for number, (drawn, traced) in enumerate(zip(frame.lights, truth.lights, strict=True)):
+        if replace(drawn, shadow=None) != replace(traced, shadow=None) or (drawn.shadow is None) != (
+            traced.shadow is None
         ):
-            raise SettingsError(f"frame and truth must have the same lights: light {number} is {ours} and {theirs}")
+            raise SettingsError(f"frame and truth must have the same lights: light {number} is {drawn} and {traced}")
 
 
 @dataclass(frozen=True)
@@ -310,7 +316,7 @@ def texel_size(truth: Truth, number: int, resolution: int) -> Array | float:
     """
     light = truth.lights[number]
     if isinstance(light, DirectionalLight):
-        points = truth.position[~np.isnan(truth.visibility[number])]
+        points = truth.position[truth.triangle >= 0]
         if len(points) == 0:
             return 0.0
         flat = (points - points.mean(axis=0)) @ view_axes(np.asarray(light.direction))[:2].T

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import Lights, PointLight, SpotLight
+from glshadow.core.sampling import offsets, traced
 from glshadow.core.setting import shown, whole
 from glshadow.core.spaces import Array, Bools
 from glshadow.errors import SettingsError
@@ -30,7 +31,7 @@ def trace(
     camera: Camera | None = None,
     lights: Lights = None,
     size: tuple[int, int] = (1280, 720),
-    pixel_samples: int = 1,
+    samples: int = 1,
     light_samples: int = 1,
     surface: Ints | None = None,
 ) -> Truth:
@@ -50,8 +51,9 @@ def trace(
         The scene's own if None.
     size : (2,) ints
         Width and height.
-    pixel_samples : int
-        n for n x n rays through each pixel; visibility is their mean. 1: its centre.
+    samples : int
+        Rays through each pixel, a grid: as many as a picture has (1, 4, 8, 16), or another square. Visibility is the mean of those
+        that meet a surface, alpha their share; everything else is that of the pixel's middle.
     light_samples : int
         Points on each light with a radius or an angle, stratified and turned at random (but reproducibly) from pixel to
         pixel. 1: its centre, a hard shadow.
@@ -71,18 +73,17 @@ def trace(
         For a scene that is none.
     """
     camera, lights, size = picture_arguments(scene, camera, lights, size)
-    pixel_samples, light_samples = SAMPLES("pixel_samples", pixel_samples), SAMPLES("light_samples", light_samples)
+    samples, light_samples = traced("samples", samples), SAMPLES("light_samples", light_samples)
     if surface is not None:
-        surface = _checked_surface(surface, scene, size, pixel_samples)
+        surface = _checked_surface(surface, scene, size, samples)
     rays = _rays_of(scene, camera)
     sources = [AimedLight(light, rays.origin) for light in lights]
     hits = _surfaces(rays, camera, size, (0.5, 0.5)) if surface is None else _shown(rays, camera, size, surface)
     generator = np.random.default_rng(20)
-    steps = (np.arange(pixel_samples) + 0.5) / pixel_samples
     seen = np.zeros(len(hits.triangle))
     total, spread = np.zeros((2, len(lights), len(hits.triangle)))
-    for offset in ((float(x), float(y)) for y in steps for x in steps):
-        part = hits if pixel_samples == 1 else _surfaces(rays, camera, size, offset)
+    for offset in offsets(samples).tolist():
+        part = hits if samples == 1 else _surfaces(rays, camera, size, tuple(offset))
         seen[part.rows] += 1.0
         for number, source in enumerate(sources):
             mean, variance = source.visibility(
@@ -101,6 +102,8 @@ def trace(
         node=np.where(hits.triangle >= 0, rays.node[hits.triangle], np.int32(-1)).reshape(shape[1:]),
         position=_spread(hits, hits.points + rays.origin).reshape(*shape[1:], 3),
         normal=_spread(hits, hits.normals).reshape(*shape[1:], 3),
+        alpha=(seen / samples).astype(np.float32).reshape(shape[1:]),
+        samples=samples,
         variance=(spread / count).astype(np.float32).reshape(shape) if light_samples > 1 else None,
         scene=scene,
         camera=camera,
@@ -110,17 +113,12 @@ def trace(
     )
 
 
-def _checked_surface(surface: Ints, scene: Scene, size: tuple[int, int], pixel_samples: int) -> Ints:
+def _checked_surface(surface: Ints, scene: Scene, size: tuple[int, int], samples: int) -> Ints:
     shape = (size[1], size[0])
-    if (
-        not isinstance(surface, np.ndarray)
-        or surface.dtype.kind not in "iu"
-        or surface.shape != shape
-        or pixel_samples > 1
-    ):
+    if not isinstance(surface, np.ndarray) or surface.dtype.kind not in "iu" or surface.shape != shape or samples > 1:
         raise SettingsError(
             f"surface must be an array of integers with one triangle per pixel of the size, and one sample: got {shown(surface)} for "
-            f"{shape} (height, width) and pixel_samples {pixel_samples}"
+            f"{shape} (height, width) and samples {samples}"
         )
     count = sum(len(node.mesh.triangles) for node in scene.nodes)
     if surface.max() >= count:

@@ -40,8 +40,12 @@ class Truth:
         none.
     position, normal : (H, W, 3) float64
         World point at the pixel's centre, and its geometric normal facing the viewer; NaN where no surface.
+    alpha : (H, W) float32
+        Share of the pixel's samples that see a surface.
+    samples : int
+        In a pixel.
     variance : (L, H, W) float32, optional
-        Of the light samples within a pixel, averaged over its subpixels; None for one sample.
+        Of the light samples within a pixel, averaged over its own samples; None for one sample.
     scene, camera, lights, size
         What was traced; size is (width, height).
     """
@@ -53,6 +57,8 @@ class Truth:
     node: Ints
     position: Array
     normal: Array
+    alpha: Floats
+    samples: int
     variance: Floats | None
     scene: Scene
     camera: Camera

@@ -217,6 +217,8 @@ class Node(Settings):
     world_from_mesh : (4, 4) float64
     casts, receives : bool
         Whether it darkens what lies behind it, and whether others darken it.
+    catches : bool
+        It shows nothing but the shadow that falls on it: black, its alpha 1 - (light with shadow) / (light without), of luminances.
     """
 
     refusal = SceneError
@@ -226,6 +228,7 @@ class Node(Settings):
     world_from_mesh: Array = setting(_affine, help="(4, 4) placement")
     casts: bool = setting(flag(), True, help="it darkens what lies behind it")
     receives: bool = setting(flag(), True, help="others darken it")
+    catches: bool = setting(flag(), False, help="it shows nothing but the shadow that falls on it")
 
     __repr__ = summary.node_line
 
@@ -314,8 +317,14 @@ class Scene(Settings):
         )
         return replace(self, nodes=nodes)
 
-    def with_ground(self) -> Scene:
-        """The scene on a level square plane that touches its lowest point, three times as wide as the scene is large."""
+    def with_ground(self, catches: bool = False) -> Scene:
+        """The scene on a level square plane that touches its lowest point, three times as wide as the scene is large.
+
+        Parameters
+        ----------
+        catches : bool
+            It shows nothing but the shadow, see `Node`.
+        """
         low, high = self.bounds.copy()
         low[1] = min(_lowest(node) for node in self.nodes if len(node.mesh.triangles))
         size = float(np.linalg.norm(high - low))
@@ -327,7 +336,7 @@ class Scene(Settings):
         )
         matrix = np.eye(4)
         matrix[:3, 3] = (x, y, z)
-        return replace(self, nodes=(*self.nodes, Node("ground", ground, matrix)))
+        return replace(self, nodes=(*self.nodes, Node("ground", ground, matrix, catches=catches)))
 
 
 def _lowest(node: Node) -> float:

@@ -9,15 +9,14 @@ from typing import get_args
 
 from glshadow.core.bias import Bias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias
 from glshadow.core.filters import FILTERS, Filter
-from glshadow.core.filters.exact import BLOCKS
 from glshadow.core.metric import Target
+from glshadow.core.sampling import SAMPLES, grid
 from glshadow.core.view import Kind
 from glshadow.shader.compose import Text, compose
 from glshadow.shader.slots import (
     Compare,
     exact_defines,
     exact_slots,
-    given_slots,
     mapped_defines,
     mapped_slots,
     metric_slot,
@@ -28,6 +27,10 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 TARGETS = (Target.DEPTH32F, Target.R32F, Target.RGBA8)  # the others differ in numbers, not in code
 BIASES: tuple[Bias, ...] = (ReceiverPlaneBias(), ConstantBias(0.0), NormalOffsetBias(), NoBias())  # others: as NoBias
 MAPPED: tuple[Filter, ...] = tuple(each for kind in FILTERS for each in kind.variants() if each.has_map)
+_SURFACES = ((1, 0), (1, 1), (2, 0), (2, 1), (4, 2))
+"""Channels of the surface buffer, and where the colour is."""
+
+_DENSE: dict[str, int | str] = {"GLS_DENSE": 1, "GLS_LAST": 0}
 _PAINTS = tuple(product((0, 1), (0, 1)))  # whether a texture, whether colours of vertices
 DIALECTS = ("core330", "core330_gather", "es100")
 # How a depth texture can be read: a comparison sampler needs a core dialect. The last: stored depth reversed.
@@ -158,31 +161,42 @@ def _exact() -> Iterator[Variant]:
             # how rays run is no concern of what is asked along them: once for each pass
             for parallel in (0, 1):
                 yield Variant("pass/resolve.frag", dialect, slots, {**defines, "GLS_ORTHO": parallel})
-            yield Variant("pass/visibility.frag", dialect, slots, {**defines, "GLS_ORTHO": 1})
-            yield Variant("pass/samples.frag", dialect, slots, {**defines, "GLS_ORTHO": 1})
-            for selective, (columns, rows) in product((0, 1), BLOCKS.values()):
-                switches = {"GLS_SELECTIVE": selective}
-                yield Variant("pass/visibility.frag", dialect, slots, {**defines, **switches})
-                switches |= {"GLS_COLUMNS": columns, "GLS_ROWS": rows}
-                yield Variant("pass/samples.frag", dialect, slots, {**defines, **switches})
-        for columns, rows in BLOCKS.values():
-            block = {"GLS_COLUMNS": columns, "GLS_ROWS": rows}
-            yield Variant("pass/samples.vert", "core330", {}, block)
-            yield Variant("pass/resolve.frag", "core330", given_slots(kind), block)
-    yield Variant("pass/edges.frag", "core430", {}, {})
+                yield Variant("pass/resolve.frag", dialect, slots, {**defines, "GLS_ORTHO": parallel, **_DENSE})
 
 
 def _resolve() -> Iterator[Variant]:
-    for parallel in (0, 1):
-        yield Variant("pass/resolve.vert", "core330", {}, {"GLS_ORTHO": parallel})
-    yield Variant("pass/resolve.frag", "core330", open_slots("directional"), {"GLS_ORTHO": 1})
-    # channels and where the colour is; first, last, lit, visibility, linear sum
-    surfaces, switches = ((1, 0), (1, 1), (2, 0), (2, 1), (4, 2)), product((0, 1), (0, 1), (0, 1), (0, 1), (0, 1))
-    for (channels, colors), (first, last, lit, visibility, total) in product(surfaces, switches):
-        if total <= last and (lit or (first and last)):
+    for parallel, dense in product((0, 1), (0, 1)):
+        yield Variant("pass/resolve.vert", "core330", {}, {"GLS_ORTHO": parallel, "GLS_DENSE": dense})
+    opened = open_slots("directional")
+    yield Variant("pass/resolve.frag", "core330", opened, {"GLS_ORTHO": 1})
+    yield Variant("pass/resolve.frag", "core330", opened, {"GLS_ORTHO": 1, **_DENSE})
+    # where the colour is; first, last, visibility, linear sum
+    for (channels, colors), (first, last, visibility, total) in product(
+        _SURFACES, product((0, 1), (0, 1), (0, 1), (0, 1))
+    ):
+        if total <= last:
             defines = {"GLS_SURFACE": channels, "GLS_COLORS": colors, "GLS_FIRST": first, "GLS_LAST": last}
-            defines |= {"GLS_LIT": lit, "GLS_VISIBILITY": visibility, "GLS_SUM": total}
-            yield Variant("pass/resolve.frag", "core330", open_slots("directional"), defines)
+            defines |= {"GLS_VISIBILITY": visibility, "GLS_SUM": total}
+            yield Variant("pass/resolve.frag", "core330", opened, defines)
+    for (channels, colors), first, visibility in product(_SURFACES, (0, 1), (0, 1)):
+        defines = {"GLS_SURFACE": channels, "GLS_COLORS": colors, "GLS_FIRST": first, "GLS_VISIBILITY": visibility}
+        yield Variant("pass/resolve.frag", "core330", opened, {**defines, "GLS_LAST": 0, **_DENSE})
+    # what few pictures have, with one surface
+    for above, catches, dense, total in product((0, 1), (0, 1), (0, 1), (0, 1)):
+        defines = {"GLS_HEMISPHERE": above, "GLS_CATCHES": catches, "GLS_SUM": total}
+        if not (dense and total):
+            yield Variant("pass/resolve.frag", "core330", opened, {**defines, **(_DENSE if dense else {})})
+    for samples in SAMPLES[1:]:
+        columns, rows = grid(samples)
+        block: dict[str, int | str] = {"GLS_COLUMNS": columns, "GLS_ROWS": rows}
+        for (channels, colors), parallel in product(_SURFACES, (0, 1)):
+            defines = {"GLS_SURFACE": channels, "GLS_COLORS": colors, "GLS_ORTHO": parallel}
+            yield Variant("pass/fill.frag", "core400", {}, {**defines, **block})
+        for output, catches, total in product((0, 1), (0, 1), (0, 1)):
+            choices = {"GLS_OUTPUT": output, "GLS_CATCHES": catches, "GLS_SUM": total}
+            yield Variant("pass/average.frag", "core430", {}, {**choices, **block})
+    for lights in (1, 2, 3):
+        yield Variant("pass/collect.frag", "core430", {}, {"GLS_LIGHTS": lights})
     for receiver in receivers():
         if receiver.dialect != "es100":
             yield Variant("pass/resolve.frag", receiver.dialect, receiver.slots, receiver.defines)

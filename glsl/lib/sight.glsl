@@ -3,7 +3,13 @@
 #ifndef GLS_ORTHO
 #define GLS_ORTHO 0 // 0: rays leave one eye, 1: they run side by side (orthographic camera)
 #endif
-#if GLS_ORTHO
+#ifndef GLS_DENSE
+#define GLS_DENSE 0 // 1: what is drawn are samples of collected pixels, not the image: each finds its own ray, see lib/dense.glsl
+#endif
+#if GLS_DENSE
+flat GLS_VARYING mat3 v_ray_from_ndc;
+flat GLS_VARYING vec3 v_eye_l;
+#elif GLS_ORTHO
 flat GLS_VARYING vec3 v_ray_l; // of unit view depth
 noperspective GLS_VARYING vec3 v_eye_l; // where it starts
 #else

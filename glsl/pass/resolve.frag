@@ -1,6 +1,6 @@
 // One light on every visible surface: position from depth, normal from the triangle, visibility from <shadow>, Lambert shading.
 // Everything happens in the light's axes. GLS_FIRST: adds the ambient term, else what earlier lights left. GLS_LAST: writes the
-// display image, else the sum so far.
+// display image, else the sum so far. GLS_DENSE: the samples of collected pixels, each light blended onto the others.
 #ifndef GLS_SURFACE
 #define GLS_SURFACE 1
 #endif
@@ -19,8 +19,8 @@
 #ifndef GLS_LAST
 #define GLS_LAST 1
 #endif
-#ifndef GLS_LIT
-#define GLS_LIT 1 // 0: no light at all, only the ambient term
+#ifndef GLS_HEMISPHERE
+#define GLS_HEMISPHERE 0 // 1: the ambient term is another one from below, blended by the normal's height
 #endif
 #ifndef GLS_WEAK
 #define GLS_WEAK 0 // 1: a shadow takes away u_strength of the light, not all of it
@@ -34,7 +34,17 @@
 #ifndef GLS_EXACT
 #define GLS_EXACT 0 // 1: <shadow> is receiver/exact.glsl, and the receiver lies where the ray meets its triangle
 #endif
+#ifndef GLS_DENSE
+#define GLS_DENSE 0
+#endif
+#ifndef GLS_CATCHES
+#define GLS_CATCHES 0
+#endif
 #include "lib/sight.glsl"
+#if GLS_DENSE
+#include "lib/dense.glsl"
+#endif
+#include "lib/finish.glsl"
 #include "lib/direction.glsl"
 #include "lib/color_packing.glsl"
 #include "lib/srgb.glsl"
@@ -56,6 +66,10 @@ uniform usamplerBuffer u_owners; // per drawn triangle: its node
 uniform samplerBuffer u_colors; // per node: base colour, linear
 #endif
 uniform sampler2D u_sum; // linear light of earlier passes
+uniform vec3 u_background; // linear, seen through what catches
+#if GLS_DENSE
+uniform vec2 u_samples; // along the sides of the image
+#endif
 flat in vec2 v_unproject; // this and what follows: see resolve.vert
 flat in vec3 v_lv_from_l;
 flat in vec3 v_forward_l;
@@ -63,6 +77,7 @@ flat in mat3 v_axes_l;
 flat in vec3 v_towards_w;
 flat in vec3 v_radiance; // the base colour is in these two where all share one
 flat in vec3 v_ambient;
+flat in vec3 v_ambient_below;
 #if GLS_WEAK
 uniform float u_strength;
 #endif
@@ -84,9 +99,24 @@ vec3 towards_w(vec3 towards_l) {
 }
 
 void main() {
+#if GLS_DENSE
+    ivec2 pixel = dense_texel(ivec2(gl_FragCoord.xy));
+    vec3 through = v_ray_from_ndc * vec3((vec2(pixel) + 0.5) * 2.0 / u_samples - 1.0, 1.0);
+#if GLS_ORTHO
+    vec3 eye = v_eye_l + through, ray = v_forward_l;
+#else
+    vec3 eye = v_eye_l, ray = through;
+#endif
+#else
     ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec3 eye = v_eye_l, ray = v_ray_l;
+#endif
     uvec4 surface = texelFetch(u_surface, pixel, 0);
     int triangle = triangle_of(surface.r);
+#if GLS_DENSE
+    bool seen = triangle >= 0; // else nothing is there
+    triangle = max(triangle, 0);
+#endif
 #if GLS_COLORS == 2
     vec3 color = unpack_color(surface.b);
 #elif GLS_COLORS == 1
@@ -94,18 +124,15 @@ void main() {
 #else
     const vec3 color = vec3(1.0); // is in v_ambient and v_radiance
 #endif
-#if GLS_FIRST
-    vec3 light = v_ambient;
+#if GLS_FIRST || GLS_DENSE
     vec3 sum = vec3(0.0);
 #else
-    vec3 light = vec3(0.0);
     vec3 sum = texelFetch(u_sum, pixel, 0).rgb;
 #endif
-#if GLS_LIT
 #if GLS_EXACT
     Facet own = facet(triangle);
     vec3 normal = own.normal;
-    vec3 position = surface_point(triangle, own, v_eye_l, v_ray_l, v_forward_l);
+    vec3 position = surface_point(triangle, own, eye, ray, v_forward_l);
     vec3 normal_w = normal * v_axes_l;
     receiver_triangle = triangle;
     receiver_corner = plane_corner(own);
@@ -114,25 +141,28 @@ void main() {
     vec3 normal_w = plane.xyz;
     vec3 normal = v_axes_l * normal_w;
 #if GLS_ORTHO
-    vec3 position = v_eye_l + v_ray_l * (v_unproject.x + v_unproject.y * texelFetch(u_camera_depth, pixel, 0).r);
+    vec3 position = eye + ray * (v_unproject.x + v_unproject.y * texelFetch(u_camera_depth, pixel, 0).r);
 #else
-    vec3 position = v_eye_l + v_ray_l * (1.0 / (v_unproject.x + v_unproject.y * texelFetch(u_camera_depth, pixel, 0).r));
+    vec3 position = eye + ray * (1.0 / (v_unproject.x + v_unproject.y * texelFetch(u_camera_depth, pixel, 0).r));
 #endif
     // Depth was interpolated between vertices snapped to 1/256 pixel: back on the plane, without leaving the triangle's
     // depth range as ray x plane would where the ray misses the triangle by a hair.
     position += normal * (plane.w - dot(normal, position)) + v_lv_from_l;
 #endif
-    float side = dot(normal, v_ray_l) > 0.0 ? -1.0 : 1.0; // the side that is seen
+    float side = dot(normal, ray) > 0.0 ? -1.0 : 1.0; // the side that is seen
     normal *= side;
     vec4 arriving = light_arriving(position);
     float cosine = dot(normal, arriving.xyz);
     float lit = asked_visibility(surface.r, position, normal, cosine);
     float lambert = cosine;
+    float height = normal_w.y * side;
 #if GLS_SURFACE > 1
     if (surface.g != 0u) { // an interpolated normal, on the same side
         vec3 shading = unpack_direction(surface.g);
         lambert = dot(shading, towards_w(arriving.xyz)) * inversesqrt(dot(shading, shading));
-        lambert = dot(shading, normal_w) * side < 0.0 ? -lambert : lambert;
+        float turned = dot(shading, normal_w) * side < 0.0 ? -1.0 : 1.0;
+        lambert *= turned;
+        height = shading.y * inversesqrt(dot(shading, shading)) * turned;
     }
 #endif
 #if GLS_WEAK
@@ -140,17 +170,45 @@ void main() {
 #else
     float share = lit;
 #endif
-    light += v_radiance * (max(lambert, 0.0) * arriving.w * share);
+#if !GLS_FIRST
+    const vec3 ambient = vec3(0.0);
+#elif GLS_HEMISPHERE
+    vec3 ambient = mix(v_ambient_below, v_ambient, 0.5 + 0.5 * height);
+#else
+    vec3 ambient = v_ambient;
+#endif
+    vec3 light = ambient + v_radiance * (max(lambert, 0.0) * arriving.w * share);
+#if GLS_CATCHES
+    vec3 unshadowed = ambient + v_radiance * (cosine > 0.0 ? max(lambert, 0.0) * arriving.w : 0.0);
+#endif
 #if GLS_VISIBILITY
+#if GLS_DENSE
+    o_visibility = seen ? lit : uintBitsToFloat(0x7fc00000u);
+#else
     o_visibility = lit;
 #endif
 #endif
+#if GLS_CATCHES
+    bool catcher = is_catcher(surface.r);
+    sum += catcher ? vec3(dot(light, LUMINANCE), dot(unshadowed, LUMINANCE), 0.0) : color * light;
+#else
+    const bool catcher = false;
     sum += color * light;
-#if GLS_SUM
-    o_linear = vec4(sum, 1.0);
 #endif
-#if GLS_LAST
-    o_color = vec4(srgb(clamp(sum, 0.0, 1.0)), 1.0);
+#if GLS_DENSE
+    // read back by pass/average.frag
+    o_color = seen ? vec4(sum, GLS_FIRST == 0 ? 0.0 : catcher ? 2.0 : 1.0) : vec4(0.0);
+#elif GLS_LAST
+    vec4 shown = finished(sum, catcher);
+#if GLS_CATCHES
+    vec3 over = shown.rgb + u_background * (1.0 - shown.a);
+#else
+    vec3 over = shown.rgb;
+#endif
+    o_color = vec4(srgb(clamp(over, 0.0, 1.0)), shown.a);
+#if GLS_SUM
+    o_linear = vec4(over, shown.a);
+#endif
 #else
     o_color = vec4(sum, 1.0);
 #endif

@@ -3,6 +3,9 @@
 #ifndef GLS_ORTHO
 #define GLS_ORTHO 0 // 1: an orthographic camera
 #endif
+#ifndef GLS_DENSE
+#define GLS_DENSE 0 // 1: samples of collected pixels
+#endif
 #include "lib/sight.glsl"
 uniform float u_far_z; // NDC z of the far plane
 uniform mat3 u_ray_l; // u_ray_l * (NDC x, y, 1), in the light's axes: ray of unit view depth; GLS_ORTHO: its start, from the eye
@@ -14,6 +17,7 @@ uniform mat3 u_axes_l; // the light's axes
 uniform vec3 u_towards_w; // to a sun
 uniform vec3 u_radiance; // color * intensity
 uniform vec3 u_ambient;
+uniform vec3 u_ambient_below;
 flat out vec2 v_unproject;
 flat out vec3 v_lv_from_l;
 flat out vec3 v_forward_l;
@@ -21,10 +25,14 @@ flat out mat3 v_axes_l;
 flat out vec3 v_towards_w;
 flat out vec3 v_radiance;
 flat out vec3 v_ambient;
+flat out vec3 v_ambient_below;
 const vec2 corner[3] = vec2[3](vec2(-1.0, -1.0), vec2(3.0, -1.0), vec2(-1.0, 3.0));
 
 void main() {
-#if GLS_ORTHO
+#if GLS_DENSE
+    v_ray_from_ndc = u_ray_l;
+    v_eye_l = u_eye_l;
+#elif GLS_ORTHO
     v_ray_l = u_forward_l;
     v_eye_l = u_eye_l + u_ray_l * vec3(corner[gl_VertexID], 1.0);
 #else
@@ -38,5 +46,6 @@ void main() {
     v_towards_w = u_towards_w;
     v_radiance = u_radiance;
     v_ambient = u_ambient;
+    v_ambient_below = u_ambient_below;
     gl_Position = vec4(corner[gl_VertexID], u_far_z, 1.0);
 }

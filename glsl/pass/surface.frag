@@ -15,6 +15,9 @@
 #ifndef GLS_ALPHA
 #define GLS_ALPHA 0
 #endif
+#ifndef GLS_LOD
+#define GLS_LOD 0.0 // of several samples in a pixel: the texture is that of the pixel
+#endif
 #include "lib/direction.glsl"
 #include "lib/color_packing.glsl"
 flat in int v_triangle;
@@ -61,7 +64,7 @@ void main() {
     if (color.a < u_cutoff) discard;
 #endif
 #if GLS_TEXTURED && GLS_SURFACE == 4
-    color *= texture(u_texture, v_uv);
+    color *= texture(u_texture, v_uv, GLS_LOD);
 #endif
 #endif
 #if GLS_SURFACE == 1

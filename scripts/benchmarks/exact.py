@@ -323,13 +323,13 @@ def samples(rounds: int, results: dict[str, Any]) -> None:
     scene = gs.scenes.courtyard()
     with gs.Renderer() as renderer:
         kinds = gs.measure(renderer.render(scene, size=SIZE), gs.trace(scene, size=SIZE)).kinds[0]
-    truth = gs.trace(scene, size=SIZE, pixel_samples=4).visibility[0]
+    truth = gs.trace(scene, size=SIZE, samples=16).visibility[0]
     counted = kinds >= Outcome.GOOD
     renderers = {count: gs.Renderer() for count in (1, 4, 8, 16)}
 
     def frame(count: int, k: int) -> gs.Frame:
-        light = moved(gs.DirectionalLight(shadow=gs.Shadow(filter=gs.Exact(count))), k)
-        return renderers[count].render(scene, None, [light], SIZE, outputs=("image", "visibility"))
+        light = moved(gs.DirectionalLight(shadow=EXACT), k)
+        return renderers[count].render(scene, None, [light], SIZE, outputs=("image", "visibility"), samples=count)
 
     times = alternate({str(count): (lambda k, count=count: frame(count, k)) for count in renderers}, rounds)
     for count in renderers:

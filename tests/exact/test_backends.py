@@ -19,16 +19,16 @@ from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import Node, Scene
 
+from ..gl.test_samples import LIGHTS as COURTYARD_LIGHTS
 from .test_casters import LIGHTS, leaf, leaves, placed, scene_of
-from .test_samples import LIGHTS as COURTYARD_LIGHTS
 
 SIZE = (320, 180)
 MOST_WRONG = 0.02
 """Of the fallback's pixels on a scene whose casters are wider than a texel of its map."""
 
 
-def exact(light: Light, samples: int = 1) -> Light:
-    return replace(light, shadow=gs.Shadow(filter=gs.Exact(samples)))
+def exact(light: Light) -> Light:
+    return replace(light, shadow=gs.Shadow(filter=gs.Exact()))
 
 
 @pytest.fixture(scope="module")
@@ -53,14 +53,11 @@ def older() -> Iterator[Renderer]:
         yield renderer
 
 
-@pytest.mark.parametrize("samples", [1, 4])
 @pytest.mark.parametrize("name", list(COURTYARD_LIGHTS))
 @pytest.mark.parametrize("which", ["courtyard", "masked"])
-def test_fallback_is_named_and_nearly_right(
-    older: Renderer, masked: Scene, which: str, name: str, samples: int
-) -> None:
+def test_fallback_is_named_and_nearly_right(older: Renderer, masked: Scene, which: str, name: str) -> None:
     scene, lights = (masked, LIGHTS) if which == "masked" else (gs.scenes.courtyard(), COURTYARD_LIGHTS)
-    light = exact(lights[name], samples)
+    light = exact(lights[name])
     frame = older.render(scene, None, [light], SIZE, outputs=("visibility", "triangle"))
     assert (0, Numbered) in older._sources
     assert any("OpenGL 4.3" in said and "not exact" in said for said in frame.used[0].fallbacks)
@@ -107,11 +104,14 @@ def test_osmesa_gives_the_same_picture(renderer: Renderer, masked: Scene, option
     except ContextError:
         optional("OSMesa", "libosmesa6")
     with other:
-        lights = [exact(light, samples) for light in LIGHTS.values() for samples in (1, 4)]
-        pictures = [
-            each.render(masked, None, lights, SIZE, outputs=("visibility",)).visibility for each in (renderer, other)
-        ]
-        np.testing.assert_array_equal(pictures[1], pictures[0])
+        lights = [exact(light) for light in LIGHTS.values()]
+        for samples in (1, 4):
+            ours, theirs = (
+                each.render(masked, None, lights, SIZE, outputs=("visibility", "linear"), samples=samples)
+                for each in (renderer, other)
+            )
+            np.testing.assert_array_equal(theirs.visibility, ours.visibility)
+            np.testing.assert_array_equal(theirs.linear, ours.linear)
 
 
 # -- a context of someone else
@@ -146,11 +146,11 @@ def test_a_foreign_context_gets_back_its_state(
     foreign.cull_face = "front"
     gl = EntryPoints(foreign.mglo._context.load_opengl_function)
     state = read_state(foreign, gl)
-    lights = [exact(light, samples) for light in LIGHTS.values()]
-    expected = renderer.render(masked, None, lights, SIZE, outputs=("visibility", "image"))
+    lights = [exact(light) for light in LIGHTS.values()]
+    expected = renderer.render(masked, None, lights, SIZE, outputs=("visibility", "image"), samples=samples)
     with Renderer(context=foreign) as adopted:
         for _ in range(2):
-            frame = adopted.render(masked, None, lights, SIZE, outputs=("visibility", "image"))
+            frame = adopted.render(masked, None, lights, SIZE, outputs=("visibility", "image"), samples=samples)
             np.testing.assert_array_equal(frame.visibility, expected.visibility)
             np.testing.assert_array_equal(frame.image, expected.image)
             assert read_state(foreign, gl) == state

@@ -45,7 +45,6 @@ def drawn(renderer: Renderer, scene: Scene, light: Light, camera: gs.Perspective
 # Lists are built, or maps drawn, with one draw a build: six faces of a point light's map and two nodes are more.
 SHADOWS = {
     "exact": gs.Shadow(filter=gs.Exact()),
-    "exact, 4 samples": gs.Shadow(filter=gs.Exact(4)),
     "map": gs.Shadow(resolution=256, filter=gs.Pcf(1), fit=gs.SceneFit()),
 }
 
@@ -246,7 +245,7 @@ def test_nothing_casts(renderer: Renderer, scene: Scene, name: str) -> None:
 
 @pytest.mark.parametrize("samples", [1, 4])
 def test_no_objects_pile_up_over_frames_with_moving_lights(scene: Scene, samples: int) -> None:
-    shadow = gs.Shadow(filter=gs.Exact(samples))
+    shadow = gs.Shadow(filter=gs.Exact())
 
     def frame(renderer: Renderer, k: int) -> None:
         light: Light = [
@@ -256,7 +255,7 @@ def test_no_objects_pile_up_over_frames_with_moving_lights(scene: Scene, samples
             gs.SpotLight(position=(1.2, 5.0, 0.01 * k), direction=(-1.2, -5.0, 0.0), shadow=shadow),
         ][k % 3]
         moved = scene.moved({"a": translation((0.01 * k, 1.0, 0.1))}) if k % 5 == 0 else scene
-        renderer.render(moved, None, [light], SIZE)
+        renderer.render(moved, None, [light], SIZE, samples=samples)
 
     with Renderer("egl") as renderer:
         for k in range(15):

@@ -134,12 +134,12 @@ def test_no_filter_has_acne_or_leaks(either: Renderer, courtyard: gs.Scene, name
 
 def test_samples_of_a_pixel_lie_in_it(renderer: Renderer, courtyard: gs.Scene) -> None:
     """The mean of 16 points of a pixel is nearer to that of 6 x 6 rays than its middle, and without a bias to either side."""
-    lights = [replace(LIGHTS["sun"], shadow=gs.Shadow(filter=gs.Exact(samples))) for samples in (1, 16)]
-    frame = renderer.render(courtyard, OFF_CENTRE, lights, SIZE)
-    truth = gs.trace(courtyard, OFF_CENTRE, lights[:1], SIZE, pixel_samples=6)
+    lights = [replace(LIGHTS["sun"], shadow=gs.Shadow(filter=gs.Exact()))]
+    frames = [renderer.render(courtyard, OFF_CENTRE, lights, SIZE, samples=samples) for samples in (1, 16)]
+    truth = gs.trace(courtyard, OFF_CENTRE, lights, SIZE, samples=36)
     edge = (truth.visibility[0] > 0.0) & (truth.visibility[0] < 1.0) & inner(truth.triangle)
     assert edge.sum() > 100
-    middle, mean = (frame.visibility[k][edge] - truth.visibility[0][edge] for k in (0, 1))
+    middle, mean = (frame.visibility[0][edge] - truth.visibility[0][edge] for frame in frames)
     assert np.abs(mean).mean() < 0.05  # 16 points: a step of 1 / 16
     assert np.abs(mean).mean() < 0.25 * np.abs(middle).mean()
     assert abs(mean.mean()) < 0.02

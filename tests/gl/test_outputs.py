@@ -44,7 +44,7 @@ def test_every_subset_of_outputs_gives_the_same_picture(
     light = replace(light, shadow=gs.Shadow(resolution=128))  # a map is read back in every second picture
     whole = renderer.render(scene, None, [light], SIZE, outputs=READ)
     expected = {name: bits(getattr(whole, name)) for name in READ}
-    for count in range(1, len(READ)):
+    for count in (1, 2, len(READ) - 1):
         for chosen in itertools.combinations(READ, count):
             frame = renderer.render(scene, None, [light], SIZE, outputs=chosen)
             for name in chosen:

@@ -178,7 +178,7 @@ def test_n12_thin_wires_are_unbiased_over_phases(
     drawn = 1.0 - visibility(renderer, picture, technique.shadow(picture)).mean()
     true = 64.0 * width / 1024.0
     if angle != 0.0:
-        traced = trace(picture.scene, picture.camera, [picture.light], picture.size, pixel_samples=4)
+        traced = trace(picture.scene, picture.camera, [picture.light], picture.size, samples=16)
         true = 1.0 - float(traced.visibility[0].mean())
     # 64 phases of 1/64 texel: one hit more or less per row of texels.
     assert drawn == pytest.approx(true, abs=1.01 / 1024.0, rel=0.03)

@@ -309,14 +309,16 @@ def test_lamp_of_a_radius_and_a_point_agree_away_from_the_edge():
     assert ((soft.visibility[0][ground] > 0) & (soft.visibility[0][ground] < 1)).any()
 
 
-def test_pixel_samples_are_averaged():
+def test_samples_are_averaged():
     built = builtin.wall().scene
-    hard, smooth = trace(built, size=(64, 36)), trace(built, size=(64, 36), pixel_samples=3)
+    hard, smooth = trace(built, size=(64, 36)), trace(built, size=(64, 36), samples=9)
     fine = trace(built, size=(192, 108)).visibility[0].reshape(36, 3, 64, 3)
     with np.errstate(invalid="ignore"):
         mean = np.nansum(fine, axis=(1, 3)) / np.isfinite(fine).sum(axis=(1, 3))
     np.testing.assert_allclose(smooth.visibility[0], mean, atol=1e-6)
     np.testing.assert_array_equal(smooth.triangle, hard.triangle)
+    np.testing.assert_allclose(smooth.alpha, np.isfinite(fine).mean(axis=(1, 3)), atol=1e-6)
+    assert (smooth.samples, hard.samples) == (9, 1)
 
 
 def test_near_edge_measures_in_the_light_plane():
@@ -391,7 +393,9 @@ def test_missing_embreex_says_what_to_install(monkeypatch):
         trace(builtin.plane().scene, size=(8, 8))
 
 
-@pytest.mark.parametrize("bad", [{"size": (0, 4)}, {"size": (4, 2.5)}, {"pixel_samples": 0}, {"light_samples": True}])
+@pytest.mark.parametrize(
+    "bad", [{"size": (0, 4)}, {"size": (4, 2.5)}, {"samples": 0}, {"samples": 5}, {"light_samples": True}]
+)
 def test_bad_counts_are_refused(bad):
     with pytest.raises(SettingsError, match=r"integers? in \[1, "):
         trace(builtin.plane().scene, **bad)

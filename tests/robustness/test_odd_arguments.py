@@ -57,7 +57,7 @@ TRACE: dict[str, Call] = {
     "trace": (
         gs.trace,
         {
-            "scene": given(SCENE), "camera": given(None), "lights": given(None), "size": given(SIZE), "pixel_samples": given(1),
+            "scene": given(SCENE), "camera": given(None), "lights": given(None), "size": given(SIZE), "samples": given(1),
             "light_samples": given(1), "surface": given(None),
         },
     )

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import numpy as np
 import pytest
 
 from glshadow.core.bias import NoBias, ReceiverPlaneBias
-from glshadow.core.filters import Exact
-from glshadow.core.filters.exact import SAMPLES, sample_offsets
+from glshadow.core.filters import FILTERS, Exact
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.lists import CELLS, LEAST_CELLS, RATIO, ListGrid, distance_bound, facets, list_grid
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import Array, transform
+from glshadow.core.spelling import parse
 from glshadow.errors import SettingsError
 
 from ..tolerances import RTOL_FLOAT64, UNIT
@@ -227,45 +225,23 @@ def test_a_facet_without_area_has_no_normal() -> None:
     np.testing.assert_array_equal(made[0, :, 3], 0.0)
 
 
-# -- sample_offsets
-
-
-@pytest.mark.parametrize("samples", SAMPLES)
-def test_samples_are_spread_over_the_pixel(samples: int) -> None:
-    offsets = sample_offsets(samples)
-    assert offsets.shape == (samples, 2)
-    assert (np.abs(offsets) < 0.5).all()
-    np.testing.assert_allclose(offsets.mean(axis=0), 0.0, atol=1e-12)
-    # one in each row and in each column of a grid as fine as there are samples; 16: four in each of four
-    lines = 4 if samples == 16 else samples
-    for axis in range(2):
-        row = (offsets[:, axis] + 0.5) * lines
-        np.testing.assert_array_equal(np.bincount(row.astype(int), minlength=lines), samples // lines)
-        np.testing.assert_allclose(row % 1.0, 0.5, atol=1e-12)
-    assert len({tuple(offset) for offset in offsets.tolist()}) == samples
-
-
-def test_one_sample_is_the_pixels_middle() -> None:
-    np.testing.assert_array_equal(sample_offsets(1), [[0.0, 0.0]])
-
-
 # -- settings
 
 
-@pytest.mark.parametrize("samples", [0, 2, 3, 5, 32, -4, True, None, "4", 4.5, Fraction(9, 2)])
-def test_samples_that_are_refused(samples: object) -> None:
-    with pytest.raises(SettingsError, match="Exact samples must be one of 1, 4, 8, 16, got") as caught:
-        Exact(samples=samples)  # type: ignore[arg-type]
-    assert repr(samples) in str(caught.value)
+@pytest.mark.parametrize("samples", [1, 16, "4"])
+def test_exact_says_where_its_samples_went(samples: object) -> None:
+    with pytest.raises(SettingsError, match=rf"Exact takes no samples, got {samples!r}; .*samples=16.*--samples 16"):
+        Exact(samples)
+    with pytest.raises(SettingsError, match=r"'16' is not understood; it is spelled exact; .*--samples 16"):
+        parse("exact:16", FILTERS)
 
 
-@pytest.mark.parametrize("samples", SAMPLES)
-def test_exact_is_a_setting(samples: int) -> None:
-    shadow = Shadow(filter=Exact(samples), faces=Faces.BOTH, strength=0.5)
-    assert shadow.filter == Exact(samples)
-    assert hash(shadow) == hash(Shadow(filter=Exact(samples), faces=Faces.BOTH, strength=0.5))
-    assert Exact(samples).radius == 0
-    assert Exact() == Exact(1)
+def test_exact_is_a_setting() -> None:
+    shadow = Shadow(filter=Exact(), faces=Faces.BOTH, strength=0.5)
+    assert shadow.filter == Exact()
+    assert hash(shadow) == hash(Shadow(filter=Exact(), faces=Faces.BOTH, strength=0.5))
+    assert Exact().radius == 0
+    assert repr(Exact()) == "Exact()"
 
 
 @pytest.mark.parametrize(
@@ -273,7 +249,7 @@ def test_exact_is_a_setting(samples: int) -> None:
 )
 def test_exact_has_no_bias_and_no_target(settings: dict[str, object]) -> None:
     with pytest.raises(
-        SettingsError, match=r"Exact\(samples=\d+\) compares triangles, not depths: leave bias and target at None"
+        SettingsError, match=r"Exact\(\) compares triangles, not depths: leave bias and target at None"
     ) as caught:
         Shadow(filter=Exact(), **settings)  # type: ignore[arg-type]
     value = next(iter(settings.values()))

@@ -13,7 +13,7 @@ from glshadow.errors import SettingsError
 
 SPELLED: dict[str, Spelled] = {
     "hard": gs.Hard(), "pcf:1": gs.Pcf(), "disc:2,16": gs.Disc(), "disc:0.5,64,rotate": gs.Disc(0.5, 64, True),
-    "exact": gs.Exact(), "exact:4": gs.Exact(4), "none": gs.NoBias(), "constant:0.25": gs.ConstantBias(0.25),
+    "exact": gs.Exact(), "none": gs.NoBias(), "constant:0.25": gs.ConstantBias(0.25),
     "slope:1.1,4": gs.SlopeScaledBias(), "clip:-0.1,0": gs.ClipBias(-0.1),
     "clip:0.1,0,no-caster": gs.ClipBias(0.1, caster=False), "scene": gs.SceneFit(),
 }  # fmt: skip

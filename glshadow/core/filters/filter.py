@@ -53,11 +53,6 @@ class Filter(Spelled):
         return 0.0
 
     @property
-    def samples(self) -> int:
-        """Points of a pixel that are asked where a shadow's edge goes through it."""
-        return 1
-
-    @property
     def slack_texels(self) -> float:
         """How far, in texels per axis, the map's sample may lie from where the plane is evaluated."""
         return 0.0

@@ -20,7 +20,6 @@ from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import RG32UI, RGBA32F, RGBA32UI
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Programs
-from glshadow.gl.sources.refined import Refined
 from glshadow.gl.sources.source import Receiver, Source
 from glshadow.gl.sources.triangles import casting_corners, check_facets, light_frame, made_for, triangle_receiver
 from glshadow.gl.work import Work
@@ -183,14 +182,9 @@ class Listed(Source):
         return BufferTexture(self._context.gl, self._context.ctx.buffer(reserve=size), internal_format)
 
     def receiver(self, work: Work) -> Receiver:
-        """Walk them; where a pixel has several points, they are walked before, and their answers are read."""
+        """Walk them."""
         textures = {"u_heads": self._heads, "u_links": self._links, "u_facets": self._facets}
-        asked = triangle_receiver(work, self.light, self.grid, "lists", self.masked, textures)
-        samples = self._shadow.filter.samples
-        if samples == 1:
-            return asked
-        refined = work.refined.get((work.targets.identity, samples), lambda: Refined(work, samples))
-        return refined.draw(work, self.light, asked)
+        return triangle_receiver(work, self.light, self.grid, "lists", self.masked, textures)
 
     def release(self) -> None:
         """Free the GPU memory."""

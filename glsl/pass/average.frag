@@ -1,0 +1,55 @@
+// One fragment for each collected pixel: puts the box mean over its samples, in linear light, into the picture. GLS_OUTPUT 1: of one
+// light's visibility, over the samples that see a surface.
+#ifndef GLS_OUTPUT
+#define GLS_OUTPUT 0
+#endif
+#ifndef GLS_SUM
+#define GLS_SUM 0 // also writes the linear mean
+#endif
+#ifndef GLS_COLUMNS
+#define GLS_COLUMNS 2
+#endif
+#ifndef GLS_ROWS
+#define GLS_ROWS 2
+#endif
+#include "lib/dense.glsl"
+#include "lib/finish.glsl"
+#include "lib/srgb.glsl"
+uniform sampler2D u_dense;
+uniform vec4 u_background; // linear; alpha 0: none
+#if GLS_OUTPUT == 1
+layout(r32f, binding = 0) writeonly uniform image2D u_visibility;
+#else
+layout(rgba8, binding = 0) writeonly uniform image2D u_image;
+#if GLS_SUM
+layout(rgba32f, binding = 1) writeonly uniform image2D u_linear;
+#endif
+#endif
+
+void main() {
+    ivec2 block = ivec2(gl_FragCoord.xy);
+    int place = block.y * u_batch.z + block.x;
+    bool asked = place < u_batch.y;
+    uint bits = texelFetch(u_pixels, u_batch.x + (asked ? place : 0)).r;
+    ivec2 pixel = asked ? ivec2(int(bits & 0xffffu), int(bits >> 16u)) : ivec2(-1); // what is written outside is lost
+    vec4 total = vec4(0.0);
+    for (int i = 0; i < GLS_COLUMNS * GLS_ROWS; i++) {
+        vec4 found = texelFetch(u_dense, block * BLOCK + ivec2(i % GLS_COLUMNS, i / GLS_COLUMNS), 0);
+#if GLS_OUTPUT == 1
+        total += isnan(found.r) ? vec4(0.0) : vec4(found.r, 1.0, 0.0, 0.0);
+#else
+        vec4 shown = found.a > 0.5 ? finished(found.rgb, found.a > 1.5) : vec4(0.0);
+        total += vec4(shown.rgb + u_background.rgb * (1.0 - shown.a), shown.a);
+#endif
+    }
+#if GLS_OUTPUT == 1
+    imageStore(u_visibility, pixel, vec4(total.r / total.g)); // NaN where no sample sees one
+#else
+    total /= float(GLS_COLUMNS * GLS_ROWS);
+#if GLS_SUM
+    imageStore(u_linear, pixel, total);
+#endif
+    vec3 straight = u_background.a > 0.5 ? total.rgb : total.rgb / max(total.a, 1e-6);
+    imageStore(u_image, pixel, vec4(srgb(clamp(straight, 0.0, 1.0)), total.a));
+#endif
+}

@@ -1,0 +1,104 @@
+// One surface for each pixel from its samples, that of one that sees any, and whether one answer does not do for all: because they see
+// several surfaces, or one that does not go on smoothly. A sample counts as going on if its triangle's plane, where the sample's ray meets it, lies within half a pixel of the first
+// one's, and its shading normal within 8 degrees (a Lambert term off by 0.14 at most).
+#ifndef GLS_SURFACE
+#define GLS_SURFACE 1
+#endif
+#ifndef GLS_ORTHO
+#define GLS_ORTHO 0
+#endif
+#ifndef GLS_COLORS
+#define GLS_COLORS 0
+#endif
+#ifndef GLS_COLUMNS
+#define GLS_COLUMNS 2
+#endif
+#ifndef GLS_ROWS
+#define GLS_ROWS 2
+#endif
+#include "lib/sight.glsl"
+#include "lib/surface_number.glsl"
+#include "lib/direction.glsl"
+#include "lib/color_packing.glsl"
+uniform usampler2D u_surface; // every sample
+uniform sampler2D u_camera_depth;
+uniform samplerBuffer u_planes; // per drawn triangle: unit world normal, distance from the scene's origin
+#if GLS_COLORS == 1
+uniform usamplerBuffer u_owners;
+#endif
+uniform vec3 u_right_l; // how rays, or GLS_ORTHO their starts, change from pixel to pixel; here axes are the world's
+uniform vec3 u_up_l;
+#if GLS_SURFACE == 1
+layout(location = 0) out uint o_surface;
+#elif GLS_SURFACE == 2
+layout(location = 0) out uvec2 o_surface;
+#else
+layout(location = 0) out uvec4 o_surface;
+#endif
+layout(location = 1) out uint o_mixed;
+const float SAME_NORMAL = 0.99, SAME_PLANE = 0.5, SAME_COLOR = 0.05;
+
+vec3 shading_normal(uvec4 surface, vec4 plane) {
+#if GLS_SURFACE > 1
+    if (surface.g != 0u) return normalize(unpack_direction(surface.g));
+#endif
+    return plane.xyz;
+}
+
+bool goes_on(uvec4 own, uvec4 other, vec2 offset) {
+    vec4 plane = texelFetch(u_planes, triangle_of(own.r));
+    vec4 there = texelFetch(u_planes, triangle_of(other.r));
+    vec3 aside = u_right_l * offset.x + u_up_l * offset.y;
+#if GLS_ORTHO
+    vec3 eye = v_eye_l + aside, ray = v_ray_l;
+    float pixel = length(u_up_l);
+#else
+    vec3 eye = v_eye_l, ray = v_ray_l + aside;
+#endif
+    float along = (there.w - dot(there.xyz, eye)) / dot(there.xyz, ray);
+#if !GLS_ORTHO
+    float pixel = abs(along) * length(u_up_l);
+#endif
+    bool same = abs(dot(plane.xyz, eye + ray * along) - plane.w) <= SAME_PLANE * pixel; // false where it is no number
+    same = same && abs(dot(shading_normal(own, plane), shading_normal(other, there))) >= SAME_NORMAL;
+#if GLS_COLORS == 1
+    same = same && texelFetch(u_owners, triangle_of(own.r)).r == texelFetch(u_owners, triangle_of(other.r)).r;
+#elif GLS_COLORS == 2
+    same = same && all(lessThan(abs(unpack_color(own.b) - unpack_color(other.b)), vec3(SAME_COLOR)));
+#endif
+    return same && (own.r >> 30u) == (other.r >> 30u); // the marks
+}
+
+void main() {
+    const ivec2 block = ivec2(GLS_COLUMNS, GLS_ROWS);
+    ivec2 corner = ivec2(gl_FragCoord.xy) * block, middle = corner + block / 2;
+    uvec4 own = texelFetch(u_surface, middle, 0);
+    uint differing = 0u;
+    ivec2 seen = middle;
+    vec2 texel = 1.0 / vec2(textureSize(u_surface, 0));
+    for (int i = 0; i < GLS_COLUMNS * GLS_ROWS / 4; i++) { // four at a time, about a corner they share
+        ivec2 shared_corner = corner + 1 + 2 * ivec2(i % (GLS_COLUMNS / 2), i / (GLS_COLUMNS / 2));
+        uvec4 four = textureGather(u_surface, vec2(shared_corner) * texel) ^ uvec4(own.r);
+        differing |= four.x | four.y | four.z | four.w;
+    }
+    int count = differing != 0u ? GLS_COLUMNS * GLS_ROWS : 0; // a loop: llvmpipe skips nothing else
+    bool mixed = false;
+    for (int i = 0; i < count; i++) {
+        ivec2 place = ivec2(i % GLS_COLUMNS, i / GLS_COLUMNS);
+        uvec4 other = texelFetch(u_surface, corner + place, 0);
+        if (other.r == own.r) continue;
+        seen = own.r == 0u ? corner + place : middle;
+        mixed = own.r == 0u || other.r == 0u || !goes_on(own, other, (vec2(place) + 0.5) / vec2(block) - 0.5);
+        count = mixed ? 0 : count;
+    }
+    own = own.r == 0u ? texelFetch(u_surface, seen, 0) : own;
+#if GLS_SURFACE == 1
+    o_surface = own.r;
+#elif GLS_SURFACE == 2
+    o_surface = own.rg;
+#else
+    o_surface = own;
+#endif
+    o_mixed = mixed ? 1u : 0u;
+    gl_FragDepth = texelFetch(u_camera_depth, seen, 0).r;
+}
