@@ -154,14 +154,28 @@ class Frame:
         image.write(path, self._channels() if path.suffix.lower() == ".exr" else self.image)
 
     def _channels(self) -> dict[str, NDArray[np.float32]]:
+        """Named as compositors expect: R G B A premultiplied, Z, N.X N.Y N.Z, P.X P.Y P.Z."""
         channels: dict[str, NDArray[np.float32]] = {}
         if "linear" in self.outputs:
-            channels["linear"] = self.linear
+            channels["RGBA"] = self.linear
         elif "image" in self.outputs:
-            channels["linear"] = decoded(self.image)
+            light = decoded(self.image[..., :3])
+            if self.image.shape[2] == 4:
+                alpha = (self.image[..., 3:] / 255.0).astype(np.float32)
+                light = np.concatenate([light * alpha, alpha], axis=-1)
+            channels["RGBA"] = light
+        if "alpha" in self.outputs and channels.get("RGBA", self.alpha[..., None]).shape[-1] != 4:
+            channels["A"] = self.alpha
+        if "depth" in self.outputs:
+            channels["Z"] = self.depth
+        for name, letter in (("normal", "N"), ("position", "P")):
+            if name in self.outputs:
+                channels |= {f"{letter}.{axis}": self.outputs[name][..., k] for k, axis in enumerate("XYZ")}
         if "visibility" in self.outputs:
             channels |= {f"visibility.{i}": plane for i, plane in enumerate(self.visibility)}
-        return channels | {name: self.outputs[name] for name in ("depth", "depth_metric") if name in self.outputs}
+        return channels | {
+            name: self.outputs[name] for name in ("depth_metric", "triangle", "node") if name in self.outputs
+        }
 
     def _repr_png_(self) -> bytes | None:
         """The picture in a notebook; without one, the visibility of every light, one below the other."""

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import contextlib
-import math
 import time
 import weakref
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Self, get_args
 
 import moderngl
-import numpy as np
 from numpy.typing import ArrayLike
 
 from glshadow.core.cameras import Camera
 from glshadow.core.decision import settle
-from glshadow.core.lights import BRIGHTEST, DirectionalLight, Light, Lights
-from glshadow.core.sampling import PICTURE, grid
-from glshadow.core.setting import Rule, as_float, as_path, instance, one_of, optional, several, shown, vector
+from glshadow.core.lights import DirectionalLight, Light, Lights
+from glshadow.core.look import AMBIENT, BACKGROUND, Ambient, Look, look_of
+from glshadow.core.sampling import grid
+from glshadow.core.setting import as_path, instance, one_of, optional, several, shown
 from glshadow.core.shadow import Settled
-from glshadow.core.spaces import Array
-from glshadow.core.srgb import linear_from_srgb
 from glshadow.core.used import Used
 from glshadow.errors import GlshadowError, ResourceError, SettingsError, warn
 from glshadow.frame import OUTPUTS, Frame
@@ -45,8 +42,6 @@ from glshadow.scene.arguments import picture_arguments
 from glshadow.scene.mesh import Scene
 
 _EVERY_SAMPLE = "all {} samples of every pixel are shaded: collecting those that differ needs OpenGL 4.3, {} has {:.1f}"
-
-AMBIENT, BACKGROUND = vector(3, 0.0, BRIGHTEST), optional(vector(3, 0.0, 1.0), "transparent")
 
 
 class Renderer:
@@ -103,8 +98,8 @@ class Renderer:
         camera: Camera | None = None,
         lights: Lights = None,
         size: tuple[int, int] = (1280, 720),
-        ambient: float | ArrayLike = 0.1,
-        background: ArrayLike | None = (0.0, 0.0, 0.0),
+        ambient: Ambient = AMBIENT,
+        background: ArrayLike | None = BACKGROUND,
         outputs: Sequence[str] = ("image", "visibility"),
         samples: int = 1,
     ) -> Frame:
@@ -138,7 +133,7 @@ class Renderer:
             raise GlshadowError("this renderer was released: make a new one")
         camera, lights, size = picture_arguments(scene, camera, lights, size)
         outputs = _checked_outputs(outputs)
-        look = Look(_ambient(ambient), _rgb(BACKGROUND, "background", background), PICTURE("samples", samples))
+        look = look_of(ambient, background, samples)
         with self._context.drawing():
             if not self._furnished:
                 self._furnish()
@@ -328,43 +323,6 @@ class Renderer:
         if kept is None:
             kept = self._sources[number, kind] = kind(self._context)
         return kept
-
-
-@dataclass(frozen=True, eq=False)
-class Look:
-    """What a picture looks like beside scene, camera and lights, checked.
-
-    Parameters
-    ----------
-    ambient : (2, 3) float64
-        Linear, from above and from below.
-    background : (3,) floats or None
-        sRGB; None: transparent.
-    samples : int
-        In a pixel.
-    """
-
-    ambient: Array
-    background: tuple[float, float, float] | None
-    samples: int
-
-    @property
-    def linear_background(self) -> Array:
-        """(3,) linear; black where it is transparent."""
-        return np.zeros(3) if self.background is None else linear_from_srgb(self.background)
-
-
-def _ambient(value: Any) -> Array:
-    """One strength for all three colours, or one each; the same from everywhere, or a pair from above and below."""
-    several = isinstance(value, tuple | list) or (isinstance(value, np.ndarray) and value.ndim > 0)
-    pair = value if several and len(value) == 2 else (value, value)
-    return np.array([_rgb(AMBIENT, "ambient", each) for each in pair])
-
-
-def _rgb(rule: Rule, name: str, value: Any) -> Any:
-    """One number for all three colours, or one each."""
-    one = as_float(value)
-    return rule(name, value if math.isnan(one) else (one, one, one))
 
 
 def _checked_outputs(outputs: Sequence[str]) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from glshadow.core.look import AMBIENT, BACKGROUND, Ambient
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import srgb_from_linear
 
@@ -25,8 +26,8 @@ def triptych(
     frame: Frame,
     truth: Truth,
     error: ShadowError,
-    ambient: float | ArrayLike = 0.1,
-    background: ArrayLike = (0.0, 0.0, 0.0),
+    ambient: Ambient = AMBIENT,
+    background: ArrayLike | None = BACKGROUND,
 ) -> NDArray[np.uint8]:
     """Three pictures side by side, and a row of them for each light, shaded by that light alone.
 
@@ -43,6 +44,8 @@ def triptych(
     -------
     (L H + (L - 1) GAP, 3 W + 2 GAP, 3) uint8
     """
+    if background is None:  # an error is no picture to be laid over another
+        background = BACKGROUND
     rows = []
     for number, light in enumerate(frame.lights):
         bare = replace(light, shadow=None)

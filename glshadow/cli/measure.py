@@ -73,7 +73,7 @@ def _measure(work: Work, wanted: Request) -> None:
                 from glshadow import image
                 from glshadow.triptych import triptych
 
-                picture = triptych(renderer, frame, truth, error, wanted.ambient, wanted.background)
+                picture = triptych(renderer, frame, truth, error, **wanted.look)
                 image.write(wanted.output, picture)
     if wanted.output is not None:
         work.say(f"{wanted.output}: truth | ours | error, {len(lights)} x 3 of {wanted.size[0]}x{wanted.size[1]}")

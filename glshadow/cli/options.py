@@ -94,6 +94,8 @@ scene_options = _all(
     option("Picture", "--backend", type=click.Choice(["auto", "egl", "osmesa", "window"]), default="auto",
            show_default=True, help="Where the OpenGL context comes from; auto takes the first that works."),
     option("Model", "--ground", is_flag=True, help="Put a plane under the model to catch its shadow."),
+    option("Model", "--catcher", is_flag=True,
+           help="Put a plane under the model of which nothing but the shadow is seen; with --background none for compositing."),
     option("Model", "--up-axis", type=click.Choice(["x", "y", "z"]),
            help="Axis that is up in the file. Default: y; STL and PLY files are often z."),
     option("Camera", "--eye", metavar="X,Y,Z", read=values.vector,
@@ -119,10 +121,11 @@ picture_options = _all(
     option("Picture", "-o", "--output", metavar="FILE", read=values.picture,
            help="The image to write: .png .jpg .tif, or .exr with all float outputs as channels."),
     scene_options,
-    option("Picture", "--ambient", metavar="A|R,G,B", read=values.ambient, default="0.1", show_default=True,
-           help="Light from everywhere, linear."),
-    option("Picture", "--background", metavar="R,G,B", read=values.color, default="0,0,0", show_default=True,
-           help="sRGB, each 0 to 1."),
+    option("Picture", "--ambient", metavar="A|R,G,B[/...]", read=values.ambient,
+           help="Light from everywhere, linear; two with a slash between them: from above and from below. "
+                "Default: 0.24,0.27,0.32/0.13,0.12,0.11."),
+    option("Picture", "--background", metavar="R,G,B|none", read=values.background, default="0.81,0.82,0.84", show_default=True,
+           help="sRGB, each 0 to 1; none: transparent (.png .tif .exr)."),
     option("Shadow (of every light)", "--resolution", metavar="N", read=values.resolution,
            help="Texels along a side of the shadow map. Default: 2048."),
     option("Shadow (of every light)", "--filter", "filter_", metavar="FILTER", read=values.shadow_filter,
@@ -153,6 +156,7 @@ class Request:
     size: tuple[int, int]
     backend: Any
     ground: bool
+    catcher: bool
     up_axis: str | None
     eye: Triple | None
     target: Triple | None
@@ -163,9 +167,14 @@ class Request:
     far: float | None
     lights: tuple[Light, ...]
     output: Path | None = None
-    ambient: float | Triple = 0.1
-    background: Triple = (0.0, 0.0, 0.0)
+    ambient: Any = None
+    background: Triple | None = None
     shadow: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def look(self) -> dict[str, Any]:
+        """Ambient light and background."""
+        return {"background": self.background} | ({} if self.ambient is None else {"ambient": self.ambient})
 
     @property
     def name(self) -> str:
@@ -177,12 +186,12 @@ class Request:
         if self.model is None and self.up_axis is None:
             from glshadow.scene.builtin import courtyard
 
-            return courtyard().with_ground() if self.ground else courtyard()
+            return courtyard().with_ground(self.catcher) if self.ground or self.catcher else courtyard()
         if self.model is None:
             raise click.UsageError("--up-axis is a property of a MODEL, and none is given")
         from glshadow.scene.load import load
 
-        return load(self.model, ground=self.ground, up_axis=self.up_axis)
+        return load(self.model, ground="catcher" if self.catcher else self.ground, up_axis=self.up_axis)
 
     def camera(self, scene: Scene) -> Camera:
         """The scene's camera with what was given put in its place."""

@@ -52,8 +52,17 @@ Examples:
     help="Draw on top: map (the shadow maps in a corner), lights (gizmos and what their maps cover), axes, grid. "
     "Commas between them.",
 )
+@option(
+    "Picture",
+    "--samples",
+    metavar="N",
+    read=values.samples,
+    default="4",
+    show_default=True,
+    help="1, 4, 8 or 16 in each pixel, for smooth edges of surfaces and shadows.",
+)
 @common
-def command(as_json: bool, debug: bool, overlay: tuple[str, ...], **options: Any) -> None:
+def command(as_json: bool, debug: bool, overlay: tuple[str, ...], samples: int, **options: Any) -> None:
     """Render MODEL with shadows; without MODEL, the built-in courtyard.
 
     MODEL is a .glb .gltf .obj .ply .stl or .off file. No option is needed: camera, light, bias, formats and what the
@@ -68,10 +77,14 @@ def command(as_json: bool, debug: bool, overlay: tuple[str, ...], **options: Any
             raise click.UsageError(
                 "--overlay draws into the 8-bit picture, an .exr holds floats: use .png, .jpg or .tif"
             )
-        _render(work, wanted, path, overlay)
+        if wanted.background is None and path.suffix.lower() in (".jpg", ".jpeg"):
+            raise click.UsageError("--background none needs alpha, and JPEG has none: use .png, .tif or .exr")
+        if wanted.background is None and overlay:
+            raise click.UsageError("--overlay draws over an opaque picture: not with --background none")
+        _render(work, wanted, path, overlay, samples)
 
 
-def _render(work: Work, wanted: Request, path: Path, overlay: tuple[str, ...]) -> None:
+def _render(work: Work, wanted: Request, path: Path, overlay: tuple[str, ...], samples: int) -> None:
     with work.stage("load", f"loading {wanted.name}"):
         scene = wanted.load()
     camera, lights = wanted.camera(scene), wanted.lit(scene)
@@ -82,8 +95,7 @@ def _render(work: Work, wanted: Request, path: Path, overlay: tuple[str, ...]) -
     with renderer:
         with work.stage("render", f"rendering {wanted.name}"):
             frame = renderer.render(
-                scene, camera, lights, wanted.size, wanted.ambient, wanted.background,
-                outputs=_outputs(path, overlay, work.as_json),
+                scene, camera, lights, wanted.size, outputs=_outputs(path, overlay, work.as_json), samples=samples, **wanted.look,
             )  # fmt: skip
         info = renderer.info
     covered = refuse_blank(frame)
@@ -105,7 +117,9 @@ def _render(work: Work, wanted: Request, path: Path, overlay: tuple[str, ...]) -
 
 def _outputs(path: Path, overlay: tuple[str, ...], timed: bool) -> tuple[str, ...]:
     outputs = ["depth"]  # tells whether anything is in view
-    outputs += ["linear", "visibility"] if path.suffix.lower() == ".exr" else ["image"]
+    outputs += (
+        ["linear", "alpha", "visibility", "normal", "position", "node"] if path.suffix.lower() == ".exr" else ["image"]
+    )
     if overlay:
         from glshadow.overlay import required_outputs
 

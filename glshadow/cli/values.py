@@ -82,12 +82,28 @@ def color(text: str) -> Triple:
     return red, green, blue
 
 
-def ambient(text: str) -> float | Triple:
-    """One number, or r,g,b in linear light."""
-    value = vector(text) if "," in text else number(text)
-    if min(value if isinstance(value, tuple) else (value,)) < 0.0:
-        raise SettingsError(f"{text!r} is negative; ambient light is one number or r,g,b (linear), each 0 or more")
-    return value
+def background(text: str) -> Triple | None:
+    """r,g,b in sRGB, or none."""
+    return None if text.strip() == "none" else color(text)
+
+
+def ambient(text: str) -> tuple[float | Triple, float | Triple]:
+    """One number, or r,g,b in linear light; or two of these with a slash between them: from above and from below."""
+    parts = text.split("/")
+    values = [vector(part) if "," in part else number(part) for part in parts[:2]]
+    if len(parts) > 2 or min(min(value) if isinstance(value, tuple) else value for value in values) < 0.0:
+        raise SettingsError(
+            f"{text!r} is no ambient light: one number or r,g,b (linear), each 0 or more; or two of these, ABOVE/BELOW"
+        )
+    return values[0], values[-1]
+
+
+def samples(text: str) -> int:
+    """In a pixel."""
+    from glshadow.core.sampling import PICTURE
+
+    count: int = PICTURE("samples", int(text) if text.strip().isdigit() else text)
+    return count
 
 
 def fov(text: str) -> float:

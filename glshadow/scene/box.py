@@ -13,6 +13,7 @@ from glshadow.errors import SceneError
 VIEW_DIRECTION = (0.55, 0.45, 0.70)
 VIEW_MARGIN = 1.1  # of the picture to what the box needs of it, so that nothing touches the frame
 SUN_DIRECTION = (-0.55, -0.8, -0.25)  # the bench courtyard's: 53 degrees high, shadows fall to the left and away
+SUN_INTENSITY = 0.8
 
 
 def box_corners(bounds: Array, world_from_mesh: Array) -> Array:
@@ -56,5 +57,5 @@ def default_camera(bounds: Array) -> PerspectiveCamera:
 
 
 def default_sun() -> DirectionalLight:
-    """One white sun along SUN_DIRECTION."""
-    return DirectionalLight(direction=SUN_DIRECTION)
+    """One white sun along SUN_DIRECTION; with the default ambient light it takes white to just below what a display shows."""
+    return DirectionalLight(direction=SUN_DIRECTION, intensity=SUN_INTENSITY)

@@ -12,7 +12,7 @@ import numpy as np
 
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import DirectionalLight, Light, SpotLight
-from glshadow.core.setting import as_path, flag, instance, one_of, optional, text
+from glshadow.core.setting import as_path, flag, instance, one_of, optional, refuse, text
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError, warn
 from glshadow.scene.checks import check_scene
@@ -33,7 +33,7 @@ TURNS = {
 def load(
     source: Any,
     *,
-    ground: bool = False,
+    ground: bool | str = False,
     up_axis: str | None = None,
     name: str | None = None,
     limits: Limits | None = None,
@@ -46,8 +46,9 @@ def load(
         Files: .glb, .gltf, .obj, .ply, .stl, .off. Coordinates are kept as they are, matrices are composed in float64,
         and nodes that share geometry share one Mesh. Shading normals are used where the source brings them; without,
         shading is flat.
-    ground : bool
-        Put a plane under the model to catch its shadow, see `Scene.with_ground`.
+    ground : bool or "catcher"
+        Put a plane under the model to catch its shadow, see `Scene.with_ground`; "catcher": one of which nothing but the shadow is
+        seen, see `Node`.
     up_axis : {None, "x", "y", "z"}
         The axis that is up in the source; it is turned to y. None means "y", as glTF prescribes; STL and PLY files, and
         whatever comes from CAD, robotics or maps, are often "z".
@@ -77,7 +78,7 @@ def load(
         If something in it is drawn otherwise than it was meant: alpha blending, missing textures, lost
         precision.
     """
-    ground, up_axis = flag()("ground", ground), optional(one_of(*TURNS), "y")("up_axis", up_axis)
+    ground, up_axis = _ground("ground", ground), optional(one_of(*TURNS), "y")("up_axis", up_axis)
     name = optional(text(), "that of the file")("name", name)
     limits = optional(instance(Limits), "the defaults")("limits", limits)
     label, title, read, stored = _reader(source, Budget(limits or Limits()))
@@ -94,7 +95,16 @@ def load(
     for note in notes:
         warn(f"{label}: {note}")
     scene = _turned(found, TURNS[up_axis or "y"], name or title)
-    return scene.with_ground() if ground else scene
+    return scene.with_ground(ground == "catcher") if ground else scene
+
+
+def _ground(name: str, value: Any) -> bool | str:
+    if isinstance(value, str) and value == "catcher":
+        return value
+    try:
+        return bool(flag()(name, value))
+    except SettingsError:
+        raise refuse(name, 'True, False or "catcher"', value) from None
 
 
 def _reader(source: Any, budget: Budget) -> tuple[str, str, Callable[[], Imported], bool]:

@@ -16,7 +16,6 @@ from glshadow.triptych import GAP, triptych
 
 Image = NDArray[np.uint8]
 
-SKY = (0.80, 0.87, 0.95)
 REGIONS = 2
 REGION_SHARE = 0.06  # of the picture's width and height: the side of a region
 # How much a pixel draws attention: artefacts more than the price of the resolution.
@@ -52,7 +51,7 @@ class Panel:
 def panel(renderer: Renderer, frame: Frame, truth: Truth, error: ShadowError) -> Panel:
     """Pictures of a frame with one light."""
     width = frame.size[0]
-    whole = triptych(renderer, frame, truth, error, background=SKY)
+    whole = triptych(renderer, frame, truth, error)
     truth_image, ours, error_image = (whole[:, k * (width + GAP) : k * (width + GAP) + width] for k in range(3))
     return Panel(truth_image, ours, error_image, worst_regions(error.kinds[0]))
 
