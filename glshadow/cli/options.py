@@ -123,7 +123,7 @@ picture_options = _all(
     scene_options,
     option("Picture", "--ambient", metavar="A|R,G,B[/...]", read=values.ambient,
            help="Light from everywhere, linear; two with a slash between them: from above and from below. "
-                "Default: 0.24,0.27,0.32/0.13,0.12,0.11."),
+                "Default: 0.27/0.12."),
     option("Picture", "--background", metavar="R,G,B|none", read=values.background, default="0.81,0.82,0.84", show_default=True,
            help="sRGB, each 0 to 1; none: transparent (.png .tif .exr)."),
     option("Shadow (of every light)", "--resolution", metavar="N", read=values.resolution,

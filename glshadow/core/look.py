@@ -21,7 +21,7 @@ Ambient = float | ArrayLike | Sequence[ArrayLike]
 
 # Chosen by eye on twelve models: shaded sides keep their shape, white does not burn out under one sun, shadows stay dark enough to
 # be read, and the background is darker than a white ground in light and lighter than any shadow.
-AMBIENT = ((0.24, 0.27, 0.32), (0.13, 0.12, 0.11))
+AMBIENT = (0.27, 0.12)
 BACKGROUND = (0.81, 0.82, 0.84)
 
 _AMBIENT, _BACKGROUND = vector(3, 0.0, BRIGHTEST), optional(vector(3, 0.0, 1.0), "transparent")

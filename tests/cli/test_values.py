@@ -120,11 +120,17 @@ def test_size_refused(text):
 
 def test_numbers_of_pictures():
     assert values.size("640X480") == (640, 480)
-    assert values.ambient("0.25") == 0.25
-    assert values.ambient("0,0.5,1") == (0.0, 0.5, 1.0)
+    assert values.ambient("0.25") == (0.25, 0.25)
+    assert values.ambient("0,0.5,1") == ((0.0, 0.5, 1.0), (0.0, 0.5, 1.0))
+    assert values.ambient("0,0.5,1/0.1") == ((0.0, 0.5, 1.0), 0.1)
+    assert (values.background("none"), values.background("0,0.5,1")) == (None, (0.0, 0.5, 1.0))
+    assert values.samples("16") == 16
     assert values.overlays("grid, map") == ("grid", "map")
-    for read, text in ((values.ambient, "-1"), (values.color, "0,0,2"), (values.plane, "0"), (values.resolution, "0"),
-                       (values.resolution, "2.5"), (values.resolution, "20000"), (values.strength, "1.1"),
-                       (values.fov, "180"), (values.overlays, "map,,grid")):  # fmt: skip
+    refused = {
+        values.ambient: ("-1", "1/2/3", "1/-1"), values.samples: ("2", "x"), values.background: ("clear",), values.color: ("0,0,2",),
+        values.plane: ("0",), values.resolution: ("0", "2.5", "20000"), values.strength: ("1.1",), values.fov: ("180",),
+        values.overlays: ("map,,grid",),
+    }  # fmt: skip
+    for read, text in ((read, text) for read, texts in refused.items() for text in texts):
         with pytest.raises(SettingsError):
             read(text)

@@ -117,7 +117,9 @@ def test_rows_run_from_the_top(renderer: Renderer) -> None:
     high = node("high", shapes.box((0.5, 0.5, 0.5), (0.0, 2.0, 0.0)), color=(1.0, 0.0, 0.0, 1.0))
     low = node("low", shapes.box((0.5, 0.5, 0.5), (0.0, -2.0, 0.0)), color=(0.0, 0.0, 1.0, 1.0))
     camera = PerspectiveCamera((0.0, 0.0, 8.0), (0.0, 0.0, 0.0))
-    frame = renderer.render(Scene((high, low), camera), lights=[], size=SIZE, ambient=1.0, outputs=OUTPUTS)
+    frame = renderer.render(
+        Scene((high, low), camera), lights=[], size=SIZE, ambient=1.0, background=0, outputs=OUTPUTS
+    )
     assert frame.image is not None
     assert frame.depth is not None
     red, blue = frame.image[..., 0] > 128, frame.image[..., 2] > 128
@@ -663,7 +665,7 @@ def test_faces_without_receivers_are_skipped(renderer: Renderer) -> None:
 def test_light_that_reaches_nothing_seen(renderer: Renderer) -> None:
     light = SpotLight(position=(0.0, 5.0, 0.0), direction=(0.0, 1.0, 0.0), shadow=MAP)
     frame = renderer.render(
-        box_scene(), lights=[light], size=SIZE, outputs=("visibility", "shadow_maps", "linear"), ambient=0
+        box_scene(), lights=[light], size=SIZE, outputs=("visibility", "shadow_maps", "linear"), ambient=0, background=0
     )
     assert frame.used[0].views == ()
     assert frame.used[0].draws == 0
@@ -809,7 +811,7 @@ def test_save_exr(renderer: Renderer, tmp_path: Path) -> None:
     for channel, expected in {
         "visibility.0": frame.visibility[0],
         "visibility.1": frame.visibility[1],
-        "depth": frame.depth,
+        "Z": frame.depth,
         "depth_metric": frame.depth_metric,
     }.items():
         found = next(name for name in names if name.startswith(channel))

@@ -90,7 +90,7 @@ def test_the_picture_is_that_of_every_sample(
         assert off.mean() < 1e-3 * (1 + count), f"{off.mean():.5f}"
         assert (off > 0.15 * count).mean() < 1e-3
         one = renderer.render(scene, None, lights[:count], SIZE, outputs=OUTPUTS)
-        assert off.mean() < 0.2 * np.abs(one.linear - every.linear).max(axis=-1).mean()
+        assert off.mean() < 0.3 * np.abs(one.linear - every.linear).max(axis=-1).mean()
 
 
 def test_every_sample_in_numpy_is_a_box_mean(older: gs.Renderer) -> None:

@@ -58,7 +58,7 @@ def moved_light(light: Light, matrix: Array) -> Light:
 
 def picture(renderer: Renderer, scene: Scene, camera: PerspectiveCamera, light: Light, **options: object) -> Array:
     shadow = Shadow(resolution=1024, **options)  # type: ignore[arg-type]
-    frame = renderer.render(scene, camera, [replace(light, shadow=shadow)], SIZE)
+    frame = renderer.render(scene, camera, [replace(light, shadow=shadow)], SIZE, ambient=0.1)  # from everywhere alike
     return frame.image.astype(np.int64)
 
 
