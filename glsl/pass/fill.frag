@@ -45,8 +45,7 @@ vec3 shading_normal(uvec4 surface, vec4 plane) {
     return plane.xyz;
 }
 
-bool goes_on(uvec4 own, uvec4 other, vec2 offset) {
-    vec4 plane = texelFetch(u_planes, triangle_of(own.r));
+bool goes_on(uvec4 own, vec4 plane, vec3 normal, uvec4 other, vec2 offset) {
     vec4 there = texelFetch(u_planes, triangle_of(other.r));
     vec3 aside = u_right_l * offset.x + u_up_l * offset.y;
 #if GLS_ORTHO
@@ -60,7 +59,7 @@ bool goes_on(uvec4 own, uvec4 other, vec2 offset) {
     float pixel = abs(along) * length(u_up_l);
 #endif
     bool same = abs(dot(plane.xyz, eye + ray * along) - plane.w) <= SAME_PLANE * pixel; // false where it is no number
-    same = same && abs(dot(shading_normal(own, plane), shading_normal(other, there))) >= SAME_NORMAL;
+    same = same && abs(dot(normal, shading_normal(other, there))) >= SAME_NORMAL;
 #if GLS_COLORS == 1
     same = same && texelFetch(u_owners, triangle_of(own.r)).r == texelFetch(u_owners, triangle_of(other.r)).r;
 #elif GLS_COLORS == 2
@@ -69,27 +68,42 @@ bool goes_on(uvec4 own, uvec4 other, vec2 offset) {
     return same && (own.r >> 30u) == (other.r >> 30u); // the marks
 }
 
+uint bits_of(bvec4 which) {
+    return uint(dot(vec4(which), vec4(1.0, 2.0, 4.0, 8.0)));
+}
+
 void main() {
     const ivec2 block = ivec2(GLS_COLUMNS, GLS_ROWS);
+    const int quads = GLS_COLUMNS * GLS_ROWS / 4;
     ivec2 corner = ivec2(gl_FragCoord.xy) * block, middle = corner + block / 2;
     uvec4 own = texelFetch(u_surface, middle, 0);
-    uint differing = 0u;
-    ivec2 seen = middle;
     vec2 texel = 1.0 / vec2(textureSize(u_surface, 0));
-    for (int i = 0; i < GLS_COLUMNS * GLS_ROWS / 4; i++) { // four at a time, about a corner they share
-        ivec2 shared_corner = corner + 1 + 2 * ivec2(i % (GLS_COLUMNS / 2), i / (GLS_COLUMNS / 2));
-        uvec4 four = textureGather(u_surface, vec2(shared_corner) * texel) ^ uvec4(own.r);
-        differing |= four.x | four.y | four.z | four.w;
+    uvec4 numbers[quads]; // four samples at a time, about a corner that they share
+    uint differing = 0u; // a bit for each sample
+    for (int q = 0; q < quads; q++) {
+        numbers[q] = textureGather(u_surface, vec2(corner + 1 + 2 * ivec2(q % (GLS_COLUMNS / 2), q / (GLS_COLUMNS / 2))) * texel);
+        differing |= bits_of(notEqual(numbers[q], uvec4(own.r))) << uint(4 * q);
     }
-    int count = differing != 0u ? GLS_COLUMNS * GLS_ROWS : 0; // a loop: llvmpipe skips nothing else
     bool mixed = false;
-    for (int i = 0; i < count; i++) {
-        ivec2 place = ivec2(i % GLS_COLUMNS, i / GLS_COLUMNS);
+    ivec2 seen = middle;
+    vec4 plane = vec4(0.0);
+    vec3 normal = vec3(0.0);
+    int once = differing != 0u ? 1 : 0; // loops: llvmpipe skips nothing else
+    for (int i = 0; i < once; i++) {
+        plane = texelFetch(u_planes, max(triangle_of(own.r), 0));
+        normal = shading_normal(own, plane);
+    }
+    while (differing != 0u) { // one triangle after another
+        int sample_ = findLSB(differing), q = sample_ / 4, k = sample_ % 4;
+        // the order of textureGather: above left, above right, right, left
+        ivec2 place = 2 * ivec2(q % (GLS_COLUMNS / 2), q / (GLS_COLUMNS / 2)) + ivec2(k == 1 || k == 2 ? 1 : 0, k < 2 ? 1 : 0);
         uvec4 other = texelFetch(u_surface, corner + place, 0);
-        if (other.r == own.r) continue;
-        seen = own.r == 0u ? corner + place : middle;
-        mixed = own.r == 0u || other.r == 0u || !goes_on(own, other, (vec2(place) + 0.5) / vec2(block) - 0.5);
-        count = mixed ? 0 : count;
+        for (int each = 0; each < quads; each++) {
+            differing &= ~(bits_of(equal(numbers[each], uvec4(other.r))) << uint(4 * each));
+        }
+        seen = own.r == 0u && other.r != 0u ? corner + place : seen;
+        mixed = own.r == 0u || other.r == 0u || !goes_on(own, plane, normal, other, (vec2(place) + 0.5) / vec2(block) - 0.5);
+        differing = mixed ? 0u : differing;
     }
     own = own.r == 0u ? texelFetch(u_surface, seen, 0) : own;
 #if GLS_SURFACE == 1
