@@ -1,4 +1,4 @@
-"""The README's pictures: the courtyard as truth, ours and error side by side, and two real models with the default camera and sun."""
+"""The README's pictures: the courtyard as truth, ours and error side by side, and real models with the default look."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import runpy
 import shutil
 import tempfile
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -16,39 +17,49 @@ from numpy.typing import NDArray
 
 import glshadow as gs
 from glshadow import image
+from glshadow.triptych import GAP, triptych
 
 ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "examples" / "pictures"
+TWELVE = (
+    ("athlete_robot.stl", "z"), ("bicycle.glb", "y"), ("brain_cortex.ply", "z"), ("cesium_man.glb", "y"),
+    ("chess_board.glb", "y"), ("demosthenes_bust.obj", "y"), ("dungeon_instances.glb", "y"),
+    ("flight_helmet/flight_helmet.gltf", "y"), ("house_scene.glb", "y"), ("japanese_bridge_garden.glb", "y"),
+    ("milk_truck.glb", "y"), ("terrain_jacksboro.ply", "z"),
+)  # fmt: skip
 MODELS = Path(os.environ.get("GLSHADOW_MODELS", ROOT.parent / "shared" / "models"))
-SKY = (0.80, 0.87, 0.95)
 
 
-def triptych() -> NDArray[np.uint8]:
-    """Truth, ours, error: a detail of the courtyard at the contract's 1280 x 720, three times 420 x 420."""
+def courtyard() -> NDArray[np.uint8]:
+    """Truth, ours, error: a detail of the courtyard at 1280 x 720, three times 420 x 420; one map, so that there is an error to be seen."""
     scene = gs.scenes.courtyard()
     truth = gs.trace(scene)
+    mapped = [replace(light, shadow=gs.Shadow(filter=gs.Pcf(1))) for light in scene.lights]
     with gs.Renderer() as renderer:
-        ours = renderer.render(scene, background=SKY)
-        # the same shading with the traced visibility: one light of intensity 1 on white, ambient 0.1
-        lit = renderer.render(scene, lights=[gs.DirectionalLight(direction=scene.lights[0].direction, shadow=None)],
-                              background=SKY, outputs=("linear",))  # fmt: skip
-    exact = np.where(np.isnan(truth.visibility[0])[..., None], lit.linear,
-                     0.1 + (lit.linear - 0.1) * np.nan_to_num(truth.visibility[0])[..., None])  # fmt: skip
-    value = np.clip(exact, 0.0, 1.0)
-    shown = np.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
-    error = gs.measure(ours, truth)
+        frame = renderer.render(scene, lights=mapped, outputs=("image", "visibility", "triangle"))
+        error = gs.measure(frame, truth)
+        whole = triptych(renderer, frame, truth, error)
     click.echo(error)
-    window = (slice(230, 650), slice(300, 720))
-    gap = np.full((420, 10, 3), 255, dtype=np.uint8)
-    return np.hstack(
-        [np.round(255 * shown).astype(np.uint8)[window], gap, ours.image[window], gap, error.picture()[window]]
-    )
+    width, gap = frame.size[0] + GAP, np.full((420, 10, 3), 255, dtype=np.uint8)
+    parts = [whole[230:650, 300 + k * width : 720 + k * width] for k in range(3)]
+    return np.hstack([parts[0], gap, parts[1], gap, parts[2]])
+
+
+def sheet() -> NDArray[np.uint8]:
+    """Twelve models with nothing set but the ground, four in a row."""
+    pictures = []
+    with gs.Renderer() as renderer:
+        for name, up in TWELVE:
+            scene = gs.load(MODELS / name, ground=True, up_axis=up)
+            pictures.append(renderer.render(scene, size=(320, 240), samples=16, outputs=("image",)).image)
+    return np.vstack([np.hstack(pictures[k : k + 4]) for k in range(0, len(pictures), 4)])
 
 
 def main() -> None:
     warnings.simplefilter("ignore", gs.GlshadowWarning)
     OUT.mkdir(parents=True, exist_ok=True)
-    image.write(OUT / "truth_ours_error.png", triptych())
+    image.write(OUT / "truth_ours_error.png", courtyard())
+    image.write(OUT / "twelve.jpg", sheet())
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         runpy.run_path(str(ROOT / "examples" / "09_exact.py"))
         shutil.copy("09_exact.png", OUT / "exact.png")
@@ -58,7 +69,7 @@ def main() -> None:
         if target is not None:  # closer than the default, which leaves room for every shape of picture
             position = np.asarray(camera.target) + 0.72 * (np.asarray(camera.position) - np.asarray(camera.target))
             camera = gs.PerspectiveCamera(tuple(position), camera.target)
-        gs.render(scene, camera, size=(640, 480), background=SKY, path=OUT / f"{Path(name).stem}.png")
+        gs.render(scene, camera, size=(640, 480), samples=16, path=OUT / f"{Path(name).stem}.png")
 
 
 if __name__ == "__main__":

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight
 from glshadow.core.spaces import Array, transform, translation
 from glshadow.scene import shapes
 from glshadow.scene.analytic import AnalyticScene, ball, box, plane, plates, room, sphere, wall
@@ -35,7 +34,7 @@ def courtyard() -> Scene:
     normals = {name: shapes.vertex_normals(parts[name]) for name in ("torus", "sphere")}
     nodes = tuple(Node(name, Mesh(*solid, normals=normals.get(name)), np.eye(4)) for name, solid in parts.items())
     camera = PerspectiveCamera(position=(9.0, 6.0, 11.0), target=(0.0, 1.0, 0.0), fov_y=50.0)
-    return Scene(nodes, camera, (DirectionalLight(direction=(-0.55, -0.8, -0.25)),), name="courtyard")
+    return Scene(nodes, camera, name="courtyard")
 
 
 def _columns() -> Solid:

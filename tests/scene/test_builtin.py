@@ -72,7 +72,7 @@ def test_courtyard_facts():
     scene = builtin.courtyard()
     assert sum(len(node.mesh.triangles) for node in scene.nodes) == 91_656
     assert scene.camera == PerspectiveCamera(position=(9, 6, 11), target=(0, 1, 0), fov_y=50)
-    assert scene.lights == (DirectionalLight(direction=(-0.55, -0.8, -0.25)),)
+    assert scene.lights == (DirectionalLight(direction=(-0.55, -0.8, -0.25), intensity=0.8),)
     assert {node.name for node in scene.nodes if node.mesh.normals is not None} == {"torus", "sphere"}
     assert all(node.mesh.closed for node in scene.nodes)
     sphere = next(node for node in scene.nodes if node.name == "sphere").mesh
