@@ -23,6 +23,7 @@ from glshadow.core.filters import *  # noqa: F403  # every filter there is
 from glshadow.core.fit import Fit, SceneFit, ViewFit
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.metric import Target
+from glshadow.core.orbit import orbit
 from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import ClipSpace
 from glshadow.errors import (
@@ -144,6 +145,7 @@ __all__ = [
     "image",
     "load",
     "measure",
+    "orbit",
     "overlay",
     "render",
     "scenes",

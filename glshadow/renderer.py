@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import time
 import weakref
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, Self, get_args
 
@@ -153,6 +153,51 @@ class Renderer:
                 # moderngl binds again what was bound before, also a framebuffer released meanwhile: leave one that stays
                 self._idle.use()
                 self._meshes.sweep()
+
+    def sequence(
+        self,
+        scene: Scene,
+        cameras: Iterable[Camera],
+        lights: Lights = None,
+        size: tuple[int, int] = (1280, 720),
+        **options: Any,
+    ) -> Iterator[Frame]:
+        """One picture after another of the same scene: each as `render` gives it. What does not depend on the camera is made once.
+
+        Parameters
+        ----------
+        scene : Scene
+        cameras : iterable of cameras
+            Taken one by one, when the next picture is asked for.
+        lights, size, **options
+            As in `render`.
+
+        Yields
+        ------
+        Frame
+
+        Raises
+        ------
+        SettingsError, SceneError
+            At once, but for a camera that is none: when its turn comes, with its number.
+        """
+        if unknown := set(options) - {"ambient", "background", "outputs", "samples"}:
+            raise SettingsError(f"sequence has no {', '.join(sorted(map(repr, unknown)))}: it takes what render takes")
+        _, lights, size = picture_arguments(scene, None, lights, size)
+        look_of(options.get("ambient", AMBIENT), options.get("background", BACKGROUND), options.get("samples", 1))
+        _checked_outputs(options.get("outputs", ("image",)))
+        try:
+            views = iter(cameras)
+        except TypeError:
+            raise SettingsError(f"cameras must be a sequence of cameras, got {shown(cameras)}") from None
+
+        def frames() -> Iterator[Frame]:
+            for number, camera in enumerate(views):
+                if not isinstance(camera, Camera):
+                    raise SettingsError(f"cameras[{number}] must be a camera, got {shown(camera)}")
+                yield self.render(scene, camera, lights, size, **options)
+
+        return frames()
 
     def _frame(
         self,

@@ -57,7 +57,7 @@ def _measure(work: Work, wanted: Request) -> None:
         renderer = Renderer(wanted.backend)
     with renderer:
         with work.stage("render", f"rendering {wanted.name}"):
-            frame = renderer.render(scene, camera, lights, wanted.size, outputs=("visibility", "triangle", "depth"))
+            frame = renderer.render(scene, camera, lights, wanted.size, outputs=("visibility", "triangle", "alpha"))
         refuse_blank(frame)
         warn_fallbacks(work, frame.used)
         with work.stage("trace", "tracing the truth"):

@@ -255,12 +255,11 @@ def request(
 
 
 def refuse_blank(frame: Frame) -> float:
-    """The share of pixels that see a surface (`frame` has its depth); SceneError if it is none."""
-    import numpy as np
+    """The share of pixels that see a surface (`frame` has its alpha); SceneError if it is none."""
 
     from glshadow.errors import SceneError
 
-    covered = float(np.isfinite(frame.depth).mean())
+    covered = float((frame.alpha > 0.0).mean())
     if covered > 0.0:
         return covered
     scene, camera = frame.scene, frame.camera

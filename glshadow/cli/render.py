@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ from glshadow.cli.options import (
     scene_facts,
     warn_fallbacks,
 )
+from glshadow.cli.orbit import MOST_PICTURES, Kept, make_all, pattern, refuse_field, request_of
 from glshadow.cli.running import Work
 
 if TYPE_CHECKING:
@@ -38,6 +40,8 @@ Examples:
   glshadow render --light spot:6,6,6:-1,-1,-1:35:20:color=1,0.9,0.7 --overlay lights,map
   glshadow render --bias none --filter hard --resolution 512    (shadow acne)
   glshadow render model.glb -o model.exr --json
+  glshadow render model.glb --catcher --background none -o cutout.png
+  glshadow render model.glb --orbit 36 -o view_{:03d}.png
 """
 
 
@@ -61,8 +65,18 @@ Examples:
     show_default=True,
     help="1, 4, 8 or 16 in each pixel, for smooth edges of surfaces and shadows.",
 )
+@option(
+    "Picture",
+    "--orbit",
+    metavar="N",
+    type=click.IntRange(1, MOST_PICTURES),
+    help="N pictures all round the model, in equal steps about the vertical. -o then needs a field for the picture's number: "
+    "-o view_{:03d}.png. What is there already is kept, so that an interrupted command goes on.",
+)
 @common
-def command(as_json: bool, debug: bool, overlay: tuple[str, ...], samples: int, **options: Any) -> None:
+def command(
+    as_json: bool, debug: bool, overlay: tuple[str, ...], samples: int, orbit: int | None, **options: Any
+) -> None:
     """Render MODEL with shadows; without MODEL, the built-in courtyard.
 
     MODEL is a .glb .gltf .obj .ply .stl or .off file. No option is needed: camera, light, bias, formats and what the
@@ -72,7 +86,7 @@ def command(as_json: bool, debug: bool, overlay: tuple[str, ...], samples: int, 
         if "map" in overlay and options["filter_"] is None:
             options["filter_"] = values.shadow_filter("pcf:1")
         wanted = request(**options)
-        path = wanted.output or Path(f"{Path(wanted.name).stem}.png")
+        path = wanted.output or Path(f"{Path(wanted.name).stem}{'_{:03d}' if orbit else ''}.png")
         if overlay and path.suffix.lower() == ".exr":
             raise click.UsageError(
                 "--overlay draws into the 8-bit picture, an .exr holds floats: use .png, .jpg or .tif"
@@ -81,7 +95,11 @@ def command(as_json: bool, debug: bool, overlay: tuple[str, ...], samples: int, 
             raise click.UsageError("--background none needs alpha, and JPEG has none: use .png, .tif or .exr")
         if wanted.background is None and overlay:
             raise click.UsageError("--overlay draws over an opaque picture: not with --background none")
-        _render(work, wanted, path, overlay, samples)
+        if orbit is None:
+            refuse_field(path)
+            _render(work, wanted, path, overlay, samples)
+        else:
+            _render_orbit(work, wanted, path, overlay, samples, orbit)
 
 
 def _render(work: Work, wanted: Request, path: Path, overlay: tuple[str, ...], samples: int) -> None:
@@ -102,9 +120,7 @@ def _render(work: Work, wanted: Request, path: Path, overlay: tuple[str, ...], s
     warn_fallbacks(work, frame.used)
     if overlay:
         with work.stage("overlay", "drawing overlays"):
-            from glshadow.overlay import overlay as draw
-
-            frame = replace(frame, outputs={**frame.outputs, "image": draw(frame, overlay)})
+            frame = _overlaid(frame, overlay)
     with work.stage("write", f"writing {path.name}"):
         frame.save(path)
     facts = scene_facts(scene)
@@ -115,10 +131,47 @@ def _render(work: Work, wanted: Request, path: Path, overlay: tuple[str, ...], s
     work.finish(_report(frame, path, scene, covered, info))
 
 
+def _render_orbit(work: Work, wanted: Request, path: Path, overlay: tuple[str, ...], samples: int, count: int) -> None:
+    name = pattern(path)
+    with work.stage("load", f"loading {wanted.name}"):
+        from glshadow.core.orbit import orbit
+
+        scene = wanted.load()
+        cameras, lights = orbit(wanted.camera(scene), count), wanted.lit(scene)
+    with work.stage("open", "opening OpenGL"):
+        from glshadow.renderer import Renderer
+
+        renderer = Renderer(wanted.backend)
+    options = (wanted.size, samples, wanted.look, overlay, renderer.info["renderer"])
+    kept = Kept(path, request_of(scene, cameras, lights, *options))
+    outputs = _outputs(path, overlay, False)
+
+    def draw(numbers: Sequence[int]) -> Iterator[tuple[int, Frame]]:
+        views = (cameras[number] for number in numbers)
+        frames = renderer.sequence(scene, views, lights, wanted.size, outputs=outputs, samples=samples, **wanted.look)
+        for place, (number, frame) in enumerate(zip(numbers, frames, strict=True)):
+            if place == 0:
+                refuse_blank(frame)
+            warn_fallbacks(work, frame.used)
+            yield number, _overlaid(frame, overlay) if overlay else frame
+
+    with renderer, work.stage("render", f"rendering {wanted.name}"):
+        rows = make_all(work, [name(number) for number in range(count)], kept, draw, wanted.name)
+    made = sum(row["made"] for row in rows)
+    work.say(f"{path}: {made} of {count} pictures made, {work.timings['render']:.2f} s")
+    work.finish({"pictures": rows, "size": wanted.size, "scene": scene_facts(scene)})
+
+
+def _overlaid(frame: Frame, overlay: tuple[str, ...]) -> Frame:
+    from glshadow.overlay import overlay as draw
+
+    return replace(frame, outputs={**frame.outputs, "image": draw(frame, overlay)})
+
+
 def _outputs(path: Path, overlay: tuple[str, ...], timed: bool) -> tuple[str, ...]:
-    outputs = ["depth"]  # tells whether anything is in view
+    outputs = ["alpha"]  # tells whether anything is in view
     outputs += (
-        ["linear", "alpha", "visibility", "normal", "position", "node"] if path.suffix.lower() == ".exr" else ["image"]
+        ["linear", "depth", "visibility", "normal", "position", "node"] if path.suffix.lower() == ".exr" else ["image"]
     )
     if overlay:
         from glshadow.overlay import required_outputs

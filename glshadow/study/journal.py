@@ -41,7 +41,7 @@ class Journal:
                 self._merge(json.loads(line))
             except (ValueError, TypeError, KeyError) as error:
                 raise SettingsError(
-                    f"{self.path}, line {number}, is not a result of a study; give another file or delete it"
+                    f"{self.path}, line {number}, is no record of ours; give another file or delete it"
                 ) from error
         if whole < len(data):
             with self.path.open("r+b") as file:

@@ -1,0 +1,114 @@
+"""glshadow render --orbit: which pictures are made, which are kept, and what is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+import glshadow as gs
+from glshadow import image
+from glshadow.cli.render import command
+
+SMALL = ("--size", "64x48", "--samples", "1", "--backend", "egl")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(*arguments: str, code: int = 0) -> Result:
+    done = CliRunner().invoke(command, [*SMALL, *arguments])
+    assert done.exit_code == code, done.output
+    return done
+
+
+def made(*arguments: str) -> list[bool]:
+    return [row["made"] for row in json.loads(run(*arguments, "--json").stdout)["pictures"]]
+
+
+def files(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_all_round(folder: Path) -> None:
+    assert made("--orbit", "3", "-o", "view_{:02d}.png") == [True] * 3
+    assert files(folder) == ["view_.orbit.jsonl", "view_00.png", "view_01.png", "view_02.png"]
+    scene = gs.scenes.courtyard()
+    with gs.Renderer("egl") as renderer:
+        for number, camera in enumerate(gs.orbit(scene.camera, 3)):
+            expected = renderer.render(scene, camera, size=(64, 48)).image
+            np.testing.assert_array_equal(image.read(f"view_{number:02d}.png")[..., :3], expected)
+
+
+def test_what_is_there_is_kept(folder: Path) -> None:
+    request = ("--orbit", "4", "-o", "v{}.png")
+    assert made(*request) == [True] * 4
+    before = [(folder / f"v{k}.png").stat().st_mtime_ns for k in range(4)]
+    assert made(*request) == [False] * 4
+    (folder / "v1.png").unlink()
+    (folder / "v2.png").write_bytes((folder / "v3.png").read_bytes())  # another picture under its name
+    assert made(*request) == [False, True, True, False]
+    after = [(folder / f"v{k}.png").stat().st_mtime_ns for k in range(4)]
+    assert [a == b for a, b in zip(after, before, strict=True)] == [True, False, False, True]
+
+
+@pytest.mark.parametrize("more", ["--filter hard", "--background 0,0,0", "--light sun:0,-1,0", "--ortho 9", "--ground"])
+def test_another_request_makes_all_anew(more: str) -> None:
+    options = more.split()
+    assert made("--orbit", "2", "-o", "v{}.png") == [True] * 2
+    done = run("--orbit", "2", "-o", "v{}.png", *options)
+    assert "of another request: all are made anew" in done.stderr
+    assert made("--orbit", "2", "-o", "v{}.png", *options) == [False] * 2
+
+
+def test_an_interrupted_command_goes_on(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    save, count = gs.Frame.save, [0]
+
+    def interrupted(frame: gs.Frame, path: Path) -> None:
+        count[0] += 1
+        if count[0] == 3:
+            raise KeyboardInterrupt
+        save(frame, path)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(gs.Frame, "save", interrupted)
+        assert "interrupted" in run("--orbit", "4", "-o", "v{}.png", code=130).stderr
+    assert files(folder) == ["v.orbit.jsonl", "v0.png", "v1.png"]
+    assert made("--orbit", "4", "-o", "v{}.png") == [False, False, True, True]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--orbit", "2", "-o", "v.png"), "one field for the picture's number"),
+        (("--orbit", "2", "-o", "v{}{}.png"), "one field"),
+        (("--orbit", "2", "-o", "v{name}.png"), "one field"),
+        (("--orbit", "2", "-o", "v{:s}.png"), "one field"),
+        (("--orbit", "2", "-o", "v{!r}.png"), "one field"),
+        (("--orbit", "2", "-o", "v{.png"), "one field"),
+        (("-o", "v{:03d}.png"), "needs --orbit"),
+        (("--orbit", "0", "-o", "v{}.png"), "0 is not in the range"),
+        (("--orbit", "100001", "-o", "v{}.png"), "is not in the range"),
+        (("--orbit", "2", "-o", "nowhere/v{}.png"), "there is no folder"),
+    ],
+)
+def test_what_is_refused(folder: Path, arguments: tuple[str, ...], said: str) -> None:
+    assert said in run(*arguments, code=2).stderr
+    assert files(folder) == []
+
+
+def test_a_bad_model_fails_before_anything_is_written(folder: Path) -> None:
+    (folder / "bad.glb").write_bytes(b"glTF")
+    run("bad.glb", "--orbit", "2", code=1)
+    assert files(folder) == ["bad.glb"]
+
+
+def test_without_a_name_it_is_the_models(folder: Path) -> None:
+    run("--orbit", "1", "--overlay", "axes")
+    assert files(folder) == ["courtyard_.orbit.jsonl", "courtyard_000.png"]
