@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.clusters import Placed, place
 from glshadow.core.spaces import Array
 from glshadow.errors import ResourceError
 from glshadow.gl.buffers import texture_buffer
@@ -31,6 +32,8 @@ class GpuScene:
         Those that have triangles, in the scene's order.
     meshes : list of GpuMesh
         One per node, shared by instances.
+    count : int
+        Triangles of all nodes.
     first : (N,) int
         Number of each node's first triangle, from 0, over the whole scene.
     world_from_origin : (N, 4, 4) float64
@@ -62,6 +65,7 @@ class GpuScene:
         self.identity = next(self._count)
         self._context = context
         self._world: WorldTriangles | None = None
+        self._clusters: Placed | None = None
         self.casting: dict[tuple[bool, tuple[float, float, float]], NDArray[np.bool_]] = {}
         self.nodes: tuple[Node, ...] = tuple(node for node in scene.nodes if len(node.mesh.triangles))
         self.meshes = [meshes.get(node.mesh) for node in self.nodes]
@@ -73,6 +77,7 @@ class GpuScene:
         self.mesh_number = [numbers[id(gpu)] for gpu in self.meshes]
         counts = np.array([gpu.count for gpu in self.meshes])
         self.first = np.concatenate([[0], np.cumsum(counts)[:-1]])
+        self.count = int(counts.sum())
         limit = context.caps.max_texture_buffer_size
         if counts.sum() > limit:
             raise ResourceError(
@@ -108,6 +113,18 @@ class GpuScene:
         self.smooth = any(gpu.smooth for gpu in self.meshes)
         one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())
         self.color: tuple[float, float, float] | None = tuple(float(c) for c in colors[0, :3]) if one else None  # type: ignore[assignment]
+
+    @property
+    def clusters(self) -> Placed:
+        """The clusters of all nodes, made when first asked for."""
+        if self._clusters is None:
+            meshes = {id(gpu): gpu for gpu in self.meshes}
+            place_of = {key: k for k, key in enumerate(meshes)}
+            relative = self.world_from_origin.copy()
+            relative[:, :3, 3] -= self.origin
+            bodies = [gpu.shape.clusters for gpu in meshes.values()]
+            self._clusters = place(bodies, [place_of[id(gpu)] for gpu in self.meshes], relative)
+        return self._clusters
 
     @property
     def world(self) -> WorldTriangles:

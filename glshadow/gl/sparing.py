@@ -1,0 +1,158 @@
+"""Sparing: a map that is drawn again and again is drawn with fewer triangles, those of clusters that can be in it.
+
+Clusters outside the view or behind others change nothing in a depth map, whatever is drawn first. What was behind others in the last
+map of a moving light is mostly so in the next: the rest is drawn, its depth is read, and of what was left out only those clusters
+follow that are not behind that depth. Reading pays where OpenGL runs on the CPU; elsewhere nothing is asked to be hidden. That a
+cluster turns its back to the light is not asked: what is turned away costs a tenth of what is drawn, as much as asking.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.decision import CasterSettings
+from glshadow.core.hidden import behind, farthest
+from glshadow.core.metric import Target
+from glshadow.core.showing import Bools, Extents, extents, in_frustum
+from glshadow.core.spaces import translation
+from glshadow.core.view import ShadowView
+from glshadow.gl.atlases import Atlas
+from glshadow.gl.context import GLContext
+from glshadow.gl.drawing import Begin, draw_nodes
+from glshadow.gl.geometry import GpuScene
+from glshadow.gl.runs import Runs, Whole
+
+LEAST_TRIANGLES = 1 << 15
+"""Scenes of fewer are drawn faster than they are asked."""
+_FEWER = 0.6  # of the triangles must remain, or less: vertices are shared less along the curve (10 % on a brain)
+# Tuned on llvmpipe with scripts/benchmarks/spared.py; seconds
+_TRIANGLE, _TEXEL, _CLUSTER = 1e-7, 1.2e-9, 2e-7
+_STEPS = {Target.DEPTH32F: 0.0}
+_STEP = 2.0**-15  # of other depth formats, at most
+_PAUSE, _LONGEST_PAUSE = 16, 1024  # draws after which it is tried again whether anything is hidden
+
+
+def sparable(scene: GpuScene, settings: CasterSettings) -> bool:
+    """Whether a map can be drawn with fewer triangles: of equal depths of a metric the last that is drawn wins, so that all must be
+    drawn, and in order; and casters that are moved leave their clusters."""
+    return settings.target.is_depth and settings.bias.of_caster is None and scene.count >= LEAST_TRIANGLES
+
+
+@dataclass
+class Shown:
+    """What is known of a view from its last map.
+
+    Attributes
+    ----------
+    scene : int
+        Identity.
+    clusters : (C,) bool or None
+        Which were not hidden; None: not known.
+    pause, waits : int
+        Draws until it is asked again, and how many that were the last time.
+    """
+
+    scene: int
+    clusters: Bools | None = None
+    pause: int = 0
+    waits: int = 0
+
+
+class Sparing:
+    """How one light's maps are drawn with fewer triangles.
+
+    Parameters
+    ----------
+    hidden : sequence of {"back", "front", None}
+        Per node the side that is left out.
+    """
+
+    def __init__(
+        self, context: GLContext, scene: GpuScene, atlas: Atlas, settings: CasterSettings, hidden: Sequence[str | None]
+    ) -> None:
+        self._context, self._scene, self._atlas, self._settings, self._hidden = context, scene, atlas, settings, hidden
+        self._placed = scene.clusters
+        self._triangles = np.array([gpu.count for gpu in scene.meshes])
+        offset = settings.bias.polygon_offset
+        self._reads = context.caps.software and min(offset) >= 0.0
+
+    def draw(self, view: ShadowView, chosen: NDArray[np.int64], whole: Begin, clustered: Begin) -> int:
+        """Draw nodes into a view's tile, which is clear; returns how many.
+
+        Parameters
+        ----------
+        chosen : (K,) int64
+            Nodes that may be in it.
+        whole, clustered : Begin
+            For meshes in their own order, and cluster after cluster.
+        """
+        bounds, shows = self._shows(view, chosen)
+        counts = self._sizes()
+        wanted = int(counts @ shows)
+        seen = self._seen(view)
+        asks = self._asks(view, wanted, seen)
+        now = shows & seen.clusters if asks and seen.clusters is not None else shows
+        if int(counts @ now) > _FEWER * self._triangles[chosen].sum():
+            draw_nodes(self._context.ctx, self._scene, chosen, self._hidden, whole, Whole(self._context))
+            now = shows
+        else:
+            self._draw(now, clustered)
+        if asks:
+            found = ~self._behind(view, bounds)
+            self._draw(shows & found & ~now, clustered)
+            self._learn(view, seen, found, int(counts @ (shows & ~found)))
+        return len(chosen)
+
+    def _sizes(self) -> NDArray[np.int64]:
+        """Triangles (C,) of each cluster, or nearly."""
+        each = np.diff(self._placed.first)
+        return (self._triangles // each)[self._placed.body]
+
+    def _shows(self, view: ShadowView, chosen: NDArray[np.int64]) -> tuple[Extents, Bools]:
+        scene, placed = self._scene, self._placed
+        clip_from_origin = view.clip_from_world @ translation(scene.origin)
+        bounds = extents(placed, clip_from_origin, view.clip_from_world @ scene.world_from_origin)
+        nodes = np.zeros(len(scene.nodes), dtype=bool)
+        nodes[chosen] = True
+        return bounds, in_frustum(placed, clip_from_origin, bounds) & nodes[placed.body]
+
+    def _seen(self, view: ShadowView) -> Shown:
+        seen = self._atlas.shown.get(view.tile)
+        if seen is None or seen.scene != self._scene.identity:
+            seen = self._atlas.shown[view.tile] = Shown(self._scene.identity)
+        return seen
+
+    def _cost(self, view: ShadowView) -> float:
+        """Seconds that asking takes."""
+        return _TEXEL * view.resolution**2 + _CLUSTER * self._placed.count
+
+    def _asks(self, view: ShadowView, wanted: int, seen: Shown) -> bool:
+        if not self._reads or 0.5 * wanted * _TRIANGLE < self._cost(view):
+            return False
+        seen.pause -= 1
+        return seen.pause < 0
+
+    def _learn(self, view: ShadowView, seen: Shown, found: Bools, hidden: int) -> None:
+        """Whether it was worth its time."""
+        if hidden * _TRIANGLE > self._cost(view):
+            seen.clusters, seen.waits = found, 0
+            return
+        seen.clusters = None
+        seen.waits = seen.pause = min(max(2 * seen.waits, _PAUSE), _LONGEST_PAUSE)
+
+    def _draw(self, drawn: Bools, begin: Begin) -> None:
+        runs = Runs(self._context, self._placed, drawn, self._triangles)
+        draw_nodes(self._context.ctx, self._scene, runs.nodes, self._hidden, begin, runs)
+
+    def _behind(self, view: ShadowView, bounds: Extents) -> Bools:
+        side = view.resolution
+        depth = self._atlas.staging(side)
+        self._atlas.framebuffer.read_into(
+            depth, (*view.tile, side, side), components=1, attachment=-1, dtype="f4", alignment=1
+        )
+        step = _STEPS.get(self._settings.target, _STEP)
+        return behind(view, bounds, farthest(depth, view.clip.reversed), step)
