@@ -75,13 +75,13 @@ def behind(view: ShadowView, bounds: Extents, deepest: Farthest, step: float) ->
     """
     side = view.resolution
     low, high = (bounds.middle + k * (bounds.reach + bounds.slack) for k in (-1.0, 1.0))
-    near, far = low[:, 3], high[:, 3]
+    near, far = low[3], high[3]
     nearest, ahead = _nearest(view, bounds, low, high)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         ends = []
         for axis in (0, 1):
-            first = low[:, axis] / np.where(low[:, axis] > 0.0, far, near)
-            last = high[:, axis] / np.where(high[:, axis] > 0.0, near, far)
+            first = low[axis] / np.where(low[axis] > 0.0, far, near)
+            last = high[axis] / np.where(high[axis] > 0.0, near, far)
             for end, pad in ((first, -1.0), (last, 1.0)):  # a texel of rounding
                 texel = np.clip((0.5 * end + 0.5) * side + pad, 0.0, side - 1.0)
                 ends.append((np.nan_to_num(texel) / BLOCK).astype(np.int64))
@@ -103,14 +103,14 @@ def _nearest(view: ShadowView, bounds: Extents, low: Array, high: Array) -> tupl
     """Least stored depth that a cluster may have (C,), negated where it is reversed, and whether it lies before the eye at all."""
     clip, projection = view.clip, view.clip_from_view
     if view.kind == "directional":
-        first, last = (low[:, 2], high[:, 2]) if not clip.reversed else (-high[:, 2], -low[:, 2])
-        depth, ahead = first - _DEEPER * (last - first), np.ones(len(low), dtype=bool)
+        first, last = (low[2], high[2]) if not clip.reversed else (-high[2], -low[2])
+        depth, ahead = first - _DEEPER * (last - first), np.ones(len(first), dtype=bool)
     else:
-        w = low[:, 3] - _DEEPER * (high[:, 3] - low[:, 3])
+        w = low[3] - _DEEPER * (high[3] - low[3])
         ahead = w > 0.0
         w = np.where(ahead, w, 1.0)
         depth = clip.sign * (projection[2, 3] / w - projection[2, 2])
-        depth -= (bounds.slack[:, 2] + np.abs(depth) * bounds.slack[:, 3]) / w
+        depth -= (bounds.slack[2] + np.abs(depth) * bounds.slack[3]) / w
     if not clip.zero_to_one:
         depth = 0.5 * depth + clip.sign * 0.5
     # what is nearer than the near plane is clamped to it

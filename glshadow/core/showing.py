@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.clusters import Placed
+from glshadow.core.clusters import Placed, combined
 from glshadow.core.spaces import Array
 
 Bools = NDArray[np.bool_]
@@ -24,7 +24,7 @@ _SIDES = np.array([(-1.0, 0, 0, 1), (1, 0, 0, 1), (0, -1, 0, 1), (0, 1, 0, 1), (
 
 @dataclass(frozen=True, eq=False)
 class Extents:
-    """Of each cluster in clip coordinates (C, 4): middle, reach, and what float32 may add to it."""
+    """Of each cluster in clip coordinates (4, C): middle, reach, and what float32 may add to it."""
 
     middle: Array
     reach: Array
@@ -41,14 +41,15 @@ def extents(placed: Placed, clip_from_origin: Array, clip_from_mesh: Array) -> E
     clip_from_mesh : (N, 4, 4) float64
         Per body, as it is drawn: rounding goes by its numbers.
     """
-    size = np.einsum("nij,nj->ni", np.abs(clip_from_mesh[:, :, :3]), placed.size) + np.abs(clip_from_mesh[:, :, 3])
-    middle = placed.centre @ clip_from_origin[:, :3].T + clip_from_origin[:, 3]
-    return Extents(middle, placed.reach(clip_from_origin[:, :3]), (_FLOAT * size)[placed.body])
+    size = np.einsum("nij,jn->in", np.abs(clip_from_mesh[:, :, :3]), placed.size) + np.abs(clip_from_mesh[:, :, 3]).T
+    return Extents(
+        placed.middle(clip_from_origin), placed.reach(clip_from_origin), (_FLOAT * size).take(placed.body, axis=1)
+    )
 
 
 def in_frustum(placed: Placed, clip_from_origin: Array, bounds: Extents) -> Bools:
     """Which clusters (C,) may lie in a view, whatever their depth: what is nearer or farther may be clamped to its planes."""
     rows = _SIDES @ clip_from_origin
-    most = placed.centre @ rows[:, :3].T + rows[:, 3] + placed.reach(rows[:, :3])
-    inside: Bools = ~(most < -(bounds.slack @ np.abs(_SIDES).T)).any(axis=1)
+    most = placed.middle(rows) + placed.reach(rows) + combined(np.abs(_SIDES), bounds.slack)
+    inside: Bools = (most >= 0.0).all(axis=0)
     return inside

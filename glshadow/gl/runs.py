@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import moderngl
 import numpy as np
@@ -80,7 +81,7 @@ class Runs:
         first, count = self._first[mine], self._count[mine]
         whole = np.cumsum(count)
         cuts = [0, *np.unique(np.searchsorted(whole, np.arange(AT_ONCE, whole[-1], AT_ONCE)) + 1), len(count)]
-        for low, high in zip(cuts, cuts[1:], strict=False):
+        for low, high in pairwise(cuts):
             if low < high:
                 self._gl.multi_draw(array.program.glo, array.glo, first[low:high], count[low:high])
                 self._hurry.drawn(int(count[low:high].sum()))

@@ -8,7 +8,7 @@ cluster turns its back to the light is not asked: what is turned away costs a te
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
