@@ -131,7 +131,7 @@ class Placed:
 
 def combined(rows: Array, columns: Array) -> Array:
     """Rows (k, j) times columns (j, C), without BLAS: its threads wait for the driver's (50 ms for 40,000 columns instead of 0.4)."""
-    return np.einsum("kj,jc->kc", rows, columns)
+    return np.asarray(np.einsum("kj,jc->kc", rows, columns))
 
 
 def place(meshes: list[Clusters], number: list[int], world_from_mesh: Array) -> Placed:

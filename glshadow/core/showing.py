@@ -51,5 +51,4 @@ def in_frustum(placed: Placed, clip_from_origin: Array, bounds: Extents) -> Bool
     """Which clusters (C,) may lie in a view, whatever their depth: what is nearer or farther may be clamped to its planes."""
     rows = _SIDES @ clip_from_origin
     most = placed.middle(rows) + placed.reach(rows) + combined(np.abs(_SIDES), bounds.slack)
-    inside: Bools = (most >= 0.0).all(axis=0)
-    return inside
+    return np.asarray((most >= 0.0).all(axis=0))
