@@ -1,4 +1,4 @@
-"""Clusters: neighbouring triangles that are drawn or left out together, each with a box."""
+"""Clusters: neighbouring triangles that are drawn or left out together, each with a box and a mean normal."""
 
 from __future__ import annotations
 
@@ -29,11 +29,14 @@ class Clusters:
         Triangle numbers, cluster after cluster, rising inside each; cluster k has those from SIZE * k on.
     centre, half : (C, 3) float64
         Middle and half extents of its box.
+    normal : (C, 3) float64
+        Mean of its triangles' unit normals: short where they disagree.
     """
 
     order: NDArray[np.uint32]
     centre: Array
     half: Array
+    normal: Array
 
     @property
     def count(self) -> int:
@@ -85,12 +88,16 @@ def _along_curve(positions: NDArray[np.float32], triangles: NDArray[np.int32]) -
     return (key & np.uint64(0xFFFFFFFF)).astype(np.uint32)
 
 
-def _bounds(positions: NDArray[np.float32], corners: NDArray[np.int32]) -> tuple[Array, Array]:
-    """Centre and half extents of clusters of vertex numbers (C, SIZE, 3)."""
-    columns = [positions[:, axis][corners.reshape(len(corners), -1)] for axis in range(3)]
-    low = np.stack([column.min(axis=1) for column in columns], axis=-1).astype(np.float64)
-    high = np.stack([column.max(axis=1) for column in columns], axis=-1).astype(np.float64)
-    return 0.5 * (low + high), 0.5 * (high - low)
+def _bounds(positions: NDArray[np.float32], corners: NDArray[np.int32]) -> tuple[Array, Array, Array]:
+    """Centre, half extents and mean normal of clusters of vertex numbers (C, SIZE, 3)."""
+    columns = [positions[:, axis][corners].astype(np.float64) for axis in range(3)]
+    low = np.stack([column.min(axis=(1, 2)) for column in columns], axis=-1)
+    high = np.stack([column.max(axis=(1, 2)) for column in columns], axis=-1)
+    (ax, bx), (ay, by), (az, bz) = ((c[..., 1] - c[..., 0], c[..., 2] - c[..., 0]) for c in columns)
+    normal = np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+    length = np.sqrt((normal**2).sum(axis=0))
+    normal /= np.where(length > 0.0, length, 1.0)
+    return 0.5 * (low + high), 0.5 * (high - low), normal.mean(axis=2).T
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +112,8 @@ class Placed:
         Where each body's begin.
     centre, half : (3, C) float64
         Of their boxes.
+    normal : (3, C) float64
+        About their mean normals: no longer than 1.
     size : (3, N) float64
         Greatest coordinates of a body's vertices, in mesh units.
     """
@@ -113,6 +122,7 @@ class Placed:
     first: NDArray[np.int64]
     centre: Array
     half: Array
+    normal: Array
     size: Array
 
     @property
@@ -134,7 +144,7 @@ def combined(rows: Array, columns: Array) -> Array:
     return np.asarray(np.einsum("kj,jc->kc", rows, columns))
 
 
-def place(meshes: list[Clusters], number: list[int], world_from_mesh: Array) -> Placed:
+def place(meshes: list[Clusters], number: list[int], world_from_mesh: Array, normal_from_mesh: Array) -> Placed:
     """Put clusters where their bodies are.
 
     Parameters
@@ -143,15 +153,22 @@ def place(meshes: list[Clusters], number: list[int], world_from_mesh: Array) -> 
         Per body (N,) which of the meshes.
     world_from_mesh : (N, 4, 4) float64
         Relative to the scene's origin, for vertices as they are drawn.
+    normal_from_mesh : (N, 3, 3) float64
+        Of any size.
     """
     mesh = np.asarray(number)
     counts = np.array([each.count for each in meshes])
     first = np.concatenate([[0], np.cumsum(counts[mesh])])
     body = np.repeat(np.arange(len(mesh)), counts[mesh])
     rows = np.arange(first[-1]) - first[body] + (np.cumsum(counts) - counts)[mesh][body]
-    local, half = (np.concatenate([getattr(m, name) for m in meshes])[rows] for name in ("centre", "half"))
+    local, half, normal = (
+        np.concatenate([getattr(m, name) for m in meshes])[rows] for name in ("centre", "half", "normal")
+    )
     linear = world_from_mesh[:, :3, :3]
     centre = np.einsum("cij,cj->ic", linear[body], local) + world_from_mesh[body, :3, 3].T
     half = np.einsum("cij,cj->ic", np.abs(linear)[body], half)
+    short = np.linalg.norm(normal, axis=1)
+    normal = np.einsum("cij,cj->ic", normal_from_mesh[body], normal)
+    normal *= short / np.maximum(np.linalg.norm(normal, axis=0), 1e-300)
     sizes = np.stack([(np.abs(each.centre) + each.half).max(axis=0) for each in meshes], axis=1)
-    return Placed(body, first, centre, half + _ROUNDED * (np.abs(centre) + half).sum(axis=0), sizes[:, mesh])
+    return Placed(body, first, centre, half + _ROUNDED * (np.abs(centre) + half).sum(axis=0), normal, sizes[:, mesh])

@@ -158,7 +158,7 @@ def draw_surface(context: GLContext, programs: Programs, scene: GpuScene, sight:
 
         return place, gpu.vertex_array(program, "numbered")
 
-    draw_nodes(ctx, scene, sight.drawn, hidden, begin, Whole(context))
+    draw_nodes(ctx, scene, sight.drawn, hidden, begin, Whole(context, scene.count))
     ctx.enable_only(moderngl.DEPTH_TEST)
 
 

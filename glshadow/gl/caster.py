@@ -74,7 +74,7 @@ def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light:
         chosen = np.flatnonzero(casting & seen_by(view.clip_from_world, boxes, view))
         begin = partial(_begin, programs, scene, light, view, settings)
         if sparing is None:
-            draws += draw_nodes(ctx, scene, chosen, hidden, begin("shared"), Whole(context))
+            draws += draw_nodes(ctx, scene, chosen, hidden, begin("shared"), Whole(context, scene.count))
         else:
             draws += sparing.draw(view, chosen, begin("shared"), begin("clustered"))
     ctx.polygon_offset = (0.0, 0.0)

@@ -123,7 +123,8 @@ class GpuScene:
             relative = self.world_from_origin.copy()
             relative[:, :3, 3] -= self.origin
             bodies = [gpu.shape.clusters for gpu in meshes.values()]
-            self._clusters = place(bodies, [place_of[id(gpu)] for gpu in self.meshes], relative)
+            number = [place_of[id(gpu)] for gpu in self.meshes]
+            self._clusters = place(bodies, number, relative, self.normal_from_mesh)
         return self._clusters
 
     @property

@@ -15,22 +15,28 @@ from glshadow.gl.context import GLContext
 Stroke = Callable[[moderngl.VertexArray, int], None]
 """Draws a mesh, the program's input, for a node."""
 
-AT_ONCE = 1 << 15
+AT_ONCE = 1 << 16
 """Triangles after which a driver on the CPU is told to begin: it rasterises on all cores, but only after it has sorted all that it was
-given into tiles, on one. Of 608,752 triangles a 2048 map takes 74 ms at once and 61 so, the camera's pass 44 and 31 to 36; on the
-courtyard's 91,656 more often costs more than it brings."""
+given into tiles, on one. Of 608,752 triangles a 2048 map takes 74 ms at once and 61 so, the camera's pass 44 and 36 (llvmpipe, Mesa 22.3,
+two cores). What is less than twice as much is drawn at once: on the courtyard's 91,656 each beginning costs 0.3 ms."""
 
 
 class Whole:
-    """Draws all triangles of a mesh."""
+    """Draws all triangles of a mesh.
 
-    def __init__(self, context: GLContext) -> None:
-        self._hurry = _Hurry(context)
+    Parameters
+    ----------
+    total : int
+        Triangles of the whole scene.
+    """
+
+    def __init__(self, context: GLContext, total: int) -> None:
+        self._hurry = _Hurry(context, total)
 
     def __call__(self, array: moderngl.VertexArray, node: int) -> None:
         """The mesh."""
         count = array.vertices // 3
-        if count < 2 * AT_ONCE or not self._hurry.helps:
+        if count <= AT_ONCE or not self._hurry.helps:
             array.render()
             self._hurry.drawn(count)
             return
@@ -55,7 +61,7 @@ class Runs:
     def __init__(
         self, context: GLContext, placed: Placed, drawn: NDArray[np.bool_], triangles: NDArray[np.int64]
     ) -> None:
-        self._gl, self._hurry = context.gl, _Hurry(context)
+        self._gl = context.gl
         starts, ends = runs_of(drawn, placed.first)
         self._at = np.searchsorted(starts, placed.first)
         body = placed.body[starts]
@@ -64,6 +70,7 @@ class Runs:
         last = ends == placed.first[body + 1]
         self._first = (starts - own) * SIZE
         self._count = np.where(last, triangles[body], (ends - own) * SIZE) - self._first
+        self._hurry = _Hurry(context, self.triangles)
 
     @property
     def triangles(self) -> int:
@@ -98,8 +105,8 @@ def runs_of(drawn: NDArray[np.bool_], first: NDArray[np.int64]) -> tuple[NDArray
 class _Hurry:
     """Tells a driver on the CPU to begin."""
 
-    def __init__(self, context: GLContext) -> None:
-        self.helps = context.caps.software
+    def __init__(self, context: GLContext, total: int) -> None:
+        self.helps = context.caps.software and total >= 2 * AT_ONCE
         self._gl, self._since = context.gl, 0
 
     def drawn(self, count: int) -> None:

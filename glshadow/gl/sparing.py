@@ -18,7 +18,7 @@ from glshadow.core.decision import CasterSettings
 from glshadow.core.hidden import behind, farthest
 from glshadow.core.metric import Target
 from glshadow.core.showing import Bools, Extents, extents, in_frustum
-from glshadow.core.spaces import translation
+from glshadow.core.spaces import Array, translation
 from glshadow.core.view import ShadowView
 from glshadow.gl.atlases import Atlas
 from glshadow.gl.context import GLContext
@@ -28,9 +28,10 @@ from glshadow.gl.runs import Runs, Whole
 
 LEAST_TRIANGLES = 1 << 15
 """Scenes of fewer are drawn faster than they are asked."""
-_FEWER = 0.6  # of the triangles must remain, or less: vertices are shared less along the curve (10 % on a brain)
-# Tuned on llvmpipe with scripts/benchmarks/spared.py; seconds
-_TRIANGLE, _TEXEL, _CLUSTER = 1e-7, 1.2e-9, 2e-7
+_FEWER = 0.8  # of the time must remain, or less: vertices are shared less along the curve (10 % on a brain)
+# Seconds on llvmpipe (Mesa 22.3, two cores), tuned with scripts/benchmarks/spared.py: they decide how a map is drawn, not what is in it.
+_FRONT, _BACK = 1e-7, 1e-8  # a triangle that is drawn, and one that turns the side that is left out
+_TEXEL, _CLUSTER = 1.2e-9, 2e-7  # of asking
 _STEPS = {Target.DEPTH32F: 0.0}
 _STEP = 2.0**-15  # of other depth formats, at most
 _PAUSE, _LONGEST_PAUSE = 16, 1024  # draws after which it is tried again whether anything is hidden
@@ -77,6 +78,7 @@ class Sparing:
         self._context, self._scene, self._atlas, self._settings, self._hidden = context, scene, atlas, settings, hidden
         self._placed = scene.clusters
         self._triangles = np.array([gpu.count for gpu in scene.meshes])
+        self._side = np.array([{"back": 1.0, "front": -1.0, None: 0.0}[side] for side in hidden])
         offset = settings.bias.polygon_offset
         self._reads = context.caps.software and min(offset) >= 0.0
 
@@ -90,35 +92,46 @@ class Sparing:
         whole, clustered : Begin
             For meshes in their own order, and cluster after cluster.
         """
-        bounds, shows = self._shows(view, chosen)
-        counts = self._sizes()
-        wanted = int(counts @ shows)
+        bounds, shows, mine = self._shows(view, chosen)
+        work = self._work(view)
         seen = self._seen(view)
-        asks = self._asks(view, wanted, seen)
+        asks = self._asks(view, float(work @ shows), seen)
         now = shows & seen.clusters if asks and seen.clusters is not None else shows
-        if int(counts @ now) > _FEWER * self._triangles[chosen].sum():
-            draw_nodes(self._context.ctx, self._scene, chosen, self._hidden, whole, Whole(self._context))
+        if work @ now > _FEWER * (work @ mine):
+            stroke = Whole(self._context, self._scene.count)
+            draw_nodes(self._context.ctx, self._scene, chosen, self._hidden, whole, stroke)
             now = shows
         else:
             self._draw(now, clustered)
         if asks:
             found = ~self._behind(view, bounds)
             self._draw(shows & found & ~now, clustered)
-            self._learn(view, seen, found, int(counts @ (shows & ~found)))
+            self._learn(view, seen, found, float(work @ (shows & ~found)))
         return len(chosen)
 
-    def _sizes(self) -> NDArray[np.int64]:
-        """Triangles (C,) of each cluster, or nearly."""
-        each = np.diff(self._placed.first)
-        return (self._triangles // each)[self._placed.body]
+    def _work(self, view: ShadowView) -> Array:
+        """Seconds (C,) that clusters take, about: by how much of each is turned to the light."""
+        placed = self._placed
+        backward = view.view_from_world[2, :3]
+        towards = backward[:, None]
+        if view.kind != "directional":
+            eye = -view.view_from_world[:3, :3].T @ view.view_from_world[:3, 3] - self._scene.origin
+            towards = eye[:, None] - placed.centre
+            towards /= np.maximum(np.linalg.norm(towards, axis=0), 1e-300)
+        side = self._side[placed.body]
+        front = np.clip(0.5 + side * (placed.normal * towards).sum(axis=0), 0.0, 1.0)
+        share = np.where(side == 0.0, 1.0, front)
+        each = self._triangles / np.diff(placed.first)
+        return np.asarray(each[placed.body] * (_BACK + _FRONT * share))
 
-    def _shows(self, view: ShadowView, chosen: NDArray[np.int64]) -> tuple[Extents, Bools]:
+    def _shows(self, view: ShadowView, chosen: NDArray[np.int64]) -> tuple[Extents, Bools, Bools]:
         scene, placed = self._scene, self._placed
         clip_from_origin = view.clip_from_world @ translation(scene.origin)
         bounds = extents(placed, clip_from_origin, view.clip_from_world @ scene.world_from_origin)
         nodes = np.zeros(len(scene.nodes), dtype=bool)
         nodes[chosen] = True
-        return bounds, in_frustum(placed, clip_from_origin, bounds) & nodes[placed.body]
+        mine = nodes[placed.body]
+        return bounds, in_frustum(placed, clip_from_origin, bounds) & mine, mine
 
     def _seen(self, view: ShadowView) -> Shown:
         seen = self._atlas.shown.get(view.tile)
@@ -130,15 +143,15 @@ class Sparing:
         """Seconds that asking takes."""
         return _TEXEL * view.resolution**2 + _CLUSTER * self._placed.count
 
-    def _asks(self, view: ShadowView, wanted: int, seen: Shown) -> bool:
-        if not self._reads or 0.5 * wanted * _TRIANGLE < self._cost(view):
+    def _asks(self, view: ShadowView, wanted: float, seen: Shown) -> bool:
+        if not self._reads or 0.5 * wanted < self._cost(view):
             return False
         seen.pause -= 1
         return seen.pause < 0
 
-    def _learn(self, view: ShadowView, seen: Shown, found: Bools, hidden: int) -> None:
+    def _learn(self, view: ShadowView, seen: Shown, found: Bools, saved: float) -> None:
         """Whether it was worth its time."""
-        if hidden * _TRIANGLE > self._cost(view):
+        if saved > self._cost(view):
             seen.clusters, seen.waits = found, 0
             return
         seen.clusters = None
