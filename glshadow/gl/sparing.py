@@ -95,9 +95,9 @@ class Sparing:
         bounds, shows, mine = self._shows(view, chosen)
         work = self._work(view)
         seen = self._seen(view)
-        asks = self._asks(view, float(work @ shows), seen)
+        asks = self._asks(view, float(work[shows].sum()), seen)
         now = shows & seen.clusters if asks and seen.clusters is not None else shows
-        if work @ now > _FEWER * (work @ mine):
+        if work[now].sum() > _FEWER * work[mine].sum():
             stroke = Whole(self._context, self._scene.count)
             draw_nodes(self._context.ctx, self._scene, chosen, self._hidden, whole, stroke)
             now = shows
@@ -106,7 +106,7 @@ class Sparing:
         if asks:
             found = ~self._behind(view, bounds)
             self._draw(shows & found & ~now, clustered)
-            self._learn(view, seen, found, float(work @ (shows & ~found)))
+            self._learn(view, seen, found, float(work[shows & ~found].sum()))
         return len(chosen)
 
     def _work(self, view: ShadowView) -> Array:
