@@ -34,7 +34,8 @@ _FRONT, _BACK = 1e-7, 1e-8  # a triangle that is drawn, and one that turns the s
 _TEXEL, _CLUSTER = 1.2e-9, 2e-7  # of asking
 _STEPS = {Target.DEPTH32F: 0.0}
 _STEP = 2.0**-15  # of other depth formats, at most
-_PAUSE, _LONGEST_PAUSE = 16, 1024  # draws after which it is tried again whether anything is hidden
+_FIRST_PAUSE = 3  # draws before clusters are made: that takes as long as two or three
+_PAUSE, _LONGEST_PAUSE = 16, 1024  # draws after which it is tried again whether it is worth its time
 
 
 def sparable(scene: GpuScene, settings: CasterSettings) -> bool:
@@ -45,7 +46,7 @@ def sparable(scene: GpuScene, settings: CasterSettings) -> bool:
 
 @dataclass
 class Shown:
-    """What is known of a view from its last map.
+    """What is known of a view from its last maps.
 
     Attributes
     ----------
@@ -54,12 +55,12 @@ class Shown:
     clusters : (C,) bool or None
         Which were not hidden; None: not known.
     pause, waits : int
-        Draws until it is asked again, and how many that were the last time.
+        Draws until anything is asked again, and how many that were the last time.
     """
 
     scene: int
     clusters: Bools | None = None
-    pause: int = 0
+    pause: int = _FIRST_PAUSE
     waits: int = 0
 
 
@@ -76,7 +77,6 @@ class Sparing:
         self, context: GLContext, scene: GpuScene, atlas: Atlas, settings: CasterSettings, hidden: Sequence[str | None]
     ) -> None:
         self._context, self._scene, self._atlas, self._settings, self._hidden = context, scene, atlas, settings, hidden
-        self._placed = scene.clusters
         self._triangles = np.array([gpu.count for gpu in scene.meshes])
         self._side = np.array([{"back": 1.0, "front": -1.0, None: 0.0}[side] for side in hidden])
         offset = settings.bias.polygon_offset
@@ -92,26 +92,35 @@ class Sparing:
         whole, clustered : Begin
             For meshes in their own order, and cluster after cluster.
         """
+        seen = self._seen(view)
+        if seen.pause > 0:
+            seen.pause -= 1
+            self._draw_whole(chosen, whole)
+            return len(chosen)
         bounds, shows, mine = self._shows(view, chosen)
         work = self._work(view)
-        seen = self._seen(view)
-        asks = self._asks(view, float(work[shows].sum()), seen)
+        asking, cost = _TEXEL * view.resolution**2, _CLUSTER * len(work)
+        asks = self._reads and 0.5 * work[shows].sum() > asking
         now = shows & seen.clusters if asks and seen.clusters is not None else shows
         if work[now].sum() > _FEWER * work[mine].sum():
-            stroke = Whole(self._context, self._scene.count)
-            draw_nodes(self._context.ctx, self._scene, chosen, self._hidden, whole, stroke)
-            now = shows
+            self._draw_whole(chosen, whole)
+            now = mine
         else:
             self._draw(now, clustered)
+        needed = shows
         if asks:
-            found = ~self._behind(view, bounds)
-            self._draw(shows & found & ~now, clustered)
-            self._learn(view, seen, found, float(work[shows & ~found].sum()))
+            seen.clusters = ~self._behind(view, bounds)
+            needed, cost = shows & seen.clusters, cost + asking
+            self._draw(needed & ~now, clustered)
+        if work[mine & ~needed].sum() > cost:
+            seen.waits = 0
+        else:
+            seen.waits = seen.pause = min(max(2 * seen.waits, _PAUSE), _LONGEST_PAUSE)
         return len(chosen)
 
     def _work(self, view: ShadowView) -> Array:
         """Seconds (C,) that clusters take, about: by how much of each is turned to the light."""
-        placed = self._placed
+        placed = self._scene.clusters
         backward = view.view_from_world[2, :3]
         towards = backward[:, None]
         if view.kind != "directional":
@@ -125,7 +134,7 @@ class Sparing:
         return np.asarray(each[placed.body] * (_BACK + _FRONT * share))
 
     def _shows(self, view: ShadowView, chosen: NDArray[np.int64]) -> tuple[Extents, Bools, Bools]:
-        scene, placed = self._scene, self._placed
+        scene, placed = self._scene, self._scene.clusters
         clip_from_origin = view.clip_from_world @ translation(scene.origin)
         bounds = extents(placed, clip_from_origin, view.clip_from_world @ scene.world_from_origin)
         nodes = np.zeros(len(scene.nodes), dtype=bool)
@@ -139,26 +148,12 @@ class Sparing:
             seen = self._atlas.shown[view.tile] = Shown(self._scene.identity)
         return seen
 
-    def _cost(self, view: ShadowView) -> float:
-        """Seconds that asking takes."""
-        return _TEXEL * view.resolution**2 + _CLUSTER * self._placed.count
-
-    def _asks(self, view: ShadowView, wanted: float, seen: Shown) -> bool:
-        if not self._reads or 0.5 * wanted < self._cost(view):
-            return False
-        seen.pause -= 1
-        return seen.pause < 0
-
-    def _learn(self, view: ShadowView, seen: Shown, found: Bools, saved: float) -> None:
-        """Whether it was worth its time."""
-        if saved > self._cost(view):
-            seen.clusters, seen.waits = found, 0
-            return
-        seen.clusters = None
-        seen.waits = seen.pause = min(max(2 * seen.waits, _PAUSE), _LONGEST_PAUSE)
+    def _draw_whole(self, chosen: NDArray[np.int64], begin: Begin) -> None:
+        stroke = Whole(self._context, self._scene.count)
+        draw_nodes(self._context.ctx, self._scene, chosen, self._hidden, begin, stroke)
 
     def _draw(self, drawn: Bools, begin: Begin) -> None:
-        runs = Runs(self._context, self._placed, drawn, self._triangles)
+        runs = Runs(self._context, self._scene.clusters, drawn, self._triangles)
         draw_nodes(self._context.ctx, self._scene, runs.nodes, self._hidden, begin, runs)
 
     def _behind(self, view: ShadowView, bounds: Extents) -> Bools:

@@ -61,7 +61,7 @@ def compare(name: str, kind: str, scene: gs.Scene, light: gs.Light, rounds: int)
     renderers = {way: gs.Renderer() for way in WAYS}
     spent: dict[str, list[list[float]]] = {way: [] for way in WAYS}
     differing = 0
-    for k in range(-4, rounds):
+    for k in range(-8, rounds):
         frames = {}
         for way, renderer in renderers.items():
             sparing.LEAST_TRIANGLES, runs.AT_ONCE = WAYS[way]
