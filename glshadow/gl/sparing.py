@@ -26,7 +26,7 @@ from glshadow.gl.drawing import Begin, draw_nodes
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.runs import Runs, Whole
 
-LEAST_TRIANGLES = 1 << 15
+LEAST_TRIANGLES = 1 << 17
 """Scenes of fewer are drawn faster than they are asked."""
 _FEWER = 0.8  # of the time must remain, or less: vertices are shared less along the curve (10 % on a brain)
 # Seconds on llvmpipe (Mesa 22.3, two cores), tuned with scripts/benchmarks/spared.py: they decide how a map is drawn, not what is in it.
@@ -45,6 +45,23 @@ def sparable(scene: GpuScene, settings: CasterSettings) -> bool:
 
 
 @dataclass
+class Patience:
+    """When something is tried again that did not bring what it cost: after 16 draws, then 32, and so on."""
+
+    left: int = 0
+    waits: int = 0
+
+    def tries(self) -> bool:
+        """Whether it is time."""
+        self.left -= 1
+        return self.left < 0
+
+    def learn(self, worth: bool) -> None:
+        """What came of it."""
+        self.left = self.waits = 0 if worth else min(max(2 * self.waits, _PAUSE), _LONGEST_PAUSE)
+
+
+@dataclass
 class Shown:
     """What is known of a view from its last maps.
 
@@ -54,14 +71,14 @@ class Shown:
         Identity.
     clusters : (C,) bool or None
         Which were not hidden; None: not known.
-    pause, waits : int
-        Draws until anything is asked again, and how many that were the last time.
+    choosing, asking : Patience
+        With choosing clusters at all, and with asking which are hidden.
     """
 
     scene: int
+    choosing: Patience
+    asking: Patience
     clusters: Bools | None = None
-    pause: int = _FIRST_PAUSE
-    waits: int = 0
 
 
 class Sparing:
@@ -93,14 +110,13 @@ class Sparing:
             For meshes in their own order, and cluster after cluster.
         """
         seen = self._seen(view)
-        if seen.pause > 0:
-            seen.pause -= 1
+        if not seen.choosing.tries():
             self._draw_whole(chosen, whole)
             return len(chosen)
         bounds, shows, mine = self._shows(view, chosen)
         work = self._work(view)
-        asking, cost = _TEXEL * view.resolution**2, _CLUSTER * len(work)
-        asks = self._reads and 0.5 * work[shows].sum() > asking
+        reading, testing = _TEXEL * view.resolution**2, _CLUSTER * len(work)
+        asks = self._reads and 0.5 * work[shows].sum() > reading and seen.asking.tries()
         now = shows & seen.clusters if asks and seen.clusters is not None else shows
         if work[now].sum() > _FEWER * work[mine].sum():
             self._draw_whole(chosen, whole)
@@ -110,12 +126,11 @@ class Sparing:
         needed = shows
         if asks:
             seen.clusters = ~self._behind(view, bounds)
-            needed, cost = shows & seen.clusters, cost + asking
+            needed = shows & seen.clusters
             self._draw(needed & ~now, clustered)
-        if work[mine & ~needed].sum() > cost:
-            seen.waits = 0
-        else:
-            seen.waits = seen.pause = min(max(2 * seen.waits, _PAUSE), _LONGEST_PAUSE)
+            seen.asking.learn(work[shows & ~needed].sum() > reading)
+        fewer = work[needed].sum() <= _FEWER * work[mine].sum()
+        seen.choosing.learn(fewer and work[mine & ~needed].sum() > testing)
         return len(chosen)
 
     def _work(self, view: ShadowView) -> Array:
@@ -145,7 +160,7 @@ class Sparing:
     def _seen(self, view: ShadowView) -> Shown:
         seen = self._atlas.shown.get(view.tile)
         if seen is None or seen.scene != self._scene.identity:
-            seen = self._atlas.shown[view.tile] = Shown(self._scene.identity)
+            seen = self._atlas.shown[view.tile] = Shown(self._scene.identity, Patience(_FIRST_PAUSE), Patience())
         return seen
 
     def _draw_whole(self, chosen: NDArray[np.int64], begin: Begin) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -34,9 +33,15 @@ SHADOWS = {
 def eager(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Everything is asked, always; returns how many triangles each call drew."""
     counts: list[int] = []
-    for name, value in {"LEAST_TRIANGLES": 0, "_TEXEL": 0.0, "_CLUSTER": -1.0, "_FEWER": 2.0}.items():
+    for name, value in {
+        "LEAST_TRIANGLES": 0,
+        "_TEXEL": 0.0,
+        "_CLUSTER": -1.0,
+        "_FEWER": 2.0,
+        "_FIRST_PAUSE": 0,
+    }.items():
         monkeypatch.setattr(sparing, name, value)
-    monkeypatch.setattr(sparing, "Shown", partial(sparing.Shown, pause=0))
+    monkeypatch.setattr(sparing, "_PAUSE", 0)
     made = runs.Runs
 
     def counted(*args: object) -> runs.Runs:
