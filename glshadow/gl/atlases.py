@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Sequence
+from typing import Any
 
 import moderngl
+import numpy as np
+from numpy.typing import NDArray
 
 from glshadow.core.metric import Target
 from glshadow.core.view import ShadowView
@@ -28,12 +31,16 @@ class Atlas:
         How its tiles lie; where that changes, nothing drawn before counts.
     drawn : dict
         What each light's tiles were last drawn from.
+    shown : dict
+        Of each tile what `gl.sparing` found in it: only ever a guess for the next map.
     """
 
     def __init__(self, context: GLContext, target: Target, size: tuple[int, int]) -> None:
         self.target, self.size = target, size
         self.tiles: tuple[Hashable, ...] = ()
-        self.drawn: dict[Hashable, Hashable] = {}
+        self.drawn: dict[Hashable, tuple[Hashable, ...]] = {}
+        self.shown: dict[Hashable, Any] = {}
+        self._staging: NDArray[np.float32] | None = None
         what = "the shadow map atlas"
         depth = depth_texture(context, size, target if target.is_depth else Target.DEPTH32F, what)
         self._owned: list[moderngl.Texture] = [depth]
@@ -48,6 +55,12 @@ class Atlas:
             context.check_errors(f"allocating {what}, {size[0]} x {size[1]} {target.value}")
             colors = () if target.is_depth else (self.texture,)
             self.framebuffer = context.ctx.framebuffer(colors, depth)
+
+    def staging(self, side: int) -> NDArray[np.float32]:
+        """Memory (side, side) into which depth may be read; it stays, since new pages cost as much as reading."""
+        if self._staging is None or len(self._staging) != side:
+            self._staging = np.zeros((side, side), dtype=np.float32)
+        return self._staging
 
     def release(self) -> None:
         """Free the GPU memory."""
@@ -139,6 +152,7 @@ class Atlases:
         if atlas.tiles != tiles:
             atlas.tiles = tiles
             atlas.drawn.clear()
+            atlas.shown.clear()
         rest = iter(views)
         return [tuple(next(rest) for _ in claim) for claim in claims]
 

@@ -21,6 +21,7 @@ from glshadow.gl.drawing import draw_nodes
 from glshadow.gl.geometry import GpuScene, pack_matrices
 from glshadow.gl.meshes import GpuMesh
 from glshadow.gl.program import Program, Programs
+from glshadow.gl.runs import Whole
 from glshadow.scene.mesh import Scene
 
 
@@ -162,9 +163,9 @@ def draw_surface(
             program.write("u_first_triangle", scene.packed_first[i])
             program.write("u_normal_from_mesh", scene.packed_normals[i])
 
-        return place, gpu.vertex_array(program, numbered=True)
+        return place, gpu.vertex_array(program, "numbered")
 
-    draw_nodes(ctx, scene, sight.drawn, hidden, begin)
+    draw_nodes(ctx, scene, sight.drawn, hidden, begin, Whole(context, scene.count))
     ctx.enable_only(moderngl.DEPTH_TEST)
 
 

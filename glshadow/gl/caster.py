@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
+from functools import partial
 
 import moderngl
 import numpy as np
@@ -21,7 +22,10 @@ from glshadow.gl.bodies import casters_on_others, hides_back_faces
 from glshadow.gl.context import GLContext
 from glshadow.gl.drawing import Begin, draw_nodes
 from glshadow.gl.geometry import GpuScene, pack_matrices
+from glshadow.gl.meshes import Order
 from glshadow.gl.program import Defines, Program, Programs
+from glshadow.gl.runs import Whole
+from glshadow.gl.sparing import Sparing, sparable
 from glshadow.shader.slots import metric_slot
 
 
@@ -47,9 +51,13 @@ def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light:
     source = _source(scene, light, shadow_map)
     if atlas.drawn.get(tiles) == source:
         return 0
-    atlas.drawn.pop(tiles, None)
+    previous = atlas.drawn.pop(tiles, None)
     casting = casters_on_others(scene, light) if settings.bias.certain else scene.casts
     hidden = hidden_sides(settings.faces, hides_back_faces(scene, light, settings.faces))
+    sparing = None
+    # a map that is drawn once costs less than making clusters
+    if previous is not None and previous[0] == scene.identity and sparable(scene, settings):
+        sparing = Sparing(context, scene, atlas, settings, hidden)
     atlas.framebuffer.use()
     draws = 0
     for view in shadow_map.views:
@@ -64,7 +72,11 @@ def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light:
         cleared = (view.tile[0] - view.gutter, view.tile[1] - view.gutter, side, side)
         atlas.framebuffer.clear(1.0, 1.0, 1.0, 1.0, depth=view.clip.clear_depth, viewport=cleared)
         chosen = np.flatnonzero(casting & seen_by(view.clip_from_world, boxes, view))
-        draws += draw_nodes(ctx, scene, chosen, hidden, _begin(programs, scene, light, view, settings))
+        begin = partial(_begin, programs, scene, light, view, settings)
+        if sparing is None:
+            draws += draw_nodes(ctx, scene, chosen, hidden, begin("shared"), Whole(context, scene.count))
+        else:
+            draws += sparing.draw(view, chosen, begin("shared"), begin("clustered"))
     ctx.polygon_offset = (0.0, 0.0)
     ctx.depth_clamp_range = None
     ctx.front_face = "ccw"
@@ -73,14 +85,16 @@ def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light:
     return draws
 
 
-def _source(scene: GpuScene, light: Light, shadow_map: Map) -> Hashable:
+def _source(scene: GpuScene, light: Light, shadow_map: Map) -> tuple[Hashable, ...]:
     """All that a light's maps depend on."""
     place = light.direction if isinstance(light, DirectionalLight) else light.position
     views = tuple((view.clip_from_world.tobytes(), view.near, view.far, view.clip) for view in shadow_map.views)
     return (scene.identity, shadow_map.settings, place, views)
 
 
-def _begin(programs: Programs, scene: GpuScene, light: Light, view: ShadowView, settings: CasterSettings) -> Begin:
+def _begin(
+    programs: Programs, scene: GpuScene, light: Light, view: ShadowView, settings: CasterSettings, order: Order
+) -> Begin:
     clip = pack_matrices(view.clip_from_world @ scene.world_from_origin)
     local = None if settings.target.is_depth else pack_matrices(view.view_from_world @ scene.world_from_origin)
     moves = settings.bias.of_caster is not None
@@ -99,7 +113,7 @@ def _begin(programs: Programs, scene: GpuScene, light: Light, view: ShadowView, 
             if moves:
                 program.set(u_light=_light_in_mesh(light, scene.world_from_origin[i]))
 
-        return place, gpu.vertex_array(program)
+        return place, gpu.vertex_array(program, order)
 
     return begin
 

@@ -8,6 +8,8 @@ from typing import Any, Protocol
 import moderngl
 from numpy.typing import NDArray
 
+from glshadow.gl.runs import Stroke
+
 
 class Drawn(Protocol):
     """What is drawn, per node."""
@@ -31,6 +33,7 @@ def draw_nodes(
     nodes: NDArray[Any] | Iterable[int],
     hidden: Sequence[str | None],
     begin: Begin,
+    stroke: Stroke | None = None,
 ) -> int:
     """Draw nodes; returns how many.
 
@@ -40,6 +43,8 @@ def draw_nodes(
     hidden : sequence of {"back", "front", None}
         Per node of the scene the side that is left out.
     begin : Begin
+    stroke : Stroke, optional
+        Draws a mesh; else all of it is drawn at once.
     """
     mirrored, number = scene.mirrored, scene.mesh_number
     culled: str | None = None
@@ -62,6 +67,9 @@ def draw_nodes(
             culled = cull
             ctx.enable(moderngl.CULL_FACE) if cull else ctx.disable(moderngl.CULL_FACE)
             ctx.cull_face = cull or "back"
-        array.render()
+        if stroke is None:
+            array.render()
+        else:
+            stroke(array, i)
     ctx.cull_face = "back"
     return len(chosen)

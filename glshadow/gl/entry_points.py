@@ -8,6 +8,9 @@ import ctypes as C
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from glshadow.errors import ContextError, GlshadowError, ResourceError
 
 DEPTH_COMPONENT16 = 0x81A5
@@ -87,6 +90,7 @@ _SIGNATURES = {
     "glDisablei": ("", "II"),
     "glEnable": ("", "I"),
     "glEnablei": ("", "II"),
+    "glFlush": ("", ""),
     "glFramebufferTextureLayer": ("", "IIIii"),
     "glFrontFace": ("", "I"),
     "glGenTextures": ("", "ip"),
@@ -102,6 +106,7 @@ _SIGNATURES = {
     "glIsEnabled": ("B", "I"),
     "glIsEnabledi": ("B", "II"),
     "glLineWidth": ("", "f"),
+    "glMultiDrawElements": ("", "IpIpi"),
     "glPixelStorei": ("", "Ii"),
     "glPointSize": ("", "f"),
     "glPolygonMode": ("", "II"),
@@ -296,6 +301,20 @@ class EntryPoints:
     def clear_floats(self, draw_buffer: int, values: Sequence[float]) -> None:
         """Clear one float or normalised colour target of the bound framebuffer and leave the others alone."""
         self.call("glClearBufferfv", 0x1800, draw_buffer, (C.c_float * 4)(*values))
+
+    def multi_draw(self, program_glo: int, array_glo: int, first: NDArray[np.int64], count: NDArray[np.int64]) -> None:
+        """Draw several runs of the triangles of a vertex array with 32 bit indices, in one call.
+
+        Parameters
+        ----------
+        first, count : (R,) int64
+            Triangles.
+        """
+        self.call("glUseProgram", program_glo)
+        self.call("glBindVertexArray", array_glo)
+        counts = np.ascontiguousarray(3 * count, dtype=np.int32)
+        places = np.ascontiguousarray(12 * first, dtype=np.uintp)
+        self.call("glMultiDrawElements", 4, counts.ctypes.data, 0x1405, places.ctypes.data, len(counts))
 
     def set_sampler(self, program_glo: int, name: str, unit: int) -> bool:
         """Let a sampler of a program read a texture unit; whether there is one of that name: the compiler drops what is not used.

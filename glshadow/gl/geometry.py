@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.clusters import Placed, place
 from glshadow.core.spaces import Array
 from glshadow.errors import ResourceError
 from glshadow.gl.buffers import texture_buffer
@@ -35,6 +36,8 @@ class GpuScene:
         Where they are in the scene.
     meshes : list of GpuMesh
         One per node, shared by instances.
+    count : int
+        Triangles of all nodes.
     first : (N,) int
         Number of each node's first triangle, from 0, over the whole scene.
     world_from_origin : (N, 4, 4) float64
@@ -57,8 +60,6 @@ class GpuScene:
         Whether back faces are seen by nobody outside.
     casting : dict
         Which nodes darken anything, by a sun's direction or a lamp's place: see `gl.bodies.casters_on_others`.
-    count : int
-        Triangles.
     unlisted : str
         Why lists of its triangles cannot be built, found out by trying; empty: not known.
     identity : int
@@ -73,6 +74,7 @@ class GpuScene:
         self._context = context
         self._world: WorldTriangles | None = None
         self.unlisted = ""
+        self._clusters: Placed | None = None
         self.casting: dict[tuple[bool, tuple[float, float, float]], NDArray[np.bool_]] = {}
         self.nodes: tuple[Node, ...] = tuple(node for node in scene.nodes if len(node.mesh.triangles))
         self.scene_numbers = np.flatnonzero([len(node.mesh.triangles) > 0 for node in scene.nodes])
@@ -124,6 +126,19 @@ class GpuScene:
         self.smooth = any(gpu.smooth for gpu in self.meshes)
         one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())
         self.color: tuple[float, float, float] | None = tuple(float(c) for c in colors[0, :3]) if one else None  # type: ignore[assignment]
+
+    @property
+    def clusters(self) -> Placed:
+        """The clusters of all nodes, made when first asked for."""
+        if self._clusters is None:
+            meshes = {id(gpu): gpu for gpu in self.meshes}
+            place_of = {key: k for k, key in enumerate(meshes)}
+            relative = self.world_from_origin.copy()
+            relative[:, :3, 3] -= self.origin
+            bodies = [gpu.shape.clusters for gpu in meshes.values()]
+            number = [place_of[id(gpu)] for gpu in self.meshes]
+            self._clusters = place(bodies, number, relative, self.normal_from_mesh)
+        return self._clusters
 
     @property
     def world(self) -> WorldTriangles:

@@ -155,7 +155,7 @@ class Numbered(Source):
                 program.write("u_clip_from_mesh", packed[i])
                 program.write("u_first_triangle", scene.packed_first[i])
 
-            return place, gpu.vertex_array(program, numbered=True)
+            return place, gpu.vertex_array(program, "numbered")
 
         draw_nodes(ctx, scene, np.flatnonzero(chosen), hidden, begin)
         ctx.depth_clamp_range = None

@@ -1,0 +1,138 @@
+"""A map of a moving light is drawn with fewer triangles than before, and not one texel of it moves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow.core.spaces import Array, translation
+from glshadow.gl import runs, sparing
+from glshadow.renderer import Renderer
+from glshadow.scene import shapes
+from glshadow.scene.mesh import Material, Mesh, Node, Scene
+
+SIZE = (96, 64)
+LIGHTS = {
+    "sun": gs.DirectionalLight(direction=(-0.4, -1.0, -0.3)),
+    "spot": gs.SpotLight(position=(1.0, 4.0, 1.5), direction=(-1.0, -4.0, -1.5), inner_angle=20, outer_angle=30),
+    "point": gs.PointLight(position=(0.1, 0.9, 0.2)),
+}
+SHADOWS = {
+    "float": gs.Shadow(resolution=1024),
+    "16 bits, offset": gs.Shadow(filter=gs.Hard(), target=gs.Target.DEPTH16, resolution=128, bias=gs.SlopeScaledBias()),
+    "both sides": gs.Shadow(resolution=128, faces=gs.Faces.BOTH),
+    "a metric": gs.Shadow(target=gs.Target.R32F, resolution=128),
+}
+
+
+@pytest.fixture
+def eager(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Everything is asked, always; returns how many triangles each call drew."""
+    counts: list[int] = []
+    for name, value in {
+        "LEAST_TRIANGLES": 0,
+        "_TEXEL": 0.0,
+        "_CLUSTER": -1.0,
+        "_FEWER": 2.0,
+        "_FIRST_PAUSE": 0,
+    }.items():
+        monkeypatch.setattr(sparing, name, value)
+    monkeypatch.setattr(sparing, "_PAUSE", 0)
+    made = runs.Runs
+
+    def counted(*args: object) -> runs.Runs:
+        found = made(*args)  # type: ignore[arg-type]
+        counts.append(found.triangles)
+        return found
+
+    monkeypatch.setattr(sparing, "Runs", counted)
+    return counts
+
+
+@pytest.fixture
+def pair() -> Iterator[tuple[Renderer, Renderer]]:
+    with Renderer("egl") as one, Renderer("egl") as other:
+        yield one, other
+
+
+def nested() -> Scene:
+    """Balls in balls on a floor, one of them mirrored and stretched, one open, one of a mesh that is a single cluster."""
+    ball, few = Mesh(*shapes.icosphere(4, 0.5)), Mesh(*shapes.icosphere(1, 0.2))
+    open_ball = Mesh(ball.positions, ball.triangles[100:], material=Material((0.9, 0.4, 0.1, 1.0)))
+    ground = Mesh(*shapes.rectangle((-3.0, 0.0, 3.0), (6.0, 0.0, 0.0), (0.0, 0.0, -6.0)))
+
+    def placed(x: float, z: float, scale: tuple[float, float, float]) -> Array:
+        return translation((x, 0.8, z)) @ np.diag([*scale, 1.0])
+
+    nodes = [Node("ground", ground, np.eye(4)), Node("few", few, placed(0.0, 1.0, (1.0, 1.0, 1.0)))]
+    for k in range(3):
+        for scale in (1.0, 0.9, 0.7, 0.5):
+            nodes.append(Node(f"{k} {scale}", ball, placed(1.2 * k - 1.2, 0.0, (scale, scale, scale))))
+    nodes.append(Node("mirrored", ball, placed(-0.5, -1.2, (-1.5, 0.5, 1.0))))
+    nodes.append(Node("open", open_ball, placed(0.9, -1.2, (1.0, 1.0, 1.0))))
+    return Scene(tuple(nodes), gs.PerspectiveCamera((2.0, 3.0, 4.0), (0.0, 0.3, 0.0)))
+
+
+def moved(light: gs.Light, k: int) -> gs.Light:
+    step = np.array([0.02, 0.0, -0.01]) * k
+    if isinstance(light, gs.DirectionalLight):
+        return replace(light, direction=tuple(np.asarray(light.direction) + step))
+    return replace(light, position=tuple(np.asarray(light.position) + step))
+
+
+@pytest.mark.parametrize("light", LIGHTS)
+@pytest.mark.parametrize("shadow", SHADOWS)
+def test_no_texel_moves(
+    pair: tuple[Renderer, Renderer], eager: list[int], monkeypatch: pytest.MonkeyPatch, light: str, shadow: str
+) -> None:
+    spared, plain = pair
+    scene = nested()
+    total = sum(len(node.mesh.triangles) for node in scene.nodes)
+    for k in range(5):
+        lamp = moved(replace(LIGHTS[light], shadow=SHADOWS[shadow]), k)
+        eager.clear()
+        asked = ("image", "visibility", "triangle", "shadow_maps")
+        one = spared.render(scene, None, [lamp], SIZE, outputs=asked)
+        drawn = list(eager)
+        with monkeypatch.context() as off:
+            off.setattr(sparing, "LEAST_TRIANGLES", 1 << 60)
+            other = plain.render(scene, None, [lamp], SIZE, outputs=asked)
+        for name in ("image", "visibility", "triangle"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=f"{name} {k}")
+        np.testing.assert_array_equal(one.shadow_maps[0], other.shadow_maps[0])
+        assert one.used[0].draws == other.used[0].draws
+    views = len(one.used[0].views)
+    if shadow == "a metric":
+        assert not drawn
+    else:
+        assert 0 < sum(drawn) < (0.85 if shadow == "float" else 1.0) * total * views
+
+
+def test_what_was_hidden_is_drawn_when_it_shows(pair: tuple[Renderer, Renderer], eager: list[int]) -> None:
+    """A light that jumps to the other side sees what the last map knew nothing of."""
+    spared, plain = pair
+    scene = nested()
+    for k in range(6):
+        sun = gs.DirectionalLight(direction=((-1.0) ** k, -0.3, 0.2), shadow=gs.Shadow(resolution=128))
+        one, other = (
+            renderer.render(scene, None, [sun], SIZE, outputs=("shadow_maps",)).shadow_maps[0]
+            for renderer in (spared, plain)
+        )
+        np.testing.assert_array_equal(one, other)
+        plain._atlases.release()  # it never draws a map again, so that it never spares
+
+
+def test_early_beginnings_change_nothing(pair: tuple[Renderer, Renderer], monkeypatch: pytest.MonkeyPatch) -> None:
+    often, once = pair
+    scene = nested()
+    asked = ("image", "triangle", "depth", "shadow_maps")
+    other = once.render(scene, size=SIZE, outputs=asked)
+    monkeypatch.setattr(runs, "AT_ONCE", 100)
+    one = often.render(scene, size=SIZE, outputs=asked)
+    for name in ("image", "triangle", "depth"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
+    np.testing.assert_array_equal(one.shadow_maps[0], other.shadow_maps[0])
