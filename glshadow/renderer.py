@@ -66,6 +66,7 @@ class Renderer:
         backend = one_of(*get_args(Backend))("backend", backend)
         self._context = open_context(backend, optional(instance(moderngl.Context))("context", context))
         self._furnished = False
+        self._seen: tuple[Sight, int, int] | None  # what the surface buffer holds
         with self._context.drawing():
             self._furnish()
 
@@ -216,12 +217,7 @@ class Renderer:
         with clock("shadow"):
             sources, ready = self._sources_of(work, lights)
         targets, sight = work.targets, work.sight
-        with clock("surface"), self._covered:
-            draw_surface(work.context, work.programs, work.scene, sight, targets.fine_framebuffer, look.samples)
-        if targets.samples > 1:
-            with clock("samples"):
-                several = self._samples.get(targets.identity, lambda: Samples(work))
-                several.fill(work)
+        self._see(work, look.samples, clock)
         with clock("shadow"):
             used = tuple(ready.get(number) or source.prepare(work) for number, source in enumerate(sources))
         with clock("resolve"):
@@ -232,13 +228,15 @@ class Renderer:
                 resolve(work, share)
         if targets.samples > 1:
             with clock("samples"):
-                several.shade(work, shares, look.linear_background, look.background is None, "visibility" in outputs)
+                self._several(work).shade(
+                    work, shares, look.linear_background, look.background is None, "visibility" in outputs
+                )
         with clock("read"):
             results = self._read(work, outputs, len(lights), look, spread)
             if "shadow_maps" in outputs:
                 results["shadow_maps"] = tuple(source.stored() for source in sources)
         self._context.check_errors("rendering")
-        if not self._covered.passed:
+        if not self._something:
             warn(_nothing_in_view(scene, sight))
         fallbacks = sight.fallbacks
         if spread != (1, 1):
@@ -248,6 +246,23 @@ class Renderer:
             results["timings"] = clock.times
         return Frame(scene=scene, camera=camera, lights=lights, size=size, near=sight.near, far=sight.far, used=used,
                      outputs=results, samples=look.samples, origin=work.scene.origin)  # fmt: skip
+
+    def _see(self, work: Work, samples: int, clock: _Clock) -> None:
+        """Draw what the camera sees, unless it is there from the last frame."""
+        key = (work.sight, work.targets.identity, samples)
+        if self._seen == key:
+            return
+        self._seen = None
+        with clock("surface"), self._covered:
+            draw_surface(work.context, work.programs, work.scene, work.sight, work.targets.fine_framebuffer, samples)
+        if work.targets.samples > 1:
+            with clock("samples"):
+                self._several(work).fill(work)
+        self._something = self._covered.passed
+        self._seen = key
+
+    def _several(self, work: Work) -> Samples:
+        return self._samples.get(work.targets.identity, lambda: Samples(work))
 
     def _read(
         self, work: Work, outputs: frozenset[str], lights: int, look: Look, spread: tuple[int, int]
@@ -262,6 +277,7 @@ class Renderer:
             if look.samples == 1:
                 return results | read_middles(outputs, work.scene, work.sight, targets)
             # no sample lies in the middle of a pixel
+            self._seen = None
             size, channels = work.sight.size, targets.surface.components
             middle = targets if spread == (1, 1) else CameraTargets(self._context, size, 1, channels, 0, False, False)
             draw_surface(self._context, self._programs, work.scene, work.sight, middle.surface_framebuffer)
@@ -299,6 +315,8 @@ class Renderer:
         self._targets: Kept[CameraTargets] = Kept()
         self._samples: Kept[Samples] = Kept()
         self._sight: tuple[Any, Sight] | None = None
+        self._seen = None
+        self._something = False  # whether that is anything
         self._sources: dict[tuple[int, type[Source]], Source] = {}
         self._furnished = True
 
