@@ -172,7 +172,7 @@ class Samples:
                 "pass/resolve.vert", "pass/collect.frag", dialect="core430", defines={"GLS_LIGHTS": kind}
             )
             program.set(u_far_z=work.sight.far_z)
-            program.bind(u_visibility=targets.visibility[number])
+            program.bind(u_visibility=targets.visibility[number], u_mixed=self._mixed)
             targets.depth_framebuffer.use()
             draw_over(context, program, work.sight)
             context.ctx.memory_barrier()

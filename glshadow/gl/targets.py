@@ -120,6 +120,8 @@ class CameraTargets:
             self.image = texture(4, "f1")
             self.sums = [texture(4, "f4") for _ in range(min(lights - 1, 2))]  # read one, write the other
             self.visibility = [texture(1, "f4") for _ in range(lights if visibility else 0)]
+            for each in self.visibility:  # beyond the image its border is repeated
+                each.repeat_x = each.repeat_y = False
             self.linear = texture(4, "f4") if linear else None
             self.spare = texture(1, "f1") if linear and not self.visibility else None
             self.surface_framebuffer = ctx.framebuffer([self.surface], self.depth)

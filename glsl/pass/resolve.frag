@@ -153,6 +153,9 @@ void main() {
     normal *= side;
     vec4 arriving = light_arriving(position);
     float cosine = dot(normal, arriving.xyz);
+#if GLS_DENSE
+    cosine = seen ? cosine : 0.0; // not asked
+#endif
     float lit = asked_visibility(surface.r, position, normal, cosine);
     float lambert = cosine;
     float height = normal_w.y * side;

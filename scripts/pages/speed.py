@@ -6,7 +6,7 @@ import numpy as np
 
 from scripts.pages.markdown import Blocks, Numbers, Part, fixed, short, table
 
-FILTERS = {"hard": "`Hard()`", "default": "default (3 x 3)", "pcf 3": "`Pcf(3)`"}
+FILTERS = {"default": "default: `Exact()`", "hard": "`Hard()`", "pcf 1": "`Pcf(1)`", "pcf 3": "`Pcf(3)`"}
 
 
 def _condensed(results: Numbers) -> Numbers:

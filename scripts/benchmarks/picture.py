@@ -1,0 +1,144 @@
+"""The picture: what several samples bring and cost, what many pictures of one scene cost, and how long the first one takes.
+
+Times are medians of rounds that alternate in one process, read-back included, with one moving sun and the default filter; ratios are
+what counts. The truth of samples is 16 x 16 of them: a picture four times as large in each direction with 16 samples, averaged.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from frame import MODELS, SIZE, models_in, start_up, turned_sun
+
+import glshadow as gs
+
+SMALL = (640, 360)  # of errors: its sixteenfold fits into a texture
+LINEAR = ("courtyard", "bicycle.glb", "japanese_bridge_garden.glb", "chess_board.glb")
+LIMITS = {4: (0.5, 1.5), 16: (0.25, 2.3)}
+ORBIT, ORBIT_SIZE = 36, "640x480"
+
+Scenes = list[tuple[str, Callable[[], gs.Scene]]]
+
+
+def errors(scene: gs.Scene) -> dict[int, float]:
+    """Mean error of each count of samples against 16 x 16, over that of one; linear light, clamped."""
+    with gs.Renderer() as renderer:
+        large = (4 * SMALL[0], 4 * SMALL[1])
+        fine = np.clip(renderer.render(scene, size=large, outputs=("linear",), samples=16).linear, 0.0, 1.0)
+        truth = fine.reshape(SMALL[1], 4, SMALL[0], 4, 3).mean(axis=(1, 3))
+        found = {}
+        for samples in (1, 4, 8, 16):
+            light = renderer.render(scene, size=SMALL, outputs=("linear",), samples=samples).linear
+            found[samples] = float(np.abs(np.clip(light, 0.0, 1.0) - truth).mean())
+    return {samples: error / found[1] for samples, error in found.items()}
+
+
+def times(scene: gs.Scene, rounds: int, still: bool) -> dict[int, float]:
+    """Time of each count of samples over that of one. `still`: the camera does not move, and what it sees is kept."""
+    renderers = {samples: gs.Renderer() for samples in (1, 4, 8, 16)}
+    taken: dict[int, list[float]] = {samples: [] for samples in renderers}
+    camera = scene.camera
+    for k in range(-2, rounds):
+        turned = camera if still else _nudged(camera, k)
+        sun = turned_sun(scene, k, gs.Shadow())
+        for samples, renderer in renderers.items():
+            start = time.perf_counter()
+            renderer.render(scene, turned, [sun], SIZE, outputs=("image",), samples=samples)
+            if k >= 0:
+                taken[samples].append(time.perf_counter() - start)
+    for renderer in renderers.values():
+        renderer.release()
+    one = np.array(taken[1])
+    return {samples: float(np.median(np.array(values) / one)) for samples, values in taken.items()}
+
+
+def _nudged(camera: Any, k: int) -> Any:
+    from dataclasses import replace
+
+    return replace(camera, position=tuple(np.asarray(camera.position) * (1.0 + 1e-6 * (k + 3))))
+
+
+def measure_samples(scenes: Scenes, rounds: int, _: Path | None) -> dict[str, Any]:
+    """Error and time of several samples."""
+    results: dict[str, Any] = {}
+    click.echo(f"{'scene':30s} error over that of one sample, 4 8 16    time, camera moves    camera stands")
+    for name, make in scenes:
+        scene = make()
+        row: dict[str, Any] = {"moves": times(scene, rounds, False), "stands": times(scene, rounds, True)}
+        if name in LINEAR:
+            row["error"] = errors(scene)
+        results[name] = row
+        cells = [
+            " ".join(f"{row[what][n]:6.2f}" for n in (4, 8, 16)) if what in row else " " * 20
+            for what in ("error", "moves", "stands")
+        ]
+        click.echo(f"{name:30s} {'    '.join(cells)}")
+    for samples in (4, 8, 16):
+        middle = np.median([row["moves"][samples] for name, row in results.items() if name != "courtyard"] or [np.nan])
+        click.echo(f"median of the models, {samples:2d} samples, camera moves: {middle:.2f} x")
+    return results
+
+
+def measure_orbit(_: Scenes, rounds: int, folder: Path | None) -> dict[str, Any]:
+    """`--orbit 36` of the chess board against as many single commands."""
+    assert folder is not None
+    model = str(folder / "chess_board.glb")
+    base = [sys.executable, "-m", "glshadow", "render", model, "--size", ORBIT_SIZE]
+    single, whole = [], []
+    for _round in range(min(rounds, 3)):
+        with tempfile.TemporaryDirectory() as place:
+            for command, taken in (
+                ([*base, "-o", f"{place}/one.png"], single),
+                ([*base, "--orbit", str(ORBIT), "-o", f"{place}/v{{:03d}}.png"], whole),
+            ):
+                start = time.perf_counter()
+                subprocess.run(command, check=True, capture_output=True)
+                taken.append(time.perf_counter() - start)
+    one, each = float(np.median(single)), float(np.median(whole)) / ORBIT
+    click.echo(
+        f"chess board, {ORBIT_SIZE}: one command {one:.2f} s, a picture of --orbit {ORBIT} {each:.3f} s: {each / one:.2f} x"
+    )
+    return {"single_s": one, "picture_s": each, "ratio": each / one}
+
+
+def measure_start(_: Scenes, rounds: int, folder: Path | None) -> dict[str, Any]:
+    """Process start to PNG of the chess board."""
+    assert folder is not None
+    found = start_up(folder / "chess_board.glb", rounds)
+    click.echo(f"glshadow render chess_board.glb: {found['median_s']:.2f} s; {found['where']}")
+    return found
+
+
+SECTIONS = {"samples": measure_samples, "orbit": measure_orbit, "start": measure_start}
+
+
+@click.command(help=__doc__)
+@click.option("--models", "folder", type=click.Path(exists=True, path_type=Path), help="Folder of the 12 models.")
+@click.option("--repeats", default=9, show_default=True, help="Rounds per scene.")
+@click.option("--section", "sections", multiple=True, type=click.Choice(list(SECTIONS)), help="Only these.")
+@click.option("--only", help="Only scenes whose name contains this.")
+@click.option("--json", "output", type=click.Path(path_type=Path), help="Write all figures there.")
+def main(folder: Path | None, repeats: int, sections: tuple[str, ...], only: str | None, output: Path | None) -> None:
+    warnings.simplefilter("ignore", gs.GlshadowWarning)
+    folder = models_in(folder)
+    scenes: Scenes = [("courtyard", gs.scenes.courtyard)]
+    if folder:
+        scenes += [(name, lambda n=name, u=up: gs.load(folder / n, up_axis=u, ground=True)) for name, up in MODELS]
+    scenes = [(name, make) for name, make in scenes if only is None or only in name]
+    results = {name: SECTIONS[name](scenes, repeats, folder) for name in sections or SECTIONS}
+    if output:
+        output.write_text(json.dumps(results, indent=1))
+
+
+if __name__ == "__main__":
+    main()
