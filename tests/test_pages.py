@@ -130,7 +130,7 @@ def test_finer_maps_stand_with_their_line(pages: ModuleType) -> None:
     }
     found = condensed(pages, "accuracy", results)["lines"]
     assert list(found) == ["a, spot"]
-    assert found["a, spot"]["better"] == {"4096": {"wrong": 2e-4, "grain": 0.0}}
+    assert found["a, spot"]["maps"] == {"4096": {"wrong": 2e-4, "grain": 0.0}}
     assert "mean" not in found["a, spot"]
 
 

@@ -25,6 +25,7 @@ INNER = {
     "GpuMesh": "what Meshes keep",
     "Program": "what Programs keep",
     "ComputeProgram": "what Programs keep",
+    "Placed": "clusters that a GpuScene keeps",
     "Settled": "a Shadow with what it derives, for the passes",
     "Switch": "how `open_context` makes a context current",
     "WorldTriangles": "what a GpuScene hands to the exact filter",

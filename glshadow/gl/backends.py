@@ -9,6 +9,7 @@ import moderngl
 from glshadow.errors import ContextError
 from glshadow.gl.current import Current, Switch, address, current, make_current
 from glshadow.gl.egl import load_egl
+from glshadow.gl.signals import undisturbed
 
 EGL_LIBRARY = "libEGL.so.1"
 OSMESA_LIBRARIES = ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")
@@ -183,7 +184,8 @@ def make_context(backend: str) -> tuple[moderngl.Context, Loader]:
         loader = LOADERS[backend]()
         try:
             settings: dict[str, Any] = {"context": loader}
-            ctx = moderngl.create_context(standalone=True, require=330, **settings)
+            with undisturbed():
+                ctx = moderngl.create_context(standalone=True, require=330, **settings)
         except Exception as error:
             loader.release()
             raise BackendUnavailable(str(error), "install a driver with OpenGL 3.3 core or newer") from error

@@ -11,6 +11,7 @@ import numpy as np
 
 from glshadow.errors import ShaderError
 from glshadow.gl.context import GLContext
+from glshadow.gl.signals import undisturbed
 from glshadow.shader.compose import Text, compose
 
 _SAMPLER = re.compile(r"\buniform\s+(?:\w+p\s+)?[iu]?sampler\w+\s+(\w+)")
@@ -79,7 +80,8 @@ class Program(_Linked):
 
     def __init__(self, context: GLContext, vertex: Text, fragment: Text) -> None:
         try:
-            linked = context.ctx.program(vertex.code, fragment.code)
+            with undisturbed():
+                linked = context.ctx.program(vertex.code, fragment.code)
         except moderngl.Error as error:
             message = str(error)
             raise _rejected(vertex if "\nvertex_shader\n" in message else fragment, message) from error
@@ -98,7 +100,8 @@ class ComputeProgram(_Linked):
 
     def __init__(self, context: GLContext, text: Text) -> None:
         try:
-            linked = context.ctx.compute_shader(text.code)
+            with undisturbed():
+                linked = context.ctx.compute_shader(text.code)
         except moderngl.Error as error:
             raise _rejected(text, str(error)) from error
         super().__init__(context, linked, text)

@@ -22,6 +22,7 @@ from glshadow.core.spaces import Array, ClipSpace
 from glshadow.core.view import ShadowView, camera_view
 from glshadow.gl.drawing import draw_nodes
 from glshadow.gl.geometry import pack_matrices
+from glshadow.gl.signals import undisturbed
 from glshadow.gl.targets import depth_texture
 from glshadow.scene.box import box_corners
 from glshadow.scene.mesh import AlphaMode, Mesh, Scene
@@ -90,7 +91,8 @@ class Floor:
         self._owned: list[Any] = []
         with self._context.drawing():
             ctx = self._context.ctx
-            self._lambert, self._depth = self._own(ctx.program(*LAMBERT)), self._own(ctx.program(*DEPTH))
+            with undisturbed():
+                self._lambert, self._depth = self._own(ctx.program(*LAMBERT)), self._own(ctx.program(*DEPTH))
             shadow_map = self._own(
                 depth_texture(self._context, (resolution, resolution), Target.DEPTH32F, "the floor's map")
             )

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from scripts.pages.markdown import Blocks, Numbers, Part, fixed, percent, table
 
-BETTER = {"4096": "map of 4096", "8192": "map of 8192", "exact": "`Exact()`"}
+MAPS = {"2048": "map of 2048", "4096": "map of 4096"}
 KINDS = ("counted", "none", "wrong", "acne", "leak", "grain")
 
 
 def _condensed(results: Numbers) -> Numbers:
     lines: Numbers = {}
     for name, row in results["lines"].items():
-        line, _, better = name.rpartition(", ")
-        if better in BETTER:
-            lines[line]["better"][better] = {each: row[each] for each in ("wrong", "grain")}
+        line, _, resolution = name.rpartition(", ")
+        if resolution in MAPS:
+            lines[line]["maps"][resolution] = {each: row[each] for each in ("wrong", "grain")}
         else:
-            lines[name] = {each: row[each] for each in KINDS} | {"better": {}}
+            lines[name] = {each: row[each] for each in KINDS} | {"maps": {}}
     gaps = [{each: row[each] for each in ("light", "target", "predicted", "measured")} for row in results["formats"]]
     return {"lines": lines, "truth": results["truth"], "formats": gaps}
 
@@ -30,7 +30,7 @@ def _blocks(numbers: Numbers) -> Blocks:
                 "counted",
                 "no shadow",
                 *KINDS[2:],
-                *(f"{what}: wrong, grain" for what in BETTER.values()),
+                *(f"{what}: wrong, grain" for what in MAPS.values()),
             ),
             [_line(name, row) for name, row in results["lines"].items()],
         ),
@@ -41,13 +41,13 @@ def _blocks(numbers: Numbers) -> Blocks:
 
 
 def _line(name: str, row: Numbers) -> list[str]:
-    better = [row["better"].get(each) for each in BETTER]
+    maps = [row["maps"].get(each) for each in MAPS]
     return [
         name.replace("_", " "),
         percent(row["counted"], 0),
         percent(row["none"], 2),
         *(percent(row[each], 3) for each in KINDS[2:]),
-        *("" if each is None else f"{percent(each['wrong'], 3)}, {percent(each['grain'], 3)}" for each in better),
+        *("" if each is None else f"{percent(each['wrong'], 3)}, {percent(each['grain'], 3)}" for each in maps),
     ]
 
 

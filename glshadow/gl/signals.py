@@ -1,0 +1,34 @@
+"""Ctrl-C and SIGTERM wait while moderngl's C code calls Python: an exception there ends the process with a segmentation fault."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any
+
+_NUMBERS = (signal.SIGINT, signal.SIGTERM)
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Signals whose handlers are Python's run at the end of the block. Handlers run on the main thread alone: on others nothing waits."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[tuple[int, FrameType | None]] = []
+    before: dict[int, Any] = {}
+    try:
+        for number in _NUMBERS:
+            handler = signal.getsignal(number)
+            if callable(handler):
+                before[number] = handler
+                signal.signal(number, lambda number, frame: came.append((number, frame)))
+        yield
+    finally:
+        for held, handler in before.items():
+            signal.signal(held, handler)
+        for caught, frame in came:
+            before[caught](caught, frame)
