@@ -22,11 +22,16 @@ def handlers() -> Iterator[list[int]]:
 
 
 def test_ctrl_c_comes_at_the_end() -> None:
-    reached = False
-    with pytest.raises(KeyboardInterrupt), undisturbed():
-        os.kill(os.getpid(), signal.SIGINT)
-        reached = True
-    assert reached
+    reached = []
+
+    def interrupted() -> None:
+        with undisturbed():
+            os.kill(os.getpid(), signal.SIGINT)
+            reached.append(True)
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert reached == [True]
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
