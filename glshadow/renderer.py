@@ -317,7 +317,7 @@ class Renderer:
         self._sight: tuple[Any, Sight] | None = None
         self._seen = None
         self._something = False  # whether that is anything
-        self._sources: dict[tuple[int, type[Source]], Source] = {}
+        self._sources: dict[tuple[int, str], Source] = {}
         self._furnished = True
 
     def _kept(self) -> tuple[Any, ...]:
@@ -367,7 +367,7 @@ class Renderer:
         sources, ready = [], {}
         for number, light in enumerate(lights):
             settled = settle(light, without_lists(work.scene, work.caps))
-            source = self._source(number, settled)
+            source = self._source(number, light, settled)
             source.claim(work, light, settled)
             if settled is not None and settled.asked.filter is None and not settled.filter.has_map:
                 try:
@@ -375,16 +375,16 @@ class Renderer:
                 except ResourceError as error:
                     work.scene.unlisted = str(error)
                     settled = settle(light, work.scene.unlisted)
-                    source = self._source(number, settled)
+                    source = self._source(number, light, settled)
                     source.claim(work, light, settled)
             sources.append(source)
         return sources, ready
 
-    def _source(self, number: int, settled: Settled | None) -> Source:
-        kind = source_of(settled, self._context.caps)
-        kept = self._sources.get((number, kind))
+    def _source(self, number: int, light: Light, settled: Settled | None) -> Source:
+        name, make = source_of(light, settled, self._context)
+        kept = self._sources.get((number, name))
         if kept is None:
-            kept = self._sources[number, kind] = kind(self._context)
+            kept = self._sources[number, name] = make()
         return kept
 
 

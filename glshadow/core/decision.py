@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from glshadow.core.area import has_size
 from glshadow.core.bias import Bias, ReceiverPlaneBias
 from glshadow.core.filters import Filter
 from glshadow.core.lights import DirectionalLight, Light
@@ -64,7 +65,7 @@ def decide(light: Light, settled: Settled, clip_control: bool, driver: str) -> D
 
 def ignored_size(light: Light, filter_: Filter) -> tuple[str, ...]:
     """The fallback of a light that has a size, if it has."""
-    if getattr(light, "radius", 0.0) == 0.0 and getattr(light, "angle", 0.0) == 0.0:
+    if not has_size(light) or filter_.points_of_light:
         return ()
     return (f"the light's size is ignored: {filter_!r} knows only points, so its shadow is hard",)
 

@@ -31,7 +31,9 @@ _LONGEST = 120  # characters of a value in a message
 _LONGEST_NAME, _LONGEST_PATH = 255, 4095  # bytes that file systems allow
 
 
-def setting(rule: Rule, default: Any = MISSING, *, factory: Any = MISSING, help: str = "") -> Any:
+def setting(
+    rule: Rule, default: Any = MISSING, *, factory: Any = MISSING, help: str = "", kw_only: Any = MISSING
+) -> Any:
     """A field of a frozen dataclass that derives from Settings.
 
     Parameters
@@ -42,8 +44,10 @@ def setting(rule: Rule, default: Any = MISSING, *, factory: Any = MISSING, help:
         As of dataclasses.field; neither: it must be given.
     help : str
         One line for the command line and the reports.
+    kw_only : bool
+        Given by name alone, also where it is spelled.
     """
-    return field(default=default, default_factory=factory, metadata={"rule": rule, "help": help})
+    return field(default=default, default_factory=factory, metadata={"rule": rule, "help": help}, kw_only=kw_only)
 
 
 class Settings:

@@ -34,9 +34,10 @@ class Spelled(Settings):
         if self.terse and all(value == item.default for item, value in values):
             return self.spelling
         words = [
-            _word(item.name, value)
+            f"{item.name}={value:g}" if item.kw_only else _word(item.name, value)
             for item, value in values
-            if value is not item.default or not isinstance(value, bool)
+            if not (item.kw_only and value == item.default)
+            and (value is not item.default or not isinstance(value, bool))
         ]
         return f"{self.spelling}:{','.join(words)}" if words else self.spelling
 
@@ -47,7 +48,11 @@ class Spelled(Settings):
         if not items:
             return cls.spelling
         words = [
-            item.name.upper() if not isinstance(item.default, bool) else _word(item.name, not item.default)
+            f"{item.name}=N"
+            if item.kw_only
+            else item.name.upper()
+            if not isinstance(item.default, bool)
+            else _word(item.name, not item.default)
             for item in items
         ]
         needed = sum(item.default is MISSING for item in items)
@@ -81,7 +86,11 @@ def parse(text: str, family: Sequence[type[T]], name: str = "value") -> T:
             if isinstance(item.default, bool)
             for on in (True, False)
         }
-        free = [item.name for item in items if item.name not in values and not isinstance(item.default, bool)]
+        plain = [item.name for item in items if not item.kw_only and not isinstance(item.default, bool)]
+        free = [name for name in plain if name not in values]
+        name, equals, rest = word.partition("=")
+        if equals and name in {item.name for item in items if item.kw_only and item.name not in values}:
+            free, word = [name], rest
         number = _number(word)
         if word in switches:
             values.update([switches[word]])

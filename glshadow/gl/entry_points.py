@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from glshadow.errors import ContextError, GlshadowError, ResourceError
 
+BLEND = 0x0BE2
 DEPTH_COMPONENT16 = 0x81A5
 DEPTH_COMPONENT24 = 0x81A6
 DEPTH_COMPONENT32F = 0x8CAC

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
 import moderngl
 import numpy as np
 
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.spaces import Array
+from glshadow.gl.dense import Dense
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.lighting import BRIGHTEST, light_uniforms
 from glshadow.gl.program import Program
-from glshadow.gl.screen import camera_uniforms, draw_over, surface_textures
-from glshadow.gl.sources.source import Receiver
+from glshadow.gl.receiver import Receiver
+from glshadow.gl.screen import blended, camera_uniforms, draw_over, surface_textures
 from glshadow.gl.work import Work
-
-if TYPE_CHECKING:
-    from glshadow.gl.samples import Dense
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +51,9 @@ def colors_of(scene: GpuScene) -> int:
 def resolve(work: Work, share: Share, dense: Dense | None = None) -> None:
     """Add a light to the picture, or to the samples of some of its pixels, whose framebuffer is then bound."""
     scene, targets, light, asked = work.scene, work.targets, share.light, share.receiver
+    if dense is not None and asked.densely is not None:
+        asked = asked.densely(dense)
+        share = replace(share, receiver=asked)
     first, last = share.number == 0, share.number >= share.count - 1
     program = work.programs.get(
         "pass/resolve.vert",
@@ -82,16 +82,51 @@ def resolve(work: Work, share: Share, dense: Dense | None = None) -> None:
     _set(program, work, share, (0.0, 0.0) if dense else targets.aside)
     program.bind(**surface_textures(work.samplers, scene, targets), **asked.textures)
     if dense is not None:
-        program.set(**dense.uniforms, u_samples=targets.fine_surface.size)
-        fine = {"u_surface": targets.fine_surface, "u_camera_depth": (targets.fine_depth, work.samplers.plain)}
-        program.bind(**fine, u_pixels=dense.pixels)
-        program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
+        _draw_dense(program, work, dense)
     else:
         if not first:
             program.bind(u_sum=targets.sums[(share.number - 1) % 2])
         targets.framebuffer(targets.image if last else targets.sums[share.number % 2], share.number).use()
         draw_over(work.context, program, work.sight)
     program.unbind()
+
+
+def count_seen(work: Work, light: Light, asked: Receiver, dense: Dense | None) -> None:
+    """Add 1 wherever a light without size is seen, into the bound framebuffer: over the picture, or over samples of some pixels."""
+    scene, targets = work.scene, work.targets
+    program = work.programs.get(
+        "pass/resolve.vert",
+        "pass/resolve.frag",
+        dialect=asked.dialect,
+        slots=asked.slots,
+        defines={
+            **asked.defines,
+            "GLS_ORTHO": int(not work.sight.camera.is_perspective),
+            "GLS_SUN": int(isinstance(light, DirectionalLight)),
+            "GLS_ALONE": 1,
+            "GLS_DENSE": int(dense is not None),
+            **(dense.defines if dense else {}),
+        },
+    )
+    none = np.zeros(3)
+    share = Share(light, asked, 0, 1, np.zeros((2, 3)), none)
+    _set(program, work, share, (0.0, 0.0) if dense else targets.aside)
+    program.bind(**surface_textures(work.samplers, scene, targets), **asked.textures)
+    if dense is not None:
+        _draw_dense(program, work, dense)
+    else:
+        draw_over(work.context, program, work.sight, added=True)
+    program.unbind()
+
+
+def _draw_dense(program: Program, work: Work, dense: Dense) -> None:
+    targets = work.targets
+    program.set(**dense.uniforms, u_samples=targets.fine_surface.size)
+    fine = {"u_surface": targets.fine_surface, "u_camera_depth": (targets.fine_depth, work.samplers.plain)}
+    program.bind(**fine, u_pixels=dense.pixels)
+    work.context.ctx.enable_only(moderngl.NOTHING)
+    with blended(work.context):
+        program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
 
 
 def _set(program: Program, work: Work, share: Share, aside: tuple[float, float]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import moderngl
@@ -11,6 +10,7 @@ import numpy as np
 
 from glshadow.core.spaces import Array
 from glshadow.gl.buffers import BufferTexture
+from glshadow.gl.dense import Dense
 from glshadow.gl.entry_points import R32UI
 from glshadow.gl.resolve import Share, colors_of, resolve
 from glshadow.gl.screen import camera_uniforms, draw_over, surface_textures
@@ -19,50 +19,6 @@ from glshadow.gl.work import Work
 
 MOST_DENSE = 1 << 23
 """Samples that are shaded together: 128 MiB of sums."""
-
-_BLEND = 0x0BE2
-
-
-@dataclass(frozen=True, eq=False)
-class Dense:
-    """Some of the collected pixels, whose samples are shaded together.
-
-    Parameters
-    ----------
-    framebuffer : moderngl.Framebuffer
-        Colour 0: the sum of all lights, blended; colour 1: one light's visibility, where it is wanted.
-    pixels : BufferTexture
-        All that are collected.
-    first, count, across : int
-        Which of them, and how many blocks lie in a row.
-    block : (2,) ints
-        Columns and rows of samples.
-    visibility : bool
-        Whether it is wanted.
-    """
-
-    framebuffer: moderngl.Framebuffer
-    pixels: BufferTexture
-    first: int
-    count: int
-    across: int
-    block: tuple[int, int]
-    visibility: bool
-
-    @property
-    def defines(self) -> dict[str, int | str]:
-        """Of lib/dense.glsl."""
-        return {"GLS_COLUMNS": self.block[0], "GLS_ROWS": self.block[1]}
-
-    @property
-    def uniforms(self) -> dict[str, Any]:
-        """Of lib/dense.glsl."""
-        return {"u_batch": (self.first, self.count, self.across)}
-
-    @property
-    def viewport(self) -> tuple[int, int, int, int]:
-        """The blocks that are used."""
-        return (0, 0, min(self.count, self.across) * self.block[0], -(-self.count // self.across) * self.block[1])
 
 
 class Samples:
@@ -149,11 +105,7 @@ class Samples:
                 self._dense.use()
                 if number == 0:
                     work.context.gl.clear_floats(0, (0.0,) * 4)
-                work.context.ctx.enable_only(moderngl.NOTHING)
-                work.context.gl.call("glEnablei", _BLEND, 0)
-                work.context.ctx.blend_func = moderngl.ONE, moderngl.ONE
                 resolve(work, share, dense)
-                work.context.gl.call("glDisablei", _BLEND, 0)
                 if wanted:
                     self._average(work, dense, number)
             over = (*(np.zeros(3) if transparent else background), float(not transparent))

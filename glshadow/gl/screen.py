@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +13,7 @@ import numpy as np
 from glshadow.core.spaces import Array
 from glshadow.gl.camera import Sight
 from glshadow.gl.context import GLContext
+from glshadow.gl.entry_points import BLEND
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Program
 from glshadow.gl.targets import CameraTargets
@@ -85,10 +88,22 @@ def surface_textures(samplers: Samplers, scene: GpuScene, targets: CameraTargets
     }
 
 
-def draw_over(context: GLContext, program: Program, sight: Sight) -> None:
-    """A pass over all pixels that see a surface: one triangle at the far plane, the camera's depth attached."""
+def draw_over(context: GLContext, program: Program, sight: Sight, added: bool = False) -> None:
+    """A pass over all pixels that see a surface: one triangle at the far plane, the camera's depth attached. `added`: to colour 0."""
     if context.caps.clip_control:
         context.gl.clip_control(sight.clip.zero_to_one)
     context.ctx.enable_only(moderngl.DEPTH_TEST)
     context.ctx.depth_func = "<" if sight.clip.reversed else ">"
-    program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
+    with blended(context) if added else nullcontext():
+        program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
+
+
+@contextmanager
+def blended(context: GLContext) -> Iterator[None]:
+    """What is drawn inside is added to colour 0."""
+    context.ctx.blend_func = moderngl.ONE, moderngl.ONE
+    context.gl.call("glEnablei", BLEND, 0)
+    try:
+        yield
+    finally:
+        context.gl.call("glDisablei", BLEND, 0)

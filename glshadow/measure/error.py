@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.area import has_size
 from glshadow.core.cameras import Camera
 from glshadow.core.fit import minimum_rectangle
 from glshadow.core.lights import LIGHTS, DirectionalLight, Light, SpotLight
@@ -198,6 +199,14 @@ def _check_same(frame: Frame, truth: Truth) -> None:
         raise SettingsError(
             f"frame and truth must have as many samples in a pixel: the frame has {ours}, the truth {theirs}; use trace(..., "
             f"samples={ours})"
+        )
+    asked = [each.filter is not None and each.filter.points_of_light > 0 for each in getattr(frame, "used", ())]
+    soft = [
+        number for number, light in enumerate(truth.lights) if has_size(light) and number < len(asked) and asked[number]
+    ]
+    if soft and getattr(truth, "light_samples", 1) == 1:
+        raise SettingsError(
+            f"light {soft[0]} has a size, and the frame's shadow of it is soft: trace(..., light_samples=256) is the truth of that"
         )
     if frame.scene is not truth.scene:
         raise SettingsError(

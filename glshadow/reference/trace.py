@@ -104,6 +104,7 @@ def trace(
         normal=_spread(hits, hits.normals).reshape(*shape[1:], 3),
         alpha=(seen / samples).astype(np.float32).reshape(shape[1:]),
         samples=samples,
+        light_samples=light_samples,
         variance=(spread / count).astype(np.float32).reshape(shape) if light_samples > 1 else None,
         scene=scene,
         camera=camera,

@@ -44,6 +44,8 @@ class Truth:
         Share of the pixel's samples that see a surface.
     samples : int
         In a pixel.
+    light_samples : int
+        Points of each light that has a size.
     variance : (L, H, W) float32, optional
         Of the light samples within a pixel, averaged over its own samples; None for one sample.
     scene, camera, lights, size
@@ -59,6 +61,7 @@ class Truth:
     normal: Array
     alpha: Floats
     samples: int
+    light_samples: int
     variance: Floats | None
     scene: Scene
     camera: Camera

@@ -53,6 +53,11 @@ def mapped_slots(kind: Kind, target: Target, bias: Bias, filter: Filter, compare
     }
 
 
+def given_slots(kind: Kind) -> dict[str, str]:
+    """Snippets for a light whose visibility earlier passes found."""
+    return {"light": light_slot(kind), "shadow": "receiver/given.glsl"}
+
+
 def exact_slots(kind: Kind, candidates: str) -> dict[str, str]:
     """Snippets for a light whose triangles are asked; `candidates`: "lists" or "numbers"."""
     return {

@@ -17,6 +17,7 @@ from glshadow.shader.slots import (
     Compare,
     exact_defines,
     exact_slots,
+    given_slots,
     mapped_defines,
     mapped_slots,
     metric_slot,
@@ -162,6 +163,9 @@ def _exact() -> Iterator[Variant]:
             for parallel in (0, 1):
                 yield Variant("pass/resolve.frag", dialect, slots, {**defines, "GLS_ORTHO": parallel})
                 yield Variant("pass/resolve.frag", dialect, slots, {**defines, "GLS_ORTHO": parallel, **_DENSE})
+            for dense in ({}, _DENSE):
+                yield Variant("pass/resolve.frag", dialect, slots, {**defines, "GLS_ALONE": 1, **dense})
+        yield Variant("pass/resolve.frag", "core330", given_slots(kind), {"GLS_SUN": int(kind == "directional")})
 
 
 def _resolve() -> Iterator[Variant]:

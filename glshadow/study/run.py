@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from glshadow.core.area import traced_points
 from glshadow.core.cameras import Camera
 from glshadow.core.filters import Pcf
 from glshadow.core.lights import DirectionalLight, Light, Lights
@@ -152,7 +153,10 @@ class Run:
         """The truth of one light, traced when first asked for."""
         if number not in self._truths:
             self._say(f"light {number}: tracing the truth")
-            self._truths[number] = RememberedTruth.of(trace(self.scene, self.camera, [self.lights[number]], self.size))
+            light = self.lights[number]
+            points = traced_points([light])
+            truth = trace(self.scene, self.camera, [light], self.size, light_samples=points)
+            self._truths[number] = RememberedTruth.of(truth)
         return self._truths[number]
 
     def forget_truth(self, number: int) -> None:

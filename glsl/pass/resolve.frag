@@ -40,6 +40,9 @@
 #ifndef GLS_CATCHES
 #define GLS_CATCHES 0
 #endif
+#ifndef GLS_ALONE
+#define GLS_ALONE 0 // 1: writes nothing but the visibility
+#endif
 #include "lib/sight.glsl"
 #if GLS_DENSE
 #include "lib/dense.glsl"
@@ -82,8 +85,12 @@ flat in vec3 v_ambient_below;
 uniform float u_strength;
 #endif
 
+#if GLS_ALONE
+layout(location = 0) out float o_seen;
+#else
 layout(location = 0) out vec4 o_color;
-#if GLS_VISIBILITY
+#endif
+#if GLS_VISIBILITY && !GLS_ALONE
 layout(location = 1) out float o_visibility;
 #endif
 #if GLS_SUM
@@ -157,6 +164,9 @@ void main() {
     cosine = seen ? cosine : 0.0; // not asked
 #endif
     float lit = asked_visibility(surface.r, position, normal, cosine);
+#if GLS_ALONE
+    o_seen = lit;
+#else
     float lambert = cosine;
     float height = normal_w.y * side;
 #if GLS_SURFACE > 1
@@ -214,5 +224,6 @@ void main() {
 #endif
 #else
     o_color = vec4(sum, 1.0);
+#endif
 #endif
 }

@@ -12,7 +12,6 @@ import glshadow as gs
 from glshadow.core.ranges import view_depth
 from glshadow.core.spaces import Array, project
 from glshadow.frame import Frame
-from glshadow.gl.sources import Listed
 from glshadow.renderer import Renderer
 from glshadow.scene import shapes
 
@@ -107,7 +106,7 @@ def test_exact_shadows_are_those_of_rays(renderer: Renderer, courtyard: gs.Scene
     lit = [replace(LIGHTS[light], shadow=gs.Shadow(filter=gs.Exact()))]
     frame = renderer.render(scene, camera, lit, (320, 180), outputs=("visibility", "triangle"))
     truth = gs.trace(scene, camera, lit, (320, 180), surface=frame.triangle)
-    assert (0, Listed) in renderer._sources
+    assert (0, "Listed") in renderer._sources
     asked = (truth.cosine[0] > 1e-3) & truth.reached[0]  # below, rounding decides which side of the surface is lit
     assert asked.sum() > 5000
     wrong = asked & (np.abs(frame.visibility[0] - truth.visibility[0]) > 0.5)

@@ -13,7 +13,8 @@ from glshadow.errors import SettingsError
 
 SPELLED: dict[str, Spelled] = {
     "hard": gs.Hard(), "pcf:1": gs.Pcf(), "disc:2,16": gs.Disc(), "disc:0.5,64,rotate": gs.Disc(0.5, 64, True),
-    "exact": gs.Exact(), "none": gs.NoBias(), "constant:0.25": gs.ConstantBias(0.25),
+    "exact": gs.Exact(), "exact:light_samples=256": gs.Exact(light_samples=256),
+    "none": gs.NoBias(), "constant:0.25": gs.ConstantBias(0.25),
     "slope:1.1,4": gs.SlopeScaledBias(), "clip:-0.1,0": gs.ClipBias(-0.1),
     "clip:0.1,0,no-caster": gs.ClipBias(0.1, caster=False), "scene": gs.SceneFit(),
 }  # fmt: skip
@@ -50,6 +51,9 @@ def test_what_is_left_out_has_its_default() -> None:
         ("disc:1,2,3,4", r"'3' is not understood; it is spelled disc\["),
         ("disc:spin", "'spin' is not understood"),
         ("pcf:", "'pcf:' is no filter"),
+        ("exact:light_samples=3", r"light_samples must be an integer in \[16, 1024\]"),
+        ("exact:lamps=64", "'lamps=64' is not understood"),
+        ("exact:light_samples=64,light_samples=65", "is not understood"),
         ("pcf:nan", "'nan' is not understood"),
         ("hard:1", "it is spelled hard$"),
     ],

@@ -6,22 +6,33 @@ from dataclasses import dataclass
 from typing import Any
 
 from glshadow.core.filters.filter import Filter, Needs
-from glshadow.core.setting import shown
+from glshadow.core.setting import setting, shown, whole
 from glshadow.errors import SettingsError
 
 
-@dataclass(frozen=True, init=False)
+@dataclass(frozen=True, init=False, repr=False)
 class Exact(Filter):
     """No map: each receiver asks the triangles themselves, sorted by where they lie seen from the light. Needs no bias.
 
     Exact hard shadows where OpenGL 4.3 is; elsewhere the triangles nearest in a map of their numbers are asked, which misses those
     that no texel saw (`Used.fallbacks` says so).
 
+    A light that has a size is asked at many points of it: the share of the light that is seen, without noise.
+
+    Parameters
+    ----------
+    light_samples : int
+        Points of a light that has a size, 16 to 1024.
+
     References
     ----------
     Wyman, Hoetzlein, Lefohn 2015, "Frustum-Traced Raster Shadows: Revisiting Irregular Z-Buffers", I3D; Story 2015, "Hybrid
     Ray-Traced Shadows", GDC.
     """
+
+    light_samples: int = setting(
+        whole(16, 1024), 64, kw_only=True, help="points of a light that has a size, 16 to 1024"
+    )
 
     spelling = "exact"
     elsewhere = (
@@ -33,11 +44,22 @@ class Exact(Filter):
     source = "Wyman, Hoetzlein, Lefohn 2015"
     fails = "long lists where hundreds of slivers share a cell; OpenGL 3.3 has only a map of triangle numbers"
 
+    def __repr__(self) -> str:
+        default = type(self)().light_samples
+        return "Exact()" if self.light_samples == default else f"Exact(light_samples={self.light_samples})"
+
+    @property
+    def points_of_light(self) -> int:
+        """As many as was said."""
+        return self.light_samples
+
     @property
     def reach_texels(self) -> float:
         """Texels of the map of numbers that the fallback reads to each side."""
         return 2.0
 
-    def __init__(self, samples: Any = None) -> None:
+    def __init__(self, samples: Any = None, *, light_samples: int = 64) -> None:
         if samples is not None:
             raise SettingsError(f"Exact takes no samples, got {shown(samples)}; {self.elsewhere}")
+        object.__setattr__(self, "light_samples", light_samples)
+        self.__post_init__()

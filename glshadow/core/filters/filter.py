@@ -53,6 +53,11 @@ class Filter(Spelled):
         return 0.0
 
     @property
+    def points_of_light(self) -> int:
+        """How many points of a light that has a size it asks; 0: it knows only points."""
+        return 0
+
+    @property
     def slack_texels(self) -> float:
         """How far, in texels per axis, the map's sample may lie from where the plane is evaluated."""
         return 0.0

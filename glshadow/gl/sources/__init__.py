@@ -1,20 +1,30 @@
 """What there is to ask a light's shadow of, by what its filter needs and what the driver can do."""
 
+from collections.abc import Callable
+
+from glshadow.core.area import has_size
 from glshadow.core.filters.filter import Needs
+from glshadow.core.lights import Light
 from glshadow.core.shadow import Settled
-from glshadow.gl.context import Caps
+from glshadow.gl.context import Caps, GLContext
 from glshadow.gl.geometry import GpuScene
+from glshadow.gl.receiver import Receiver
+from glshadow.gl.sources.accumulated import Accumulated
 from glshadow.gl.sources.listed import Listed
 from glshadow.gl.sources.mapped import Mapped
 from glshadow.gl.sources.numbered import Numbered
-from glshadow.gl.sources.source import Receiver, Source
+from glshadow.gl.sources.source import Source
 
 
-def source_of(shadow: Settled | None, caps: Caps) -> type[Source]:
-    """The source that a light with these settings is asked of."""
+def source_of(light: Light, shadow: Settled | None, context: GLContext) -> tuple[str, Callable[[], Source]]:
+    """The source that a light with these settings is asked of: its name, and how it is made."""
     if shadow is None:
-        return Source
-    return {Needs.COMPARISON: Mapped, Needs.TRIANGLES: Listed if caps.compute else Numbered}[shadow.filter.needs]
+        return "", lambda: Source(context)
+    kinds = {Needs.COMPARISON: Mapped, Needs.TRIANGLES: Listed if context.caps.compute else Numbered}
+    kind: type[Source] = kinds[shadow.filter.needs]
+    if shadow.filter.points_of_light and has_size(light):
+        return f"{kind.__name__} many times", lambda: Accumulated(context, kind(context))
+    return kind.__name__, lambda: kind(context)
 
 
 def without_lists(scene: GpuScene, caps: Caps) -> str:
@@ -24,4 +34,4 @@ def without_lists(scene: GpuScene, caps: Caps) -> str:
     return f"lists of triangles need OpenGL 4.3, {caps.renderer} has {caps.version_code / 100:.1f}"
 
 
-__all__ = ["Listed", "Mapped", "Numbered", "Receiver", "Source", "source_of", "without_lists"]
+__all__ = ["Accumulated", "Listed", "Mapped", "Numbered", "Receiver", "Source", "source_of", "without_lists"]

@@ -20,7 +20,8 @@ from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import RG32UI, RGBA32F, RGBA32UI
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Programs
-from glshadow.gl.sources.source import Receiver, Source
+from glshadow.gl.receiver import Receiver
+from glshadow.gl.sources.source import Source
 from glshadow.gl.sources.triangles import casting_corners, check_facets, light_frame, made_for, triangle_receiver
 from glshadow.gl.work import Work
 

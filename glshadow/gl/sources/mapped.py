@@ -24,7 +24,8 @@ from glshadow.gl.caster import Map, draw_casters
 from glshadow.gl.context import Caps, GLContext
 from glshadow.gl.lighting import light_view
 from glshadow.gl.readback import pixels
-from glshadow.gl.sources.source import Receiver, Source, fetching_dialect, frame_of, open_receiver
+from glshadow.gl.receiver import Receiver
+from glshadow.gl.sources.source import Source, fetching_dialect, frame_of, open_receiver
 from glshadow.gl.work import Work
 from glshadow.shader.slots import Compare, mapped_defines, mapped_slots
 

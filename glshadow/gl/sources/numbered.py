@@ -25,7 +25,8 @@ from glshadow.gl.drawing import draw_nodes
 from glshadow.gl.entry_points import RGBA32F
 from glshadow.gl.geometry import GpuScene, pack_matrices
 from glshadow.gl.program import Programs
-from glshadow.gl.sources.source import Receiver, Source
+from glshadow.gl.receiver import Receiver
+from glshadow.gl.sources.source import Source
 from glshadow.gl.sources.triangles import casting_corners, check_facets, light_frame, made_for, triangle_receiver
 from glshadow.gl.targets import depth_texture
 from glshadow.gl.work import Work

@@ -1,10 +1,6 @@
-"""Source: what a light's shadow is asked of. Receiver: the text and the values that ask it."""
+"""Source: what a light's shadow is asked of."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,35 +12,9 @@ from glshadow.core.used import Used
 from glshadow.core.view import kind_of
 from glshadow.gl.context import GLContext
 from glshadow.gl.lighting import light_view
+from glshadow.gl.receiver import Receiver
 from glshadow.gl.work import Work
 from glshadow.shader.slots import open_slots
-
-
-@dataclass(frozen=True, eq=False)
-class Receiver:
-    """One way to ask one light.
-
-    Parameters
-    ----------
-    slots, defines : mapping
-        What a pass is composed with: <light>, <shadow> and what that includes.
-    dialect : str
-        What the snippets need.
-    axes : (3, 3) float64
-        Of the frame in which surface points are given.
-    offset : (3,) float64
-        Where the scene's origin lies in it.
-    uniforms, textures : mapping
-        By name; textures as `Program.bind` takes them.
-    """
-
-    slots: Mapping[str, str]
-    axes: Array
-    offset: Array
-    defines: Mapping[str, int | str] = field(default_factory=dict)
-    dialect: str = "core330"
-    uniforms: Mapping[str, Any] = field(default_factory=dict)
-    textures: Mapping[str, Any] = field(default_factory=dict)
 
 
 class Source:

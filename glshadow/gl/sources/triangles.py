@@ -15,7 +15,7 @@ from glshadow.core.view import kind_of
 from glshadow.errors import ResourceError
 from glshadow.gl.camera import Sight
 from glshadow.gl.geometry import GpuScene
-from glshadow.gl.sources.source import Receiver
+from glshadow.gl.receiver import Receiver
 from glshadow.gl.work import Work
 from glshadow.shader.slots import exact_defines, exact_slots
 

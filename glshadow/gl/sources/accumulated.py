@@ -1,0 +1,119 @@
+"""A light that has a size, as many hard lights one after another: the count of those that are seen, for every pixel."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import replace
+from typing import Any
+
+import moderngl
+
+from glshadow.core.area import hard_lights
+from glshadow.core.lights import Light
+from glshadow.core.shadow import Settled
+from glshadow.core.used import Used
+from glshadow.core.view import kind_of
+from glshadow.gl.context import GLContext
+from glshadow.gl.dense import Dense
+from glshadow.gl.receiver import Receiver
+from glshadow.gl.resolve import count_seen
+from glshadow.gl.sources.source import Source, open_receiver
+from glshadow.gl.work import Work
+from glshadow.shader.slots import given_slots
+
+
+class Accumulated(Source):
+    """One light's count of seen points, over the picture and over the samples of collected pixels.
+
+    Parameters
+    ----------
+    one : Source
+        What a single hard light is asked of, again and again.
+    """
+
+    def __init__(self, context: GLContext, one: Source) -> None:
+        self._context, self._one = context, one
+        self._key: tuple[Hashable, ...] | None = None
+        self._for = -1  # targets whose depth the framebuffer has
+        self._texture: moderngl.Texture | None = None
+        self._framebuffer: moderngl.Framebuffer | None = None
+        self._dense: moderngl.Texture | None = None
+        self._dense_framebuffer: moderngl.Framebuffer | None = None
+
+    def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
+        """Take the light with its settings."""
+        assert shadow is not None
+        self.light, self._shadow = light, shadow
+        self._points = hard_lights(light, shadow.filter.points_of_light)
+
+    def prepare(self, work: Work) -> Used:
+        """Make what the first point needs: where that can be done, it can be done for all."""
+        self._one.claim(work, self._points[0], self._shadow)
+        used = self._one.prepare(work)
+        return replace(used, why=f"{used.why}; {len(self._points)} points of the light, one after another")
+
+    def receiver(self, work: Work) -> Receiver:
+        """Read the counts, made anew unless light, scene and what the camera sees are those of the last frame."""
+        size = work.targets.depth.size
+        key = (work.scene.identity, work.sight, work.targets.identity, self._points, self._shadow.asked.faces)
+        if self._key != key:
+            self._key = None
+            if self._texture is None or self._texture.size != size or self._for != work.targets.identity:
+                self._release(self._framebuffer, self._texture)
+                self._texture = self._made(size, "the share of a light that is seen")
+                self._framebuffer = self._context.ctx.framebuffer([self._texture], work.targets.depth)
+                self._framebuffer.depth_mask = False
+                self._for = work.targets.identity
+            assert self._framebuffer is not None
+            self._count(work, self._framebuffer, None)
+            self._key = key
+        return replace(self._given(work, self._texture), densely=lambda dense: self._densely(work, dense))
+
+    def _densely(self, work: Work, dense: Dense) -> Receiver:
+        size = dense.framebuffer.size
+        if self._dense is None or self._dense.size != size:
+            old = (self._dense_framebuffer, self._dense)
+            self._dense = self._made(size, "the share of a light that samples see")
+            self._dense_framebuffer = self._context.ctx.framebuffer([self._dense])
+            self._dense_framebuffer.use()  # before the old one goes: moderngl would bind that again
+            self._release(*old)
+        assert self._dense_framebuffer is not None
+        self._dense_framebuffer.viewport = dense.viewport
+        self._count(work, self._dense_framebuffer, dense)
+        dense.framebuffer.use()
+        return self._given(work, self._dense)
+
+    def _count(self, work: Work, framebuffer: moderngl.Framebuffer, dense: Dense | None) -> None:
+        framebuffer.use()
+        self._context.gl.clear_floats(0, (0.0,) * 4)
+        for point in self._points:
+            self._one.claim(work, point, self._shadow)
+            self._one.prepare(work)
+            asked = self._one.receiver(work)
+            framebuffer.use()
+            count_seen(work, point, asked, dense)
+
+    def _given(self, work: Work, texture: Any) -> Receiver:
+        return replace(
+            open_receiver(work, self.light),
+            slots=given_slots(kind_of(self.light)),
+            uniforms={"u_points": float(len(self._points))},
+            textures={"u_given": texture},
+        )
+
+    def _made(self, size: tuple[int, int], what: str) -> moderngl.Texture:
+        texture = self._context.ctx.texture(size, 1, dtype="f4")
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._context.check_errors(f"allocating {what}, {size[0]} x {size[1]}")
+        return texture
+
+    @staticmethod
+    def _release(*things: Any) -> None:
+        for thing in things:
+            if thing is not None:
+                thing.release()
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        self._one.release()
+        self._release(self._framebuffer, self._texture, self._dense_framebuffer, self._dense)

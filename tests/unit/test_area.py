@@ -1,0 +1,75 @@
+"""Points of lights that have a size: on the light, well spread, the same every time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow.core.area import ball, disc, hard_lights, has_size
+
+COUNTS = [16, 64, 256, 1024]
+
+
+def shares(points: np.ndarray, lines: int = 200) -> float:
+    """Largest gap between the share of points beyond a line through the unit disc and the share of its area, over many lines."""
+    rng = np.random.default_rng(1)
+    worst = 0.0
+    for angle, height in zip(rng.uniform(0, 2 * np.pi, lines), rng.uniform(-0.95, 0.95, lines), strict=True):
+        beyond = float((points @ (np.cos(angle), np.sin(angle)) > height).mean())
+        area = (np.arccos(height) - height * np.sqrt(1.0 - height**2)) / np.pi
+        worst = max(worst, abs(beyond - area))
+    return worst
+
+
+@pytest.mark.parametrize("count", COUNTS)
+def test_a_disc_is_filled_evenly(count: int) -> None:
+    points = disc(count)
+    assert points.shape == (count, 2)
+    assert (np.linalg.norm(points, axis=1) < 1.0).all()
+    np.testing.assert_allclose(points.mean(axis=0), 0.0, atol=1.0 / count**0.75)
+    # a straight edge's share: for a random set it would be about 1.5 / sqrt(count)
+    assert shares(points) < 1.3 * count**-0.75
+
+
+@pytest.mark.parametrize("count", COUNTS)
+def test_a_ball_fills_the_disc_from_every_side(count: int) -> None:
+    points = ball(count)
+    assert (np.linalg.norm(points, axis=1) <= 1.0).all()
+    rng = np.random.default_rng(2)
+    worst = []
+    for _ in range(12):
+        axes, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        worst.append(shares(points @ axes[:, :2], 60))
+    assert max(worst) < 0.65 / np.sqrt(count)  # of random points 1.5
+    assert np.median(worst) < 0.5 / np.sqrt(count)
+
+
+def test_a_suns_points_lie_within_its_angle() -> None:
+    sun = gs.DirectionalLight(direction=(-1.0, -2.0, 0.5), angle=4.0, intensity=0.3)
+    points = hard_lights(sun, 64)
+    aims = np.array([light.direction for light in points])
+    cosine = aims @ np.asarray(sun.direction)
+    assert np.degrees(np.arccos(cosine.min())) == pytest.approx(2.0, abs=0.05)
+    assert {light.angle for light in points} == {0.0}
+    mean = aims.mean(axis=0)
+    np.testing.assert_allclose(mean / np.linalg.norm(mean), sun.direction, atol=1e-3)
+
+
+def test_a_lamps_points_lie_within_its_radius() -> None:
+    for lamp in (
+        gs.PointLight(position=(1.0, 2.0, 3.0), radius=0.5),
+        gs.SpotLight(position=(1.0, 2.0, 3.0), radius=0.5),
+    ):
+        points = hard_lights(lamp, 64)
+        away = np.linalg.norm(np.array([light.position for light in points]) - lamp.position, axis=1)
+        assert 0.4 < away.max() <= 0.5
+        assert {light.radius for light in points} == {0.0}
+        assert {type(light) for light in points} == {type(lamp)}
+
+
+def test_a_light_without_size_is_itself() -> None:
+    sun = gs.DirectionalLight()
+    assert hard_lights(sun, 64) == (sun,)
+    assert not has_size(sun)
+    assert has_size(gs.PointLight(position=(0, 1, 0), radius=1e-6))
