@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import time
 import weakref
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, Self, get_args
 
@@ -162,7 +162,7 @@ class Renderer:
         lights: Lights = None,
         size: tuple[int, int] = (1280, 720),
         **options: Any,
-    ) -> Iterator[Frame]:
+    ) -> Generator[Frame]:
         """One picture after another of the same scene: each as `render` gives it. What does not depend on the camera is made once.
 
         Parameters
@@ -192,7 +192,7 @@ class Renderer:
         except TypeError:
             raise SettingsError(f"cameras must be a sequence of cameras, got {shown(cameras)}") from None
 
-        def frames() -> Iterator[Frame]:
+        def frames() -> Generator[Frame]:
             for number, camera in enumerate(views):
                 if not isinstance(camera, Camera):
                     raise SettingsError(f"cameras[{number}] must be a camera, got {shown(camera)}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import string
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 
 MOST_PICTURES = 100_000
 
+_WHOLE = re.compile(r"0?[0-9]{0,2}[bdoxX]?")
+"""How a field may write the picture's number: 1e5 pictures have five digits."""
+
 
 def pattern(path: Path) -> Callable[[int], Path]:
     """Number -> file, for a name with one field such as view_{:03d}.png.
@@ -28,11 +32,16 @@ def pattern(path: Path) -> Callable[[int], Path]:
     Raises
     ------
     click.UsageError
-        If it has no field, several, or one that takes no number.
+        If it has no field, several, or one that writes no whole number: two pictures could share a name.
     """
     try:
         fields = [(name, spec, how) for _, name, spec, how in string.Formatter().parse(path.name) if name is not None]
-        if len(fields) != 1 or fields[0][0] not in ("", "0") or fields[0][2]:
+        if (
+            len(fields) != 1
+            or fields[0][0] not in ("", "0")
+            or fields[0][2]
+            or not _WHOLE.fullmatch(fields[0][1] or "")
+        ):
             raise ValueError
         names = {path.name.format(number) for number in (0, 1)}
     except (ValueError, IndexError, KeyError):
@@ -44,8 +53,15 @@ def pattern(path: Path) -> Callable[[int], Path]:
     return lambda number: path.with_name(path.name.format(number))
 
 
+def named_after(stem: str, orbit: bool) -> Path:
+    """The picture's file where none is given; with `orbit` its name is a pattern."""
+    return Path(
+        "".join(2 * letter if letter in "{}" else letter for letter in stem) + "_{:03d}.png" if orbit else f"{stem}.png"
+    )
+
+
 def refuse_field(path: Path) -> None:
-    """A field means nothing without --orbit."""
+    """A field that is asked for means nothing without --orbit."""
     if "{" in path.name or "}" in path.name:
         raise click.UsageError(f"{path.name!r} has a field for a number: that needs --orbit N")
 
@@ -60,10 +76,11 @@ class Kept:
         self._journal = Journal(path.with_name(f"{Path(literal).stem}.orbit.jsonl"))
         self._request = request
 
-    @property
-    def stale(self) -> bool:
-        """Whether pictures of another request are there."""
-        return any(record["request"] != self._request for record in self._journal.records.values())
+    def stale(self, path: Path) -> bool:
+        """Whether a picture is there that was made for another request."""
+        return (
+            path.is_file() and self._journal.records.get(path.name, {}).get("request", self._request) != self._request
+        )
 
     def has(self, path: Path) -> bool:
         """Whether a picture is of this request, and still what was written."""
@@ -93,12 +110,13 @@ def make_all(
     work: Work, files: Sequence[Path], kept: Kept, draw: Callable[[Sequence[int]], Iterable[tuple[int, Any]]], name: str
 ) -> list[dict[str, Any]]:
     """Draw what is missing; a line of the report for each picture. `draw`: numbers -> numbers and frames."""
-    if kept.stale:
-        work.say("other pictures were there, of another request: all are made anew")
+    if any(map(kept.stale, files)):
+        work.say("pictures of another request are there: they are made anew")
     missing = [number for number, path in enumerate(files) if not kept.has(path)]
     if len(missing) < len(files):
         work.say(f"{len(files) - len(missing)} of {len(files)} pictures are there already")
-    rows = [{"path": str(path), "made": number in set(missing)} for number, path in enumerate(files)]
+    anew = set(missing)
+    rows = [{"path": str(path), "made": number in anew} for number, path in enumerate(files)]
     with Bar(work) as bar:
         bar(len(files) - len(missing), len(files), name)
         for done, (number, frame) in enumerate(draw(missing) if missing else (), start=1):

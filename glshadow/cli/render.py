@@ -22,7 +22,7 @@ from glshadow.cli.options import (
     scene_facts,
     warn_fallbacks,
 )
-from glshadow.cli.orbit import MOST_PICTURES, Kept, make_all, pattern, refuse_field, request_of
+from glshadow.cli.orbit import MOST_PICTURES, Kept, make_all, named_after, pattern, refuse_field, request_of
 from glshadow.cli.running import Work
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def command(
         if "map" in overlay and options["filter_"] is None:
             options["filter_"] = values.shadow_filter("pcf:1")
         wanted = request(**options)
-        path = wanted.output or Path(f"{Path(wanted.name).stem}{'_{:03d}' if orbit else ''}.png")
+        path = wanted.output or named_after(Path(wanted.name).stem, orbit is not None)
         if overlay and path.suffix.lower() == ".exr":
             raise click.UsageError(
                 "--overlay draws into the 8-bit picture, an .exr holds floats: use .png, .jpg or .tif"
@@ -96,7 +96,8 @@ def command(
         if wanted.background is None and overlay:
             raise click.UsageError("--overlay draws over an opaque picture: not with --background none")
         if orbit is None:
-            refuse_field(path)
+            if wanted.output is not None:
+                refuse_field(path)
             _render(work, wanted, path, overlay, samples)
         else:
             _render_orbit(work, wanted, path, overlay, samples, orbit)

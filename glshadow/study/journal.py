@@ -14,7 +14,7 @@ from glshadow import __version__
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import Light
 from glshadow.core.shadow import Shadow
-from glshadow.errors import SettingsError
+from glshadow.errors import GlshadowError, SettingsError
 from glshadow.scene.mesh import Scene
 
 
@@ -48,18 +48,38 @@ class Journal:
                 file.truncate(whole)
 
     def add(self, record: dict[str, Any]) -> None:
-        """Append a record with its "key", and wait until it is on the disk; later records add to earlier ones of their key."""
+        """Append a record with its "key", and wait until it is on the disk; later records add to earlier ones of their key.
+
+        Raises
+        ------
+        GlshadowError
+            If the file cannot take the whole line: then it has none of it.
+        """
+        if self.path is not None:
+            line = (json.dumps(record, allow_nan=False, separators=(",", ":")) + "\n").encode()
+            try:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+                _append(self.path, line)
+            except OSError as error:
+                raise GlshadowError(f"cannot write {self.path}: {error.strerror or error}") from error
         self._merge(record)
-        if self.path is None:
-            return
-        line = json.dumps(record, allow_nan=False, separators=(",", ":")) + "\n"
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        with self.path.open("ab", buffering=0) as file:
-            file.write(line.encode())
-            os.fsync(file.fileno())
 
     def _merge(self, record: dict[str, Any]) -> None:
         self.records[record["key"]] = {**self.records.get(record["key"], {}), **record}
+
+
+def _append(path: Path, line: bytes) -> None:
+    """All of it, or nothing."""
+    with path.open("ab", buffering=0) as file:
+        before = file.seek(0, os.SEEK_END)
+        try:
+            written = file.write(line)
+            while written < len(line):  # a disk that is nearly full takes the beginning, and refuses the rest
+                written += file.write(line[written:])
+            os.fsync(file.fileno())
+        except BaseException:
+            file.truncate(before)
+            raise
 
 
 def fingerprint(scene: Scene) -> str:

@@ -63,7 +63,7 @@ def test_another_request_makes_all_anew(more: str) -> None:
     options = more.split()
     assert made("--orbit", "2", "-o", "v{}.png") == [True] * 2
     done = run("--orbit", "2", "-o", "v{}.png", *options)
-    assert "of another request: all are made anew" in done.stderr
+    assert "of another request are there: they are made anew" in done.stderr
     assert made("--orbit", "2", "-o", "v{}.png", *options) == [False] * 2
 
 
@@ -91,6 +91,9 @@ def test_an_interrupted_command_goes_on(folder: Path, monkeypatch: pytest.Monkey
         (("--orbit", "2", "-o", "v{name}.png"), "one field"),
         (("--orbit", "2", "-o", "v{:s}.png"), "one field"),
         (("--orbit", "2", "-o", "v{!r}.png"), "one field"),
+        (("--orbit", "2", "-o", "v{:.0e}.png"), "one field"),  # 10 and 14 would share a name
+        (("--orbit", "2", "-o", "v{:c}.png"), "one field"),
+        (("--orbit", "2", "-o", "v{:999999999}.png"), "one field"),
         (("--orbit", "2", "-o", "v{.png"), "one field"),
         (("-o", "v{:03d}.png"), "needs --orbit"),
         (("--orbit", "0", "-o", "v{}.png"), "0 is not in the range"),
@@ -112,3 +115,18 @@ def test_a_bad_model_fails_before_anything_is_written(folder: Path) -> None:
 def test_without_a_name_it_is_the_models(folder: Path) -> None:
     run("--orbit", "1", "--overlay", "axes")
     assert files(folder) == ["courtyard_.orbit.jsonl", "courtyard_000.png"]
+
+
+def test_a_models_name_may_have_braces(folder: Path) -> None:
+    (folder / "a{b}.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 3 2\n")
+    run("a{b}.obj")
+    run("a{b}.obj", "--orbit", "1")
+    assert files(folder) == ["a{b}.obj", "a{b}.png", "a{b}_.orbit.jsonl", "a{b}_000.png"]
+
+
+def test_other_pictures_of_the_journal_are_nobodys_business(folder: Path) -> None:
+    journal = folder / "v.orbit.jsonl"
+    journal.write_text('{"key":"v9.png","request":"another","sha256":"0"}\n{"key":"of something else"}\n')
+    done = run("--orbit", "1", "-o", "v{}.png")
+    assert "made anew" not in done.stderr
+    assert made("--orbit", "1", "-o", "v{}.png") == [False]

@@ -1,0 +1,60 @@
+"""The journal: a line is there whole or not at all, whatever the disk does."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import pytest
+
+from glshadow.errors import GlshadowError
+from glshadow.study.journal import Journal
+
+
+class Full(io.FileIO):
+    """A file on a disk that takes a few bytes more."""
+
+    room = 10
+
+    def write(self, data: bytes) -> int:  # type: ignore[override]
+        if self.room == 0:
+            raise OSError(28, "No space left on device")
+        taken = super().write(data[: self.room])
+        self.room -= taken
+        return taken
+
+
+def test_a_full_disk_leaves_no_half_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "j.jsonl"
+    journal = Journal(path)
+    journal.add({"key": "a", "value": 1})
+    before = path.read_bytes()
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "open", lambda self, mode, buffering=-1: Full(self, "ab"))
+        with pytest.raises(GlshadowError, match=r"cannot write .*j\.jsonl: No space left on device"):
+            journal.add({"key": "b", "value": 2})
+    assert path.read_bytes() == before
+    assert set(journal.records) == {"a"}, "what was not written is not there"
+    journal.add({"key": "c", "value": 3})
+    assert set(Journal(path).records) == {"a", "c"}
+
+
+def test_what_writes_piecewise_is_asked_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Slow(Full):
+        room = 1 << 20
+
+        def write(self, data: bytes) -> int:  # type: ignore[override]
+            return super().write(bytes(data)[:3])
+
+    path = tmp_path / "j.jsonl"
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "open", lambda self, mode, buffering=-1: Slow(self, "ab"))
+        Journal(path).add({"key": "a", "value": 1})
+    assert Journal(path).records == {"a": {"key": "a", "value": 1}}
+
+
+def test_a_cut_off_line_is_dropped(tmp_path: Path) -> None:
+    path = tmp_path / "j.jsonl"
+    path.write_text('{"key":"a"}\n{"key":"b')
+    assert set(Journal(path).records) == {"a"}
+    assert path.read_text() == '{"key":"a"}\n'
