@@ -21,6 +21,11 @@ def has_size(light: Light) -> bool:
     return (light.angle if isinstance(light, DirectionalLight) else light.radius) > 0.0
 
 
+def reach_of(light: Light) -> float:
+    """Radius of the source: of a sun the tangent under which a receiver sees it, of a lamp world units."""
+    return float(np.tan(np.radians(0.5 * light.angle))) if isinstance(light, DirectionalLight) else light.radius
+
+
 def traced_points(lights: Iterable[Light]) -> int:
     """Points of each light for a truth: one where none has a size."""
     return TRACED if any(map(has_size, lights)) else 1
@@ -39,6 +44,21 @@ def hard_lights(light: Light, count: int) -> tuple[Light, ...]:
         aims = towards + offsets[:, :1] * right + offsets[:, 1:] * up
         return tuple(replace(light, direction=tuple((-aim).tolist()), angle=0.0) for aim in aims)
     places = np.asarray(light.position) + light.radius * ball(count)
+    return tuple(replace(light, position=tuple(place.tolist()), radius=0.0) for place in places)
+
+
+def extremes(light: Light) -> tuple[Light, ...]:
+    """Lights without size whose convex hull holds all of a light's points."""
+    if not has_size(light):
+        return (light,)
+    if isinstance(light, DirectionalLight):
+        right, up, towards = view_axes(np.asarray(light.direction))
+        turns = np.pi / 4.0 * np.arange(8)
+        reach = reach_of(light) / np.cos(np.pi / 8.0)  # of a disc's octagon
+        aims = towards + reach * (np.cos(turns)[:, None] * right + np.sin(turns)[:, None] * up)
+        return tuple(replace(light, direction=tuple((-aim).tolist()), angle=0.0) for aim in aims)
+    signs = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+    places = np.asarray(light.position) + light.radius * signs
     return tuple(replace(light, position=tuple(place.tolist()), radius=0.0) for place in places)
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from glshadow.core.area import reach_of
 from glshadow.core.fit import minimum_rectangle
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import Array, rigid_inverse, view_axes
@@ -17,6 +18,7 @@ RATIO = 16  # fine cells along a side of a coarse one
 MOST = 256  # fine cells that one triangle may touch; more, and it goes to coarse ones
 LEAST_CELLS = 32  # two coarse cells along a side
 _GROWN = 1.0005
+_FAR_RADII = 4.0  # of the light, to the nearest caster
 _FAR_COSINE = 0.5  # casters within 60 degrees of the axis: tangents to 1.7
 _UNIT = 2.0**-24  # float32's relative rounding
 
@@ -55,8 +57,8 @@ class ListGrid:
         return (x, y, -left * x, -bottom * y)
 
 
-def list_grid(light: Light, casters: Array, halvings: int = 0) -> ListGrid:
-    """The grid of a light.
+def list_grid(light: Light, casters: Array, halvings: int = 0, receivers: Array | None = None) -> ListGrid:
+    """The grid of a light: of one that has a size so large that all its shadow is inside.
 
     Parameters
     ----------
@@ -64,11 +66,16 @@ def list_grid(light: Light, casters: Array, halvings: int = 0) -> ListGrid:
         World points whose convex hull holds everything that casts.
     halvings : int
         How often the usual number of cells is halved.
+    receivers : (K, 3) float64, optional
+        The same of everything that is seen; the casters if None.
     """
+    seen = casters if receivers is None else receivers
     if isinstance(light, DirectionalLight):
         middle = 0.5 * (casters.min(axis=0) + casters.max(axis=0))
         axes = view_axes(np.asarray(light.direction))
-        return _grid("directional", axes, middle, (casters - middle) @ axes[:2].T, halvings)
+        depth = max(0.0, float(((casters - middle) @ axes[2]).max() - ((seen - middle) @ axes[2]).min()))
+        spread = reach_of(light) * depth
+        return _grid("directional", axes, middle, (casters - middle) @ axes[:2].T, halvings, spread)
     position = np.asarray(light.position)
     offset = casters - position
     if isinstance(light, SpotLight):
@@ -78,16 +85,19 @@ def list_grid(light: Light, casters: Array, halvings: int = 0) -> ListGrid:
         edge = np.inf
     axes = view_axes(forward)
     local = offset @ axes.T
+    nearest = float(-local[:, 2].max())
     # so far away that no caster comes near the light's plane
-    if (local[:, 2] < -_FAR_COSINE * np.sqrt((local * local).sum(axis=1))).all():
+    far = nearest > _FAR_RADII * light.radius
+    if far and (local[:, 2] < -_FAR_COSINE * np.sqrt((local * local).sum(axis=1))).all():
         tangents = local[:, :2] / -local[:, 2:]
-        if np.abs(tangents).max() <= edge:
-            return _grid("spot", axes, position, tangents, halvings)
+        spread = _spread(light.radius, tangents, nearest, float(((seen - position) @ -axes[2]).max()))
+        if np.abs(tangents).max() + spread <= edge:
+            return _grid("spot", axes, position, tangents, halvings, spread)
         low, high = np.clip([tangents.min(axis=0), tangents.max(axis=0)], -edge, edge)
         if (low < high).all():
-            window = _grown(np.stack([low, high]))
+            window = _grown(np.stack([low - spread, high + spread]))
             return ListGrid("spot", rigid_inverse(axes, position), window, CELLS["spot"] >> halvings)
-    if isinstance(light, PointLight):
+    if isinstance(light, PointLight) or light.radius > 0.0:
         window = (-1.0, 1.0, -1.0, 1.0)
         return ListGrid("point", rigid_inverse(np.eye(3), position), window, CELLS["point"] >> halvings)
     return ListGrid("spot", rigid_inverse(axes, position), (-edge, edge, -edge, edge), CELLS["spot"] >> halvings)
@@ -99,9 +109,18 @@ def _unit_or_x(vector: Array) -> Array:
     return vector / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
 
 
-def _grid(kind: Kind, axes: Array, origin: Array, points: Array, halvings: int) -> ListGrid:
-    """The grid on the smallest rectangle round points (K, 2) of the window, its axes turned into the view's."""
+def _spread(radius: float, tangents: Array, nearest: float, deepest: float) -> float:
+    """By how much a light's radius moves shadows, in tangents: of something at the least depth, on receivers at the largest."""
+    slant = float(np.sqrt(1.0 + (tangents * tangents).sum(axis=1).max()))
+    return (
+        radius * slant * max(1.0 - nearest / max(deepest, nearest), 0.0) / (nearest - radius) if radius > 0.0 else 0.0
+    )
+
+
+def _grid(kind: Kind, axes: Array, origin: Array, points: Array, halvings: int, spread: float) -> ListGrid:
+    """The grid on the smallest rectangle round points (K, 2) of the window, and `spread` more, its axes turned into the view's."""
     angle, rectangle = minimum_rectangle(points)
+    rectangle = rectangle + spread * np.array([[-1.0], [1.0]])
     cosine, sine = np.cos(angle), np.sin(angle)
     axes = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]]) @ axes
     if kind == "directional":  # centred: coordinates stay small

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.area import extremes, reach_of
 from glshadow.core.casting import darkens
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.shadow import Faces
@@ -21,6 +22,7 @@ _KEPT = 64  # places of lights for which the answers are kept
 def casters_on_others(scene: GpuScene, light: Light) -> NDArray[np.bool_]:
     """Which nodes (N,) darken anything: not a floor under everything, whose rasterising would cost as much as all the rest."""
     place = (True, light.direction) if isinstance(light, DirectionalLight) else (False, light.position)
+    place = (*place, reach_of(light))
     kept = scene.casting.get(place)
     if kept is not None:
         return kept
@@ -31,7 +33,8 @@ def casters_on_others(scene: GpuScene, light: Light) -> NDArray[np.bool_]:
         triangles = _outline(scene.nodes[i].mesh)
         if triangles is not None and len(scene.nodes) > 1:
             placed = transform(scene.nodes[i].world_from_mesh, triangles)
-            casting[i] = darkens(placed, np.delete(scene.corners, i, axis=0), light)
+            others = np.delete(scene.corners, i, axis=0)
+            casting[i] = any(darkens(placed, others, part) for part in extremes(light))
     if len(scene.casting) >= _KEPT:
         scene.casting.clear()
     scene.casting[place] = casting
@@ -58,6 +61,6 @@ def hides_back_faces(scene: GpuScene, light: Light, faces: Faces | None) -> NDAr
     if faces is not None or isinstance(light, DirectionalLight):
         return closed
     position = np.asarray(light.position)
-    boxes = scene.corners
-    inside = ((boxes.min(axis=1) <= position) & (position <= boxes.max(axis=1))).all(axis=1)
+    low, high = scene.corners.min(axis=1) - light.radius, scene.corners.max(axis=1) + light.radius
+    inside = ((low <= position) & (position <= high)).all(axis=1)
     return np.asarray(closed & ~inside)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import weakref
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,7 +75,7 @@ class GpuScene:
         self._world: WorldTriangles | None = None
         self.unlisted = ""
         self._clusters: Placed | None = None
-        self.casting: dict[tuple[bool, tuple[float, float, float]], NDArray[np.bool_]] = {}
+        self.casting: dict[tuple[Hashable, ...], NDArray[np.bool_]] = {}
         self.nodes: tuple[Node, ...] = tuple(node for node in scene.nodes if len(node.mesh.triangles))
         self.scene_numbers = np.flatnonzero([len(node.mesh.triangles) > 0 for node in scene.nodes])
         self.meshes = [meshes.get(node.mesh) for node in self.nodes]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.adjacency import neighbours
 from glshadow.core.spaces import Array, world_positions
 from glshadow.errors import ResourceError
 from glshadow.gl.buffers import BufferTexture, texture_buffer
@@ -56,6 +57,7 @@ class WorldTriangles:
         usual = each <= HUGE * nearest if (each <= HUGE * nearest).any() else np.ones(len(each), dtype=bool)
         self.reach, self.huge = float(each[usual].max()), not usual.all()
         self._context = context
+        self._neighbours: BufferTexture | None = None
         self._buffers: tuple[BufferTexture, BufferTexture] | None = None
         self.masks: BufferTexture | None = None
         self.alphas: BufferTexture | None = None
@@ -75,6 +77,16 @@ class WorldTriangles:
                 texture_buffer(self._context, self.triangles, RGBA32UI),
             )
         return dict(zip(("u_positions", "u_corners"), self._buffers, strict=True))
+
+    @property
+    def neighbours(self) -> BufferTexture:
+        """Per triangle those across its edges (RGBA32UI): see `core.adjacency`."""
+        if self._neighbours is None:
+            across = neighbours(self.positions, self.triangles[:, :3])
+            padded = np.concatenate([across, np.zeros((self.count, 1), dtype=np.uint32)], axis=1)
+            self._neighbours = texture_buffer(self._context, padded, RGBA32UI)
+            self._context.check_errors(f"uploading the neighbours of {self.count} triangles")
+        return self._neighbours
 
     @property
     def mask_textures(self) -> dict[str, BufferTexture]:
@@ -120,7 +132,7 @@ class WorldTriangles:
 
     def release(self) -> None:
         """Free the GPU memory."""
-        for texture in (*(self._buffers or ()), self.masks, self.alphas):
+        for texture in (*(self._buffers or ()), self._neighbours, self.masks, self.alphas):
             if texture is not None:
                 texture.release()
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from glshadow.core.area import GOLDEN_ANGLE, reach_of
 from glshadow.core.lights import DirectionalLight, Light, to_light
 from glshadow.core.spaces import Array, Bools
 from glshadow.reference.rays import LIFT, Ints, Rays, dot
-
-GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
 
 
 class AimedLight:
@@ -29,8 +28,7 @@ class AimedLight:
     @property
     def spread(self) -> float:
         """Radius of the source as a tangent seen from the receiver (sun), or in world units."""
-        light = self.light
-        return float(np.tan(np.radians(light.angle) / 2.0)) if isinstance(light, DirectionalLight) else light.radius
+        return reach_of(self.light)
 
     def visibility(
         self, rays: Rays, own: Ints, points: Array, normals: Array, samples: int, generator: np.random.Generator

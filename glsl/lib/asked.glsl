@@ -3,10 +3,17 @@
 #ifndef GLS_SELECTIVE
 #define GLS_SELECTIVE 0 // 1: some triangles are not darkened
 #endif
+#ifndef GLS_GIVEN
+#define GLS_GIVEN 0 // 1: what <shadow> says is all: it knows the light's size, which may look over the receiver's horizon
+#endif
 float asked_visibility(uint number, vec3 position, vec3 normal, float cosine) {
+#if GLS_GIVEN
+    return light_visibility(position, normal, cosine);
+#else
     float lit = cosine > 0.0 ? light_visibility(position, normal, cosine) : 0.0;
 #if GLS_SELECTIVE
     lit = is_darkened(number) || cosine <= 0.0 ? lit : 1.0;
 #endif
     return lit;
+#endif
 }

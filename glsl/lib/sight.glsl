@@ -6,7 +6,10 @@
 #ifndef GLS_DENSE
 #define GLS_DENSE 0 // 1: what is drawn are samples of collected pixels, not the image: each finds its own ray, see lib/dense.glsl
 #endif
-#if GLS_DENSE
+#ifndef GLS_STAGE
+#define GLS_STAGE 0 // more: so do collected pixels, see pass/penumbra.frag
+#endif
+#if GLS_DENSE || GLS_STAGE > 0
 flat GLS_VARYING mat3 v_ray_from_ndc;
 flat GLS_VARYING vec3 v_eye_l;
 #elif GLS_ORTHO

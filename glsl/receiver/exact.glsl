@@ -17,10 +17,13 @@
 #ifndef GLS_CELLS
 #define GLS_CELLS 512 // along a side of the grid, or of the map of numbers
 #endif
+#ifndef GLS_AREA
+#define GLS_AREA 0 // 1: rays go to a point of the light instead of to its middle
+#endif
 #ifndef GLS_HUGE
 #define GLS_HUGE 0 // 1: some triangles reach so far that they need a bound of their own
 #endif
-#if GLS_POINT
+#if GLS_POINT || GLS_AREA && !GLS_SUN
 #include "lib/faces.glsl"
 #endif
 #include "lib/facet.glsl"
@@ -34,7 +37,10 @@ vec3 receiver_corner; // a corner of it, in the light's frame
 
 struct Ray { // from a receiver to the light
     vec3 position; // in the light's frame
-#if GLS_POINT
+#if GLS_AREA
+    vec3 source; // the point of the light: a sun's (x, y, 1) along the ray, else where it is
+#endif
+#if GLS_POINT || GLS_AREA && !GLS_SUN
     vec3 right; // two vectors across the ray: both are 0 for every point on it
     vec3 up;
 #elif !GLS_SUN
@@ -44,7 +50,12 @@ struct Ray { // from a receiver to the light
 };
 
 vec2 across(Ray ray, vec3 v) { // a vertex seen along the ray, which is the origin
-#if GLS_SUN
+#if GLS_AREA && GLS_SUN
+    GLS_PRECISE vec2 seen = v.xy - ray.position.xy - ray.source.xy * (v.z - ray.position.z);
+#elif GLS_AREA
+    GLS_PRECISE vec3 w = v - ray.source;
+    GLS_PRECISE vec2 seen = vec2(w.x * ray.right.x + w.y * ray.right.y + w.z * ray.right.z, w.x * ray.up.x + w.y * ray.up.y + w.z * ray.up.z);
+#elif GLS_SUN
     GLS_PRECISE vec2 seen = v.xy - ray.position.xy;
 #elif GLS_POINT
     GLS_PRECISE vec2 seen = vec2(v.x * ray.right.x + v.y * ray.right.y + v.z * ray.right.z, v.x * ray.up.x + v.y * ray.up.y + v.z * ray.up.z);
@@ -66,10 +77,16 @@ bool met(vec3 area) { // one sign, or on an edge
 bool behind(Ray ray, Facet other) { // whether the receiver lies beyond the other's plane, seen from the light
     vec3 offset = ray.position - other.a;
     float gap = dot(other.normal, offset);
-#if GLS_SUN
+#if GLS_AREA && GLS_SUN
+    float side = -dot(other.normal, ray.source);
+#elif GLS_SUN
     float side = -other.normal.z;
 #else
+#if GLS_AREA
+    float side = dot(other.normal, other.a - ray.source);
+#else
     float side = dot(other.normal, other.a);
+#endif
     if (abs(side) <= u_bound.x) return false; // the light lies on it: neither side is behind
 #endif
     float bound = ray.bound + u_bound.y * dot(abs(offset), vec3(1.0));
@@ -80,12 +97,17 @@ bool behind(Ray ray, Facet other) { // whether the receiver lies beyond the othe
     return (side < 0.0 ? -gap : gap) > bound;
 }
 
+float receiver_bound(vec3 position_lv) { // by how much the receiver may seem to be off a plane that it lies on
+    return u_bound.x + (GLS_HUGE == 1 ? 3.0 : 1.0) * u_bound.y * dot(abs(position_lv - receiver_corner), vec3(1.0));
+}
+
 #include <candidates>
 
+#if !GLS_AREA
 float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
     Ray ray;
     ray.position = position_lv;
-    ray.bound = u_bound.x + (GLS_HUGE == 1 ? 3.0 : 1.0) * u_bound.y * dot(abs(position_lv - receiver_corner), vec3(1.0));
+    ray.bound = receiver_bound(position_lv);
     float face = 0.0, depth = -position_lv.z;
     vec2 place = position_lv.xy;
 #if GLS_POINT
@@ -109,3 +131,4 @@ float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
 #endif
     return blocked(ray, cell, face, depth, inside && cosine > 0.0) ? 0.0 : 1.0;
 }
+#endif

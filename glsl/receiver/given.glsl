@@ -1,7 +1,15 @@
 // Slot <shadow> for a light whose visibility earlier passes found, where this pass draws: a count of the points of the light that are seen.
+#define GLS_GIVEN 1
+#ifndef GLS_COUNTED
+#define GLS_COUNTED 0 // 1: the counts are integers
+#endif
+#if GLS_COUNTED
+uniform usampler2D u_given;
+#else
 uniform sampler2D u_given;
+#endif
 uniform float u_points; // of the light
 
 float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
-    return texelFetch(u_given, ivec2(gl_FragCoord.xy), 0).r / u_points;
+    return float(texelFetch(u_given, ivec2(gl_FragCoord.xy), 0).r) / u_points;
 }

@@ -10,6 +10,7 @@ from glshadow.gl.context import Caps, GLContext
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.receiver import Receiver
 from glshadow.gl.sources.accumulated import Accumulated
+from glshadow.gl.sources.area import Area
 from glshadow.gl.sources.listed import Listed
 from glshadow.gl.sources.mapped import Mapped
 from glshadow.gl.sources.numbered import Numbered
@@ -23,6 +24,8 @@ def source_of(light: Light, shadow: Settled | None, context: GLContext) -> tuple
     kinds = {Needs.COMPARISON: Mapped, Needs.TRIANGLES: Listed if context.caps.compute else Numbered}
     kind: type[Source] = kinds[shadow.filter.needs]
     if shadow.filter.points_of_light and has_size(light):
+        if kind is Listed and shadow.asked.faces is None:
+            return "Area", lambda: Area(context)
         return f"{kind.__name__} many times", lambda: Accumulated(context, kind(context))
     return kind.__name__, lambda: kind(context)
 
@@ -34,4 +37,4 @@ def without_lists(scene: GpuScene, caps: Caps) -> str:
     return f"lists of triangles need OpenGL 4.3, {caps.renderer} has {caps.version_code / 100:.1f}"
 
 
-__all__ = ["Accumulated", "Listed", "Mapped", "Numbered", "Receiver", "Source", "source_of", "without_lists"]
+__all__ = ["Accumulated", "Area", "Listed", "Mapped", "Numbered", "Receiver", "Source", "source_of", "without_lists"]

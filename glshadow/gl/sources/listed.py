@@ -3,32 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
+from typing import Any
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.area import has_size
 from glshadow.core.decision import ignored_size
 from glshadow.core.lights import Light
-from glshadow.core.lists import LEAST_CELLS, MOST, RATIO, ListGrid, list_grid
+from glshadow.core.lists import LEAST_CELLS, ListGrid, list_grid
 from glshadow.core.shadow import Faces, Settled
 from glshadow.core.used import Used
 from glshadow.errors import ResourceError
 from glshadow.gl.bodies import casters_on_others, hides_back_faces
 from glshadow.gl.buffers import BufferTexture
 from glshadow.gl.context import GLContext
-from glshadow.gl.entry_points import RG32UI, RGBA32F, RGBA32UI
+from glshadow.gl.entry_points import RG32UI, RGBA32F
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Programs
 from glshadow.gl.receiver import Receiver
+from glshadow.gl.sources.cells import LINK_BYTES, CellLists
 from glshadow.gl.sources.source import Source
-from glshadow.gl.sources.triangles import casting_corners, check_facets, light_frame, made_for, triangle_receiver
+from glshadow.gl.sources.triangles import (
+    casting_corners,
+    cell_defines,
+    check_facets,
+    head_size,
+    light_frame,
+    made_for,
+    triangle_receiver,
+)
 from glshadow.gl.work import Work
 
 _CULL_BACK, _CULL_FRONT, _CASTS, _CUT_OUT = 1, 2, 4, 8  # pass/lists.comp
-_GROUP, _MOST_GROUPS = 64, 65535
-_LINK_BYTES, _FACET_BYTES = 16, 48
-_SPARE = 1.25  # a buffer that was too small grows to this much of what was needed
+_FACET_BYTES = 48
 
 
 class Listed(Source):
@@ -37,8 +45,7 @@ class Listed(Source):
     Attributes
     ----------
     grid : ListGrid
-    links : int
-        Entries of all lists together.
+    lists : CellLists
     masked : bool
         Whether some casters are cut out by their texture.
     builds : int
@@ -48,14 +55,11 @@ class Listed(Source):
     def __init__(self, context: GLContext) -> None:
         self._context = context
         self._key: tuple[Hashable, ...] | None = None
-        self._heads: moderngl.Texture | None = None
-        self._framebuffer: moderngl.Framebuffer | None = None
-        self._links: BufferTexture | None = None
         self._facets: BufferTexture | None = None
         self._traits: BufferTexture | None = None
-        self._counter = context.ctx.buffer(reserve=4)
+        self.lists = CellLists(context)
+        self._values: dict[str, Any] = {}  # what the pass must know of a light that has a size
         self.grid: ListGrid
-        self.links = 0
         self.masked = False
         self.builds = 0
 
@@ -75,8 +79,13 @@ class Listed(Source):
         shadow = self._shadow
         built = self._update(work.programs, work.scene, self.light)
         fallbacks = ignored_size(self.light, shadow.filter)
-        return Used(filter=shadow.filter, faces=shadow.asked.faces, draws=int(built), links=self.links, fallbacks=fallbacks,
+        return Used(filter=shadow.filter, faces=shadow.asked.faces, draws=int(built), links=self.lists.count, fallbacks=fallbacks,
                     why=shadow.why)  # fmt: skip
+
+    @property
+    def _limit(self) -> int:
+        """Bytes of a buffer that shaders read and write."""
+        return min(self._context.caps.max_storage_block, 16 * self._context.caps.max_texture_buffer_size)
 
     def _update(self, programs: Programs, scene: GpuScene, light: Light) -> bool:
         """Whether they had to be built."""
@@ -84,98 +93,49 @@ class Listed(Source):
         if key == self._key:
             return False
         self._key = None
-        limit = min(self._context.caps.max_storage_block, 16 * self._context.caps.max_texture_buffer_size)
-        check_facets(scene, limit, "bytes", _FACET_BYTES)
+        check_facets(scene, self._limit, "bytes", _FACET_BYTES)
         traits = _traits(scene, light)
-        casting = (traits[:, 0] & _CASTS) != 0
-        corners = casting_corners(scene, casting)
+        self._write(scene, traits)
+        corners = casting_corners(scene, (traits[:, 0] & _CASTS) != 0)
         halvings = 0
         while True:
-            self.grid = list_grid(light, corners, halvings)
-            self.links = self._build(programs, scene, traits)
-            if self._links is not None and self.links * _LINK_BYTES <= self._links.buffer.size:
+            self.grid = list_grid(light, corners, halvings, scene.corners.reshape(-1, 3))
+            if self._build(programs, scene, light):
                 break
-            if self.links * _LINK_BYTES <= limit:
-                self._reserve_links(min(int(_SPARE * self.links) * _LINK_BYTES, limit))
-            elif self.grid.cells > LEAST_CELLS:
-                halvings += 1
-            else:
+            if self.grid.cells <= LEAST_CELLS:
                 raise ResourceError(
-                    f"Exact() needs {self.links} list entries even on its coarsest grid, a buffer of this driver holds "
-                    f"{limit // _LINK_BYTES}: split the scene, or use another filter"
+                    f"Exact() needs {self.lists.count} list entries even on its coarsest grid, a buffer of this driver holds "
+                    f"{self._limit // LINK_BYTES}: split the scene, or use another filter"
                 )
+            halvings += 1
         self.masked = scene.world.masks is not None
         self._key = key
         self.builds += 1
         return True
 
-    def _build(self, programs: Programs, scene: GpuScene, traits: NDArray[np.uint32]) -> int:
-        """One pass over all triangles; how many links it wanted."""
-        context, grid, world = self._context, self.grid, scene.world
-        ctx = context.ctx
-        self._reserve(scene)
-        assert self._heads is not None
-        assert self._framebuffer is not None
-        assert self._links is not None
-        assert self._facets is not None
+    def _build(self, programs: Programs, scene: GpuScene, light: Light) -> bool:
+        """One pass over all triangles; whether the links fit."""
+        grid, world = self.grid, scene.world
         program = programs.compute(
-            "pass/lists.comp",
-            defines={
-                "GLS_SUN": int(grid.kind == "directional"),
-                "GLS_POINT": int(grid.kind == "point"),
-                "GLS_CELLS": grid.cells,
-                "GLS_RATIO": RATIO,
-                "GLS_MOST": MOST,
-            },
+            "pass/lists.comp", defines={**cell_defines(grid, grid.cells), "GLS_AREA": int(has_size(light))}
         )
         axes, origin = light_frame(grid, scene)
-        program.set(
-            u_axes=axes,
-            u_origin=tuple(origin),
-            u_triangles=world.count,
-            u_capacity=self._links.buffer.size // _LINK_BYTES,
-            u_cells=grid.cells_from_window,
-        )
-        self._framebuffer.use()
-        context.gl.clear_unsigned(0, (0, 0, 0, 0))
-        self._counter.write(b"\0\0\0\0")
-        self._write_traits(traits)
-        assert self._traits is not None
+        program.set(u_axes=axes, u_origin=tuple(origin), u_triangles=world.count, u_cells=grid.cells_from_window)
+        program.set(**self._values)
         program.bind(**world.textures, u_traits=self._traits)
-        for binding, buffer in enumerate((self._facets.buffer, self._links.buffer, self._counter)):
-            buffer.bind_to_storage_buffer(binding)
-        self._heads.bind_to_image(0, read=True, write=True)
-        groups = -(-world.count // _GROUP)
-        program.run(min(groups, _MOST_GROUPS), -(-groups // _MOST_GROUPS))
-        ctx.memory_barrier()
-        return int(np.frombuffer(self._counter.read(), dtype=np.uint32)[0])
+        assert self._facets is not None
+        self._facets.buffer.bind_to_storage_buffer(0)
+        size = head_size(grid, grid.cells)
+        return self.lists.fill(program, size, world.count, max(2 * world.count, 1 << 16), self._limit)
 
-    def _write_traits(self, traits: NDArray[np.uint32]) -> None:
+    def _write(self, scene: GpuScene, traits: NDArray[np.uint32]) -> None:
+        """Room for the facets, and what the pass knows of the nodes."""
         if self._traits is None or self._traits.buffer.size != traits.nbytes:
             self._traits = self._buffer(self._traits, traits.nbytes, RG32UI)
         self._traits.buffer.write(traits.tobytes())
-
-    def _reserve(self, scene: GpuScene) -> None:
-        context, grid = self._context, self.grid
-        size = (grid.cells, grid.faces * (grid.cells + grid.cells // RATIO))
-        if self._heads is None or self._heads.size != size:
-            old = (self._framebuffer, self._heads)
-            self._heads = context.ctx.texture(size, 1, dtype="u4")
-            self._heads.filter = (moderngl.NEAREST, moderngl.NEAREST)
-            self._framebuffer = context.ctx.framebuffer([self._heads])
-            self._framebuffer.use()  # before the old one goes: moderngl would bind that again
-            for thing in old:
-                if thing is not None:
-                    thing.release()
         if self._facets is None or self._facets.buffer.size != scene.world.count * _FACET_BYTES:
             self._facets = self._buffer(self._facets, scene.world.count * _FACET_BYTES, RGBA32F)
-        if self._links is None:
-            self._reserve_links(max(2 * scene.world.count, 1 << 16) * _LINK_BYTES)
-        context.check_errors(f"allocating the triangle lists of {scene.world.count} triangles")
-
-    def _reserve_links(self, size: int) -> None:
-        self._links = self._buffer(self._links, size, RGBA32UI)
-        self._context.check_errors(f"allocating triangle lists of {size} bytes")
+        self._context.check_errors(f"allocating the facets of {scene.world.count} triangles")
 
     def _buffer(self, old: BufferTexture | None, size: int, internal_format: int) -> BufferTexture:
         if old is not None:
@@ -184,12 +144,15 @@ class Listed(Source):
 
     def receiver(self, work: Work) -> Receiver:
         """Walk them."""
-        textures = {"u_heads": self._heads, "u_links": self._links, "u_facets": self._facets}
-        return triangle_receiver(work, self.light, self.grid, "lists", self.masked, textures)
+        return triangle_receiver(work, self.light, self.grid, "lists", self.masked, self._textures)
+
+    @property
+    def _textures(self) -> dict[str, Any]:
+        return {"u_heads": self.lists.heads, "u_links": self.lists.links, "u_facets": self._facets}
 
     def release(self) -> None:
         """Free the GPU memory."""
-        for thing in (self._links, self._facets, self._traits, self._framebuffer, self._heads, self._counter):
+        for thing in (self.lists, self._facets, self._traits):
             if thing is not None:
                 thing.release()
 

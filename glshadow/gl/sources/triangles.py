@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.area import reach_of
 from glshadow.core.lights import DirectionalLight, Light
-from glshadow.core.lists import HUGE_SHARE, RATIO, ListGrid, distance_bound
+from glshadow.core.lists import HUGE_SHARE, MOST, RATIO, ListGrid, distance_bound
 from glshadow.core.spaces import Array
 from glshadow.core.view import kind_of
 from glshadow.errors import ResourceError
@@ -26,7 +27,7 @@ def made_for(scene: GpuScene, light: Light) -> tuple[Hashable, ...]:
     place = (
         light.direction if isinstance(light, DirectionalLight) else (light.position, getattr(light, "direction", None))
     )
-    return (scene.identity, kind_of(light), place, getattr(light, "outer_angle", None), faces)
+    return (scene.identity, kind_of(light), place, getattr(light, "outer_angle", None), reach_of(light), faces)
 
 
 def casting_corners(scene: GpuScene, casting: NDArray[np.bool_]) -> Array:
@@ -39,6 +40,22 @@ def light_frame(grid: ListGrid, scene: GpuScene) -> tuple[Array, Array]:
     axes = grid.view_from_world[:3, :3].astype(np.float32).astype(np.float64)
     origin = -grid.view_from_world[:3, :3].T @ grid.view_from_world[:3, 3] - scene.origin
     return axes, origin.astype(np.float32).astype(np.float64)
+
+
+def cell_defines(grid: ListGrid, cells: int) -> dict[str, int | str]:
+    """Of lib/cells.glsl, for a grid of so many fine cells along a side."""
+    return {
+        "GLS_SUN": int(grid.kind == "directional"),
+        "GLS_POINT": int(grid.kind == "point"),
+        "GLS_CELLS": cells,
+        "GLS_RATIO": RATIO,
+        "GLS_MOST": MOST,
+    }
+
+
+def head_size(grid: ListGrid, cells: int) -> tuple[int, int]:
+    """Columns and rows of the heads of all faces' fine and coarse cells."""
+    return (cells, grid.faces * (cells + cells // RATIO))
 
 
 def check_facets(scene: GpuScene, limit: int, unit: str, each: int) -> None:

@@ -1,0 +1,110 @@
+"""Lists of a grid's cells on the GPU: heads, links, and a counter that says how long the links should have been."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from glshadow.gl.buffers import BufferTexture
+from glshadow.gl.context import GLContext
+from glshadow.gl.entry_points import RGBA32UI
+from glshadow.gl.program import ComputeProgram
+
+LINK_BYTES = 16
+_GROUP, _MOST_GROUPS = 64, 65535
+_SPARE = 1.25  # links that were too few grow to this much of what was needed
+
+
+class CellLists:
+    """What lib/cells.glsl fills and glsl/exact/lists.glsl walks.
+
+    Attributes
+    ----------
+    count : int
+        Links of all lists together.
+    """
+
+    def __init__(self, context: GLContext) -> None:
+        self._context = context
+        self.heads: moderngl.Texture | None = None
+        self.links: BufferTexture | None = None
+        self._framebuffer: moderngl.Framebuffer | None = None
+        self._counter = context.ctx.buffer(reserve=4)
+        self.count = 0
+
+    def fill(self, program: ComputeProgram, size: tuple[int, int], invocations: int, first: int, limit: int) -> bool:
+        """Run a pass that fills them, again where the links were too few; its other resources are bound already.
+
+        Parameters
+        ----------
+        size : (2,) ints
+            Columns and rows of heads.
+        first : int
+            Links to begin with.
+        limit : int
+            Most bytes of links.
+
+        Returns
+        -------
+        bool
+            False: they do not fit into the limit; `count` says how many there should have been.
+        """
+        self._reserve_heads(size)
+        if self.links is None:
+            self.reserve(first * LINK_BYTES)
+        while True:
+            self.count = self._run(program, invocations)
+            assert self.links is not None
+            need = self.count * LINK_BYTES
+            if need <= self.links.buffer.size:
+                return True
+            if need > limit:
+                return False
+            self.reserve(min(int(_SPARE * self.count) * LINK_BYTES, limit))
+
+    def _run(self, program: ComputeProgram, invocations: int) -> int:
+        assert self._framebuffer is not None
+        assert self.heads is not None
+        assert self.links is not None
+        self._framebuffer.use()
+        self._context.gl.clear_unsigned(0, (0, 0, 0, 0))
+        self._counter.write(b"\0\0\0\0")
+        self.links.buffer.bind_to_storage_buffer(1)
+        self._counter.bind_to_storage_buffer(2)
+        self.heads.bind_to_image(0, read=True, write=True)
+        program.set(u_capacity=self.links.buffer.size // LINK_BYTES)
+        groups = -(-invocations // _GROUP)
+        program.run(min(groups, _MOST_GROUPS), -(-groups // _MOST_GROUPS))
+        self._context.ctx.memory_barrier()
+        return int(np.frombuffer(self._counter.read(), dtype=np.uint32)[0])
+
+    def _reserve_heads(self, size: tuple[int, int]) -> None:
+        if self.heads is not None and self.heads.size == size:
+            return
+        old = (self._framebuffer, self.heads)
+        self.heads = self._context.ctx.texture(size, 1, dtype="u4")
+        self.heads.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._framebuffer = self._context.ctx.framebuffer([self.heads])
+        self._framebuffer.use()  # before the old one goes: moderngl would bind that again
+        _release(*old)
+        self._context.check_errors(f"allocating a grid of {size[0]} x {size[1]} cells")
+
+    def reserve(self, size: int) -> None:
+        """Bytes of links."""
+        old = self.links
+        self.links = None
+        _release(old)
+        self.links = BufferTexture(self._context.gl, self._context.ctx.buffer(reserve=size), RGBA32UI)
+        self._context.check_errors(f"allocating lists of {size} bytes")
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        _release(self.links, self._framebuffer, self.heads, self._counter)
+
+
+def _release(*things: Any) -> None:
+    for thing in things:
+        if thing is not None:
+            thing.release()

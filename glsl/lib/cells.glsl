@@ -1,0 +1,317 @@
+// Links to items, in the lists of the cells that they may touch: fine cells, or coarse ones where an item would touch more than GLS_MOST
+// fine ones; a receiver walks both lists of its cell. Conservative: cells are grown by a margin that is larger than any rounding. See
+// exact/lists.glsl, which walks them.
+//
+// GLS_AREA: the light has a size. Then items may also go to grids of their own, each into few cells of the one whose cells are as large as
+// the item and all of its shadow's movement; a receiver walks one list of each grid. See exact/grown.glsl.
+#ifndef GLS_SUN
+#define GLS_SUN 0
+#endif
+#ifndef GLS_POINT
+#define GLS_POINT 0
+#endif
+#ifndef GLS_CELLS
+#define GLS_CELLS 512 // along a side of the fine grid
+#endif
+#ifndef GLS_RATIO
+#define GLS_RATIO 16 // fine cells along a side of a coarse one
+#endif
+#ifndef GLS_MOST
+#define GLS_MOST 256
+#endif
+#ifndef GLS_PLACES_GROWN
+#define GLS_PLACES_GROWN 0 // 1: into grids of grown items
+#endif
+#ifndef GLS_AREA
+#define GLS_AREA 0 // 1: the light has a size
+#endif
+#if GLS_POINT
+#include "lib/faces.glsl"
+#endif
+#define GLS_FACES (GLS_POINT == 1 ? 6 : 1)
+layout(std430, binding = 1) writeonly buffer Links { uvec4 links[]; }; // item, next link + 1, least depth of receivers, what else
+layout(std430, binding = 2) buffer Counter { uint link_count; }; // runs on where the buffer is full: that is how it is noticed
+layout(r32ui, binding = 0) uniform coherent uimage2D u_heads; // per face the fine cells, behind them the coarse cells of all faces
+uniform uint u_capacity; // links
+uniform vec4 u_cells; // fine cell = xy (a sun) or tangent * u_cells.xy + u_cells.zw
+#if GLS_AREA
+#ifndef GLS_GROUNDS
+#define GLS_GROUNDS 64 // cells along a side of the grid that has the deepest receivers
+#endif
+#ifndef GLS_GROWN
+#define GLS_GROWN 256 // cells along a side of the finest grid of grown items
+#endif
+#ifndef GLS_LEVELS
+#define GLS_LEVELS 6 // grids of grown items, each half as fine as the last
+#endif
+uniform float u_reach; // radius of the light: a tangent (a sun), or world units
+uniform vec2 u_depths; // of all receivers: the least, subtracted from those in the grid, and the greatest
+#endif
+
+const float MARGIN = 1.0 / 64.0; // fine cells: floats within the grid are exact to 2^-14 cells
+const float FAR_OUT = 16.0 * float(GLS_CELLS);
+const float WIDE_MARGIN = 0.25; // where the item crosses the light's plane and edges are found by cross products
+
+struct Edges { // of a triangle in cells: cell (x, y) may touch it where all three offset + slope.(x, y) >= 0
+    mat3x2 slope;
+    vec3 offset;
+};
+
+Edges grown(mat3x2 slope, vec3 offset, float margin) { // the cell's corner that lies farthest inside counts
+    for (int i = 0; i < 3; i++) {
+        offset[i] += dot(max(slope[i], 0.0), vec2(1.0)) + margin * dot(abs(slope[i]), vec2(1.0));
+    }
+    return Edges(slope, offset);
+}
+
+ivec2 row_span(Edges edges, float y, ivec2 span) { // first and last cell of row y that may be touched, within span
+    float low = float(span.x), high = float(span.y);
+    for (int i = 0; i < 3; i++) {
+        float slope = edges.slope[i].x, rest = edges.offset[i] + edges.slope[i].y * y;
+        float x = -rest / slope;
+        low = slope > 0.0 ? max(low, ceil(x)) : low;
+        high = slope < 0.0 ? min(high, floor(x)) : high;
+        high = slope == 0.0 && rest < 0.0 ? -1.0 : high;
+    }
+    return ivec2(int(low), int(high));
+}
+
+#if GLS_AREA
+float gap(vec2 at, vec2 a, vec2 b) { // distance to a segment
+    vec2 along = b - a;
+    float length2 = dot(along, along);
+    return distance(at, a + along * (length2 > 0.0 ? clamp(dot(at - a, along) / length2, 0.0, 1.0) : 0.0));
+}
+
+float spread_at(float nearest, float slant, float ground) { // fine cells by which the light's size moves the shadow of something on the ground
+    float unit = max(u_cells.x, u_cells.y);
+#if GLS_SUN
+    return u_reach * max(ground - nearest, 0.0) * unit;
+#else
+    return nearest > u_reach ? u_reach * slant * max(1.0 - nearest / ground, 0.0) / (nearest - u_reach) * unit : FAR_OUT;
+#endif
+}
+
+float least_depth(float nearest, float slant, float away) { // of receivers that see the light past it, so many fine cells away
+    float unit = max(u_cells.x, u_cells.y);
+#if GLS_SUN
+    return nearest + away / (u_reach * unit);
+#else
+    float share = away * (nearest - u_reach) / (u_reach * slant * unit);
+    return nearest > u_reach ? (share < 1.0 ? nearest / (1.0 - share) : 1e38) : 0.0;
+#endif
+}
+#endif
+
+struct Footprint { // of a triangle in a face
+    vec2 p; // corners in fine cells
+    vec2 q;
+    vec2 r;
+    vec3 depth;
+    float nearest;
+    float slant;
+    bool crosses; // the light's plane, or nearly: there cells of its corners are infinite, or too large for floats
+    mat3 sides; // then: of the pyramid from the light through the triangle
+    vec2 least;
+    vec2 most;
+};
+
+Footprint footprint(vec3 a, vec3 b, vec3 c) { // vertices in the face's frame, z backward
+    Footprint f;
+    f.depth = vec3(-a.z, -b.z, -c.z);
+    f.nearest = min(f.depth.x, min(f.depth.y, f.depth.z));
+#if GLS_SUN
+    vec3 w = vec3(1.0);
+#else
+    vec3 w = 1.0 / max(f.depth, 1e-20);
+#endif
+    f.p = a.xy * w.x * u_cells.xy + u_cells.zw;
+    f.q = b.xy * w.y * u_cells.xy + u_cells.zw;
+    f.r = c.xy * w.z * u_cells.xy + u_cells.zw;
+    f.least = min(f.p, min(f.q, f.r));
+    f.most = max(f.p, max(f.q, f.r));
+    f.slant = 1.0;
+    f.crosses = false;
+    f.sides = mat3(0.0);
+#if !GLS_SUN
+    f.crosses = f.nearest <= 0.0 || any(lessThan(f.least, vec2(-FAR_OUT))) || any(greaterThan(f.most, vec2(FAR_OUT)));
+    f.nearest = max(f.nearest, 0.0);
+#if GLS_AREA
+    vec2 tangent = max(abs(a.xy * w.x), max(abs(b.xy * w.y), abs(c.xy * w.z)));
+    f.slant = f.crosses ? 1.0 : sqrt(1.0 + dot(tangent, tangent));
+#endif
+    if (f.crosses) {
+        f.least = vec2(0.0);
+        f.most = vec2(GLS_CELLS);
+        f.sides = mat3(cross(a, b - a), cross(b, c - b), cross(c, a - c));
+        f.sides *= dot(f.sides[0], c) < 0.0 ? -1.0 : 1.0;
+    }
+#endif
+    return f;
+}
+
+struct Block { // of cells that an item may touch
+    ivec2 first;
+    ivec2 last;
+    Edges edges;
+};
+
+Block block(Footprint f, float scale, float cells, float spread) { // scale: fine cells along a side of one
+    Block b;
+    float margin = spread / scale + MARGIN;
+    b.first = ivec2(max(floor(f.least / scale - margin), 0.0));
+    b.last = ivec2(min(floor(f.most / scale + margin), cells - 1.0));
+    vec2 corner = vec2(b.first);
+    if (f.crosses) { // direction of a cell's corner = ((cell - u_cells.zw) / u_cells.xy, -1)
+        vec2 step = scale / u_cells.xy, start = (corner * scale - u_cells.zw) / u_cells.xy;
+        b.edges = grown(mat3x2(f.sides[0].xy * step, f.sides[1].xy * step, f.sides[2].xy * step),
+                        vec3(dot(f.sides[0].xy, start) - f.sides[0].z, dot(f.sides[1].xy, start) - f.sides[1].z,
+                             dot(f.sides[2].xy, start) - f.sides[2].z), spread / scale + WIDE_MARGIN);
+    } else {
+        float turn = (f.q.x - f.p.x) * (f.r.y - f.p.y) - (f.q.y - f.p.y) * (f.r.x - f.p.x) < 0.0 ? -1.0 : 1.0;
+        vec2 x = f.p / scale - corner, y = f.q / scale - corner, z = f.r / scale - corner;
+        mat3x2 slope = turn * mat3x2(x.y - y.y, y.x - x.x, y.y - z.y, z.x - y.x, z.y - x.y, x.x - z.x);
+        b.edges = grown(slope, -vec3(dot(slope[0], x), dot(slope[1], y), dot(slope[2], z)), margin);
+    }
+    return b;
+}
+
+int cells_of(Block b, int enough) {
+    int count = 0;
+    for (int row = b.first.y; row <= b.last.y && count <= enough; row++) {
+        ivec2 span = row_span(b.edges, float(row - b.first.y), ivec2(0, b.last.x - b.first.x));
+        count += max(span.y - span.x + 1, 0);
+    }
+    return count;
+}
+
+void put(uint link, ivec2 cell, uint item, float depth, uint rest) {
+    uint next = imageAtomicExchange(u_heads, cell, link + 1u);
+    links[link] = uvec4(item, next, floatBitsToUint(depth), rest);
+}
+
+const int COARSE_TOP = GLS_FACES * GLS_CELLS, COARSE = GLS_CELLS / GLS_RATIO; // first row of coarse cells, and how many a face has
+
+void insert(uint item, uint rest, int face, Footprint f) {
+    int scale = 1;
+    Block b;
+    int count = 0;
+    for (int level = 0; level < 2; level++) {
+        scale = level == 0 ? 1 : GLS_RATIO;
+        b = block(f, float(scale), float(GLS_CELLS / scale), 0.0);
+        int most = level == 0 ? GLS_MOST : GLS_CELLS * GLS_CELLS;
+        count = cells_of(b, most);
+        if (count <= most) break;
+    }
+    if (count <= 0) return;
+    uint link = atomicAdd(link_count, uint(count));
+    if (link + uint(count) > u_capacity) return;
+    int top = scale == 1 ? face * GLS_CELLS : COARSE_TOP + face * COARSE;
+    for (int row = b.first.y; row <= b.last.y; row++) {
+        ivec2 span = row_span(b.edges, float(row - b.first.y), ivec2(0, b.last.x - b.first.x));
+        for (int column = span.x; column <= span.y; column++) {
+            put(link, ivec2(b.first.x + column, top + row), item, f.nearest, rest);
+            link++;
+        }
+    }
+}
+
+#if GLS_AREA
+#if GLS_PLACES_GROWN
+uniform usampler2D u_ground_around; // u_grounds, each cell with all as far around it as any shadow moves
+uniform usampler2D u_ground; // u_grounds
+
+float ground_at(usampler2D grounds, ivec2 cell, int face) {
+    return u_depths.x + uintBitsToFloat(texelFetch(grounds, cell + ivec2(0, face * GLS_GROUNDS), 0).r);
+}
+
+// Where the item may come between a receiver and some part of the light; with the least depth of those receivers.
+void insert_grown(uint item, uint rest, int face, Footprint f, bool edge) {
+    const float ground_scale = float(GLS_CELLS) / float(GLS_GROUNDS), fine = float(GLS_CELLS) / float(GLS_GROWN);
+    bool anywhere = GLS_SUN == 0 && (f.crosses || f.nearest <= u_reach); // where is not known
+    if (f.crosses) {
+        f.sides = mat3(0.0);
+        f.nearest = 0.0;
+    }
+    float ground = u_depths.y;
+    ivec2 first = clamp(ivec2(f.least / ground_scale), ivec2(0), ivec2(GLS_GROUNDS - 1));
+    ivec2 last = clamp(ivec2(f.most / ground_scale), ivec2(0), ivec2(GLS_GROUNDS - 1));
+    if (!anywhere && all(lessThan(last - first, ivec2(4)))) {
+        ground = u_depths.x;
+        for (int row = first.y; row <= last.y; row++) {
+            for (int column = first.x; column <= last.x; column++) ground = max(ground, ground_at(u_ground_around, ivec2(column, row), face));
+        }
+    }
+    float spread = anywhere ? FAR_OUT : min(spread_at(f.nearest, f.slant, ground), FAR_OUT);
+    if (!anywhere && f.nearest > ground) return;
+    if (any(greaterThan(f.least - spread - MARGIN, vec2(GLS_CELLS))) || any(lessThan(f.most + spread + MARGIN, vec2(0.0)))) return;
+    vec2 extent = f.most - f.least + 2.0 * (spread + MARGIN);
+    int level = int(clamp(ceil(log2(max(max(extent.x, extent.y) / fine, 1.0) * 0.5)), 0.0, float(GLS_LEVELS - 1)));
+    float scale = fine * float(1 << level);
+    Block b = block(f, scale, float(GLS_GROWN >> level), spread);
+    int top = face * 2 * GLS_GROWN + 2 * GLS_GROWN - (2 * GLS_GROWN >> level);
+    for (int row = b.first.y; row <= b.last.y; row++) {
+        ivec2 span = row_span(b.edges, float(row - b.first.y), ivec2(0, b.last.x - b.first.x));
+        for (int column = span.x; column <= span.y; column++) {
+            ivec2 cell = ivec2(b.first.x + column, row);
+            vec2 middle = (vec2(cell) + 0.5) * scale;
+            float away = edge ? gap(middle, f.p, f.q) : length(max(max(f.least - middle, middle - f.most), 0.0));
+            float depth = anywhere ? 0.0 : least_depth(f.nearest, f.slant, max(away - (0.708 * scale + MARGIN), 0.0));
+            float there = ground;
+            if (scale <= ground_scale) there = min(there, ground_at(u_ground, ivec2(middle / ground_scale), face));
+            if (anywhere || depth <= there) {
+                uint link = atomicAdd(link_count, 1u);
+                if (link < u_capacity) put(link, cell + ivec2(0, top), item, depth, rest);
+            }
+        }
+    }
+}
+#endif
+
+bool near_window(vec3 a, vec3 b, vec3 c) { // else beyond one side of it, or behind the light, from every part of the light
+#if GLS_SUN
+    return true;
+#else
+    vec3 w = vec3(-a.z, -b.z, -c.z), slack = 0.25 * abs(w);
+    vec3 x = vec3(a.x, b.x, c.x) * u_cells.x + w * u_cells.z, y = vec3(a.y, b.y, c.y) * u_cells.y + w * u_cells.w;
+    const float cells = float(GLS_CELLS);
+    vec4 reach = u_reach * vec4(length(u_cells.xz), length(vec2(u_cells.x, u_cells.z - cells)), length(u_cells.yw),
+                                length(vec2(u_cells.y, u_cells.w - cells)));
+    return any(greaterThanEqual(w, vec3(-u_reach))) && any(greaterThanEqual(x, -slack - reach.x))
+        && any(lessThanEqual(x, w * cells + slack + reach.y)) && any(greaterThanEqual(y, -slack - reach.z))
+        && any(lessThanEqual(y, w * cells + slack + reach.w));
+#endif
+}
+
+#if !GLS_PLACES_GROWN
+layout(r32ui, binding = 1) uniform coherent uimage2D u_grounds; // float bits
+
+void deepen(int face, Footprint f) { // the ground of all cells in which it may be seen
+    const float scale = float(GLS_CELLS) / float(GLS_GROUNDS);
+    float deepest = max(f.depth.x, max(f.depth.y, f.depth.z));
+    Block b = block(f, scale, float(GLS_GROUNDS), 0.0);
+    vec2 x = f.p / scale, e = f.q / scale - x, g = f.r / scale - x;
+#if GLS_SUN
+    vec3 d = f.depth;
+#else
+    vec3 d = -1.0 / max(f.depth, 1e-20); // linear over the face
+#endif
+    float turn = e.x * g.y - e.y * g.x;
+    bool slanted = !f.crosses && turn * turn > 1e-10 * dot(e, e) * dot(g, g); // else seen from the side
+    vec2 slope = vec2((d.y - d.x) * g.y - (d.z - d.x) * e.y, (d.z - d.x) * e.x - (d.y - d.x) * g.x) / (slanted ? turn : 1.0);
+    for (int row = b.first.y; row <= b.last.y; row++) {
+        ivec2 span = row_span(b.edges, float(row - b.first.y), ivec2(0, b.last.x - b.first.x));
+        for (int column = span.x; column <= span.y; column++) {
+            ivec2 cell = ivec2(b.first.x + column, row);
+            float there = d.x + dot(slope, vec2(cell) + 0.5 - x) + (0.5 + MARGIN) * dot(abs(slope), vec2(1.0));
+#if !GLS_SUN
+            there = there < 0.0 ? -1.0 / there : 1e38;
+#endif
+            float depth = slanted ? min(there, deepest) : deepest;
+            depth += 1e-5 * abs(depth);
+            imageAtomicMax(u_grounds, cell + ivec2(0, face * GLS_GROUNDS), floatBitsToUint(max(depth - u_depths.x, 0.0)));
+        }
+    }
+}
+#endif
+#endif

@@ -1,0 +1,30 @@
+// Makes one chain of the lists of grown items that a receiver walks: that of its cell in one grid goes on with that of the next coarser
+// one. One invocation per cell; run grid after grid, the second coarsest first.
+#ifndef GLS_GROWN
+#define GLS_GROWN 256
+#endif
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(std430, binding = 1) buffer Links { uvec4 links[]; };
+layout(r32ui, binding = 0) uniform uimage2D u_heads;
+uniform int u_level;
+
+int row_of(int face, int level) {
+    return face * 2 * GLS_GROWN + 2 * GLS_GROWN - (2 * GLS_GROWN >> level);
+}
+
+void main() {
+    int cells = GLS_GROWN >> u_level;
+    ivec2 cell = ivec2(gl_GlobalInvocationID.xy);
+    int face = cell.y / cells;
+    cell.y -= face * cells;
+    uint rest = imageLoad(u_heads, cell / 2 + ivec2(0, row_of(face, u_level + 1))).r;
+    if (rest == 0u) return;
+    ivec2 place = cell + ivec2(0, row_of(face, u_level));
+    uint link = imageLoad(u_heads, place).r;
+    if (link == 0u) {
+        imageStore(u_heads, place, uvec4(rest));
+        return;
+    }
+    while (links[link - 1u].y != 0u) link = links[link - 1u].y;
+    links[link - 1u].y = rest;
+}

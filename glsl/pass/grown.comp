@@ -1,0 +1,87 @@
+// The casters of a light that has a size, into grids of grown items, one invocation per triangle. GLS_OUTLINES 0: triangles. 1: what may
+// cut the light into seen and hidden parts: of its edges those that some part of the light sees as an outline, where a caster ends or
+// folds back; and all of it where its texture cuts it out. Between two triangles that the whole light sees from one side nothing shows.
+// Needs the facets and the grounds of pass/lists.comp.
+#define GLS_AREA 1
+#define GLS_PLACES_GROWN 1
+#ifndef GLS_OUTLINES
+#define GLS_OUTLINES 0
+#endif
+#include "lib/cells.glsl"
+#include "lib/facet.glsl"
+#define GLS_CULL_BACK 1u // traits of a scene's node, as in pass/lists.comp
+#define GLS_CASTS 4u
+#define GLS_CUT_OUT 8u
+layout(local_size_x = 64) in;
+uniform usamplerBuffer u_corners; // per triangle: vertices, node
+uniform usamplerBuffer u_traits;
+uniform usamplerBuffer u_neighbours; // per triangle: across its edges ab, bc, ca; see glshadow.core.adjacency
+uniform int u_triangles;
+const uint NONE = 0xffffffffu, TURNED = 0x80000000u;
+const float SLACK = 1e-5; // in sines: rounding decides which side is seen
+
+bool casts(Facet one, uint flags) {
+    return (flags & GLS_CASTS) != 0u && one.normal != vec3(0.0);
+}
+
+int side(vec3 normal, vec3 a) { // 1: all of the light before it, -1: behind, 0: on both sides of its plane
+#if GLS_SUN
+    float middle = normal.z, reach = u_reach * length(normal.xy) + SLACK;
+#else
+    float middle = -dot(normal, a), reach = u_reach + SLACK * length(a);
+#endif
+    return abs(middle) <= reach ? 0 : middle > 0.0 ? 1 : -1;
+}
+
+void insert_in_faces(uint item, uint rest, vec3 a, vec3 b, vec3 c) {
+#if GLS_POINT
+    for (int face = 0; face < 6; face++) {
+        float axis = float(face / 2), s = face % 2 == 0 ? 1.0 : -1.0;
+        mat3 turned = transpose(mat3(face_right(axis, s), face_up(axis, s), face_backward(axis, s)));
+        vec3 p = turned * a, q = turned * b, r = turned * c;
+#else
+    const int face = 0;
+    vec3 p = a, q = b, r = c;
+#endif
+        if (near_window(p, q, r)) insert_grown(item, rest, face, footprint(p, q, r), GLS_OUTLINES == 1 && rest < 3u);
+#if GLS_POINT
+    }
+#endif
+}
+
+void main() {
+    uint triangle = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * (64u * 65535u);
+    if (triangle >= uint(u_triangles)) return;
+    Facet own = facet(int(triangle));
+    uvec2 node = texelFetch(u_traits, int(texelFetch(u_corners, int(triangle)).w)).xy;
+    uint flags = node.x;
+    if (!casts(own, flags)) return;
+    int own_side = side(own.normal, own.a);
+#if !GLS_OUTLINES
+    if (own_side < 0 && (flags & GLS_CULL_BACK) != 0u) return;
+    uint mask = (flags & GLS_CUT_OUT) != 0u ? triangle + node.y : 0u;
+    insert_in_faces(triangle, mask, own.a, own.b, own.c);
+#else
+    if ((flags & GLS_CUT_OUT) != 0u) {
+        insert_in_faces(triangle, 3u, own.a, own.b, own.c);
+        return;
+    }
+    uvec3 neighbours = texelFetch(u_neighbours, int(triangle)).xyz;
+    for (int i = 0; i < 3; i++) {
+        uint neighbour = neighbours[i];
+        bool outline = true;
+        if (neighbour != NONE) {
+            uint number = neighbour & ~TURNED;
+            Facet other = facet(int(number));
+            uint others = texelFetch(u_traits, int(texelFetch(u_corners, int(number)).w)).x;
+            if (casts(other, others) && (others & GLS_CUT_OUT) == 0u) {
+                int other_side = side(other.normal, other.a) * ((neighbour & TURNED) != 0u ? -1 : 1);
+                outline = triangle < number && (own_side == 0 || own_side != other_side);
+            }
+        }
+        if (!outline) continue;
+        vec3 a = i == 0 ? own.a : i == 1 ? own.b : own.c, b = i == 0 ? own.b : i == 1 ? own.c : own.a;
+        insert_in_faces(triangle, uint(i), a, b, b);
+    }
+#endif
+}

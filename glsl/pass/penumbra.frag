@@ -1,0 +1,130 @@
+// How many points of a light that has a size each visible surface sees, in three passes. GLS_STAGE 0: over the picture, or (GLS_DENSE)
+// over samples of collected pixels: all or none of them where no outline of a caster comes between, which the light's middle tells; the
+// others are collected. 1: each of those lists the triangles that may come between. 2: and asks these, point by point.
+//
+// What a set of triangles hides of the light has for its border edges of triangles: those where one of them ends, or folds back. What
+// lies between two that are seen from one side is no border. So where none of the former is in the cone from a surface to the light, all
+// of the light is seen, or nothing. After Laine, Aila, Assarsson, Lehtinen, Akenine-Moeller 2005, "Soft Shadow Volumes for Ray Tracing",
+// SIGGRAPH, whose edges in wedges these are.
+#ifndef GLS_STAGE
+#define GLS_STAGE 0
+#endif
+#ifndef GLS_ORTHO
+#define GLS_ORTHO 0 // 1: an orthographic camera
+#endif
+#ifndef GLS_SUN
+#define GLS_SUN 0
+#endif
+#ifndef GLS_POINT
+#define GLS_POINT 0
+#endif
+#ifndef GLS_DENSE
+#define GLS_DENSE 0
+#endif
+#ifndef GLS_SELECTIVE
+#define GLS_SELECTIVE 0 // 1: some triangles are not darkened
+#endif
+#ifndef GLS_MASKED
+#define GLS_MASKED 0
+#endif
+#include "lib/sight.glsl"
+#if GLS_DENSE
+#include "lib/dense.glsl"
+#endif
+#include "lib/surface_number.glsl"
+#include "lib/cone.glsl"
+#include <shadow>
+#include <between>
+#include "lib/surface_point.glsl"
+uniform usampler2D u_surface;
+flat in vec3 v_forward_l;
+#if GLS_STAGE > 0
+uniform usamplerBuffer u_fragments; // x, y << 16
+uniform ivec3 u_asked; // the first of those that are drawn, how many, and how many in a row
+#endif
+#if GLS_STAGE > 0 || GLS_DENSE
+uniform vec2 u_samples; // along the sides of what is asked
+#endif
+#if GLS_STAGE == 1
+layout(location = 0) out uint o_list;
+#elif GLS_STAGE == 2
+#ifndef GLS_SIDE
+#define GLS_SIDE 2 // fragments along a side of a pixel's block: they share its points
+#endif
+uniform usampler2D u_lists;
+layout(r32ui, binding = 0) uniform uimage2D u_counts;
+#else
+layout(early_fragment_tests) in;
+layout(std430, binding = 0) buffer Asked { uint asked_count; };
+layout(std430, binding = 1) writeonly buffer Fragments { uint fragments[]; };
+uniform int u_count; // points of the light
+layout(location = 0) out uint o_seen;
+#endif
+
+void main() {
+#if GLS_STAGE > 0
+    ivec2 block = ivec2(gl_FragCoord.xy);
+#if GLS_STAGE == 2
+    ivec2 within = block % GLS_SIDE;
+    block /= GLS_SIDE;
+#endif
+    int number = block.y * u_asked.z + block.x;
+    bool beyond = number >= u_asked.y; // the last
+    uint bits = texelFetch(u_fragments, u_asked.x + min(number, u_asked.y - 1)).r;
+    ivec2 fragment = ivec2(int(bits & 0xffffu), int(bits >> 16u));
+#else
+    ivec2 fragment = ivec2(gl_FragCoord.xy);
+#endif
+#if GLS_DENSE
+    ivec2 texel = dense_texel(fragment);
+#else
+    ivec2 texel = fragment;
+#endif
+#if GLS_DENSE || GLS_STAGE > 0
+    vec3 through = v_ray_from_ndc * vec3((vec2(texel) + 0.5) * 2.0 / u_samples - 1.0, 1.0);
+#if GLS_ORTHO
+    vec3 eye = v_eye_l + through, ray = v_forward_l;
+#else
+    vec3 eye = v_eye_l, ray = through;
+#endif
+#else
+    vec3 eye = v_eye_l, ray = v_ray_l;
+#endif
+    uvec4 surface = texelFetch(u_surface, texel, 0);
+    int triangle = triangle_of(surface.r);
+    bool seen = triangle >= 0; // else nothing is there
+    triangle = max(triangle, 0);
+    Facet own = facet(triangle);
+    vec3 position = surface_point(triangle, own, eye, ray, v_forward_l);
+    vec3 normal = dot(own.normal, ray) > 0.0 ? -own.normal : own.normal; // the side that is seen
+    receiver_triangle = triangle;
+    receiver_corner = plane_corner(own);
+#if GLS_SELECTIVE
+    bool asked = is_darkened(surface.r);
+#else
+    const bool asked = true;
+#endif
+#if GLS_STAGE == 1
+    o_list = beyond || !asked ? 0u : gather(position, normal);
+#elif GLS_STAGE == 2
+    uint list = texelFetch(u_lists, block, 0).r;
+    int count = beyond ? 0 : seen_points(position, normal, list, within.x + GLS_SIDE * within.y, GLS_SIDE * GLS_SIDE);
+    for (int i = 0; i < min(count, 1); i++) imageAtomicAdd(u_counts, fragment, uint(count));
+#else
+#if GLS_SUN
+    float middle = normal.z, reach = u_reach * length(normal.xy);
+#else
+    float near = inversesqrt(dot(position, position));
+    float middle = -dot(normal, position), reach = u_reach * sqrt(max(1.0 - middle * middle * near * near, 0.0));
+#endif
+    bool above = middle > reach, below = middle <= -reach || !seen; // the receiver's horizon: all of the light
+    bool cut = !above && !below;
+    if (above && asked) cut = is_cut(position);
+    float lit = above && asked && !cut ? light_visibility(position, normal, middle) : 1.0;
+    o_seen = below || cut ? 0u : uint(lit) * uint(u_count);
+    int wanted = cut ? 1 : 0;
+    for (int i = 0; i < wanted; i++) { // not an if: llvmpipe would go through the atomics of every pixel
+        fragments[atomicAdd(asked_count, 1u)] = uint(fragment.x) | uint(fragment.y) << 16u;
+    }
+#endif
+}
