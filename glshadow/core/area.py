@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.lights import DirectionalLight, Light, PointLight
 from glshadow.core.spaces import Array, view_axes
 
 TRACED = 256
@@ -21,7 +21,7 @@ def has_size(light: Light) -> bool:
     return (light.angle if isinstance(light, DirectionalLight) else light.radius) > 0.0
 
 
-def reach_of(light: Light) -> float:
+def radius_of(light: Light) -> float:
     """Radius of the source: of a sun the tangent under which a receiver sees it, of a lamp world units."""
     return float(np.tan(np.radians(0.5 * light.angle))) if isinstance(light, DirectionalLight) else light.radius
 
@@ -39,7 +39,7 @@ def hard_lights(light: Light, count: int) -> tuple[Light, ...]:
     if not has_size(light):
         return (light,)
     if isinstance(light, DirectionalLight):
-        right, up, towards = view_axes(np.asarray(light.direction))
+        right, up, towards = disc_axes(light)
         offsets = np.tan(np.radians(0.5 * light.angle)) * disc(count)
         aims = towards + offsets[:, :1] * right + offsets[:, 1:] * up
         return tuple(replace(light, direction=tuple((-aim).tolist()), angle=0.0) for aim in aims)
@@ -54,7 +54,7 @@ def extremes(light: Light) -> tuple[Light, ...]:
     if isinstance(light, DirectionalLight):
         right, up, towards = view_axes(np.asarray(light.direction))
         turns = np.pi / 4.0 * np.arange(8)
-        reach = reach_of(light) / np.cos(np.pi / 8.0)  # of a disc's octagon
+        reach = radius_of(light) / np.cos(np.pi / 8.0)  # of a disc's octagon
         aims = towards + reach * (np.cos(turns)[:, None] * right + np.sin(turns)[:, None] * up)
         return tuple(replace(light, direction=tuple((-aim).tolist()), angle=0.0) for aim in aims)
     signs = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
@@ -67,6 +67,30 @@ def disc(count: int) -> Array:
     i = np.arange(count)
     radius, angle = np.sqrt((i + 0.5) / count), i * GOLDEN_ANGLE
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+
+
+def points_seen(light: Light, receivers: Array, count: int) -> Array:
+    """The points of a light that has a size, for each receiver (N, 3) in world space: places (N, count, 3) of a lamp, directions of a sun.
+
+    Of a lamp the disc that a receiver sees; it turns with the receiver by the shortest way from the lamp's axis, so that neighbours have
+    nearly the same points, and there is a seam only opposite to that axis.
+    """
+    points = radius_of(light) * disc(count)
+    right, up, backward = disc_axes(light)
+    if isinstance(light, DirectionalLight):
+        aims = backward + points[:, :1] * right + points[:, 1:] * up
+        return np.broadcast_to(aims, (len(receivers), count, 3))
+    away = receivers - np.asarray(light.position)
+    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    both = (away - backward) / np.maximum(1.0 - away @ backward, 1e-6)[:, None]
+    rights, ups = right - (away @ right)[:, None] * both, up - (away @ up)[:, None] * both
+    offsets = points[:, 0, None] * rights[:, None] + points[:, 1, None] * ups[:, None]
+    return np.asarray(np.asarray(light.position) + offsets)
+
+
+def disc_axes(light: Light) -> Array:
+    """Right, up and backward (3, 3) of a light's points: a sun's and a spot's about its direction, a point light's about the way down."""
+    return view_axes(np.array([0.0, -1.0, 0.0]) if isinstance(light, PointLight) else np.asarray(light.direction))
 
 
 def ball(count: int) -> Array:

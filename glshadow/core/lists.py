@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from glshadow.core.area import reach_of
+from glshadow.core.area import radius_of
 from glshadow.core.fit import minimum_rectangle
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import Array, rigid_inverse, view_axes
@@ -74,7 +74,7 @@ def list_grid(light: Light, casters: Array, halvings: int = 0, receivers: Array 
         middle = 0.5 * (casters.min(axis=0) + casters.max(axis=0))
         axes = view_axes(np.asarray(light.direction))
         depth = max(0.0, float(((casters - middle) @ axes[2]).max() - ((seen - middle) @ axes[2]).min()))
-        spread = reach_of(light) * depth
+        spread = radius_of(light) * depth
         return _grid("directional", axes, middle, (casters - middle) @ axes[:2].T, halvings, spread)
     position = np.asarray(light.position)
     offset = casters - position

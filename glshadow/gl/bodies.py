@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.area import extremes, reach_of
+from glshadow.core.area import extremes, radius_of
 from glshadow.core.casting import darkens
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.shadow import Faces
@@ -21,8 +21,8 @@ _KEPT = 64  # places of lights for which the answers are kept
 
 def casters_on_others(scene: GpuScene, light: Light) -> NDArray[np.bool_]:
     """Which nodes (N,) darken anything: not a floor under everything, whose rasterising would cost as much as all the rest."""
-    place = (True, light.direction) if isinstance(light, DirectionalLight) else (False, light.position)
-    place = (*place, reach_of(light))
+    sun = isinstance(light, DirectionalLight)
+    place = (sun, light.direction if isinstance(light, DirectionalLight) else light.position, radius_of(light))
     kept = scene.casting.get(place)
     if kept is not None:
         return kept

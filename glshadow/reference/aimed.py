@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from glshadow.core.area import GOLDEN_ANGLE, reach_of
+from glshadow.core.area import GOLDEN_ANGLE, radius_of
 from glshadow.core.lights import DirectionalLight, Light, to_light
 from glshadow.core.spaces import Array, Bools
 from glshadow.reference.rays import LIFT, Ints, Rays, dot
@@ -28,7 +28,7 @@ class AimedLight:
     @property
     def spread(self) -> float:
         """Radius of the source as a tangent seen from the receiver (sun), or in world units."""
-        return reach_of(self.light)
+        return radius_of(self.light)
 
     def visibility(
         self, rays: Rays, own: Ints, points: Array, normals: Array, samples: int, generator: np.random.Generator
@@ -36,7 +36,6 @@ class AimedLight:
         """Mean and variance (N,) over samples of the source seen from points (N, 3) on triangles (N,); parts of it below a point's
         horizon count as dark."""
         towards, distance = self.towards(points)
-        facing = dot(normals, towards) > 0.0
         total = np.zeros(len(own))
         samples = samples if self.spread > 0.0 else 1
         u, v = perpendicular(towards)
@@ -51,7 +50,7 @@ class AimedLight:
             length = np.sqrt(dot(aim, aim))
             aim = aim / np.where(length > 0.0, length, 1.0)[:, None]
             end = distance if self.position is None else length
-            open_to = facing & (dot(normals, aim) > 0.0)
+            open_to = dot(normals, aim) > 0.0
             if self.light.shadow is not None:
                 asked = open_to & rays.receives[own]
                 open_to[asked] = ~rays.blocked(own[asked], points[asked], aim[asked], end[asked])[0]

@@ -67,6 +67,11 @@ def exact_slots(kind: Kind, candidates: str) -> dict[str, str]:
     }
 
 
+def area_slots(kind: Kind, between: str) -> dict[str, str]:
+    """Snippets of pass/penumbra.frag; `between`: "outlines", "region" or "found"."""
+    return {**exact_slots(kind, "lists"), "between": f"exact/{between}.glsl"}
+
+
 def exact_defines(kind: Kind, cells: int, ratio: int, masked: bool, huge: bool = False) -> dict[str, int | str]:
     """Defines that go with `exact_slots`; `masked`, `huge`: some casters are cut out by their texture, reach far beyond the rest."""
     return {

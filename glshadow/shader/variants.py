@@ -15,6 +15,7 @@ from glshadow.core.view import Kind
 from glshadow.shader.compose import Text, compose
 from glshadow.shader.slots import (
     Compare,
+    area_slots,
     exact_defines,
     exact_slots,
     given_slots,
@@ -165,7 +166,33 @@ def _exact() -> Iterator[Variant]:
                 yield Variant("pass/resolve.frag", dialect, slots, {**defines, "GLS_ORTHO": parallel, **_DENSE})
             for dense in ({}, _DENSE):
                 yield Variant("pass/resolve.frag", dialect, slots, {**defines, "GLS_ALONE": 1, **dense})
-        yield Variant("pass/resolve.frag", "core330", given_slots(kind), {"GLS_SUN": int(kind == "directional")})
+        for counted in (0, 1):
+            defines = {"GLS_SUN": int(kind == "directional"), "GLS_COUNTED": counted}
+            yield Variant("pass/resolve.frag", "core330", given_slots(kind), defines)
+    yield from _area()
+
+
+def _area() -> Iterator[Variant]:
+    """A light that has a size."""
+    for kind in KINDS:
+        defines: dict[str, int | str] = {"GLS_SUN": int(kind == "directional"), "GLS_POINT": int(kind == "point")}
+        yield Variant("pass/lists.comp", "core430", {}, {**defines, "GLS_AREA": 1})
+        for outlines in (0, 1):
+            yield Variant("pass/grown.comp", "core430", {}, {**defines, "GLS_OUTLINES": outlines})
+        for (stage, between), masked, huge in product(
+            enumerate(("outlines", "region", "found")), (False, True), (False, True)
+        ):
+            settings = {**exact_defines(kind, 512, 16, masked, huge), "GLS_STAGE": stage, "GLS_AREA": int(stage > 0)}
+            slots = area_slots(kind, between)
+            for parallel, dense in product((0, 1), (0, 1)):
+                yield Variant(
+                    "pass/penumbra.frag", "core430", slots, {**settings, "GLS_ORTHO": parallel, "GLS_DENSE": dense}
+                )
+    for stage in (0, 1):
+        yield Variant("pass/resolve.vert", "core330", {}, {"GLS_STAGE": stage})
+    for point in (0, 1):
+        yield Variant("pass/grounds.comp", "core430", {}, {"GLS_POINT": point})
+    yield Variant("pass/chain.comp", "core430", {}, {})
 
 
 def _resolve() -> Iterator[Variant]:

@@ -11,6 +11,7 @@
 uniform usamplerBuffer u_found;
 uniform samplerBuffer u_disc; // points of the light: a sun's (x, y) of rays (x, y, 1), else of the unit disc
 uniform int u_count; // of them
+uniform mat3 u_disc_axes; // a lamp's, in the light's frame: right, up, and where it looks; twin: glshadow.core.area.points_seen
 const int TOGETHER = 16; // points that are asked at once
 const uint ALL_HIDDEN = 0xffffffffu;
 
@@ -19,14 +20,10 @@ struct Disc { // of a lamp, as the receiver sees it
     vec3 up;
 };
 
-Disc disc_seen(vec3 position) { // turned with the receiver by the shortest way from an axis, so that there is a seam only opposite to it
-#if GLS_POINT
-    const vec3 axis = vec3(0.0, -1.0, 0.0), first = vec3(1.0, 0.0, 0.0), second = vec3(0.0, 0.0, 1.0);
-#else
-    const vec3 axis = vec3(0.0, 0.0, -1.0), first = vec3(1.0, 0.0, 0.0), second = vec3(0.0, 1.0, 0.0);
-#endif
-    vec3 away = normalize(position), both = (axis + away) / max(1.0 + dot(axis, away), 1e-6);
-    return Disc(u_reach * (first - dot(first, away) * both), u_reach * (second - dot(second, away) * both));
+Disc disc_seen(vec3 position) { // turned with the receiver by the shortest way from an axis: a seam only opposite to it
+    vec3 right = u_disc_axes[0], up = u_disc_axes[1], axis = u_disc_axes[2], away = normalize(position);
+    vec3 both = (axis + away) / max(1.0 + dot(axis, away), 1e-6);
+    return Disc(u_radius * (right - dot(right, away) * both), u_radius * (up - dot(up, away) * both));
 }
 
 vec3 source(int k, Disc disc) { // of a ray, see Ray
@@ -49,6 +46,20 @@ void aim(inout Ray ray) {
 #endif
 }
 
+bool hides(Facet other, uint mask, inout Ray ray, int k, Disc disc) {
+    ray.source = source(min(k, u_count - 1), disc);
+    aim(ray);
+    vec3 area = turns(across(ray, other.a), across(ray, other.b), across(ray, other.c));
+    bool hit = met(area) && behind(ray, other);
+#if GLS_MASKED
+    hit = hit && (mask == 0u || solid(int(mask) - 1, area));
+#endif
+    return hit;
+}
+
+// no loop: llvmpipe ends a shader after 65,536 turns of all its loops
+#define HIDES(i) (hides(other, entry.z, ray, first + i * step, disc) ? 1u << uint(i) : 0u)
+
 int seen_points(vec3 position, vec3 normal, uint list, int first, int step) { // how many, of every so-manieth point
     Ray ray;
     ray.position = position;
@@ -68,17 +79,8 @@ int seen_points(vec3 position, vec3 normal, uint list, int first, int step) { //
     while (link != 0u) {
         uvec4 entry = texelFetch(u_found, int(link) - 1);
         Facet other = facet(int(entry.x));
-        uint hidden = 0u;
-        for (int i = 0; i < TOGETHER; i++) {
-            ray.source = source(min(first + i * step, u_count - 1), disc);
-            aim(ray);
-            vec3 area = turns(across(ray, other.a), across(ray, other.b), across(ray, other.c));
-            bool hit = met(area) && behind(ray, other);
-#if GLS_MASKED
-            hit = hit && (entry.z == 0u || solid(int(entry.z) - 1, area));
-#endif
-            hidden |= hit ? 1u << uint(i) : 0u;
-        }
+        uint hidden = HIDES(0) | HIDES(1) | HIDES(2) | HIDES(3) | HIDES(4) | HIDES(5) | HIDES(6) | HIDES(7) | HIDES(8) | HIDES(9)
+            | HIDES(10) | HIDES(11) | HIDES(12) | HIDES(13) | HIDES(14) | HIDES(15);
         open &= ~hidden;
         link = open == 0u ? 0u : entry.y;
     }

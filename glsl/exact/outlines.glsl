@@ -1,4 +1,7 @@
 // Slot <between>: whether any outline comes between a receiver and some part of a light that has a size. Needs lib/cone.glsl.
+#ifndef GLS_SUN
+#define GLS_SUN 0
+#endif
 #ifndef GLS_MASKED
 #define GLS_MASKED 0
 #endif
@@ -19,7 +22,7 @@ bool is_cut(vec3 position) { // whether an outline is in the cone
     Place place = place_of(position);
     uint link = head_at(place);
     bool cut = false;
-    float reach2 = u_reach * u_reach * 1.0002;
+    float reach2 = u_radius * u_radius * 1.0002;
     while (link != 0u) {
         uvec4 entry = texelFetch(u_grown_links, int(link) - 1);
         link = entry.y;

@@ -1,5 +1,11 @@
 // Slot <between>: the triangles that may come between a receiver and some point of a light that has a size, in a list of its own. Needs
 // lib/cone.glsl.
+#ifndef GLS_SUN
+#define GLS_SUN 0
+#endif
+#ifndef GLS_HUGE
+#define GLS_HUGE 0
+#endif
 #include "exact/grown.glsl"
 uniform uint u_capacity;
 layout(std430, binding = 0) buffer Counter { uint found_count; };
@@ -23,9 +29,9 @@ uint gather(vec3 position, vec3 normal) { // link + 1 of the first; 0: there is 
         vec3 offset = position - other.a;
         float gap = dot(other.normal, offset);
 #if GLS_SUN
-        float side = -other.normal.z, reach = u_reach * length(other.normal.xy);
+        float side = -other.normal.z, reach = u_radius * length(other.normal.xy);
 #else
-        float side = dot(other.normal, other.a), reach = u_reach + u_bound.x;
+        float side = dot(other.normal, other.a), reach = u_radius + u_bound.x;
 #endif
         bool one_side = abs(side) > CAREFUL * reach;
         float behind_by = (side < 0.0 ? -gap : gap) - bound - u_bound.y * dot(abs(offset), vec3(1.0));
@@ -37,7 +43,7 @@ uint gather(vec3 position, vec3 normal) { // link + 1 of the first; 0: there is 
         c = TO_CONE(axes, c);
         vec3 p = cross(a, ab), q = cross(b, bc), r = cross(c, ca); // across the planes through the receiver and an edge
         float turn = dot(p, c) < 0.0 ? -1.0 : 1.0;
-        vec3 inside = turn * vec3(p.z, q.z, r.z), wide_by = u_reach * vec3(length(p.xy), length(q.xy), length(r.xy));
+        vec3 inside = turn * vec3(p.z, q.z, r.z), wide_by = u_radius * vec3(length(p.xy), length(q.xy), length(r.xy));
         bool meets = all(greaterThanEqual(inside, -CAREFUL * wide_by)) && height > 0.0 && (!one_side || behind_by > 0.0);
 #if !GLS_HUGE
         if (meets && one_side && entry.w == 0u && all(greaterThan(inside, CAREFUL * wide_by))) {

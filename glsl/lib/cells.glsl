@@ -30,7 +30,10 @@
 #endif
 #define GLS_FACES (GLS_POINT == 1 ? 6 : 1)
 layout(std430, binding = 1) writeonly buffer Links { uvec4 links[]; }; // item, next link + 1, least depth of receivers, what else
-layout(std430, binding = 2) buffer Counter { uint link_count; }; // runs on where the buffer is full: that is how it is noticed
+layout(std430, binding = 2) buffer Counter {
+    uint link_count; // runs on where the buffer is full: that is how it is noticed
+    uint wide_count; // items in the coarsest grid of grown ones
+};
 layout(r32ui, binding = 0) uniform coherent uimage2D u_heads; // per face the fine cells, behind them the coarse cells of all faces
 uniform uint u_capacity; // links
 uniform vec4 u_cells; // fine cell = xy (a sun) or tangent * u_cells.xy + u_cells.zw
@@ -44,7 +47,7 @@ uniform vec4 u_cells; // fine cell = xy (a sun) or tangent * u_cells.xy + u_cell
 #ifndef GLS_LEVELS
 #define GLS_LEVELS 6 // grids of grown items, each half as fine as the last
 #endif
-uniform float u_reach; // radius of the light: a tangent (a sun), or world units
+uniform float u_radius; // radius of the light: a tangent (a sun), or world units
 uniform vec2 u_depths; // of all receivers: the least, subtracted from those in the grid, and the greatest
 #endif
 
@@ -86,19 +89,19 @@ float gap(vec2 at, vec2 a, vec2 b) { // distance to a segment
 float spread_at(float nearest, float slant, float ground) { // fine cells by which the light's size moves the shadow of something on the ground
     float unit = max(u_cells.x, u_cells.y);
 #if GLS_SUN
-    return u_reach * max(ground - nearest, 0.0) * unit;
+    return u_radius * max(ground - nearest, 0.0) * unit;
 #else
-    return nearest > u_reach ? u_reach * slant * max(1.0 - nearest / ground, 0.0) / (nearest - u_reach) * unit : FAR_OUT;
+    return nearest > u_radius ? u_radius * slant * max(1.0 - nearest / ground, 0.0) / (nearest - u_radius) * unit : FAR_OUT;
 #endif
 }
 
 float least_depth(float nearest, float slant, float away) { // of receivers that see the light past it, so many fine cells away
     float unit = max(u_cells.x, u_cells.y);
 #if GLS_SUN
-    return nearest + away / (u_reach * unit);
+    return nearest + away / (u_radius * unit);
 #else
-    float share = away * (nearest - u_reach) / (u_reach * slant * unit);
-    return nearest > u_reach ? (share < 1.0 ? nearest / (1.0 - share) : 1e38) : 0.0;
+    float share = away * (nearest - u_radius) / (u_radius * slant * unit);
+    return nearest > u_radius ? (share < 1.0 ? nearest / (1.0 - share) : 1e38) : 0.0;
 #endif
 }
 #endif
@@ -228,7 +231,7 @@ float ground_at(usampler2D grounds, ivec2 cell, int face) {
 // Where the item may come between a receiver and some part of the light; with the least depth of those receivers.
 void insert_grown(uint item, uint rest, int face, Footprint f, bool edge) {
     const float ground_scale = float(GLS_CELLS) / float(GLS_GROUNDS), fine = float(GLS_CELLS) / float(GLS_GROWN);
-    bool anywhere = GLS_SUN == 0 && (f.crosses || f.nearest <= u_reach); // where is not known
+    bool anywhere = GLS_SUN == 0 && (f.crosses || f.nearest <= u_radius); // where is not known
     if (f.crosses) {
         f.sides = mat3(0.0);
         f.nearest = 0.0;
@@ -249,6 +252,7 @@ void insert_grown(uint item, uint rest, int face, Footprint f, bool edge) {
     int level = int(clamp(ceil(log2(max(max(extent.x, extent.y) / fine, 1.0) * 0.5)), 0.0, float(GLS_LEVELS - 1)));
     float scale = fine * float(1 << level);
     Block b = block(f, scale, float(GLS_GROWN >> level), spread);
+    if (level == GLS_LEVELS - 1) atomicAdd(wide_count, 1u);
     int top = face * 2 * GLS_GROWN + 2 * GLS_GROWN - (2 * GLS_GROWN >> level);
     for (int row = b.first.y; row <= b.last.y; row++) {
         ivec2 span = row_span(b.edges, float(row - b.first.y), ivec2(0, b.last.x - b.first.x));
@@ -275,9 +279,9 @@ bool near_window(vec3 a, vec3 b, vec3 c) { // else beyond one side of it, or beh
     vec3 w = vec3(-a.z, -b.z, -c.z), slack = 0.25 * abs(w);
     vec3 x = vec3(a.x, b.x, c.x) * u_cells.x + w * u_cells.z, y = vec3(a.y, b.y, c.y) * u_cells.y + w * u_cells.w;
     const float cells = float(GLS_CELLS);
-    vec4 reach = u_reach * vec4(length(u_cells.xz), length(vec2(u_cells.x, u_cells.z - cells)), length(u_cells.yw),
+    vec4 reach = u_radius * vec4(length(u_cells.xz), length(vec2(u_cells.x, u_cells.z - cells)), length(u_cells.yw),
                                 length(vec2(u_cells.y, u_cells.w - cells)));
-    return any(greaterThanEqual(w, vec3(-u_reach))) && any(greaterThanEqual(x, -slack - reach.x))
+    return any(greaterThanEqual(w, vec3(-u_radius))) && any(greaterThanEqual(x, -slack - reach.x))
         && any(lessThanEqual(x, w * cells + slack + reach.y)) && any(greaterThanEqual(y, -slack - reach.z))
         && any(lessThanEqual(y, w * cells + slack + reach.w));
 #endif

@@ -1,9 +1,9 @@
 // The cone from a receiver to a light that has a size: in its axes the receiver is the origin, z is height, 1 at a lamp, and at height h
-// the cone is u_reach * h wide.
+// the cone is u_radius * h wide.
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif
-uniform float u_reach; // radius of the light: a tangent (a sun), or world units
+uniform float u_radius; // radius of the light: a tangent (a sun), or world units
 
 #if GLS_SUN
 #define TO_CONE(axes, v) (v) // a sun's frame is the cone's

@@ -6,6 +6,11 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(std430, binding = 1) buffer Links { uvec4 links[]; };
 layout(r32ui, binding = 0) uniform uimage2D u_heads;
+layout(std430, binding = 2) buffer Counter {
+    uint link_count;
+    uint wide_count;
+    uint longest_list[8]; // by level
+};
 uniform int u_level;
 
 int row_of(int face, int level) {
@@ -25,6 +30,11 @@ void main() {
         imageStore(u_heads, place, uvec4(rest));
         return;
     }
-    while (links[link - 1u].y != 0u) link = links[link - 1u].y;
+    uint count = 1u;
+    while (links[link - 1u].y != 0u) {
+        link = links[link - 1u].y;
+        count++;
+    }
+    atomicMax(longest_list[u_level], count);
     links[link - 1u].y = rest;
 }

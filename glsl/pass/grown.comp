@@ -2,8 +2,18 @@
 // cut the light into seen and hidden parts: of its edges those that some part of the light sees as an outline, where a caster ends or
 // folds back; and all of it where its texture cuts it out. Between two triangles that the whole light sees from one side nothing shows.
 // Needs the facets and the grounds of pass/lists.comp.
+#ifndef GLS_AREA
 #define GLS_AREA 1
+#endif
+#ifndef GLS_PLACES_GROWN
 #define GLS_PLACES_GROWN 1
+#endif
+#ifndef GLS_SUN
+#define GLS_SUN 0
+#endif
+#ifndef GLS_POINT
+#define GLS_POINT 0
+#endif
 #ifndef GLS_OUTLINES
 #define GLS_OUTLINES 0
 #endif
@@ -26,9 +36,9 @@ bool casts(Facet one, uint flags) {
 
 int side(vec3 normal, vec3 a) { // 1: all of the light before it, -1: behind, 0: on both sides of its plane
 #if GLS_SUN
-    float middle = normal.z, reach = u_reach * length(normal.xy) + SLACK;
+    float middle = normal.z, reach = u_radius * length(normal.xy) + SLACK;
 #else
-    float middle = -dot(normal, a), reach = u_reach + SLACK * length(a);
+    float middle = -dot(normal, a), reach = u_radius + SLACK * length(a);
 #endif
     return abs(middle) <= reach ? 0 : middle > 0.0 ? 1 : -1;
 }

@@ -1,5 +1,17 @@
 // Triangle lists of one light, one invocation per triangle: writes its facet, and a link to it into the list of every cell that it
 // may touch.
+#ifndef GLS_SUN
+#define GLS_SUN 0
+#endif
+#ifndef GLS_POINT
+#define GLS_POINT 0
+#endif
+#ifndef GLS_CELLS
+#define GLS_CELLS 512 // along a side of the fine grid
+#endif
+#ifndef GLS_AREA
+#define GLS_AREA 0 // 1: the light has a size
+#endif
 #include "lib/cells.glsl"
 #define GLS_CULL_BACK 1u // traits of a scene's node; bits 8 on: links carry 1 + its number among masked triangles
 #define GLS_CULL_FRONT 2u
@@ -44,7 +56,7 @@ void main() {
 #endif
     float edge_on = 1e-5; // is kept: rounding decides its side
 #if GLS_AREA
-    edge_on += u_reach * unit; // as is what only a part of the light sees from the front
+    edge_on += u_radius * unit; // as is what only a part of the light sees from the front
 #endif
     bool away = (flags & GLS_CULL_BACK) != 0u && side < -edge_on || (flags & GLS_CULL_FRONT) != 0u && side > edge_on;
     bool casts = size > 0.0 && !away && (flags & GLS_CASTS) != 0u;

@@ -112,10 +112,10 @@ void main() {
     for (int i = 0; i < min(count, 1); i++) imageAtomicAdd(u_counts, fragment, uint(count));
 #else
 #if GLS_SUN
-    float middle = normal.z, reach = u_reach * length(normal.xy);
+    float middle = normal.z, reach = u_radius * length(normal.xy);
 #else
     float near = inversesqrt(dot(position, position));
-    float middle = -dot(normal, position), reach = u_reach * sqrt(max(1.0 - middle * middle * near * near, 0.0));
+    float middle = -dot(normal, position), reach = u_radius * sqrt(max(1.0 - middle * middle * near * near, 0.0));
 #endif
     bool above = middle > reach, below = middle <= -reach || !seen; // the receiver's horizon: all of the light
     bool cut = !above && !below;

@@ -12,8 +12,9 @@ import glshadow as gs
 from glshadow.core.lights import Light
 from glshadow.core.lists import CELLS, LEAST_CELLS
 from glshadow.core.spaces import translation
-from glshadow.gl.sources import Listed
+from glshadow.gl.sources import cells as cells_module
 from glshadow.gl.sources import listed as listed_module
+from glshadow.gl.sources.cells import CellLists
 from glshadow.renderer import Renderer
 from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
@@ -160,13 +161,13 @@ def test_lists_that_are_too_small_grow(
     scene: Scene, expected: dict[str, tuple[np.ndarray, int]], monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
     sizes: list[int] = []
-    reserve: Callable[[Listed, int], None] = Listed._reserve_links
+    reserve: Callable[[CellLists, int], None] = CellLists.reserve
 
-    def tight(self: Listed, size: int) -> None:
+    def tight(self: CellLists, size: int) -> None:
         sizes.append(size if sizes else 64 * LINK_BYTES)
         reserve(self, sizes[-1])
 
-    monkeypatch.setattr(Listed, "_reserve_links", tight)
+    monkeypatch.setattr(CellLists, "reserve", tight)
     with Renderer("egl") as renderer:
         frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
         assert renderer._sources[0, "Listed"].grid.cells == CELLS[renderer._sources[0, "Listed"].grid.kind]
@@ -180,7 +181,7 @@ def test_lists_that_are_too_small_grow(
 def test_lists_that_cannot_grow_get_a_coarser_grid(
     scene: Scene, expected: dict[str, tuple[np.ndarray, int]], monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
-    monkeypatch.setattr(Listed, "_reserve_links", _least)
+    monkeypatch.setattr(CellLists, "reserve", _least)
     with Renderer("egl") as renderer:
         limited(renderer, expected[name][1] * LINK_BYTES // 2)
         frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
@@ -190,24 +191,25 @@ def test_lists_that_cannot_grow_get_a_coarser_grid(
     np.testing.assert_array_equal(frame.visibility, expected[name][0])
 
 
-_reserve_links = Listed._reserve_links
+_reserve = CellLists.reserve
 
 
-def _least(self: Listed, size: int) -> None:
+def _least(self: CellLists, size: int) -> None:
     """A first buffer of 64 links, so that the limit decides and not the generous start."""
-    _reserve_links(self, min(size, max(64 * LINK_BYTES, self.links * LINK_BYTES)))
+    _reserve(self, min(size, max(64 * LINK_BYTES, self.count * LINK_BYTES)))
 
 
 @pytest.mark.parametrize("name", list(LIGHTS))
 def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    monkeypatch.setattr(Listed, "_reserve_links", _least)
+    monkeypatch.setattr(CellLists, "reserve", _least)
     triangles = sum(len(node.mesh.triangles) for node in scene.nodes)
     with Renderer("egl") as renderer:
         usual = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",)).visibility
         before = renderer._context.caps
         renderer._sources.pop((0, "Listed")).release()
         limited(renderer, triangles * listed_module._FACET_BYTES)
-        monkeypatch.setattr(listed_module, "_LINK_BYTES", 1 << 20)  # as if every link took a mebibyte
+        for module in (cells_module, listed_module):
+            monkeypatch.setattr(module, "LINK_BYTES", 1 << 20)  # as if every link took a mebibyte
         with pytest.raises(
             gs.ResourceError, match=r"even on its coarsest grid, a buffer of this driver holds .*: split the scene"
         ):

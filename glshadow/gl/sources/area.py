@@ -9,10 +9,10 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from glshadow.core.area import disc, reach_of
+from glshadow.core.area import disc, disc_axes, radius_of
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.shadow import Settled
-from glshadow.core.spaces import Array, view_axes
+from glshadow.core.spaces import Array
 from glshadow.core.used import Used
 from glshadow.core.view import kind_of
 from glshadow.gl.buffers import BufferTexture, texture_buffer
@@ -23,12 +23,13 @@ from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Program, Programs
 from glshadow.gl.receiver import Receiver
 from glshadow.gl.screen import camera_uniforms, draw_over, surface_textures
+from glshadow.gl.sources.accumulated import Accumulated
 from glshadow.gl.sources.cells import LINK_BYTES, CellLists
 from glshadow.gl.sources.listed import Listed
 from glshadow.gl.sources.source import open_receiver
 from glshadow.gl.sources.triangles import cell_defines, light_frame
 from glshadow.gl.work import Work
-from glshadow.shader.slots import given_slots
+from glshadow.shader.slots import area_slots, given_slots
 
 _GROUNDS = 64  # this and what follows: lib/cells.glsl
 _GROWN = 256
@@ -36,6 +37,9 @@ _LEVELS = 6
 _GRIDS: dict[str, int | str] = {"GLS_GROUNDS": _GROUNDS, "GLS_GROWN": _GROWN, "GLS_LEVELS": _LEVELS}
 TOGETHER = 16  # exact/found.glsl
 _ROW = 1024  # collected pixels in a row of the passes that ask them
+# triangles in the coarsest of the grids, whose shadows move an eighth of the window: more, and hard frames are faster
+_MOST_WIDE = 32768
+_LONGEST = 60000  # of a receiver's list: llvmpipe ends a shader after 65,536 turns of its loops
 _BATCH = 1 << 16  # of them at once
 
 
@@ -53,6 +57,9 @@ class Area(Listed):
         self._grounds: tuple[moderngl.Texture, ...] = ()
         self._framebuffer: moderngl.Framebuffer | None = None
         self._batch = _BATCH
+        self._accumulated = Accumulated(context, Listed(context))
+        self._instead: Accumulated | None = None
+        self._widest = self._longest = 0
         self.asked = self.found = 0
         self._counted: Hashable = None
 
@@ -65,6 +72,14 @@ class Area(Listed):
         """Build the lists, unless they are those of this scene and light already."""
         used = super().prepare(work)
         self._place_points()
+        self._instead = None
+        if self._widest > _MOST_WIDE or self._longest > _LONGEST:
+            self._instead = self._accumulated
+            self._instead.claim(work, self.light, self._shadow)
+            instead = self._instead.prepare(work)
+            wide = self._widest > _MOST_WIDE
+            many = f"{self._widest} triangles whose shadows move far" if wide else f"a list of up to {self._longest}"
+            return replace(instead, why=f"{instead.why}, since there are {many}")
         return replace(
             used,
             links=used.links + self.casters.count + self.outlines.count,
@@ -74,7 +89,7 @@ class Area(Listed):
     def _build(self, programs: Programs, scene: GpuScene, light: Light) -> bool:
         grid, world, context = self.grid, scene.world, self._context
         depths = self._depths(scene)
-        self._values = {"u_reach": reach_of(light), "u_depths": depths}
+        self._values = {"u_radius": radius_of(light), "u_depths": depths}
         self._reserve_grounds(grid.faces)
         assert self._framebuffer is not None
         ground, around = self._grounds
@@ -92,6 +107,7 @@ class Area(Listed):
         program.run(_GROUNDS // 8, grid.faces * _GROUNDS // 8)
         context.ctx.memory_barrier()
         size = (_GROWN, 2 * _GROWN * grid.faces)
+        self._widest = self._longest = 0
         for number, lists in enumerate((self.casters, self.outlines)):
             program = programs.compute(
                 "pass/grown.comp", defines={**cell_defines(grid, grid.cells), **_GRIDS, "GLS_OUTLINES": number}
@@ -109,15 +125,18 @@ class Area(Listed):
         assert lists.heads is not None
         program = programs.compute("pass/chain.comp", defines={"GLS_GROWN": _GROWN})
         lists.links.buffer.bind_to_storage_buffer(1)
+        lists.counter.bind_to_storage_buffer(2)
         lists.heads.bind_to_image(0, read=True, write=True)
         for level in reversed(range(_LEVELS - 1)):
             program.set(u_level=level)
             program.run((_GROWN >> level) // 8, self.grid.faces * (_GROWN >> level) // 8)
             self._context.ctx.memory_barrier()
+        _, wide, *longest = np.frombuffer(lists.counter.read(), dtype=np.uint32).tolist()
+        self._widest, self._longest = max(self._widest, wide), max(self._longest, wide + sum(longest))
 
     def _farthest(self, depths: tuple[float, float]) -> int:
         """Cells of the grounds over which shadows move, at most."""
-        grid, reach = self.grid, reach_of(self.light)
+        grid, reach = self.grid, radius_of(self.light)
         finest = max(grid.cells_from_window[:2])
         least, deepest = depths
         if grid.kind == "directional":
@@ -158,14 +177,14 @@ class Area(Listed):
 
     def _place_points(self) -> None:
         light = self.light
-        key = (light.direction if isinstance(light, DirectionalLight) else None, reach_of(light), self._points,
+        key = (light.direction if isinstance(light, DirectionalLight) else None, radius_of(light), self._points,
                self.grid.view_from_world.tobytes() if isinstance(light, DirectionalLight) else None)  # fmt: skip
         if self._disc_key == key:
             return
         points: Array = disc(self._points)
         if isinstance(light, DirectionalLight):  # in world axes, so that they do not turn with the grid
-            turned = view_axes(np.asarray(light.direction))[:2] @ self.grid.view_from_world[:2, :3].T
-            points = reach_of(light) * points @ turned
+            turned = disc_axes(light)[:2] @ self.grid.view_from_world[:2, :3].T
+            points = radius_of(light) * points @ turned
         if self._disc is not None:
             self._disc.release()
         self._disc = texture_buffer(self._context, points.astype(np.float32), RG32F)
@@ -173,6 +192,8 @@ class Area(Listed):
 
     def receiver(self, work: Work) -> Receiver:
         """Read the counts, made anew unless light, scene and what the camera sees are those of the last frame."""
+        if self._instead is not None:
+            return self._instead.receiver(work)
         key = (self._key, work.sight, work.targets.identity, self._points)
         if self._counted != key:
             self._counted = None
@@ -200,23 +221,25 @@ class Area(Listed):
             **(dense.defines if dense else {}),
         }
         aside = (0.0, 0.0) if dense else targets.aside
+        right, up, backward = disc_axes(self.light) @ asked.axes.T
         camera = camera_uniforms(scene, work.sight, asked.axes, asked.offset, aside)
         textures = {**surface_textures(work.samplers, scene, targets), **asked.textures}
         if dense is not None:
             textures |= {"u_surface": targets.fine_surface, "u_pixels": dense.pixels}
         values = {**camera, **asked.uniforms, **(dense.uniforms if dense else {}), **self._values, "u_count": self._points,
+                  "u_disc_axes": np.stack([right, up, -backward], axis=1),
                   "u_samples": targets.fine_surface.size if dense else work.sight.size}  # fmt: skip
         textures |= {"u_disc": self._disc, "u_fragments": counts.fragments}
 
         def passed(stage: int, between: str, **more: int) -> Program:
-            slots = {**asked.slots, "between": between}
+            slots = area_slots(kind_of(self.light), between)
             wanted = {**defines, "GLS_STAGE": stage, "GLS_AREA": int(stage > 0), **more}
             program = work.programs.get("pass/resolve.vert", "pass/penumbra.frag", "core430", slots, wanted)
             program.set(**values)
             program.bind(**textures)
             return program
 
-        program = passed(0, "exact/outlines.glsl")
+        program = passed(0, "outlines")
         program.bind(u_grown_heads=self.outlines.heads, u_grown_links=self.outlines.links)
         assert counts.framebuffer is not None
         counts.framebuffer.use()
@@ -241,7 +264,7 @@ class Area(Listed):
             now = min(self._batch, self.asked - first)
             self._found.reserve(side)
             # list what may come between
-            program = passed(1, "exact/region.glsl")
+            program = passed(1, "region")
             program.bind(u_grown_heads=self.casters.heads, u_grown_links=self.casters.links)
             program.set(u_asked=(first, now, _ROW), u_capacity=self._found.capacity)
             self._counter.write(b"\0\0\0\0")
@@ -256,7 +279,7 @@ class Area(Listed):
                 if not self._found.grow(self.found, self._limit):
                     self._batch = max(now // 2, 1)
                 continue
-            program = passed(2, "exact/found.glsl", GLS_SIDE=side)
+            program = passed(2, "found", GLS_SIDE=side)
             program.set(u_asked=(first, now, _ROW))
             program.bind(u_found=self._found.links, u_lists=self._found.texture)
             counts.texture.bind_to_image(0, read=True, write=True)
@@ -292,6 +315,7 @@ class Area(Listed):
             self._samples,
             self._found,
             self._framebuffer,
+            self._accumulated,
             self.casters,
             *self._grounds,
             self._counter,

@@ -13,6 +13,7 @@ from glshadow.gl.entry_points import RGBA32UI
 from glshadow.gl.program import ComputeProgram
 
 LINK_BYTES = 16
+_COUNTER_BYTES = 40  # Counter of lib/cells.glsl and pass/chain.comp
 _GROUP, _MOST_GROUPS = 64, 65535
 _SPARE = 1.25  # links that were too few grow to this much of what was needed
 
@@ -31,7 +32,7 @@ class CellLists:
         self.heads: moderngl.Texture | None = None
         self.links: BufferTexture | None = None
         self._framebuffer: moderngl.Framebuffer | None = None
-        self._counter = context.ctx.buffer(reserve=4)
+        self.counter = context.ctx.buffer(reserve=_COUNTER_BYTES)
         self.count = 0
 
     def fill(self, program: ComputeProgram, size: tuple[int, int], invocations: int, first: int, limit: int) -> bool:
@@ -70,15 +71,15 @@ class CellLists:
         assert self.links is not None
         self._framebuffer.use()
         self._context.gl.clear_unsigned(0, (0, 0, 0, 0))
-        self._counter.write(b"\0\0\0\0")
+        self.counter.write(bytes(_COUNTER_BYTES))
         self.links.buffer.bind_to_storage_buffer(1)
-        self._counter.bind_to_storage_buffer(2)
+        self.counter.bind_to_storage_buffer(2)
         self.heads.bind_to_image(0, read=True, write=True)
         program.set(u_capacity=self.links.buffer.size // LINK_BYTES)
         groups = -(-invocations // _GROUP)
         program.run(min(groups, _MOST_GROUPS), -(-groups // _MOST_GROUPS))
         self._context.ctx.memory_barrier()
-        return int(np.frombuffer(self._counter.read(), dtype=np.uint32)[0])
+        return int(np.frombuffer(self.counter.read(), dtype=np.uint32)[0])
 
     def _reserve_heads(self, size: tuple[int, int]) -> None:
         if self.heads is not None and self.heads.size == size:
@@ -101,7 +102,7 @@ class CellLists:
 
     def release(self) -> None:
         """Free the GPU memory."""
-        _release(self.links, self._framebuffer, self.heads, self._counter)
+        _release(self.links, self._framebuffer, self.heads, self.counter)
 
 
 def _release(*things: Any) -> None:

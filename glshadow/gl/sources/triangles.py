@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.area import reach_of
+from glshadow.core.area import radius_of
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.lists import HUGE_SHARE, MOST, RATIO, ListGrid, distance_bound
 from glshadow.core.spaces import Array
@@ -27,7 +27,7 @@ def made_for(scene: GpuScene, light: Light) -> tuple[Hashable, ...]:
     place = (
         light.direction if isinstance(light, DirectionalLight) else (light.position, getattr(light, "direction", None))
     )
-    return (scene.identity, kind_of(light), place, getattr(light, "outer_angle", None), reach_of(light), faces)
+    return (scene.identity, kind_of(light), place, getattr(light, "outer_angle", None), radius_of(light), faces)
 
 
 def casting_corners(scene: GpuScene, casting: NDArray[np.bool_]) -> Array:
