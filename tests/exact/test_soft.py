@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.area import hard_lights, points_seen
+from glshadow.core.area import hard_lights
+from glshadow.reference.points import count_points
 from glshadow.scene import shapes
 
 SIZE = (160, 120)
@@ -32,29 +33,6 @@ def scene() -> gs.Scene:
     return gs.scenes.box().scene
 
 
-def own_rays(frame: gs.Frame, light: gs.Light, count: int) -> np.ndarray:
-    """How many of its own points each pixel sees, by rays in float64; NaN where there is no surface."""
-    assert frame.triangle is not None
-    truth = gs.trace(frame.scene, frame.camera, [light], frame.size, surface=frame.triangle)
-    rays, known = truth.rays, frame.triangle >= 0
-    own, points, normals = frame.triangle[known], truth.position[known], truth.normal[known]
-    targets = points_seen(light, points, count)
-    seen = np.zeros(len(own))
-    for k in range(count):
-        sun = isinstance(light, gs.DirectionalLight)
-        aim = targets[:, k] if sun else targets[:, k] - points
-        length = np.linalg.norm(aim, axis=1)
-        aim = aim / length[:, None]
-        open_to = (normals * aim).sum(axis=1) > 0.0
-        far = np.full(len(own), np.inf) if sun else length
-        start = points - rays.origin
-        open_to[open_to] = ~rays.blocked(own[open_to], start[open_to], aim[open_to], far[open_to])[0]
-        seen += open_to
-    counts = np.full(known.shape, np.nan)
-    counts[known] = seen
-    return counts
-
-
 @pytest.mark.parametrize("model", ["box", "courtyard", "masked"])
 @pytest.mark.parametrize("name", list(LIGHTS))
 def test_every_point_is_seen_as_a_ray_sees_it(renderer: gs.Renderer, name: str, model: str) -> None:
@@ -67,7 +45,7 @@ def test_every_point_is_seen_as_a_ray_sees_it(renderer: gs.Renderer, name: str, 
         )  # not beside the torus, whose 65,536 triangles would all be near it
     frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
     share = frame.visibility[0] * 64.0
-    expected = own_rays(frame, light, 64)
+    expected = count_points(frame, light, 64)
     gap = np.abs(share - expected)[~np.isnan(expected)]
     np.testing.assert_allclose(share[~np.isnan(share)], np.round(share[~np.isnan(share)]), atol=1e-4)
     # where a ray passes an edge nearer than float32 tells, it may go either way; where texels are cut out, 1 in 3000 does
@@ -102,7 +80,7 @@ def test_a_light_that_touches_geometry(renderer: gs.Renderer, radius: float) -> 
     scene = gs.scenes.box().scene
     light = gs.PointLight(position=(1.2, 1.5, 0.4), radius=radius)
     frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
-    expected = own_rays(frame, light, 64)
+    expected = count_points(frame, light, 64)
     gap = np.abs(frame.visibility[0] * 64.0 - expected)[~np.isnan(expected)]
     assert (gap > 1.5).sum() <= 3
     assert (gap > 0.5).sum() <= 12

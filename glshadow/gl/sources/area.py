@@ -15,6 +15,7 @@ from glshadow.core.shadow import Settled
 from glshadow.core.spaces import Array
 from glshadow.core.used import Used
 from glshadow.core.view import kind_of
+from glshadow.errors import ResourceError
 from glshadow.gl.buffers import BufferTexture, texture_buffer
 from glshadow.gl.context import GLContext
 from glshadow.gl.dense import Dense
@@ -210,7 +211,70 @@ class Area(Listed):
         return self._given(work, self._samples)
 
     def _count(self, work: Work, counts: Counts, dense: Dense | None) -> None:
-        context, scene, targets = self._context, work.scene, work.targets
+        self._classify(work, counts, dense)
+        if self.asked:
+            self._ask(work, counts, dense)
+
+    def _classify(self, work: Work, counts: Counts, dense: Dense | None) -> None:
+        """All or nothing where no outline comes between; a list of the others."""
+        assert counts.framebuffer is not None
+        assert counts.fragments is not None
+        program = self._program(work, counts, dense, 0, "outlines", self.outlines)
+        counts.framebuffer.use()
+        if dense is not None:
+            counts.framebuffer.viewport = counts.viewport
+        self._begin(counts.fragments)
+        if dense is None:
+            draw_over(self._context, program, work.sight)
+            program.unbind()
+            self._context.ctx.memory_barrier()
+        else:
+            self._draw(program)
+        self.asked = self._counted_items()
+
+    def _ask(self, work: Work, counts: Counts, dense: Dense | None) -> None:
+        """Point by point, batch after batch of the list."""
+        assert counts.texture is not None
+        side = 1
+        while TOGETHER * side * side < self._points:
+            side *= 2
+        self._found.reserve(side)
+        first = 0
+        while first < self.asked:
+            now = min(self._batch, self.asked - first)
+            program = self._program(work, counts, dense, 1, "region", self.casters)
+            program.set(u_asked=(first, now, _ROW), u_capacity=self._found.capacity)
+            self._begin(self._found.links)
+            self._found.lists(now).use()
+            self._draw(program)
+            self.found = self._counted_items()
+            if self.found > self._found.capacity:
+                if not self._found.grow(self.found, self._limit):
+                    if now == 1:
+                        raise ResourceError(f"{self.found} triangles may come between one surface and its light, a buffer of this driver "
+                                            f"holds {self._limit // LINK_BYTES}: give the light a smaller size")  # fmt: skip
+                    self._batch = now // 2
+                continue
+            program = self._program(work, counts, dense, 2, "found", None, GLS_SIDE=side)
+            program.set(u_asked=(first, now, _ROW))
+            program.bind(u_found=self._found.links, u_lists=self._found.texture)
+            counts.texture.bind_to_image(0, read=True, write=True)
+            self._found.blocks(now, side).use()
+            self._draw(program)
+            first += now
+
+    def _program(
+        self,
+        work: Work,
+        counts: Counts,
+        dense: Dense | None,
+        stage: int,
+        between: str,
+        lists: CellLists | None,
+        **more: int,
+    ) -> Program:
+        """A pass of pass/penumbra.frag, with all that it reads."""
+        scene, targets = work.scene, work.targets
         asked = super().receiver(work)
         defines = {
             **asked.defines,
@@ -218,82 +282,43 @@ class Area(Listed):
             "GLS_SELECTIVE": int(scene.selective),
             "GLS_DENSE": int(dense is not None),
             "GLS_GROWN": _GROWN,
+            "GLS_STAGE": stage,
+            "GLS_AREA": int(stage > 0),
             **(dense.defines if dense else {}),
+            **more,
         }
-        aside = (0.0, 0.0) if dense else targets.aside
+        program = work.programs.get(
+            "pass/resolve.vert", "pass/penumbra.frag", "core430", area_slots(kind_of(self.light), between), defines
+        )
         right, up, backward = disc_axes(self.light) @ asked.axes.T
-        camera = camera_uniforms(scene, work.sight, asked.axes, asked.offset, aside)
-        textures = {**surface_textures(work.samplers, scene, targets), **asked.textures}
+        aside = (0.0, 0.0) if dense else targets.aside
+        program.set(
+            **camera_uniforms(scene, work.sight, asked.axes, asked.offset, aside), **asked.uniforms, **self._values
+        )
+        program.set(u_count=self._points, u_disc_axes=np.stack([right, up, -backward], axis=1),
+                    u_samples=targets.fine_surface.size if dense else work.sight.size)  # fmt: skip
+        program.bind(**surface_textures(work.samplers, scene, targets), **asked.textures)
+        program.bind(u_disc=self._disc, u_fragments=counts.fragments)
         if dense is not None:
-            textures |= {"u_surface": targets.fine_surface, "u_pixels": dense.pixels}
-        values = {**camera, **asked.uniforms, **(dense.uniforms if dense else {}), **self._values, "u_count": self._points,
-                  "u_disc_axes": np.stack([right, up, -backward], axis=1),
-                  "u_samples": targets.fine_surface.size if dense else work.sight.size}  # fmt: skip
-        textures |= {"u_disc": self._disc, "u_fragments": counts.fragments}
+            program.set(**dense.uniforms)
+            program.bind(u_surface=targets.fine_surface, u_pixels=dense.pixels)
+        if lists is not None:
+            program.bind(u_grown_heads=lists.heads, u_grown_links=lists.links)
+        return program
 
-        def passed(stage: int, between: str, **more: int) -> Program:
-            slots = area_slots(kind_of(self.light), between)
-            wanted = {**defines, "GLS_STAGE": stage, "GLS_AREA": int(stage > 0), **more}
-            program = work.programs.get("pass/resolve.vert", "pass/penumbra.frag", "core430", slots, wanted)
-            program.set(**values)
-            program.bind(**textures)
-            return program
-
-        program = passed(0, "outlines")
-        program.bind(u_grown_heads=self.outlines.heads, u_grown_links=self.outlines.links)
-        assert counts.framebuffer is not None
-        counts.framebuffer.use()
-        if dense is not None:
-            counts.framebuffer.viewport = counts.viewport
+    def _begin(self, items: BufferTexture) -> None:
+        """What comes next appends to a list."""
         self._counter.write(b"\0\0\0\0")
         self._counter.bind_to_storage_buffer(0)
-        assert counts.fragments is not None
-        assert counts.texture is not None
-        counts.fragments.buffer.bind_to_storage_buffer(1)
-        if dense is None:
-            draw_over(context, program, work.sight)
-        else:
-            self._draw(program)
-        program.unbind()
-        context.ctx.memory_barrier()
-        self.asked = self._counter_value()
-        first, side = 0, 1
-        while TOGETHER * side * side < self._points:
-            side *= 2
-        while first < self.asked:
-            now = min(self._batch, self.asked - first)
-            self._found.reserve(side)
-            # list what may come between
-            program = passed(1, "region")
-            program.bind(u_grown_heads=self.casters.heads, u_grown_links=self.casters.links)
-            program.set(u_asked=(first, now, _ROW), u_capacity=self._found.capacity)
-            self._counter.write(b"\0\0\0\0")
-            self._counter.bind_to_storage_buffer(0)
-            self._found.links.buffer.bind_to_storage_buffer(1)
-            self._found.lists(now).use()
-            self._draw(program)
-            program.unbind()
-            context.ctx.memory_barrier()
-            self.found = self._counter_value()
-            if self.found > self._found.capacity:
-                if not self._found.grow(self.found, self._limit):
-                    self._batch = max(now // 2, 1)
-                continue
-            program = passed(2, "found", GLS_SIDE=side)
-            program.set(u_asked=(first, now, _ROW))
-            program.bind(u_found=self._found.links, u_lists=self._found.texture)
-            counts.texture.bind_to_image(0, read=True, write=True)
-            self._found.blocks(now, side).use()
-            self._draw(program)
-            program.unbind()
-            context.ctx.memory_barrier()
-            first += now
+        items.buffer.bind_to_storage_buffer(1)
 
     def _draw(self, program: Program) -> None:
         self._context.ctx.enable_only(moderngl.NOTHING)
         program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
+        program.unbind()
+        self._context.ctx.memory_barrier()
 
-    def _counter_value(self) -> int:
+    def _counted_items(self) -> int:
         return int(np.frombuffer(self._counter.read(), dtype=np.uint32)[0])
 
     def _given(self, work: Work, counts: Counts) -> Receiver:

@@ -1,0 +1,44 @@
+"""How many of a light's own points each pixel sees, by rays: what `Exact(light_samples=)` counts, in float64."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from glshadow.core.area import points_seen
+from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.spaces import Array
+from glshadow.frame import Frame
+from glshadow.reference.trace import trace
+
+
+def count_points(frame: Frame, light: Light, count: int) -> Array:
+    """The counts (H, W) of points that are seen and above the receiver's horizon; NaN where there is no surface.
+
+    Parameters
+    ----------
+    frame : Frame
+        Has "triangle": its points are asked.
+    light : Light
+        That has a size.
+    count : int
+        Its points.
+    """
+    known = frame.triangle >= 0
+    truth = trace(frame.scene, frame.camera, [light], frame.size, surface=frame.triangle)
+    rays, own = truth.rays, frame.triangle[known]
+    points, normals = truth.position[known] - truth.rays.origin, truth.normal[known]
+    asked = rays.receives[own]
+    targets = points_seen(light, truth.position[known], count)
+    seen = np.zeros(len(own))
+    for k in range(count):
+        aim = targets[:, k] if isinstance(light, DirectionalLight) else targets[:, k] - truth.position[known]
+        length = np.linalg.norm(aim, axis=1)
+        aim = aim / length[:, None]
+        far = np.full(len(own), np.inf) if isinstance(light, DirectionalLight) else length
+        open_to = (normals * aim).sum(axis=1) > 0.0
+        rows = np.flatnonzero(open_to & asked)
+        open_to[rows] = ~rays.blocked(own[rows], points[rows], aim[rows], far[rows])[0]
+        seen += open_to
+    counts = np.full(known.shape, np.nan)
+    counts[known] = seen
+    return counts
