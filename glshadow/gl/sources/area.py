@@ -292,9 +292,8 @@ class Area(Listed):
         )
         right, up, backward = disc_axes(self.light) @ asked.axes.T
         aside = (0.0, 0.0) if dense else targets.aside
-        program.set(
-            **camera_uniforms(scene, work.sight, asked.axes, asked.offset, aside), **asked.uniforms, **self._values
-        )
+        program.set(**camera_uniforms(scene, work.sight, asked.axes, asked.offset, aside))
+        program.set(**asked.uniforms, **self._values)  # its eye is the light's own
         program.set(u_count=self._points, u_disc_axes=np.stack([right, up, -backward], axis=1),
                     u_samples=targets.fine_surface.size if dense else work.sight.size)  # fmt: skip
         program.bind(**surface_textures(work.samplers, scene, targets), **asked.textures)
