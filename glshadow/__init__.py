@@ -21,7 +21,7 @@ from glshadow.core.bias import (
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
 from glshadow.core.filters import *  # noqa: F403  # every filter there is
 from glshadow.core.fit import Fit, SceneFit, ViewFit
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
+from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.orbit import orbit
 from glshadow.core.shadow import Faces, Shadow
@@ -121,6 +121,7 @@ __all__ = [
     "PerspectiveCamera",
     "PointLight",
     "ReceiverPlaneBias",
+    "RectLight",
     "ReferenceUnavailable",
     "Renderer",
     "ResourceError",
@@ -133,6 +134,7 @@ __all__ = [
     "Shadow",
     "ShadowError",
     "ShadowView",
+    "SkyLight",
     "SlopeScaledBias",
     "SpotLight",
     "Target",

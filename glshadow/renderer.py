@@ -224,6 +224,7 @@ class Renderer:
             # here, so that tiles are cleared and drawn in one go
             clear_outputs(self._context, targets, look.linear_background, look.background is None)
             shares = self._shares(work, lights, sources, look)
+            used = tuple(source.amended(each) for source, each in zip(sources, used, strict=True))
             for share in shares:
                 resolve(work, share)
         if targets.samples > 1:

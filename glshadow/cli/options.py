@@ -113,8 +113,11 @@ scene_options = _all(
            help="sun:DX,DY,DZ or spot:PX,PY,PZ:DX,DY,DZ[:OUTER[:INNER]] or point:X,Y,Z. D is the way the light "
                 "travels, P where it is, OUTER and INNER degrees from the cone's axis (30, and two thirds of OUTER). "
                 "Any :key=value may follow: intensity=1 color=1,1,1 near=D far=D shadow=on|off, for spot and point "
-                "range=D falloff=0 (2: physical) radius=0, for sun angle=0. Repeat for more lights. Default: the "
-                "file's lights, else one sun."),
+                "range=D falloff=0 (2: physical) radius=0, for sun angle=0 (0.53: soft as the sun's). Also a panel, "
+                "rect:PX,PY,PZ:DX,DY,DZ:WIDTH,HEIGHT. Repeat for more lights. Default: the file's lights, else one sun."),
+    option("Lights", "--sky", metavar="INTENSITY", read=values.strength_of_sky,
+           help="Also the light of a whole sky, the same from everywhere: 0.4. Its shadow is ambient occlusion, at the price of "
+                "64 hard ones."),
 )  # fmt: skip
 
 picture_options = _all(
@@ -166,6 +169,7 @@ class Request:
     near: float | None
     far: float | None
     lights: tuple[Light, ...]
+    sky: float | None = None
     output: Path | None = None
     ambient: Any = None
     background: Triple | None = None
@@ -220,6 +224,10 @@ class Request:
     def lit(self, scene: Scene) -> tuple[Light, ...]:
         """The lights that were given, or the scene's, with the shadow that was asked for."""
         lights = self.lights or scene.lights
+        if self.sky is not None:
+            from glshadow.core.lights import SkyLight
+
+            lights = (*lights, SkyLight(intensity=self.sky))
         if not self.shadow:
             return lights
         return tuple(
@@ -287,9 +295,10 @@ def light_facts(light: Light, used: Any) -> dict[str, Any]:
     """For the JSON report: the light, and what was really used for its shadow."""
     from dataclasses import fields
 
-    from glshadow.core.lights import DirectionalLight, SpotLight
+    from glshadow.core.lights import DirectionalLight, RectLight, SkyLight, SpotLight
 
-    kind = "sun" if isinstance(light, DirectionalLight) else "spot" if isinstance(light, SpotLight) else "point"
+    kinds = {RectLight: "rect", SkyLight: "sky", DirectionalLight: "sun", SpotLight: "spot"}
+    kind = next((name for each, name in kinds.items() if isinstance(light, each)), "point")
     settings = {item.name: getattr(light, item.name) for item in fields(light) if item.name != "shadow"}
     return {"kind": kind, **settings, "casts": light.shadow is not None, "used": used.as_dict()}
 

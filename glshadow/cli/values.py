@@ -25,12 +25,17 @@ IMAGES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
 OVERLAYS = ("map", "lights", "axes", "grid")
 LARGEST_SIDE = 16384  # pixels; the driver's own limit is checked when the picture is made
 
-LIGHTS = "sun:dx,dy,dz, spot:px,py,pz:dx,dy,dz[:outer[:inner]], point:x,y,z, each with any :key=value after it"
+LIGHTS = (
+    "sun:dx,dy,dz, spot:px,py,pz:dx,dy,dz[:outer[:inner]], point:x,y,z, rect:px,py,pz:dx,dy,dz:width,height, sky, each with any "
+    ":key=value after it"
+)
 COMMON_KEYS = ("intensity", "color", "near", "far", "shadow")
 LIGHT_KEYS = {
     "sun": (*COMMON_KEYS, "angle"),
     "spot": (*COMMON_KEYS, "range", "falloff", "radius"),
     "point": (*COMMON_KEYS, "range", "falloff", "radius"),
+    "rect": (*COMMON_KEYS, "range", "up"),
+    "sky": ("intensity", "color", "shadow"),
 }
 INNER_SHARE = 2.0 / 3.0  # of the outer angle, as SpotLight's own 20 of 30 degrees
 
@@ -199,18 +204,34 @@ def picture(text: str) -> Path:
     return path
 
 
+def strength_of_sky(text: str) -> float:
+    """`--sky`: not negative."""
+    value = number(text)
+    if value < 0.0:
+        raise SettingsError(f"{text!r} is no intensity: it must not be negative")
+    return value
+
+
 def light(text: str) -> Light:
     """`LIGHTS`."""
-    from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
+    from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
 
     kind, *parts = text.split(":")
     places = [part for part in parts if "=" not in part]
     if kind not in LIGHT_KEYS or parts[: len(places)] != places:
         raise SettingsError(f"{text!r} is none of: {LIGHTS}")
-    least, most = {"sun": (1, 1), "spot": (2, 4), "point": (1, 1)}[kind]
+    least, most = {"sun": (1, 1), "spot": (2, 4), "point": (1, 1), "rect": (3, 3), "sky": (0, 0)}[kind]
     if not least <= len(places) <= most:
         raise SettingsError(f"{text!r} is none of: {LIGHTS}")
     keys = dict(_key(kind, part) for part in parts[len(places) :])
+    if kind == "sky":
+        return SkyLight(**keys)
+    if kind == "rect":
+        width, height = numbers(places[2], 2)
+        direction = vector(places[1])
+        if "up" not in keys and abs(direction[1]) < 0.9 * math.hypot(*direction):
+            keys["up"] = (0.0, 1.0, 0.0)  # but for panels that look up or down
+        return RectLight(position=vector(places[0]), direction=direction, width=width, height=height, **keys)
     if kind == "sun":
         return DirectionalLight(direction=vector(places[0]), **keys)
     if kind == "point":
@@ -225,7 +246,7 @@ def _key(kind: str, text: str) -> tuple[str, Any]:
     key, _, value = text.partition("=")
     if key not in LIGHT_KEYS[kind]:
         raise SettingsError(f"a {kind} has no {key!r}; it takes {', '.join(LIGHT_KEYS[kind])}")
-    if key == "color":
+    if key in ("color", "up"):
         return key, vector(value)
     if key != "shadow":
         return key, number(value)

@@ -121,12 +121,87 @@ class PointLight(_LocalLight):
     """Light from a position in every direction; parameters as for SpotLight."""
 
 
-Light = DirectionalLight | SpotLight | PointLight
+@dataclass(frozen=True, kw_only=True)
+class RectLight(PointLight):
+    """Light from one side of a panel, the same from every point of it in every direction (Lambert).
+
+    A white surface against the panel gets color * intensity; farther away it gets the share of its view that the panel fills, weighed
+    by the cosine of Lambert's law (the form factor). So there is no falloff to choose, and scale does not matter.
+
+    Parameters
+    ----------
+    position : (3,) floats
+        The panel's middle.
+    direction : (3,) floats
+        The way its lit side looks.
+    up : (3,) floats
+        Along its height; not along the direction.
+    width, height : float
+        World units.
+    color, intensity, range, shadow
+        As for PointLight. radius and falloff stay 0.
+
+    References
+    ----------
+    Lambert 1760, Photometria, for the irradiance of a polygon; Baum, Rushmeier, Winget 1989, "Improving radiosity solutions through
+    the use of analytically determined form-factors", SIGGRAPH, for its use.
+    """
+
+    direction: Triple = setting(direction, (0.0, -1.0, 0.0), help="the way the panel's lit side looks")
+    up: Triple = setting(vector(3, -FARTHEST, FARTHEST), (0.0, 0.0, -1.0), help="along the panel's height")
+    width: float = setting(number(NEAREST, FARTHEST), 1.0, help="of the panel, world units")
+    height: float = setting(number(NEAREST, FARTHEST), 1.0, help="of the panel, world units")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("radius", "falloff"):
+            if getattr(self, name) != 0.0:
+                raise SettingsError(
+                    f"RectLight {name} must stay 0, got {getattr(self, name):g}: a panel has width and height, and the falloff that "
+                    "follows from its size"
+                )
+        across = np.cross(np.asarray(self.direction), np.asarray(self.up))
+        if not np.linalg.norm(across) > 1e-6 * np.linalg.norm(self.up):
+            raise SettingsError(
+                f"RectLight up must not lie along direction, got up={self.up}, direction={self.direction}"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class SkyLight(DirectionalLight):
+    """The same light from all of the sky, a dome over the horizon. What it shadows is ambient occlusion.
+
+    A white surface that looks to the zenith gets color * intensity, one that looks elsewhere (1 + cosine of its tilt) / 2 of that: the
+    share of the dome that lies before it, weighed by Lambert's law.
+
+    Parameters
+    ----------
+    direction : (3,) floats
+        From the zenith down.
+    color, intensity, shadow
+        As for DirectionalLight. angle stays 0.
+
+    References
+    ----------
+    Liu, Jordan 1963, "The long-term average performance of flat-plate solar-energy collectors", Solar Energy 7: the isotropic sky.
+    """
+
+    direction: Triple = setting(direction, (0.0, -1.0, 0.0), help="from the zenith down")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.angle != 0.0:
+            raise SettingsError(
+                f"SkyLight angle must stay 0, got {self.angle:g}: it is the whole sky; a DirectionalLight has an angle"
+            )
+
+
+Light = DirectionalLight | SpotLight | PointLight | RectLight | SkyLight
 
 Lights = Iterable[BaseLight] | BaseLight | None
 """An argument that is several lights, one, or the scene's own."""
 
-LIGHTS = several(instance(*get_args(Light)), "DirectionalLight, SpotLight or PointLight")
+LIGHTS = several(instance(*get_args(Light)), "DirectionalLight, SpotLight, PointLight, RectLight or SkyLight")
 """The rule of an argument that is several lights."""
 
 

@@ -87,17 +87,17 @@ def list_grid(light: Light, casters: Array, halvings: int = 0, receivers: Array 
     local = offset @ axes.T
     nearest = float(-local[:, 2].max())
     # so far away that no caster comes near the light's plane
-    far = nearest > _FAR_RADII * light.radius
+    far = nearest > _FAR_RADII * radius_of(light)
     if far and (local[:, 2] < -_FAR_COSINE * np.sqrt((local * local).sum(axis=1))).all():
         tangents = local[:, :2] / -local[:, 2:]
-        spread = _spread(light.radius, tangents, nearest, float(((seen - position) @ -axes[2]).max()))
+        spread = _spread(radius_of(light), tangents, nearest, float(((seen - position) @ -axes[2]).max()))
         if np.abs(tangents).max() + spread <= edge:
             return _grid("spot", axes, position, tangents, halvings, spread)
         low, high = np.clip([tangents.min(axis=0), tangents.max(axis=0)], -edge, edge)
         if (low < high).all():
             window = _grown(np.stack([low - spread, high + spread]))
             return ListGrid("spot", rigid_inverse(axes, position), window, CELLS["spot"] >> halvings)
-    if isinstance(light, PointLight) or light.radius > 0.0:
+    if isinstance(light, PointLight) or radius_of(light) > 0.0:
         window = (-1.0, 1.0, -1.0, 1.0)
         return ListGrid("point", rigid_inverse(np.eye(3), position), window, CELLS["point"] >> halvings)
     return ListGrid("spot", rigid_inverse(axes, position), (-edge, edge, -edge, edge), CELLS["spot"] >> halvings)

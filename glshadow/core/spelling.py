@@ -34,7 +34,9 @@ class Spelled(Settings):
         if self.terse and all(value == item.default for item, value in values):
             return self.spelling
         words = [
-            f"{item.name}={value:g}" if item.kw_only else _word(item.name, value)
+            f"{item.name}={value if isinstance(value, Spelled) else format(value, 'g')}"
+            if item.kw_only
+            else _word(item.name, value)
             for item, value in values
             if not (item.kw_only and value == item.default)
             and (value is not item.default or not isinstance(value, bool))
@@ -48,7 +50,7 @@ class Spelled(Settings):
         if not items:
             return cls.spelling
         words = [
-            f"{item.name}=N"
+            f"{item.name}={'...' if isinstance(item.default, Spelled) else 'N'}"
             if item.kw_only
             else item.name.upper()
             if not isinstance(item.default, bool)
@@ -91,6 +93,12 @@ def parse(text: str, family: Sequence[type[T]], name: str = "value") -> T:
         name, equals, rest = word.partition("=")
         if equals and name in {item.name for item in items if item.kw_only and item.name not in values}:
             free, word = [name], rest
+        member = next(
+            (item for item in items if equals and item.name == name and isinstance(item.default, Spelled)), None
+        )
+        if member is not None and free:
+            values[name] = parse(word, family, member.name)
+            continue
         number = _number(word)
         if word in switches:
             values.update([switches[word]])

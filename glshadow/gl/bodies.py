@@ -61,6 +61,6 @@ def hides_back_faces(scene: GpuScene, light: Light, faces: Faces | None) -> NDAr
     if faces is not None or isinstance(light, DirectionalLight):
         return closed
     position = np.asarray(light.position)
-    low, high = scene.corners.min(axis=1) - light.radius, scene.corners.max(axis=1) + light.radius
+    low, high = scene.corners.min(axis=1) - radius_of(light), scene.corners.max(axis=1) + radius_of(light)
     inside = ((low <= position) & (position <= high)).all(axis=1)
     return np.asarray(closed & ~inside)

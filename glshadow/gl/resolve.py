@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import moderngl
 import numpy as np
 
-from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.area import panel_axes
+from glshadow.core.lights import DirectionalLight, Light, RectLight
 from glshadow.core.spaces import Array
 from glshadow.gl.dense import Dense
 from glshadow.gl.geometry import GpuScene
@@ -16,6 +17,7 @@ from glshadow.gl.program import Program
 from glshadow.gl.receiver import Receiver
 from glshadow.gl.screen import blended, camera_uniforms, draw_over, surface_textures
 from glshadow.gl.work import Work
+from glshadow.shader.slots import shape_slots
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +61,7 @@ def resolve(work: Work, share: Share, dense: Dense | None = None) -> None:
         "pass/resolve.vert",
         "pass/resolve.frag",
         dialect=asked.dialect,
-        slots=asked.slots,
+        slots={**asked.slots, **shape_slots(light)},
         defines={
             **asked.defines,
             "GLS_ORTHO": int(not work.sight.camera.is_perspective),
@@ -91,8 +93,11 @@ def resolve(work: Work, share: Share, dense: Dense | None = None) -> None:
     program.unbind()
 
 
-def count_seen(work: Work, light: Light, asked: Receiver, dense: Dense | None) -> None:
-    """Add 1 wherever a light without size is seen, into the bound framebuffer: over the picture, or over samples of some pixels."""
+def count_seen(work: Work, light: Light, asked: Receiver, dense: Dense | None, weighed: bool = False) -> None:
+    """Add 1 wherever a light without size is seen, into the bound framebuffer: over the picture, or over samples of some pixels.
+
+    `weighed`: the cosine at the surface instead of 1, and beside it the cosine wherever it is positive.
+    """
     scene, targets = work.scene, work.targets
     program = work.programs.get(
         "pass/resolve.vert",
@@ -104,6 +109,7 @@ def count_seen(work: Work, light: Light, asked: Receiver, dense: Dense | None) -
             "GLS_ORTHO": int(not work.sight.camera.is_perspective),
             "GLS_SUN": int(isinstance(light, DirectionalLight)),
             "GLS_ALONE": 1,
+            "GLS_WEIGHED": int(weighed),
             "GLS_DENSE": int(dense is not None),
             **(dense.defines if dense else {}),
         },
@@ -136,6 +142,8 @@ def _set(program: Program, work: Work, share: Share, aside: tuple[float, float])
         **asked.uniforms,
         **light_uniforms(light),
     }
+    if isinstance(light, RectLight):
+        values["u_panel"] = asked.axes @ panel_axes(light).T
     color = np.ones(3) if scene.color is None else np.asarray(scene.color)
     radiance = np.minimum(color * np.asarray(light.color) * light.intensity, BRIGHTEST)
     above, below = np.minimum(share.ambient * color, BRIGHTEST)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from glshadow.core.area import GOLDEN_ANGLE, radius_of
-from glshadow.core.lights import DirectionalLight, Light, to_light
-from glshadow.core.spaces import Array, Bools
+from glshadow.core.area import GOLDEN_ANGLE, has_size, panel_axes, radius_of
+from glshadow.core.lights import DirectionalLight, Light, RectLight, SkyLight, to_light
+from glshadow.core.spaces import Array, Bools, view_axes
 from glshadow.reference.rays import LIFT, Ints, Rays, dot
+
+GOLDEN_SHARE = (np.sqrt(5.0) - 1.0) / 2.0
 
 
 class AimedLight:
@@ -16,6 +20,11 @@ class AimedLight:
     def __init__(self, light: Light, origin: Array) -> None:
         self.light = light
         self.position = None if isinstance(light, DirectionalLight) else np.asarray(light.position) - origin
+
+    @property
+    def _place(self) -> Array:
+        assert self.position is not None
+        return self.position
 
     def towards(self, points: Array) -> tuple[Array, Array]:
         """Unit vectors (N, 3) to the light and distances (N,)."""
@@ -35,28 +44,55 @@ class AimedLight:
     ) -> tuple[Array, Array]:
         """Mean and variance (N,) over samples of the source seen from points (N, 3) on triangles (N,); parts of it below a point's
         horizon count as dark."""
+        many = samples > 1 and has_size(self.light)
+        samples = samples if many else 1
+        total, weights = np.zeros((2, len(own)))
+        aims = self._aims(points, samples, generator) if many else iter([self.towards(points)])
+        for aim, end in aims:
+            cosine = dot(normals, aim)
+            open_to = cosine > 0.0
+            if isinstance(self.light, RectLight):
+                open_to &= (points - self._place) @ np.asarray(self.light.direction) > 0.0
+            weight = np.maximum(cosine, 0.0) if many and isinstance(self.light, SkyLight) else np.ones(len(own))
+            if self.light.shadow is not None:
+                asked = open_to & rays.receives[own]
+                open_to[asked] = ~rays.blocked(own[asked], points[asked], aim[asked], end[asked])[0]
+            total += weight * open_to
+            weights += weight
+        mean = total / np.where(weights > 0.0, weights, 1.0)
+        return mean, mean * (1.0 - mean)
+
+    def _aims(self, points: Array, samples: int, generator: np.random.Generator) -> Iterator[tuple[Array, Array]]:
+        """Unit vectors (N, 3) and distances (N,) to points of the source, one of each equal share of it, at random within it."""
         towards, distance = self.towards(points)
-        total = np.zeros(len(own))
-        samples = samples if self.spread > 0.0 else 1
+        light, count = self.light, len(points)
+        if isinstance(light, RectLight):
+            right, up, _ = panel_axes(light)
+            shift = generator.uniform(size=(2, count))  # a lattice, moved at random from pixel to pixel
+            for number in range(samples):
+                u = 2.0 * ((number / samples + shift[0]) % 1.0) - 1.0
+                v = 2.0 * ((number * GOLDEN_SHARE + shift[1]) % 1.0) - 1.0
+                offset = self._place + u[:, None] * right + v[:, None] * up - points
+                length = np.sqrt(dot(offset, offset))
+                yield offset / np.where(length > 0.0, length, 1.0)[:, None], length
+            return
+        turn = generator.uniform(0.0, 2.0 * np.pi, count)
+        if isinstance(light, SkyLight):
+            axes = view_axes(np.asarray(light.direction))
+            for number in range(samples):
+                height = (number + generator.uniform(size=count)) / samples
+                across, angle = np.sqrt(1.0 - height**2), turn + number * GOLDEN_ANGLE
+                yield np.stack([across * np.cos(angle), across * np.sin(angle), height], axis=-1) @ axes, distance
+            return
         u, v = perpendicular(towards)
-        turn = generator.uniform(0.0, 2.0 * np.pi, len(own)) if samples > 1 else np.zeros(len(own))
         for number in range(samples):
             # Rings of equal area, a golden angle apart (Vogel); the place within the ring is random.
-            place = generator.uniform(size=len(own)) if samples > 1 else 0.0
-            radius = np.sqrt((number + place) / samples) * self.spread if samples > 1 else 0.0
+            radius = np.sqrt((number + generator.uniform(size=count)) / samples) * self.spread
             angle = turn + number * GOLDEN_ANGLE
             offset = u * (radius * np.cos(angle))[:, None] + v * (radius * np.sin(angle))[:, None]
             aim = towards + offset if self.position is None else towards * distance[:, None] + offset
             length = np.sqrt(dot(aim, aim))
-            aim = aim / np.where(length > 0.0, length, 1.0)[:, None]
-            end = distance if self.position is None else length
-            open_to = dot(normals, aim) > 0.0
-            if self.light.shadow is not None:
-                asked = open_to & rays.receives[own]
-                open_to[asked] = ~rays.blocked(own[asked], points[asked], aim[asked], end[asked])[0]
-            total += open_to
-        mean = total / samples
-        return mean, mean * (1.0 - mean)
+            yield aim / np.where(length > 0.0, length, 1.0)[:, None], distance if self.position is None else length
 
     def lit(self, rays: Rays, own: Ints, points: Array) -> Bools:
         """Whether the middle of the light sees points (N, 3) on triangles (N,), whichever side they are seen from."""

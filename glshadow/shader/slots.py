@@ -6,6 +6,7 @@ from typing import Literal
 
 from glshadow.core.bias import Bias
 from glshadow.core.filters import Filter
+from glshadow.core.lights import Light, RectLight, SkyLight
 from glshadow.core.metric import Target
 from glshadow.core.view import Kind
 from glshadow.errors import SettingsError
@@ -19,6 +20,12 @@ _METRIC_DEPTHS = {"directional": "affine", "spot": "linear", "point": "radial"}
 def light_slot(kind: Kind) -> str:
     """Snippet of slot <light>."""
     return "light/sun.glsl" if kind == "directional" else "light/local.glsl"
+
+
+def shape_slots(light: Light) -> dict[str, str]:
+    """In place of a light's snippet, where it is no single direction from each receiver."""
+    shapes = {RectLight: "light/panel.glsl", SkyLight: "light/sky.glsl"}
+    return {"light": shapes[type(light)]} if type(light) in shapes else {}
 
 
 def metric_slot(kind: Kind) -> str:

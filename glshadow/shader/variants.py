@@ -188,6 +188,15 @@ def _area() -> Iterator[Variant]:
                 yield Variant(
                     "pass/penumbra.frag", "core430", slots, {**settings, "GLS_ORTHO": parallel, "GLS_DENSE": dense}
                 )
+    for shape in ("panel", "sky"):
+        for shadow, channels, more in product(("given", "open"), (1, 2), ({}, _DENSE)):
+            slots = {"light": f"light/{shape}.glsl", "shadow": f"receiver/{shadow}.glsl"}
+            sky = int(shape == "sky")
+            wide: dict[str, int | str] = {"GLS_SUN": sky, "GLS_SURFACE": channels, "GLS_WEIGHED": sky}
+            yield Variant("pass/resolve.frag", "core330", slots, {**wide, **more})
+    yield Variant(
+        "pass/resolve.frag", "core330", open_slots("directional"), {"GLS_SUN": 1, "GLS_ALONE": 1, "GLS_WEIGHED": 1}
+    )
     for stage in (0, 1):
         yield Variant("pass/resolve.vert", "core330", {}, {"GLS_STAGE": stage})
     for point in (0, 1):

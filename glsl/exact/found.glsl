@@ -5,13 +5,16 @@
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif
+#ifndef GLS_PANEL
+#define GLS_PANEL 0 // 1: the light is a panel, which does not turn
+#endif
 #ifndef GLS_MASKED
 #define GLS_MASKED 0 // some casters are cut out by their texture
 #endif
 uniform usamplerBuffer u_found;
 uniform samplerBuffer u_disc; // points of the light: a sun's (x, y) of rays (x, y, 1), else of the unit disc
 uniform int u_count; // of them
-uniform mat3 u_disc_axes; // a lamp's, in the light's frame: right, up, and where it looks; twin: glshadow.core.area.points_seen
+uniform mat3 u_disc_axes; // a lamp's, in the light's frame: right, up (a panel's as long as half of it is), and where it looks; twin: glshadow.core.area.points_seen
 const int TOGETHER = 16; // points that are asked at once
 const uint ALL_HIDDEN = 0xffffffffu;
 
@@ -22,6 +25,9 @@ struct Disc { // of a lamp, as the receiver sees it
 
 Disc disc_seen(vec3 position) { // turned with the receiver by the shortest way from an axis: a seam only opposite to it
     vec3 right = u_disc_axes[0], up = u_disc_axes[1], axis = u_disc_axes[2], away = normalize(position);
+#if GLS_PANEL
+    return Disc(right, up);
+#endif
     vec3 both = (axis + away) / max(1.0 + dot(axis, away), 1e-6);
     return Disc(u_radius * (right - dot(right, away) * both), u_radius * (up - dot(up, away) * both));
 }

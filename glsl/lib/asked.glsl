@@ -6,9 +6,13 @@
 #ifndef GLS_GIVEN
 #define GLS_GIVEN 0 // 1: what <shadow> says is all: it knows the light's size, which may look over the receiver's horizon
 #endif
+#ifndef GLS_WIDE
+#define GLS_WIDE 0
+#endif
 float asked_visibility(uint number, vec3 position, vec3 normal, float cosine) {
 #if GLS_GIVEN
-    return light_visibility(position, normal, cosine);
+    float seen = light_visibility(position, normal, cosine);
+    return GLS_WIDE == 1 && cosine <= 0.0 ? 0.0 : seen;
 #else
     float lit = cosine > 0.0 ? light_visibility(position, normal, cosine) : 0.0;
 #if GLS_SELECTIVE

@@ -249,7 +249,7 @@ void insert_grown(uint item, uint rest, int face, Footprint f, bool edge) {
     if (!anywhere && f.nearest > ground) return;
     if (any(greaterThan(f.least - spread - MARGIN, vec2(GLS_CELLS))) || any(lessThan(f.most + spread + MARGIN, vec2(0.0)))) return;
     vec2 extent = f.most - f.least + 2.0 * (spread + MARGIN);
-    int level = int(clamp(ceil(log2(max(max(extent.x, extent.y) / fine, 1.0) * 0.5)), 0.0, float(GLS_LEVELS - 1)));
+    int level = int(clamp(ceil(log2(max(max(extent.x, extent.y) / fine, 1.0) * 0.25)), 0.0, float(GLS_LEVELS - 1)));
     float scale = fine * float(1 << level);
     Block b = block(f, scale, float(GLS_GROWN >> level), spread);
     if (level == GLS_LEVELS - 1) atomicAdd(wide_count, 1u);

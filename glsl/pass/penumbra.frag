@@ -27,6 +27,9 @@
 #ifndef GLS_MASKED
 #define GLS_MASKED 0
 #endif
+#ifndef GLS_PANEL
+#define GLS_PANEL 0 // 1: the light is a panel
+#endif
 #include "lib/sight.glsl"
 #if GLS_DENSE
 #include "lib/dense.glsl"
@@ -58,6 +61,7 @@ layout(early_fragment_tests) in;
 layout(std430, binding = 0) buffer Asked { uint asked_count; };
 layout(std430, binding = 1) writeonly buffer Fragments { uint fragments[]; };
 uniform int u_count; // points of the light
+uniform mat3 u_disc_axes; // see exact/found.glsl
 layout(location = 0) out uint o_seen;
 #endif
 
@@ -116,6 +120,9 @@ void main() {
 #else
     float near = inversesqrt(dot(position, position));
     float middle = -dot(normal, position), reach = u_radius * sqrt(max(1.0 - middle * middle * near * near, 0.0));
+#endif
+#if GLS_PANEL
+    seen = seen && dot(position, u_disc_axes[2]) > 0.0; // its back is dark
 #endif
     bool above = middle > reach, below = middle <= -reach || !seen; // the receiver's horizon: all of the light
     bool cut = !above && !below;

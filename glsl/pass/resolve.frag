@@ -55,6 +55,12 @@
 #include <light>
 #include <shadow>
 #include "lib/asked.glsl"
+#ifndef GLS_WIDE
+#define GLS_WIDE 0 // 1: the light is no single direction, see light/panel.glsl
+#endif
+#ifndef GLS_WEIGHED
+#define GLS_WEIGHED 0 // 1, with GLS_ALONE: visibility and its weight by Lambert's law
+#endif
 #if GLS_EXACT
 #include "lib/surface_point.glsl"
 #endif
@@ -86,7 +92,11 @@ uniform float u_strength;
 #endif
 
 #if GLS_ALONE
+#if GLS_WEIGHED
+layout(location = 0) out vec2 o_seen;
+#else
 layout(location = 0) out float o_seen;
+#endif
 #else
 layout(location = 0) out vec4 o_color;
 #endif
@@ -159,22 +169,35 @@ void main() {
     float side = dot(normal, ray) > 0.0 ? -1.0 : 1.0; // the side that is seen
     normal *= side;
     vec4 arriving = light_arriving(position);
+#if GLS_WIDE
+    vec2 received = light_received(position, normal);
+    float cosine = received.x;
+#else
     float cosine = dot(normal, arriving.xyz);
+#endif
 #if GLS_DENSE
     cosine = seen ? cosine : 0.0; // not asked
 #endif
     float lit = asked_visibility(surface.r, position, normal, cosine);
 #if GLS_ALONE
+#if GLS_WEIGHED
+    o_seen = vec2(lit, 1.0) * max(cosine, 0.0);
+#else
     o_seen = lit;
+#endif
 #else
     float lambert = cosine;
     float height = normal_w.y * side;
 #if GLS_SURFACE > 1
     if (surface.g != 0u) { // an interpolated normal, on the same side
         vec3 shading = unpack_direction(surface.g);
-        lambert = dot(shading, towards_w(arriving.xyz)) * inversesqrt(dot(shading, shading));
         float turned = dot(shading, normal_w) * side < 0.0 ? -1.0 : 1.0;
+#if GLS_WIDE
+        lambert = light_received(position, normalize(v_axes_l * shading) * turned).x;
+#else
+        lambert = dot(shading, towards_w(arriving.xyz)) * inversesqrt(dot(shading, shading));
         lambert *= turned;
+#endif
         height = shading.y * inversesqrt(dot(shading, shading)) * turned;
     }
 #endif
@@ -182,6 +205,9 @@ void main() {
     float share = cosine > 0.0 ? 1.0 - u_strength * (1.0 - lit) : 0.0;
 #else
     float share = lit;
+#endif
+#if GLS_WIDE
+    share = received.y > 0.0 ? min(share / received.y, 1.0) : 0.0; // what is below the horizon is left out of both
 #endif
 #if !GLS_FIRST
     const vec3 ambient = vec3(0.0);

@@ -1,5 +1,8 @@
 // Slot <shadow> for a light whose visibility earlier passes found, where this pass draws: a count of the points of the light that are seen.
 #define GLS_GIVEN 1
+#ifndef GLS_WEIGHED
+#define GLS_WEIGHED 0 // 1: the sum of weights is beside them
+#endif
 #ifndef GLS_COUNTED
 #define GLS_COUNTED 0 // 1: the counts are integers
 #endif
@@ -11,5 +14,10 @@ uniform sampler2D u_given;
 uniform float u_points; // of the light
 
 float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
+#if GLS_WEIGHED
+    vec2 sums = texelFetch(u_given, ivec2(gl_FragCoord.xy), 0).rg;
+    return sums.y > 0.0 ? sums.x / sums.y : 0.0;
+#else
     return float(texelFetch(u_given, ivec2(gl_FragCoord.xy), 0).r) / u_points;
+#endif
 }

@@ -37,6 +37,16 @@ def test_lists_for_help_are_those_of_the_settings():
             "spot:0,9,0:0,-1,0:15:shadow=on",
             gs.SpotLight(position=(0, 9, 0), direction=(0, -1, 0), outer_angle=15, inner_angle=10),
         ),
+        (
+            "rect:0,3,0:0,-1,0:2,1:intensity=3",
+            gs.RectLight(position=(0, 3, 0), direction=(0, -1, 0), width=2, height=1, intensity=3),
+        ),
+        (
+            "rect:0,3,0:1,0,0:2,1",
+            gs.RectLight(position=(0, 3, 0), direction=(1, 0, 0), up=(0, 1, 0), width=2, height=1),
+        ),
+        ("sky", gs.SkyLight()),
+        ("sky:intensity=0.4:color=0.8,0.9,1", gs.SkyLight(intensity=0.4, color=(0.8, 0.9, 1))),
     ],
 )
 def test_light(text, light):
@@ -58,6 +68,13 @@ def test_light(text, light):
         ("point:1,2,3:range=", "'' is not a finite number"),
         ("point:1,2,3:shadow=maybe", "on or off"),
         ("point:intensity=2:1,2,3", "point:x,y,z"),
+        ("rect:0,3,0:0,-1,0", "rect:px,py,pz:dx,dy,dz:width,height"),
+        ("rect:0,3,0:0,-1,0:2", "2 finite numbers"),
+        ("rect:0,3,0:0,-1,0:2,0", "height must be"),
+        ("rect:0,3,0:0,-1,0:2,1:up=0,1,0", "up must not lie along direction"),
+        ("rect:0,3,0:0,-1,0:2,1:radius=1", "a rect has no 'radius'"),
+        ("sky:1,2,3", "sky"),
+        ("sky:angle=3", "a sky has no 'angle'"),
         ("spot:1,2,3", "spot:px,py,pz:dx,dy,dz"),
         ("spot:1,2,3:0,-1,0:95", "outer_angle"),
         ("spot:1,2,3:0,-1,0:20:30", "inner_angle must not be greater than outer_angle"),

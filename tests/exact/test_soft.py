@@ -93,10 +93,11 @@ def test_lights_too_large_are_asked_one_point_after_another(
 
     scene, light = gs.scenes.box().scene, LIGHTS["sun"]
     usual = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
-    monkeypatch.setattr(area, "_MOST_WIDE", 0)
+    monkeypatch.setattr(area, "_PIXEL", 0)
+    monkeypatch.setattr(area, "_TRIANGLE", 0)
     with gs.Renderer() as fresh:
         frame = fresh.render(scene, None, [light], SIZE, outputs=OUTPUTS)
-    assert "64 points of the light, one after another, since there are" in frame.used[0].why
+    assert "64 points of the light, one after another, for " in frame.used[0].why
     gap = np.abs(frame.visibility[0] - usual.visibility[0])[~np.isnan(usual.visibility[0])] * 64.0
     assert (gap > 1.5).sum() <= 3
 
@@ -179,13 +180,13 @@ def test_samples_of_pixels_and_points_of_lights_go_together(
 def test_still_pictures_count_once(renderer: gs.Renderer, scene: gs.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     from glshadow.gl.sources.area import Area
 
-    times, original = [], Area._count
+    times, original = [], Area._classify
 
     def counted(*arguments: object) -> None:
         times.append(1)
         original(*arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(Area, "_count", counted)
+    monkeypatch.setattr(Area, "_classify", counted)
     with gs.Renderer() as fresh:
         for _ in range(3):
             fresh.render(scene, None, [LIGHTS["sun"]], SIZE)

@@ -14,6 +14,7 @@ from glshadow.errors import SettingsError
 SPELLED: dict[str, Spelled] = {
     "hard": gs.Hard(), "pcf:1": gs.Pcf(), "disc:2,16": gs.Disc(), "disc:0.5,64,rotate": gs.Disc(0.5, 64, True),
     "exact": gs.Exact(), "exact:light_samples=256": gs.Exact(light_samples=256),
+    "lightsamples:16": gs.LightSamples(16), "lightsamples:64,of=hard": gs.LightSamples(of=gs.Hard()),
     "none": gs.NoBias(), "constant:0.25": gs.ConstantBias(0.25),
     "slope:1.1,4": gs.SlopeScaledBias(), "clip:-0.1,0": gs.ClipBias(-0.1),
     "clip:0.1,0,no-caster": gs.ClipBias(0.1, caster=False), "scene": gs.SceneFit(),
@@ -47,7 +48,10 @@ def test_what_is_left_out_has_its_default() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("magic", r"'magic' is no filter; there are: hard, pcf\[:RADIUS\], disc\[:RADIUS_TEXELS,TAPS,rotate\], exact"),
+        (
+            "magic",
+            r"'magic' is no filter; there are: hard, pcf\[:RADIUS\], disc\[:RADIUS_TEXELS,TAPS,rotate\], lightsamples",
+        ),
         ("disc:1,2,3,4", r"'3' is not understood; it is spelled disc\["),
         ("disc:spin", "'spin' is not understood"),
         ("pcf:", "'pcf:' is no filter"),

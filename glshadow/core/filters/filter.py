@@ -58,6 +58,11 @@ class Filter(Spelled):
         return 0
 
     @property
+    def of_a_point(self) -> Filter:
+        """How each of these points is asked."""
+        return self
+
+    @property
     def slack_texels(self) -> float:
         """How far, in texels per axis, the map's sample may lie from where the plane is evaluated."""
         return 0.0

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from glshadow.core.area import has_size
 from glshadow.core.filters.filter import Needs
-from glshadow.core.lights import Light
+from glshadow.core.lights import Light, SkyLight
 from glshadow.core.shadow import Settled
 from glshadow.gl.context import Caps, GLContext
 from glshadow.gl.geometry import GpuScene
@@ -24,7 +24,7 @@ def source_of(light: Light, shadow: Settled | None, context: GLContext) -> tuple
     kinds = {Needs.COMPARISON: Mapped, Needs.TRIANGLES: Listed if context.caps.compute else Numbered}
     kind: type[Source] = kinds[shadow.filter.needs]
     if shadow.filter.points_of_light and has_size(light):
-        if kind is Listed and shadow.asked.faces is None:
+        if kind is Listed and shadow.asked.faces is None and not isinstance(light, SkyLight):
             return "Area", lambda: Area(context)
         return f"{kind.__name__} many times", lambda: Accumulated(context, kind(context))
     return kind.__name__, lambda: kind(context)

@@ -9,10 +9,12 @@ from typing import Any
 import moderngl
 
 from glshadow.core.area import hard_lights
-from glshadow.core.lights import Light
+from glshadow.core.filters import Filter
+from glshadow.core.lights import Light, SkyLight
 from glshadow.core.shadow import Settled
 from glshadow.core.used import Used
 from glshadow.core.view import kind_of
+from glshadow.gl.atlases import Atlases
 from glshadow.gl.context import GLContext
 from glshadow.gl.dense import Dense
 from glshadow.gl.receiver import Receiver
@@ -33,8 +35,10 @@ class Accumulated(Source):
 
     def __init__(self, context: GLContext, one: Source) -> None:
         self._context, self._one = context, one
+        self._atlases = Atlases(context)
+        self._filter: Filter
         self._key: tuple[Hashable, ...] | None = None
-        self._for = -1  # targets whose depth the framebuffer has
+        self._shape: Hashable = None  # of the texture, and whose depth the framebuffer has
         self._texture: moderngl.Texture | None = None
         self._framebuffer: moderngl.Framebuffer | None = None
         self._dense: moderngl.Texture | None = None
@@ -43,27 +47,38 @@ class Accumulated(Source):
     def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
         """Take the light with its settings."""
         assert shadow is not None
-        self.light, self._shadow = light, shadow
+        self.light = light
+        self._shadow, self._filter = replace(shadow, filter=shadow.filter.of_a_point), shadow.filter
         self._points = hard_lights(light, shadow.filter.points_of_light)
+        self._weighed = isinstance(light, SkyLight)
 
     def prepare(self, work: Work) -> Used:
         """Make what the first point needs: where that can be done, it can be done for all."""
-        self._one.claim(work, self._points[0], self._shadow)
-        used = self._one.prepare(work)
-        return replace(used, why=f"{used.why}; {len(self._points)} points of the light, one after another")
+        used = self._prepare(work, self._points[0])
+        return replace(
+            used, filter=self._filter, why=f"{used.why}; {len(self._points)} points of the light, one after another"
+        )
+
+    def _prepare(self, work: Work, point: Light) -> Used:
+        """What one point needs; its maps are its own, so that the next one may draw over them."""
+        alone = replace(work, atlases=self._atlases)
+        self._atlases.begin()
+        self._one.claim(alone, point, self._shadow)
+        return self._one.prepare(alone)
 
     def receiver(self, work: Work) -> Receiver:
         """Read the counts, made anew unless light, scene and what the camera sees are those of the last frame."""
         size = work.targets.depth.size
-        key = (work.scene.identity, work.sight, work.targets.identity, self._points, self._shadow.asked.faces)
+        key = (work.scene.identity, work.sight, work.targets.identity, self._points, self._filter, self._shadow.asked)
         if self._key != key:
             self._key = None
-            if self._texture is None or self._texture.size != size or self._for != work.targets.identity:
+            shape = (size, 1 + self._weighed, work.targets.identity)
+            if self._shape != shape:
                 self._release(self._framebuffer, self._texture)
                 self._texture = self._made(size, "the share of a light that is seen")
                 self._framebuffer = self._context.ctx.framebuffer([self._texture], work.targets.depth)
                 self._framebuffer.depth_mask = False
-                self._for = work.targets.identity
+                self._shape = shape
             assert self._framebuffer is not None
             self._count(work, self._framebuffer, None)
             self._key = key
@@ -71,7 +86,7 @@ class Accumulated(Source):
 
     def _densely(self, work: Work, dense: Dense) -> Receiver:
         size = dense.framebuffer.size
-        if self._dense is None or self._dense.size != size:
+        if self._dense is None or self._dense.size != size or self._dense.components != 1 + self._weighed:
             old = (self._dense_framebuffer, self._dense)
             self._dense = self._made(size, "the share of a light that samples see")
             self._dense_framebuffer = self._context.ctx.framebuffer([self._dense])
@@ -87,22 +102,22 @@ class Accumulated(Source):
         framebuffer.use()
         self._context.gl.clear_floats(0, (0.0,) * 4)
         for point in self._points:
-            self._one.claim(work, point, self._shadow)
-            self._one.prepare(work)
-            asked = self._one.receiver(work)
+            self._prepare(work, point)
+            asked = self._one.receiver(replace(work, atlases=self._atlases))
             framebuffer.use()
-            count_seen(work, point, asked, dense)
+            count_seen(work, point, asked, dense, self._weighed)
 
     def _given(self, work: Work, texture: Any) -> Receiver:
         return replace(
             open_receiver(work, self.light),
             slots=given_slots(kind_of(self.light)),
+            defines={"GLS_WEIGHED": int(self._weighed)},
             uniforms={"u_points": float(len(self._points))},
             textures={"u_given": texture},
         )
 
     def _made(self, size: tuple[int, int], what: str) -> moderngl.Texture:
-        texture = self._context.ctx.texture(size, 1, dtype="f4")
+        texture = self._context.ctx.texture(size, 1 + self._weighed, dtype="f4")
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self._context.check_errors(f"allocating {what}, {size[0]} x {size[1]}")
         return texture
@@ -116,4 +131,5 @@ class Accumulated(Source):
     def release(self) -> None:
         """Free the GPU memory."""
         self._one.release()
+        self._atlases.release()
         self._release(self._framebuffer, self._texture, self._dense_framebuffer, self._dense)

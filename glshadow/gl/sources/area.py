@@ -9,8 +9,8 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from glshadow.core.area import disc, disc_axes, radius_of
-from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.area import disc, disc_axes, radius_of, square
+from glshadow.core.lights import DirectionalLight, Light, RectLight
 from glshadow.core.shadow import Settled
 from glshadow.core.spaces import Array
 from glshadow.core.used import Used
@@ -38,8 +38,9 @@ _LEVELS = 6
 _GRIDS: dict[str, int | str] = {"GLS_GROUNDS": _GROUNDS, "GLS_GROWN": _GROWN, "GLS_LEVELS": _LEVELS}
 TOGETHER = 16  # exact/found.glsl
 _ROW = 1024  # collected pixels in a row of the passes that ask them
-# triangles in the coarsest of the grids, whose shadows move an eighth of the window: more, and hard frames are faster
-_MOST_WIDE = 32768
+# A pixel that sees some of the light walks most of the triangles whose shadows move far, 13 ns each; a hard frame takes 40 ns a pixel and
+# 100 a triangle (llvmpipe): so many of the former are worth one of the latter
+_PIXEL, _TRIANGLE = 4, 10
 _LONGEST = 60000  # of a receiver's list: llvmpipe ends a shader after 65,536 turns of its loops
 _BATCH = 1 << 16  # of them at once
 
@@ -59,10 +60,10 @@ class Area(Listed):
         self._framebuffer: moderngl.Framebuffer | None = None
         self._batch = _BATCH
         self._accumulated = Accumulated(context, Listed(context))
-        self._instead: Accumulated | None = None
+        self._instead = ""  # why the points are asked one after another; empty: they are not
         self._widest = self._longest = 0
         self.asked = self.found = 0
-        self._counted: Hashable = None
+        self._counted: tuple[Hashable, str] | None = None  # what was counted, and why it was not
 
     def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
         """Take the light with its settings."""
@@ -73,19 +74,15 @@ class Area(Listed):
         """Build the lists, unless they are those of this scene and light already."""
         used = super().prepare(work)
         self._place_points()
-        self._instead = None
-        if self._widest > _MOST_WIDE or self._longest > _LONGEST:
-            self._instead = self._accumulated
-            self._instead.claim(work, self.light, self._shadow)
-            instead = self._instead.prepare(work)
-            wide = self._widest > _MOST_WIDE
-            many = f"{self._widest} triangles whose shadows move far" if wide else f"a list of up to {self._longest}"
-            return replace(instead, why=f"{instead.why}, since there are {many}")
-        return replace(
-            used,
-            links=used.links + self.casters.count + self.outlines.count,
-            why=f"{used.why}; {self._points} points of the light",
-        )
+        self._instead = ""
+        if self._longest > _LONGEST:
+            self._instead = f"a list of up to {self._longest} triangles"
+        return replace(used, links=used.links + self.casters.count + self.outlines.count)
+
+    def amended(self, used: Used) -> Used:
+        """With how the points were asked."""
+        more = f", one after another, for {self._instead}" if self._instead else ""
+        return replace(used, why=f"{used.why}; {self._points} points of the light{more}")
 
     def _build(self, programs: Programs, scene: GpuScene, light: Light) -> bool:
         grid, world, context = self.grid, scene.world, self._context
@@ -178,11 +175,11 @@ class Area(Listed):
 
     def _place_points(self) -> None:
         light = self.light
-        key = (light.direction if isinstance(light, DirectionalLight) else None, radius_of(light), self._points,
+        key = (type(light), light.direction if isinstance(light, DirectionalLight) else None, radius_of(light), self._points,
                self.grid.view_from_world.tobytes() if isinstance(light, DirectionalLight) else None)  # fmt: skip
         if self._disc_key == key:
             return
-        points: Array = disc(self._points)
+        points: Array = square(self._points) if isinstance(light, RectLight) else disc(self._points)
         if isinstance(light, DirectionalLight):  # in world axes, so that they do not turn with the grid
             turned = disc_axes(light)[:2] @ self.grid.view_from_world[:2, :3].T
             points = radius_of(light) * points @ turned
@@ -193,27 +190,38 @@ class Area(Listed):
 
     def receiver(self, work: Work) -> Receiver:
         """Read the counts, made anew unless light, scene and what the camera sees are those of the last frame."""
-        if self._instead is not None:
-            return self._instead.receiver(work)
         key = (self._key, work.sight, work.targets.identity, self._points)
-        if self._counted != key:
+        if self._instead:
+            return self._one_after_another(work)
+        if self._counted is None or self._counted[0] != key:
             self._counted = None
             self._picture.reserve(work.targets.depth.size, work.targets.depth, work.targets.identity)
-            self._count(work, self._picture, None)
-            self._counted = key
+            self._classify(work, self._picture, None)
+            pixels, triangles = work.sight.size[0] * work.sight.size[1], work.scene.world.count
+            instead = ""
+            if self.asked * self._widest > self._points * (_PIXEL * pixels + _TRIANGLE * triangles):
+                instead = f"{self._widest} triangles whose shadows move far and {self.asked} pixels that see some of the light"
+            elif self.asked:
+                self._ask(work, self._picture, None)
+            self._counted = key, instead
+        self._instead = self._counted[1]
+        if self._instead:
+            return self._one_after_another(work)
         return replace(self._given(work, self._picture), densely=lambda dense: self._densely(work, dense))
+
+    def _one_after_another(self, work: Work) -> Receiver:
+        self._accumulated.claim(work, self.light, self._shadow)
+        self._accumulated.prepare(work)
+        return self._accumulated.receiver(work)
 
     def _densely(self, work: Work, dense: Dense) -> Receiver:
         self._samples.reserve(dense.framebuffer.size, None, 0)
         self._samples.viewport = dense.viewport
-        self._count(work, self._samples, dense)
+        self._classify(work, self._samples, dense)
+        if self.asked:
+            self._ask(work, self._samples, dense)
         dense.framebuffer.use()
         return self._given(work, self._samples)
-
-    def _count(self, work: Work, counts: Counts, dense: Dense | None) -> None:
-        self._classify(work, counts, dense)
-        if self.asked:
-            self._ask(work, counts, dense)
 
     def _classify(self, work: Work, counts: Counts, dense: Dense | None) -> None:
         """All or nothing where no outline comes between; a list of the others."""
@@ -282,6 +290,7 @@ class Area(Listed):
             "GLS_SELECTIVE": int(scene.selective),
             "GLS_DENSE": int(dense is not None),
             "GLS_GROWN": _GROWN,
+            "GLS_PANEL": int(isinstance(self.light, RectLight)),
             "GLS_STAGE": stage,
             "GLS_AREA": int(stage > 0),
             **(dense.defines if dense else {}),

@@ -38,6 +38,10 @@ class Source:
         """How the light is asked."""
         return open_receiver(work, self.light)
 
+    def amended(self, used: Used) -> Used:
+        """What was used, as it turned out where it was asked."""
+        return used
+
     def stored(self) -> NDArray[np.float32]:
         """Its maps (V, R, R) as they are stored, row 0 at v = 1; none: (0, 0, 0)."""
         return np.zeros((0, 0, 0), dtype=np.float32)

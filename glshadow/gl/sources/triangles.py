@@ -27,7 +27,8 @@ def made_for(scene: GpuScene, light: Light) -> tuple[Hashable, ...]:
     place = (
         light.direction if isinstance(light, DirectionalLight) else (light.position, getattr(light, "direction", None))
     )
-    return (scene.identity, kind_of(light), place, getattr(light, "outer_angle", None), radius_of(light), faces)
+    size = (radius_of(light), getattr(light, "up", None), getattr(light, "width", None))
+    return (scene.identity, kind_of(light), place, getattr(light, "outer_angle", None), size, faces)
 
 
 def casting_corners(scene: GpuScene, casting: NDArray[np.bool_]) -> Array:
