@@ -149,16 +149,17 @@ def measure(frame: Frame, truth: Truth) -> ShadowError:
     """
     _check_same(frame, truth)
     smooth = _smooth(truth.body, truth.normal) & ~_shows_another(frame, truth)
-    tallies, kinds = [], []
+    tallies, kinds, amounts = [], [], []
     for number in range(len(truth.lights)):
-        tally, kind = _score_light(frame.visibility[number], truth, number, smooth, *_texels(frame, number))
+        tally, kind, amount = _score_light(frame.visibility[number], truth, number, smooth, *_texels(frame, number))
         tallies.append(tally)
         kinds.append(kind)
+        amounts.append(amount)
     total = _Tally(*(sum(values) for values in zip(*(asdict(tally).values() for tally in tallies), strict=True)))
     shape = truth.visibility.shape
     return ShadowError(
-        **asdict(total.score()),
-        lights=tuple(tally.score() for tally in tallies),
+        **asdict(total.score(np.concatenate(amounts))),
+        lights=tuple(tally.score(amount) for tally, amount in zip(tallies, amounts, strict=True)),
         kinds=np.array(kinds, dtype=np.uint8).reshape(shape),
         truth=truth.visibility,
     )
@@ -236,8 +237,11 @@ class _Tally:
     contact: float
     all_wrong: float
     all_mean: float
+    penumbra: float
+    penumbra_mean: float
 
-    def score(self) -> Score:
+    def score(self, amounts: Array) -> Score:
+        """`amounts` (N,): the differences of the counted pixels."""
         counted, surface = self.counted or np.nan, self.surface or np.nan
         edge, acne, leak = self.edge / counted, self.acne / counted, self.leak / counted
         return Score(
@@ -251,12 +255,14 @@ class _Tally:
             counted=self.counted / surface,
             all_wrong=self.all_wrong / surface,
             all_mean=self.all_mean / surface,
+            p95=float(np.percentile(amounts, 95.0)) if len(amounts) else np.nan,
+            penumbra=self.penumbra_mean / (self.penumbra or 1.0),
         )
 
 
 def _score_light(
     visibility: NDArray[np.float32], truth: Truth, number: int, smooth: Bools, resolution: int, radius: float
-) -> tuple[_Tally, NDArray[np.uint8]]:
+) -> tuple[_Tally, NDArray[np.uint8], Array]:
     exact = truth.visibility[number].astype(np.float64)
     surface = ~np.isnan(exact)
     difference = visibility - exact
@@ -275,8 +281,23 @@ def _score_light(
     marks = ((surface, Outcome.NOT_COUNTED), (counted, Outcome.GOOD), (grain, Outcome.GRAIN), (edge, Outcome.EDGE))
     for mask, kind in (*marks, (acne, Outcome.ACNE), (leak, Outcome.LEAK)):
         kinds[mask] = kind
-    sums = (surface, counted, amount * counted, edge, acne, leak, grain, contact, amount > WRONG, amount)
-    return _Tally(*(float(values.sum()) for values in sums)), kinds
+    several = has_size(truth.lights[number]) and getattr(truth, "light_samples", 1) > 1
+    soft = counted & several & (exact > 0.0) & (exact < 1.0)
+    sums = (
+        surface,
+        counted,
+        amount * counted,
+        edge,
+        acne,
+        leak,
+        grain,
+        contact,
+        amount > WRONG,
+        amount,
+        soft,
+        amount * soft,
+    )
+    return _Tally(*(float(values.sum()) for values in sums)), kinds, amount[counted]
 
 
 def _smooth(body: NDArray[np.int32], normal: Array) -> Bools:

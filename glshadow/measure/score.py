@@ -51,6 +51,10 @@ class Score:
         Counted pixels as a fraction of those that see a surface.
     all_wrong, all_mean : float
         `wrong` and `mean` over all pixels that see a surface.
+    p95 : float
+        95th percentile of |visibility - truth|.
+    penumbra : float
+        `mean` over those pixels alone that see a part of a light that has a size; 0 where there are none.
     """
 
     mean: float
@@ -63,6 +67,8 @@ class Score:
     counted: float
     all_wrong: float
     all_mean: float
+    p95: float
+    penumbra: float
 
     def __str__(self) -> str:
         parts = ", ".join(f"{name} {getattr(self, name):.4%}" for name in ("edge", "acne", "leak"))
@@ -70,4 +76,5 @@ class Score:
             f"wrong {self.wrong:.4%} ({parts}; contact {self.contact:.4%}), grain {self.grain:.4%}, "
             f"mean {self.mean:.5f} of the counted {self.counted:.1%} of the surface; "
             f"of all of it wrong {self.all_wrong:.4%}, mean {self.all_mean:.5f}"
+            + (f"; penumbra mean {self.penumbra:.5f}, 95 % within {self.p95:.5f}" if self.penumbra else "")
         )

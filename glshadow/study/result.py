@@ -199,7 +199,7 @@ def decisive_error(score: Score) -> float:
 
 def score_from(record: dict[str, Any]) -> Score:
     """The error in a journal's record."""
-    numbers = {item.name: record["error"][item.name] for item in fields(Score)}
+    numbers = {item.name: record["error"].get(item.name) for item in fields(Score)}
     return Score(**{name: np.nan if value is None else value for name, value in numbers.items()})
 
 

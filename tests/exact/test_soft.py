@@ -209,5 +209,8 @@ def test_measure_wants_a_soft_truth(renderer: gs.Renderer, scene: gs.Scene) -> N
     error = gs.measure(frame, gs.trace(scene, None, [light], SIZE, light_samples=256))
     assert error.acne == error.leak == 0.0
     assert error.mean < 2e-3
+    assert error.mean < error.penumbra < 0.02, "where the rays of the truth are as coarse as the points: 1 / sqrt(256)"
+    assert error.p95 < 0.02
+    assert "penumbra" in str(error)
     hard = renderer.render(scene, None, [replace(light, shadow=gs.Shadow(filter=gs.Hard()))], SIZE, outputs=OUTPUTS)
     gs.measure(hard, gs.trace(scene, None, [light], SIZE))  # a hard shadow may be compared with a hard truth
