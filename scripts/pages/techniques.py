@@ -48,7 +48,7 @@ def _blocks(numbers: Numbers) -> Blocks:
             kind.fails,
         )
         for kind in FILTERS
-        for row in [found[tried(kind)[0]]]
+        for row in [found[tried(kind)[0]] if tried(kind) else dict.fromkeys(NUMBERS)]
     ]
     return {
         "techniques": table(("`--filter`", "what it does", "where it lives", "source", "where it fails"), long),

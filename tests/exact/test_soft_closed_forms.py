@@ -1,0 +1,126 @@
+"""Shares of a light that have a closed form: half planes, strips, corners and balls before a disc, by the tracer and by Exact()."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import glshadow as gs
+from glshadow.scene import shapes
+
+POINTS, RAYS = 1024, 16384
+SIZE = (48, 4)
+HEIGHT = 2.0  # of what casts, over the floor
+HALF = 0.1  # of the light, as a tangent seen from below
+
+Exact = Callable[[np.ndarray, np.ndarray], np.ndarray]  # places on the floor, in units of the penumbra's half width
+
+
+@pytest.fixture(scope="module")
+def renderer() -> Iterator[gs.Renderer]:
+    with gs.Renderer() as renderer:
+        yield renderer
+
+
+def beyond(x: float | np.ndarray) -> np.ndarray:
+    """Share of the unit disc at abscissae greater than x."""
+    inside = np.clip(x, -1.0, 1.0)
+    return np.asarray((np.arccos(inside) - inside * np.sqrt(1.0 - inside**2)) / np.pi)
+
+
+def quadrant(x: float, y: float) -> float:
+    """Share of the unit disc at abscissae less than x and ordinates less than y."""
+    value, _ = quad(
+        lambda s: max(min(np.sqrt(1.0 - s * s), y) + np.sqrt(1.0 - s * s), 0.0),
+        -1.0,
+        float(np.clip(x, -1.0, 1.0)),
+        limit=400,
+    )
+    return float(value / np.pi)
+
+
+def sheet(left: float, right: float, front: float = -40.0, back: float = 40.0, height: float = HEIGHT) -> gs.Mesh:
+    return gs.Mesh(*shapes.rectangle((left, height, back), (right - left, 0, 0), (0, 0, front - back)))
+
+
+# A light's point at the tangent (p, q) is hidden where the sheet holds floor + HEIGHT (p, q): a half plane over x < 0 hides p < -x.
+CASES: dict[str, tuple[tuple[gs.Mesh, ...], Exact]] = {
+    "half plane": ((sheet(-40.0, 0.0),), lambda x, z: beyond(-x)),
+    "strip": ((sheet(-0.06, 0.06),), lambda x, z: 1.0 - beyond(-x - 0.3) + beyond(-x + 0.3)),
+    "corner": ((sheet(-40.0, 0.0, front=-40.0, back=0.0),),
+               lambda x, z: 1.0 - np.vectorize(quadrant)(-x, -z)),
+    "two layers": ((sheet(-40.0, 0.0), sheet(-40.0, -0.05, height=1.0)),
+                   lambda x, z: np.minimum(beyond(-x), beyond(-2.0 * (x + 0.25)))),
+}  # fmt: skip
+
+
+def scene_of(casters: tuple[gs.Mesh, ...]) -> gs.Scene:
+    floor = gs.Mesh(*shapes.rectangle((-2, 0, 2), (4, 0, 0), (0, 0, -4)))
+    nodes = [gs.Node("floor", floor, np.eye(4))]
+    return gs.Scene((*nodes, *(gs.Node(f"caster {i}", mesh, np.eye(4)) for i, mesh in enumerate(casters))))
+
+
+def camera_of(width: float) -> gs.OrthographicCamera:
+    return gs.OrthographicCamera((0.0, 0.6, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), height=width * SIZE[1] / SIZE[0])
+
+
+@pytest.mark.parametrize("name", list(CASES))
+@pytest.mark.parametrize("kind", ["sun", "spot", "point"])
+def test_before_a_disc(renderer: gs.Renderer, name: str, kind: str) -> None:
+    casters, exact = CASES[name]
+    far = 2000.0  # of the lamps: there a disc that turns to each receiver is the disc of the sun
+    light: gs.Light = gs.DirectionalLight(direction=(0, -1, 0), angle=2.0 * float(np.degrees(np.arctan(HALF))))
+    if kind == "spot":
+        light = gs.SpotLight(
+            position=(0, far, 0), direction=(0, -1, 0), outer_angle=5.0, inner_angle=5.0, radius=far * HALF
+        )
+    elif kind == "point":
+        light = gs.PointLight(position=(0, far, 0), radius=far * HALF)
+    scene, camera = scene_of(casters), camera_of(0.7)
+    light = replace(light, shadow=gs.Shadow(filter=gs.Exact(light_samples=POINTS)))
+    frame = renderer.render(scene, camera, [light], SIZE, outputs=("visibility", "position", "triangle"))
+    place = (frame.position + frame.origin) / (HEIGHT * HALF)
+    expected = exact(place[..., 0], place[..., 2])
+    assert ((expected > 0.05) & (expected < 0.95)).mean() > 0.2
+    gap = np.abs(frame.visibility[0] - expected)
+    assert gap.max() < 2.0 * POINTS**-0.75, "the discrepancy of a spiral, for up to two edges"
+    assert gap.mean() < 0.5 * POINTS**-0.75
+    if kind != "sun" and name != "corner":
+        return  # the tracer takes seconds, and knows lamps from suns by their rays alone
+    truth = gs.trace(scene, camera, [light], SIZE, surface=frame.triangle, light_samples=RAYS)
+    error = np.abs(truth.visibility[0] - expected)
+    # 16,384 rays, one in each ring of equal area: RAYS^-3/4 = 7e-4 where an edge cuts the disc; the lamps' height adds HEIGHT / far
+    assert np.sqrt((error**2).mean()) < 1e-3
+    assert error.max() < 5e-3
+
+
+def test_under_a_ball(renderer: gs.Renderer) -> None:
+    """Below its middle: a disc before a disc, 1 - (r / sqrt(d^2 - r^2))^2 / tan^2 of the sun's half angle."""
+    radius, away = 0.06, 1.0
+    positions, triangles = _ball(radius, away)
+    scene = scene_of((gs.Mesh(positions, triangles),))
+    camera = gs.OrthographicCamera((0.0, 0.5, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), height=0.002)
+    sun = gs.DirectionalLight(direction=(0, -1, 0), angle=2.0 * float(np.degrees(np.arctan(HALF))),
+                              shadow=gs.Shadow(filter=gs.Exact(light_samples=POINTS)))  # fmt: skip
+    frame = renderer.render(scene, camera, [sun], (8, 8), outputs=("visibility", "triangle"))
+    expected = 1.0 - radius**2 / (away**2 - radius**2) / HALF**2
+    assert np.abs(frame.visibility[0] - expected).max() < 2.0 * POINTS**-0.75
+    truth = gs.trace(scene, camera, [sun], (8, 8), surface=frame.triangle, light_samples=RAYS)
+    assert np.abs(truth.visibility[0] - expected).mean() < 1e-3
+
+
+def _ball(radius: float, height: float) -> tuple[np.ndarray, np.ndarray]:
+    """Of 131,072 triangles, whose outline is off by 1e-5 of its radius."""
+    lon, lat = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, 512, endpoint=False), np.linspace(0.0, np.pi, 129))
+    points = radius * np.stack([np.sin(lat) * np.cos(lon), np.cos(lat), np.sin(lat) * np.sin(lon)], axis=-1)
+    number = np.arange(129 * 512).reshape(129, 512)
+    a, b = number[:-1], np.roll(number, -1, axis=1)[:-1]
+    c, d = number[1:], np.roll(number, -1, axis=1)[1:]
+    triangles = np.concatenate(
+        [np.stack([a, b, c], axis=-1).reshape(-1, 3), np.stack([b, d, c], axis=-1).reshape(-1, 3)]
+    )
+    return points.reshape(-1, 3) + np.array([0.0, height, 0.0]), triangles
