@@ -7,37 +7,35 @@ import numpy as np
 from glshadow.core.area import points_seen
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.spaces import Array
-from glshadow.frame import Frame
-from glshadow.reference.trace import trace
+from glshadow.reference.truth import Truth
 
 
-def count_points(frame: Frame, light: Light, count: int) -> Array:
+def count_points(truth: Truth, light: Light, count: int) -> Array:
     """The counts (H, W) of points that are seen and above the receiver's horizon; NaN where there is no surface.
 
     Parameters
     ----------
-    frame : Frame
-        Has "triangle": its points are asked.
+    truth : Truth
+        Of the same scene and camera; made with `surface=frame.triangle`, its points are those of a frame.
     light : Light
         That has a size.
     count : int
         Its points.
     """
-    known = frame.triangle >= 0
-    truth = trace(frame.scene, frame.camera, [light], frame.size, surface=frame.triangle)
-    rays, own = truth.rays, frame.triangle[known]
-    points, normals = truth.position[known] - truth.rays.origin, truth.normal[known]
+    known = truth.triangle >= 0
+    rays, own = truth.rays, truth.triangle[known]
+    places, normals = truth.position[known], truth.normal[known]
     asked = rays.receives[own]
-    targets = points_seen(light, truth.position[known], count)
+    targets = points_seen(light, places, count)
     seen = np.zeros(len(own))
     for k in range(count):
-        aim = targets[:, k] if isinstance(light, DirectionalLight) else targets[:, k] - truth.position[known]
+        aim = targets[:, k] if isinstance(light, DirectionalLight) else targets[:, k] - places
         length = np.linalg.norm(aim, axis=1)
         aim = aim / length[:, None]
         far = np.full(len(own), np.inf) if isinstance(light, DirectionalLight) else length
         open_to = (normals * aim).sum(axis=1) > 0.0
         rows = np.flatnonzero(open_to & asked)
-        open_to[rows] = ~rays.blocked(own[rows], points[rows], aim[rows], far[rows])[0]
+        open_to[rows] = ~rays.blocked(own[rows], places[rows] - rays.origin, aim[rows], far[rows])[0]
         seen += open_to
     counts = np.full(known.shape, np.nan)
     counts[known] = seen

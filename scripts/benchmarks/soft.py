@@ -61,7 +61,7 @@ def measure_wrong(scenes: Scenes, _: int) -> dict[str, Any]:
             scene = make()
             for kind, light in lights_of(scene).items():
                 frame = renderer.render(scene, None, [light], SMALL, outputs=("visibility", "triangle"))
-                expected = count_points(frame, light, 64)
+                expected = count_points(gs.trace(scene, None, [light], SMALL, surface=frame.triangle), light, 64)
                 gap = np.abs(frame.visibility[0] * 64.0 - expected)[~np.isnan(expected)]
                 row = {
                     "pixels": len(gap),

@@ -81,7 +81,7 @@ def test_a_picture_has_these_factors(renderer: gs.Renderer) -> None:
 def test_its_shadow_is_that_of_rays(renderer: gs.Renderer) -> None:
     scene = gs.scenes.box().scene
     frame = renderer.render(scene, None, [PANEL], SIZE, outputs=OUTPUTS)
-    expected = count_points(frame, PANEL, 64)
+    expected = count_points(gs.trace(scene, None, [PANEL], SIZE, surface=frame.triangle), PANEL, 64)
     known = ~np.isnan(expected)
     factor, _ = panel_factor(PANEL, (frame.position + frame.origin)[known], frame.normal[known].astype(np.float64))
     gap = np.abs(frame.visibility[0] * 64.0 - expected)[known]
