@@ -65,7 +65,7 @@ def decide(light: Light, settled: Settled, clip_control: bool, driver: str) -> D
 
 def ignored_size(light: Light, filter_: Filter) -> tuple[str, ...]:
     """The fallback of a light that has a size, if it has."""
-    if not has_size(light) or filter_.points_of_light:
+    if not has_size(light) or filter_.obeys_size:
         return ()
     return (f"the light's size is ignored: {filter_!r} knows only points, so its shadow is hard",)
 

@@ -102,6 +102,10 @@ def receiver_source(context: GLContext, light: Light, shadow_map: Map | None, di
         raise SettingsError(
             f"GLSL ES 1.00 cannot compare with target {shadow_map.settings.target.value}: use R32F, R16F, R8 or RGBA8"
         )
+    if shadow_map is not None and shadow_map.filter.reads_depths and shadow_map.settings.target.is_depth:
+        raise SettingsError(
+            f"{shadow_map.filter!r} reads depths, and `bind_map` binds a sampler that only compares: use target R32F, R16F, R8 or RGBA8"
+        )
     # Comparison samplers in either case: what `bind_map` binds.
     caps = replace(context.caps, texture_gather=dialect == "core330_gather", software=False)
     slots = map_slots(light, shadow_map, caps) if shadow_map else open_slots(kind_of(light))

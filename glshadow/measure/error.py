@@ -201,7 +201,7 @@ def _check_same(frame: Frame, truth: Truth) -> None:
             f"frame and truth must have as many samples in a pixel: the frame has {ours}, the truth {theirs}; use trace(..., "
             f"samples={ours})"
         )
-    asked = [each.filter is not None and each.filter.points_of_light > 0 for each in getattr(frame, "used", ())]
+    asked = [each.filter is not None and each.filter.obeys_size for each in getattr(frame, "used", ())]
     soft = [
         number for number, light in enumerate(truth.lights) if has_size(light) and number < len(asked) and asked[number]
     ]

@@ -11,7 +11,7 @@ from glshadow.core.metric import Target
 from glshadow.core.view import Kind
 from glshadow.errors import SettingsError
 
-Compare = Literal["metric", "depth_taps", "depth_gather", "depth_gather_raw"]
+Compare = Literal["metric", "depth_taps", "depth_taps_raw", "depth_gather", "depth_gather_raw"]
 
 _PROJECTIONS = {"directional": "orthographic", "spot": "perspective", "point": "cube"}
 _METRIC_DEPTHS = {"directional": "affine", "spot": "linear", "point": "radial"}

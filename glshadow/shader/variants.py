@@ -8,7 +8,7 @@ from itertools import product
 from typing import get_args
 
 from glshadow.core.bias import Bias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias
-from glshadow.core.filters import FILTERS, Filter
+from glshadow.core.filters import FILTERS, Filter, Pcss
 from glshadow.core.metric import Target
 from glshadow.core.sampling import SAMPLES, grid
 from glshadow.core.view import Kind
@@ -170,6 +170,18 @@ def _exact() -> Iterator[Variant]:
             defines = {"GLS_SUN": int(kind == "directional"), "GLS_COUNTED": counted}
             yield Variant("pass/resolve.frag", "core330", given_slots(kind), defines)
     yield from _area()
+    yield from _depths_read()
+
+
+def _depths_read() -> Iterator[Variant]:
+    """A filter that reads depths, by every way to read them."""
+    reads: tuple[tuple[str, Compare], ...] = (("core330", "depth_taps_raw"), ("core330_gather", "depth_gather_raw"))
+    for kind, target, reverse in product(KINDS, TARGETS, (False, True)):
+        metric: tuple[tuple[str, Compare], ...] = (("core330", "metric"), ("es100", "metric"))
+        for dialect, compare in reads if target.is_depth else metric:
+            slots = mapped_slots(kind, target, BIASES[0], Pcss(), compare)
+            defines = {**mapped_defines(kind, target, BIASES[0], Pcss(), reverse, True), "GLS_OUTPUT": 2}
+            yield Variant("pass/forward.frag", dialect, slots, defines)
 
 
 def _area() -> Iterator[Variant]:

@@ -6,8 +6,12 @@
 uniform highp sampler2D u_map;
 uniform vec2 u_map_texel; // 1 / size of the atlas
 
+float stored_at(vec2 texel) {
+    return texelFetch(u_map, ivec2(texel), 0).r; // texel lies inside the map: see GLS_BOUNDED
+}
+
 float compare_one(vec2 texel, float reference) {
-    float stored = texelFetch(u_map, ivec2(texel), 0).r; // texel lies inside the map: see GLS_BOUNDED
+    float stored = stored_at(texel);
     return GLS_REVERSED == 1 ? step(stored, reference) : step(reference, stored);
 }
 

@@ -6,6 +6,15 @@
 uniform highp sampler2D u_map; // the default of ES 1.00 is lowp
 uniform vec2 u_map_texel; // 1 / size of the atlas
 
+float stored_at(vec2 texel) {
+    vec4 stored = GLS_TEXTURE_2D(u_map, texel * u_map_texel);
+#if GLS_PACKED
+    return unpack(stored);
+#else
+    return stored.r;
+#endif
+}
+
 float compare_one(vec2 texel, float reference) {
     vec4 stored = GLS_TEXTURE_2D(u_map, texel * u_map_texel);
 #if GLS_PACKED

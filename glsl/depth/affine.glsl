@@ -25,3 +25,16 @@ float compare_depth(Receiver receiver, vec2 offset) {
     float depth = receiver.depth + dot(receiver.slope, offset);
     return GLS_REVERSED == 1 ? max(depth, 0.0) : min(depth, 1.0);
 }
+
+// How near to the light, in a unit in which the edge of a shadow grows evenly with the difference: window depth, or a sun's metric.
+float stored_nearness(Receiver receiver, float stored) {
+    return GLS_REVERSED == 1 ? stored : -stored;
+}
+
+float receiver_nearness(Receiver receiver) {
+    return stored_nearness(receiver, receiver.depth);
+}
+
+float greatest_nearness() {
+    return GLS_REVERSED == 1 ? 1.0 : 0.0;
+}

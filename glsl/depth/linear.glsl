@@ -19,3 +19,16 @@ float compare_depth(Receiver receiver, vec2 offset) {
     float inverse = max(receiver.depth + dot(receiver.slope, offset), 1e-30); // a ray that never meets the plane: infinitely far
     return clamp(u_depth.x + u_depth.y / inverse, 0.0, 1.0);
 }
+
+// How near to the light, in a unit in which the edge of a shadow grows evenly with the difference: 1 / depth.
+float stored_nearness(Receiver receiver, float stored) {
+    return u_depth.y / max(stored - u_depth.x, 1e-30);
+}
+
+float receiver_nearness(Receiver receiver) {
+    return receiver.depth;
+}
+
+float greatest_nearness() {
+    return u_depth.y / max(-u_depth.x, 1e-30);
+}

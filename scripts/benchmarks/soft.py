@@ -137,6 +137,64 @@ def measure_time(scenes: Scenes, rounds: int) -> dict[str, Any]:
     return results
 
 
+def measure_others(scenes: Scenes, rounds: int) -> dict[str, Any]:
+    """Other filters under a sun of 2 degrees and a sphere: mean error, that in the penumbra, and time over the exact hard frame."""
+    results: dict[str, Any] = {}
+    filters = (
+        gs.Pcf(1),
+        gs.Pcss(),
+        gs.Pcss(32, 64),
+        gs.LightSamples(64),
+        gs.LightSamples(64, of=gs.Hard()),
+        gs.Exact(),
+    )
+    for _, make in [each for each in scenes if each[0] == "courtyard"]:
+        scene = make()
+        for kind in ("sun 2", "sphere"):
+            light = lights_of(scene)[kind]
+            truth = None
+            for filter in filters:
+                with gs.Renderer() as renderer, gs.Renderer() as hard:
+                    asked = replace(light, shadow=gs.Shadow(filter=filter))
+                    frame = renderer.render(scene, None, [asked], SMALL, outputs=("visibility", "triangle"))
+                    truth = truth or gs.trace(
+                        scene, None, [asked], SMALL, surface=frame.triangle, light_samples=FEW_RAYS
+                    )
+                    faces = truth.reached[0] & (truth.cosine[0] > 0.0)
+                    gap = np.abs(frame.visibility[0] - truth.visibility[0])
+                    soft = faces & (truth.visibility[0] > 0.0) & (truth.visibility[0] < 1.0)
+                    taken = []
+                    for k in range(-1, rounds if filter.points_of_light == 0 else 3):
+                        times = []
+                        for drawer, drawn in ((hard, _moved(light, k, 0.0)), (renderer, _moved(asked, k, 1.0))):
+                            start = time.perf_counter()
+                            drawer.render(scene, None, [drawn], SIZE, outputs=("image",))
+                            times.append(time.perf_counter() - start)
+                        if k >= 0:
+                            taken.append(times[1] / times[0])
+                row = {
+                    "mean": float(gap[faces].mean()),
+                    "penumbra": float(gap[soft].mean()),
+                    "time": float(np.median(taken)),
+                }
+                results[f"{kind}, {filter}"] = row
+                click.echo(
+                    f"{kind:8s} {filter!s:24s} mean {row['mean']:.5f}  penumbra {row['penumbra']:.4f}  time {row['time']:.2f}"
+                )
+    return results
+
+
+def _moved(light: gs.Light, k: int, size: float) -> gs.Light:
+    """A little further on, as large as it is or a point; hard ones by the default filter."""
+    shadow = light.shadow if size else gs.Shadow()
+    if isinstance(light, gs.DirectionalLight):
+        x, y, z = light.direction
+        return replace(light, direction=(x + 2e-3 * k, y, z), angle=size * light.angle, shadow=shadow)
+    assert isinstance(light, gs.PointLight)
+    x, y, z = light.position
+    return replace(light, position=(x + 2e-2 * k, y, z), radius=size * light.radius, shadow=shadow)
+
+
 def measure_frames(scenes: Scenes, rounds: int) -> dict[str, Any]:
     """One soft frame of 64 points over 64 exact hard frames."""
     results: dict[str, Any] = {}
@@ -224,6 +282,7 @@ def measure_embree(scenes: Scenes, rounds: int) -> dict[str, Any]:
 
 
 SECTIONS: dict[str, Callable[[Scenes, int], dict[str, Any]]] = {
+    "others": measure_others,
     "wrong": measure_wrong, "error": measure_error, "time": measure_time, "frames": measure_frames, "embree": measure_embree,
 }  # fmt: skip
 

@@ -50,7 +50,7 @@ def test_what_is_left_out_has_its_default() -> None:
     [
         (
             "magic",
-            r"'magic' is no filter; there are: hard, pcf\[:RADIUS\], disc\[:RADIUS_TEXELS,TAPS,rotate\], lightsamples",
+            r"'magic' is no filter; there are: hard, pcf\[:RADIUS\], disc\[:RADIUS_TEXELS,TAPS,rotate\], pcss",
         ),
         ("disc:1,2,3,4", r"'3' is not understood; it is spelled disc\["),
         ("disc:spin", "'spin' is not understood"),

@@ -58,6 +58,16 @@ class Filter(Spelled):
         return 0
 
     @property
+    def obeys_size(self) -> bool:
+        """Whether a light that has a size gets a soft shadow."""
+        return self.points_of_light > 0
+
+    @property
+    def reads_depths(self) -> bool:
+        """Whether it must know what a map stores, not only how it compares."""
+        return False
+
+    @property
     def of_a_point(self) -> Filter:
         """How each of these points is asked."""
         return self

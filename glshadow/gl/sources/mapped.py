@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.area import radius_of
 from glshadow.core.compare import map_uniforms, rounding_of
 from glshadow.core.decision import Decision, decide
+from glshadow.core.filters import Filter
 from glshadow.core.fit import shaded_receivers
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.metric import Target, unpack
@@ -117,14 +119,15 @@ class Mapped(Source):
         axes, offset = frame_of(light_view(self.light, self.map.views), scene.origin)
         reach = max(self._reach(work), float(np.abs(offset).max()))
         compared = work.samplers.nearer_reversed if self.map.views[0].clip.reversed else work.samplers.nearer
-        sampler = work.samplers.plain if caps.texture_gather and caps.software else compared
+        raw = (caps.texture_gather and caps.software) or self.map.filter.reads_depths
+        sampler = work.samplers.plain if raw else compared
         return Receiver(
             map_slots(self.light, self.map, caps),
             axes,
             offset,
             map_defines(self.light, self.map),
             fetching_dialect(caps.texture_gather),
-            uniforms_of(self.map, rounding_of(reach)),
+            {**uniforms_of(self.map, rounding_of(reach)), "u_size": size_in_texels(self.light, self.map)},
             {"u_map": (self.map.atlas.texture, sampler if self.map.settings.target.is_depth else None)},
         )
 
@@ -151,17 +154,26 @@ def _side(work: Work, view: ShadowView, seen: Array, depth: float) -> float:
 
 def map_slots(light: Light, shadow_map: Map, caps: Caps) -> dict[str, str]:
     """Snippets that ask a map."""
-    settings, compare = shadow_map.settings, compared_by(shadow_map.settings.target, caps)
+    settings, compare = shadow_map.settings, compared_by(shadow_map.settings.target, shadow_map.filter, caps)
     return mapped_slots(kind_of(light), settings.target, settings.bias, shadow_map.filter, compare)
 
 
-def compared_by(target: Target, caps: Caps) -> Compare:
-    """How a driver reads a target."""
+def compared_by(target: Target, filter: Filter, caps: Caps) -> Compare:
+    """How a driver reads a target for a filter."""
     if not target.is_depth:
         return "metric"
+    if filter.reads_depths:
+        return "depth_gather_raw" if caps.texture_gather else "depth_taps_raw"
     if not caps.texture_gather:
         return "depth_taps"
     return "depth_gather_raw" if caps.software else "depth_gather"
+
+
+def size_in_texels(light: Light, shadow_map: Map) -> tuple[float, float]:
+    """By how many texels the edge of a shadow widens for each unit of nearness, see glsl/depth."""
+    x, y = shadow_map.views[0].texel
+    scale = abs(uniforms_of(shadow_map, 0.0)["u_base"][0])
+    return radius_of(light) / (scale * x), radius_of(light) / (scale * y)
 
 
 def map_defines(light: Light, shadow_map: Map) -> Mapping[str, int | str]:

@@ -1,0 +1,45 @@
+// Percentage closer soft shadows: what blocks the receiver is searched as far as it could lie, its mean says how wide the edge is, and a
+// disc of that width is filtered. Nearness grows towards the light such that the edge of a shadow is u_size * (nearness of what casts it -
+// nearness of the receiver) texels wide: window depth is, by its nature, and 1 / depth. Needs a <compare> that has `stored_at`.
+// Fernando 2005. Spiral: Vogel 1979.
+#ifndef GLS_PCSS_BLOCKERS
+#define GLS_PCSS_BLOCKERS 16
+#endif
+#ifndef GLS_PCSS_TAPS
+#define GLS_PCSS_TAPS 32
+#endif
+#ifndef GLS_PCSS_MOST
+#define GLS_PCSS_MOST 32.0 // texels
+#endif
+uniform vec2 u_size; // of the light: texels for each unit of nearness
+
+vec2 spiral(int i, int count) {
+    float angle = float(i) * 2.3999632;
+    return vec2(cos(angle), sin(angle)) * sqrt((float(i) + 0.5) / float(count));
+}
+
+float visibility(Receiver receiver) {
+    // a disc that faces the receiver, seen past a point at depth 1: wider along the tangent
+    float slant = length(receiver.tangent);
+    vec2 along = slant > 1e-6 ? receiver.tangent / slant : vec2(1.0, 0.0);
+    mat2 disc = mat2(along * sqrt(1.0 + slant * slant), vec2(-along.y, along.x));
+    float own = receiver_nearness(receiver);
+    vec2 reach = clamp(u_size * (greatest_nearness() - own), vec2(0.0), vec2(GLS_PCSS_MOST));
+    float sum = 0.0, count = 0.0;
+    for (int i = 0; i < GLS_PCSS_BLOCKERS; i++) {
+        vec2 place = floor(receiver.texel + clamp(disc * spiral(i, GLS_PCSS_BLOCKERS) * reach, -GLS_PCSS_MOST, GLS_PCSS_MOST)) + 0.5;
+        float blocked = 1.0 - compare_one(place, compare_depth(receiver, place - receiver.texel));
+        sum += blocked > 0.5 ? stored_nearness(receiver, stored_at(place)) : 0.0;
+        count += blocked > 0.5 ? 1.0 : 0.0;
+    }
+    vec2 radius = clamp(u_size * (sum / max(count, 1.0) - own), vec2(0.0), vec2(GLS_PCSS_MOST));
+    float lit = 0.0;
+    for (int i = 0; i < GLS_PCSS_TAPS; i++) {
+        vec2 offset = clamp(disc * spiral(i, GLS_PCSS_TAPS) * radius, -GLS_PCSS_MOST, GLS_PCSS_MOST);
+        vec2 place = receiver.texel + offset - 0.5, base = floor(place), f = place - base;
+        vec4 four = compare_four(base + 1.0, compare_depth(receiver, base + 1.0 - receiver.texel));
+        vec2 lower = vec2(four.w, four.z), upper = vec2(four.x, four.y), row = lower + f.y * (upper - lower);
+        lit += row.x + f.x * (row.y - row.x);
+    }
+    return count > 0.5 ? min(lit / float(GLS_PCSS_TAPS), 1.0) : 1.0;
+}
