@@ -10,9 +10,11 @@ from typing import Self
 
 import numpy as np
 
+from glshadow.core.area import has_size
 from glshadow.core.bias import Bias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
 from glshadow.core.filters import FILTERS, Filter, Hard, Pcf
 from glshadow.core.fit import ViewFit
+from glshadow.core.lights import Light
 from glshadow.core.metric import Target
 from glshadow.core.setting import Settings, instance, optional, setting, several, whole
 from glshadow.core.shadow import MAX_RESOLUTION, Shadow
@@ -61,13 +63,21 @@ class Grid(Settings):
             raise SettingsError(f"the grid is empty: give at least one resolution, filter, bias and target, got {self}")
 
     @classmethod
-    def default(cls, scene: Scene) -> Self:
-        """Resolution, filter and the four kinds of bias that people use; formats at the default setting only; exact."""
+    def default(cls, scene: Scene, lights: Iterable[Light] | None = None) -> Self:
+        """Resolution, filter and the four kinds of bias that people use; formats at the default setting only; exact.
+
+        Parameters
+        ----------
+        lights : optional
+            The scene's own if None. For those that have a size also the filters that obey it.
+        """
         low, high = checked_scene(scene).bounds
         constant = ConstantBias(float(f"{CONSTANT_SHARE * np.linalg.norm(high - low):.1g}"))
         formats = tuple(Shadow(target=target) for target in (Target.DEPTH16, Target.R32F, Target.RGBA8))
         without_map = (each for kind in FILTERS for each in kind.studied() if not each.has_map)
         more = (*formats, *(Shadow(filter=each) for each in without_map))
+        if any(map(has_size, scene.lights if lights is None else lights)):
+            more += tuple(Shadow(filter=each) for kind in FILTERS for each in kind.soft())
         return cls(biases=(None, SlopeScaledBias(), NormalOffsetBias(), constant), more=more)
 
     @classmethod

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from glshadow.core.area import has_size
 from glshadow.core.cameras import Camera
 from glshadow.core.filters import FILTERS, Filter
 from glshadow.core.lights import Lights
@@ -140,7 +141,7 @@ def run_plan(
     wrong : float
         Share of the counted pixels, 0 to 1.
     filters, resolutions
-        What is tried.
+        What is tried; where no filters are given, for lights that have a size also those that obey it.
 
     Raises
     ------
@@ -148,16 +149,14 @@ def run_plan(
         As `run_study`; if the budget is not in [0, 1), there is nothing to try, or no pixel counts.
     """
     wrong = SHARE("wrong", wrong)
+    usual = filters is RUNGS
     filters, resolutions = CHOSEN("filters", filters), SIDES("resolutions", resolutions)
-    ladders = [
-        [Shadow(resolution=step, filter=each).spelled_out() for step in sorted(resolutions)]
-        if each.has_map
-        else [Shadow(filter=each).spelled_out()]
-        for each in filters
-    ]  # fmt: skip
+    ladders = _ladders(filters, resolutions)
     if not any(ladders):
         raise SettingsError(f"there is nothing to try: give filters and resolutions, got {filters!r}, {resolutions!r}")
     with open_run(scene, camera, lights, size, repeats, resume, progress, backend) as run:
+        if usual and any(map(has_size, run.lights)):
+            ladders += _ladders([each for kind in FILTERS for each in kind.soft()], resolutions)
         run.total = len(run.lights) * sum(len(ladder) for ladder in ladders)
         tried: dict[Shadow, float] = {}
         met = [shadow for ladder in ladders if (shadow := _climb(run, ladder, wrong, tried)) is not None]
@@ -168,6 +167,16 @@ def run_plan(
         lit = range(len(run.lights))
         choices = [Choice(shadow, tuple(run.result(number, shadow) for number in lit)) for shadow in chosen]
     return Plan(wrong, tuple(sorted(choices, key=lambda choice: choice.cost)), tried)
+
+
+def _ladders(filters: Sequence[Filter], resolutions: Sequence[int]) -> list[list[Shadow]]:
+    """Of each filter the settings that are tried, the cheapest first."""
+    return [
+        [Shadow(resolution=step, filter=each).spelled_out() for step in sorted(resolutions)]
+        if each.has_map
+        else [Shadow(filter=each).spelled_out()]
+        for each in filters
+    ]  # fmt: skip
 
 
 def _climb(run: Run, ladder: Sequence[Shadow], wrong: float, tried: dict[Shadow, float]) -> Shadow | None:

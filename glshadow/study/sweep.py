@@ -41,7 +41,7 @@ def run_study(
     size : (2,) ints
         Width and height.
     grid : Grid or iterable of Shadow, optional
-        None: Grid.default(scene).
+        None: Grid.default(scene, lights).
     repeats : int
         Rounds that count, at least 1.
     resume : path, optional
@@ -61,7 +61,7 @@ def run_study(
     start = time.perf_counter()
     with open_run(scene, camera, lights, size, repeats, resume, progress, backend) as run:
         scene = run.scene
-        settings = settings_of(Grid.default(scene) if grid is None else grid)
+        settings = settings_of(Grid.default(scene, run.lights) if grid is None else grid)
         run.total = len(settings) * len(run.lights)
         results: list[Result] = []
         panels: dict[str, Panel] = {}

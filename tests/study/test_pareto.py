@@ -60,6 +60,13 @@ def test_a_grid_leaves_out_what_cannot_work() -> None:
     assert [setting_name(shadow) for shadow in grid.settings()] == ["512 hard", "512 hard slope:1.1,4", "512 hard r32f"]
 
 
+def test_lights_that_have_a_size_get_what_obeys_it(scene: gs.Scene) -> None:
+    usual = {shadow.filter for shadow in Grid.default(scene).settings()}
+    soft = {shadow.filter for shadow in Grid.default(scene, [gs.DirectionalLight(angle=2.0)]).settings()} - usual
+    assert soft == {gs.Pcss(), gs.Pcss(32, 64), gs.LightSamples(16), gs.LightSamples(64), gs.Exact(light_samples=16),
+                    gs.Exact(light_samples=256)}  # fmt: skip
+
+
 def test_names() -> None:
     assert setting_name(gs.Shadow(fit=gs.SceneFit())) == "2048 pcf:1 fit scene"
 

@@ -82,3 +82,14 @@ def test_what_is_tried_holds_the_default() -> None:
     for shadow in (gs.Shadow(), gs.Shadow(bias=gs.NoBias())):
         assert shadow.settled().filter in RUNGS
         assert shadow.settled().resolution in RESOLUTIONS
+
+
+def test_a_plan_for_a_light_that_has_a_size() -> None:
+    """One hard map is wrong along its penumbra; what obeys the size meets the budget, and the cheapest of it wins."""
+    scene = gs.scenes.courtyard()
+    sun = gs.DirectionalLight(angle=6.0)
+    found = run_plan(scene, 1e-3, lights=[sun], size=(96, 54), resolutions=(1024,), repeats=1)
+    assert any(isinstance(shadow.filter, gs.Pcss) for shadow in found.tried)
+    best = found.choices[0].shadow.filter
+    assert best is not None
+    assert best.obeys_size

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 from glshadow.core.filters.filter import Filter, Needs
 from glshadow.core.setting import setting, shown, whole
@@ -63,3 +63,8 @@ class Exact(Filter):
             raise SettingsError(f"Exact takes no samples, got {shown(samples)}; {self.elsewhere}")
         object.__setattr__(self, "light_samples", light_samples)
         self.__post_init__()
+
+    @classmethod
+    def soft(cls) -> tuple[Self, ...]:
+        """Fewer points than usual, and more."""
+        return (cls(light_samples=16), cls(light_samples=256))

@@ -122,6 +122,11 @@ class Filter(Spelled):
         return cls.rungs()
 
     @classmethod
+    def soft(cls) -> tuple[Self, ...]:
+        """Settings that a study and a plan try besides, for lights that have a size."""
+        return ()
+
+    @classmethod
     def extremes(cls) -> tuple[Self, ...]:
         """Settings of which the hard cases demand that they show no artefact."""
         return (cls(),)

@@ -95,6 +95,11 @@ class LightSamples(Filter):
         return ()
 
     @classmethod
+    def soft(cls) -> tuple[Self, ...]:
+        """Few maps, and many."""
+        return (cls(16), cls(64))
+
+    @classmethod
     def extremes(cls) -> tuple[Self, ...]:
         """None."""
         return ()

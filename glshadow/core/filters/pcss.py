@@ -76,6 +76,11 @@ class Pcss(Filter):
         return ()
 
     @classmethod
+    def soft(cls) -> tuple[Self, ...]:
+        """Few taps, and many."""
+        return (cls(), cls(32, 64))
+
+    @classmethod
     def extremes(cls) -> tuple[Self, ...]:
         """None."""
         return ()
