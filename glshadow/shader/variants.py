@@ -196,6 +196,10 @@ def _area() -> Iterator[Variant]:
         ):
             settings = {**exact_defines(kind, 512, 16, masked, huge), "GLS_STAGE": stage, "GLS_AREA": int(stage > 0)}
             slots = area_slots(kind, between)
+            if between == "found" and not masked and not huge:
+                for panel, dither in product((0, int(kind == "point")), (0, 1)):
+                    more = {**settings, "GLS_PANEL": panel, "GLS_DITHER": dither}
+                    yield Variant("pass/penumbra.frag", "core430", slots, more)
             for parallel, dense in product((0, 1), (0, 1)):
                 yield Variant(
                     "pass/penumbra.frag", "core430", slots, {**settings, "GLS_ORTHO": parallel, "GLS_DENSE": dense}

@@ -14,7 +14,7 @@ from glshadow.core.area import has_size
 from glshadow.core.bias import Bias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
 from glshadow.core.filters import FILTERS, Filter, Hard, Pcf
 from glshadow.core.fit import ViewFit
-from glshadow.core.lights import Light
+from glshadow.core.lights import LIGHTS, Light
 from glshadow.core.metric import Target
 from glshadow.core.setting import Settings, instance, optional, setting, several, whole
 from glshadow.core.shadow import MAX_RESOLUTION, Shadow
@@ -76,7 +76,7 @@ class Grid(Settings):
         formats = tuple(Shadow(target=target) for target in (Target.DEPTH16, Target.R32F, Target.RGBA8))
         without_map = (each for kind in FILTERS for each in kind.studied() if not each.has_map)
         more = (*formats, *(Shadow(filter=each) for each in without_map))
-        if any(map(has_size, scene.lights if lights is None else lights)):
+        if any(map(has_size, scene.lights if lights is None else LIGHTS("lights", lights))):
             more += tuple(Shadow(filter=each) for kind in FILTERS for each in kind.soft())
         return cls(biases=(None, SlopeScaledBias(), NormalOffsetBias(), constant), more=more)
 

@@ -8,6 +8,9 @@
 #ifndef GLS_PANEL
 #define GLS_PANEL 0 // 1: the light is a panel, which does not turn
 #endif
+#ifndef GLS_DITHER
+#define GLS_DITHER 0 // 1: the points are turned from pixel to pixel; noise: Jimenez 2014
+#endif
 #ifndef GLS_MASKED
 #define GLS_MASKED 0 // some casters are cut out by their texture
 #endif
@@ -15,6 +18,7 @@ uniform usamplerBuffer u_found;
 uniform samplerBuffer u_disc; // points of the light: a sun's (x, y) of rays (x, y, 1), else of the unit disc
 uniform int u_count; // of them
 uniform mat3 u_disc_axes; // a lamp's, in the light's frame: right, up (a panel's as long as half of it is), and where it looks; twin: glshadow.core.area.points_seen
+float dither_turn; // 0 to 1; set before
 const int TOGETHER = 16; // points that are asked at once
 const uint ALL_HIDDEN = 0xffffffffu;
 
@@ -34,6 +38,12 @@ Disc disc_seen(vec3 position) { // turned with the receiver by the shortest way 
 
 vec3 source(int k, Disc disc) { // of a ray, see Ray
     vec2 point = texelFetch(u_disc, k).xy;
+#if GLS_DITHER && GLS_PANEL
+    point = 2.0 * fract(0.5 * point + 0.5 + dither_turn * vec2(1.0, 0.754877666)) - 1.0;
+#elif GLS_DITHER
+    float turn = 6.2831853 * dither_turn;
+    point = vec2(cos(turn) * point.x - sin(turn) * point.y, sin(turn) * point.x + cos(turn) * point.y);
+#endif
 #if GLS_SUN
     return vec3(point, 1.0);
 #else
@@ -66,7 +76,8 @@ bool hides(Facet other, uint mask, inout Ray ray, int k, Disc disc) {
 // no loop: llvmpipe ends a shader after 65,536 turns of all its loops
 #define HIDES(i) (hides(other, entry.z, ray, first + i * step, disc) ? 1u << uint(i) : 0u)
 
-int seen_points(vec3 position, vec3 normal, uint list, int first, int step) { // how many, of every so-manieth point
+int seen_points(vec3 position, vec3 normal, uint list, int first, int step, ivec2 texel) { // how many, of every so-manieth point
+    dither_turn = fract(52.9829189 * fract(dot(vec2(texel), vec2(0.06711056, 0.00583715))));
     Ray ray;
     ray.position = position;
     ray.bound = receiver_bound(position);

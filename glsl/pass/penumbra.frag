@@ -112,7 +112,7 @@ void main() {
     o_list = beyond || !asked ? 0u : gather(position, normal);
 #elif GLS_STAGE == 2
     uint list = texelFetch(u_lists, block, 0).r;
-    int count = beyond ? 0 : seen_points(position, normal, list, within.x + GLS_SIDE * within.y, GLS_SIDE * GLS_SIDE);
+    int count = beyond ? 0 : seen_points(position, normal, list, within.x + GLS_SIDE * within.y, GLS_SIDE * GLS_SIDE, texel);
     for (int i = 0; i < min(count, 1); i++) imageAtomicAdd(u_counts, fragment, uint(count));
 #else
 #if GLS_SUN

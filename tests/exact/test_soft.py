@@ -201,6 +201,28 @@ def test_maps_know_only_points(renderer: gs.Renderer, scene: gs.Scene) -> None:
     assert any("size is ignored" in said for said in frame.used[0].fallbacks)
 
 
+@pytest.mark.parametrize("name", [*LIGHTS, "panel"])
+def test_dither_turns_steps_into_noise(renderer: gs.Renderer, scene: gs.Scene, name: str) -> None:
+    """The same share on average, other points in each pixel, and the same picture every time."""
+    panel = gs.RectLight(position=(2.5, 3.0, 1.5), direction=(-2.5, -2.5, -1.5), width=0.8, height=0.4)
+    light = LIGHTS.get(name, panel)
+    lights = [replace(light, shadow=gs.Shadow(filter=gs.Exact(light_samples=16, dither=on))) for on in (False, True)]
+    plain, noisy = (renderer.render(scene, None, [each], SIZE, outputs=OUTPUTS).visibility[0] for each in lights)
+    again = renderer.render(scene, None, [lights[1]], SIZE, outputs=("visibility",)).visibility[0]
+    np.testing.assert_array_equal(again, noisy)
+    soft = (plain > 0.0) & (plain < 1.0)
+    assert (plain != noisy)[soft].mean() > 0.2
+    assert abs((plain - noisy)[soft].mean()) < 0.02
+    truth = gs.trace(scene, None, [light], SIZE, light_samples=512).visibility[0]
+    assert np.nanmean(np.abs(noisy - truth)) < 1.5 * np.nanmean(np.abs(plain - truth)) + 1e-3
+
+
+def test_dither_is_named_where_it_cannot_be(renderer: gs.Renderer, scene: gs.Scene) -> None:
+    sky = gs.SkyLight(shadow=gs.Shadow(filter=gs.Exact(dither=True)))
+    used = renderer.render(scene, None, [sky], SIZE).used[0]
+    assert any("no dither" in said for said in used.fallbacks)
+
+
 def test_measure_wants_a_soft_truth(renderer: gs.Renderer, scene: gs.Scene) -> None:
     light = LIGHTS["sun"]
     frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)

@@ -233,7 +233,7 @@ def test_exact_says_where_its_samples_went(samples: object) -> None:
     with pytest.raises(SettingsError, match=rf"Exact takes no samples, got {samples!r}; .*samples=16.*--samples 16"):
         Exact(samples)
     with pytest.raises(
-        SettingsError, match=r"'16' is not understood; it is spelled exact\[:light_samples=N\]; .*--samples 16"
+        SettingsError, match=r"'16' is not understood; it is spelled exact\[:light_samples=N,dither\]; .*--samples 16"
     ):
         parse("exact:16", FILTERS)
 

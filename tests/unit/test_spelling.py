@@ -14,6 +14,7 @@ from glshadow.errors import SettingsError
 SPELLED: dict[str, Spelled] = {
     "hard": gs.Hard(), "pcf:1": gs.Pcf(), "disc:2,16": gs.Disc(), "disc:0.5,64,rotate": gs.Disc(0.5, 64, True),
     "exact": gs.Exact(), "exact:light_samples=256": gs.Exact(light_samples=256),
+    "exact:dither": gs.Exact(dither=True), "pcss:16,64": gs.Pcss(16, 64),
     "lightsamples:16": gs.LightSamples(16), "lightsamples:64,of=hard": gs.LightSamples(of=gs.Hard()),
     "none": gs.NoBias(), "constant:0.25": gs.ConstantBias(0.25),
     "slope:1.1,4": gs.SlopeScaledBias(), "clip:-0.1,0": gs.ClipBias(-0.1),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 from glshadow.core.filters.filter import Filter, Needs
-from glshadow.core.setting import setting, shown, whole
+from glshadow.core.setting import flag, setting, shown, whole
 from glshadow.errors import SettingsError
 
 
@@ -23,6 +23,8 @@ class Exact(Filter):
     ----------
     light_samples : int
         Points of a light that has a size, 16 to 1024.
+    dither : bool
+        Turn them from pixel to pixel: noise instead of the steps of few points.
 
     References
     ----------
@@ -33,6 +35,7 @@ class Exact(Filter):
     light_samples: int = setting(
         whole(16, 1024), 64, kw_only=True, help="points of a light that has a size, 16 to 1024"
     )
+    dither: bool = setting(flag(), False)
 
     spelling = "exact"
     elsewhere = (
@@ -45,8 +48,13 @@ class Exact(Filter):
     fails = "long lists where hundreds of slivers share a cell; OpenGL 3.3 has only a map of triangle numbers"
 
     def __repr__(self) -> str:
-        default = type(self)().light_samples
-        return "Exact()" if self.light_samples == default else f"Exact(light_samples={self.light_samples})"
+        usual = type(self)()
+        said = [
+            f"{name}={getattr(self, name)}"
+            for name in ("light_samples", "dither")
+            if getattr(self, name) != getattr(usual, name)
+        ]
+        return f"Exact({', '.join(said)})"
 
     @property
     def points_of_light(self) -> int:
@@ -54,14 +62,20 @@ class Exact(Filter):
         return self.light_samples
 
     @property
+    def dithers(self) -> bool:
+        """As was said."""
+        return self.dither
+
+    @property
     def reach_texels(self) -> float:
         """Texels of the map of numbers that the fallback reads to each side."""
         return 2.0
 
-    def __init__(self, samples: Any = None, *, light_samples: int = 64) -> None:
+    def __init__(self, samples: Any = None, *, light_samples: int = 64, dither: bool = False) -> None:
         if samples is not None:
             raise SettingsError(f"Exact takes no samples, got {shown(samples)}; {self.elsewhere}")
         object.__setattr__(self, "light_samples", light_samples)
+        object.__setattr__(self, "dither", dither)
         self.__post_init__()
 
     @classmethod

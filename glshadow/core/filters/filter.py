@@ -63,6 +63,11 @@ class Filter(Spelled):
         return self.points_of_light > 0
 
     @property
+    def dithers(self) -> bool:
+        """Whether a light's points are to be turned from pixel to pixel."""
+        return False
+
+    @property
     def reads_depths(self) -> bool:
         """Whether it must know what a map stores, not only how it compares."""
         return False

@@ -55,9 +55,8 @@ class Accumulated(Source):
     def prepare(self, work: Work) -> Used:
         """Make what the first point needs: where that can be done, it can be done for all."""
         used = self._prepare(work, self._points[0])
-        return replace(
-            used, filter=self._filter, why=f"{used.why}; {len(self._points)} points of the light, one after another"
-        )
+        why = f"{used.why}; {len(self._points)} points of the light, one after another"
+        return replace(used, filter=self._filter, why=why, fallbacks=used.fallbacks + undithered(self._filter))
 
     def _prepare(self, work: Work, point: Light) -> Used:
         """What one point needs; its maps are its own, so that the next one may draw over them."""
@@ -133,3 +132,8 @@ class Accumulated(Source):
         self._one.release()
         self._atlases.release()
         self._release(self._framebuffer, self._texture, self._dense_framebuffer, self._dense)
+
+
+def undithered(filter_: Filter) -> tuple[str, ...]:
+    """The fallback of a filter that dithers, whose points are asked one after another."""
+    return ("no dither: the light's points are asked one after another, each of all pixels",) if filter_.dithers else ()

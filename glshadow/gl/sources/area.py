@@ -24,7 +24,7 @@ from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Program, Programs
 from glshadow.gl.receiver import Receiver
 from glshadow.gl.screen import camera_uniforms, draw_over, surface_textures
-from glshadow.gl.sources.accumulated import Accumulated
+from glshadow.gl.sources.accumulated import Accumulated, undithered
 from glshadow.gl.sources.cells import LINK_BYTES, CellLists
 from glshadow.gl.sources.listed import Listed
 from glshadow.gl.sources.source import open_receiver
@@ -82,7 +82,8 @@ class Area(Listed):
     def amended(self, used: Used) -> Used:
         """With how the points were asked."""
         more = f", one after another, for {self._instead}" if self._instead else ""
-        return replace(used, why=f"{used.why}; {self._points} points of the light{more}")
+        fallbacks = used.fallbacks + undithered(self._shadow.filter) if self._instead else used.fallbacks
+        return replace(used, why=f"{used.why}; {self._points} points of the light{more}", fallbacks=fallbacks)
 
     def _build(self, programs: Programs, scene: GpuScene, light: Light) -> bool:
         grid, world, context = self.grid, scene.world, self._context
@@ -190,7 +191,7 @@ class Area(Listed):
 
     def receiver(self, work: Work) -> Receiver:
         """Read the counts, made anew unless light, scene and what the camera sees are those of the last frame."""
-        key = (self._key, work.sight, work.targets.identity, self._points)
+        key = (self._key, work.sight, work.targets.identity, self._shadow.filter)
         if self._instead:
             return self._one_after_another(work)
         if self._counted is None or self._counted[0] != key:
@@ -291,6 +292,7 @@ class Area(Listed):
             "GLS_DENSE": int(dense is not None),
             "GLS_GROWN": _GROWN,
             "GLS_PANEL": int(isinstance(self.light, RectLight)),
+            "GLS_DITHER": int(self._shadow.filter.dithers),
             "GLS_STAGE": stage,
             "GLS_AREA": int(stage > 0),
             **(dense.defines if dense else {}),
