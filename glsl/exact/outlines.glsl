@@ -31,7 +31,7 @@ bool is_cut(vec3 position) { // whether an outline is in the cone
         vec3 a = TO_CONE(axes, texelFetch(u_facets, item + edge).xyz - position);
         vec3 b = TO_CONE(axes, texelFetch(u_facets, item + (edge + 1) % 3).xyz - position);
         float gap = beside(a, b);
-#if GLS_MASKED
+#if GLS_MASKED || !GLS_SUN
         if (entry.w == 3u) { // a triangle
             vec3 c = TO_CONE(axes, texelFetch(u_facets, item + 2).xyz - position);
             gap = min(gap, min(beside(b, c), beside(c, a)));

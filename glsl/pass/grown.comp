@@ -1,6 +1,6 @@
 // The casters of a light that has a size, into grids of grown items, one invocation per triangle. GLS_OUTLINES 0: triangles. 1: what may
 // cut the light into seen and hidden parts: of its edges those that some part of the light sees as an outline, where a caster ends or
-// folds back; and all of it where its texture cuts it out. Between two triangles that the whole light sees from one side nothing shows.
+// folds back; and all of it where its texture cuts it out, or it goes through the light. Between two triangles that the whole light sees from one side nothing shows.
 // Needs the facets and the grounds of pass/lists.comp.
 #ifndef GLS_AREA
 #define GLS_AREA 1
@@ -72,7 +72,14 @@ void main() {
     uint mask = (flags & GLS_CUT_OUT) != 0u ? triangle + node.y : 0u;
     insert_in_faces(triangle, mask, own.a, own.b, own.c);
 #else
-    if ((flags & GLS_CUT_OUT) != 0u) {
+    bool whole = (flags & GLS_CUT_OUT) != 0u;
+#if !GLS_SUN
+    // one that goes through the light cuts it where it does, inside all of its edges
+    vec3 middle = (own.a + own.b + own.c) / 3.0;
+    float around = max(distance(middle, own.a), max(distance(middle, own.b), distance(middle, own.c)));
+    whole = whole || abs(dot(own.normal, own.a)) <= 1.001 * u_radius && length(middle) - around <= 1.001 * u_radius;
+#endif
+    if (whole) {
         insert_in_faces(triangle, 3u, own.a, own.b, own.c);
         return;
     }

@@ -86,6 +86,18 @@ def test_a_light_that_touches_geometry(renderer: gs.Renderer, radius: float) -> 
     assert (gap > 0.5).sum() <= 12
 
 
+@pytest.mark.parametrize("height", [0.0, 0.05, 0.19])
+def test_a_light_that_lies_in_the_floor(renderer: gs.Renderer, height: float) -> None:
+    """Where the floor goes through the light no edge is: what lies above it is cut all the same."""
+    scene = gs.scenes.box().scene
+    light = gs.PointLight(position=(3.0, height, 3.0), radius=0.2)
+    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
+    expected = count_points(gs.trace(scene, None, [light], SIZE, surface=frame.triangle), light, 64)
+    gap = np.abs(frame.visibility[0] * 64.0 - expected)[~np.isnan(expected)]
+    assert (gap > 1.5).sum() <= 3
+    assert (expected[~np.isnan(expected)] < 64).sum() > 300
+
+
 def test_lights_too_large_are_asked_one_point_after_another(
     renderer: gs.Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
