@@ -4,8 +4,8 @@
 //
 // What a set of triangles hides of the light has for its border edges of triangles: those where one of them ends, or folds back. What
 // lies between two that are seen from one side is no border. So where none of the former is in the cone from a surface to the light, all
-// of the light is seen, or nothing. (What is cut out by a texture, or goes through the light itself, counts as an outline as a whole.) After Laine, Aila, Assarsson, Lehtinen, Akenine-Moeller 2005, "Soft Shadow Volumes for Ray Tracing",
-// SIGGRAPH, whose edges in wedges these are.
+// of the light is seen, or nothing. What is cut out by a texture, or goes through the light itself, counts as an outline as a whole. After
+// Laine, Aila, Assarsson, Lehtinen, Akenine-Moeller 2005, "Soft Shadow Volumes for Ray Tracing", SIGGRAPH, whose edges in wedges these are.
 #ifndef GLS_STAGE
 #define GLS_STAGE 0
 #endif
