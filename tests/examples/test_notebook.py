@@ -45,7 +45,7 @@ def _printed(notebook: dict[str, Any]) -> str:
 def test_every_picture_is_shown_and_nothing_is_said_on_stderr(executed: dict[str, Any]) -> None:
     outputs = _outputs(executed)
     pictures = [output for output in outputs if "image/png" in output.get("data", {})]
-    assert len(pictures) == 5
+    assert len(pictures) == 6
     assert [output for output in outputs if output.get("name") == "stderr"] == []
 
 
@@ -68,6 +68,12 @@ def test_pcf_by_hand_is_what_glshadow_does(executed: dict[str, Any]) -> None:
     assert difference is not None
     # nearest against bilinear taps differ in the ramp only, which is a few percent of the ground
     assert float(difference[1]) < 0.02
+
+
+def test_soft_light_is_right(executed: dict[str, Any]) -> None:
+    found = re.search(r"penumbra off by ([\d.]+): .*64 points of the light$", _printed(executed), re.MULTILINE)
+    assert found is not None
+    assert float(found[1]) < 0.02  # 64 points and 256 rays: 64^-3/4 + 256^-3/4 = 0.06 at the worst places
 
 
 def test_the_notebook_is_stored_without_outputs() -> None:
