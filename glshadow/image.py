@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from glshadow.core.setting import as_path, numbers_in, refuse, text
 from glshadow.errors import SceneError, SettingsError
 from glshadow.files import replacing, temporary
+from glshadow.signals import undisturbed
 
 __all__ = ["Header", "header", "read", "write"]
 
@@ -129,7 +130,8 @@ def read(source: str | os.PathLike[str] | bytes) -> NDArray[np.uint8]:
 @contextmanager
 def _opened(source: str | os.PathLike[str] | bytes) -> Iterator[tuple[Any, str]]:
     """OpenImageIO's reader of an image, and what to call it in messages."""
-    import OpenImageIO as oiio
+    with undisturbed():
+        import OpenImageIO as oiio
 
     with _file(source) as (path, name):
         wanted = oiio.ImageSpec()
@@ -289,7 +291,8 @@ def _write_file(path: Path, suffix: str, names: list[str], pixels: Pixels) -> No
     if suffix in (".jpg", ".jpeg"):
         path.write_bytes(_jpeg(pixels))
         return
-    import OpenImageIO as oiio
+    with undisturbed():
+        import OpenImageIO as oiio
 
     height, width, count = pixels.shape
     spec = oiio.ImageSpec(width, height, count, "uint8" if pixels.dtype == np.uint8 else "float")

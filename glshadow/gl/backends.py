@@ -9,7 +9,7 @@ import moderngl
 from glshadow.errors import ContextError
 from glshadow.gl.current import Current, Switch, address, current, make_current
 from glshadow.gl.egl import load_egl
-from glshadow.gl.signals import undisturbed
+from glshadow.signals import undisturbed
 
 EGL_LIBRARY = "libEGL.so.1"
 OSMESA_LIBRARIES = ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")

@@ -11,8 +11,8 @@ import numpy as np
 
 from glshadow.errors import ShaderError
 from glshadow.gl.context import GLContext
-from glshadow.gl.signals import undisturbed
 from glshadow.shader.compose import Text, compose
+from glshadow.signals import undisturbed
 
 _SAMPLER = re.compile(r"\buniform\s+(?:\w+p\s+)?[iu]?sampler\w+\s+(\w+)")
 

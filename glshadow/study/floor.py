@@ -22,10 +22,10 @@ from glshadow.core.spaces import Array, ClipSpace
 from glshadow.core.view import ShadowView, camera_view
 from glshadow.gl.drawing import draw_nodes
 from glshadow.gl.geometry import pack_matrices
-from glshadow.gl.signals import undisturbed
 from glshadow.gl.targets import depth_texture
 from glshadow.scene.box import box_corners
 from glshadow.scene.mesh import AlphaMode, Mesh, Scene
+from glshadow.signals import undisturbed
 
 if TYPE_CHECKING:
     from glshadow.frame import Frame

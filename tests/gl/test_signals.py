@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from glshadow.gl.signals import undisturbed
+from glshadow.signals import undisturbed
 
 
 @pytest.fixture

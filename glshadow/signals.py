@@ -1,4 +1,5 @@
-"""Ctrl-C and SIGTERM wait while moderngl's C code calls Python: an exception there ends the process with a segmentation fault."""
+"""Ctrl-C and SIGTERM wait while C code calls Python: an exception there ends the process, in moderngl by a segmentation fault, in
+OpenImageIO, while it is imported, by an abort."""
 
 from __future__ import annotations
 
