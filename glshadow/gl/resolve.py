@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import moderngl
 import numpy as np
 
-from glshadow.core.area import panel_axes
 from glshadow.core.lights import DirectionalLight, Light, RectLight
+from glshadow.core.panel import panel_axes
 from glshadow.core.spaces import Array
 from glshadow.gl.dense import Dense
 from glshadow.gl.geometry import GpuScene

@@ -14,7 +14,7 @@ from glshadow.gl.dense import Dense
 from glshadow.gl.entry_points import R32UI
 from glshadow.gl.resolve import Share, colors_of, resolve
 from glshadow.gl.screen import camera_uniforms, draw_over, surface_textures
-from glshadow.gl.targets import released_on_error
+from glshadow.gl.targets import release, released_on_error, succeed
 from glshadow.gl.work import Work
 
 MOST_DENSE = 1 << 23
@@ -148,10 +148,7 @@ class Samples:
             self._context.check_errors(f"allocating the samples of {targets.size[0]} x {targets.size[1]} pixels")
         self._sums, self._visible = made[0], made[1] if wanted else None
         self._dense = ctx.framebuffer(made)
-        self._dense.use()  # before the old one goes: moderngl would bind that again
-        for thing in old:
-            if thing is not None:
-                thing.release()
+        succeed(self._dense, *old)
 
     def _average(self, work: Work, dense: Dense, light: int, background: tuple[float, ...] = (0.0,) * 4) -> None:
         """Of one light's visibility, or -1: of the picture."""
@@ -177,15 +174,6 @@ class Samples:
 
     def release(self) -> None:
         """Free the GPU memory."""
-        for thing in (
-            self._fill,
-            self._scatter,
-            self._dense,
-            self._mixed,
-            self._sums,
-            self._visible,
-            self._count,
-            self._pixels,
-        ):
-            if thing is not None:
-                thing.release()
+        release(
+            self._fill, self._scatter, self._dense, self._mixed, self._sums, self._visible, self._count, self._pixels
+        )

@@ -52,6 +52,19 @@ def released_on_error(things: Sequence[Any]) -> Iterator[None]:
         raise
 
 
+def release(*things: Any) -> None:
+    """Free those that are there."""
+    for thing in things:
+        if thing is not None:
+            thing.release()
+
+
+def succeed(framebuffer: moderngl.Framebuffer, *old: Any) -> None:
+    """Bind what takes the place of a framebuffer and its textures, then free these: else moderngl would bind the old one again."""
+    framebuffer.use()
+    release(*old)
+
+
 def clear_outputs(context: GLContext, targets: CameraTargets, background: Array, transparent: bool) -> None:
     """Background colour (linear) everywhere, and NaN where no light can be asked; alpha is 0 where nothing is seen."""
     color = (0.0,) * 4 if transparent else (*background, 0.0)

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from glshadow.core.area import GOLDEN_ANGLE, has_size, panel_axes, radius_of
+from glshadow.core.area import has_size, radius_of
 from glshadow.core.lights import DirectionalLight, Light, RectLight, SkyLight, to_light
+from glshadow.core.panel import panel_axes
 from glshadow.core.spaces import Array, Bools, view_axes
+from glshadow.core.spread import GOLDEN_ANGLE, GOLDEN_SHARE
 from glshadow.reference.rays import LIFT, Ints, Rays, dot
-
-GOLDEN_SHARE = (np.sqrt(5.0) - 1.0) / 2.0
 
 
 class AimedLight:

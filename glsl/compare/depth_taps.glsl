@@ -5,8 +5,4 @@ uniform vec2 u_map_texel; // 1 / size of the atlas
 float compare_one(vec2 texel, float reference) {
     return textureLod(u_map, vec3(texel * u_map_texel, reference), 0.0);
 }
-
-vec4 compare_four(vec2 corner, float reference) {
-    return vec4(compare_one(corner + vec2(-0.5, 0.5), reference), compare_one(corner + vec2(0.5, 0.5), reference),
-                compare_one(corner + vec2(0.5, -0.5), reference), compare_one(corner + vec2(-0.5, -0.5), reference));
-}
+#include "lib/four_taps.glsl"

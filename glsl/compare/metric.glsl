@@ -16,16 +16,11 @@ float stored_at(vec2 texel) {
 }
 
 float compare_one(vec2 texel, float reference) {
-    vec4 stored = GLS_TEXTURE_2D(u_map, texel * u_map_texel);
 #if GLS_PACKED
     // Unlike other formats it cannot hold the 1 of "at far and beyond", only 1 - 2^-24, read back with a rounding or two.
-    return step(min(reference, 0.99999976), unpack(stored)); // 1 - 2^-22
-#else
-    return step(reference, stored.r);
+    reference = min(reference, 0.99999976); // 1 - 2^-22
 #endif
+    return step(reference, stored_at(texel));
 }
 
-vec4 compare_four(vec2 corner, float reference) {
-    return vec4(compare_one(corner + vec2(-0.5, 0.5), reference), compare_one(corner + vec2(0.5, 0.5), reference),
-                compare_one(corner + vec2(0.5, -0.5), reference), compare_one(corner + vec2(-0.5, -0.5), reference));
-}
+#include "lib/four_taps.glsl"

@@ -1,4 +1,5 @@
-// Slot <between>: which points of a light that has a size a receiver sees past the triangles that exact/region.glsl found. Needs lib/cone.glsl.
+// Slot <between>: which points of a light that has a size a receiver sees past the triangles that exact/region.glsl found. Needs
+// lib/cone.glsl. Twin: glshadow.core.area.points_seen
 #ifndef GLS_POINT
 #define GLS_POINT 0
 #endif
@@ -9,7 +10,7 @@
 #define GLS_PANEL 0 // 1: the light is a panel, which does not turn
 #endif
 #ifndef GLS_DITHER
-#define GLS_DITHER 0 // 1: the points are turned from pixel to pixel; noise: Jimenez 2014
+#define GLS_DITHER 0 // 1: the points are turned from pixel to pixel
 #endif
 #ifndef GLS_MASKED
 #define GLS_MASKED 0 // some casters are cut out by their texture
@@ -17,23 +18,31 @@
 uniform usamplerBuffer u_found;
 uniform samplerBuffer u_disc; // points of the light: a sun's (x, y) of rays (x, y, 1), else of the unit disc
 uniform int u_count; // of them
-uniform mat3 u_disc_axes; // a lamp's, in the light's frame: right, up (a panel's as long as half of it is), and where it looks; twin: glshadow.core.area.points_seen
+#if GLS_PANEL
+uniform mat3 u_panel; // half its width, half its height, the way it looks, in the light's frame
+#else
+uniform mat3 u_disc_axes; // a lamp's, in the light's frame: right, up, and where it looks
+#endif
+#if GLS_DITHER
+#include "lib/gradient_noise.glsl"
+#endif
 float dither_turn; // 0 to 1; set before
 const int TOGETHER = 16; // points that are asked at once
 const uint ALL_HIDDEN = 0xffffffffu;
 
-struct Disc { // of a lamp, as the receiver sees it
+struct Disc { // of a lamp, as the receiver sees it, or a panel
     vec3 right;
     vec3 up;
 };
 
 Disc disc_seen(vec3 position) { // turned with the receiver by the shortest way from an axis: a seam only opposite to it
-    vec3 right = u_disc_axes[0], up = u_disc_axes[1], axis = u_disc_axes[2], away = normalize(position);
 #if GLS_PANEL
-    return Disc(right, up);
-#endif
+    return Disc(u_panel[0], u_panel[1]);
+#else
+    vec3 right = u_disc_axes[0], up = u_disc_axes[1], axis = u_disc_axes[2], away = normalize(position);
     vec3 both = (axis + away) / max(1.0 + dot(axis, away), 1e-6);
     return Disc(u_radius * (right - dot(right, away) * both), u_radius * (up - dot(up, away) * both));
+#endif
 }
 
 vec3 source(int k, Disc disc) { // of a ray, see Ray
@@ -77,7 +86,9 @@ bool hides(Facet other, uint mask, inout Ray ray, int k, Disc disc) {
 #define HIDES(i) (hides(other, entry.z, ray, first + i * step, disc) ? 1u << uint(i) : 0u)
 
 int seen_points(vec3 position, vec3 normal, uint list, int first, int step, ivec2 texel) { // how many, of every so-manieth point
-    dither_turn = fract(52.9829189 * fract(dot(vec2(texel), vec2(0.06711056, 0.00583715))));
+#if GLS_DITHER
+    dither_turn = gradient_noise(vec2(texel));
+#endif
     Ray ray;
     ray.position = position;
     ray.bound = receiver_bound(position);

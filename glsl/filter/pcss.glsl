@@ -1,7 +1,7 @@
 // Percentage closer soft shadows: what blocks the receiver is searched as far as it could lie, its mean says how wide the edge is, and a
 // disc of that width is filtered. Nearness grows towards the light such that the edge of a shadow is u_size * (nearness of what casts it -
 // nearness of the receiver) texels wide: window depth is, by its nature, and 1 / depth. Needs a <compare> that has `stored_at`.
-// Fernando 2005. Spiral: Vogel 1979.
+// Fernando 2005.
 #ifndef GLS_PCSS_BLOCKERS
 #define GLS_PCSS_BLOCKERS 16
 #endif
@@ -11,12 +11,9 @@
 #ifndef GLS_PCSS_MOST
 #define GLS_PCSS_MOST 32.0 // texels
 #endif
+#include "lib/spiral.glsl"
+#include "lib/bilinear_tap.glsl"
 uniform vec2 u_size; // of the light: texels for each unit of nearness
-
-vec2 spiral(int i, int count) {
-    float angle = float(i) * 2.3999632;
-    return vec2(cos(angle), sin(angle)) * sqrt((float(i) + 0.5) / float(count));
-}
 
 float visibility(Receiver receiver) {
     // a disc that faces the receiver, seen past a point at depth 1: wider along the tangent
@@ -35,11 +32,7 @@ float visibility(Receiver receiver) {
     vec2 radius = clamp(u_size * (sum / max(count, 1.0) - own), vec2(0.0), vec2(GLS_PCSS_MOST));
     float lit = 0.0;
     for (int i = 0; i < GLS_PCSS_TAPS; i++) {
-        vec2 offset = clamp(disc * spiral(i, GLS_PCSS_TAPS) * radius, -GLS_PCSS_MOST, GLS_PCSS_MOST);
-        vec2 place = receiver.texel + offset - 0.5, base = floor(place), f = place - base;
-        vec4 four = compare_four(base + 1.0, compare_depth(receiver, base + 1.0 - receiver.texel));
-        vec2 lower = vec2(four.w, four.z), upper = vec2(four.x, four.y), row = lower + f.y * (upper - lower);
-        lit += row.x + f.x * (row.y - row.x);
+        lit += bilinear_tap(receiver, clamp(disc * spiral(i, GLS_PCSS_TAPS) * radius, -GLS_PCSS_MOST, GLS_PCSS_MOST));
     }
     return count > 0.5 ? min(lit / float(GLS_PCSS_TAPS), 1.0) : 1.0;
 }

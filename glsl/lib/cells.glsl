@@ -28,7 +28,7 @@
 #if GLS_POINT
 #include "lib/faces.glsl"
 #endif
-#define GLS_FACES (GLS_POINT == 1 ? 6 : 1)
+const int FACES = GLS_POINT == 1 ? 6 : 1;
 layout(std430, binding = 1) writeonly buffer Links { uvec4 links[]; }; // item, next link + 1, least depth of receivers, what else
 layout(std430, binding = 2) buffer Counter {
     uint link_count; // runs on where the buffer is full: that is how it is noticed
@@ -105,6 +105,32 @@ float least_depth(float nearest, float slant, float away) { // of receivers that
 #endif
 }
 #endif
+
+// Whether a triangle may come between the window and a light of some radius: not if it lies beyond one side of the window, or behind the
+// light. The slack, a quarter of a cell, is more than rounding.
+bool near_window(vec3 a, vec3 b, vec3 c, float radius) {
+#if GLS_SUN
+    return true;
+#else
+    vec3 w = vec3(-a.z, -b.z, -c.z), slack = 0.25 * abs(w);
+    vec3 x = vec3(a.x, b.x, c.x) * u_cells.x + w * u_cells.z, y = vec3(a.y, b.y, c.y) * u_cells.y + w * u_cells.w;
+    const float cells = float(GLS_CELLS);
+    vec4 reach = radius * vec4(length(u_cells.xz), length(vec2(u_cells.x, u_cells.z - cells)), length(u_cells.yw),
+                               length(vec2(u_cells.y, u_cells.w - cells)));
+    return any(greaterThanEqual(w, vec3(-radius))) && any(greaterThanEqual(x, -slack - reach.x))
+        && any(lessThanEqual(x, w * cells + slack + reach.y)) && any(greaterThanEqual(y, -slack - reach.z))
+        && any(lessThanEqual(y, w * cells + slack + reach.w));
+#endif
+}
+
+mat3 face_from_lv(int face) { // a point light's faces; elsewhere there is one
+#if GLS_POINT
+    float axis = float(face / 2), s = face % 2 == 0 ? 1.0 : -1.0;
+    return transpose(mat3(face_right(axis, s), face_up(axis, s), face_backward(axis, s)));
+#else
+    return mat3(1.0);
+#endif
+}
 
 struct Footprint { // of a triangle in a face
     vec2 p; // corners in fine cells
@@ -193,7 +219,7 @@ void put(uint link, ivec2 cell, uint item, float depth, uint rest) {
     links[link] = uvec4(item, next, floatBitsToUint(depth), rest);
 }
 
-const int COARSE_TOP = GLS_FACES * GLS_CELLS, COARSE = GLS_CELLS / GLS_RATIO; // first row of coarse cells, and how many a face has
+const int COARSE_TOP = FACES * GLS_CELLS, COARSE = GLS_CELLS / GLS_RATIO; // first row of coarse cells, and how many a face has
 
 void insert(uint item, uint rest, int face, Footprint f) {
     int scale = 1;
@@ -271,21 +297,6 @@ void insert_grown(uint item, uint rest, int face, Footprint f, bool edge) {
     }
 }
 #endif
-
-bool near_window(vec3 a, vec3 b, vec3 c) { // else beyond one side of it, or behind the light, from every part of the light
-#if GLS_SUN
-    return true;
-#else
-    vec3 w = vec3(-a.z, -b.z, -c.z), slack = 0.25 * abs(w);
-    vec3 x = vec3(a.x, b.x, c.x) * u_cells.x + w * u_cells.z, y = vec3(a.y, b.y, c.y) * u_cells.y + w * u_cells.w;
-    const float cells = float(GLS_CELLS);
-    vec4 reach = u_radius * vec4(length(u_cells.xz), length(vec2(u_cells.x, u_cells.z - cells)), length(u_cells.yw),
-                                length(vec2(u_cells.y, u_cells.w - cells)));
-    return any(greaterThanEqual(w, vec3(-u_radius))) && any(greaterThanEqual(x, -slack - reach.x))
-        && any(lessThanEqual(x, w * cells + slack + reach.y)) && any(greaterThanEqual(y, -slack - reach.z))
-        && any(lessThanEqual(y, w * cells + slack + reach.w));
-#endif
-}
 
 #if !GLS_PLACES_GROWN
 layout(r32ui, binding = 1) uniform coherent uimage2D u_grounds; // float bits

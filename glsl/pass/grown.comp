@@ -1,7 +1,7 @@
 // The casters of a light that has a size, into grids of grown items, one invocation per triangle. GLS_OUTLINES 0: triangles. 1: what may
 // cut the light into seen and hidden parts: of its edges those that some part of the light sees as an outline, where a caster ends or
-// folds back; and all of it where its texture cuts it out, or it goes through the light. Between two triangles that the whole light sees from one side nothing shows.
-// Needs the facets and the grounds of pass/lists.comp.
+// folds back; and all of it where its texture cuts it out, or it goes through the light. Between two triangles that the whole light sees
+// from one side nothing shows. Needs the facets and the grounds of pass/lists.comp.
 #ifndef GLS_AREA
 #define GLS_AREA 1
 #endif
@@ -19,19 +19,15 @@
 #endif
 #include "lib/cells.glsl"
 #include "lib/facet.glsl"
-#define GLS_CULL_BACK 1u // traits of a scene's node, as in pass/lists.comp
-#define GLS_CASTS 4u
-#define GLS_CUT_OUT 8u
+#include "lib/traits.glsl"
 layout(local_size_x = 64) in;
-uniform usamplerBuffer u_corners; // per triangle: vertices, node
-uniform usamplerBuffer u_traits;
 uniform usamplerBuffer u_neighbours; // per triangle: across its edges ab, bc, ca; see glshadow.core.adjacency
-uniform int u_triangles;
 const uint NONE = 0xffffffffu, TURNED = 0x80000000u;
+const uint WHOLE = 3u; // in place of an edge's number
 const float SLACK = 1e-5; // in sines: rounding decides which side is seen
 
 bool casts(Facet one, uint flags) {
-    return (flags & GLS_CASTS) != 0u && one.normal != vec3(0.0);
+    return (flags & CASTS) != 0u && one.normal != vec3(0.0);
 }
 
 int side(vec3 normal, vec3 a) { // 1: all of the light before it, -1: behind, 0: on both sides of its plane
@@ -44,35 +40,27 @@ int side(vec3 normal, vec3 a) { // 1: all of the light before it, -1: behind, 0:
 }
 
 void insert_in_faces(uint item, uint rest, vec3 a, vec3 b, vec3 c) {
-#if GLS_POINT
-    for (int face = 0; face < 6; face++) {
-        float axis = float(face / 2), s = face % 2 == 0 ? 1.0 : -1.0;
-        mat3 turned = transpose(mat3(face_right(axis, s), face_up(axis, s), face_backward(axis, s)));
+    for (int face = 0; face < FACES; face++) {
+        mat3 turned = face_from_lv(face);
         vec3 p = turned * a, q = turned * b, r = turned * c;
-#else
-    const int face = 0;
-    vec3 p = a, q = b, r = c;
-#endif
-        if (near_window(p, q, r)) insert_grown(item, rest, face, footprint(p, q, r), GLS_OUTLINES == 1 && rest < 3u);
-#if GLS_POINT
+        if (near_window(p, q, r, u_radius)) insert_grown(item, rest, face, footprint(p, q, r), GLS_OUTLINES == 1 && rest < WHOLE);
     }
-#endif
 }
 
 void main() {
-    uint triangle = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * (64u * 65535u);
+    uint triangle = invocation();
     if (triangle >= uint(u_triangles)) return;
     Facet own = facet(int(triangle));
-    uvec2 node = texelFetch(u_traits, int(texelFetch(u_corners, int(triangle)).w)).xy;
+    uvec2 node = traits_of(triangle);
     uint flags = node.x;
     if (!casts(own, flags)) return;
     int own_side = side(own.normal, own.a);
 #if !GLS_OUTLINES
-    if (own_side < 0 && (flags & GLS_CULL_BACK) != 0u) return;
-    uint mask = (flags & GLS_CUT_OUT) != 0u ? triangle + node.y : 0u;
+    if (own_side < 0 && (flags & CULL_BACK) != 0u) return;
+    uint mask = (flags & CUT_OUT) != 0u ? triangle + node.y : 0u;
     insert_in_faces(triangle, mask, own.a, own.b, own.c);
 #else
-    bool whole = (flags & GLS_CUT_OUT) != 0u;
+    bool whole = (flags & CUT_OUT) != 0u;
 #if !GLS_SUN
     // one that goes through the light cuts it where it does, inside all of its edges
     vec3 middle = (own.a + own.b + own.c) / 3.0;
@@ -80,7 +68,7 @@ void main() {
     whole = whole || abs(dot(own.normal, own.a)) <= 1.001 * u_radius && length(middle) - around <= 1.001 * u_radius;
 #endif
     if (whole) {
-        insert_in_faces(triangle, 3u, own.a, own.b, own.c);
+        insert_in_faces(triangle, WHOLE, own.a, own.b, own.c);
         return;
     }
     uvec3 neighbours = texelFetch(u_neighbours, int(triangle)).xyz;
@@ -90,8 +78,8 @@ void main() {
         if (neighbour != NONE) {
             uint number = neighbour & ~TURNED;
             Facet other = facet(int(number));
-            uint others = texelFetch(u_traits, int(texelFetch(u_corners, int(number)).w)).x;
-            if (casts(other, others) && (others & GLS_CUT_OUT) == 0u) {
+            uint others = traits_of(number).x;
+            if (casts(other, others) && (others & CUT_OUT) == 0u) {
                 int other_side = side(other.normal, other.a) * ((neighbour & TURNED) != 0u ? -1 : 1);
                 outline = triangle < number && (own_side == 0 || own_side != other_side);
             }

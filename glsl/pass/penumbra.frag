@@ -34,6 +34,9 @@
 #if GLS_DENSE
 #include "lib/dense.glsl"
 #endif
+#if GLS_DENSE || GLS_STAGE > 0
+#include "lib/sample_ray.glsl"
+#endif
 #include "lib/surface_number.glsl"
 #include "lib/cone.glsl"
 #include <shadow>
@@ -44,9 +47,6 @@ flat in vec3 v_forward_l;
 #if GLS_STAGE > 0
 uniform usamplerBuffer u_fragments; // x, y << 16
 uniform ivec3 u_asked; // the first of those that are drawn, how many, and how many in a row
-#endif
-#if GLS_STAGE > 0 || GLS_DENSE
-uniform vec2 u_samples; // along the sides of what is asked
 #endif
 #if GLS_STAGE == 1
 layout(location = 0) out uint o_list;
@@ -61,7 +61,9 @@ layout(early_fragment_tests) in;
 layout(std430, binding = 0) buffer Asked { uint asked_count; };
 layout(std430, binding = 1) writeonly buffer Fragments { uint fragments[]; };
 uniform int u_count; // points of the light
-uniform mat3 u_disc_axes; // see exact/found.glsl
+#if GLS_PANEL
+uniform mat3 u_panel; // see exact/found.glsl
+#endif
 layout(location = 0) out uint o_seen;
 #endif
 
@@ -85,12 +87,8 @@ void main() {
     ivec2 texel = fragment;
 #endif
 #if GLS_DENSE || GLS_STAGE > 0
-    vec3 through = v_ray_from_ndc * vec3((vec2(texel) + 0.5) * 2.0 / u_samples - 1.0, 1.0);
-#if GLS_ORTHO
-    vec3 eye = v_eye_l + through, ray = v_forward_l;
-#else
-    vec3 eye = v_eye_l, ray = through;
-#endif
+    vec3 eye, ray;
+    sample_ray(texel, v_forward_l, eye, ray);
 #else
     vec3 eye = v_eye_l, ray = v_ray_l;
 #endif
@@ -122,7 +120,7 @@ void main() {
     float middle = -dot(normal, position), reach = u_radius * sqrt(max(1.0 - middle * middle * near * near, 0.0));
 #endif
 #if GLS_PANEL
-    seen = seen && dot(position, u_disc_axes[2]) > 0.0; // its back is dark
+    seen = seen && dot(position, u_panel[2]) > 0.0; // its back is dark
 #endif
     bool above = middle > reach, below = middle <= -reach || !seen; // the receiver's horizon: all of the light
     bool cut = !above && !below;

@@ -46,6 +46,7 @@
 #include "lib/sight.glsl"
 #if GLS_DENSE
 #include "lib/dense.glsl"
+#include "lib/sample_ray.glsl"
 #endif
 #include "lib/finish.glsl"
 #include "lib/direction.glsl"
@@ -76,9 +77,6 @@ uniform samplerBuffer u_colors; // per node: base colour, linear
 #endif
 uniform sampler2D u_sum; // linear light of earlier passes
 uniform vec3 u_background; // linear, seen through what catches
-#if GLS_DENSE
-uniform vec2 u_samples; // along the sides of the image
-#endif
 flat in vec2 v_unproject; // this and what follows: see resolve.vert
 flat in vec3 v_lv_from_l;
 flat in vec3 v_forward_l;
@@ -118,12 +116,8 @@ vec3 towards_w(vec3 towards_l) {
 void main() {
 #if GLS_DENSE
     ivec2 pixel = dense_texel(ivec2(gl_FragCoord.xy));
-    vec3 through = v_ray_from_ndc * vec3((vec2(pixel) + 0.5) * 2.0 / u_samples - 1.0, 1.0);
-#if GLS_ORTHO
-    vec3 eye = v_eye_l + through, ray = v_forward_l;
-#else
-    vec3 eye = v_eye_l, ray = through;
-#endif
+    vec3 eye, ray;
+    sample_ray(pixel, v_forward_l, eye, ray);
 #else
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec3 eye = v_eye_l, ray = v_ray_l;

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.area import hemisphere, panel_factor, square
+from glshadow.core.panel import panel_factor
+from glshadow.core.spread import hemisphere, square
 from glshadow.reference.points import count_points
 from glshadow.scene import shapes
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.filters.disc import MAX_TAPS, spiral
+from glshadow.core.filters.disc import MAX_TAPS
+from glshadow.core.spread import disc
 
 from .images import along_x, seen, vertical_edge
 
@@ -16,7 +17,7 @@ EPS = np.finfo(np.float64).eps
 @pytest.mark.parametrize("taps", [8, 16, 33, MAX_TAPS])
 def test_spiral_fills_the_disc_evenly(taps: int) -> None:
     """Each tap stands for the same area: as many as there should be within any radius, to one tap; centred to one tap's share."""
-    places = spiral(taps)
+    places = disc(taps)
     radius = np.sort(np.hypot(*places.T))
     assert radius[-1] < 1.0
     inside = np.searchsorted(radius, np.linspace(0.0, 1.0, 50))

@@ -74,7 +74,8 @@ def test_files_of_a_slot_share_the_signatures_of_its_readme(slot: str) -> None:
     assert signatures
     assert len(slots()[slot]) > 1
     for name in slots()[slot]:
-        assert all(f"{signature} {{" in code_of(name) for signature in signatures), (name, signatures)
+        code = code_of(name) + "".join(map(code_of, re.findall(r'^#include "(.+)"', source.read(name), re.MULTILINE)))
+        assert all(f"{signature} {{" in code for signature in signatures), (name, signatures)
 
 
 def test_every_slot_is_known_and_every_snippet_used() -> None:

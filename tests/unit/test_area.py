@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.area import ball, disc, hard_lights, has_size
+from glshadow.core.area import hard_lights, has_size
+from glshadow.core.spread import ball, disc
 
 COUNTS = [16, 64, 256, 1024]
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from glshadow.core.filters.filter import Compare, Filter, Needs, weighted
 from glshadow.core.setting import flag, number, setting, whole
 from glshadow.core.spaces import Array
+from glshadow.core.spread import disc
 
 GOLDEN_ANGLE = 2.399963229728653  # pi (3 - sqrt 5)
 MAX_TAPS = 64
@@ -75,7 +76,7 @@ class Disc(Filter):
         """The mean, not rotated; the plane is evaluated in the middle of each tap's 2 x 2 texels."""
 
         def terms() -> Iterator[tuple[Array, NDArray[np.int64], Array]]:
-            for offset in spiral(self.taps) * self.radius_texels:
+            for offset in disc(self.taps) * self.radius_texels:
                 base = np.floor(position + offset - 0.5)
                 fraction = position + offset - 0.5 - base
                 for corner in np.ndindex(2, 2):
@@ -93,10 +94,3 @@ class Disc(Filter):
     def extremes(cls) -> tuple[Self, ...]:
         """As usual, and as large as the largest box with as many taps."""
         return (cls(), cls(4.0, MAX_TAPS))
-
-
-def spiral(taps: int) -> Array:
-    """Places (taps, 2) in the unit disc."""
-    i = np.arange(taps)
-    angle, radius = i * GOLDEN_ANGLE, np.sqrt((i + 0.5) / taps)
-    return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import replace
-from typing import Any
-
-import moderngl
 
 from glshadow.core.area import hard_lights
 from glshadow.core.filters import Filter
@@ -19,7 +16,9 @@ from glshadow.gl.context import GLContext
 from glshadow.gl.dense import Dense
 from glshadow.gl.receiver import Receiver
 from glshadow.gl.resolve import count_seen
+from glshadow.gl.sources.counts import Counts
 from glshadow.gl.sources.source import Source, open_receiver
+from glshadow.gl.targets import release
 from glshadow.gl.work import Work
 from glshadow.shader.slots import given_slots
 
@@ -38,11 +37,7 @@ class Accumulated(Source):
         self._atlases = Atlases(context)
         self._filter: Filter
         self._key: tuple[Hashable, ...] | None = None
-        self._shape: Hashable = None  # of the texture, and whose depth the framebuffer has
-        self._texture: moderngl.Texture | None = None
-        self._framebuffer: moderngl.Framebuffer | None = None
-        self._dense: moderngl.Texture | None = None
-        self._dense_framebuffer: moderngl.Framebuffer | None = None
+        self._picture, self._samples = Counts(context), Counts(context)
 
     def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
         """Take the light with its settings."""
@@ -67,71 +62,40 @@ class Accumulated(Source):
 
     def receiver(self, work: Work) -> Receiver:
         """Read the counts, made anew unless light, scene and what the camera sees are those of the last frame."""
-        size = work.targets.depth.size
         key = (work.scene.identity, work.sight, work.targets.identity, self._points, self._filter, self._shadow.asked)
         if self._key != key:
             self._key = None
-            shape = (size, 1 + self._weighed, work.targets.identity)
-            if self._shape != shape:
-                self._release(self._framebuffer, self._texture)
-                self._texture = self._made(size, "the share of a light that is seen")
-                self._framebuffer = self._context.ctx.framebuffer([self._texture], work.targets.depth)
-                self._framebuffer.depth_mask = False
-                self._shape = shape
-            assert self._framebuffer is not None
-            self._count(work, self._framebuffer, None)
+            self._count(work, self._picture, None)
             self._key = key
-        return replace(self._given(work, self._texture), densely=lambda dense: self._densely(work, dense))
+        return replace(self._given(work, self._picture), densely=lambda dense: self._densely(work, dense))
 
     def _densely(self, work: Work, dense: Dense) -> Receiver:
-        size = dense.framebuffer.size
-        if self._dense is None or self._dense.size != size or self._dense.components != 1 + self._weighed:
-            old = (self._dense_framebuffer, self._dense)
-            self._dense = self._made(size, "the share of a light that samples see")
-            self._dense_framebuffer = self._context.ctx.framebuffer([self._dense])
-            self._dense_framebuffer.use()  # before the old one goes: moderngl would bind that again
-            self._release(*old)
-        assert self._dense_framebuffer is not None
-        self._dense_framebuffer.viewport = dense.viewport
-        self._count(work, self._dense_framebuffer, dense)
+        self._count(work, self._samples, dense)
         dense.framebuffer.use()
-        return self._given(work, self._dense)
+        return self._given(work, self._samples)
 
-    def _count(self, work: Work, framebuffer: moderngl.Framebuffer, dense: Dense | None) -> None:
-        framebuffer.use()
+    def _count(self, work: Work, counts: Counts, dense: Dense | None) -> None:
+        components = 2 if self._weighed else 1
+        counts.use(work, dense, components, "f4")
         self._context.gl.clear_floats(0, (0.0,) * 4)
         for point in self._points:
             self._prepare(work, point)
             asked = self._one.receiver(replace(work, atlases=self._atlases))
-            framebuffer.use()
+            counts.use(work, dense, components, "f4")
             count_seen(work, point, asked, dense, self._weighed)
 
-    def _given(self, work: Work, texture: Any) -> Receiver:
+    def _given(self, work: Work, counts: Counts) -> Receiver:
         return replace(
             open_receiver(work, self.light),
             slots=given_slots(kind_of(self.light)),
             defines={"GLS_WEIGHED": int(self._weighed)},
             uniforms={"u_points": float(len(self._points))},
-            textures={"u_given": texture},
+            textures={"u_given": counts.texture},
         )
-
-    def _made(self, size: tuple[int, int], what: str) -> moderngl.Texture:
-        texture = self._context.ctx.texture(size, 1 + self._weighed, dtype="f4")
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self._context.check_errors(f"allocating {what}, {size[0]} x {size[1]}")
-        return texture
-
-    @staticmethod
-    def _release(*things: Any) -> None:
-        for thing in things:
-            if thing is not None:
-                thing.release()
 
     def release(self) -> None:
         """Free the GPU memory."""
-        self._one.release()
-        self._atlases.release()
-        self._release(self._framebuffer, self._texture, self._dense_framebuffer, self._dense)
+        release(self._one, self._atlases, self._picture, self._samples)
 
 
 def undithered(filter_: Filter) -> tuple[str, ...]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import moderngl
 import numpy as np
 
@@ -11,6 +9,7 @@ from glshadow.gl.buffers import BufferTexture
 from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import RGBA32UI
 from glshadow.gl.program import ComputeProgram
+from glshadow.gl.targets import release, succeed
 
 LINK_BYTES = 16
 _COUNTER_BYTES = 40  # Counter of lib/cells.glsl and pass/chain.comp
@@ -88,24 +87,17 @@ class CellLists:
         self.heads = self._context.ctx.texture(size, 1, dtype="u4")
         self.heads.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self._framebuffer = self._context.ctx.framebuffer([self.heads])
-        self._framebuffer.use()  # before the old one goes: moderngl would bind that again
-        _release(*old)
+        succeed(self._framebuffer, *old)
         self._context.check_errors(f"allocating a grid of {size[0]} x {size[1]} cells")
 
     def reserve(self, size: int) -> None:
         """Bytes of links."""
         old = self.links
         self.links = None
-        _release(old)
+        release(old)
         self.links = BufferTexture(self._context.gl, self._context.ctx.buffer(reserve=size), RGBA32UI)
         self._context.check_errors(f"allocating lists of {size} bytes")
 
     def release(self) -> None:
         """Free the GPU memory."""
-        _release(self.links, self._framebuffer, self.heads, self.counter)
-
-
-def _release(*things: Any) -> None:
-    for thing in things:
-        if thing is not None:
-            thing.release()
+        release(self.links, self._framebuffer, self.heads, self.counter)

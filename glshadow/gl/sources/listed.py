@@ -33,6 +33,7 @@ from glshadow.gl.sources.triangles import (
     made_for,
     triangle_receiver,
 )
+from glshadow.gl.targets import release
 from glshadow.gl.work import Work
 
 _CULL_BACK, _CULL_FRONT, _CASTS, _CUT_OUT = 1, 2, 4, 8  # pass/lists.comp
@@ -152,9 +153,7 @@ class Listed(Source):
 
     def release(self) -> None:
         """Free the GPU memory."""
-        for thing in (self.lists, self._facets, self._traits):
-            if thing is not None:
-                thing.release()
+        release(self.lists, self._facets, self._traits)
 
 
 def _traits(scene: GpuScene, light: Light) -> NDArray[np.uint32]:
