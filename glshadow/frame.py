@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import Any, TypeVar
@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import Light
-from glshadow.core.setting import as_path
+from glshadow.core.setting import as_path, one_of, several, shown
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import linear_from_srgb
 from glshadow.core.used import Used
-from glshadow.errors import MissingOutput
+from glshadow.errors import MissingOutput, SettingsError
 from glshadow.scene.mesh import Scene
 
 D = TypeVar("D", bound=np.generic)
@@ -24,6 +24,17 @@ D = TypeVar("D", bound=np.generic)
 OUTPUTS = (
     "image", "visibility", "linear", "alpha", "depth", "depth_metric", "triangle", "node", "normal", "position", "shadow_maps", "timings",
 )  # fmt: skip
+
+
+def checked_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
+    """Their names, each once asked for; a named error for what there is none of."""
+    try:
+        names: tuple[str, ...] = several(one_of(*OUTPUTS), "outputs")("outputs", outputs)
+    except SettingsError:
+        names = ()
+    if not names:
+        raise SettingsError(f"outputs must be some of {', '.join(OUTPUTS)}, got {shown(outputs)}")
+    return names
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
-import time
 import weakref
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from dataclasses import replace
 from typing import Any, Self, get_args
 
@@ -13,17 +11,15 @@ import moderngl
 from numpy.typing import ArrayLike
 
 from glshadow.core.cameras import Camera
-from glshadow.core.decision import settle
 from glshadow.core.lights import DirectionalLight, Light, Lights
 from glshadow.core.look import AMBIENT, BACKGROUND, Ambient, Look, look_of
 from glshadow.core.sampling import grid
-from glshadow.core.setting import as_path, instance, one_of, optional, several, shown
-from glshadow.core.shadow import Settled
-from glshadow.core.used import Used
+from glshadow.core.setting import as_path, instance, one_of, optional, shown
 from glshadow.errors import GlshadowError, ResourceError, SettingsError, warn
-from glshadow.frame import OUTPUTS, Frame
+from glshadow.frame import Frame, checked_outputs
 from glshadow.gl.atlases import Atlases
-from glshadow.gl.camera import Sight, draw_surface, look
+from glshadow.gl.camera import Sight, draw_surface, look, nothing_in_view
+from glshadow.gl.clock import Clock
 from glshadow.gl.context import Backend, open_context
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.kept import Kept
@@ -34,7 +30,7 @@ from glshadow.gl.readback import MIDDLES, average_samples, read_means, read_midd
 from glshadow.gl.resolve import Share, resolve
 from glshadow.gl.samples import Samples
 from glshadow.gl.screen import Samplers
-from glshadow.gl.sources import Source, source_of, without_lists
+from glshadow.gl.sources import Source, Sources
 from glshadow.gl.sources.source import open_receiver
 from glshadow.gl.targets import CameraTargets, clear_outputs
 from glshadow.gl.work import Work
@@ -133,7 +129,7 @@ class Renderer:
         if self._context.released:
             raise GlshadowError("this renderer was released: make a new one")
         camera, lights, size = picture_arguments(scene, camera, lights, size)
-        outputs = _checked_outputs(outputs)
+        outputs = checked_outputs(outputs)
         look = look_of(ambient, background, samples)
         with self._context.drawing():
             if not self._furnished:
@@ -186,7 +182,7 @@ class Renderer:
             raise SettingsError(f"sequence has no {', '.join(sorted(map(repr, unknown)))}: it takes what render takes")
         _, lights, size = picture_arguments(scene, None, lights, size)
         look_of(options.get("ambient", AMBIENT), options.get("background", BACKGROUND), options.get("samples", 1))
-        _checked_outputs(options.get("outputs", ("image",)))
+        checked_outputs(options.get("outputs", ("image",)))
         try:
             views = iter(cameras)
         except TypeError:
@@ -213,9 +209,9 @@ class Renderer:
         # without atomics every sample is shaded, as a pixel of a larger picture
         spread = (1, 1) if caps.compute else grid(look.samples)
         work = self._work(scene, camera, size, spread, len(lights), outputs, look.samples)
-        clock = _Clock(self._context.ctx, "timings" in outputs)
+        clock = Clock(self._context.ctx, "timings" in outputs)
         with clock("shadow"):
-            sources, ready = self._sources_of(work, lights)
+            sources, ready = self._sources.claim(work, lights)
         targets, sight = work.targets, work.sight
         self._see(work, look.samples, clock)
         with clock("shadow"):
@@ -238,7 +234,7 @@ class Renderer:
                 results["shadow_maps"] = tuple(source.stored() for source in sources)
         self._context.check_errors("rendering")
         if not self._something:
-            warn(_nothing_in_view(scene, sight))
+            warn(nothing_in_view(scene, sight))
         fallbacks = sight.fallbacks
         if spread != (1, 1):
             fallbacks += (_EVERY_SAMPLE.format(look.samples, caps.renderer, caps.version_code / 100),)
@@ -248,7 +244,7 @@ class Renderer:
         return Frame(scene=scene, camera=camera, lights=lights, size=size, near=sight.near, far=sight.far, used=used,
                      outputs=results, samples=look.samples, origin=work.scene.origin)  # fmt: skip
 
-    def _see(self, work: Work, samples: int, clock: _Clock) -> None:
+    def _see(self, work: Work, samples: int, clock: Clock) -> None:
         """Draw what the camera sees, unless it is there from the last frame."""
         key = (work.sight, work.targets.identity, samples)
         if self._seen == key:
@@ -318,13 +314,13 @@ class Renderer:
         self._sight: tuple[Any, Sight] | None = None
         self._seen = None
         self._something = False  # whether that is anything
-        self._sources: dict[tuple[int, str], Source] = {}
+        self._sources = Sources(context)
         self._furnished = True
 
     def _kept(self) -> tuple[Any, ...]:
         """Everything that is kept, in the order of its release."""
         passes = (self._scene, self._targets, self._samples, self._programs, self._meshes, self._samplers)
-        return (*passes, self._covered, self._atlases, self._idle, self._idle_color, *self._sources.values())
+        return (*passes, self._covered, self._atlases, self._idle, self._idle_color, self._sources)
 
     def _start_over(self) -> None:
         """After Ctrl-C, which may come at any line, and what else nobody expects: nothing half made is kept."""
@@ -362,68 +358,6 @@ class Renderer:
         targets = self._targets.get(shape, lambda: CameraTargets(context, *shape))
         self._atlases.begin()
         return Work(context, programs, self._samplers, self._atlases, gpu, self._sight[1], targets)
-
-    def _sources_of(self, work: Work, lights: tuple[Light, ...]) -> tuple[list[Source], dict[int, Used]]:
-        """What each light is asked of, and what was used by those that had to be made to know whether they can be."""
-        sources, ready = [], {}
-        for number, light in enumerate(lights):
-            settled = settle(light, without_lists(work.scene, work.caps))
-            source = self._source(number, light, settled)
-            source.claim(work, light, settled)
-            if settled is not None and settled.asked.filter is None and not settled.filter.has_map:
-                try:
-                    ready[number] = source.prepare(work)
-                except ResourceError as error:
-                    work.scene.unlisted = str(error)
-                    settled = settle(light, work.scene.unlisted)
-                    source = self._source(number, light, settled)
-                    source.claim(work, light, settled)
-            sources.append(source)
-        return sources, ready
-
-    def _source(self, number: int, light: Light, settled: Settled | None) -> Source:
-        name, make = source_of(light, settled, self._context)
-        kept = self._sources.get((number, name))
-        if kept is None:
-            kept = self._sources[number, name] = make()
-        return kept
-
-
-def _checked_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
-    try:
-        names: tuple[str, ...] = several(one_of(*OUTPUTS), "outputs")("outputs", outputs)
-    except SettingsError:
-        names = ()
-    if not names:
-        raise SettingsError(f"outputs must be some of {', '.join(OUTPUTS)}, got {shown(outputs)}")
-    return names
-
-
-class _Clock:
-    """Seconds per stage, waiting for the GPU before and after; not wanted: costs nothing."""
-
-    def __init__(self, ctx: moderngl.Context, wanted: bool) -> None:
-        self._ctx = ctx
-        self.times: dict[str, float] | None = {} if wanted else None
-
-    @contextlib.contextmanager
-    def __call__(self, name: str) -> Iterator[None]:
-        if self.times is None:
-            yield
-            return
-        self._ctx.finish()
-        start = time.perf_counter()
-        yield
-        self._ctx.finish()
-        self.times[name] = self.times.get(name, 0.0) + time.perf_counter() - start
-
-
-def _nothing_in_view(scene: Scene, sight: Sight) -> str:
-    low, high = ("(" + ", ".join(f"{x:.6g}" for x in point) + ")" for point in scene.bounds)
-    return (
-        f"nothing is in view: {scene.name} lies between {low} and {high}, and the camera {sight.camera}, "
-        f"near {sight.near:g}, far {sight.far:g}"
-    )
 
 
 def render(

@@ -182,3 +182,12 @@ def _program(programs: Programs, scene: GpuScene, gpu: GpuMesh, samples: int) ->
             "GLS_LOD": f"{0.5 * math.log2(samples):.1f}",
         },
     )
+
+
+def nothing_in_view(scene: Scene, sight: Sight) -> str:
+    """What is said of a picture without a surface."""
+    low, high = ("(" + ", ".join(f"{x:.6g}" for x in point) + ")" for point in scene.bounds)
+    return (
+        f"nothing is in view: {scene.name} lies between {low} and {high}, and the camera {sight.camera}, "
+        f"near {sight.near:g}, far {sight.far:g}"
+    )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Lights, PointLight, SpotLight
+from glshadow.core.lights import Lights, PointLight, RectLight, SpotLight
 from glshadow.core.sampling import offsets, traced
 from glshadow.core.setting import shown, whole
 from glshadow.core.spaces import Array, Bools
@@ -55,8 +55,8 @@ def trace(
         Rays through each pixel, a grid: as many as a picture has (1, 4, 8, 16), or another square. Visibility is the mean of those
         that meet a surface, alpha their share; everything else is that of the pixel's middle.
     light_samples : int
-        Points on each light with a radius or an angle, stratified and turned at random (but reproducibly) from pixel to
-        pixel. 1: its centre, a hard shadow.
+        Points on each light that has a size (a radius, an angle, a panel, the sky), stratified and turned at random (but reproducibly)
+        from pixel to pixel. 1: its middle, a hard shadow.
 
     surface : (H, W) int32, optional
         The triangles that a picture shows (`Frame.triangle`), asked instead of those that exact rays meet first: GL snaps vertices
@@ -189,6 +189,8 @@ def _facts(source: AimedLight, hits: _Hits) -> tuple[Array, Bools]:
     light = source.light
     if isinstance(light, SpotLight):
         inside &= -(towards @ np.asarray(light.direction)) >= np.cos(np.radians(light.outer_angle))
+    if isinstance(light, RectLight):  # its back is dark
+        inside &= towards @ np.asarray(light.direction) < 0.0
     if isinstance(light, SpotLight | PointLight) and light.range is not None:
         inside &= distance < light.range
     reached[hits.rows] = inside

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import DirectionalLight, Light, SpotLight
+from glshadow.core.lights import Light
 from glshadow.core.setting import as_path, flag, instance, one_of, optional, refuse, text
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError, warn
@@ -173,8 +173,5 @@ def _turned_camera(camera: Camera, turn: Array) -> Camera:
 
 
 def _turned_light(light: Light, turn: Array) -> Light:
-    if isinstance(light, DirectionalLight):
-        return replace(light, direction=_turn(turn, light.direction))
-    if isinstance(light, SpotLight):
-        return replace(light, position=_turn(turn, light.position), direction=_turn(turn, light.direction))
-    return replace(light, position=_turn(turn, light.position))
+    has = [name for name in ("position", "direction", "up") if hasattr(light, name)]
+    return replace(light, **{name: _turn(turn, getattr(light, name)) for name in has})

@@ -90,7 +90,7 @@ def wrong(name: str, scene: gs.Scene, results: dict[str, Any]) -> None:
             rays = same.rays
             assert renderer._scene.thing is not None
             assert renderer._sight is not None
-            source = renderer._sources[0, Listed]
+            source = renderer._sources[0, "Listed"]
             assert isinstance(source, Listed)
             bound = rounding_bound(renderer._scene.thing, renderer._sight[1], source.grid)
             points = same.position.reshape(-1, 3)[disputed] - rays.origin

@@ -6,19 +6,17 @@ what counts. The truth of samples is 16 x 16 of them: a picture four times as la
 
 from __future__ import annotations
 
-import json
 import subprocess
 import sys
 import tempfile
 import time
-import warnings
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
-from frame import MODELS, SIZE, models_in, start_up, turned_sun
+from frame import SIZE, start_up, turned_sun
+from sections import Scenes, command
 
 import glshadow as gs
 
@@ -26,8 +24,6 @@ SMALL = (640, 360)  # of errors: its sixteenfold fits into a texture
 LINEAR = ("courtyard", "bicycle.glb", "japanese_bridge_garden.glb", "chess_board.glb")
 LIMITS = {4: (0.5, 1.5), 16: (0.25, 2.3)}
 ORBIT, ORBIT_SIZE = 36, "640x480"
-
-Scenes = list[tuple[str, Callable[[], gs.Scene]]]
 
 
 def errors(scene: gs.Scene) -> dict[int, float]:
@@ -119,25 +115,7 @@ def measure_start(_: Scenes, rounds: int, folder: Path | None) -> dict[str, Any]
     return found
 
 
-SECTIONS = {"samples": measure_samples, "orbit": measure_orbit, "start": measure_start}
-
-
-@click.command(help=__doc__)
-@click.option("--models", "folder", type=click.Path(exists=True, path_type=Path), help="Folder of the 12 models.")
-@click.option("--repeats", default=9, show_default=True, help="Rounds per scene.")
-@click.option("--section", "sections", multiple=True, type=click.Choice(list(SECTIONS)), help="Only these.")
-@click.option("--only", help="Only scenes whose name contains this.")
-@click.option("--json", "output", type=click.Path(path_type=Path), help="Write all figures there.")
-def main(folder: Path | None, repeats: int, sections: tuple[str, ...], only: str | None, output: Path | None) -> None:
-    warnings.simplefilter("ignore", gs.GlshadowWarning)
-    folder = models_in(folder)
-    scenes: Scenes = [("courtyard", gs.scenes.courtyard)]
-    if folder:
-        scenes += [(name, lambda n=name, u=up: gs.load(folder / n, up_axis=u, ground=True)) for name, up in MODELS]
-    scenes = [(name, make) for name, make in scenes if only is None or only in name]
-    results = {name: SECTIONS[name](scenes, repeats, folder) for name in sections or SECTIONS}
-    if output:
-        output.write_text(json.dumps(results, indent=1))
+main = command(__doc__, {"samples": measure_samples, "orbit": measure_orbit, "start": measure_start})
 
 
 if __name__ == "__main__":

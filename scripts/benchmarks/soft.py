@@ -6,10 +6,8 @@ Times are medians of rounds that alternate in one process, read-back included, w
 
 from __future__ import annotations
 
-import json
 import time
-import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +15,8 @@ from typing import Any
 
 import click
 import numpy as np
-from frame import MODELS, SIZE, models_in, turned_sun
+from frame import SIZE, turned_sun
+from sections import Scenes, command
 
 import glshadow as gs
 from glshadow.core.area import hard_lights
@@ -31,8 +30,6 @@ FEW_RAYS = 1024  # of the models: their truth is good to a tenth of what is meas
 ANGLES = (0.53, 2.0, 5.0)
 COUNTS = (64, 256, 1024)
 LIMITS = {64: 0.0035, 256: 0.0015, 1024: 0.0006}
-
-Scenes = list[tuple[str, Callable[[], gs.Scene]]]
 
 
 def lights_of(scene: gs.Scene) -> dict[str, gs.Light]:
@@ -52,7 +49,7 @@ def _across(direction: Any) -> tuple[float, float, float]:
     return (0.0, 0.0, 1.0) if abs(direction[2]) < 0.9 * np.linalg.norm(direction) else (1.0, 0.0, 0.0)
 
 
-def measure_wrong(scenes: Scenes, _: int) -> dict[str, Any]:
+def measure_wrong(scenes: Scenes, _rounds: int, _folder: Path | None) -> dict[str, Any]:
     """Pixels whose count differs from that of rays in float64."""
     results: dict[str, Any] = {}
     click.echo(f"{'scene':30s} {'light':10s} pixels, off by more than one point, by one; penumbra")
@@ -76,7 +73,7 @@ def measure_wrong(scenes: Scenes, _: int) -> dict[str, Any]:
     return results
 
 
-def measure_error(scenes: Scenes, _: int) -> dict[str, Any]:
+def measure_error(scenes: Scenes, _rounds: int, _folder: Path | None) -> dict[str, Any]:
     """Mean error against 4,096 rays (of the models 1,024), over pixels that face the light."""
     results: dict[str, Any] = {}
     click.echo(
@@ -107,7 +104,7 @@ def measure_error(scenes: Scenes, _: int) -> dict[str, Any]:
     return results
 
 
-def measure_time(scenes: Scenes, rounds: int) -> dict[str, Any]:
+def measure_time(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str, Any]:
     """Soft frames over the hard frame of the same round."""
     results: dict[str, Any] = {}
     click.echo(f"{'scene':30s} hard ms; times over it: sun {', '.join(f'{angle:g}' for angle in ANGLES)} degrees")
@@ -137,7 +134,7 @@ def measure_time(scenes: Scenes, rounds: int) -> dict[str, Any]:
     return results
 
 
-def measure_others(scenes: Scenes, rounds: int) -> dict[str, Any]:
+def measure_others(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str, Any]:
     """Other filters under a sun of 2 degrees and a sphere: mean error, that in the penumbra, and time over the exact hard frame."""
     results: dict[str, Any] = {}
     filters = (
@@ -195,7 +192,7 @@ def _moved(light: gs.Light, k: int, size: float) -> gs.Light:
     return replace(light, position=(x + 2e-2 * k, y, z), radius=size * light.radius, shadow=shadow)
 
 
-def measure_frames(scenes: Scenes, rounds: int) -> dict[str, Any]:
+def measure_frames(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str, Any]:
     """One soft frame of 64 points over 64 exact hard frames."""
     results: dict[str, Any] = {}
     for name, make in scenes:
@@ -237,7 +234,7 @@ def timed_asking(taken: list[float]) -> Iterator[None]:
         Area._ask = original  # type: ignore[method-assign]
 
 
-def measure_embree(scenes: Scenes, rounds: int) -> dict[str, Any]:
+def measure_embree(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str, Any]:
     """The passes that ask the penumbra, and Embree asked for the same rays, its tree built before."""
     results: dict[str, Any] = {}
     for name, make in [each for each in scenes if each[0] == "courtyard"]:
@@ -281,28 +278,13 @@ def measure_embree(scenes: Scenes, rounds: int) -> dict[str, Any]:
     return results
 
 
-SECTIONS: dict[str, Callable[[Scenes, int], dict[str, Any]]] = {
-    "others": measure_others,
-    "wrong": measure_wrong, "error": measure_error, "time": measure_time, "frames": measure_frames, "embree": measure_embree,
-}  # fmt: skip
-
-
-@click.command(help=__doc__)
-@click.option("--models", "folder", type=click.Path(exists=True, path_type=Path), help="Folder of the 12 models.")
-@click.option("--repeats", default=9, show_default=True, help="Rounds per scene.")
-@click.option("--section", "sections", multiple=True, type=click.Choice(list(SECTIONS)), help="Only these.")
-@click.option("--only", help="Only scenes whose name contains this.")
-@click.option("--json", "output", type=click.Path(path_type=Path), help="Write all figures there.")
-def main(folder: Path | None, repeats: int, sections: tuple[str, ...], only: str | None, output: Path | None) -> None:
-    warnings.simplefilter("ignore", gs.GlshadowWarning)
-    folder = models_in(folder)
-    scenes: Scenes = [("courtyard", gs.scenes.courtyard)]
-    if folder:
-        scenes += [(name, lambda n=name, u=up: gs.load(folder / n, up_axis=u, ground=True)) for name, up in MODELS]
-    scenes = [(name, make) for name, make in scenes if only is None or only in name]
-    results = {name: SECTIONS[name](scenes, repeats) for name in sections or SECTIONS}
-    if output:
-        output.write_text(json.dumps(results, indent=1))
+main = command(
+    __doc__,
+    {
+        "others": measure_others, "wrong": measure_wrong, "error": measure_error, "time": measure_time, "frames": measure_frames,
+        "embree": measure_embree,
+    },
+)  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -86,6 +86,7 @@ def test_its_shadow_is_that_of_rays(renderer: gs.Renderer) -> None:
     known = ~np.isnan(expected)
     factor, _ = panel_factor(PANEL, (frame.position + frame.origin)[known], frame.normal[known].astype(np.float64))
     gap = np.abs(frame.visibility[0] * 64.0 - expected)[known]
+    # an edge passes a pixel nearer than float32 tells
     assert (gap[factor > 0.0] > 1.5).sum() <= 3
     assert (gap[factor > 0.0] > 0.5).sum() <= 6
     assert (frame.visibility[0][known][factor == 0.0] == 0.0).all(), "its back, and what it does not reach"

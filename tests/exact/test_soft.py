@@ -28,6 +28,10 @@ def renderer() -> Iterator[gs.Renderer]:
         yield renderer
 
 
+AT_EDGES = 3
+"""Pixels off by more than one point: an edge passes them nearer than float32 tells (0 to 15 at 640 x 360: docs/soft.md)."""
+
+
 @pytest.fixture(scope="module")
 def scene() -> gs.Scene:
     return gs.scenes.box().scene
@@ -50,7 +54,7 @@ def test_every_point_is_seen_as_a_ray_sees_it(renderer: gs.Renderer, name: str, 
     np.testing.assert_allclose(share[~np.isnan(share)], np.round(share[~np.isnan(share)]), atol=1e-4)
     # where a ray passes an edge nearer than float32 tells, it may go either way; where texels are cut out, 1 in 3000 does
     assert (gap > 0.5).sum() <= (20 if model == "masked" else 6)
-    assert (gap > 1.5).sum() <= 3
+    assert (gap > 1.5).sum() <= AT_EDGES
     assert ((expected > 0.5) & (expected < 63.5)).sum() > 100
     assert "64 points of the light" in frame.used[0].why
     assert "one after another" not in frame.used[0].why
@@ -82,8 +86,9 @@ def test_a_light_that_touches_geometry(renderer: gs.Renderer, radius: float) -> 
     frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
     expected = count_points(gs.trace(scene, None, [light], SIZE, surface=frame.triangle), light, 64)
     gap = np.abs(frame.visibility[0] * 64.0 - expected)[~np.isnan(expected)]
-    assert (gap > 1.5).sum() <= 3
-    assert (gap > 0.5).sum() <= 12
+    assert (gap > 1.5).sum() <= AT_EDGES
+    # at a light that touches the surface whole fans of points lie in its plane: some go either way
+    assert (gap > 0.5).sum() <= 4 * AT_EDGES
 
 
 @pytest.mark.parametrize("height", [0.0, 0.05, 0.19])
@@ -94,7 +99,7 @@ def test_a_light_that_lies_in_the_floor(renderer: gs.Renderer, height: float) ->
     frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
     expected = count_points(gs.trace(scene, None, [light], SIZE, surface=frame.triangle), light, 64)
     gap = np.abs(frame.visibility[0] * 64.0 - expected)[~np.isnan(expected)]
-    assert (gap > 1.5).sum() <= 3
+    assert (gap > 1.5).sum() <= AT_EDGES
     assert (expected[~np.isnan(expected)] < 64).sum() > 300
 
 
@@ -111,7 +116,7 @@ def test_lights_too_large_are_asked_one_point_after_another(
         frame = fresh.render(scene, None, [light], SIZE, outputs=OUTPUTS)
     assert "64 points of the light, one after another, for " in frame.used[0].why
     gap = np.abs(frame.visibility[0] - usual.visibility[0])[~np.isnan(usual.visibility[0])] * 64.0
-    assert (gap > 1.5).sum() <= 3
+    assert (gap > 1.5).sum() <= AT_EDGES
 
 
 def test_chosen_faces_are_asked_one_point_after_another(renderer: gs.Renderer, scene: gs.Scene) -> None:
@@ -139,7 +144,7 @@ def test_scale_changes_nothing(renderer: gs.Renderer, scale: float) -> None:
     both = ~np.isnan(usual.visibility[0]) & ~np.isnan(other.visibility[0])
     gap = np.abs(usual.visibility[0] - other.visibility[0])[both] * 64.0
     assert both.sum() > 2500
-    assert (gap > 1.5).sum() <= 3
+    assert (gap > 1.5).sum() <= AT_EDGES
 
 
 @pytest.mark.parametrize("name", list(LIGHTS))

@@ -12,7 +12,7 @@ import pytest
 import trimesh
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
+from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.core.spaces import orthographic
 from glshadow.errors import GlshadowWarning, SceneError, SettingsError
 from glshadow.scene.box import default_sun
@@ -131,6 +131,8 @@ def test_up_axis_turns_cameras_and_lights():
         DirectionalLight(direction=(0, 0, -1)),
         SpotLight(position=(0, 0, 4), direction=(0, 0, -1)),
         PointLight(position=(1, 2, 3)),
+        RectLight(position=(0, 0, 4), direction=(0, 0, -1), up=(0, 1, 0)),
+        SkyLight(direction=(0, 0, -1)),
     )
     built = Scene(load(box).nodes, PerspectiveCamera((0, -5, 1), (0, 0, 0), (0, 0, 1)), lights, "built")
     turned = load(built, up_axis="z")
@@ -140,6 +142,10 @@ def test_up_axis_turns_cameras_and_lights():
     assert turned.lights[1].position == (0, 4, 0)
     assert turned.lights[1].direction == (0, -1, 0)
     assert turned.lights[2].position == (1, 3, -2)
+    assert turned.lights[3].position == (0, 4, 0)
+    assert turned.lights[3].direction == (0, -1, 0)
+    assert turned.lights[3].up == (0, 0, -1)
+    assert turned.lights[4].direction == (0, -1, 0)
     assert load(Scene(built.nodes, None, ())).lights == ()  # no light is not the same as none given
     with pytest.raises(SettingsError, match="up_axis"):
         load(built, up_axis="w")

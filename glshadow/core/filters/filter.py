@@ -137,6 +137,30 @@ class Filter(Spelled):
         return (cls(),)
 
 
+class SizeFilter(Filter):
+    """Base of filters that are made for lights that have a size: what is done for all lights leaves them out."""
+
+    @property
+    def obeys_size(self) -> bool:
+        """In one way or another."""
+        return True
+
+    @classmethod
+    def variants(cls) -> tuple[Self, ...]:
+        """None that go with every light, bias and dialect."""
+        return ()
+
+    @classmethod
+    def rungs(cls) -> tuple[Self, ...]:
+        """None: see `soft`."""
+        return ()
+
+    @classmethod
+    def extremes(cls) -> tuple[Self, ...]:
+        """None: the hard cases' lights are points."""
+        return ()
+
+
 def weighted(compare: Compare, terms: Any) -> Array:
     """Sum of weight (N,) x comparison over terms (weight, texel, place)."""
     total: Any = 0.0

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
 
-from glshadow.core.filters.filter import Compare, Filter, Needs
+from glshadow.core.filters.filter import Compare, Filter, Needs, SizeFilter
 from glshadow.core.filters.pcf import Pcf
 from glshadow.core.setting import setting, shown, whole
 from glshadow.core.spaces import Array
@@ -22,7 +22,7 @@ def _of_a_map(name: str, value: Any) -> Filter:
 
 
 @dataclass(frozen=True)
-class LightSamples(Filter):
+class LightSamples(SizeFilter):
     """The mean of as many shadow maps as the light has points: what every renderer can do, at their price. Also without OpenGL 4.3.
 
     Parameters
@@ -85,21 +85,6 @@ class LightSamples(Filter):
         return self.of.visibility(position, compare)
 
     @classmethod
-    def variants(cls) -> tuple[Self, ...]:
-        """None of its own: its maps are asked as others are."""
-        return ()
-
-    @classmethod
-    def rungs(cls) -> tuple[Self, ...]:
-        """None: a plan is for lights without a size, and so are studies and hard cases."""
-        return ()
-
-    @classmethod
     def soft(cls) -> tuple[Self, ...]:
         """Few maps, and many."""
         return (cls(16), cls(64))
-
-    @classmethod
-    def extremes(cls) -> tuple[Self, ...]:
-        """None."""
-        return ()

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
-from glshadow.core.filters.filter import Filter, Needs
+from glshadow.core.filters.filter import Needs, SizeFilter
 from glshadow.core.setting import setting, whole
 
 MOST_TEXELS = 32.0
@@ -15,7 +15,7 @@ MAX_TAPS = 64
 
 
 @dataclass(frozen=True)
-class Pcss(Filter):
+class Pcss(SizeFilter):
     """Percentage closer soft shadows: the mean depth of what blocks a receiver says how wide its filter is.
 
     The size of the light is its own, in world units; the disc that a receiver sees of it is projected into the map's plane, and the
@@ -42,11 +42,6 @@ class Pcss(Filter):
     fails = "layers of blockers: one width for all; light where near and far ones overlap; rings where taps are few; 32 texels at most"
 
     @property
-    def obeys_size(self) -> bool:
-        """In one map."""
-        return True
-
-    @property
     def reads_depths(self) -> bool:
         """Of what blocks."""
         return True
@@ -66,21 +61,6 @@ class Pcss(Filter):
         return {"GLS_PCSS_BLOCKERS": self.blocker_taps, "GLS_PCSS_TAPS": self.taps, "GLS_PCSS_MOST": str(MOST_TEXELS)}
 
     @classmethod
-    def variants(cls) -> tuple[Self, ...]:
-        """None beside the others: not every dialect lets it read depths."""
-        return ()
-
-    @classmethod
-    def rungs(cls) -> tuple[Self, ...]:
-        """None: a plan is for lights without a size, and so are studies and hard cases."""
-        return ()
-
-    @classmethod
     def soft(cls) -> tuple[Self, ...]:
         """Few taps, and many."""
         return (cls(), cls(32, 64))
-
-    @classmethod
-    def extremes(cls) -> tuple[Self, ...]:
-        """None."""
-        return ()

@@ -1,11 +1,16 @@
 """What there is to ask a light's shadow of, by what its filter needs and what the driver can do."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 
 from glshadow.core.area import has_size
+from glshadow.core.decision import settle
 from glshadow.core.filters.filter import Needs
 from glshadow.core.lights import Light, SkyLight
 from glshadow.core.shadow import Settled
+from glshadow.core.used import Used
+from glshadow.errors import ResourceError
 from glshadow.gl.context import Caps, GLContext
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.receiver import Receiver
@@ -15,6 +20,7 @@ from glshadow.gl.sources.listed import Listed
 from glshadow.gl.sources.mapped import Mapped
 from glshadow.gl.sources.numbered import Numbered
 from glshadow.gl.sources.source import Source
+from glshadow.gl.work import Work
 
 
 def source_of(light: Light, shadow: Settled | None, context: GLContext) -> tuple[str, Callable[[], Source]]:
@@ -37,4 +43,42 @@ def without_lists(scene: GpuScene, caps: Caps) -> str:
     return f"lists of triangles need OpenGL 4.3, {caps.renderer} has {caps.version_code / 100:.1f}"
 
 
-__all__ = ["Accumulated", "Area", "Listed", "Mapped", "Numbered", "Receiver", "Source", "source_of", "without_lists"]
+class Sources(dict[tuple[int, str], Source]):
+    """What the lights are asked of, by their number and the source's name; kept from frame to frame."""
+
+    def __init__(self, context: GLContext) -> None:
+        super().__init__()
+        self._context = context
+
+    def claim(self, work: Work, lights: tuple[Light, ...]) -> tuple[list[Source], dict[int, Used]]:
+        """The source of each light, and what was used by those that had to be made to know whether they can be."""
+        sources, ready = [], {}
+        for number, light in enumerate(lights):
+            settled = settle(light, without_lists(work.scene, work.caps))
+            source = self._claimed(work, number, light, settled)
+            if settled is not None and settled.asked.filter is None and not settled.filter.has_map:
+                try:
+                    ready[number] = source.prepare(work)
+                except ResourceError as error:
+                    work.scene.unlisted = str(error)
+                    source = self._claimed(work, number, light, settle(light, work.scene.unlisted))
+            sources.append(source)
+        return sources, ready
+
+    def _claimed(self, work: Work, number: int, light: Light, settled: Settled | None) -> Source:
+        name, make = source_of(light, settled, self._context)
+        source = self.get((number, name))
+        if source is None:
+            source = self[number, name] = make()
+        source.claim(work, light, settled)
+        return source
+
+    def release(self) -> None:
+        """Free them all."""
+        for source in self.values():
+            source.release()
+
+
+__all__ = [
+    "Accumulated", "Area", "Listed", "Mapped", "Numbered", "Receiver", "Source", "Sources", "source_of", "without_lists",
+]  # fmt: skip
