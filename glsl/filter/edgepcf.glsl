@@ -1,0 +1,26 @@
+// Percentage closer filtering where an edge is: five of the blocks that filter/pcf.glsl reads decide whether the rest is read too.
+// Isidoro 2006, "Shadow Mapping: GPU-based Tips and Techniques". Twin: glshadow.core.filters.edge_pcf
+#ifndef GLS_PCF_RADIUS
+#define GLS_PCF_RADIUS 1
+#endif
+#include "lib/box.glsl"
+
+float visibility(Receiver receiver) {
+    vec2 base = floor(receiver.texel - 0.5);
+    vec2 f = receiver.texel - 0.5 - base;
+    vec2 first = base + (1.0 - float(GLS_PCF_RADIUS));
+    vec4 few = box_block(receiver, first, 0, 0) + box_block(receiver, first, GLS_PCF_RADIUS, 0);
+    few += box_block(receiver, first, 0, GLS_PCF_RADIUS) + box_block(receiver, first, GLS_PCF_RADIUS, GLS_PCF_RADIUS);
+    few += box_block(receiver, first, GLS_PCF_RADIUS / 2, GLS_PCF_RADIUS / 2);
+    float lit = dot(few, vec4(1.0)); // of 20
+    bool edge = lit > 0.5 && lit < 19.5;
+    float sum = 0.0;
+    for (int j = 0; j <= GLS_PCF_RADIUS; j++) {
+        if (!edge) break; // a loop that ends at once is skipped where no pixel of a block is at an edge; a branch is not, on llvmpipe
+        for (int i = 0; i <= GLS_PCF_RADIUS; i++) {
+            sum += box_sum(box_block(receiver, first, i, j), i, j, f);
+        }
+    }
+    float mean = min(sum / float((2 * GLS_PCF_RADIUS + 1) * (2 * GLS_PCF_RADIUS + 1)), 1.0);
+    return edge ? mean : step(0.5, lit);
+}
