@@ -10,6 +10,7 @@ import pytest
 import glshadow
 from glshadow.core.bias import BIASES
 from glshadow.core.filters import FILTERS
+from glshadow.core.filters.filter import Needs
 from glshadow.core.fit import FITS
 from glshadow.gl import sources
 
@@ -68,6 +69,7 @@ def test_a_filter_says_all_of_itself(kind: type[glshadow.Filter]) -> None:
     assert kind.fails
     for settings in (kind(), *kind.variants(), *kind.rungs(), *kind.studied(), *kind.extremes()):
         assert bool(settings.snippet) == settings.has_map
+        assert bool(settings.encoding) == bool(settings.channels) == (settings.needs is Needs.MOMENTS)
         assert settings.reach_texels >= settings.radius
     assert len({each.spelling for each in FILTERS}) == len(FILTERS)
 

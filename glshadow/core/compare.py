@@ -51,7 +51,7 @@ def map_uniforms(
     for each in views:
         tiles[each.face] = each.tile
     allowance = _allowance(view, bias, filter, rounding)
-    scale, depth = _depth_uniforms(view, target, bias, allowance)
+    scale, depth = _depth_uniforms(view, target, bias, filter, allowance)
     return {
         "u_texel_from_lv": (1.0 / x, 1.0 / y, tile[0] - left / x, tile[1] - bottom / y),
         "u_base": (scale, scale * x, scale * y),
@@ -76,10 +76,16 @@ def _allowance(view: ShadowView, bias: Bias, filter: Filter, rounding: float) ->
 
 
 def _depth_uniforms(
-    view: ShadowView, target: Target, bias: Bias, allowance: tuple[float, float]
+    view: ShadowView, target: Target, bias: Bias, filter: Filter, allowance: tuple[float, float]
 ) -> tuple[float, float | tuple[float, float, float]]:
     """Factor of the base, and what turns the base into stored depth, the constant slack taken off: see glsl/depth."""
     quantum = target.quantum if bias.follows_plane else 0.0
+    if filter.encoding:
+        per_unit, near = 1.0 / (view.far - view.near), view.near
+        constant = -near * per_unit - quantum - bias.of_compare
+        if view.kind == "directional":
+            return per_unit, (constant - per_unit * allowance[0], 0.0, 0.0)
+        return 1.0, (constant, per_unit, 0.0)
     if target is Target.DEPTH32F and view.clip.reversed and view.clip.zero_to_one:
         quantum = 0.0  # reversed 0..1 floats round relative to 1 / depth: part of what `rounding` allows for
     shift = bias.of_compare

@@ -73,6 +73,10 @@ class Shadow(Settings):
                 f"{type(self.bias).__name__} is polygon offset and moves a depth attachment only; target {self.target.value} stores a "
                 "metric. Use ReceiverPlaneBias or ConstantBias, or a depth target."
             )
+        if self.filter is not None and self.filter.encoding and self.target not in (None, Target.DEPTH32F):
+            raise SettingsError(
+                f"{self.filter!r} takes means of what a float depth texture holds: leave target at None, got {self.target.value}"
+            )
         if self.filter is not None and not self.filter.has_map and (self.bias is not None or self.target is not None):
             raise SettingsError(
                 f"{self.filter!r} compares triangles, not depths: leave bias and target at None, got bias {self.bias!r} and target "

@@ -34,6 +34,7 @@ from glshadow.gl.context import GLContext, open_context
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.lighting import light_uniforms, light_view
 from glshadow.gl.meshes import Meshes
+from glshadow.gl.moments import Moments
 from glshadow.gl.program import Programs
 from glshadow.gl.screen import comparison_sampler
 from glshadow.gl.sources.mapped import map_defines, map_slots, uniforms_of
@@ -76,6 +77,10 @@ def draw_map(context: GLContext, programs: Programs, scene: GpuScene, light: Lig
     shadow_map = Map(placed, Atlas(context, decision.caster.target, size), decision.caster, decision.filter)
     bound = context.ctx.fbo
     draw_casters(context, programs, scene, light, shadow_map)
+    if shadow_map.filter.encoding:
+        depths = shadow_map.atlas
+        shadow_map = Moments(context).filled(programs, shadow_map)
+        depths.release()
     if bound is not None:
         bound.use()
     return shadow_map
@@ -98,7 +103,8 @@ def receiver_source(context: GLContext, light: Light, shadow_map: Map | None, di
     """
     if dialect not in ("core330", "core330_gather", "es100"):
         raise SettingsError(f'dialect must be "core330", "core330_gather" or "es100", got {dialect!r}')
-    if shadow_map is not None and shadow_map.settings.target.is_depth and dialect == "es100":
+    compares = shadow_map is not None and shadow_map.settings.target.is_depth and not shadow_map.filter.encoding
+    if shadow_map is not None and compares and dialect == "es100":
         raise SettingsError(
             f"GLSL ES 1.00 cannot compare with target {shadow_map.settings.target.value}: use R32F, R16F, R8 or RGBA8"
         )
@@ -129,7 +135,7 @@ def receiver_uniforms(light: Light, shadow_map: Map, rounding: float) -> dict[st
 def bind_map(ctx: moderngl.Context, shadow_map: Map, unit: int = 0) -> moderngl.Sampler | None:
     """The map at a texture unit; a depth target also gets its comparison sampler, which is returned for release."""
     shadow_map.atlas.texture.use(unit)
-    if not shadow_map.settings.target.is_depth:
+    if shadow_map.filter.encoding or not shadow_map.settings.target.is_depth:
         return None
     sampler = comparison_sampler(ctx, shadow_map.views[0].clip.reversed)
     sampler.use(unit)

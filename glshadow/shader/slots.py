@@ -48,15 +48,20 @@ def mapped_slots(kind: Kind, target: Target, bias: Bias, filter: Filter, compare
     """
     if not filter.snippet:
         raise SettingsError(f"{filter!r} has no snippet for a shadow map: it cannot be asked of one")
+    common = {
+        "light": light_slot(kind),
+        "projection": f"projection/{_PROJECTIONS[kind]}.glsl",
+        "bias": bias.snippet,
+        "filter": filter.snippet,
+    }
+    if filter.encoding:
+        return {**common, "shadow": "receiver/moments.glsl"}
     depth = "affine" if target.is_depth else _METRIC_DEPTHS[kind]
     return {
-        "light": light_slot(kind),
+        **common,
         "shadow": "receiver/mapped.glsl",
-        "projection": f"projection/{_PROJECTIONS[kind]}.glsl",
         "depth": f"depth/{depth}.glsl",
-        "bias": bias.snippet,
         "compare": f"compare/{compare}.glsl",
-        "filter": filter.snippet,
     }
 
 

@@ -9,6 +9,7 @@ from typing import get_args
 
 from glshadow.core.bias import Bias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias
 from glshadow.core.filters import FILTERS, Filter, Pcss
+from glshadow.core.filters.filter import Needs
 from glshadow.core.metric import Target
 from glshadow.core.sampling import SAMPLES, grid
 from glshadow.core.view import Kind
@@ -28,7 +29,10 @@ from glshadow.shader.slots import (
 KINDS: tuple[Kind, ...] = get_args(Kind)
 TARGETS = (Target.DEPTH32F, Target.R32F, Target.RGBA8)  # the others differ in numbers, not in code
 BIASES: tuple[Bias, ...] = (ReceiverPlaneBias(), ConstantBias(0.0), NormalOffsetBias(), NoBias())  # others: as NoBias
-MAPPED: tuple[Filter, ...] = tuple(each for kind in FILTERS for each in kind.variants() if each.has_map)
+MAPPED: tuple[Filter, ...] = tuple(
+    each for kind in FILTERS for each in kind.variants() if each.needs is Needs.COMPARISON
+)
+MOMENTS: tuple[Filter, ...] = tuple(each for kind in FILTERS for each in kind.variants() if each.encoding)
 _SURFACES = ((1, 0), (1, 1), (2, 0), (2, 1), (4, 2))
 """Channels of the surface buffer, and where the colour is."""
 
@@ -171,6 +175,7 @@ def _exact() -> Iterator[Variant]:
             yield Variant("pass/resolve.frag", "core330", given_slots(kind), defines)
     yield from _area()
     yield from _depths_read()
+    yield from _means()
 
 
 def _depths_read() -> Iterator[Variant]:
@@ -182,6 +187,23 @@ def _depths_read() -> Iterator[Variant]:
             slots = mapped_slots(kind, target, BIASES[0], Pcss(), compare)
             defines = {**mapped_defines(kind, target, BIASES[0], Pcss(), reverse, True), "GLS_OUTPUT": 2}
             yield Variant("pass/forward.frag", dialect, slots, defines)
+
+
+def _means() -> Iterator[Variant]:
+    """Filters that ask means, and the passes that take them."""
+    target = Target.DEPTH32F
+    yield Variant("pass/over.vert", "core330", {}, {})
+    for filter in MOMENTS:
+        yield Variant("pass/blur.frag", "core330", {}, dict(filter.defines()))
+        for kind in KINDS:
+            defines = {**filter.defines(), "GLS_SUN": int(kind == "directional")}
+            yield Variant("pass/moments.frag", "core330", {"encoding": filter.encoding}, defines)
+            for bias, dialect in product((BIASES[0], BIASES[-1]), ("core330", "core330_gather", "es100")):
+                slots = mapped_slots(kind, target, bias, filter, "metric")
+                defines = {**mapped_defines(kind, target, bias, filter, False, True), "GLS_OUTPUT": 2}
+                yield Variant("pass/forward.frag", dialect, slots, defines)
+                if dialect != "es100":
+                    yield Variant("pass/resolve.frag", dialect, slots, defines)
 
 
 def _area() -> Iterator[Variant]:

@@ -74,8 +74,8 @@ class Grid(Settings):
         low, high = checked_scene(scene).bounds
         constant = ConstantBias(float(f"{CONSTANT_SHARE * np.linalg.norm(high - low):.1g}"))
         formats = tuple(Shadow(target=target) for target in (Target.DEPTH16, Target.R32F, Target.RGBA8))
-        without_map = (each for kind in FILTERS for each in kind.studied() if not each.has_map)
-        more = (*formats, *(Shadow(filter=each) for each in without_map))
+        others = (each for kind in FILTERS for each in kind.studied() if each not in MAPPED)
+        more = (*formats, *(Shadow(filter=each) for each in others))
         if any(map(has_size, scene.lights if lights is None else LIGHTS("lights", lights))):
             more += tuple(Shadow(filter=each) for kind in FILTERS for each in kind.soft())
         return cls(biases=(None, SlopeScaledBias(), NormalOffsetBias(), constant), more=more)

@@ -27,7 +27,7 @@ from glshadow.gl.geometry import GpuScene, pack_matrices
 from glshadow.gl.program import Programs
 from glshadow.gl.sources.mapped import map_defines, map_slots
 from glshadow.shader.slots import metric_slot
-from glshadow.shader.variants import MAPPED
+from glshadow.shader.variants import MAPPED, MOMENTS
 
 from .small_scene import Forward, light_of, on_gpu, small_scene, stored, views_of
 
@@ -135,6 +135,28 @@ def test_picture_is_the_same_in_both_dialects(
         assert (seen > 0.5).any() or isinstance(bias, NoBias), (bias, kernel)
         assert np.abs(es.values - core.values).max() <= ROUNDING, (bias, kernel)
     drawn.atlas.release()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_means_are_asked_alike_in_both_dialects(
+    glcontext: GLContext, gpu: tuple[GpuScene, Programs], forward: Forward, kind: Kind
+) -> None:
+    for kernel in MOMENTS:
+        light = light_of(kind, Shadow(filter=kernel, clip=CLIP))
+        shadow_map = draw_map(glcontext, gpu[1], gpu[0], light, views_of(small_scene(), light, CLIP))
+        slots, defines = map_slots(light, shadow_map, glcontext.caps), map_defines(light, shadow_map)
+        core, es = (
+            forward.draw(
+                gpu[1].get("pass/forward.vert", "pass/forward.frag", dialect, slots, defines), light, shadow_map
+            )
+            for dialect in ("core330", "es100")
+        )
+        shadow_map.atlas.release()
+        seen = core.values[core.hit][:, 0]
+        assert (seen < 0.5).any(), kernel
+        assert (seen > 0.5).any(), kernel
+        assert np.abs(es.values - core.values).max() <= ROUNDING, kernel
+        assert receiver_source(glcontext, light, shadow_map, "es100").startswith("#version 100\n")
 
 
 @pytest.mark.parametrize("output", [1, 2])

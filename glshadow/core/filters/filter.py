@@ -22,6 +22,7 @@ class Needs(Enum):
     """What a filter asks of a light; `glshadow.gl.sources` has what provides it."""
 
     COMPARISON = "comparison"  # whether a receiver lies before or behind what a shadow map stores
+    MOMENTS = "moments"  # means of something of depth, taken before it is asked
     TRIANGLES = "triangles"  # the triangles themselves: no map
 
 
@@ -33,6 +34,8 @@ class Filter(Spelled):
     needs : Needs
     snippet : str
         What fills the slot <filter> of a light with a map; none for filters without one.
+    encoding, channels : str, int
+        What a map of means stores of a depth, and in how many numbers; none for filters that compare.
     summary : str
         In a few words, for help and tables.
     source : str
@@ -43,6 +46,8 @@ class Filter(Spelled):
 
     needs: ClassVar[Needs]
     snippet: ClassVar[str] = ""
+    encoding: ClassVar[str] = ""
+    channels: ClassVar[int] = 0
     summary: ClassVar[str] = ""
     source: ClassVar[str] = ""
     fails: ClassVar[str] = ""

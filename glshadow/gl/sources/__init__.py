@@ -19,6 +19,7 @@ from glshadow.gl.sources.area import Area
 from glshadow.gl.sources.listed import Listed
 from glshadow.gl.sources.mapped import Mapped
 from glshadow.gl.sources.numbered import Numbered
+from glshadow.gl.sources.prefiltered import Prefiltered
 from glshadow.gl.sources.source import Source
 from glshadow.gl.work import Work
 
@@ -27,7 +28,11 @@ def source_of(light: Light, shadow: Settled | None, context: GLContext) -> tuple
     """The source that a light with these settings is asked of: its name, and how it is made."""
     if shadow is None:
         return "", lambda: Source(context)
-    kinds = {Needs.COMPARISON: Mapped, Needs.TRIANGLES: Listed if context.caps.compute else Numbered}
+    kinds: dict[Needs, type[Source]] = {
+        Needs.COMPARISON: Mapped,
+        Needs.MOMENTS: Prefiltered,
+        Needs.TRIANGLES: Listed if context.caps.compute else Numbered,
+    }
     kind: type[Source] = kinds[shadow.filter.needs]
     if shadow.filter.points_of_light and has_size(light):
         if kind is Listed and shadow.asked.faces is None and not isinstance(light, SkyLight):
@@ -80,5 +85,5 @@ class Sources(dict[tuple[int, str], Source]):
 
 
 __all__ = [
-    "Accumulated", "Area", "Listed", "Mapped", "Numbered", "Receiver", "Source", "Sources", "source_of", "without_lists",
+    "Accumulated", "Area", "Listed", "Mapped", "Numbered", "Prefiltered", "Receiver", "Source", "Sources", "source_of", "without_lists",
 ]  # fmt: skip

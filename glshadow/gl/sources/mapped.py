@@ -121,6 +121,7 @@ class Mapped(Source):
         compared = work.samplers.nearer_reversed if self.map.views[0].clip.reversed else work.samplers.nearer
         raw = (caps.texture_gather and caps.software) or self.map.filter.reads_depths
         sampler = work.samplers.plain if raw else compared
+        plain = self.map.filter.encoding or not self.map.settings.target.is_depth
         return Receiver(
             map_slots(self.light, self.map, caps),
             axes,
@@ -128,7 +129,7 @@ class Mapped(Source):
             map_defines(self.light, self.map),
             fetching_dialect(caps.texture_gather),
             {**uniforms_of(self.map, rounding_of(reach)), "u_size": size_in_texels(self.light, self.map)},
-            {"u_map": (self.map.atlas.texture, sampler if self.map.settings.target.is_depth else None)},
+            {"u_map": (self.map.atlas.texture, None if plain else sampler)},
         )
 
     def _reach(self, work: Work) -> float:

@@ -1,0 +1,10 @@
+// Exponential shadow map: the mean of exp(c (stored depth - receiver's depth)), at most 1. Over the receiver's own plane it is at least 1,
+// whatever the slope: no bias. Annen, Mertens, Seidel, Flerackers, Kautz 2008. Twin: glshadow.core.filters.esm
+#include "moments/esm.glsl"
+#ifndef GLS_EXPONENT
+#define GLS_EXPONENT 80.0
+#endif
+
+float visibility(Receiver receiver) {
+    return min(moments_at(receiver.texel).x * exp(-GLS_EXPONENT * receiver.depth), 1.0);
+}

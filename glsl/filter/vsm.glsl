@@ -1,0 +1,13 @@
+// Variance shadow map: the most light that mean and variance of what is stored allow. Over the receiver's own plane the mean is its depth.
+// Donnelly, Lauritzen 2006. Twin: glshadow.core.filters.vsm
+#include "lib/chebyshev.glsl"
+#ifndef GLS_ROUNDING
+#define GLS_ROUNDING 2.4e-7 // of a stored square
+#endif
+#ifndef GLS_BLEEDING
+#define GLS_BLEEDING 0.0
+#endif
+
+float visibility(Receiver receiver) {
+    return chebyshev(moments_at(receiver.texel).xy, 2.0 * receiver.depth - 1.0, GLS_ROUNDING, GLS_BLEEDING);
+}
