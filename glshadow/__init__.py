@@ -20,7 +20,7 @@ from glshadow.core.bias import (
 )
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
 from glshadow.core.filters import *  # noqa: F403  # every filter there is
-from glshadow.core.fit import Fit, SceneFit, ViewFit
+from glshadow.core.fits import Fit, SceneFit, ViewFit
 from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.orbit import orbit

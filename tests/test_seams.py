@@ -11,15 +11,15 @@ import glshadow
 from glshadow.core.bias import BIASES
 from glshadow.core.filters import FILTERS
 from glshadow.core.filters.filter import Needs
-from glshadow.core.fit import FITS
+from glshadow.core.fits import FITS
 from glshadow.gl import sources
 
 PACKAGE = Path(glshadow.__file__).parent
 FAMILIES = {kind.__name__: "core/filters" for kind in FILTERS}
 FAMILIES |= {kind.__name__: "core/bias.py" for kind in BIASES}
-FAMILIES |= {kind.__name__: "core/fit.py" for kind in FITS}
+FAMILIES |= {kind.__name__: "core/fits.py" for kind in FITS}
 FAMILIES |= {name: "gl/sources" for name in sources.__all__ if name[0].isupper()}
-FAMILIES |= {"Filter": "core/filters", "Bias": "core/bias.py", "Fit": "core/fit.py"}
+FAMILIES |= {"Filter": "core/filters", "Bias": "core/bias.py", "Fit": "core/fits.py"}
 
 # Places that may ask all the same: (file, class), with the reason.
 ALLOWED: dict[tuple[str, str], str] = {}

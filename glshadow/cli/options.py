@@ -12,7 +12,7 @@ import click
 from glshadow.cli import values
 from glshadow.cli.running import Work
 from glshadow.core.bias import BIASES
-from glshadow.core.fit import FITS
+from glshadow.core.fits import FITS
 from glshadow.core.spaces import Triple
 from glshadow.core.spelling import parse
 from glshadow.errors import SettingsError

@@ -64,6 +64,33 @@ def map_uniforms(
         "u_depth": depth,
         "u_allowance": allowance,
         "u_bias": bias.amount(max(x, y)),
+        **(_cascade_uniforms(views, target, bias, filter) if view.cascade else {}),
+    }
+
+
+def _cascade_uniforms(views: Sequence[ShadowView], target: Target, bias: Bias, filter: Filter) -> dict[str, Any]:
+    """What differs from one of a sun's views to the next; depth is the same in all, but for the slack of larger texels."""
+    first = views[0]
+    assert first.cascade is not None
+    scale, _ = _depth_uniforms(first, target, bias, filter, (0.0, 0.0))
+    texels, tiles, scales, ends = [], [], [], []
+    for view in views:
+        assert view.cascade is not None
+        (left, _, bottom, _), (x, y) = view.window, view.texel
+        texels.append((1.0 / x, 1.0 / y, view.tile[0] - left / x, view.tile[1] - bottom / y))
+        low, high = (np.add(view.tile, end) for end in (view.inset, view.resolution - view.inset))
+        tiles.append((*low, *high))
+        facet = FACET_SLOPE * filter.reach_texels * (max(x, y) - max(first.texel)) if bias.follows_plane else 0.0
+        scales.append((scale * x, scale * y, scale * facet, max(x, y) / max(first.texel)))
+        ends.append((view.cascade.start, view.cascade.end))
+    world_from_lv = np.linalg.inv(first.view_from_world)
+    return {
+        "u_cascade_texel": np.array(texels, dtype=np.float32).tobytes(),
+        "u_cascade_tile": np.array(tiles, dtype=np.float32).tobytes(),
+        "u_cascade_scale": np.array(scales, dtype=np.float32).tobytes(),
+        "u_cascade_end": np.array(ends, dtype=np.float32).tobytes(),
+        "u_view_depth": tuple((first.cascade.depth_of @ world_from_lv).tolist()),
+        "u_blend": first.cascade.blend,
     }
 
 

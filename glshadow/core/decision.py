@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from glshadow.core.area import has_size
 from glshadow.core.bias import Bias, ReceiverPlaneBias
 from glshadow.core.filters import Filter
+from glshadow.core.fits import Fit, ViewFit
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Settled, Shadow
@@ -27,6 +28,7 @@ class Decision:
     """What a light's map is drawn and asked with; `fallbacks`: every request that could not be met, with its reason."""
 
     filter: Filter
+    fit: Fit
     caster: CasterSettings
     clip: ClipSpace
     fallbacks: tuple[str, ...]
@@ -60,7 +62,11 @@ def decide(light: Light, settled: Settled, clip_control: bool, driver: str) -> D
     target = shadow.target or Target.DEPTH32F
     clip, fallbacks = _clip(light, shadow, target, clip_control, driver)
     settings = CasterSettings(target, shadow.bias or ReceiverPlaneBias(), shadow.faces)
-    return Decision(settled.filter, settings, clip, fallbacks + ignored_size(light, settled.filter))
+    fit = settled.fit
+    if fit.for_suns and not isinstance(light, DirectionalLight):
+        fallbacks += (f"fit {fit} became {ViewFit()}: only the map of a sun can be fitted so",)
+        fit = ViewFit()
+    return Decision(settled.filter, fit, settings, clip, fallbacks + ignored_size(light, settled.filter))
 
 
 def ignored_size(light: Light, filter_: Filter) -> tuple[str, ...]:

@@ -12,48 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array, view_axes
-from glshadow.core.spelling import Spelled
-
-
-class Fit(Spelled):
-    """What a map covers. Each kind is one subclass."""
-
-    def receivers(self, scene: Array, seen: list[Array]) -> list[Array]:
-        """Corners (M, 3) of what a map has to hold, one array per body.
-
-        Parameters
-        ----------
-        scene : (N, 8, 3) float64
-            World corners of all bodies' boxes.
-        seen : list of (M, 3) float64
-            What the camera sees of each.
-        """
-        raise NotImplementedError
-
-
-@dataclass(frozen=True)
-class ViewFit(Fit):
-    """Covers the receivers that the camera can see; a pure function of scene, light and camera."""
-
-    spelling = "view"
-
-    def receivers(self, scene: Array, seen: list[Array]) -> list[Array]:
-        """What is seen."""
-        return seen
-
-
-@dataclass(frozen=True)
-class SceneFit(Fit):
-    """Covers the whole scene; independent of the camera, so that a static light's map can be kept."""
-
-    spelling = "scene"
-
-    def receivers(self, scene: Array, seen: list[Array]) -> list[Array]:
-        """Everything."""
-        return list(scene)
-
-
-FITS: tuple[type[Fit], ...] = (ViewFit, SceneFit)
 
 _CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 _BLOCK = 4096  # boxes clipped at a time: each takes 10 kB meanwhile

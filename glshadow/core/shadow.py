@@ -8,7 +8,7 @@ from typing import Self
 
 from glshadow.core.bias import Bias
 from glshadow.core.filters import Exact, Filter, Pcf
-from glshadow.core.fit import Fit, ViewFit
+from glshadow.core.fits import Fit, ViewFit
 from glshadow.core.metric import Target
 from glshadow.core.setting import Settings, instance, number, optional, setting, whole
 from glshadow.core.spaces import ClipSpace

@@ -53,6 +53,29 @@ NEAREST_SHARE = {True: 1e-4, False: 5e-3}
 
 
 @dataclass(frozen=True, eq=False)
+class Cascade:
+    """What tells a view of several from its neighbours.
+
+    Parameters
+    ----------
+    start, end : float
+        Depths along the camera's view between which it is meant to be asked.
+    blend : float
+        Share of its half width, or of its slice, over which it fades into the next one.
+    by_depth : bool
+        Whether depth decides which view is asked; else the first that covers the receiver is.
+    depth_of : (4,) float64
+        Its product with (world point, 1) is the depth.
+    """
+
+    start: float
+    end: float
+    blend: float
+    by_depth: bool
+    depth_of: Array
+
+
+@dataclass(frozen=True, eq=False)
 class ShadowView:
     """One rendered view from a light.
 
@@ -77,6 +100,8 @@ class ShadowView:
         Texels along the tile's border that are read but not answered for: where some receivers lie outside, and are lit.
     gutter : int
         Texels around the tile that stay empty: where the map is too small for a guard band inside it.
+    cascade : Cascade, optional
+        Where a sun has several.
     """
 
     kind: Kind
@@ -90,6 +115,7 @@ class ShadowView:
     tile: tuple[int, int] = (0, 0)
     inset: int = 0
     gutter: int = 0
+    cascade: Cascade | None = field(default=None, repr=False)
 
     @cached_property
     def clip_from_view(self) -> Array:
@@ -195,17 +221,26 @@ def _sun_view(
     size = np.maximum(np.ptp(rectangle, axis=0), 1e-6 * max(np.ptp(points, axis=0).max(), 1e-300))
     origin = origin + rectangle.mean(axis=0) @ axes[:2]
     half = 0.5 * size * (resolution / (resolution - 2 * guard)) if resolution > 2 * guard else 0.5 * size
+    near, far = sun_range(light, points, casters, axes, origin, float(size.max()))
+    window = (-float(half[0]), float(half[0]), -float(half[1]), float(half[1]))
+    return ShadowView("directional", 0, rigid_inverse(axes, origin), window, near, far, clip, resolution)
+
+
+def sun_range(
+    light: DirectionalLight, points: Array, casters: Array, axes: Array, origin: Array, size: float = 0.0
+) -> tuple[float, float]:
+    """Near and far of a sun's view, unless the light has them.
+
+    Casters nearer than that are clamped to the near plane and still cast. One reach, that of the receivers' depths or `size`, in front of
+    the receivers keeps the slack of a receiver's compare depth from passing them.
+    """
     depth = -((points - origin) @ axes[2])
     first = -((casters - origin) @ axes[2]).max()
-    reach = max(float(np.ptp(depth)), float(size.max()))
-    # Casters nearer than this are clamped to the near plane and still cast. One reach in front of the receivers keeps the
-    # slack of a receiver's compare depth from passing them.
+    reach = max(float(np.ptp(depth)), size)
     near = max(float(first), float(depth.min()) - reach) if light.near is None else _along(light, light.near, origin)
     far = float(depth.max()) if light.far is None else _along(light, light.far, origin)
     pad = 1e-3 * (far - near) + 1e-6 * reach
-    near, far = near - (pad if light.near is None else 0.0), far + (pad if light.far is None else 0.0)
-    window = (-float(half[0]), float(half[0]), -float(half[1]), float(half[1]))
-    return ShadowView("directional", 0, rigid_inverse(axes, origin), window, near, far, clip, resolution)
+    return near - (pad if light.near is None else 0.0), far + (pad if light.far is None else 0.0)
 
 
 def _along(light: DirectionalLight, plane: float, origin: Array) -> float:

@@ -46,7 +46,8 @@ class _Linked:
             if member is None:
                 continue
             if isinstance(value, bytes):
-                member.write(value)
+                # the compiler may drop an array's last elements
+                member.write(value[: 4 * member.dimension * member.array_length])
             elif isinstance(value, np.ndarray):
                 member.write(np.ascontiguousarray(value.T, dtype=np.float32).tobytes())
             else:

@@ -38,8 +38,10 @@ def open_slots(kind: Kind) -> dict[str, str]:
     return {"light": light_slot(kind), "shadow": "receiver/open.glsl"}
 
 
-def mapped_slots(kind: Kind, target: Target, bias: Bias, filter: Filter, compare: Compare) -> dict[str, str]:
-    """Snippets for a light with a map; `compare`: how the dialect and the driver read it.
+def mapped_slots(
+    kind: Kind, target: Target, bias: Bias, filter: Filter, compare: Compare, cascades: int = 0
+) -> dict[str, str]:
+    """Snippets for a light with a map; `compare`: how the dialect and the driver read it; `cascades`: how many maps a sun has, if several.
 
     Raises
     ------
@@ -50,7 +52,7 @@ def mapped_slots(kind: Kind, target: Target, bias: Bias, filter: Filter, compare
         raise SettingsError(f"{filter!r} has no snippet for a shadow map: it cannot be asked of one")
     common = {
         "light": light_slot(kind),
-        "projection": f"projection/{_PROJECTIONS[kind]}.glsl",
+        "projection": f"projection/{'cascades' if cascades else _PROJECTIONS[kind]}.glsl",
         "bias": bias.snippet,
         "filter": filter.snippet,
     }

@@ -13,7 +13,7 @@ import numpy as np
 from glshadow.core.area import has_size
 from glshadow.core.bias import Bias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
 from glshadow.core.filters import FILTERS, Filter, Hard, Pcf
-from glshadow.core.fit import ViewFit
+from glshadow.core.fits import ViewFit
 from glshadow.core.lights import LIGHTS, Light
 from glshadow.core.metric import Target
 from glshadow.core.setting import Settings, instance, optional, setting, several, whole

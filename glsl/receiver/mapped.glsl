@@ -1,8 +1,15 @@
 // Slot <shadow> for a light with a map: bias, project, compare, filter. One contract for every light, target and technique.
+#ifndef GLS_CASCADES
+#define GLS_CASCADES 0 // maps of a sun, if it has several
+#endif
 #include "receiver/receiver.glsl"
 #include <projection>
 #include <depth>
 #include <bias>
 #include <compare>
 #include <filter>
+#if GLS_CASCADES
+#include "receiver/chosen.glsl"
+#else
 #include "receiver/answered.glsl"
+#endif

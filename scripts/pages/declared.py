@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import fields
 
 from glshadow.core.bias import BIASES
-from glshadow.core.fit import FITS
+from glshadow.core.fits import FITS
 from glshadow.core.spelling import Spelled
 from glshadow.public import MODULES
 from glshadow.scene.limits import Limits

@@ -12,7 +12,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from glshadow.core.fit import SceneFit
+from glshadow.core.fits import SceneFit
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow

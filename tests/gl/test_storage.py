@@ -9,7 +9,7 @@ import pytest
 
 from glshadow.core.bias import NoBias
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.fit import SceneFit
+from glshadow.core.fits import SceneFit
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.metric import Target, metric_range, projected_metric, radial_metric, unpack
 from glshadow.core.shadow import Faces, Shadow

@@ -25,7 +25,7 @@ from glshadow.core.bias import (
 )
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
 from glshadow.core.filters import Filter, Hard, Pcf
-from glshadow.core.fit import SceneFit
+from glshadow.core.fits import SceneFit
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow

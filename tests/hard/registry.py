@@ -11,7 +11,7 @@ import numpy as np
 from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, SlopeScaledBias
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.filters import FILTERS, Exact, Filter, Hard, Pcf
-from glshadow.core.fit import SceneFit
+from glshadow.core.fits import SceneFit
 from glshadow.core.lights import Light
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.filters import Exact, Filter, Pcf
-from glshadow.core.fit import SceneFit
+from glshadow.core.fits import SceneFit
 from glshadow.core.lights import DirectionalLight, Light, PointLight
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, transform, translation

@@ -9,7 +9,7 @@ import pytest
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.filters import Exact, Hard, Pcf
-from glshadow.core.fit import SceneFit, ViewFit
+from glshadow.core.fits import SceneFit, ViewFit
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array

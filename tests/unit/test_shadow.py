@@ -11,7 +11,7 @@ import pytest
 from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
 from glshadow.core.decision import settle
 from glshadow.core.filters import Exact, Hard, Pcf
-from glshadow.core.fit import SceneFit, ViewFit
+from glshadow.core.fits import SceneFit, ViewFit
 from glshadow.core.lights import DirectionalLight
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow

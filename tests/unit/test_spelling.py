@@ -7,7 +7,7 @@ import pytest
 import glshadow as gs
 from glshadow.core.bias import BIASES
 from glshadow.core.filters import FILTERS
-from glshadow.core.fit import FITS
+from glshadow.core.fits import FITS
 from glshadow.core.spelling import Spelled, parse
 from glshadow.errors import SettingsError
 

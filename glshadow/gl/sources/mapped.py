@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,15 +13,16 @@ from glshadow.core.area import radius_of
 from glshadow.core.compare import map_uniforms, rounding_of
 from glshadow.core.decision import Decision, decide
 from glshadow.core.filters import Filter
-from glshadow.core.fit import shaded_receivers
-from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.fitted import Asked
+from glshadow.core.lights import Light
 from glshadow.core.metric import Target, unpack
 from glshadow.core.shadow import Settled
 from glshadow.core.spaces import Array, transform
 from glshadow.core.used import Used
-from glshadow.core.view import ShadowView, kind_of, shadow_views
+from glshadow.core.view import ShadowView, kind_of
 from glshadow.errors import warn
 from glshadow.gl.atlases import Place
+from glshadow.gl.blocks import seen_blocks
 from glshadow.gl.bodies import casters_on_others
 from glshadow.gl.caster import Map, draw_casters
 from glshadow.gl.context import Caps, GLContext
@@ -42,6 +44,7 @@ class Mapped(Source):
         self.map: Map | None = None
         self._place: Place | None = None
         self._decision: Decision
+        self._asked: Asked
         self._shaded: Array | None = None
         self._looked_at = -1  # scene whose texels were looked at
 
@@ -55,23 +58,24 @@ class Mapped(Source):
         self._place = self.map = None
         if not casting.any():
             return
-        receivers = shadow.fit.receivers(scene.corners, work.sight.receivers)
-        guard = int(np.ceil(shadow.filter.reach_texels)) + 1
-        corners = scene.corners[casting].reshape(-1, 3)
-        shaded = None
-        if isinstance(light, DirectionalLight) and any(len(points) for points in receivers):
-            shaded = shaded_receivers(np.asarray(light.direction), receivers, corners, *scene.boxes)
-        self._shaded = None if shaded is None else np.concatenate(shaded)
-        receivers, inside = (receivers, True) if shaded is None else (shaded, False)
-        views = shadow_views(light, receivers, corners, decision.clip, shadow.resolution, guard, all_inside=inside)
-        if views:
-            self._place = work.atlases.claim(decision.caster.target, views)
+        sight = work.sight
+        self._asked = Asked(
+            light, scene.corners, scene.boxes, sight.receivers, scene.corners[casting].reshape(-1, 3), sight.camera, sight.size,
+            sight.near, sight.far, decision.clip, shadow.resolution, int(np.ceil(shadow.filter.reach_texels)) + 1,
+        )  # fmt: skip
+        fitted = decision.fit.fitted(self._asked)
+        self._shaded = fitted.shaded
+        if fitted.views:
+            self._place = work.atlases.claim(decision.caster.target, fitted.views)
 
     def prepare(self, work: Work) -> Used:
         """Draw the map."""
         draws, decision, caster = 0, self._decision, self._decision.caster
         if self._place is not None:
-            self.map = Map(*self._place(), caster, decision.filter)
+            views, atlas = self._place()
+            if decision.fit.measures:
+                views = self._measured(work, views)
+            self.map = Map(views, atlas, caster, decision.filter)
             draws = draw_casters(work.context, work.programs, work.scene, self.light, self.map)
             if self._looked_at != work.scene.identity:
                 self._looked_at = work.scene.identity
@@ -88,6 +92,12 @@ class Mapped(Source):
             decision.fallbacks,
             why=self._why,
         )
+
+    def _measured(self, work: Work, placed: tuple[ShadowView, ...]) -> tuple[ShadowView, ...]:
+        """Views fitted to what is really seen, in the places of those that were claimed."""
+        fitted = self._decision.fit.fitted(replace(self._asked, blocks=seen_blocks(work)))
+        self._shaded = fitted.shaded
+        return tuple(view.placed(there.tile) for view, there in zip(fitted.views, placed, strict=False)) or placed
 
     def _warn_of_large_texels(self, work: Work, view: ShadowView) -> None:
         """Said once for a scene: where a map covers so much that what casts near the camera may fall between its texels."""
@@ -156,7 +166,9 @@ def _side(work: Work, view: ShadowView, seen: Array, depth: float) -> float:
 def map_slots(light: Light, shadow_map: Map, caps: Caps) -> dict[str, str]:
     """Snippets that ask a map."""
     settings, compare = shadow_map.settings, compared_by(shadow_map.settings.target, shadow_map.filter, caps)
-    return mapped_slots(kind_of(light), settings.target, settings.bias, shadow_map.filter, compare)
+    return mapped_slots(
+        kind_of(light), settings.target, settings.bias, shadow_map.filter, compare, cascades_of(shadow_map)
+    )
 
 
 def compared_by(target: Target, filter: Filter, caps: Caps) -> Compare:
@@ -168,6 +180,11 @@ def compared_by(target: Target, filter: Filter, caps: Caps) -> Compare:
     if not caps.texture_gather:
         return "depth_taps"
     return "depth_gather_raw" if caps.software else "depth_gather"
+
+
+def cascades_of(shadow_map: Map) -> int:
+    """How many; 0: one view, or the faces of a point light."""
+    return len(shadow_map.views) if shadow_map.views[0].cascade else 0
 
 
 def size_in_texels(light: Light, shadow_map: Map) -> tuple[float, float]:
@@ -182,7 +199,10 @@ def map_defines(light: Light, shadow_map: Map) -> Mapping[str, int | str]:
     settings = shadow_map.settings
     reversed_depth = settings.target.is_depth and shadow_map.views[0].clip.reversed  # a metric always grows away
     bounded = shadow_map.views[0].inset > 0
-    return mapped_defines(kind_of(light), settings.target, settings.bias, shadow_map.filter, reversed_depth, bounded)
+    cascade = shadow_map.views[0].cascade
+    by_depth = cascade is not None and cascade.by_depth
+    defines = mapped_defines(kind_of(light), settings.target, settings.bias, shadow_map.filter, reversed_depth, bounded)
+    return {**defines, "GLS_CASCADES": cascades_of(shadow_map), "GLS_BY_DEPTH": int(by_depth)}
 
 
 def uniforms_of(shadow_map: Map, rounding: float) -> dict[str, Any]:

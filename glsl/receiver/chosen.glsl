@@ -1,0 +1,54 @@
+// A surface point asked of one of several maps: of the first that covers it, or (GLS_BY_DEPTH) of that of its slice of depth; near the end
+// of that one also of the next, so that one fades into the other.
+#ifndef GLS_BY_DEPTH
+#define GLS_BY_DEPTH 0
+#endif
+#ifndef GLS_CASCADES
+#define GLS_CASCADES 4
+#endif
+uniform float u_blend; // share of a map's half width, or of a slice, that fades
+#if GLS_BY_DEPTH
+uniform vec2 u_cascade_end[GLS_CASCADES]; // where slices begin and end
+uniform vec4 u_view_depth; // its product with (position, 1) is the depth that the camera sees
+#endif
+
+// Texels from the nearest border of what a map answers for; negative outside.
+float room_in(vec2 texel, vec4 tile) {
+    vec2 room = min(texel - tile.xy, tile.zw - texel);
+    return min(room.x, room.y);
+}
+
+float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
+    int chosen = GLS_CASCADES; // none: no caster is known there
+    float weight = 1.0;
+#if GLS_BY_DEPTH
+    float depth = dot(u_view_depth, vec4(position_lv, 1.0));
+#endif
+    for (int j = 0; j < GLS_CASCADES; j++) {
+        int i = GLS_CASCADES - 1 - j;
+#if GLS_BY_DEPTH
+        vec2 ends = u_cascade_end[GLS_CASCADES - 1 - j];
+        bool mine = depth <= ends.y || i == GLS_CASCADES - 1;
+        float share = (ends.y - depth) / max(u_blend * (ends.y - ends.x), 1e-30);
+#else
+        vec4 tile = u_cascade_tile[GLS_CASCADES - 1 - j], line = u_cascade_texel[GLS_CASCADES - 1 - j];
+        float room = room_in(position_lv.xy * line.xy + line.zw, tile);
+        bool mine = room >= 0.0;
+        float share = room / max(u_blend * 0.5 * (tile.z - tile.x), 1e-30);
+#endif
+        chosen = mine ? i : chosen;
+        weight = mine ? (i < GLS_CASCADES - 1 ? clamp(share, 0.0, 1.0) : 1.0) : weight;
+    }
+    float lit = 1.0;
+    for (int j = 0; j < 2; j++) {
+        if (j == 1 && (weight >= 1.0 || chosen >= GLS_CASCADES - 1)) break;
+        take_cascade(chosen + j < GLS_CASCADES ? chosen + j : GLS_CASCADES - 1);
+        vec3 position = biased_position(position_lv, normal_lv, cosine);
+        Receiver receiver = project_receiver(position, normal_lv);
+        start_depth(receiver);
+        bool inside = chosen < GLS_CASCADES && room_in(receiver.texel, cascade_tile) >= 0.0;
+        float found = inside ? visibility(receiver) : 1.0;
+        lit = j == 0 ? found : inside ? found + weight * (lit - found) : lit;
+    }
+    return lit;
+}
