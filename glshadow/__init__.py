@@ -20,7 +20,7 @@ from glshadow.core.bias import (
 )
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
 from glshadow.core.filters import *  # noqa: F403  # every filter there is
-from glshadow.core.fits import Fit, SceneFit, ViewFit
+from glshadow.core.fits import Cascades, Fit, Lispsm, SceneFit, ViewFit
 from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.orbit import orbit
@@ -98,6 +98,7 @@ __all__ = [
     "AlphaMode",
     "Bias",
     "Camera",
+    "Cascades",
     "ClipBias",
     "ClipSpace",
     "ConstantBias",
@@ -111,6 +112,7 @@ __all__ = [
     "GlshadowWarning",
     "IntrinsicsCamera",
     "Limits",
+    "Lispsm",
     "Material",
     "Mesh",
     "MissingOutput",

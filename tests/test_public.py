@@ -14,6 +14,9 @@ from glshadow.public import MODULES
 
 # Classes that a public signature names and that are not public: what they are there for.
 INNER = {
+    "Asked": "what a fit is asked, by the passes",
+    "Fitted": "what it answers",
+    "Cascade": "what tells a ShadowView of several from its neighbours",
     "BaseLight": "what the three kinds of light share",
     "Needs": "how a filter chooses its source",
     "Rays": "what a Truth asks when it is measured",

@@ -14,7 +14,6 @@ from glshadow.cli.running import Work
 from glshadow.core.bias import BIASES
 from glshadow.core.fits import FITS
 from glshadow.core.spaces import Triple
-from glshadow.core.spelling import parse
 from glshadow.errors import SettingsError
 
 if TYPE_CHECKING:
@@ -142,8 +141,9 @@ picture_options = _all(
     option("Shadow (of every light)", "--clip", metavar="CLIP", read=values.clip,
            help="Clip convention of the light: 0..1 or -1..1, either with ,reversed. Default: 0..1, reversed for spot "
                 "and point."),
-    option("Shadow (of every light)", "--fit", type=click.Choice([kind.spelling for kind in FITS]),
-           help="What the map covers: what the camera sees, or the whole scene. Default: view."),
+    option("Shadow (of every light)", "--fit", metavar="FIT", read=values.fit,
+           help=f"What the map covers: {', '.join(kind.usage() for kind in FITS)}. view: what the camera sees; scene: all, so that it "
+                "may be kept; cascades: COUNT maps of a sun, near ones finer; lispsm: one in perspective. Default: view."),
     option("Shadow (of every light)", "--faces", type=click.Choice(["auto", "front", "back", "both"]),
            help="Faces that cast. Default: auto, which is both but for closed meshes."),
     option("Shadow (of every light)", "--strength", metavar="S", read=values.strength,
@@ -252,7 +252,7 @@ def request(
     shadow = {name: options.pop(name) for name in ("resolution", "bias", "clip", "strength")}
     shadow["filter"] = filter_
     shadow["target"] = None if target_format is None else Target(target_format)
-    shadow["fit"] = None if fit is None else parse(fit, FITS, "fit")
+    shadow["fit"] = fit
     shadow["faces"] = None if faces in (None, "auto") else Faces(faces)
     shadow = {name: value for name, value in shadow.items() if value is not None}
     try:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from glshadow.core.bias import BIASES, Bias
 from glshadow.core.filters import FILTERS, Filter
+from glshadow.core.fits import FITS, Fit
 from glshadow.core.spelling import parse
 from glshadow.errors import SettingsError
 
@@ -169,6 +170,11 @@ def filter_help() -> str:
 def bias(text: str) -> Bias:
     """As a bias is spelled: receiver-plane, slope:1.1,4, ..."""
     return parse(text, BIASES, "bias")
+
+
+def fit(text: str) -> Fit:
+    """As a fit is spelled: view, cascades:4, ..."""
+    return parse(text, FITS, "fit")
 
 
 def clip(text: str) -> ClipSpace:

@@ -65,6 +65,7 @@ def map_uniforms(
         "u_allowance": allowance,
         "u_bias": bias.amount(max(x, y)),
         **(_cascade_uniforms(views, target, bias, filter) if view.cascade else {}),
+        **({} if view.warp is None else _warp_uniforms(view, bias, filter, rounding)),
     }
 
 
@@ -94,6 +95,20 @@ def _cascade_uniforms(views: Sequence[ShadowView], target: Target, bias: Bias, f
     }
 
 
+def _warp_uniforms(view: ShadowView, bias: Bias, filter: Filter, rounding: float) -> dict[str, Any]:
+    """Of a map in perspective: from the light's view to texels and stored depth, for points and, inverted, for planes."""
+    side = float(view.resolution)
+    place = np.array([[side, 0, 0, view.tile[0]], [0, side, 0, view.tile[1]], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+    matrix = place @ bias_matrix(view.clip) @ view.clip_from_view
+    facet = FACET_SLOPE * filter.reach_texels if bias.follows_plane else 0.0
+    x, y = view.texel
+    return {
+        "u_warp": matrix,
+        "u_unwarp": np.linalg.inv(matrix).T,
+        "u_slack": (rounding if bias.follows_plane else 0.0, facet * x, facet * y),
+    }
+
+
 def _allowance(view: ShadowView, bias: Bias, filter: Filter, rounding: float) -> tuple[float, float]:
     """World units, and share of the distance, taken off a receiver's distance; (0, 0) unless its plane is followed."""
     if not bias.follows_plane:
@@ -119,6 +134,8 @@ def _depth_uniforms(
     if target.is_depth:
         x, y = window_depth_line(view)
         x -= view.clip.sign * (quantum + shift * WINDOW_PER_CLIP)
+        if view.warp is not None:  # depth comes from the matrix itself
+            return y, -view.clip.sign * (quantum + shift * WINDOW_PER_CLIP)
         return y, x - y * allowance[0] if view.kind == "directional" else x
     low, high = metric_range(view.kind, view.clip, view.near, view.far)
     slack = quantum + shift

@@ -17,7 +17,7 @@ def seen_by(clip_from_world: Array, boxes: Array, view: ShadowView) -> NDArray[n
     beyond = (np.abs(clip[..., 0]) > w) & (np.sign(clip[..., 0]) == np.sign(clip[:, :1, 0]))
     above = (np.abs(clip[..., 1]) > w) & (np.sign(clip[..., 1]) == np.sign(clip[:, :1, 1]))
     depth = -(boxes @ view.view_from_world[2, :3] + view.view_from_world[2, 3])
-    far = depth > view.far
+    far = (depth > view.far) & (view.warp is None)  # else its planes lie elsewhere
     behind = w <= 0.0
     outside: NDArray[np.bool_] = beyond.all(1) | above.all(1) | far.all(1) | behind.all(1)
     return ~outside

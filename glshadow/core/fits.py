@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
+from glshadow.core.asked import Asked, Fitted
 from glshadow.core.setting import flag, number, setting, whole
 from glshadow.core.spaces import FARTHEST, Array
 from glshadow.core.spelling import Spelled
-
-if TYPE_CHECKING:  # which knows lights, which have shadows, which have fits
-    from glshadow.core.fitted import Asked, Fitted
 
 
 class Fit(Spelled):
@@ -20,9 +18,12 @@ class Fit(Spelled):
     ----------
     for_suns : bool
         Whether other lights are fitted by ViewFit().
+    warps : bool
+        Whether a sun's map may be in perspective.
     """
 
     for_suns: ClassVar[bool] = False
+    warps: ClassVar[bool] = False
 
     @property
     def measures(self) -> bool:
@@ -42,7 +43,7 @@ class Fit(Spelled):
         raise NotImplementedError
 
     def fitted(self, asked: Asked) -> Fitted:
-        """The views: around the receivers."""
+        """The views: around the receivers. What makes them knows lights, which have shadows, which have fits: imported when it is used."""
         from glshadow.core.fitted import around
 
         return around(asked, self.receivers(asked.scene, asked.seen))
@@ -93,7 +94,7 @@ class Cascades(Fit):
     by_depth : bool
         Which map is asked follows from the receiver's depth; else it is the first that covers it.
     distance : float
-        World units that stable cascades reach. 0: as far as the scene is large.
+        World units that stable cascades reach. 0: a power of two beyond what the camera can see.
 
     References
     ----------
@@ -107,7 +108,7 @@ class Cascades(Fit):
     stable: bool = setting(flag(), False)
     by_depth: bool = setting(flag(), False)
     distance: float = setting(
-        number(0.0, FARTHEST), 0.0, help="world units that stable maps reach; 0: the scene's size"
+        number(0.0, FARTHEST), 0.0, help="world units that stable maps reach; 0: all that is seen"
     )
 
     spelling = "cascades"
@@ -129,4 +130,45 @@ class Cascades(Fit):
         return cascades(asked, self)
 
 
-FITS: tuple[type[Fit], ...] = (ViewFit, SceneFit, Cascades)
+@dataclass(frozen=True)
+class Lispsm(Fit):
+    """One map in perspective, so that near the camera texels are small: light space perspective shadow maps. Suns only.
+
+    It is fitted to what the depth buffer really shows. Where texels would be larger than without perspective, over what is seen, it is left
+    out: when the sun shines along the view.
+
+    Parameters
+    ----------
+    psm : bool
+        The perspective of the camera itself, as perspective shadow maps have it: the smallest texels right before the camera, the largest
+        far away. Else the one whose worst texel is the smallest.
+
+    References
+    ----------
+    Wimmer, Scherzer, Purgathofer 2004, "Light Space Perspective Shadow Maps", EGSR. Stamminger, Drettakis 2002, "Perspective Shadow Maps",
+    SIGGRAPH: of a light at right angles to the view, the same with the centre of projection at the eye.
+    """
+
+    psm: bool = setting(flag(), False)
+
+    spelling = "lispsm"
+    for_suns = True
+    warps = True
+
+    @property
+    def measures(self) -> bool:
+        """Always."""
+        return True
+
+    def receivers(self, scene: Array, seen: list[Array]) -> list[Array]:
+        """What is seen."""
+        return seen
+
+    def fitted(self, asked: Asked) -> Fitted:
+        """One view."""
+        from glshadow.core.fitted import warped
+
+        return warped(asked, self)
+
+
+FITS: tuple[type[Fit], ...] = (ViewFit, SceneFit, Cascades, Lispsm)

@@ -2,88 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
+from glshadow.core.asked import Asked, Fitted
 from glshadow.core.cameras import Camera
 from glshadow.core.fit import shaded_receivers
-from glshadow.core.fits import Cascades
-from glshadow.core.lights import DirectionalLight, Light
-from glshadow.core.spaces import Array, ClipSpace, rigid_inverse, view_axes
+from glshadow.core.fits import Cascades, Lispsm
+from glshadow.core.lights import DirectionalLight
+from glshadow.core.spaces import Array, project, rigid_inverse, view_axes
 from glshadow.core.view import Cascade, ShadowView, shadow_views, sun_range
-
-
-@dataclass(frozen=True, eq=False)
-class Blocks:
-    """What a camera was found to see: for each block of pixels that shows a surface, how near and how far that is.
-
-    Parameters
-    ----------
-    starts, rays : (B, 4, 3) float64
-        World; through the corners of each block, rays of unit view depth.
-    nearest, farthest : (B,) float64
-        View depths.
-    """
-
-    starts: Array
-    rays: Array
-    nearest: Array
-    farthest: Array
-
-    def between(self, near: float, far: float) -> Array:
-        """World points (N, 3) around what lies between two depths."""
-        low, high = np.maximum(self.nearest, near), np.minimum(self.farthest, far)
-        some = low <= high
-        depths = np.stack([low[some], high[some]], axis=1)[:, :, None, None]
-        points = self.starts[some][:, None] + depths * self.rays[some][:, None]
-        return np.asarray(points.reshape(-1, 3))
-
-
-@dataclass(frozen=True, eq=False)
-class Asked:
-    """What a fit is asked for.
-
-    Parameters
-    ----------
-    scene : (N, 8, 3) float64
-        World corners of all bodies' boxes; `boxes`: the same as bounds and matrices.
-    seen : list of N arrays (M, 3)
-        World corners of what the camera sees of each.
-    casters : (K, 3) float64
-        World corners of everything that casts.
-    size : (2,) ints
-        Of the picture.
-    near, far : float
-        Of the camera.
-    guard : int
-        Texels around what is covered that a filter may reach into.
-    blocks : Blocks, optional
-        What is really seen, where that was found out.
-    """
-
-    light: Light
-    scene: Array
-    boxes: tuple[Array, Array]
-    seen: list[Array]
-    casters: Array
-    camera: Camera
-    size: tuple[int, int]
-    near: float
-    far: float
-    clip: ClipSpace
-    resolution: int
-    guard: int
-    blocks: Blocks | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """Views of a light; `shaded`: world points around the receivers they are for, where these are not all that are seen."""
-
-    views: tuple[ShadowView, ...]
-    shaded: Array | None = field(default=None, repr=False)
 
 
 def around(asked: Asked, receivers: list[Array]) -> Fitted:
@@ -97,7 +27,7 @@ def around(asked: Asked, receivers: list[Array]) -> Fitted:
 
 
 STABLE_SHARE = 1e-3
-"""Of the distance that stable cascades reach: where the first begins."""
+"""Of the distance that stable cascades reach: the first begins no nearer."""
 
 
 def cascades(asked: Asked, settings: Cascades) -> Fitted:
@@ -147,8 +77,9 @@ def _snapped(asked: Asked, settings: Cascades, light: DirectionalLight) -> tuple
     """Squares of a size that depends on the camera's lens alone, at whole texels of a lattice that depends on the scene alone."""
     camera, corners = asked.camera, asked.scene.reshape(-1, 3)
     origin = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
-    reach = settings.distance or float(np.linalg.norm(np.ptp(corners, axis=0)))
-    ends = split(settings, STABLE_SHARE * reach, reach, camera.is_perspective)
+    last = settings.distance or _power_of_two(asked.far, 1.0)
+    first = min(max(_power_of_two(asked.near, 0.0), STABLE_SHARE * last), 0.5 * last)
+    ends = split(settings, first, last, camera.is_perspective)
     axes = view_axes(np.asarray(light.direction))
     depth = sun_range(light, corners, asked.casters, axes, origin)
     left, right, bottom, top = camera.window(asked.size)
@@ -160,13 +91,74 @@ def _snapped(asked: Asked, settings: Cascades, light: DirectionalLight) -> tuple
             [np.column_stack([window * s, np.full(4, -d)]) for s, d in zip(scales, (start, end), strict=True)]
         )
         centre = local.mean(axis=0)
-        half = _rounded_up(float(np.linalg.norm(local - centre, axis=1).max())) * _widened(asked)
-        texel = 2.0 * half / asked.resolution
+        reach = float(np.linalg.norm(local - centre, axis=1).max())
+        # of seven bits, so that whole texels, and sums of them, are exact; and one more for the step from `centre` to the lattice
+        texel = _rounded_up(2.0 * (1.0 + 2.0 / asked.resolution) * reach * _widened(asked) / asked.resolution)
+        half = 0.5 * texel * asked.resolution
         world = camera.view_from_world[:3, :3].T @ (centre - camera.view_from_world[:3, 3])
         middle = np.floor((world - origin) @ axes[:2].T / texel) * texel
         view = rigid_inverse(axes, origin)
         found.append(_cascade(asked, settings, view, middle, np.full(2, half), depth, ends, number))
     return tuple(found)
+
+
+def warped(asked: Asked, settings: Lispsm) -> Fitted:
+    """One view in perspective along the camera's view, or as for one cascade where that is no better."""
+    plain = cascades(asked, Cascades(1, blend=0.0))
+    if not plain.views:
+        return plain
+    view = replace(plain.views[0], cascade=None)
+    blocks, camera = asked.blocks, asked.camera
+    if blocks is None or not len(blocks.nearest) or not camera.is_perspective:
+        return Fitted((view,), plain.shaded)
+    axes, origin = view.view_from_world[:3, :3], -view.view_from_world[:3, :3].T @ view.view_from_world[:3, 3]
+    near, far = float(blocks.nearest.min()), float(blocks.farthest.max())
+    points = blocks.between(near, far)
+    local = (points - origin) @ axes.T
+    left, right, bottom, top = view.window
+    inside = (local[:, 0] >= left) & (local[:, 0] <= right) & (local[:, 1] >= bottom) & (local[:, 1] <= top)
+    sine = float(np.linalg.norm(axes[:2] @ camera.view_from_world[2, :3]))
+    if not inside.any() or sine < 1e-3:
+        return Fitted((view,), plain.shaded)
+    # of what lies outside nothing is shaded
+    local, depth = local[inside], -((points[inside] - np.asarray(camera.position)) @ camera.view_from_world[2, :3])
+    low, high = float(local[:, 1].min()), float(local[:, 1].max())
+    start = max(near, float(depth.min()))
+    distance = (start if settings.psm else start + np.sqrt(start * (start + (high - low) * sine))) / sine
+    casters = (asked.casters - origin) @ axes.T
+    made = _in_perspective(asked, view, local, float(casters[:, 2].max()), low, float(distance))
+    better = _texels(made, local, depth) < _texels(view, local, depth)
+    return Fitted((made if better else view,), plain.shaded)
+
+
+def _in_perspective(
+    asked: Asked, view: ShadowView, local: Array, highest: float, low: float, distance: float
+) -> ShadowView:
+    """A view around points (N, 3) in it, its centre of projection `distance` before the nearest, at y = `low`.
+
+    w = 1 + (y - low) / distance; x / w, -distance / w and z / w: where w = 1 as large as before. Casters as high as `highest` are held.
+    """
+    warp = np.array(
+        [[1, 0, 0, 0], [0, 0, 0, -distance], [0, 0, 1, 0], [0, 1 / distance, 0, 1 - low / distance]], dtype=np.float64
+    )
+    ahead = project(warp, local)
+    flat, w = ahead[:, :3] / ahead[:, 3:], ahead[:, 3]
+    ends = np.concatenate([-flat[:, 2], -highest / np.array([w.min(), w.max()])])
+    pad = 1e-3 * float(np.ptp(ends))
+    lowest, greatest = flat[:, :2].min(axis=0), flat[:, :2].max(axis=0)
+    half, middle = 0.5 * (greatest - lowest) * _widened(asked), 0.5 * (greatest + lowest)
+    left, bottom, right, top = map(float, (*(middle - half), *(middle + half)))
+    near, far = float(ends.min()) - pad, float(ends.max()) + pad
+    return replace(view, window=(left, right, bottom, top), near=near, far=far, warp=warp)
+
+
+def _texels(view: ShadowView, local: Array, depth: Array) -> float:
+    """Mean over points of a texel's larger side for each unit of their depth: about how many pixels it is wide."""
+    x, y = view.texel
+    if view.warp is None:
+        return float((max(x, y) / depth).mean())
+    w = local @ view.warp[3, :3] + view.warp[3, 3]
+    return float((np.maximum(x * w, y * w**2) / depth).mean())
 
 
 def _inset(asked: Asked) -> int:
@@ -206,6 +198,11 @@ def _cascade(
         "directional", 0, view, (left, right, bottom, top), *depth, asked.clip, asked.resolution,
         inset=_inset(asked), cascade=cascade,
     )  # fmt: skip
+
+
+def _power_of_two(value: float, up: float) -> float:
+    """The next below, or above (`up` 1): what a moving camera changes rarely."""
+    return float(2.0 ** (np.floor(np.log2(max(value, 1e-30))) + up))
 
 
 def _rounded_up(value: float) -> float:

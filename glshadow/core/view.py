@@ -102,6 +102,9 @@ class ShadowView:
         Texels around the tile that stay empty: where the map is too small for a guard band inside it.
     cascade : Cascade, optional
         Where a sun has several.
+    warp : (4, 4) float64, optional
+        Applied in the view before the projection: a sun's map in perspective along its y axis. Window, near and far are then those of
+        what it makes of the view.
     """
 
     kind: Kind
@@ -116,13 +119,15 @@ class ShadowView:
     inset: int = 0
     gutter: int = 0
     cascade: Cascade | None = field(default=None, repr=False)
+    warp: Array | None = field(default=None, repr=False)
 
     @cached_property
     def clip_from_view(self) -> Array:
         """(4, 4) projection."""
-        return (orthographic if self.kind == "directional" else perspective)(
+        matrix = (orthographic if self.kind == "directional" else perspective)(
             *self.window, self.near, self.far, self.clip
         )
+        return matrix if self.warp is None else matrix @ self.warp
 
     @cached_property
     def clip_from_world(self) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
-from glshadow.core.fitted import Blocks
+from glshadow.core.asked import Blocks
 from glshadow.gl.readback import pixels
 from glshadow.gl.targets import release
 from glshadow.gl.work import Work

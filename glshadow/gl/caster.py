@@ -56,7 +56,7 @@ def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light:
     hidden = hidden_sides(settings.faces, hides_back_faces(scene, light, settings.faces))
     sparing = None
     # a map that is drawn once costs less than making clusters
-    if previous is not None and previous[0] == scene.identity and sparable(scene, settings):
+    if previous is not None and previous[0] == scene.identity and sparable(scene, settings, shadow_map.views):
         sparing = Sparing(context, scene, atlas, settings, hidden)
     atlas.framebuffer.use()
     draws = 0

@@ -38,10 +38,16 @@ _FIRST_PAUSE = 3  # draws before clusters are made: that takes as long as two or
 _PAUSE, _LONGEST_PAUSE = 16, 1024  # draws after which it is tried again whether it is worth its time
 
 
-def sparable(scene: GpuScene, settings: CasterSettings) -> bool:
-    """Whether a map can be drawn with fewer triangles: of equal depths of a metric the last that is drawn wins, so that all must be
-    drawn, and in order; and casters that are moved leave their clusters."""
-    return settings.target.is_depth and settings.bias.of_caster is None and scene.count >= LEAST_TRIANGLES
+def sparable(scene: GpuScene, settings: CasterSettings, views: Sequence[ShadowView]) -> bool:
+    """Whether maps can be drawn with fewer triangles.
+
+    Not in perspective. Of equal depths of a metric the last that is drawn wins, so that all must be drawn, and in order. Casters that are
+    moved leave their clusters.
+    """
+    warped = any(view.warp is not None for view in views)
+    return (
+        not warped and settings.target.is_depth and settings.bias.of_caster is None and scene.count >= LEAST_TRIANGLES
+    )
 
 
 @dataclass

@@ -9,9 +9,10 @@ from glshadow.core.spaces import Array, transform, translation
 from glshadow.scene import shapes
 from glshadow.scene.analytic import AnalyticScene, ball, box, plane, plates, room, sphere, wall
 from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scene.outdoors import outdoors
 from glshadow.scene.shapes import Solid
 
-__all__ = ["AnalyticScene", "ball", "box", "courtyard", "plane", "plates", "room", "sphere", "wall"]
+__all__ = ["AnalyticScene", "ball", "box", "courtyard", "outdoors", "plane", "plates", "room", "sphere", "wall"]
 
 
 def courtyard() -> Scene:

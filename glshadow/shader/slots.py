@@ -13,6 +13,8 @@ from glshadow.errors import SettingsError
 
 Compare = Literal["metric", "depth_taps", "depth_taps_raw", "depth_gather", "depth_gather_raw"]
 
+Shape = Literal["plain", "cascades", "warped"]
+
 _PROJECTIONS = {"directional": "orthographic", "spot": "perspective", "point": "cube"}
 _METRIC_DEPTHS = {"directional": "affine", "spot": "linear", "point": "radial"}
 
@@ -39,9 +41,9 @@ def open_slots(kind: Kind) -> dict[str, str]:
 
 
 def mapped_slots(
-    kind: Kind, target: Target, bias: Bias, filter: Filter, compare: Compare, cascades: int = 0
+    kind: Kind, target: Target, bias: Bias, filter: Filter, compare: Compare, shape: Shape = "plain"
 ) -> dict[str, str]:
-    """Snippets for a light with a map; `compare`: how the dialect and the driver read it; `cascades`: how many maps a sun has, if several.
+    """Snippets for a light with a map; `compare`: how the dialect and the driver read it; `shape`: how a sun's is laid out.
 
     Raises
     ------
@@ -52,7 +54,7 @@ def mapped_slots(
         raise SettingsError(f"{filter!r} has no snippet for a shadow map: it cannot be asked of one")
     common = {
         "light": light_slot(kind),
-        "projection": f"projection/{'cascades' if cascades else _PROJECTIONS[kind]}.glsl",
+        "projection": f"projection/{_PROJECTIONS[kind] if shape == 'plain' else shape}.glsl",
         "bias": bias.snippet,
         "filter": filter.snippet,
     }

@@ -176,6 +176,7 @@ def _exact() -> Iterator[Variant]:
     yield from _area()
     yield from _depths_read()
     yield from _means()
+    yield from _laid_out()
 
 
 def _depths_read() -> Iterator[Variant]:
@@ -204,6 +205,30 @@ def _means() -> Iterator[Variant]:
                 yield Variant("pass/forward.frag", dialect, slots, defines)
                 if dialect != "es100":
                     yield Variant("pass/resolve.frag", dialect, slots, defines)
+
+
+def _laid_out() -> Iterator[Variant]:
+    """A sun with several maps, or one in perspective; what is asked of a texel does not know where it lies."""
+    kind, target, reads = KINDS[0], TARGETS[0], _DEPTH_READS[0]
+    yield Variant("pass/blocks.frag", "core330", {}, {"GLS_SIDE": 16})
+    asked: tuple[tuple[Filter, Bias, Target, str, Compare], ...] = (
+        *((MAPPED[0], bias, target, *reads[:2]) for bias in BIASES),
+        *((filter, BIASES[0], target, *reads[:2]) for filter in (MAPPED[1], MOMENTS[0])),
+        (MAPPED[0], BIASES[0], Target.RGBA8, "es100", "metric"),
+        (MAPPED[0], BIASES[0], Target.RGBA8, "core330", "metric"),
+    )
+    for (filter, bias, stored, dialect, compare), count, by_depth in product(asked, (1, 4), (0, 1)):
+        slots = mapped_slots(kind, stored, bias, filter, compare, "cascades")
+        count = min(count, 2) if dialect == "es100" else count  # WebGL 1 promises 16 uniform vectors
+        defines = {**mapped_defines(kind, stored, bias, filter, False, True), "GLS_CASCADES": count}
+        defines |= {"GLS_BY_DEPTH": by_depth, "GLS_OUTPUT": 2}
+        yield Variant("pass/forward.frag", dialect, slots, defines)
+        if dialect != "es100":
+            yield Variant("pass/resolve.frag", dialect, slots, defines)
+    for bias, name in product((BIASES[0], BIASES[1]), ("pass/forward.frag", "pass/resolve.frag")):
+        slots = mapped_slots(kind, target, bias, MAPPED[1], reads[1], "warped")
+        defines = {**mapped_defines(kind, target, bias, MAPPED[1], False, True), "GLS_OUTPUT": 2}
+        yield Variant(name, reads[0], slots, defines)
 
 
 def _area() -> Iterator[Variant]:

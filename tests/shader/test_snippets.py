@@ -100,7 +100,8 @@ def test_slots_are_those_of_the_renderer() -> None:
     from ..gl.small_scene import light_of
 
     for receiver in receivers():
-        view = SimpleNamespace(kind=receiver.kind, inset=0, clip=SimpleNamespace(reversed=receiver.reversed_depth))
+        clip = SimpleNamespace(reversed=receiver.reversed_depth)
+        view = SimpleNamespace(kind=receiver.kind, inset=0, clip=clip, cascade=None, warp=None)
         settings = SimpleNamespace(target=receiver.target, bias=receiver.bias)
         shadow_map = cast(Any, SimpleNamespace(views=(view,), settings=settings, filter=receiver.filter))
         caps = SimpleNamespace(texture_gather="gather" in receiver.dialect, software=receiver.compare.endswith("_raw"))

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.area import radius_of
+from glshadow.core.asked import Asked
 from glshadow.core.compare import map_uniforms, rounding_of
 from glshadow.core.decision import Decision, decide
 from glshadow.core.filters import Filter
-from glshadow.core.fitted import Asked
 from glshadow.core.lights import Light
 from glshadow.core.metric import Target, unpack
 from glshadow.core.shadow import Settled
@@ -31,7 +31,7 @@ from glshadow.gl.readback import pixels
 from glshadow.gl.receiver import Receiver
 from glshadow.gl.sources.source import Source, fetching_dialect, frame_of, open_receiver
 from glshadow.gl.work import Work
-from glshadow.shader.slots import Compare, mapped_defines, mapped_slots
+from glshadow.shader.slots import Compare, Shape, mapped_defines, mapped_slots
 
 MOST_PIXELS = 2.0**16
 """Side of a map in pixels of the nearest receiver from which on it is said: a texel of a 2048 map is then 32 of them."""
@@ -167,7 +167,7 @@ def map_slots(light: Light, shadow_map: Map, caps: Caps) -> dict[str, str]:
     """Snippets that ask a map."""
     settings, compare = shadow_map.settings, compared_by(shadow_map.settings.target, shadow_map.filter, caps)
     return mapped_slots(
-        kind_of(light), settings.target, settings.bias, shadow_map.filter, compare, cascades_of(shadow_map)
+        kind_of(light), settings.target, settings.bias, shadow_map.filter, compare, shape_of(shadow_map)
     )
 
 
@@ -180,6 +180,12 @@ def compared_by(target: Target, filter: Filter, caps: Caps) -> Compare:
     if not caps.texture_gather:
         return "depth_taps"
     return "depth_gather_raw" if caps.software else "depth_gather"
+
+
+def shape_of(shadow_map: Map) -> Shape:
+    """How a sun's map is laid out."""
+    view = shadow_map.views[0]
+    return "cascades" if view.cascade else "plain" if view.warp is None else "warped"
 
 
 def cascades_of(shadow_map: Map) -> int:
@@ -202,7 +208,8 @@ def map_defines(light: Light, shadow_map: Map) -> Mapping[str, int | str]:
     cascade = shadow_map.views[0].cascade
     by_depth = cascade is not None and cascade.by_depth
     defines = mapped_defines(kind_of(light), settings.target, settings.bias, shadow_map.filter, reversed_depth, bounded)
-    return {**defines, "GLS_CASCADES": cascades_of(shadow_map), "GLS_BY_DEPTH": int(by_depth)}
+    several = {"GLS_CASCADES": cascades_of(shadow_map), "GLS_BY_DEPTH": int(by_depth)}
+    return {**defines, **several} if cascade is not None else defines
 
 
 def uniforms_of(shadow_map: Map, rounding: float) -> dict[str, Any]:
