@@ -19,11 +19,13 @@ from glshadow.core.bias import (
     SlopeScaledBias,
 )
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
+from glshadow.core.cookie import Cookie
 from glshadow.core.filters import *  # noqa: F403  # every filter there is
 from glshadow.core.fits import Cascades, Fit, Lispsm, SceneFit, ViewFit
 from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.orbit import orbit
+from glshadow.core.packed import PackedShadow
 from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import ClipSpace
 from glshadow.errors import (
@@ -103,6 +105,7 @@ __all__ = [
     "ClipSpace",
     "ConstantBias",
     "ContextError",
+    "Cookie",
     "DirectionalLight",
     "Faces",
     "Fit",
@@ -120,6 +123,7 @@ __all__ = [
     "Node",
     "NormalOffsetBias",
     "OrthographicCamera",
+    "PackedShadow",
     "PerspectiveCamera",
     "PointLight",
     "ReceiverPlaneBias",

@@ -21,6 +21,7 @@ from glshadow.gl.atlases import Atlases
 from glshadow.gl.camera import Sight, draw_surface, look, nothing_in_view
 from glshadow.gl.clock import Clock
 from glshadow.gl.context import Backend, open_context
+from glshadow.gl.cookies import Cookies
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.kept import Kept
 from glshadow.gl.meshes import Meshes
@@ -150,6 +151,7 @@ class Renderer:
                 # moderngl binds again what was bound before, also a framebuffer released meanwhile: leave one that stays
                 self._idle.use()
                 self._meshes.sweep()
+                self._cookies.sweep()
 
     def sequence(
         self,
@@ -308,6 +310,7 @@ class Renderer:
         self._idle = ctx.framebuffer([self._idle_color])
         self._idle.use()
         self._atlases = Atlases(context)
+        self._cookies = Cookies(context)
         self._scene: Kept[GpuScene] = Kept()
         self._targets: Kept[CameraTargets] = Kept()
         self._samples: Kept[Samples] = Kept()
@@ -320,7 +323,7 @@ class Renderer:
     def _kept(self) -> tuple[Any, ...]:
         """Everything that is kept, in the order of its release."""
         passes = (self._scene, self._targets, self._samples, self._programs, self._meshes, self._samplers)
-        return (*passes, self._covered, self._atlases, self._idle, self._idle_color, self._sources)
+        return (*passes, self._covered, self._atlases, self._cookies, self._idle, self._idle_color, self._sources)
 
     def _start_over(self) -> None:
         """After Ctrl-C, which may come at any line, and what else nobody expects: nothing half made is kept."""
@@ -357,7 +360,7 @@ class Renderer:
         )
         targets = self._targets.get(shape, lambda: CameraTargets(context, *shape))
         self._atlases.begin()
-        return Work(context, programs, self._samplers, self._atlases, gpu, self._sight[1], targets)
+        return Work(context, programs, self._samplers, self._atlases, self._cookies, gpu, self._sight[1], targets)
 
 
 def render(

@@ -15,6 +15,7 @@ from glshadow.core.spelling import parse
 from glshadow.errors import SettingsError
 
 if TYPE_CHECKING:
+    from glshadow.core.cookie import Cookie
     from glshadow.core.lights import Light
     from glshadow.core.spaces import ClipSpace, Triple
 
@@ -32,8 +33,8 @@ LIGHTS = (
 )
 COMMON_KEYS = ("intensity", "color", "near", "far", "shadow")
 LIGHT_KEYS = {
-    "sun": (*COMMON_KEYS, "angle"),
-    "spot": (*COMMON_KEYS, "range", "falloff", "radius"),
+    "sun": (*COMMON_KEYS, "angle", "cookie", "cookie_size"),
+    "spot": (*COMMON_KEYS, "range", "falloff", "radius", "cookie"),
     "point": (*COMMON_KEYS, "range", "falloff", "radius"),
     "rect": (*COMMON_KEYS, "range", "up"),
     "sky": ("intensity", "color", "shadow"),
@@ -230,6 +231,8 @@ def light(text: str) -> Light:
     if not least <= len(places) <= most:
         raise SettingsError(f"{text!r} is none of: {LIGHTS}")
     keys = dict(_key(kind, part) for part in parts[len(places) :])
+    if "cookie" in keys or "cookie_size" in keys:
+        keys["cookie"] = _cookie(kind, keys.pop("cookie", None), keys.pop("cookie_size", 1.0))
     if kind == "sky":
         return SkyLight(**keys)
     if kind == "rect":
@@ -248,12 +251,24 @@ def light(text: str) -> Light:
     return SpotLight(position=vector(places[0]), direction=vector(places[1]), **keys)
 
 
+def _cookie(kind: str, path: str | None, size: float) -> Cookie:
+    """An image file; of a sun it is repeated."""
+    from glshadow.core.cookie import Cookie
+    from glshadow.image import read
+
+    if path is None:
+        raise SettingsError("cookie_size needs a cookie: cookie=FILE")
+    return Cookie(image=read(path), repeat=kind == "sun", size=size)
+
+
 def _key(kind: str, text: str) -> tuple[str, Any]:
     key, _, value = text.partition("=")
     if key not in LIGHT_KEYS[kind]:
         raise SettingsError(f"a {kind} has no {key!r}; it takes {', '.join(LIGHT_KEYS[kind])}")
     if key in ("color", "up"):
         return key, vector(value)
+    if key == "cookie":
+        return key, value
     if key != "shadow":
         return key, number(value)
     from glshadow.core.shadow import Shadow

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from glshadow.core.area import has_size
 from glshadow.core.bias import Bias, ReceiverPlaneBias
+from glshadow.core.channel import Channel
 from glshadow.core.filters import Filter
 from glshadow.core.fits import Fit, ViewFit
 from glshadow.core.lights import DirectionalLight, Light
@@ -21,6 +22,7 @@ class CasterSettings:
     target: Target
     bias: Bias
     faces: Faces | None
+    channel: Channel | None = None
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ def decide(light: Light, settled: Settled, clip_control: bool, driver: str) -> D
     shadow = settled.asked
     target = shadow.target or Target.DEPTH32F
     clip, fallbacks = _clip(light, shadow, target, clip_control, driver)
-    settings = CasterSettings(target, shadow.bias or ReceiverPlaneBias(), shadow.faces)
+    settings = CasterSettings(target, shadow.bias or ReceiverPlaneBias(), shadow.faces, shadow.channel)
     fit = settled.fit
     if fit.for_suns and not isinstance(light, DirectionalLight):
         fallbacks += (f"fit {fit} became {ViewFit()}: only the map of a sun can be fitted so",)

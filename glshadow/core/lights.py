@@ -8,6 +8,7 @@ from typing import get_args
 
 import numpy as np
 
+from glshadow.core.cookie import Cookie
 from glshadow.core.setting import Settings, instance, number, optional, setting, several, vector
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import FARTHEST, NEAREST, Array, Triple, direction
@@ -61,6 +62,8 @@ class DirectionalLight(BaseLight):
         Linear RGB factor, and its strength: a white surface that faces the light gets color * intensity.
     angle : float
         Angular diameter of the source, degrees in [0, 90): 0.53 for the sun. 0 is a point at infinity.
+    cookie : Cookie, optional
+        An image that colours its light.
     near, far : float, optional
         Depth range of the shadow map along the light, world units from the world origin; None derives it.
     shadow : Shadow or None
@@ -73,6 +76,7 @@ class DirectionalLight(BaseLight):
         0.0,
         help="angular diameter of the source, degrees; 0.53 for the sun",
     )
+    cookie: Cookie | None = setting(optional(instance(Cookie), "none"), None, help="an image that it projects")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,6 +97,8 @@ class SpotLight(_LocalLight):
     falloff : float
         Exponent p of the distance: strength ~ 1 / distance^p. 0 (default): constant, so that scale does not matter;
         2: physical, intensity is then in candela.
+    cookie : Cookie, optional
+        An image that colours its light: the square around the cone.
     near, far : float, optional
         Depth range of the shadow map, distances from the light; None derives it.
     """
@@ -106,6 +112,7 @@ class SpotLight(_LocalLight):
         30.0,
         help="degrees from the axis beyond which there is none",
     )
+    cookie: Cookie | None = setting(optional(instance(Cookie), "none"), None, help="an image that it projects")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -194,6 +201,8 @@ class SkyLight(DirectionalLight):
             raise SettingsError(
                 f"SkyLight angle must stay 0, got {self.angle:g}: it is the whole sky; a DirectionalLight has an angle"
             )
+        if self.cookie is not None:
+            raise SettingsError("SkyLight cookie must stay None: light from everywhere projects no image")
 
 
 Light = DirectionalLight | SpotLight | PointLight | RectLight | SkyLight

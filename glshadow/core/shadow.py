@@ -7,6 +7,7 @@ from enum import Enum
 from typing import Self
 
 from glshadow.core.bias import Bias
+from glshadow.core.channel import Channel
 from glshadow.core.filters import Exact, Filter, Pcf
 from glshadow.core.fits import Fit, ViewFit
 from glshadow.core.metric import Target
@@ -55,6 +56,8 @@ class Shadow(Settings):
         None: back faces are culled for closed, consistently wound, single-sided meshes that do not contain the light; else both.
     strength : float
         0 (no shadow) to 1: how much of the light a shadow takes away in the image. Visibility itself is not scaled.
+    channel : Channel, optional
+        Set by `PackedShadow`.
     """
 
     resolution: int | None = setting(optional(whole(1, MAX_RESOLUTION, unit="texels")), None)
@@ -65,6 +68,7 @@ class Shadow(Settings):
     fit: Fit | None = setting(optional(instance(Fit)), None)
     faces: Faces | None = setting(optional(instance(Faces)), None)
     strength: float = setting(number(0.0, 1.0), 1.0)
+    channel: Channel | None = setting(optional(instance(Channel), "a texture of its own"), None)
 
     def __post_init__(self) -> None:
         super().__post_init__()

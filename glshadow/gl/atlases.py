@@ -10,6 +10,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.channel import CHANNELS, Channel
 from glshadow.core.metric import Target
 from glshadow.core.view import ShadowView
 from glshadow.errors import SettingsError
@@ -31,11 +32,14 @@ class Atlas:
         How its tiles lie; where that changes, nothing drawn before counts.
     drawn : dict
         What each light's tiles were last drawn from.
+    unused_depth : float
+        Where several lights share it: up to there the depth buffer is as it was cleared.
     shown : dict
         Of each tile what `gl.sparing` found in it: only ever a guess for the next map.
     """
 
-    def __init__(self, context: GLContext, target: Target, size: tuple[int, int]) -> None:
+    def __init__(self, context: GLContext, target: Target, size: tuple[int, int], shared: bool = False) -> None:
+        self.unused_depth = 0.0
         self.target, self.size = target, size
         self.tiles: tuple[Hashable, ...] = ()
         self.drawn: dict[Hashable, tuple[Hashable, ...]] = {}
@@ -48,6 +52,7 @@ class Atlas:
             self.texture = depth
             if not target.is_depth:
                 components, dtype = _COLOR_FORMATS[target]
+                components = CHANNELS if shared else components
                 self.texture = context.ctx.texture(size, components, dtype=dtype)
                 self._owned.append(self.texture)
                 self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
@@ -109,6 +114,9 @@ def layout(views: Sequence[ShadowView], limit: int) -> tuple[tuple[ShadowView, .
     return tuple(view.placed(places[i]) for i, view in enumerate(views)), (width, height)
 
 
+_Key = tuple[Target, int | None]
+"""Format, and which lights share it, if not all."""
+
 Place = Callable[[], tuple[tuple[ShadowView, ...], Atlas]]
 """Views with their tiles, and the atlas that holds them."""
 
@@ -118,41 +126,50 @@ class Atlases:
 
     def __init__(self, context: GLContext) -> None:
         self._context = context
-        self._atlases: dict[Target, Atlas] = {}
-        self._claims: dict[Target, list[tuple[ShadowView, ...]]] = {}
-        self._placed: dict[Target, list[tuple[ShadowView, ...]]] = {}
+        self._atlases: dict[_Key, Atlas] = {}
+        self._claims: dict[_Key, list[tuple[ShadowView, ...]]] = {}
+        self._placed: dict[_Key, list[tuple[ShadowView, ...]]] = {}
 
     def begin(self) -> None:
         """A new frame: nothing is claimed."""
         self._claims.clear()
         self._placed.clear()
+        for atlas in self._atlases.values():
+            atlas.unused_depth = 0.0
 
-    def claim(self, target: Target, views: tuple[ShadowView, ...]) -> Place:
-        """Ask for tiles; what is returned says where they are."""
-        claims = self._claims.setdefault(target, [])
+    def claim(self, target: Target, views: tuple[ShadowView, ...], channel: Channel | None = None) -> Place:
+        """Ask for tiles; what is returned says where they are. Those of a channel share theirs with the pack's other lights."""
+        key = (target, channel.pack if channel else None)
+        claims = self._claims.setdefault(key, [])
         number = len(claims)
         claims.append(views)
 
         def place() -> tuple[tuple[ShadowView, ...], Atlas]:
-            if target not in self._placed:
-                self._placed[target] = self._settle(target, claims)
-            return self._placed[target][number], self._atlases[target]
+            if key not in self._placed:
+                self._placed[key] = self._settle(key, claims)
+            return self._placed[key][number], self._atlases[key]
 
         return place
 
-    def _settle(self, target: Target, claims: Sequence[tuple[ShadowView, ...]]) -> list[tuple[ShadowView, ...]]:
-        views, size = layout([view for claim in claims for view in claim], self._context.caps.max_texture_size)
-        atlas = self._atlases.get(target)
+    def _settle(self, key: _Key, claims: Sequence[tuple[ShadowView, ...]]) -> list[tuple[ShadowView, ...]]:
+        target, pack = key
+        wanted = [view for claim in claims for view in claim]
+        if pack is not None:  # one tile, with room for the widest gutter
+            wanted = [max(wanted, key=lambda view: view.resolution + 2 * view.gutter)]
+        views, size = layout(wanted, self._context.caps.max_texture_size)
+        atlas = self._atlases.get(key)
         if atlas is None or atlas.size != size:
             if atlas is not None:
-                del self._atlases[target]
+                del self._atlases[key]
                 atlas.release()
-            atlas = self._atlases[target] = Atlas(self._context, target, size)
+            atlas = self._atlases[key] = Atlas(self._context, target, size, pack is not None)
         tiles = tuple((view.tile, view.resolution, view.gutter) for view in views)
         if atlas.tiles != tiles:
             atlas.tiles = tiles
             atlas.drawn.clear()
             atlas.shown.clear()
+        if pack is not None:
+            return [tuple(view.placed(views[0].tile) for view in claim) for claim in claims]
         rest = iter(views)
         return [tuple(next(rest) for _ in claim) for claim in claims]
 

@@ -47,7 +47,9 @@ def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light:
     """
     ctx = context.ctx
     atlas, settings, boxes = shadow_map.atlas, shadow_map.settings, scene.corners
-    tiles = tuple(view.tile for view in shadow_map.views)
+    channel = settings.channel
+    tiles: tuple[Hashable, ...] = tuple(view.tile for view in shadow_map.views)
+    tiles = tiles if channel is None else (*tiles, channel.number)
     source = _source(scene, light, shadow_map)
     if atlas.drawn.get(tiles) == source:
         return 0
@@ -58,6 +60,8 @@ def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light:
     # a map that is drawn once costs less than making clusters
     if previous is not None and previous[0] == scene.identity and sparable(scene, settings, shadow_map.views):
         sparing = Sparing(context, scene, atlas, settings, hidden)
+    if channel is not None:
+        atlas.framebuffer.color_mask = channel.mask
     atlas.framebuffer.use()
     draws = 0
     for view in shadow_map.views:
@@ -70,7 +74,13 @@ def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light:
         atlas.framebuffer.viewport = (*view.tile, view.resolution, view.resolution)
         side = view.resolution + 2 * view.gutter
         cleared = (view.tile[0] - view.gutter, view.tile[1] - view.gutter, side, side)
-        atlas.framebuffer.clear(1.0, 1.0, 1.0, 1.0, depth=view.clip.clear_depth, viewport=cleared)
+        atlas.framebuffer.depth_mask = channel is None or sum(channel.depth_range) > atlas.unused_depth
+        far = view.clip.clear_depth if channel is None else 1.0
+        atlas.framebuffer.clear(1.0, 1.0, 1.0, 1.0, depth=far, viewport=cleared)
+        atlas.framebuffer.depth_mask = True
+        if channel is not None:  # depth is the fragment's, and grows away in every convention
+            atlas.unused_depth = channel.depth_range[0]
+            ctx.depth_func = "<="
         chosen = np.flatnonzero(casting & seen_by(view.clip_from_world, boxes, view))
         begin = partial(_begin, programs, scene, light, view, settings)
         if sparing is None:
@@ -134,9 +144,12 @@ def caster_program(
             **alpha_test,
             "GLS_PACKED": int(target is Target.RGBA8),
             "GLS_CLIP_BIAS": int(moved is not None),
+            "GLS_CHANNELS": int(settings.channel is not None),
         },
     )
     clip, normal = moved or (0.0, 0.0)
+    if settings.channel is not None:
+        program.set(u_depth_range=settings.channel.depth_range)
     if metric:
         program.set(u_metric=metric_uniform(view, clip))
     if moved is not None:

@@ -126,7 +126,7 @@ class GpuMesh:
         self._pixels = material.texture if self.textured else None
         if self._pixels is not None:  # first: it is what a driver may refuse
             pixels = self._pixels
-            self.texture = textures.take(lambda: _texture(context, pixels), pixels)
+            self.texture = textures.take(lambda: color_texture(context, pixels), pixels)
         self._key = (mesh.positions, mesh.triangles)
         self.shape = shapes.take(lambda: Shape(context, mesh), *self._key)
         self.origin, self.face_normals = self.shape.origin, self.shape.face_normals
@@ -227,9 +227,12 @@ def numbered_triangles(
     return order, np.concatenate([others, number[:, None]], axis=1).astype(np.int32), one[triangles].astype(np.int32)
 
 
-def _texture(context: GLContext, pixels: NDArray[np.uint8]) -> moderngl.Texture:
+def color_texture(
+    context: GLContext, pixels: NDArray[np.uint8], what: str = "a base colour texture"
+) -> moderngl.Texture:
+    """sRGB pixels (H, W, 4) as a texture that is read as linear light."""
     height, width = pixels.shape[:2]
-    context.check_size((width, height), "a base colour texture")
+    context.check_size((width, height), what)
     # v up, as uv counts: row 0 of the file is the top
     texture = context.ctx.texture((width, height), 4, pixels[::-1].tobytes(), internal_format=_SRGB8_ALPHA8)
     texture.build_mipmaps()

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import moderngl
 import numpy as np
 
-from glshadow.core.lights import DirectionalLight, Light, RectLight
+from glshadow.core.cookie import Cookie, cookie_from_world
+from glshadow.core.lights import DirectionalLight, Light, RectLight, SpotLight
 from glshadow.core.panel import panel_axes
 from glshadow.core.spaces import Array
 from glshadow.gl.dense import Dense
@@ -76,6 +77,7 @@ def resolve(work: Work, share: Share, dense: Dense | None = None) -> None:
             "GLS_VISIBILITY": int(bool(targets.visibility) if dense is None else dense.visibility),
             "GLS_SUM": int(last and targets.linear is not None and dense is None),
             "GLS_CATCHES": int(scene.catches),
+            "GLS_COOKIE": int(_cookie_of(light) is not None),
             "GLS_DENSE": int(dense is not None),
             **(dense.defines if dense else {}),
         },
@@ -83,6 +85,8 @@ def resolve(work: Work, share: Share, dense: Dense | None = None) -> None:
     # each pixel shows the surface of one of its samples, and is shaded where that lies
     _set(program, work, share, (0.0, 0.0) if dense else targets.aside)
     program.bind(**surface_textures(work.samplers, scene, targets), **asked.textures)
+    if (cookie := _cookie_of(light)) is not None:
+        program.bind(u_cookie=work.cookies.get(cookie))
     if dense is not None:
         _draw_dense(program, work, dense)
     else:
@@ -125,6 +129,10 @@ def count_seen(work: Work, light: Light, asked: Receiver, dense: Dense | None, w
     program.unbind()
 
 
+def _cookie_of(light: Light) -> Cookie | None:
+    return light.cookie if isinstance(light, DirectionalLight | SpotLight) else None
+
+
 def _draw_dense(program: Program, work: Work, dense: Dense) -> None:
     targets = work.targets
     program.set(**dense.uniforms, u_samples=targets.fine_surface.size)
@@ -144,6 +152,10 @@ def _set(program: Program, work: Work, share: Share, aside: tuple[float, float])
     }
     if isinstance(light, RectLight):
         values["u_panel"] = asked.axes @ panel_axes(light).T
+    if isinstance(light, DirectionalLight | SpotLight) and light.cookie is not None:
+        world_from_lv = np.eye(4)
+        world_from_lv[:3, :3], world_from_lv[:3, 3] = asked.axes.T, scene.origin - asked.axes.T @ asked.offset
+        values["u_cookie_from_lv"] = cookie_from_world(light) @ world_from_lv
     color = np.ones(3) if scene.color is None else np.asarray(scene.color)
     radiance = np.minimum(color * np.asarray(light.color) * light.intensity, BRIGHTEST)
     above, below = np.minimum(share.ambient * color, BRIGHTEST)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from glshadow.gl.atlases import Atlases
 from glshadow.gl.camera import Sight
 from glshadow.gl.context import Caps, GLContext
+from glshadow.gl.cookies import Cookies
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Programs
 from glshadow.gl.screen import Samplers
@@ -21,6 +22,7 @@ class Work:
     programs: Programs
     samplers: Samplers
     atlases: Atlases
+    cookies: Cookies
     scene: GpuScene
     sight: Sight
     targets: CameraTargets

@@ -109,6 +109,7 @@ def receivers() -> Iterator[Receiver]:
 def variants() -> Iterator[Variant]:
     """Every text, some of them more than once."""
     yield from _casters()
+    yield from _packed()
     yield from _forward()
     yield from _surface()
     yield from _resolve()
@@ -130,6 +131,19 @@ def _casters() -> Iterator[Variant]:
                 defines = {"GLS_METRIC": metric, "GLS_PACKED": packed, "GLS_CLIP_BIAS": biased}
                 defines |= {"GLS_ALPHA": alpha, "GLS_TEXTURED": textured, "GLS_COLORED": colored}
                 yield Variant(name, dialect, {"metric": metric_slot(kind)}, defines)
+
+
+def _packed() -> Iterator[Variant]:
+    """One of several lights that share a texture."""
+    for kind, alpha in product(KINDS[:2], (0, 1)):
+        drawn: dict[str, int | str] = {"GLS_METRIC": 1, "GLS_CHANNELS": 1, "GLS_ALPHA": alpha}
+        yield Variant("pass/caster.frag", "core330", {"metric": metric_slot(kind)}, drawn)
+    for kind, channel, dialect in product(KINDS[:2], range(4), DIALECTS):
+        slots = mapped_slots(kind, Target.R32F, BIASES[0], MAPPED[0], "metric")
+        defines = {**mapped_defines(kind, Target.R32F, BIASES[0], MAPPED[0], False, True), "GLS_CHANNEL": channel}
+        yield Variant("pass/forward.frag", dialect, slots, {**defines, "GLS_OUTPUT": 2})
+        if dialect != "es100":
+            yield Variant("pass/resolve.frag", dialect, slots, defines)
 
 
 def _forward() -> Iterator[Variant]:
@@ -289,6 +303,9 @@ def _resolve() -> Iterator[Variant]:
         defines = {"GLS_HEMISPHERE": above, "GLS_CATCHES": catches, "GLS_SUM": total}
         if not (dense and total):
             yield Variant("pass/resolve.frag", "core330", opened, {**defines, **(_DENSE if dense else {})})
+    for kind in KINDS[:2]:
+        yield Variant("pass/resolve.frag", "core330", open_slots(kind), {"GLS_COOKIE": 1})
+        yield Variant("pass/resolve.frag", "core330", open_slots(kind), {"GLS_COOKIE": 1, **_DENSE})
     for samples in SAMPLES[1:]:
         columns, rows = grid(samples)
         block: dict[str, int | str] = {"GLS_COLUMNS": columns, "GLS_ROWS": rows}

@@ -3,6 +3,9 @@
 #ifndef GLS_PACKED
 #define GLS_PACKED 0
 #endif
+#ifndef GLS_CHANNEL
+#define GLS_CHANNEL 0 // of a texture that several lights share
+#endif
 uniform highp sampler2D u_map; // the default of ES 1.00 is lowp
 uniform vec2 u_map_texel; // 1 / size of the atlas
 
@@ -11,7 +14,7 @@ float stored_at(vec2 texel) {
 #if GLS_PACKED
     return unpack(stored);
 #else
-    return stored.r;
+    return stored[GLS_CHANNEL];
 #endif
 }
 

@@ -14,6 +14,9 @@
 #ifndef GLS_PACKED
 #define GLS_PACKED 0
 #endif
+#ifndef GLS_CHANNELS
+#define GLS_CHANNELS 0 // 1: one of several lights, each of which writes a channel and its own range of the depth buffer
+#endif
 #if GLS_ALPHA
 uniform vec2 u_alpha; // factor, cutoff
 #if GLS_TEXTURED
@@ -27,6 +30,9 @@ GLS_VARYING float v_alpha;
 #if GLS_METRIC
 GLS_VARYING vec4 v_position_lc;
 GLS_VARYING vec3 v_position_lv;
+#if GLS_CHANNELS
+uniform vec2 u_depth_range; // first, size
+#endif
 #include <metric>
 #include "lib/packing.glsl"
 #if GLS_CORE
@@ -51,6 +57,9 @@ void main() {
     float metric = depth_metric(v_position_lc, v_position_lv);
 #if GLS_PACKED
     o_stored = pack(min(metric, 0.99999994)); // 1 would wrap to 0
+#elif GLS_CHANNELS
+    o_stored = vec4(metric); // the mask chooses
+    gl_FragDepth = u_depth_range.x + u_depth_range.y * clamp(metric, 0.0, 1.0);
 #else
     o_stored = vec4(metric, 0.0, 0.0, 1.0);
 #endif

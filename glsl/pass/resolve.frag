@@ -40,6 +40,9 @@
 #ifndef GLS_CATCHES
 #define GLS_CATCHES 0
 #endif
+#ifndef GLS_COOKIE
+#define GLS_COOKIE 0 // 1: the light projects an image
+#endif
 #ifndef GLS_ALONE
 #define GLS_ALONE 0 // 1: writes nothing but the visibility
 #endif
@@ -56,6 +59,7 @@
 #include <light>
 #include <shadow>
 #include "lib/asked.glsl"
+#include "lib/cookie.glsl"
 #ifndef GLS_WIDE
 #define GLS_WIDE 0 // 1: the light is no single direction, see light/panel.glsl
 #endif
@@ -210,9 +214,10 @@ void main() {
 #else
     vec3 ambient = v_ambient;
 #endif
-    vec3 light = ambient + v_radiance * (max(lambert, 0.0) * arriving.w * share);
+    vec3 radiance = v_radiance * cookie_at(position);
+    vec3 light = ambient + radiance * (max(lambert, 0.0) * arriving.w * share);
 #if GLS_CATCHES
-    vec3 unshadowed = ambient + v_radiance * (cosine > 0.0 ? max(lambert, 0.0) * arriving.w : 0.0);
+    vec3 unshadowed = ambient + radiance * (cosine > 0.0 ? max(lambert, 0.0) * arriving.w : 0.0);
 #endif
 #if GLS_VISIBILITY
 #if GLS_DENSE

@@ -102,7 +102,7 @@ def test_slots_are_those_of_the_renderer() -> None:
     for receiver in receivers():
         clip = SimpleNamespace(reversed=receiver.reversed_depth)
         view = SimpleNamespace(kind=receiver.kind, inset=0, clip=clip, cascade=None, warp=None)
-        settings = SimpleNamespace(target=receiver.target, bias=receiver.bias)
+        settings = SimpleNamespace(target=receiver.target, bias=receiver.bias, channel=None)
         shadow_map = cast(Any, SimpleNamespace(views=(view,), settings=settings, filter=receiver.filter))
         caps = SimpleNamespace(texture_gather="gather" in receiver.dialect, software=receiver.compare.endswith("_raw"))
         light = light_of(receiver.kind, None)  # type: ignore[arg-type]

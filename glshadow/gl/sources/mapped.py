@@ -66,7 +66,7 @@ class Mapped(Source):
         fitted = decision.fit.fitted(self._asked)
         self._shaded = fitted.shaded
         if fitted.views:
-            self._place = work.atlases.claim(decision.caster.target, fitted.views)
+            self._place = work.atlases.claim(decision.caster.target, fitted.views, decision.caster.channel)
 
     def prepare(self, work: Work) -> Used:
         """Draw the map."""
@@ -208,6 +208,9 @@ def map_defines(light: Light, shadow_map: Map) -> Mapping[str, int | str]:
     cascade = shadow_map.views[0].cascade
     by_depth = cascade is not None and cascade.by_depth
     defines = mapped_defines(kind_of(light), settings.target, settings.bias, shadow_map.filter, reversed_depth, bounded)
+    channel = settings.channel
+    if channel is not None:
+        return {**defines, "GLS_CHANNEL": channel.number}
     several = {"GLS_CASCADES": cascades_of(shadow_map), "GLS_BY_DEPTH": int(by_depth)}
     return {**defines, **several} if cascade is not None else defines
 
@@ -222,12 +225,13 @@ def uniforms_of(shadow_map: Map, rounding: float) -> dict[str, Any]:
 def stored_values(shadow_map: Map) -> NDArray[np.float32]:
     """A map's views (V, R, R) as they are stored, row 0 at v = 1; RGBA8 is unpacked."""
     texture, target = shadow_map.atlas.texture, shadow_map.settings.target
+    channel = shadow_map.settings.channel.number if shadow_map.settings.channel else 0
     if target is Target.RGBA8:
         values = np.minimum(unpack(pixels(texture, np.uint8) / 255.0), 1.0)
     elif target is Target.R8:
-        values = pixels(texture, np.uint8)[..., 0] / 255.0
+        values = pixels(texture, np.uint8)[..., channel] / 255.0
     else:
-        values = pixels(texture, np.float16 if target is Target.R16F else np.float32)[..., 0]
+        values = pixels(texture, np.float16 if target is Target.R16F else np.float32)[..., channel]
     height = len(values)
     tiles = []
     for view in shadow_map.views:

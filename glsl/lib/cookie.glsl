@@ -1,0 +1,17 @@
+// What a light's cookie lets through: an image across the light. Twin: glshadow.core.cookie
+#ifndef GLS_COOKIE
+#define GLS_COOKIE 0
+#endif
+#if GLS_COOKIE
+uniform sampler2D u_cookie;         // read as linear light
+uniform mat4 u_cookie_from_lv;
+
+vec3 cookie_at(vec3 position_lv) {
+    vec4 place = u_cookie_from_lv * vec4(position_lv, 1.0);
+    return place.w > 0.0 ? textureLod(u_cookie, place.xy / place.w, 0.0).rgb : vec3(0.0);
+}
+#else
+vec3 cookie_at(vec3 position_lv) {
+    return vec3(1.0);
+}
+#endif

@@ -1,0 +1,110 @@
+"""Cookies: what a light lets through at each pixel, against the image looked up in float64."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow.core.cookie import cookie_from_world
+from glshadow.core.spaces import Array, project
+from glshadow.core.srgb import linear_from_srgb
+
+SIZE = (200, 120)
+SCENE = gs.scenes.courtyard()
+CELLS = np.random.default_rng(2).integers(0, 256, (4, 6, 3)).astype(np.uint8)
+IMAGE = np.kron(CELLS, np.ones((16, 16, 1), dtype=np.uint8))
+LIGHTS: dict[str, gs.DirectionalLight | gs.SpotLight] = {
+    "spot": gs.SpotLight(position=(6, 7, 6), direction=(-6, -7, -6), outer_angle=35.0, inner_angle=35.0, cookie=gs.Cookie(image=IMAGE)),
+    "narrow": gs.SpotLight(position=(6, 7, 6), direction=(-6, -7, -5), outer_angle=12.0, inner_angle=12.0, cookie=gs.Cookie(image=IMAGE)),
+    "sun": gs.DirectionalLight(cookie=gs.Cookie(image=IMAGE, repeat=True, size=3.0)),
+    "clamped sun": gs.DirectionalLight(cookie=gs.Cookie(image=IMAGE, size=5.0)),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def renderer() -> Iterator[gs.Renderer]:
+    with gs.Renderer("egl") as renderer:
+        yield renderer
+
+
+def looked_up(light: gs.DirectionalLight | gs.SpotLight, points: Array) -> tuple[Array, Array]:
+    """Linear colour (N, 3) of the texel that world points fall into, and whether they are well inside a cell, where no filter matters."""
+    assert light.cookie is not None
+    uvw = project(cookie_from_world(light), points)
+    uv = uvw[:, :2] / uvw[:, 3:]
+    uv = uv % 1.0 if light.cookie.repeat else np.clip(uv, 0.0, 1.0 - 1e-9)
+    x, y = uv[:, 0] * CELLS.shape[1], (1.0 - uv[:, 1]) * CELLS.shape[0]
+    column, row = np.minimum(x, CELLS.shape[1] - 1e-9).astype(int), np.minimum(y, CELLS.shape[0] - 1e-9).astype(int)
+    inside = (np.abs(x - column - 0.5) < 0.4) & (np.abs(y - row - 0.5) < 0.4)
+    if not light.cookie.repeat:  # beyond, the border goes on
+        inside |= ((uvw[:, :2] / uvw[:, 3:] < 0.0) | (uvw[:, :2] / uvw[:, 3:] > 1.0)).all(axis=1)
+    return linear_from_srgb(CELLS[row, column] / 255.0), inside
+
+
+@pytest.mark.parametrize("filter", [None, gs.Pcf(1)], ids=["exact", "pcf"])
+@pytest.mark.parametrize("name", list(LIGHTS))
+def test_light_is_coloured_as_the_image_says(renderer: gs.Renderer, name: str, filter: gs.Filter | None) -> None:
+    light = replace(LIGHTS[name], shadow=gs.Shadow(filter=filter))
+    outputs = ("linear", "position", "triangle")
+    frame = renderer.render(SCENE, None, [light], SIZE, ambient=0.0, outputs=outputs)
+    plain = renderer.render(SCENE, None, [replace(light, cookie=None)], SIZE, ambient=0.0, outputs=outputs)
+    seen = frame.triangle >= 0
+    points = (frame.position + frame.origin)[seen].astype(np.float64)
+    color, inside = looked_up(light, points)
+    asked = inside & (plain.linear[seen].max(axis=1) > 0.02)
+    assert asked.sum() > 300
+    expected = plain.linear[seen] * color
+    # sRGB of 8 bits read as linear by the hardware, and a position in float32
+    np.testing.assert_allclose(frame.linear[seen][asked], expected[asked], atol=2e-3)
+    assert np.ptp(color[asked], axis=0).min() > 0.2
+
+
+def test_nothing_shines_backwards(renderer: gs.Renderer) -> None:
+    """Behind a spot the image would be there again, upside down."""
+    light = gs.SpotLight(
+        position=(0, 1.5, 0), direction=(0, -0.2, -1), outer_angle=60, shadow=None, cookie=gs.Cookie(image=IMAGE)
+    )
+    frame = renderer.render(SCENE, None, [light], SIZE, ambient=0.0, outputs=("linear", "position"))
+    behind = (frame.position + frame.origin)[..., 2] > 3.0
+    assert behind.any()
+    assert frame.linear[behind].max() == 0.0
+
+
+def test_samples_see_it_too(renderer: gs.Renderer) -> None:
+    light = LIGHTS["sun"]
+    few, many = (
+        renderer.render(SCENE, None, [light], SIZE, outputs=("linear",), samples=each).linear for each in (1, 16)
+    )
+    assert np.abs(few - many).mean() < 0.03
+    assert np.abs(few - many).max() > 0.1  # at borders
+
+
+def test_a_cookie_goes_with_its_last_holder() -> None:
+    with gs.Renderer("egl") as renderer:
+        light = gs.DirectionalLight(cookie=gs.Cookie(image=IMAGE))
+        renderer.render(SCENE, None, [light], (16, 16))
+        assert len(renderer._cookies._made) == 1
+        renderer.render(SCENE, None, [light], (16, 16))
+        assert len(renderer._cookies._made) == 1
+        del light
+        gc.collect()
+        renderer.render(SCENE, None, None, (16, 16))
+        assert renderer._cookies._made == []
+
+
+@pytest.mark.parametrize(
+    "image", [np.zeros((2, 2, 3)), np.zeros((2, 2), np.uint8), np.zeros((0, 2, 3), np.uint8), "file.png", None]
+)
+def test_what_is_no_image_is_refused(image: object) -> None:
+    with pytest.raises(gs.SettingsError, match="Cookie image must be an image"):
+        gs.Cookie(image=image)  # type: ignore[arg-type]
+
+
+def test_the_sky_projects_nothing() -> None:
+    with pytest.raises(gs.SettingsError, match="SkyLight cookie must stay None"):
+        gs.SkyLight(cookie=gs.Cookie(image=IMAGE))
