@@ -23,6 +23,7 @@ from glshadow.gl.clock import Clock
 from glshadow.gl.context import Backend, open_context
 from glshadow.gl.cookies import Cookies
 from glshadow.gl.geometry import GpuScene
+from glshadow.gl.glass import Glass, Panes
 from glshadow.gl.kept import Kept
 from glshadow.gl.meshes import Meshes
 from glshadow.gl.program import Programs
@@ -64,6 +65,7 @@ class Renderer:
         self._context = open_context(backend, optional(instance(moderngl.Context))("context", context))
         self._furnished = False
         self._seen: tuple[Sight, int, int] | None  # what the surface buffer holds
+        self._panes: tuple[Panes | None, ...]
         with self._context.drawing():
             self._furnish()
 
@@ -218,6 +220,7 @@ class Renderer:
         self._see(work, look.samples, clock)
         with clock("shadow"):
             used = tuple(ready.get(number) or source.prepare(work) for number, source in enumerate(sources))
+            self._panes = tuple(self._glass_of(number).panes(work, light) for number, light in enumerate(lights))
         with clock("resolve"):
             # here, so that tiles are cleared and drawn in one go
             clear_outputs(self._context, targets, look.linear_background, look.background is None)
@@ -260,6 +263,11 @@ class Renderer:
         self._something = self._covered.passed
         self._seen = key
 
+    def _glass_of(self, number: int) -> Glass:
+        if number not in self._glass:
+            self._glass[number] = Glass(self._context)
+        return self._glass[number]
+
     def _several(self, work: Work) -> Samples:
         return self._samples.get(work.targets.identity, lambda: Samples(work))
 
@@ -293,8 +301,8 @@ class Renderer:
             dark = DirectionalLight(intensity=0.0)
             return (Share(dark, open_receiver(work, dark), 0, 1, look.ambient, look.linear_background),)
         return tuple(
-            Share(light, source.receiver(work), number, len(lights), look.ambient, look.linear_background)
-            for number, (light, source) in enumerate(zip(lights, sources, strict=True))
+            Share(light, source.receiver(work), number, len(lights), look.ambient, look.linear_background, panes)
+            for number, (light, source, panes) in enumerate(zip(lights, sources, self._panes, strict=True))
         )
 
     # What is kept from frame to frame
@@ -311,6 +319,8 @@ class Renderer:
         self._idle.use()
         self._atlases = Atlases(context)
         self._cookies = Cookies(context)
+        self._glass: dict[int, Glass] = {}
+        self._panes = ()
         self._scene: Kept[GpuScene] = Kept()
         self._targets: Kept[CameraTargets] = Kept()
         self._samples: Kept[Samples] = Kept()
@@ -323,7 +333,16 @@ class Renderer:
     def _kept(self) -> tuple[Any, ...]:
         """Everything that is kept, in the order of its release."""
         passes = (self._scene, self._targets, self._samples, self._programs, self._meshes, self._samplers)
-        return (*passes, self._covered, self._atlases, self._cookies, self._idle, self._idle_color, self._sources)
+        return (
+            *passes,
+            self._covered,
+            self._atlases,
+            self._cookies,
+            self._idle,
+            self._idle_color,
+            self._sources,
+            *self._glass.values(),
+        )
 
     def _start_over(self) -> None:
         """After Ctrl-C, which may come at any line, and what else nobody expects: nothing half made is kept."""

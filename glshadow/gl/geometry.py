@@ -58,6 +58,8 @@ class GpuScene:
         All but copies, blended nodes and those that are told not to.
     closed : (N,) bool
         Whether back faces are seen by nobody outside.
+    blends : (N,) bool
+        Which nodes tint what light passes through them.
     casting : dict
         Which nodes darken anything, by a sun's direction or a lamp's place: see `gl.bodies.casters_on_others`.
     unlisted : str
@@ -81,6 +83,9 @@ class GpuScene:
         self.meshes = [meshes.get(node.mesh) for node in self.nodes]
         self.casts: NDArray[np.bool_] = np.array(
             [node.casts and node.mesh.material.alpha_mode is not AlphaMode.BLEND for node in self.nodes]
+        )
+        self.blends: NDArray[np.bool_] = np.array(
+            [node.casts and node.mesh.material.alpha_mode is AlphaMode.BLEND for node in self.nodes]
         )
         self.closed: NDArray[np.bool_] = np.array([gpu.closed for gpu in self.meshes])
         numbers = {id(gpu): k for k, gpu in enumerate(dict.fromkeys(self.meshes))}

@@ -13,6 +13,7 @@ from glshadow.core.panel import panel_axes
 from glshadow.core.spaces import Array
 from glshadow.gl.dense import Dense
 from glshadow.gl.geometry import GpuScene
+from glshadow.gl.glass import Panes
 from glshadow.gl.lighting import BRIGHTEST, light_uniforms
 from glshadow.gl.program import Program
 from glshadow.gl.receiver import Receiver
@@ -36,6 +37,8 @@ class Share:
         Linear, from above and from below.
     background : (3,) float64
         Linear: what is seen through surfaces that show nothing but a shadow.
+    panes : Panes, optional
+        What tints the light.
     """
 
     light: Light
@@ -44,6 +47,7 @@ class Share:
     count: int
     ambient: Array
     background: Array
+    panes: Panes | None = None
 
 
 def colors_of(scene: GpuScene) -> int:
@@ -78,6 +82,7 @@ def resolve(work: Work, share: Share, dense: Dense | None = None) -> None:
             "GLS_SUM": int(last and targets.linear is not None and dense is None),
             "GLS_CATCHES": int(scene.catches),
             "GLS_COOKIE": int(_cookie_of(light) is not None),
+            **(share.panes.defines if share.panes else {}),
             "GLS_DENSE": int(dense is not None),
             **(dense.defines if dense else {}),
         },
@@ -87,6 +92,8 @@ def resolve(work: Work, share: Share, dense: Dense | None = None) -> None:
     program.bind(**surface_textures(work.samplers, scene, targets), **asked.textures)
     if (cookie := _cookie_of(light)) is not None:
         program.bind(u_cookie=work.cookies.get(cookie))
+    if share.panes is not None:
+        program.bind(u_glass=share.panes.colors, u_glass_depth=(share.panes.depths, work.samplers.plain))
     if dense is not None:
         _draw_dense(program, work, dense)
     else:
@@ -156,6 +163,8 @@ def _set(program: Program, work: Work, share: Share, aside: tuple[float, float])
         world_from_lv = np.eye(4)
         world_from_lv[:3, :3], world_from_lv[:3, 3] = asked.axes.T, scene.origin - asked.axes.T @ asked.offset
         values["u_cookie_from_lv"] = cookie_from_world(light) @ world_from_lv
+    if share.panes is not None:
+        values |= share.panes.uniforms(asked.axes, asked.offset, scene.origin)
     color = np.ones(3) if scene.color is None else np.asarray(scene.color)
     radiance = np.minimum(color * np.asarray(light.color) * light.intensity, BRIGHTEST)
     above, below = np.minimum(share.ambient * color, BRIGHTEST)

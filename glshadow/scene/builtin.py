@@ -8,11 +8,16 @@ from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.spaces import Array, transform, translation
 from glshadow.scene import shapes
 from glshadow.scene.analytic import AnalyticScene, ball, box, plane, plates, room, sphere, wall
+from glshadow.scene.landscapes import landscape, landscape_light
 from glshadow.scene.mesh import Mesh, Node, Scene
 from glshadow.scene.outdoors import outdoors
 from glshadow.scene.shapes import Solid
+from glshadow.scene.street import street
 
-__all__ = ["AnalyticScene", "ball", "box", "courtyard", "outdoors", "plane", "plates", "room", "sphere", "wall"]
+__all__ = [
+    "AnalyticScene", "ball", "box", "courtyard", "landscape", "landscape_light", "outdoors", "plane", "plates", "room", "sphere", "street",
+    "wall",
+]  # fmt: skip
 
 
 def courtyard() -> Scene:

@@ -66,7 +66,8 @@ class Material(Settings):
     texture : (H, W, 4) uint8, optional
         sRGB colour with linear alpha, row 0 at the top (v = 1), multiplied by `color`.
     alpha_mode : AlphaMode
-        MASK: fragments below `cutoff` do not exist, in the camera and in the caster pass. BLEND: drawn opaque, casts nothing.
+        MASK: fragments below `cutoff` do not exist, in the camera and in the caster pass. BLEND: drawn opaque,
+        and tints the light that passes through it, (1 - alpha) of it and of its colour; visibility does not know it.
     double_sided : bool
         Both sides are meant to be seen. (Both are always drawn; culling is only used where it cannot be seen.)
 

@@ -306,6 +306,12 @@ def _resolve() -> Iterator[Variant]:
     for kind in KINDS[:2]:
         yield Variant("pass/resolve.frag", "core330", open_slots(kind), {"GLS_COOKIE": 1})
         yield Variant("pass/resolve.frag", "core330", open_slots(kind), {"GLS_COOKIE": 1, **_DENSE})
+    for kind, views in ((KINDS[0], 1), (KINDS[1], 1), (KINDS[2], 6)):
+        glass: dict[str, int | str] = {"GLS_GLASS": views, "GLS_SUN": int(kind == KINDS[0])}
+        yield Variant("pass/resolve.frag", "core330", open_slots(kind), glass)
+        yield Variant("pass/resolve.frag", "core330", open_slots(kind), {**glass, **_DENSE})
+    for (textured, colored), name in product(_PAINTS, ("pass/glass.vert", "pass/glass.frag")):
+        yield Variant(name, "core330", {}, {"GLS_TEXTURED": textured, "GLS_COLORED": colored})
     for samples in SAMPLES[1:]:
         columns, rows = grid(samples)
         block: dict[str, int | str] = {"GLS_COLUMNS": columns, "GLS_ROWS": rows}

@@ -40,6 +40,9 @@
 #ifndef GLS_CATCHES
 #define GLS_CATCHES 0
 #endif
+#ifndef GLS_GLASS
+#define GLS_GLASS 0 // views of a map of what casters that blend let through
+#endif
 #ifndef GLS_COOKIE
 #define GLS_COOKIE 0 // 1: the light projects an image
 #endif
@@ -60,6 +63,7 @@
 #include <shadow>
 #include "lib/asked.glsl"
 #include "lib/cookie.glsl"
+#include "lib/glass.glsl"
 #ifndef GLS_WIDE
 #define GLS_WIDE 0 // 1: the light is no single direction, see light/panel.glsl
 #endif
@@ -214,7 +218,7 @@ void main() {
 #else
     vec3 ambient = v_ambient;
 #endif
-    vec3 radiance = v_radiance * cookie_at(position);
+    vec3 radiance = v_radiance * cookie_at(position) * transmitted(position, normal);
     vec3 light = ambient + radiance * (max(lambert, 0.0) * arriving.w * share);
 #if GLS_CATCHES
     vec3 unshadowed = ambient + radiance * (cosine > 0.0 ? max(lambert, 0.0) * arriving.w : 0.0);

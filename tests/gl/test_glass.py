@@ -1,0 +1,132 @@
+"""Light through casters that blend: its colour on what lies behind, by the formula; nothing before them; visibility untouched."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow.core.spaces import Array
+from glshadow.scene import shapes
+
+SIZE = (160, 120)
+RED, BLUE = (1.0, 0.1, 0.05, 0.6), (0.1, 0.2, 1.0, 0.3)
+CAMERA = gs.OrthographicCamera((0.0, 10.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), height=6.0)
+LIGHTS: dict[str, gs.Light] = {
+    "sun": gs.DirectionalLight(direction=(0.4, -1.0, 0.0)),
+    "spot": gs.SpotLight(position=(-2.0, 6.0, 0.0), direction=(0.3, -1.0, 0.0), inner_angle=50.0, outer_angle=50.0),
+    "point": gs.PointLight(position=(-2.0, 5.0, 0.2)),
+}
+
+
+@pytest.fixture(scope="module")
+def renderer() -> Iterator[gs.Renderer]:
+    with gs.Renderer("egl") as renderer:
+        yield renderer
+
+
+def node(name: str, color: tuple[float, ...], x: float, height: float, side: float = 1.0, z: float = 0.0, **more: object) -> gs.Node:
+    material = gs.Material(color=color, alpha_mode=gs.AlphaMode.BLEND, double_sided=True, **more)  # type: ignore[arg-type]
+    mesh = gs.Mesh(*shapes.rectangle((x, height, z + 0.5 * side), (side, 0, 0), (0, 0, -side)), material=material)
+    return gs.Node(name, mesh, np.eye(4))
+
+
+def ground() -> gs.Node:
+    return gs.Node("ground", gs.Mesh(*shapes.rectangle((-4, 0, 4), (8, 0, 0), (0, 0, -8))), np.eye(4))
+
+
+def through(color: tuple[float, ...]) -> Array:
+    alpha = color[3]
+    return (1.0 - alpha) * (1.0 - alpha + alpha * np.asarray(color[:3]))
+
+
+def tint(renderer: gs.Renderer, scene: gs.Scene, light: gs.Light) -> tuple[Array, gs.Frame]:
+    """Linear light on the ground over that without any pane (H, W, 3); NaN where the ground is not seen or not lit."""
+    outputs = ("linear", "node", "visibility", "position")
+    frame = renderer.render(scene, CAMERA, [light], SIZE, ambient=0.0, outputs=outputs)
+    bare = renderer.render(gs.Scene((scene.nodes[0],)), CAMERA, [light], SIZE, ambient=0.0, outputs=outputs)
+    on = (frame.node == 0)[..., None] & (bare.linear > 1e-3)
+    return np.where(on, frame.linear / np.where(on, bare.linear, 1.0), np.nan), frame
+
+
+@pytest.mark.parametrize("filter", [None, gs.Pcf(1)], ids=["exact", "pcf"])
+@pytest.mark.parametrize("name", list(LIGHTS))
+def test_what_lies_behind_gets_its_colour(renderer: gs.Renderer, name: str, filter: gs.Filter | None) -> None:
+    scene = gs.Scene((ground(), node("red", RED, -1.5, 1.0, z=-0.3), node("blue", BLUE, -1.5, 2.0, z=0.3)))
+    light = replace(LIGHTS[name], shadow=gs.Shadow(filter=filter))
+    seen, frame = tint(renderer, scene, light)
+    known = ~np.isnan(seen[..., 0])
+    for expected in (np.ones(3), through(RED), through(BLUE), through(RED) * through(BLUE)):
+        near = np.abs(seen - expected).max(axis=-1) < 5e-3
+        assert (near & known).sum() > 15, expected
+    # nothing else, but for texels at borders
+    all_of = [np.ones(3), through(RED), through(BLUE), through(RED) * through(BLUE)]
+    gap = np.min([np.abs(seen - each).max(axis=-1) for each in all_of], axis=0)
+    assert (gap[known] > 5e-3).mean() < 0.05
+    assert (frame.visibility[0][known] == 1.0).all(), "visibility is a number that knows no colour"
+
+
+def test_where_its_shadow_lies(renderer: gs.Renderer) -> None:
+    """A sun of slope 0.4: a pane at height 1 from x to x + 1 tints the ground from x + 0.4 to x + 1.4."""
+    seen, frame = tint(renderer, gs.Scene((ground(), node("red", RED, -1.0, 1.0))), LIGHTS["sun"])
+    places = frame.position + frame.origin
+    red = np.abs(seen - through(RED)).max(axis=-1) < 5e-3
+    pixel = 6.0 / SIZE[1]
+    row = np.abs(places[..., 2]) < 0.4
+    assert places[..., 0][red & row].max() == pytest.approx(0.4, abs=2 * pixel)  # its left end lies under the pane
+    assert not red[places[..., 0] > 0.4 + 2 * pixel].any()
+
+
+def test_panes_of_no_and_of_full_alpha(renderer: gs.Renderer) -> None:
+    clear, _ = tint(renderer, gs.Scene((ground(), node("clear", (0.2, 0.2, 0.2, 0.0), -1.0, 1.0))), LIGHTS["sun"])
+    np.testing.assert_allclose(clear[~np.isnan(clear)], 1.0, atol=5e-3)
+    dense, _ = tint(renderer, gs.Scene((ground(), node("dense", (0.9, 0.9, 0.9, 1.0), -1.0, 1.0))), LIGHTS["sun"])
+    dark = dense[~np.isnan(dense)] < 5e-3
+    assert dark.sum() > 100
+
+
+def test_a_pane_does_not_tint_itself_nor_what_is_before_it(renderer: gs.Renderer) -> None:
+    scene = gs.Scene((ground(), node("red", RED, -1.0, 1.0), node("blue", BLUE, -1.5, 2.0, side=0.6)))
+    for light in LIGHTS.values():
+        outputs = ("linear", "node")
+        frame = renderer.render(scene, CAMERA, [light], SIZE, ambient=0.0, outputs=outputs)
+        alone = renderer.render(
+            gs.Scene((ground(), scene.nodes[2])), CAMERA, [light], SIZE, ambient=0.0, outputs=outputs
+        )
+        upper = (frame.node == 2) & (alone.node == 1)
+        assert upper.sum() > 50
+        lit = alone.linear[upper].max(axis=1)
+        assert (lit > 0.3 * lit.max()).mean() > 0.95
+        np.testing.assert_allclose(frame.linear[upper], alone.linear[upper], atol=5e-3)
+
+
+def test_holes_of_a_texture_let_all_through(renderer: gs.Renderer) -> None:
+    image = np.full((8, 8, 4), 255, dtype=np.uint8)
+    image[:, :4, 3] = 0
+    material = gs.Material(color=(1.0, 0.0, 0.0, 0.5), texture=image, alpha_mode=gs.AlphaMode.BLEND)
+    uv = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    mesh = gs.Mesh(*shapes.rectangle((-1, 1.0, 1), (2, 0, 0), (0, 0, -2)), uv=uv, material=material)
+    seen, frame = tint(
+        renderer, gs.Scene((ground(), gs.Node("half", mesh, np.eye(4)))), gs.DirectionalLight(direction=(1, -1, 0))
+    )
+    red = np.abs(seen - through((1.0, 0.0, 0.0, 0.5))).max(axis=-1) < 5e-3
+    places = frame.position + frame.origin
+    assert red.sum() > 100
+    assert places[..., 0][red].min() > 0.9, "the left half is empty: its shadow would begin at 0"
+
+
+def test_no_glass_costs_nothing(renderer: gs.Renderer) -> None:
+    renderer.render(gs.scenes.box().scene, None, None, SIZE)
+    assert renderer._panes == (None,)
+
+
+def test_samples_are_tinted_too(renderer: gs.Renderer) -> None:
+    scene = gs.Scene((ground(), node("red", RED, -1.5, 1.0)))
+    one, four = (
+        renderer.render(scene, CAMERA, [LIGHTS["sun"]], SIZE, outputs=("linear",), samples=each).linear
+        for each in (1, 4)
+    )
+    assert np.abs(one - four).mean() < 5e-3
