@@ -16,6 +16,8 @@ from glshadow.gl.context import GLContext
 from glshadow.gl.program import Programs
 from glshadow.gl.targets import release, released_on_error
 
+_SHORT = 2  # texels: beyond, turning each depth into means many times costs more than a pass
+
 
 class Moments:
     """The means of one light's map, in an atlas of their own, kept while the map is.
@@ -74,15 +76,17 @@ class Moments:
     def _fill(self, programs: Programs, drawn: Map, views: tuple[ShadowView, ...], filter_: MomentFilter) -> None:
         ctx = self._context.ctx
         ctx.enable_only(moderngl.NOTHING)
+        # a short row is averaged as it is filled, which spares a pass; then the result of the last pass is the first texture's
+        row = filter_.radius if filter_.radius <= _SHORT else 0
         convert = programs.get(
             "pass/over.vert",
             "pass/moments.frag",
             slots={"encoding": filter_.encoding},
-            defines={"GLS_SUN": int(views[0].kind == "directional"), **filter_.defines()},
+            defines={"GLS_SUN": int(views[0].kind == "directional"), "GLS_ROW": row, **filter_.defines()},
         )
         for there, here in zip(drawn.views, views, strict=True):
             x, y = window_depth_line(there)
-            self._onto(0, here)
+            self._onto(1 if row else 0, here)
             convert.set(
                 u_even=(x, y, there.near, 1.0 / (there.far - there.near)),
                 u_from=(there.tile[0] - here.tile[0], there.tile[1] - here.tile[1]),
@@ -91,7 +95,7 @@ class Moments:
             convert.vertex_array().render(moderngl.TRIANGLES, vertices=3)
         if filter_.radius:
             blur = programs.get("pass/over.vert", "pass/blur.frag", defines={"GLS_MOMENT_RADIUS": filter_.radius})
-            for source, along in ((0, (1.0, 0.0)), (1, (0.0, 1.0))):
+            for source, along in ((0, (1.0, 0.0)), (1, (0.0, 1.0)))[1 if row else 0 :]:
                 for view in views:
                     self._onto(1 - source, view)
                     blur.set(u_along=along)

@@ -148,7 +148,11 @@ def usable_normals(
 def blended(nodes: list[Node]) -> list[str]:
     """The note on what is drawn opaque, if there is any."""
     count = sum(node.mesh.material.alpha_mode is AlphaMode.BLEND for node in nodes)
-    return [f"{count} of {len(nodes)} placed meshes are alpha blended: drawn opaque; what passes through is tinted"] if count else []
+    return (
+        [f"{count} of {len(nodes)} placed meshes are alpha blended: drawn opaque; what passes through is tinted"]
+        if count
+        else []
+    )
 
 
 def solid(material: Material, colors: NDArray[np.float32] | None = None) -> Material:

@@ -212,7 +212,10 @@ def _means() -> Iterator[Variant]:
         yield Variant("pass/blur.frag", "core330", {}, dict(filter.defines()))
         for kind in KINDS:
             defines = {**filter.defines(), "GLS_SUN": int(kind == "directional")}
-            yield Variant("pass/moments.frag", "core330", {"encoding": filter.encoding}, defines)
+            for row in (0, 1):
+                yield Variant(
+                    "pass/moments.frag", "core330", {"encoding": filter.encoding}, {**defines, "GLS_ROW": row}
+                )
             for bias, dialect in product((BIASES[0], BIASES[-1]), ("core330", "core330_gather", "es100")):
                 slots = mapped_slots(kind, target, bias, filter, "metric")
                 defines = {**mapped_defines(kind, target, bias, filter, False, True), "GLS_OUTPUT": 2}

@@ -40,8 +40,13 @@ float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
         weight = mine ? (i < GLS_CASCADES - 1 ? clamp(share, 0.0, 1.0) : 1.0) : weight;
     }
     float lit = 1.0;
+#if GLS_CORE
+    int turns = weight < 1.0 && chosen < GLS_CASCADES - 1 ? 2 : 1; // a loop of so many turns skips what a branch would not, on llvmpipe
+    for (int j = 0; j < turns; j++) {
+#else
     for (int j = 0; j < 2; j++) {
         if (j == 1 && (weight >= 1.0 || chosen >= GLS_CASCADES - 1)) break;
+#endif
         take_cascade(chosen + j < GLS_CASCADES ? chosen + j : GLS_CASCADES - 1);
         vec3 position = biased_position(position_lv, normal_lv, cosine);
         Receiver receiver = project_receiver(position, normal_lv);

@@ -14,6 +14,7 @@ import tempfile
 import time
 import warnings
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +41,7 @@ def models_in(folder: Path | None) -> Path | None:
     return found if found.is_dir() else None
 
 
-def turned_sun(scene: gs.Scene, k: int, shadow: gs.Shadow) -> gs.DirectionalLight:
+def turned_sun(scene: gs.Scene, k: float, shadow: gs.Shadow) -> gs.DirectionalLight:
     """The scene's sun, a little further on every round."""
     light, angle = scene.lights[0], 0.002 * k
     x, y, z = light.direction if isinstance(light, gs.DirectionalLight) else gs.DirectionalLight().direction
@@ -50,7 +51,9 @@ def turned_sun(scene: gs.Scene, k: int, shadow: gs.Shadow) -> gs.DirectionalLigh
 
 def measure(scene: gs.Scene, repeats: int, filters: dict[str, Any]) -> dict[str, Any]:
     """Medians in ms of the floor and of each filter, round-robin, with a sun that moves every round."""
-    with Renderer() as renderer:
+    with Renderer() as renderer, ExitStack() as stack:
+        # each filter with a renderer of its own: what one keeps is not to be made anew for the next
+        renderers = {name: stack.enter_context(Renderer()) for name in filters}
         lights = {name: gs.Shadow(filter=kind) for name, kind in filters.items()}
         floor = Floor(renderer, scene, SIZE, 2048)
         times: dict[str, list[float]] = {"floor": [], **{name: [] for name in filters}}
@@ -58,7 +61,7 @@ def measure(scene: gs.Scene, repeats: int, filters: dict[str, Any]) -> dict[str,
         for k in range(-2, repeats):
             jobs: dict[str, Callable[[], Any]] = {
                 name: (
-                    lambda k=k, s=shadow: renderer.render(
+                    lambda k=k, r=renderers[name], s=shadow: r.render(
                         scene, None, [turned_sun(scene, k, s)], SIZE, outputs=("image",)
                     )
                 )

@@ -28,7 +28,9 @@ def renderer() -> Iterator[gs.Renderer]:
         yield renderer
 
 
-def node(name: str, color: tuple[float, ...], x: float, height: float, side: float = 1.0, z: float = 0.0, **more: object) -> gs.Node:
+def node(
+    name: str, color: tuple[float, ...], x: float, height: float, side: float = 1.0, z: float = 0.0, **more: object
+) -> gs.Node:
     material = gs.Material(color=color, alpha_mode=gs.AlphaMode.BLEND, double_sided=True, **more)  # type: ignore[arg-type]
     mesh = gs.Mesh(*shapes.rectangle((x, height, z + 0.5 * side), (side, 0, 0), (0, 0, -side)), material=material)
     return gs.Node(name, mesh, np.eye(4))
