@@ -10,6 +10,7 @@ from typing import Any, Self, get_args
 import moderngl
 from numpy.typing import ArrayLike
 
+from glshadow.budget import Budget, Found, choose, open_to_choice, with_setting
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import DirectionalLight, Light, Lights
 from glshadow.core.look import AMBIENT, BACKGROUND, Ambient, Look, look_of
@@ -62,6 +63,7 @@ class Renderer:
 
     def __init__(self, backend: Backend = "auto", context: moderngl.Context | None = None) -> None:
         backend = one_of(*get_args(Backend))("backend", backend)
+        self._chosen: weakref.WeakKeyDictionary[Scene, dict[Any, tuple[Found, str]]] = weakref.WeakKeyDictionary()
         self._context = open_context(backend, optional(instance(moderngl.Context))("context", context))
         self._furnished = False
         self._seen: tuple[Sight, int, int] | None  # what the surface buffer holds
@@ -102,6 +104,8 @@ class Renderer:
         background: ArrayLike | None = BACKGROUND,
         outputs: Sequence[str] = ("image", "visibility"),
         samples: int = 1,
+        max_wrong: float | None = None,
+        max_ms: float | None = None,
     ) -> Frame:
         """One picture.
 
@@ -123,6 +127,10 @@ class Renderer:
             1, 4, 8 or 16 in each pixel, a grid. Image, linear and alpha are their mean in linear light, visibility the mean of those
             that see a surface; the other outputs are those of the pixel's middle. Pixels whose samples all see one smooth surface,
             and whose neighbours are as visible to every light, are shaded once.
+        max_wrong, max_ms : float, optional
+            Share of wrong pixels, and milliseconds, that shadows may cost: settings that lights leave to be derived are then the
+            cheapest that are so good, or the best that are so fast. They are tried on the first such picture of a scene, some twenty
+            frames, and kept while scene, size and the lights' kinds and settings stay; `used[i].why` says what was found.
 
         Raises
         ------
@@ -134,6 +142,9 @@ class Renderer:
         camera, lights, size = picture_arguments(scene, camera, lights, size)
         outputs = checked_outputs(outputs)
         look = look_of(ambient, background, samples)
+        budget = Budget(max_wrong=max_wrong, max_ms=max_ms)
+        if budget.given:
+            return self._within(budget, scene, camera, lights, size, ambient, background, outputs, samples)
         with self._context.drawing():
             if not self._furnished:
                 self._furnish()
@@ -182,7 +193,7 @@ class Renderer:
         SettingsError, SceneError
             At once, but for a camera that is none: when its turn comes, with its number.
         """
-        if unknown := set(options) - {"ambient", "background", "outputs", "samples"}:
+        if unknown := set(options) - {"ambient", "background", "outputs", "samples", "max_wrong", "max_ms"}:
             raise SettingsError(f"sequence has no {', '.join(sorted(map(repr, unknown)))}: it takes what render takes")
         _, lights, size = picture_arguments(scene, None, lights, size)
         look_of(options.get("ambient", AMBIENT), options.get("background", BACKGROUND), options.get("samples", 1))
@@ -199,6 +210,42 @@ class Renderer:
                 yield self.render(scene, camera, lights, size, **options)
 
         return frames()
+
+    def _within(
+        self,
+        budget: Budget,
+        scene: Scene,
+        camera: Camera,
+        lights: tuple[Light, ...],
+        size: tuple[int, int],
+        ambient: Ambient,
+        background: ArrayLike | None,
+        outputs: Sequence[str],
+        samples: int,
+    ) -> Frame:
+        """A picture with the settings that a budget chooses."""
+        kinds = tuple((type(light), light.shadow) for light in lights)
+        if not any(map(open_to_choice, lights)):
+            return self.render(scene, camera, lights, size, ambient, background, outputs, samples)
+        kept = self._chosen.get(scene, {})
+        if (budget, size, kinds) not in kept:
+
+            def draw(lights: Sequence[Light], outputs: tuple[str, ...]) -> Frame:
+                return self.render(scene, camera, lights, size, ambient, background, outputs)
+
+            kept[budget, size, kinds] = choose(draw, lights, budget)
+            self._chosen[scene] = kept
+        found, missed = kept[budget, size, kinds]
+        chosen = with_setting(lights, found.shadow)
+        frame = self.render(scene, camera, chosen, size, ambient, background, outputs, samples)
+        why = f"the cheapest within {budget}: {found}"
+        used = tuple(
+            replace(each, why=why, fallbacks=(*each.fallbacks, missed) if missed else each.fallbacks)
+            if open_to_choice(light)
+            else each
+            for light, each in zip(lights, frame.used, strict=True)
+        )
+        return replace(frame, used=used)
 
     def _frame(
         self,

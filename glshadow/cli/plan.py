@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shlex
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,7 +13,7 @@ from glshadow.cli import values
 from glshadow.cli.bar import Bar
 from glshadow.cli.options import Command, Request, common, option, scene_options
 from glshadow.cli.running import FAILED, Work
-from glshadow.errors import SettingsError, printable
+from glshadow.errors import printable
 
 if TYPE_CHECKING:
     from glshadow.core.shadow import Shadow
@@ -33,18 +32,6 @@ Examples:
 """
 
 
-def share(text: str) -> float:
-    """0.1% or 0.001."""
-    percent = text.endswith("%")
-    try:
-        value = values.number(text[:-1] if percent else text) / (100.0 if percent else 1.0)
-    except SettingsError:
-        value = math.nan
-    if not 0.0 <= value < 1.0:
-        raise SettingsError(f"{text!r} is not a share of the pixels from 0 to below 1, such as 0.1% or 0.001")
-    return value
-
-
 class PlanCommand(Command):
     """Keeps the text of the options, for the command line that it prints."""
 
@@ -56,7 +43,7 @@ class PlanCommand(Command):
 
 
 @click.command(cls=PlanCommand, epilog=EXAMPLES)
-@option("Plan", "--wrong", required=True, metavar="SHARE", read=share,
+@option("Plan", "--wrong", required=True, metavar="SHARE", read=values.share,
         help="Budget: at most so many of the counted pixels may be wrong, 0.1% or 0.001.")  # fmt: skip
 @option("Plan", "--journal", metavar="FILE", type=click.Path(dir_okay=False, path_type=Path),
         help="Keep measurements here and use those that are, such as a study's study.jsonl.")  # fmt: skip

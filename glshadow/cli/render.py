@@ -73,9 +73,31 @@ Examples:
     help="N pictures all round the model, in equal steps about the vertical. -o then needs a field for the picture's number: "
     "-o view_{:03d}.png. What is there already is kept, so that an interrupted command goes on.",
 )
+@option(
+    "Shadow (of every light)",
+    "--max-wrong",
+    metavar="SHARE",
+    read=values.share,
+    help="Of what shadow options leave open, the cheapest settings with at most so many wrong pixels: 0.1% or 0.001. Tries some "
+    "twenty pictures first.",
+)
+@option(
+    "Shadow (of every light)",
+    "--max-ms",
+    metavar="MS",
+    read=values.milliseconds,
+    help="Of what shadow options leave open, the best settings that take no longer for a picture.",
+)
 @common
 def command(
-    as_json: bool, debug: bool, overlay: tuple[str, ...], samples: int, orbit: int | None, **options: Any
+    as_json: bool,
+    debug: bool,
+    overlay: tuple[str, ...],
+    samples: int,
+    orbit: int | None,
+    max_wrong: float | None,
+    max_ms: float | None,
+    **options: Any,
 ) -> None:
     """Render MODEL with shadows; without MODEL, the built-in courtyard.
 
@@ -86,6 +108,7 @@ def command(
         if "map" in overlay and options["filter_"] is None:
             options["filter_"] = values.shadow_filter("pcf:1")
         wanted = request(**options)
+        budget = {"max_wrong": max_wrong, "max_ms": max_ms}
         path = wanted.output or named_after(Path(wanted.name).stem, orbit is not None)
         if overlay and path.suffix.lower() == ".exr":
             raise click.UsageError(
@@ -98,12 +121,14 @@ def command(
         if orbit is None:
             if wanted.output is not None:
                 refuse_field(path)
-            _render(work, wanted, path, overlay, samples)
+            _render(work, wanted, path, overlay, samples, budget)
         else:
-            _render_orbit(work, wanted, path, overlay, samples, orbit)
+            _render_orbit(work, wanted, path, overlay, samples, orbit, budget)
 
 
-def _render(work: Work, wanted: Request, path: Path, overlay: tuple[str, ...], samples: int) -> None:
+def _render(
+    work: Work, wanted: Request, path: Path, overlay: tuple[str, ...], samples: int, budget: dict[str, Any]
+) -> None:
     with work.stage("load", f"loading {wanted.name}"):
         scene = wanted.load()
     camera, lights = wanted.camera(scene), wanted.lit(scene)
@@ -114,7 +139,7 @@ def _render(work: Work, wanted: Request, path: Path, overlay: tuple[str, ...], s
     with renderer:
         with work.stage("render", f"rendering {wanted.name}"):
             frame = renderer.render(
-                scene, camera, lights, wanted.size, outputs=_outputs(path, overlay, work.as_json), samples=samples, **wanted.look,
+                scene, camera, lights, wanted.size, outputs=_outputs(path, overlay, work.as_json), samples=samples, **budget, **wanted.look,
             )  # fmt: skip
         info = renderer.info
     covered = refuse_blank(frame)
@@ -132,7 +157,15 @@ def _render(work: Work, wanted: Request, path: Path, overlay: tuple[str, ...], s
     work.finish(_report(frame, path, scene, covered, info))
 
 
-def _render_orbit(work: Work, wanted: Request, path: Path, overlay: tuple[str, ...], samples: int, count: int) -> None:
+def _render_orbit(
+    work: Work,
+    wanted: Request,
+    path: Path,
+    overlay: tuple[str, ...],
+    samples: int,
+    count: int,
+    budget: dict[str, Any],
+) -> None:
     name = pattern(path)
     with work.stage("load", f"loading {wanted.name}"):
         from glshadow.core.orbit import orbit
@@ -143,13 +176,15 @@ def _render_orbit(work: Work, wanted: Request, path: Path, overlay: tuple[str, .
         from glshadow.renderer import Renderer
 
         renderer = Renderer(wanted.backend)
-    options = (wanted.size, samples, wanted.look, overlay, renderer.info["renderer"])
+    options = (wanted.size, samples, budget, wanted.look, overlay, renderer.info["renderer"])
     kept = Kept(path, request_of(scene, cameras, lights, *options))
     outputs = _outputs(path, overlay, False)
 
     def draw(numbers: Sequence[int]) -> Iterator[tuple[int, Frame]]:
         views = (cameras[number] for number in numbers)
-        frames = renderer.sequence(scene, views, lights, wanted.size, outputs=outputs, samples=samples, **wanted.look)
+        frames = renderer.sequence(
+            scene, views, lights, wanted.size, outputs=outputs, samples=samples, **budget, **wanted.look
+        )
         for place, (number, frame) in enumerate(zip(numbers, frames, strict=True)):
             if place == 0:
                 refuse_blank(frame)

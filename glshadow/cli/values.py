@@ -154,6 +154,26 @@ def strength(text: str) -> float:
     return Shadow(strength=number(text)).strength
 
 
+def share(text: str) -> float:
+    """0.1% or 0.001."""
+    percent = text.endswith("%")
+    try:
+        value = number(text[:-1] if percent else text) / (100.0 if percent else 1.0)
+    except SettingsError:
+        value = math.nan
+    if not 0.0 <= value < 1.0:
+        raise SettingsError(f"{text!r} is not a share of the pixels from 0 to below 1, such as 0.1% or 0.001")
+    return value
+
+
+def milliseconds(text: str) -> float:
+    """More than 0."""
+    from glshadow.budget import Budget
+
+    budget = Budget(max_ms=number(text))
+    return budget.max_ms or 0.0
+
+
 def shadow_filter(text: str) -> Filter:
     """As a filter is spelled: hard, pcf:1, ..."""
     return parse(text, FILTERS, "filter")

@@ -148,7 +148,7 @@ def measure(frame: Frame, truth: Truth) -> ShadowError:
         frame's own business: one truth serves many settings.
     """
     _check_same(frame, truth)
-    smooth = _smooth(truth.body, truth.normal) & ~_shows_another(frame, truth)
+    smooth = smooth_pixels(truth.body, truth.normal) & ~_shows_another(frame, truth)
     tallies, kinds, amounts = [], [], []
     for number in range(len(truth.lights)):
         tally, kind, amount = _score_light(frame.visibility[number], truth, number, smooth, *_texels(frame, number))
@@ -300,7 +300,7 @@ def _score_light(
     return _Tally(*(float(values.sum()) for values in sums)), kinds, amount[counted]
 
 
-def _smooth(body: NDArray[np.int32], normal: Array) -> Bools:
+def smooth_pixels(body: NDArray[np.int32], normal: Array) -> Bools:
     """Pixels (H, W) whose whole 3 x 3 neighbourhood sees their body with normals within 25 degrees of theirs.
 
     Not those on the image's border: part of their neighbourhood is not seen.

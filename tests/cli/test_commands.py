@@ -204,7 +204,7 @@ def test_overlay(folder):
         (("--bias", "constant"), ("--bias", "constant:WORLD")),
         (("--target-format", "d16"), ("--target-format", "depth32f")),
         (("--clip", "0..2"), ("--clip", "-1..1,reversed")),
-        (("--fit", "tight"), ("--fit", "'view', 'scene'")),
+        (("--fit", "tight"), ("--fit", "view, scene, cascades")),
         (("--faces", "none"), ("--faces", "'both'")),
         (("--strength", "2"), ("--strength", "[0, 1]")),
         (("--ambient", "-1"), ("--ambient", "0 or more")),

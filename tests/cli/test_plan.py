@@ -11,7 +11,7 @@ from click.testing import CliRunner, Result
 
 from glshadow import image
 from glshadow.cli import main
-from glshadow.cli.plan import share
+from glshadow.cli.values import share
 from glshadow.errors import SettingsError
 
 SMALL = ("--size", "96x54", "--backend", "egl")

@@ -1,0 +1,170 @@
+"""Budget: the settings of lights that say nothing of their own, chosen by what a picture may cost or get wrong."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from glshadow.core.filters import Exact, Filter, Gaussian, Hard, Pcf
+from glshadow.core.lights import DirectionalLight, Light, SpotLight, to_light
+from glshadow.core.setting import Settings, number, optional, setting
+from glshadow.core.shadow import Shadow
+from glshadow.core.spaces import Bools
+from glshadow.frame import Frame
+from glshadow.measure.error import LEAST_COSINE, WRONG, smooth_pixels
+
+FILTERS: tuple[Filter, ...] = (Hard(), Pcf(0), Pcf(1), Gaussian(2))
+RESOLUTIONS = (512, 1024, 2048, 4096)
+_TIMED = 3  # frames of each candidate that is timed
+_MARGIN = 0.9  # of the budget: what Exact() counts and what rays count differ by some pixels
+
+Draw = Callable[[Sequence[Light], tuple[str, ...]], Frame]
+"""(lights, outputs) -> the picture with them."""
+
+
+@dataclass(frozen=True)
+class Budget(Settings):
+    """What a picture may get wrong, and what it may cost.
+
+    Parameters
+    ----------
+    max_wrong : float, optional
+        Share of the pixels that count, as `gs.measure` counts them; for every light.
+    max_ms : float, optional
+        Milliseconds for a picture whose maps are drawn, on this machine.
+    """
+
+    max_wrong: float | None = setting(optional(number(0.0, 1.0, below=True), "not asked for"), None)
+    max_ms: float | None = setting(optional(number(0.0, above=True), "not asked for"), None)
+
+    @property
+    def given(self) -> bool:
+        """Whether there is any."""
+        return self.max_wrong is not None or self.max_ms is not None
+
+
+@dataclass(frozen=True)
+class Found:
+    """A setting that was tried.
+
+    Parameters
+    ----------
+    wrong : float
+        That of the worst light.
+    ms : float
+        Of a picture in which everything is drawn; infinite where it was not timed.
+    """
+
+    shadow: Shadow
+    wrong: float
+    ms: float = np.inf
+
+    def __str__(self) -> str:
+        size = f" at {self.shadow.resolution}" if self.shadow.resolution else ""
+        return f"{self.shadow.filter}{size}: {self.wrong:.3%} wrong, {self.ms:.1f} ms"
+
+
+def open_to_choice(light: Light) -> bool:
+    """Whether a light's settings are left to be derived."""
+    shadow = light.shadow
+    return (
+        shadow is not None and shadow.filter is None and shadow.channel is None and shadow.settled().filter == Exact()
+    )
+
+
+def choose(draw: Draw, lights: Sequence[Light], budget: Budget) -> tuple[Found, str]:
+    """The cheapest setting within a budget for all lights that are open to choice, and what cannot be met.
+
+    What is wrong is found by comparing with `Exact()`, which has no knob and is off by a handful of pixels: no ray is traced. Every filter
+    climbs the resolutions until it is good enough, those that are and `Exact()` itself are timed with lights that move, and the cheapest
+    wins; without `max_wrong` the least wrong one of those that are fast enough.
+
+    Returns
+    -------
+    Found, str
+        The setting, and why it is not what was asked for; empty: it is.
+    """
+    exact = Shadow(filter=Exact())
+    truth = draw(with_setting(lights, exact), ("visibility", "normal", "position", "node"))
+    counted = _counted(truth, lights)
+    good: list[Found] = [Found(exact, 0.0)]
+    allowed = _MARGIN * budget.max_wrong if budget.max_wrong is not None else -1.0
+    for kind in FILTERS:
+        for resolution in RESOLUTIONS:
+            shadow = Shadow(filter=kind, resolution=resolution)
+            found = Found(shadow, _wrong(draw(with_setting(lights, shadow), ("visibility",)), truth, counted))
+            if budget.max_wrong is None or found.wrong <= allowed:
+                good.append(found)
+            if found.wrong <= allowed:
+                break
+    timed = _time(draw, lights, good)
+    if budget.max_ms is None:
+        return min(timed, key=lambda each: each.ms), ""
+    fast = [each for each in timed if each.ms <= budget.max_ms]
+    if fast:
+        return min(
+            fast, key=lambda each: (each.wrong, each.ms) if budget.max_wrong is None else (each.ms, each.wrong)
+        ), ""
+    best = min(timed, key=lambda each: each.ms)
+    return best, f"max_ms={budget.max_ms:g} is not met by anything that was tried: the fastest takes {best.ms:.1f} ms"
+
+
+def with_setting(lights: Sequence[Light], shadow: Shadow) -> tuple[Light, ...]:
+    """The lights, a setting in place of what was left to be derived; their strength stays theirs."""
+    return tuple(
+        replace(each, shadow=replace(shadow, strength=each.shadow.strength))
+        if each.shadow is not None and open_to_choice(each)
+        else each
+        for each in lights
+    )
+
+
+def _counted(frame: Frame, lights: Sequence[Light]) -> list[Bools]:
+    """Of each light the pixels that count (H, W), as `measure` counts them."""
+    smooth = smooth_pixels(frame.node, np.nan_to_num(frame.normal.astype(np.float64)))
+    seen = frame.node >= 0
+    points = np.nan_to_num(frame.position.astype(np.float64)) + frame.origin
+    masks = []
+    for light in lights:
+        towards, distance = to_light(light, points)
+        mask = smooth & seen & (np.einsum("ijk,ijk->ij", np.nan_to_num(frame.normal), towards) > LEAST_COSINE)
+        if isinstance(light, SpotLight):
+            mask &= -(towards @ np.asarray(light.direction)) >= np.cos(np.radians(light.outer_angle))
+        if not isinstance(light, DirectionalLight) and light.range is not None:
+            mask &= distance < light.range
+        masks.append(mask if open_to_choice(light) else np.zeros_like(mask))
+    return masks
+
+
+def _wrong(frame: Frame, truth: Frame, counted: Sequence[Bools]) -> float:
+    """The share of wrong pixels of the worst light."""
+    shares = [
+        float((np.abs(ours - exact)[mask] > WRONG).mean())
+        for ours, exact, mask in zip(frame.visibility, truth.visibility, counted, strict=True)
+        if mask.any()
+    ]
+    return max(shares, default=0.0)
+
+
+def _time(draw: Draw, lights: Sequence[Light], found: Sequence[Found]) -> list[Found]:
+    """The same with their times: medians of frames in turn, the lights moved so that nothing is kept."""
+    times: list[list[float]] = [[] for _ in found]
+    for k in range(-1, _TIMED):
+        for number_, each in enumerate(found):
+            moved = [_moved(light, 1 + k * len(found) + number_) for light in lights]
+            start = time.perf_counter()
+            draw(with_setting(moved, each.shadow), ("image",))
+            if k >= 0:
+                times[number_].append(time.perf_counter() - start)
+    return [replace(each, ms=1e3 * float(np.median(taken))) for each, taken in zip(found, times, strict=True)]
+
+
+def _moved(light: Light, step: int) -> Light:
+    """By a millionth, and so on."""
+    place = light.direction if isinstance(light, DirectionalLight) else light.position
+    size = float(np.linalg.norm(place)) or 1.0
+    there = tuple((np.asarray(place) + 1e-6 * step * size * np.array([1.0, 0.0, 0.0])).tolist())
+    return replace(light, direction=there) if isinstance(light, DirectionalLight) else replace(light, position=there)

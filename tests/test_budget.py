@@ -1,0 +1,118 @@
+"""Settings chosen by a budget: the cheapest that is good enough, found without a ray, kept, and never over what a light says itself."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow import budget as module
+from glshadow.budget import Budget, Found, choose, open_to_choice
+from glshadow.core.lights import Light
+
+SIZE = (320, 180)
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Times by a rule: a map costs by its texels and its filter's reach, Exact() 40 ms."""
+
+    def times(draw: module.Draw, lights: Sequence[Light], found: Sequence[Found]) -> list[Found]:
+        def ms(each: Found) -> float:
+            if each.shadow.resolution is None or each.shadow.filter is None:
+                return 40.0
+            return each.shadow.resolution / 256.0 + each.shadow.filter.reach_texels
+
+        return [replace(each, ms=ms(each)) for each in found]
+
+    monkeypatch.setattr(module, "_time", times)
+
+
+@pytest.mark.usefixtures("clock")
+@pytest.mark.parametrize("wrong", [0.02, 0.004, 0.001])
+def test_the_cheapest_that_is_good_enough(wrong: float) -> None:
+    scene = gs.scenes.courtyard()
+    with gs.Renderer() as renderer:
+        frame = renderer.render(scene, size=SIZE, max_wrong=wrong, outputs=("visibility", "triangle"))
+        found, missed = next(iter(renderer._chosen[scene].values()))
+    truth = gs.trace(scene, size=SIZE)
+    measured = gs.measure(frame, truth).wrong
+    assert missed == ""
+    assert measured <= 1.2 * wrong
+    assert found.wrong == pytest.approx(measured, abs=2e-4), "found by comparing with Exact(), not with rays"
+    assert frame.used[0].filter == found.shadow.filter
+    assert "the cheapest within" in frame.used[0].why
+    assert str(found.shadow.resolution) in frame.used[0].why or found.shadow.filter == gs.Exact()
+
+
+@pytest.mark.usefixtures("clock")
+def test_what_no_map_can_do_is_asked_of_triangles() -> None:
+    with gs.Renderer() as renderer:
+        frame = renderer.render(gs.scenes.courtyard(), size=SIZE, max_wrong=1e-6)
+    assert frame.used[0].filter == gs.Exact()
+
+
+@pytest.mark.usefixtures("clock")
+def test_the_best_that_is_fast_enough() -> None:
+    scene = gs.scenes.courtyard()
+    with gs.Renderer() as renderer:
+        slow = renderer.render(scene, size=SIZE, max_ms=100.0)
+        fast = renderer.render(scene, size=SIZE, max_ms=9.0)
+        none = renderer.render(scene, size=SIZE, max_ms=0.5)
+    assert slow.used[0].filter == gs.Exact()
+    assert fast.used[0].filter != gs.Exact()
+    assert fast.used[0].views[0].resolution == 2048
+    assert none.used[0].views[0].resolution == 512
+    assert any("max_ms=0.5 is not met" in said for said in none.used[0].fallbacks)
+
+
+@pytest.mark.usefixtures("clock")
+def test_a_choice_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = []
+    monkeypatch.setattr("glshadow.renderer.choose", lambda *given: made.append(1) or choose(*given))
+    scene = gs.scenes.box().scene
+    with gs.Renderer() as renderer:
+        first = renderer.render(scene, size=SIZE, max_wrong=0.01)
+        for k in range(3):
+            moved = gs.DirectionalLight(direction=(-0.5, -0.8, 0.1 * k))
+            again = renderer.render(scene, None, [moved], size=SIZE, max_wrong=0.01)
+            assert again.used[0].filter == first.used[0].filter
+        assert sum(made) == 1
+        frames = list(renderer.sequence(scene, 2 * [scene.camera or gs.PerspectiveCamera()], size=SIZE, max_wrong=0.01))
+        assert len(frames) == 2
+        assert sum(made) == 1
+        renderer.render(scene, size=SIZE, max_wrong=0.02)
+        assert sum(made) == 2
+
+
+@pytest.mark.usefixtures("clock")
+def test_what_a_light_says_itself_stays() -> None:
+    lights = (
+        gs.DirectionalLight(shadow=gs.Shadow(filter=gs.Pcf(2))),
+        gs.DirectionalLight(direction=(0.3, -1.0, 0.2), shadow=gs.Shadow(strength=0.4)),
+        gs.PointLight(position=(0.0, 3.0, 0.0), shadow=None),
+    )
+    assert [open_to_choice(each) for each in lights] == [False, True, False]
+    with gs.Renderer() as renderer:
+        frame = renderer.render(gs.scenes.box().scene, None, lights, SIZE, max_wrong=0.01)
+    assert frame.used[0].filter == gs.Pcf(2)
+    assert frame.used[0].why == "asked for"
+    assert frame.lights[1].shadow is not None
+    assert frame.lights[1].shadow.strength == 0.4
+    assert frame.used[2].filter is None
+
+
+def test_no_light_is_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    with gs.Renderer() as renderer:
+        frame = renderer.render(gs.scenes.box().scene, None, [], SIZE, max_wrong=0.01)
+    assert not np.isnan(frame.image).any()
+
+
+@pytest.mark.parametrize("given", [{"max_wrong": 1.0}, {"max_wrong": -0.1}, {"max_ms": 0.0}, {"max_wrong": "few"}])
+def test_what_is_no_budget_is_refused(given: dict[str, float]) -> None:
+    with gs.Renderer() as renderer, pytest.raises(gs.SettingsError, match=f"Budget {next(iter(given))} must be"):
+        renderer.render(gs.scenes.box().scene, size=SIZE, **given)  # type: ignore[arg-type]
+    assert not Budget().given
