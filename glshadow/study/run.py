@@ -198,9 +198,11 @@ class Run:
             self.progress(self.done, self.total, text)
 
 
-def _map_of(shadow: Shadow) -> tuple[int, str]:
+def _map_of(shadow: Shadow) -> tuple[int, str, str, str]:
     """Settings that are timed together: those that share a map, which is not allocated anew between them."""
-    return shadow.settled().resolution, shadow.target.value if shadow.target else ""
+    settled = shadow.settled()
+    own = str(settled.filter) if settled.filter.encoding else ""  # also means
+    return settled.resolution, shadow.target.value if shadow.target else "", str(settled.fit), own
 
 
 def _moved(light: Light, k: int, scene: Scene) -> Light:

@@ -1,7 +1,7 @@
-"""Budgets on scenes that nobody tuned for: what `max_wrong` chooses against rays, and its time against the best of the whole grid.
+"""Budgets on scenes that nobody tuned for: what `max_wrong` chooses, against rays and against the best of the whole grid.
 
-Each model on a ground under a sun, a spot and a point light; three budgets. Kept: measured wrong pixels at most 1.2 x the budget. Cost: time of
-a picture with the chosen settings over that of the cheapest of all settings that meet the budget by rays, both timed here, in turn.
+Each model on a ground under a sun, a spot and a point light; three budgets. Kept: measured wrong pixels at most 1.2 x the budget. Cost:
+time of a picture with the chosen settings over that of the cheapest of all settings that meet the budget by rays, both timed in turn.
 """
 
 from __future__ import annotations
@@ -72,12 +72,7 @@ def measure_budgets(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[s
                 ms = {shadow: float(np.median(taken)) for shadow, taken in times.items()}
                 for wrong in BUDGETS:
                     renderer.render(scene, None, [light], SIZE, outputs=("image",), max_wrong=wrong)
-                    chosen = next(
-                        found
-                        for (budget, *_), (found, _) in renderer._chosen[scene].items()
-                        if budget.max_wrong == wrong
-                    )
-                    renderer._chosen.pop(scene)
+                    ((chosen, _),) = renderer._chosen.pop(scene).values()
                     meeting = [shadow for shadow in grid if errors[shadow] <= wrong] or [
                         min(grid, key=errors.__getitem__)
                     ]
