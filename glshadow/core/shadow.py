@@ -56,6 +56,9 @@ class Shadow(Settings):
         None: back faces are culled for closed, consistently wound, single-sided meshes that do not contain the light; else both.
     strength : float
         0 (no shadow) to 1: how much of the light a shadow takes away in the image. Visibility itself is not scaled.
+    edge_falloff : float
+        0 (none) to 1: from how far before the border of a sun's or a spot's map its shadow fades, by the squared distance from the middle;
+        Babylon.js's frustumEdgeFalloff. Only maps of one view have it.
     channel : Channel, optional
         Set by `PackedShadow`.
     """
@@ -68,6 +71,7 @@ class Shadow(Settings):
     fit: Fit | None = setting(optional(instance(Fit)), None)
     faces: Faces | None = setting(optional(instance(Faces)), None)
     strength: float = setting(number(0.0, 1.0), 1.0)
+    edge_falloff: float = setting(number(0.0, 1.0), 0.0)
     channel: Channel | None = setting(optional(instance(Channel), "a texture of its own"), None)
 
     def __post_init__(self) -> None:

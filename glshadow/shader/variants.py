@@ -242,6 +242,10 @@ def _laid_out() -> Iterator[Variant]:
         yield Variant("pass/forward.frag", dialect, slots, defines)
         if dialect != "es100":
             yield Variant("pass/resolve.frag", dialect, slots, defines)
+    for shaped in KINDS[:2]:
+        slots = mapped_slots(shaped, target, BIASES[0], MAPPED[1], reads[1])
+        defines = {**mapped_defines(shaped, target, BIASES[0], MAPPED[1], False, True), "GLS_FALLOFF": 1}
+        yield Variant("pass/resolve.frag", reads[0], slots, defines)
     for bias, name in product((BIASES[0], BIASES[1]), ("pass/forward.frag", "pass/resolve.frag")):
         slots = mapped_slots(kind, target, bias, MAPPED[1], reads[1], "warped")
         defines = {**mapped_defines(kind, target, bias, MAPPED[1], False, True), "GLS_OUTPUT": 2}

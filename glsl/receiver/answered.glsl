@@ -2,6 +2,12 @@
 #ifndef GLS_BOUNDED
 #define GLS_BOUNDED 1 // 0: the caller knows that every receiver lies inside the map
 #endif
+#ifndef GLS_FALLOFF
+#define GLS_FALLOFF 0 // 1: shadows fade towards the map's border, as Babylon.js's frustumEdgeFalloff does
+#endif
+#if GLS_FALLOFF
+uniform float u_falloff; // share of the squared distance from the map's middle to the ends of its sides
+#endif
 #if GLS_BOUNDED
 uniform vec4 u_tile; // first and last corner that the map answers for, texels of the atlas
 #endif
@@ -13,7 +19,13 @@ float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
 #if GLS_BOUNDED
     // outside the map, and behind a spot, no caster is known: lit
     bool inside = all(greaterThanEqual(receiver.texel, u_tile.xy)) && all(lessThanEqual(receiver.texel, u_tile.zw)) && receiver_in_front(position);
+#if GLS_FALLOFF
+    vec2 place = (receiver.texel - 0.5 * (u_tile.xy + u_tile.zw)) / (0.5 * (u_tile.zw - u_tile.xy));
+    float fade = smoothstep(1.0 - u_falloff, 1.00000012, clamp(dot(place, place), 0.0, 1.0));
+    return inside ? mix(visibility(receiver), 1.0, fade) : 1.0;
+#else
     return inside ? visibility(receiver) : 1.0;
+#endif
 #else
     return visibility(receiver);
 #endif

@@ -138,7 +138,11 @@ class Mapped(Source):
             offset,
             map_defines(self.light, self.map),
             fetching_dialect(caps.texture_gather),
-            {**uniforms_of(self.map, rounding_of(reach)), "u_size": size_in_texels(self.light, self.map)},
+            {
+                **uniforms_of(self.map, rounding_of(reach)),
+                "u_size": size_in_texels(self.light, self.map),
+                "u_falloff": falloff_of(self.light),
+            },
             {"u_map": (self.map.atlas.texture, None if plain else sampler)},
         )
 
@@ -193,6 +197,11 @@ def cascades_of(shadow_map: Map) -> int:
     return len(shadow_map.views) if shadow_map.views[0].cascade else 0
 
 
+def falloff_of(light: Light) -> float:
+    """From how far before its map's border a light's shadow fades; a point light's has none."""
+    return 0.0 if light.shadow is None or kind_of(light) == "point" else light.shadow.edge_falloff
+
+
 def size_in_texels(light: Light, shadow_map: Map) -> tuple[float, float]:
     """By how many texels the edge of a shadow widens for each unit of nearness, see glsl/depth."""
     x, y = shadow_map.views[0].texel
@@ -208,6 +217,8 @@ def map_defines(light: Light, shadow_map: Map) -> Mapping[str, int | str]:
     cascade = shadow_map.views[0].cascade
     by_depth = cascade is not None and cascade.by_depth
     defines = mapped_defines(kind_of(light), settings.target, settings.bias, shadow_map.filter, reversed_depth, bounded)
+    if falloff_of(light) > 0.0 and cascade is None:
+        defines |= {"GLS_FALLOFF": 1, "GLS_BOUNDED": 1}
     channel = settings.channel
     if channel is not None:
         return {**defines, "GLS_CHANNEL": channel.number}
