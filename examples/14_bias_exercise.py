@@ -1,6 +1,6 @@
-"""p5.tree's first exercise: the smallest depth bias that leaves no acne, found by bisection on the measured error, for each landscape.
+"""p5.tree's first exercise: the smallest depth bias without acne, by bisection. Look at: the numbers, another for each landscape.
 
-Look at the numbers: what one landscape needs is too little for the next or too much for the last; the derived bias needs none.
+The error is measured against rays. What one landscape needs is too little for the next, or too much; the derived bias has nothing to find.
 """
 
 import glshadow as gs

@@ -120,7 +120,9 @@ def test_filter(text, filter_):
 
 @pytest.mark.parametrize("text", ["hard:1", "pcf:5", "pcf:", "pcf:-1", "pcf:1.5", "PCSS", ""])
 def test_filter_refused(text):
-    with pytest.raises(SettingsError, match=r"hard, pcf\[:RADIUS\]|\[0, 4\]|it is spelled"):
+    with pytest.raises(
+        SettingsError, match=r"hard, poisson\[:RADIUS_TEXELS,rotate\], pcf\[:RADIUS\]|\[0, 4\]|it is spelled"
+    ):
         values.shadow_filter(text)
 
 

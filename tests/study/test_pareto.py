@@ -51,7 +51,7 @@ def test_default_grid_knows_the_scale_of_the_scene_and_keeps_the_default() -> No
     scene = gs.scenes.courtyard()
     settings = Grid.default(scene).settings()
     assert gs.Shadow().spelled_out() in settings
-    assert len(settings) == len(set(settings)) == 68
+    assert len(settings) == len(set(settings)) == 78
     assert gs.ConstantBias(0.03) in {shadow.bias for shadow in settings}  # a thousandth of its diagonal of 34
 
 

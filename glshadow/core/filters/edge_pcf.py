@@ -72,6 +72,16 @@ class EdgePcf(Filter):
         return tuple(cls(radius) for radius in range(2, MAX_RADIUS + 1))
 
     @classmethod
+    def rungs(cls) -> tuple[Self, ...]:
+        """None: as wide a box is as right, and a plan tries that."""
+        return ()
+
+    @classmethod
+    def studied(cls) -> tuple[Self, ...]:
+        """As usual."""
+        return (cls(),)
+
+    @classmethod
     def extremes(cls) -> tuple[Self, ...]:
         """None: what `Pcf` shows."""
         return ()

@@ -76,6 +76,16 @@ class Gaussian(Filter):
         return tuple(cls(radius) for radius in BELLS)
 
     @classmethod
+    def rungs(cls) -> tuple[Self, ...]:
+        """None: as wide a box is as right, and a plan tries that."""
+        return ()
+
+    @classmethod
+    def studied(cls) -> tuple[Self, ...]:
+        """As usual."""
+        return (cls(),)
+
+    @classmethod
     def extremes(cls) -> tuple[Self, ...]:
         """The largest."""
         return (cls(max(BELLS)),)
