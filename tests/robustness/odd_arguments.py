@@ -231,7 +231,8 @@ SCENE = gs.Scene((NODE,))
 REQUIRED: dict[str, Any] = {
     "world": 0.1, "clip": 0.0, "position": (0.0, 3.0, 0.0), "positions": np.eye(3), "triangles": [[0, 1, 2]], "name": "a", "mesh": MESH,
     "world_from_mesh": np.eye(4), "nodes": (NODE,), "fx": 500.0, "fy": 500.0, "cx": 320.0, "cy": 240.0, "pose": np.eye(4),
-    "image": np.full((2, 2, 3), 128, np.uint8), "lights": (gs.DirectionalLight(),), "scene": SCENE, "source": SCENE, "matrices": {"a": np.eye(4)}, "matrix": np.eye(4), "costs": [1.0, 2.0], "errors": [2.0, 1.0],
+    "image": np.full((2, 2, 3), 128, np.uint8), "lights": (gs.DirectionalLight(),),
+    "scene": SCENE, "source": SCENE, "matrices": {"a": np.eye(4)}, "matrix": np.eye(4), "costs": [1.0, 2.0], "errors": [2.0, 1.0],
     "camera": gs.PerspectiveCamera(), "count": 3, "points_w": (1.0, 0.0, 0.0), "names": ("map",), "subdivisions": 1,
 }  # fmt: skip
 # Made by glshadow, not by its callers; and what raises, names or draws. The renderer's arguments have tests of their own.
