@@ -58,7 +58,8 @@ void main() {
     vec3 normal = v_axes_l * plane.xyz;
     vec3 position = v_eye_l + v_ray_l * (1.0 / (v_unproject.x + v_unproject.y * texelFetch(u_camera_depth, pixel, 0).r));
     position += normal * (plane.w - dot(normal, position)) + v_lv_from_l;
-    if (dot(normal, v_ray_l) > 0.0) normal = -normal;
+    float side = dot(normal, v_ray_l) > 0.0 ? -1.0 : 1.0;
+    normal *= side;
     g_texel = position.xy * u_texel_from_lv.xy + u_texel_from_lv.zw;
     g_slope = normal.xy * u_base.yz / max(normal.z, 1e-7);
 #if KERNEL == 4
@@ -67,6 +68,6 @@ void main() {
     g_depth = -position.z * u_base.x + u_depth - SLACK * (abs(g_slope.x) + abs(g_slope.y));
 #endif
     float lit = normal.z > 0.0 ? kernel() : 0.0;
-    vec3 sum = v_ambient + v_radiance * (max(normal.z, 0.0) * lit);
+    vec3 sum = mix(v_ambient_below, v_ambient, 0.5 + 0.5 * side * plane.y) + v_radiance * (max(normal.z, 0.0) * lit);
     o_color = vec4(srgb(clamp(sum, 0.0, 1.0)), 1.0);
 }

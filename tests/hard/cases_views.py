@@ -245,6 +245,6 @@ CASES = (
     Case(22, "light in a closed shell", "all dark", shells),
     Case(23, "caster far above the view", "its shadow", towers),
     Case(24, "beam across the near plane", "its projection", beams,
-         findings=(crease("beam, spot"), crease("beam, sun", techniques=("poisson 1", "pcf 4", "gaussian 3", "disc 2,16", "disc 4,64")))),
+         findings=(crease("beam, spot"), crease("beam, sun", techniques=("pcf 4", "gaussian 3", "disc 2,16", "disc 4,64")))),
     Case(40, "camera in a shadow, in a caster", "as traced", insides),
 )  # fmt: skip

@@ -87,3 +87,8 @@ class Poisson(Filter):
     def studied(cls) -> tuple[Self, ...]:
         """Babylon.js's."""
         return (cls(),)
+
+    @classmethod
+    def extremes(cls) -> tuple[Self, ...]:
+        """None: four of what `Hard` asks."""
+        return ()

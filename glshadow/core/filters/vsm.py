@@ -146,4 +146,4 @@ class Evsm(VarianceFilter):
     @classmethod
     def studied(cls) -> tuple[Self, ...]:
         """Both counts of components."""
-        return (cls(components=2), cls())
+        return (cls(), cls(components=2))
