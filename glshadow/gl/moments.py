@@ -40,7 +40,7 @@ class Moments:
     def filled(self, programs: Programs, drawn: Map) -> Map:
         """The same map with means in place of depths."""
         views, size = layout(drawn.views, self._context.caps.max_texture_size)
-        filter_ = drawn.filter
+        filter_ = drawn.filter.of_a_point
         assert isinstance(filter_, MomentFilter)
         self._make(size, filter_)
         source = drawn.atlas.drawn.get(tuple(view.tile for view in drawn.views))

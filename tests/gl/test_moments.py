@@ -136,6 +136,21 @@ def test_every_pixel_is_answered_as_in_float64(renderer: gs.Renderer, kind: Mome
     assert np.median(gap) < 1e-3
 
 
+@pytest.mark.parametrize("kind", [gs.Vsm(), gs.Evsm(), gs.Msm()], ids=str)
+def test_many_points_of_a_light_are_asked_so_too(renderer: gs.Renderer, kind: gs.Filter) -> None:
+    """A map of means for each point; of a light without size the same as without points."""
+    scene, sun = gs.scenes.box().scene, gs.DirectionalLight(angle=20.0)
+    many = gs.Shadow(filter=gs.LightSamples(16, of=kind))
+    frame = renderer.render(scene, None, [replace(sun, shadow=many)], SIZE, outputs=("visibility",))
+    truth = gs.trace(scene, None, [sun], SIZE, light_samples=256)
+    assert np.nanmean(np.abs(frame.visibility - truth.visibility)) < 2e-3
+    one, plain = (
+        renderer.render(scene, None, [gs.DirectionalLight(shadow=each)], SIZE, outputs=("visibility",)).visibility
+        for each in (many, gs.Shadow(filter=kind))
+    )
+    np.testing.assert_array_equal(one, plain)
+
+
 def test_a_kept_map_keeps_its_means(renderer: gs.Renderer) -> None:
     first, source = rendered(renderer, gs.Vsm(2), LIGHTS["sun"])
     assert source.map is not None

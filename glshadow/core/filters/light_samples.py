@@ -41,7 +41,6 @@ class LightSamples(SizeFilter):
     of: Filter = setting(_of_a_map, Pcf(1), help="how each map is asked", kw_only=True)
 
     spelling = "lightsamples"
-    needs = Needs.COMPARISON
     summary = "mean of COUNT maps, one for each point of a light that has a size"
     source = "Haeberli, Akeley 1990"
     fails = "costs COUNT maps; bands where points are few"
@@ -55,6 +54,21 @@ class LightSamples(SizeFilter):
     def of_a_point(self) -> Filter:
         """As each map is asked."""
         return self.of
+
+    @property
+    def needs(self) -> Needs:  # type: ignore[override]
+        """What each map is asked for."""
+        return self.of.needs
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override]
+        """That of each map."""
+        return self.of.encoding
+
+    @property
+    def channels(self) -> int:  # type: ignore[override]
+        """Those of each map."""
+        return self.of.channels
 
     @property
     def snippet(self) -> str:  # type: ignore[override]
