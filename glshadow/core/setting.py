@@ -285,10 +285,17 @@ def instance(*kinds: type) -> Rule:
 
 def _members(kind: type) -> str:
     """Of an enumeration or a family, in parentheses."""
-    names = (
-        [str(each) for each in kind] if issubclass(kind, Enum) else [heir.__name__ for heir in kind.__subclasses__()]
-    )
+    names = [str(each) for each in kind] if issubclass(kind, Enum) else list(dict.fromkeys(_heirs(kind)))
     return f" ({', '.join(names)})" if names else ""
+
+
+def _heirs(kind: type) -> list[str]:
+    """Names of the classes at the ends of a family: bases in between are nothing that anybody gives."""
+    found: list[str] = []
+    heir: type
+    for heir in kind.__subclasses__():
+        found += _heirs(heir) or [heir.__name__]
+    return found
 
 
 def as_path(name: str, value: str | os.PathLike[str]) -> Path:

@@ -6,12 +6,10 @@
 #include "lib/box.glsl"
 
 float visibility(Receiver receiver) {
-    vec2 base = floor(receiver.texel - 0.5);
-    vec2 f = receiver.texel - 0.5 - base;
-    vec2 first = base + (1.0 - float(GLS_PCF_RADIUS));
-    vec4 few = box_block(receiver, first, 0, 0) + box_block(receiver, first, GLS_PCF_RADIUS, 0);
-    few += box_block(receiver, first, 0, GLS_PCF_RADIUS) + box_block(receiver, first, GLS_PCF_RADIUS, GLS_PCF_RADIUS);
-    few += box_block(receiver, first, GLS_PCF_RADIUS / 2, GLS_PCF_RADIUS / 2);
+    Blocks blocks = blocks_around(receiver, GLS_PCF_RADIUS);
+    vec4 few = block(receiver, blocks, 0, 0) + block(receiver, blocks, GLS_PCF_RADIUS, 0);
+    few += block(receiver, blocks, 0, GLS_PCF_RADIUS) + block(receiver, blocks, GLS_PCF_RADIUS, GLS_PCF_RADIUS);
+    few += block(receiver, blocks, GLS_PCF_RADIUS / 2, GLS_PCF_RADIUS / 2);
     float lit = dot(few, vec4(1.0)); // of 20
     bool edge = lit > 0.5 && lit < 19.5;
     float sum = 0.0;
@@ -23,10 +21,7 @@ float visibility(Receiver receiver) {
     for (int j = 0; j <= GLS_PCF_RADIUS; j++) {
         if (!edge) break;
 #endif
-        for (int i = 0; i <= GLS_PCF_RADIUS; i++) {
-            sum += box_sum(box_block(receiver, first, i, j), i, j, f);
-        }
+        for (int i = 0; i <= GLS_PCF_RADIUS; i++) sum += box_block(receiver, blocks, i, j);
     }
-    float mean = min(sum / float((2 * GLS_PCF_RADIUS + 1) * (2 * GLS_PCF_RADIUS + 1)), 1.0);
-    return edge ? mean : step(0.5, lit);
+    return edge ? box_mean(sum) : step(0.5, lit);
 }

@@ -6,14 +6,10 @@
 #include "lib/box.glsl"
 
 float visibility(Receiver receiver) {
-    vec2 base = floor(receiver.texel - 0.5);
-    vec2 f = receiver.texel - 0.5 - base;
-    vec2 first = base + (1.0 - float(GLS_PCF_RADIUS));
+    Blocks blocks = blocks_around(receiver, GLS_PCF_RADIUS);
     float sum = 0.0;
     for (int j = 0; j <= GLS_PCF_RADIUS; j++) {
-        for (int i = 0; i <= GLS_PCF_RADIUS; i++) {
-            sum += box_sum(box_block(receiver, first, i, j), i, j, f);
-        }
+        for (int i = 0; i <= GLS_PCF_RADIUS; i++) sum += box_block(receiver, blocks, i, j);
     }
-    return min(sum / float((2 * GLS_PCF_RADIUS + 1) * (2 * GLS_PCF_RADIUS + 1)), 1.0); // a lit plateau may round above 1
+    return box_mean(sum);
 }

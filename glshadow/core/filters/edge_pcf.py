@@ -9,14 +9,15 @@ from typing import Self
 
 import numpy as np
 
-from glshadow.core.filters.filter import Compare, Filter, Needs
-from glshadow.core.filters.pcf import MAX_RADIUS, Pcf
+from glshadow.core.filters.filter import Compare, StudiedFilter
+from glshadow.core.filters.pcf import MAX_RADIUS, box_weights
+from glshadow.core.filters.square import SquareFilter
 from glshadow.core.setting import setting, whole
 from glshadow.core.spaces import Array
 
 
 @dataclass(frozen=True)
-class EdgePcf(Filter):
+class EdgePcf(SquareFilter, StudiedFilter):
     """`Pcf` where five blocks of its texels, the corners and the middle, do not agree; else what they say.
 
     Parameters
@@ -32,29 +33,22 @@ class EdgePcf(Filter):
     radius: int = setting(whole(2, MAX_RADIUS, unit="texels"), MAX_RADIUS, help=f"2 to {MAX_RADIUS}")
 
     spelling = "edgepcf"
-    needs = Needs.COMPARISON
     snippet = "filter/edgepcf.glsl"
     summary = "pcf:RADIUS where five of its blocks disagree, else what they say"
     source = "Isidoro 2006"
     fails = "as pcf; features thinner than the gaps between the five blocks"
 
-    @property
-    def slack_texels(self) -> float:
-        """That of `Pcf`."""
-        return 1.0
-
-    @property
-    def reach_texels(self) -> float:
-        """That of `Pcf`."""
-        return self.radius + 1.0
-
     def defines(self) -> Mapping[str, int | str]:
         """The radius."""
         return {"GLS_PCF_RADIUS": self.radius}
 
+    def weights(self, fraction: Array) -> Array:
+        """A box, where all is asked."""
+        return box_weights(fraction, self.radius)
+
     def visibility(self, position: Array, compare: Compare) -> Array:
         """The mean of all texels, or what those of the five blocks agree on."""
-        whole_ = Pcf(self.radius).visibility(position, compare)
+        whole_ = super().visibility(position, compare)
         base = np.floor(position - 0.5)
         middle = 2 * (self.radius // 2)
         starts = [*product((0, 2 * self.radius), repeat=2), (middle, middle)]
@@ -70,18 +64,3 @@ class EdgePcf(Filter):
     def variants(cls) -> tuple[Self, ...]:
         """The smallest and the largest."""
         return (cls(2), cls(MAX_RADIUS))
-
-    @classmethod
-    def rungs(cls) -> tuple[Self, ...]:
-        """None: as wide a box is as right, and a plan tries that."""
-        return ()
-
-    @classmethod
-    def studied(cls) -> tuple[Self, ...]:
-        """As usual."""
-        return (cls(),)
-
-    @classmethod
-    def extremes(cls) -> tuple[Self, ...]:
-        """None: what `Pcf` shows."""
-        return ()

@@ -142,6 +142,25 @@ class Filter(Spelled):
         return (cls(),)
 
 
+class StudiedFilter(Filter):
+    """Base of filters that a study shows and a plan does not need: another one is as right for less. See `fails`."""
+
+    @classmethod
+    def rungs(cls) -> tuple[Self, ...]:
+        """None."""
+        return ()
+
+    @classmethod
+    def studied(cls) -> tuple[Self, ...]:
+        """As usual."""
+        return (cls(),)
+
+    @classmethod
+    def extremes(cls) -> tuple[Self, ...]:
+        """None."""
+        return ()
+
+
 class SizeFilter(Filter):
     """Base of filters that are made for lights that have a size: what is done for all lights leaves them out."""
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from glshadow.core.filters.filter import Compare, Filter, Needs, weighted
+from glshadow.core.filters.filter import StudiedFilter
+from glshadow.core.filters.square import SquareFilter
 from glshadow.core.setting import setting, whole
 from glshadow.core.spaces import Array
 
@@ -18,7 +19,7 @@ BELLS = {1: (1, 2, 1), 2: (1, 3, 4, 3, 1), 3: (1, 5, 12, 16, 12, 5, 1)}
 
 
 @dataclass(frozen=True)
-class Gaussian(Filter):
+class Gaussian(SquareFilter, StudiedFilter):
     """Percentage closer filtering whose comparisons count less towards the border: softer edges than a box of the same reach.
 
     Parameters
@@ -35,55 +36,23 @@ class Gaussian(Filter):
     radius: int = setting(whole(1, max(BELLS), unit="texels"), 2, help="1 to 3")
 
     spelling = "gaussian"
-    needs = Needs.COMPARISON
     snippet = "filter/gaussian.glsl"
     summary = "mean over (2 RADIUS + 1)^2 comparisons under a bell"
     source = "Castano 2013"
     fails = "edges widen to some 1.5 RADIUS + 1 texels; creases read the neighbouring wall"
 
-    @property
-    def slack_texels(self) -> float:
-        """One texel, as in `Pcf`."""
-        return 1.0
-
-    @property
-    def reach_texels(self) -> float:
-        """The bilinear footprint of the outermost tap."""
-        return self.radius + 1.0
-
     def defines(self) -> Mapping[str, int | str]:
         """The radius."""
         return {"GLS_GAUSSIAN_RADIUS": self.radius}
 
-    def visibility(self, position: Array, compare: Compare) -> Array:
-        """The weighted mean; the plane is evaluated once per block of 2 x 2 texels, in its middle."""
-        base = np.floor(position - 0.5)
-        weights = bell_weights(position - 0.5 - base, self.radius)
-        count = 2 * self.radius + 2
-
-        def terms() -> Iterator[tuple[Array, NDArray[np.int64], Array]]:
-            for j in range(count):
-                for i in range(count):
-                    tap = base + np.array([i, j]) - self.radius
-                    block = tap - np.array([i, j]) % 2 + 1.0 - position
-                    yield weights[:, 0, i] * weights[:, 1, j], tap.astype(np.int64), block
-
-        return weighted(compare, terms())
+    def weights(self, fraction: Array) -> Array:
+        """A bell."""
+        return bell_weights(fraction, self.radius)
 
     @classmethod
     def variants(cls) -> tuple[Self, ...]:
         """Every radius."""
         return tuple(cls(radius) for radius in BELLS)
-
-    @classmethod
-    def rungs(cls) -> tuple[Self, ...]:
-        """None: as wide a box is as right, and a plan tries that."""
-        return ()
-
-    @classmethod
-    def studied(cls) -> tuple[Self, ...]:
-        """As usual."""
-        return (cls(),)
 
     @classmethod
     def extremes(cls) -> tuple[Self, ...]:

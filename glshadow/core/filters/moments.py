@@ -8,8 +8,8 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from glshadow.core.filters.filter import Filter, Needs
-from glshadow.core.setting import setting, whole
+from glshadow.core.filters.filter import Needs, StudiedFilter
+from glshadow.core.setting import flag, number, setting, whole
 from glshadow.core.spaces import Array
 
 MAX_RADIUS = 16
@@ -22,7 +22,7 @@ HALF_ROUNDING = 2.0**-9
 
 
 @dataclass(frozen=True)
-class MomentFilter(Filter):
+class MomentFilter(StudiedFilter):
     """Base.
 
     Attributes
@@ -75,20 +75,21 @@ class MomentFilter(Filter):
         """One of each shape of code."""
         return (cls(),)
 
-    @classmethod
-    def rungs(cls) -> tuple[Self, ...]:
-        """None: none of them is right where several things cast, whatever the resolution."""
-        return ()
 
-    @classmethod
-    def studied(cls) -> tuple[Self, ...]:
-        """As usual."""
-        return (cls(),)
+@dataclass(frozen=True)
+class BoundFilter(MomentFilter):
+    """Base of those that ask a bound: some light bleeds, and a share may be taken for that."""
 
-    @classmethod
-    def extremes(cls) -> tuple[Self, ...]:
-        """None: light bleeds by their nature."""
-        return ()
+    bleeding: float = setting(number(0.0, 1.0, below=True), 0.0, help="0 to 1: share taken for light that bleeds")
+    half: bool = setting(flag(), False)
+
+    def defines(self) -> Mapping[str, int | str]:
+        """Also what is taken for bleeding."""
+        return {**super().defines(), "GLS_BLEEDING": repr(self.bleeding)}
+
+    def unbled(self, share: Array) -> Array:
+        """What is left of a share of light, stretched."""
+        return np.asarray(np.clip((share - self.bleeding) / (1.0 - self.bleeding), 0.0, 1.0))
 
 
 def spread(radius: int, slope: Array) -> tuple[Array, Array]:
@@ -98,9 +99,9 @@ def spread(radius: int, slope: Array) -> tuple[Array, Array]:
     return np.asarray(deviation), np.asarray(np.abs(slope).sum(axis=-1) * (radius + 1))
 
 
-def chebyshev(mean: Array, square: Array, x: Any, least_variance: Any, bleeding: float) -> Array:
-    """The greatest share at or beyond x that mean and mean square allow, less what is taken for light that bleeds."""
+def chebyshev(mean: Array, square: Array, x: Any, least_variance: Any) -> Array:
+    """The greatest share at or beyond x that mean and mean square allow."""
     beyond = x - mean
     variance = np.maximum(square - mean**2, least_variance)
     share = variance / (variance + beyond**2)
-    return np.where(beyond <= 0.0, 1.0, np.clip((share - bleeding) / (1.0 - bleeding), 0.0, 1.0))
+    return np.where(beyond <= 0.0, 1.0, share)

@@ -8,8 +8,8 @@ from typing import Self
 
 import numpy as np
 
-from glshadow.core.filters.moments import MomentFilter
-from glshadow.core.setting import flag, number, setting
+from glshadow.core.filters.moments import BoundFilter
+from glshadow.core.setting import flag, setting
 from glshadow.core.spaces import Array
 
 BIASES = {"f4": 3e-6, "nu2": 6e-5}
@@ -17,7 +17,7 @@ BIASES = {"f4": 3e-6, "nu2": 6e-5}
 
 
 @dataclass(frozen=True)
-class Msm(MomentFilter):
+class Msm(BoundFilter):
     """Moment shadow map: the least shadow that four moments of what is stored allow.
 
     Parameters
@@ -36,8 +36,6 @@ class Msm(MomentFilter):
     Peters, Klein 2015, "Moment Shadow Mapping", I3D.
     """
 
-    bleeding: float = setting(number(0.0, 1.0, below=True), 0.0, help="0 to 1: share taken for light that bleeds")
-    half: bool = setting(flag(), False)
     hausdorff: bool = setting(flag(), False)
 
     spelling = "msm"
@@ -56,12 +54,7 @@ class Msm(MomentFilter):
     def defines(self) -> Mapping[str, int | str]:
         """Radius, problem, format, and what goes with it."""
         more = {"GLS_HALF": int(self.half), "GLS_HAUSDORFF": int(self.hausdorff)}
-        return {
-            **super().defines(),
-            **more,
-            "GLS_MOMENT_BIAS": repr(BIASES[self.precision]),
-            "GLS_BLEEDING": repr(self.bleeding),
-        }
+        return {**super().defines(), **more, "GLS_MOMENT_BIAS": repr(BIASES[self.precision])}
 
     def encoded(self, depth: Array) -> Array:
         """Four powers of x from -1 to 1, as they are or turned."""
@@ -76,7 +69,7 @@ class Msm(MomentFilter):
         bias = BIASES[self.precision]
         moments = (1.0 - bias) * self._powers(means) + bias * np.array([0.0, 0.375, 0.0, 0.375])
         shadow = np.clip(least_before(moments, 2.0 * (depth - deviation) - 1.0, self.hausdorff), 0.0, 1.0)
-        return np.clip((1.0 - shadow - self.bleeding) / (1.0 - self.bleeding), 0.0, 1.0)
+        return self.unbled(1.0 - shadow)
 
     def _powers(self, means: Array) -> Array:
         if not self.half:

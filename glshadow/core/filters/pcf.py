@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from glshadow.core.filters.filter import Compare, Filter, Needs, weighted
+from glshadow.core.filters.square import SquareFilter
 from glshadow.core.setting import setting, whole
 from glshadow.core.spaces import Array
 
@@ -17,7 +17,7 @@ MAX_RADIUS = 4
 
 
 @dataclass(frozen=True)
-class Pcf(Filter):
+class Pcf(SquareFilter):
     """Percentage closer filtering: the mean of (2 radius + 1)^2 bilinear comparisons, a texel apart.
 
     Parameters
@@ -33,40 +33,18 @@ class Pcf(Filter):
     radius: int = setting(whole(0, MAX_RADIUS, unit="texels"), 1, help=f"0 to {MAX_RADIUS}")
 
     spelling = "pcf"
-    needs = Needs.COMPARISON
     snippet = "filter/pcf.glsl"
     summary = "mean over (2 RADIUS + 1)^2 comparisons"
     source = "Reeves, Salesin, Cook 1987"
     fails = "edges widen to 2 RADIUS + 1 texels; creases read the neighbouring wall"
 
-    @property
-    def slack_texels(self) -> float:
-        """One texel: a bilinear comparison reads texel centres up to one texel from where the plane is evaluated."""
-        return 1.0
-
-    @property
-    def reach_texels(self) -> float:
-        """The bilinear footprint of the outermost tap."""
-        return self.radius + 1.0
-
     def defines(self) -> Mapping[str, int | str]:
         """The radius."""
         return {"GLS_PCF_RADIUS": self.radius}
 
-    def visibility(self, position: Array, compare: Compare) -> Array:
-        """The mean; the plane is evaluated once per block of 2 x 2 texels, in its middle."""
-        base = np.floor(position - 0.5)
-        weights = box_weights(position - 0.5 - base, self.radius)
-        count = 2 * self.radius + 2
-
-        def terms() -> Iterator[tuple[Array, NDArray[np.int64], Array]]:
-            for j in range(count):
-                for i in range(count):
-                    tap = base + np.array([i, j]) - self.radius
-                    block = tap - np.array([i, j]) % 2 + 1.0 - position
-                    yield weights[:, 0, i] * weights[:, 1, j], tap.astype(np.int64), block
-
-        return weighted(compare, terms())
+    def weights(self, fraction: Array) -> Array:
+        """A box."""
+        return box_weights(fraction, self.radius)
 
     @classmethod
     def variants(cls) -> tuple[Self, ...]:

@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.filters.filter import Compare, Filter, Needs, weighted
+from glshadow.core.filters.filter import Compare, Needs, StudiedFilter, weighted
 from glshadow.core.setting import flag, number, setting
 from glshadow.core.spaces import Array
 
@@ -19,7 +19,7 @@ PLACES = np.array(
 
 
 @dataclass(frozen=True)
-class Poisson(Filter):
+class Poisson(StudiedFilter):
     """The mean of four nearest comparisons at scattered places: a Poisson disc of four points.
 
     Parameters
@@ -77,18 +77,3 @@ class Poisson(Filter):
     def variants(cls) -> tuple[Self, ...]:
         """Both ways."""
         return (cls(), cls(3.0), cls(rotate=True))
-
-    @classmethod
-    def rungs(cls) -> tuple[Self, ...]:
-        """None: Pcf(1) costs no more and is right more often."""
-        return ()
-
-    @classmethod
-    def studied(cls) -> tuple[Self, ...]:
-        """Babylon.js's."""
-        return (cls(),)
-
-    @classmethod
-    def extremes(cls) -> tuple[Self, ...]:
-        """None: four of what `Hard` asks."""
-        return ()

@@ -8,20 +8,16 @@ from typing import Self
 
 import numpy as np
 
-from glshadow.core.filters.moments import FLOAT_ROUNDING, HALF_ROUNDING, MomentFilter, chebyshev
-from glshadow.core.setting import flag, number, one_of, setting
+from glshadow.core.filters.moments import FLOAT_ROUNDING, HALF_ROUNDING, BoundFilter, chebyshev
+from glshadow.core.setting import one_of, setting
 from glshadow.core.spaces import Array
 
 EXPONENTS = {"f4": 42.0, "f2": 5.54}
 """Greatest c whose exp(2 c) the format holds: ln(FLT_MAX) / 2 = 44.4, ln(65504) / 2 = 5.545."""
 
 
-@dataclass(frozen=True)
-class VarianceFilter(MomentFilter):
+class VarianceFilter(BoundFilter):
     """Base: Chebyshev's inequality."""
-
-    bleeding: float = setting(number(0.0, 1.0, below=True), 0.0, help="0 to 1: share taken for light that bleeds")
-    half: bool = setting(flag(), False)
 
     @property
     def precision(self) -> str:
@@ -34,8 +30,8 @@ class VarianceFilter(MomentFilter):
         return HALF_ROUNDING if self.half else FLOAT_ROUNDING
 
     def defines(self) -> Mapping[str, int | str]:
-        """Radius, what is taken for bleeding, and rounding."""
-        return {**super().defines(), "GLS_BLEEDING": repr(self.bleeding), "GLS_ROUNDING": repr(self.rounding)}
+        """Also rounding."""
+        return {**super().defines(), "GLS_ROUNDING": repr(self.rounding)}
 
 
 @dataclass(frozen=True)
@@ -71,7 +67,7 @@ class Vsm(VarianceFilter):
 
     def lit(self, depth: Array, means: Array, deviation: Array, extent: Array) -> Array:
         """Chebyshev's bound."""
-        return chebyshev(means[:, 0], means[:, 1], 2.0 * depth - 1.0, self.rounding, self.bleeding)
+        return self.unbled(chebyshev(means[:, 0], means[:, 1], 2.0 * depth - 1.0, self.rounding))
 
     @classmethod
     def variants(cls) -> tuple[Self, ...]:
@@ -131,12 +127,12 @@ class Evsm(VarianceFilter):
         """The smaller of the bounds; see glsl/filter/evsm.glsl for what is taken off."""
         x, c = np.clip(2.0 * depth - 1.0, -1.0, 1.0), self.exponent
         away = np.exp(c * x)
-        found = chebyshev(means[:, 0], means[:, 1], away, self.rounding * away**2, self.bleeding)
+        found = self.unbled(chebyshev(means[:, 0], means[:, 1], away, self.rounding * away**2))
         if self.components == 2:
             return found
         shift = np.minimum(0.5 * c * (2.0 * deviation) ** 2, 2.0 * extent)
         back = -np.exp(-c * np.maximum(x - shift, -1.0))
-        return np.minimum(found, chebyshev(means[:, 2], means[:, 3], back, self.rounding * back**2, self.bleeding))
+        return np.minimum(found, self.unbled(chebyshev(means[:, 2], means[:, 3], back, self.rounding * back**2)))
 
     @classmethod
     def variants(cls) -> tuple[Self, ...]:
