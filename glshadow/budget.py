@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+import weakref
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Bools
 from glshadow.frame import Frame
 from glshadow.measure.error import LEAST_COSINE, WRONG, smooth_pixels
+from glshadow.scene.mesh import Scene
 
 FILTERS: tuple[Filter, ...] = (Hard(), Pcf(0), Pcf(1), Gaussian(2))
 RESOLUTIONS = (512, 1024, 2048, 4096)
@@ -120,6 +122,45 @@ def with_setting(lights: Sequence[Light], shadow: Shadow) -> tuple[Light, ...]:
         else each
         for each in lights
     )
+
+
+class Choices:
+    """What was chosen, by scene, size and lights' kinds and settings: made on the first such picture, and kept."""
+
+    def __init__(self) -> None:
+        self._found: weakref.WeakKeyDictionary[Scene, dict[Hashable, tuple[Found, str]]] = weakref.WeakKeyDictionary()
+
+    def of(self, scene: Scene) -> tuple[tuple[Found, str], ...]:
+        """Those of a scene, in the order in which they were made."""
+        return tuple(self._found.get(scene, {}).values())
+
+    def render(
+        self,
+        draw: Draw,
+        last: Draw,
+        scene: Scene,
+        lights: tuple[Light, ...],
+        size: tuple[int, int],
+        budget: Budget,
+        outputs: tuple[str, ...],
+    ) -> Frame:
+        """The picture with what the budget chooses, by `last`; why is said in `used`. `draw`: those that are tried."""
+        if not any(map(open_to_choice, lights)):
+            return last(lights, outputs)
+        kept = self._found.setdefault(scene, {})
+        key = (budget, size, tuple((type(light), light.shadow) for light in lights))
+        if key not in kept:
+            kept[key] = choose(draw, lights, budget)
+        found, missed = kept[key]
+        frame = last(with_setting(lights, found.shadow), outputs)
+        why = f"the cheapest within {budget}: {found}"
+        used = tuple(
+            replace(each, why=why, fallbacks=each.fallbacks + ((missed,) if missed else ()))
+            if open_to_choice(light)
+            else each
+            for light, each in zip(lights, frame.used, strict=True)
+        )
+        return replace(frame, used=used)
 
 
 def _counted(frame: Frame, lights: Sequence[Light]) -> list[Bools]:

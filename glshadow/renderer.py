@@ -5,12 +5,13 @@ from __future__ import annotations
 import weakref
 from collections.abc import Generator, Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, Self, get_args
 
 import moderngl
 from numpy.typing import ArrayLike
 
-from glshadow.budget import Budget, Found, choose, open_to_choice, with_setting
+from glshadow.budget import Budget, Choices
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import DirectionalLight, Light, Lights
 from glshadow.core.look import AMBIENT, BACKGROUND, Ambient, Look, look_of
@@ -24,7 +25,7 @@ from glshadow.gl.clock import Clock
 from glshadow.gl.context import Backend, open_context
 from glshadow.gl.cookies import Cookies
 from glshadow.gl.geometry import GpuScene
-from glshadow.gl.glass import Glass, Panes
+from glshadow.gl.glass import Glasses, Panes
 from glshadow.gl.kept import Kept
 from glshadow.gl.meshes import Meshes
 from glshadow.gl.program import Programs
@@ -63,11 +64,10 @@ class Renderer:
 
     def __init__(self, backend: Backend = "auto", context: moderngl.Context | None = None) -> None:
         backend = one_of(*get_args(Backend))("backend", backend)
-        self._chosen: weakref.WeakKeyDictionary[Scene, dict[Any, tuple[Found, str]]] = weakref.WeakKeyDictionary()
+        self._choices = Choices()
         self._context = open_context(backend, optional(instance(moderngl.Context))("context", context))
         self._furnished = False
         self._seen: tuple[Sight, int, int] | None  # what the surface buffer holds
-        self._panes: tuple[Panes | None, ...]
         with self._context.drawing():
             self._furnish()
 
@@ -144,7 +144,12 @@ class Renderer:
         look = look_of(ambient, background, samples)
         budget = Budget(max_wrong=max_wrong, max_ms=max_ms)
         if budget.given:
-            return self._within(budget, scene, camera, lights, size, ambient, background, outputs, samples)
+
+            def draw(lights: Sequence[Light], outputs: tuple[str, ...], samples: int = 1) -> Frame:
+                return self.render(scene, camera, lights, size, ambient, background, outputs, samples)
+
+            last = partial(draw, samples=samples)
+            return self._choices.render(draw, last, scene, lights, size, budget, tuple(outputs))
         with self._context.drawing():
             if not self._furnished:
                 self._furnish()
@@ -211,42 +216,6 @@ class Renderer:
 
         return frames()
 
-    def _within(
-        self,
-        budget: Budget,
-        scene: Scene,
-        camera: Camera,
-        lights: tuple[Light, ...],
-        size: tuple[int, int],
-        ambient: Ambient,
-        background: ArrayLike | None,
-        outputs: Sequence[str],
-        samples: int,
-    ) -> Frame:
-        """A picture with the settings that a budget chooses."""
-        kinds = tuple((type(light), light.shadow) for light in lights)
-        if not any(map(open_to_choice, lights)):
-            return self.render(scene, camera, lights, size, ambient, background, outputs, samples)
-        kept = self._chosen.get(scene, {})
-        if (budget, size, kinds) not in kept:
-
-            def draw(lights: Sequence[Light], outputs: tuple[str, ...]) -> Frame:
-                return self.render(scene, camera, lights, size, ambient, background, outputs)
-
-            kept[budget, size, kinds] = choose(draw, lights, budget)
-            self._chosen[scene] = kept
-        found, missed = kept[budget, size, kinds]
-        chosen = with_setting(lights, found.shadow)
-        frame = self.render(scene, camera, chosen, size, ambient, background, outputs, samples)
-        why = f"the cheapest within {budget}: {found}"
-        used = tuple(
-            replace(each, why=why, fallbacks=(*each.fallbacks, missed) if missed else each.fallbacks)
-            if open_to_choice(light)
-            else each
-            for light, each in zip(lights, frame.used, strict=True)
-        )
-        return replace(frame, used=used)
-
     def _frame(
         self,
         scene: Scene,
@@ -267,11 +236,11 @@ class Renderer:
         self._see(work, look.samples, clock)
         with clock("shadow"):
             used = tuple(ready.get(number) or source.prepare(work) for number, source in enumerate(sources))
-            self._panes = tuple(self._glass_of(number).panes(work, light) for number, light in enumerate(lights))
+            panes = self._glasses.panes(work, lights)
         with clock("resolve"):
             # here, so that tiles are cleared and drawn in one go
             clear_outputs(self._context, targets, look.linear_background, look.background is None)
-            shares = self._shares(work, lights, sources, look)
+            shares = self._shares(work, lights, sources, panes, look)
             used = tuple(source.amended(each) for source, each in zip(sources, used, strict=True))
             for share in shares:
                 resolve(work, share)
@@ -310,11 +279,6 @@ class Renderer:
         self._something = self._covered.passed
         self._seen = key
 
-    def _glass_of(self, number: int) -> Glass:
-        if number not in self._glass:
-            self._glass[number] = Glass(self._context)
-        return self._glass[number]
-
     def _several(self, work: Work) -> Samples:
         return self._samples.get(work.targets.identity, lambda: Samples(work))
 
@@ -342,14 +306,19 @@ class Renderer:
         return results
 
     def _shares(
-        self, work: Work, lights: tuple[Light, ...], sources: Sequence[Source], look: Look
+        self,
+        work: Work,
+        lights: tuple[Light, ...],
+        sources: Sequence[Source],
+        panes: Sequence[Panes | None],
+        look: Look,
     ) -> tuple[Share, ...]:
         if not lights:
             dark = DirectionalLight(intensity=0.0)
             return (Share(dark, open_receiver(work, dark), 0, 1, look.ambient, look.linear_background),)
         return tuple(
-            Share(light, source.receiver(work), number, len(lights), look.ambient, look.linear_background, panes)
-            for number, (light, source, panes) in enumerate(zip(lights, sources, self._panes, strict=True))
+            Share(light, source.receiver(work), number, len(lights), look.ambient, look.linear_background, tint)
+            for number, (light, source, tint) in enumerate(zip(lights, sources, panes, strict=True))
         )
 
     # What is kept from frame to frame
@@ -366,8 +335,7 @@ class Renderer:
         self._idle.use()
         self._atlases = Atlases(context)
         self._cookies = Cookies(context)
-        self._glass: dict[int, Glass] = {}
-        self._panes = ()
+        self._glasses = Glasses(context)
         self._scene: Kept[GpuScene] = Kept()
         self._targets: Kept[CameraTargets] = Kept()
         self._samples: Kept[Samples] = Kept()
@@ -388,7 +356,7 @@ class Renderer:
             self._idle,
             self._idle_color,
             self._sources,
-            *self._glass.values(),
+            self._glasses,
         )
 
     def _start_over(self) -> None:

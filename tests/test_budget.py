@@ -37,7 +37,7 @@ def test_the_cheapest_that_is_good_enough(wrong: float) -> None:
     scene = gs.scenes.courtyard()
     with gs.Renderer() as renderer:
         frame = renderer.render(scene, size=SIZE, max_wrong=wrong, outputs=("visibility", "triangle"))
-        found, missed = next(iter(renderer._chosen[scene].values()))
+        ((found, missed),) = renderer._choices.of(scene)
     truth = gs.trace(scene, size=SIZE)
     measured = gs.measure(frame, truth).wrong
     assert missed == ""
@@ -72,7 +72,7 @@ def test_the_best_that_is_fast_enough() -> None:
 @pytest.mark.usefixtures("clock")
 def test_a_choice_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
     made = []
-    monkeypatch.setattr("glshadow.renderer.choose", lambda *given: made.append(1) or choose(*given))
+    monkeypatch.setattr("glshadow.budget.choose", lambda *given: made.append(1) or choose(*given))
     scene = gs.scenes.box().scene
     with gs.Renderer() as renderer:
         first = renderer.render(scene, size=SIZE, max_wrong=0.01)

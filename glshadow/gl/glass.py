@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -159,3 +159,22 @@ class Glass:
         """Free the GPU memory."""
         release(*reversed(self._owned))
         self._owned, self._key, self._panes = [], None, None
+
+
+class Glasses(dict[int, Glass]):
+    """What tints the lights, by their number; kept from frame to frame."""
+
+    def __init__(self, context: GLContext) -> None:
+        super().__init__()
+        self._context = context
+
+    def panes(self, work: Work, lights: Sequence[Light]) -> tuple[Panes | None, ...]:
+        """Those of each light."""
+        return tuple(
+            self.setdefault(number, Glass(self._context)).panes(work, light) for number, light in enumerate(lights)
+        )
+
+    def release(self) -> None:
+        """Free them all."""
+        for glass in self.values():
+            glass.release()

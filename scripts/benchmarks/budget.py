@@ -72,7 +72,7 @@ def measure_budgets(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[s
                 ms = {shadow: float(np.median(taken)) for shadow, taken in times.items()}
                 for wrong in BUDGETS:
                     renderer.render(scene, None, [light], SIZE, outputs=("image",), max_wrong=wrong)
-                    ((chosen, _),) = renderer._chosen.pop(scene).values()
+                    (chosen, _) = renderer._choices.of(scene)[-1]
                     meeting = [shadow for shadow in grid if errors[shadow] <= wrong] or [
                         min(grid, key=errors.__getitem__)
                     ]
