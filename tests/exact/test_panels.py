@@ -205,3 +205,14 @@ def test_many_maps_beside_other_lights(renderer: gs.Renderer) -> None:
     alone = [renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS).visibility[0] for light in (soft, hard)]
     both = renderer.render(scene, None, [soft, hard], SIZE, outputs=OUTPUTS).visibility
     np.testing.assert_array_equal(both, np.stack(alone))
+
+
+def test_behind_a_panel_nothing_is_reached() -> None:
+    scene = gs.scenes.box().scene
+    panel = replace(PANEL, position=(0.0, 0.5, 2.0), direction=(0.0, 0.0, -1.0), up=(0.0, 1.0, 0.0))
+    truth = gs.trace(scene, None, [panel], SIZE)
+    seen = truth.triangle >= 0
+    before = truth.position[seen][:, 2] < 2.0
+    assert before.any()
+    assert not before.all()
+    np.testing.assert_array_equal(truth.reached[0][seen], before)

@@ -94,6 +94,32 @@ def test_no_seam_and_no_acne(renderer: gs.Renderer, posts: gs.Scene, fit: gs.Fit
     assert gap.mean() < (0.03 if stable else 0.012)
 
 
+@pytest.mark.parametrize("fit", FITS, ids=str)
+def test_all_is_dark_under_a_roof(renderer: gs.Renderer, fit: gs.Fit) -> None:
+    """Whichever map is asked, near its border and where it fades: no pixel of the ground is lit."""
+    ground = gs.Node("ground", gs.Mesh(*shapes.rectangle((-80, 0, 10), (160, 0, 0), (0, 0, -200))), np.eye(4))
+    roof = gs.Node("roof", gs.Mesh(*shapes.rectangle((-120, 6, 50), (240, 0, 0), (0, 0, -280))), np.eye(4))
+    frame = renderer.render(
+        gs.Scene((ground, roof)), CAMERA, [light(fit)], SIZE, outputs=("visibility", "node", "depth")
+    )
+    far = 100.0 if getattr(fit, "distance", 0.0) else np.inf
+    under = (frame.node == 0) & (frame.depth < far)
+    assert under.sum() > 5000
+    assert (frame.visibility[0][under] == 0.0).all()
+
+
+def test_a_bias_in_texels_is_that_of_each_map(renderer: gs.Renderer, posts: gs.Scene) -> None:
+    """1.5 texels along the normal keep every map's plane clean; without any the ground is striped from near to far."""
+    low = replace(SUN, direction=(0.9, -0.3, 0.2))
+    truth = gs.trace(posts, None, [low], SIZE)
+    acne = {}
+    for name, bias in (("offset", gs.NormalOffsetBias(1.5)), ("none", gs.NoBias())):
+        lamp = replace(low, shadow=gs.Shadow(filter=gs.Hard(), fit=gs.Cascades(4), bias=bias, resolution=512))
+        acne[name] = gs.measure(renderer.render(posts, None, [lamp], SIZE, outputs=("visibility",)), truth).acne
+    assert acne["offset"] < 1e-3
+    assert acne["none"] > 0.1
+
+
 def test_they_are_nearer_to_the_truth_than_one_map() -> None:
     scene, size = gs.scenes.outdoors(), (320, 180)
     found = {}

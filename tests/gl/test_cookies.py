@@ -11,7 +11,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.cookie import cookie_from_world
-from glshadow.core.spaces import Array, project
+from glshadow.core.spaces import Array, project, view_axes
 from glshadow.core.srgb import linear_from_srgb
 
 SIZE = (200, 120)
@@ -62,6 +62,24 @@ def test_light_is_coloured_as_the_image_says(renderer: gs.Renderer, name: str, f
     # sRGB of 8 bits read as linear by the hardware, and a position in float32
     np.testing.assert_allclose(frame.linear[seen][asked], expected[asked], atol=2e-3)
     assert np.ptp(color[asked], axis=0).min() > 0.2
+
+
+def test_where_the_image_lies() -> None:
+    """Of a sun `size` wide, its height by the image's; of a spot the square that the cone touches; v up the light's own view."""
+    sun = gs.DirectionalLight(direction=(0.3, -1.0, 0.2), cookie=gs.Cookie(image=IMAGE, size=3.0))
+    axes = view_axes(np.asarray(sun.direction))
+    for along, step in ((axes[0], (1 / 3.0, 0.0)), (axes[1], (0.0, 1.5 / 3.0)), (axes[2], (0.0, 0.0))):
+        uvw = project(cookie_from_world(sun), np.stack([np.zeros(3), along]))
+        np.testing.assert_allclose(uvw[0, :2], 0.5)
+        np.testing.assert_allclose(uvw[1, :2] - uvw[0, :2], step, atol=1e-12)
+        np.testing.assert_allclose(uvw[:, 3], 1.0)
+    spot = gs.SpotLight(position=(1, 5, 2), direction=(0, -1, 0.5), outer_angle=30.0, cookie=gs.Cookie(image=IMAGE))
+    axes, away = view_axes(np.asarray(spot.direction)), 4.0
+    edge = away * np.tan(np.radians(30.0))
+    for x, y in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (-1.0, -1.0)):
+        point = np.asarray(spot.position) - away * axes[2] + edge * (x * axes[0] + y * axes[1])
+        uvw = project(cookie_from_world(spot), point)
+        np.testing.assert_allclose(uvw[:2] / uvw[3], (0.5 + 0.5 * x, 0.5 + 0.5 * y), atol=1e-12)
 
 
 def test_nothing_shines_backwards(renderer: gs.Renderer) -> None:

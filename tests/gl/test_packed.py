@@ -75,6 +75,10 @@ def test_order_and_what_is_kept_change_nothing(renderer: gs.Renderer) -> None:
     first = renderer.render(SCENE, None, pack, SIZE, outputs=("visibility",))
     backwards = renderer.render(SCENE, None, pack[::-1], SIZE, outputs=("visibility",))
     np.testing.assert_array_equal(backwards.visibility[::-1], first.visibility)
+    with gs.Renderer("egl") as fresh:  # where the nearest range is drawn first
+        afresh = fresh.render(SCENE, None, pack[::-1], SIZE, outputs=("visibility",))
+        assert all(used.draws > 0 for used in afresh.used)
+    np.testing.assert_array_equal(afresh.visibility[::-1], first.visibility)
     again = renderer.render(SCENE, None, pack, SIZE, outputs=("visibility",))
     assert [used.draws for used in again.used] == [0, 0, 0]
     np.testing.assert_array_equal(again.visibility, first.visibility)

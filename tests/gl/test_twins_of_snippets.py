@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
+import glshadow as gs
 from glshadow.core.bias import receiver_plane_from_derivatives
+from glshadow.core.filters.moments import chebyshev, spread
+from glshadow.core.filters.msm import least_before
 from glshadow.core.metric import unpack
 from glshadow.gl.context import GLContext
 from glshadow.shader.source import read
 
 
-def evaluated(context: GLContext, name: str, expression: str, **inputs: NDArray[np.float32]) -> NDArray[np.float32]:
-    """What an expression (vec4) of a snippet gives for each row of its inputs: (N, 4)."""
+def evaluated(
+    context: GLContext, name: str, expression: str, before_it: str = "", **inputs: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """What an expression (vec4) of a snippet gives for each row of its inputs: (N, 4). `before_it`: text that it counts on."""
     ctx, count = context.ctx, len(next(iter(inputs.values())))
     types = {key: f"vec{value.shape[1]}" for key, value in inputs.items()}
     into = "".join(f"in {kind} a_{key};\nflat out {kind} {key};\n" for key, kind in types.items())
@@ -22,7 +28,7 @@ def evaluated(context: GLContext, name: str, expression: str, **inputs: NDArray[
     head = "#version 330 core\n"
     program = ctx.program(
         f"{head}{into}void main() {{ {copies}{place} }}",
-        f"{head}{outof}{read(name)}void main() {{ o_value = {expression}; }}",
+        f"{head}{outof}{before_it}{read(name)}void main() {{ o_value = {expression}; }}",
     )
     before, texture = ctx.fbo or ctx.detect_framebuffer(0), ctx.texture((count, 1), 4, dtype="f4")
     framebuffer, buffers = ctx.framebuffer([texture]), [ctx.buffer(value.tobytes()) for value in inputs.values()]
@@ -74,3 +80,40 @@ def test_unpacking(glcontext: GLContext, rng: np.random.Generator) -> None:
     # Each factor written with eight digits and each product rounded once; alone, in the first four, only the former.
     np.testing.assert_allclose(found[:4], unpack(stored[:4]), rtol=2.0**-24)
     np.testing.assert_allclose(found, unpack(stored), rtol=4.0 * 2.0**-24)
+
+
+@pytest.mark.parametrize("bounded", [False, True])
+def test_least_shadow(glcontext: GLContext, rng: np.random.Generator, bounded: bool) -> None:
+    z, weights = rng.uniform(-0.95, 0.95, (600, 5)), rng.dirichlet(np.ones(5), 600)
+    moments = np.stack([(weights * z**k).sum(axis=1) for k in range(1, 5)], axis=-1).astype(np.float32)
+    x = rng.uniform(-0.95, 0.95, (600, 1)).astype(np.float32)
+    call, define = "vec4(least_shadow(b, x.x))", f"#define GLS_HAUSDORFF {int(bounded)}\n"
+    found = evaluated(glcontext, "lib/least_shadow.glsl", call, define, b=moments, x=np.repeat(x, 2, axis=1))[:, 0]
+    expected, other = (
+        least_before(moments.astype(np.float64), x[:, 0].astype(np.float64), each) for each in (bounded, not bounded)
+    )
+    # a Hankel matrix of random moments is inverted in float32: some are nearly singular
+    assert np.quantile(np.abs(found - expected), 0.97) < 5e-3
+    assert (np.abs(expected - other) > 0.02).sum() > 20, "both problems are told apart"
+
+
+@pytest.mark.parametrize("radius", [0, 1, 4])
+def test_spread_of_a_plane(glcontext: GLContext, rng: np.random.Generator, radius: int) -> None:
+    slope = rng.normal(size=(64, 2)).astype(np.float32)
+    receiver = "Receiver(vec2(0.0), vec2(0.0), 0.0, slope)"
+    call = f"vec4(plane_deviation({receiver}), plane_extent({receiver}), 0.0, 0.0)"
+    text = f"#define GLS_MOMENT_RADIUS {radius}\n" + read("receiver/receiver.glsl")
+    found = evaluated(glcontext, "lib/plane_spread.glsl", call, text, slope=slope)
+    deviation, extent = spread(radius, slope.astype(np.float64))
+    np.testing.assert_allclose(found[:, 0], deviation, rtol=1e-6)
+    np.testing.assert_allclose(found[:, 1], extent, rtol=1e-6)
+
+
+def test_chebyshev(glcontext: GLContext, rng: np.random.Generator) -> None:
+    mean, x = rng.uniform(-1.0, 1.0, (2, 200, 1)).astype(np.float32)
+    variance = rng.uniform(0.01, 0.5, (200, 1)).astype(np.float32)
+    call = "vec4(chebyshev(m, x.x, 1e-6, 0.25))"
+    given = np.concatenate([mean, mean**2 + variance], axis=1)
+    found = evaluated(glcontext, "lib/chebyshev.glsl", call, m=given, x=np.repeat(x, 2, axis=1))[:, 0]
+    bound = chebyshev(*given.T.astype(np.float64), x[:, 0].astype(np.float64), 1e-6)
+    np.testing.assert_allclose(found, gs.Vsm(1, 0.25).unbled(bound), atol=1e-5)

@@ -9,8 +9,8 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.asked import Asked, Blocks
-from glshadow.core.fitted import cascades, split, warped
-from glshadow.core.spaces import Array, ClipSpace, project
+from glshadow.core.fitted import _texels, cascades, split, warped
+from glshadow.core.spaces import Array, ClipSpace, project, transform
 
 CAMERA = gs.PerspectiveCamera(position=(0.0, 1.7, 0.0), target=(0.0, 1.2, -10.0), fov_y=50.0)
 SUN = gs.DirectionalLight(direction=(0.6, -0.7, -0.1))
@@ -145,3 +145,26 @@ def test_perspective_is_left_out_where_the_sun_shines_along_the_view() -> None:
 def test_settings_are_checked(kind: type[gs.Fit], given: dict[str, float]) -> None:
     with pytest.raises(gs.SettingsError, match=f"{kind.__name__} {next(iter(given))} must be"):
         kind(**given)
+
+
+def test_perspective_is_kept_only_where_texels_are_smaller_over_what_is_seen() -> None:
+    """Suns from along the view to across it, the eye as the centre: never worse than without, and once not warped though it could be."""
+    forward = -CAMERA.view_from_world[2, :3]
+    across = np.cross(forward, (0.0, 1.0, 0.0))
+    warps = []
+    for angle in np.radians([0.5, 2.0, 5.0, 10.0, 30.0, 60.0, 90.0]):
+        aim = np.cos(angle) * forward + np.sin(angle) * (0.6 * across + np.array([0.0, -0.8, 0.0]))
+        given = asked(light=replace(SUN, direction=tuple(aim.tolist())))
+        assert given.blocks is not None
+        (view,), (plain,) = (
+            each.views for each in (warped(given, gs.Lispsm(psm=True)), cascades(given, gs.Cascades(1)))
+        )
+        local = transform(view.view_from_world, given.blocks.between(2.0, 180.0))
+        depth = np.maximum(
+            -(given.blocks.between(2.0, 180.0) - np.asarray(CAMERA.position)) @ CAMERA.view_from_world[2, :3], 1e-9
+        )
+        warps.append(view.warp is not None)
+        if view.warp is not None:
+            assert _texels(view, local, depth) < _texels(plain, local, depth)
+    assert warps[-1]
+    assert not all(warps)
