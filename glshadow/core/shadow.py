@@ -50,8 +50,9 @@ class Shadow(Settings):
         None: DEPTH32F.
     clip : ClipSpace, optional
         None: 0..1 for suns, 0..1 reversed for lights with a position, where the driver has glClipControl; else -1..1.
-    fit : ViewFit or SceneFit, optional
-        What the map covers: the receivers the camera sees, or the whole scene whatever the camera. None: ViewFit().
+    fit : Fit, optional
+        What the map covers: ViewFit the receivers the camera sees, SceneFit the whole scene whatever the camera; of suns Cascades several
+        maps, Lispsm one in perspective. None: ViewFit().
     faces : Faces, optional
         None: back faces are culled for closed, consistently wound, single-sided meshes that do not contain the light; else both.
     strength : float

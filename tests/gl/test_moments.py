@@ -151,6 +151,21 @@ def test_many_points_of_a_light_are_asked_so_too(renderer: gs.Renderer, kind: gs
     np.testing.assert_array_equal(one, plain)
 
 
+@pytest.mark.parametrize(
+    "kind", [gs.Esm(), gs.Vsm(), gs.Evsm(), gs.Msm(), gs.Msm(hausdorff=True), gs.Evsm(4), gs.Msm(4)], ids=str
+)
+def test_the_derived_bias_leaves_no_acne(renderer: gs.Renderer, kind: gs.Filter) -> None:
+    """Under every kind of light, and a low sun: no pixel more than percentage closer filtering has."""
+    lights: tuple[gs.Light, ...] = (*LIGHTS.values(), gs.DirectionalLight(direction=(-0.9, -0.2, -0.3)))
+    for light in lights:
+        truth = gs.trace(SCENE, None, [light], SIZE)
+        acne = []
+        for each in (kind, gs.Pcf(1)):
+            lamp = replace(light, shadow=gs.Shadow(filter=each, resolution=512))
+            acne.append(gs.measure(renderer.render(SCENE, None, [lamp], SIZE, outputs=("visibility",)), truth).acne)
+        assert acne[0] <= acne[1]
+
+
 def test_a_kept_map_keeps_its_means(renderer: gs.Renderer) -> None:
     first, source = rendered(renderer, gs.Vsm(2), LIGHTS["sun"])
     assert source.map is not None
