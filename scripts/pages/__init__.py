@@ -6,13 +6,21 @@ import json
 import re
 from pathlib import Path
 
-from scripts.pages import accuracy, declared, exact, hard_cases, speed, techniques, watertight
+from scripts.pages import accuracy, declared, exact, hard_cases, means, outdoors, speed, techniques, watertight
 from scripts.pages.markdown import Blocks, Part, measured_line
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 
-PARTS: tuple[Part, ...] = (techniques.PART, accuracy.PART, speed.PART, exact.PART, watertight.PART)
+PARTS: tuple[Part, ...] = (
+    techniques.PART,
+    accuracy.PART,
+    speed.PART,
+    exact.PART,
+    watertight.PART,
+    outdoors.PART,
+    means.PART,
+)
 """In the order in which they are measured."""
 
 _BLOCK = re.compile(r"(<!-- table: ([\w ]+) -->\n).*?(<!-- end -->)", re.DOTALL)
