@@ -24,7 +24,7 @@ with gs.Renderer() as renderer:
     frames = []
     for name, lights in (("three maps", apart), ("one texture", packed)):
         times = []
-        for k in range(5):
+        for k in range(3):
             moved = [replace(each, position=tuple(np.add(each.position, 0.01 * k))) for each in lights]
             start = time.perf_counter()
             renderer.render(scene, lights=moved, size=SIZE, **look)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Generator, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -19,23 +18,15 @@ from glshadow.core.sampling import grid
 from glshadow.core.setting import as_path, instance, one_of, optional, shown
 from glshadow.errors import GlshadowError, ResourceError, SettingsError, warn
 from glshadow.frame import Frame, checked_outputs
-from glshadow.gl.atlases import Atlases
-from glshadow.gl.camera import Sight, draw_surface, look, nothing_in_view
+from glshadow.gl.camera import draw_surface, nothing_in_view
 from glshadow.gl.clock import Clock
 from glshadow.gl.context import Backend, open_context
-from glshadow.gl.cookies import Cookies
-from glshadow.gl.geometry import GpuScene
-from glshadow.gl.glass import Glasses, Panes
-from glshadow.gl.kept import Kept
-from glshadow.gl.meshes import Meshes
-from glshadow.gl.program import Programs
-from glshadow.gl.queries import AnySamples
+from glshadow.gl.glass import Panes
 from glshadow.gl.readback import MIDDLES, average_samples, read_means, read_middles
 from glshadow.gl.resolve import Share, resolve
-from glshadow.gl.samples import Samples
-from glshadow.gl.screen import Samplers
-from glshadow.gl.sources import Source, Sources
+from glshadow.gl.sources import Source
 from glshadow.gl.sources.source import open_receiver
+from glshadow.gl.store import Store
 from glshadow.gl.targets import CameraTargets, clear_outputs
 from glshadow.gl.work import Work
 from glshadow.scene.arguments import picture_arguments
@@ -66,10 +57,9 @@ class Renderer:
         backend = one_of(*get_args(Backend))("backend", backend)
         self._choices = Choices()
         self._context = open_context(backend, optional(instance(moderngl.Context))("context", context))
-        self._furnished = False
-        self._seen: tuple[Sight, int, int] | None  # what the surface buffer holds
+        self._store: Store | None = None
         with self._context.drawing():
-            self._furnish()
+            self._store = Store(self._context)
 
     def __enter__(self) -> Self:
         return self
@@ -84,9 +74,9 @@ class Renderer:
         if self._context.lost:  # and everything in it
             self._context.release()
             return
-        with self._context.drawing():
-            for thing in self._kept():
-                thing.release()
+        if self._store is not None:
+            with self._context.drawing():
+                self._store.release()
         self._context.release()
 
     @property
@@ -129,7 +119,7 @@ class Renderer:
             and whose neighbours are as visible to every light, are shaded once.
         max_wrong, max_ms : float, optional
             Share of wrong pixels, and milliseconds, that shadows may cost: settings that lights leave to be derived are then the
-            cheapest that are so good, or the best that are so fast. They are tried on the first such picture of a scene, some twenty
+            cheapest that are so good, or the best that are so fast. They are tried on the first such picture of a scene, some fifty
             frames, and kept while scene, size and the lights' kinds and settings stay; `used[i].why` says what was found.
 
         Raises
@@ -151,10 +141,10 @@ class Renderer:
             last = partial(draw, samples=samples)
             return self._choices.render(draw, last, scene, lights, size, budget, tuple(outputs))
         with self._context.drawing():
-            if not self._furnished:
-                self._furnish()
+            if self._store is None:  # making it was interrupted
+                self._store = Store(self._context)
             try:
-                return self._frame(scene, camera, lights, size, frozenset(outputs), look)
+                return self._frame(self._store, scene, camera, lights, size, frozenset(outputs), look)
             except GlshadowError:
                 raise
             except BaseException as error:
@@ -166,10 +156,8 @@ class Renderer:
                     ) from error
                 raise
             finally:
-                # moderngl binds again what was bound before, also a framebuffer released meanwhile: leave one that stays
-                self._idle.use()
-                self._meshes.sweep()
-                self._cookies.sweep()
+                if self._store is not None:
+                    self._store.rest()
 
     def sequence(
         self,
@@ -216,8 +204,17 @@ class Renderer:
 
         return frames()
 
+    def _start_over(self) -> None:
+        """After Ctrl-C, which may come at any line, and what else nobody expects: nothing half made is kept."""
+        old, self._store = self._store, None
+        self._context.recover()
+        self._store = Store(self._context)
+        if old is not None:
+            old.release()
+
     def _frame(
         self,
+        store: Store,
         scene: Scene,
         camera: Camera,
         lights: tuple[Light, ...],
@@ -228,15 +225,15 @@ class Renderer:
         caps = self._context.caps
         # without atomics every sample is shaded, as a pixel of a larger picture
         spread = (1, 1) if caps.compute else grid(look.samples)
-        work = self._work(scene, camera, size, spread, len(lights), outputs, look.samples)
+        work = store.work(scene, camera, size, spread, len(lights), outputs, look.samples)
         clock = Clock(self._context.ctx, "timings" in outputs)
         with clock("shadow"):
-            sources, ready = self._sources.claim(work, lights)
+            sources, ready = store.sources.claim(work, lights)
         targets, sight = work.targets, work.sight
-        self._see(work, look.samples, clock)
+        self._see(store, work, look.samples, clock)
         with clock("shadow"):
             used = tuple(ready.get(number) or source.prepare(work) for number, source in enumerate(sources))
-            panes = self._glasses.panes(work, lights)
+            panes = store.glasses.panes(work, lights)
         with clock("resolve"):
             # here, so that tiles are cleared and drawn in one go
             clear_outputs(self._context, targets, look.linear_background, look.background is None)
@@ -246,15 +243,15 @@ class Renderer:
                 resolve(work, share)
         if targets.samples > 1:
             with clock("samples"):
-                self._several(work).shade(
+                store.several(work).shade(
                     work, shares, look.linear_background, look.background is None, "visibility" in outputs
                 )
         with clock("read"):
-            results = self._read(work, outputs, len(lights), look, spread)
+            results = self._read(store, work, outputs, len(lights), look, spread)
             if "shadow_maps" in outputs:
                 results["shadow_maps"] = tuple(source.stored() for source in sources)
         self._context.check_errors("rendering")
-        if not self._something:
+        if not store.something:
             warn(nothing_in_view(scene, sight))
         fallbacks = sight.fallbacks
         if spread != (1, 1):
@@ -265,25 +262,22 @@ class Renderer:
         return Frame(scene=scene, camera=camera, lights=lights, size=size, near=sight.near, far=sight.far, used=used,
                      outputs=results, samples=look.samples, origin=work.scene.origin)  # fmt: skip
 
-    def _see(self, work: Work, samples: int, clock: Clock) -> None:
+    def _see(self, store: Store, work: Work, samples: int, clock: Clock) -> None:
         """Draw what the camera sees, unless it is there from the last frame."""
         key = (work.sight, work.targets.identity, samples)
-        if self._seen == key:
+        if store.seen == key:
             return
-        self._seen = None
-        with clock("surface"), self._covered:
+        store.seen = None
+        with clock("surface"), store.covered:
             draw_surface(work.context, work.programs, work.scene, work.sight, work.targets.fine_framebuffer, samples)
         if work.targets.samples > 1:
             with clock("samples"):
-                self._several(work).fill(work)
-        self._something = self._covered.passed
-        self._seen = key
-
-    def _several(self, work: Work) -> Samples:
-        return self._samples.get(work.targets.identity, lambda: Samples(work))
+                store.several(work).fill(work)
+        store.something = store.covered.passed
+        store.seen = key
 
     def _read(
-        self, work: Work, outputs: frozenset[str], lights: int, look: Look, spread: tuple[int, int]
+        self, store: Store, work: Work, outputs: frozenset[str], lights: int, look: Look, spread: tuple[int, int]
     ) -> dict[str, Any]:
         targets, transparent = work.targets, look.background is None
         if spread == (1, 1):
@@ -295,12 +289,12 @@ class Renderer:
             if look.samples == 1:
                 return results | read_middles(outputs, work.scene, work.sight, targets)
             # no sample lies in the middle of a pixel
-            self._seen = None
+            store.seen = None
             size, channels = work.sight.size, targets.surface.components
             middle = targets if spread == (1, 1) else CameraTargets(self._context, size, 1, channels, 0, False, False)
-            draw_surface(self._context, self._programs, work.scene, work.sight, middle.surface_framebuffer)
+            draw_surface(self._context, work.programs, work.scene, work.sight, middle.surface_framebuffer)
             results |= read_middles(outputs, work.scene, work.sight, middle)
-            self._idle.use()
+            store.rest()
             if middle is not targets:
                 middle.release()
         return results
@@ -320,81 +314,6 @@ class Renderer:
             Share(light, source.receiver(work), number, len(lights), look.ambient, look.linear_background, tint)
             for number, (light, source, tint) in enumerate(zip(lights, sources, panes, strict=True))
         )
-
-    # What is kept from frame to frame
-
-    def _furnish(self) -> None:
-        """Everything that is kept, still empty."""
-        context, ctx = self._context, self._context.ctx
-        self._programs = Programs(context)
-        self._meshes = Meshes(context)
-        self._samplers = Samplers.make(ctx)
-        self._covered = AnySamples(context.gl)
-        self._idle_color = ctx.renderbuffer((1, 1))
-        self._idle = ctx.framebuffer([self._idle_color])
-        self._idle.use()
-        self._atlases = Atlases(context)
-        self._cookies = Cookies(context)
-        self._glasses = Glasses(context)
-        self._scene: Kept[GpuScene] = Kept()
-        self._targets: Kept[CameraTargets] = Kept()
-        self._samples: Kept[Samples] = Kept()
-        self._sight: tuple[Any, Sight] | None = None
-        self._seen = None
-        self._something = False  # whether that is anything
-        self._sources = Sources(context)
-        self._furnished = True
-
-    def _kept(self) -> tuple[Any, ...]:
-        """Everything that is kept, in the order of its release."""
-        passes = (self._scene, self._targets, self._samples, self._programs, self._meshes, self._samplers)
-        return (
-            *passes,
-            self._covered,
-            self._atlases,
-            self._cookies,
-            self._idle,
-            self._idle_color,
-            self._sources,
-            self._glasses,
-        )
-
-    def _start_over(self) -> None:
-        """After Ctrl-C, which may come at any line, and what else nobody expects: nothing half made is kept."""
-        self._furnished, old = False, self._kept()
-        self._context.recover()
-        self._furnish()
-        for thing in old:
-            thing.release()
-
-    def _work(
-        self,
-        scene: Scene,
-        camera: Camera,
-        size: tuple[int, int],
-        spread: tuple[int, int],
-        lights: int,
-        outputs: frozenset[str],
-        samples: int,
-    ) -> Work:
-        context, programs = self._context, self._programs
-        gpu = self._scene.get(weakref.ref(scene), lambda: GpuScene(context, self._meshes, scene))
-        key = (camera, size, gpu.identity)
-        if self._sight is None or self._sight[0] != key:
-            self._sight = (key, look(scene, gpu, camera, size, context.caps.clip_control))
-        channels = 4 if gpu.textured else 2 if gpu.smooth else 1
-        several = samples > 1
-        shape = (
-            (size[0] * spread[0], size[1] * spread[1]),
-            1 if spread != (1, 1) else samples,
-            channels,
-            max(lights, 1) if several else lights,
-            several or "visibility" in outputs,
-            spread != (1, 1) or not outputs.isdisjoint(("linear", "alpha")),
-        )
-        targets = self._targets.get(shape, lambda: CameraTargets(context, *shape))
-        self._atlases.begin()
-        return Work(context, programs, self._samplers, self._atlases, self._cookies, gpu, self._sight[1], targets)
 
 
 def render(

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from glshadow.study import Plan
 
 GIVEN = "glshadow.given"  # key of Context.meta
-OWN = ("wrong", "journal", "as_json", "debug")  # options that say nothing about the picture
+OWN = ("wrong", "ms", "journal", "as_json", "debug")  # options that say nothing about the picture
 
 EXAMPLES = """
 \b
@@ -28,6 +28,7 @@ Examples:
   glshadow plan --wrong 0.1%                  the built-in courtyard
   glshadow plan chess_board.glb --ground --wrong 0.5%
   glshadow plan house.glb --light point:0,2,0 --wrong 0.2% --json
+  glshadow plan house.glb --ms 20             the most accurate that is so fast here
   glshadow plan --wrong 0.05% --journal courtyard/study.jsonl     (what a study has measured is taken over)
 """
 
@@ -43,25 +44,32 @@ class PlanCommand(Command):
 
 
 @click.command(cls=PlanCommand, epilog=EXAMPLES)
-@option("Plan", "--wrong", required=True, metavar="SHARE", read=values.share,
+@option("Plan", "--wrong", metavar="SHARE", read=values.share,
         help="Budget: at most so many of the counted pixels may be wrong, 0.1% or 0.001.")  # fmt: skip
+@option("Plan", "--ms", metavar="MS", read=values.milliseconds,
+        help="Budget: so long may a frame with one light take here; without --wrong: the most accurate that is so fast.")  # fmt: skip
 @option("Plan", "--journal", metavar="FILE", type=click.Path(dir_okay=False, path_type=Path),
         help="Keep measurements here and use those that are, such as a study's study.jsonl.")  # fmt: skip
 @scene_options
 @common
-def command(as_json: bool, debug: bool, wrong: float, journal: Path | None, **options: Any) -> None:
+def command(
+    as_json: bool, debug: bool, wrong: float | None, ms: float | None, journal: Path | None, **options: Any
+) -> None:
     """Find the cheapest shadow settings for MODEL whose measured error stays within a budget.
 
     Every filter climbs the resolutions until its share of wrong pixels, against the traced truth, is at most --wrong for
     every light (and its share of grainy pixels too); those that get there are timed, and the fastest wins. Prints it
     with its error, its time as a multiple of the floor (the picture without shadows plus one depth pass), and the
-    `glshadow render` line that uses it. Exit code 1 if nothing meets the budget. Needs pip install 'glshadow[reference]'.
+    `glshadow render` line that uses it. --ms: of what is so fast the cheapest that meets --wrong, else the most accurate. Exit
+    code 1 if nothing meets the budget. Needs pip install 'glshadow[reference]'.
     """  # fmt: skip
     with Work(as_json, debug) as work:
-        _plan(work, Request(**options), wrong, journal)
+        if wrong is None and ms is None:
+            raise click.UsageError("a plan needs a budget: give --wrong 0.1%, --ms 20, or both")
+        _plan(work, Request(**options), wrong, ms, journal)
 
 
-def _plan(work: Work, wanted: Request, wrong: float, journal: Path | None) -> None:
+def _plan(work: Work, wanted: Request, wrong: float | None, ms: float | None, journal: Path | None) -> None:
     with work.stage("load", f"loading {wanted.name}"):
         from glshadow.study.plan import run_plan
 
@@ -69,7 +77,7 @@ def _plan(work: Work, wanted: Request, wrong: float, journal: Path | None) -> No
     camera, lights = wanted.camera(scene), wanted.lit(scene)
     with work.stage("plan", "measuring"), Bar(work) as bar:
         plan = run_plan(
-            scene, wrong, camera, lights, wanted.size, resume=journal, progress=bar, backend=wanted.backend
+            scene, wrong, camera, lights, wanted.size, resume=journal, progress=bar, backend=wanted.backend, ms=ms
         )  # fmt: skip
     line = _render_line(click.get_current_context(), plan.best.shadow)
     work.finish({**plan.as_dict(), "command": line if plan.met else None})
@@ -83,6 +91,11 @@ def _plan(work: Work, wanted: Request, wrong: float, journal: Path | None) -> No
 
 def _refusal(plan: Plan) -> str:
     best = plan.best
+    if plan.budget is None or best.error <= plan.budget:
+        return (
+            f"error: none of {len(plan.tried)} settings draws a frame within {plan.ms:g} ms; the fastest is {best.name} with "
+            f"{best.ms:.1f} ms; allow more with --ms, or a smaller picture"
+        )
     return (
         f"error: none of {len(plan.tried)} settings keeps the wrong pixels within {_percent(plan.budget)}; the best is "
         f"{best.name} with {best.error:.4%} at {best.cost:.2f} x floor ({best.ms:.0f} ms); "

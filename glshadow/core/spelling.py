@@ -35,7 +35,7 @@ class Spelled(Settings):
             return self.spelling
         words = [
             f"{item.name}={value if isinstance(value, Spelled) else format(value, 'g')}"
-            if item.kw_only
+            if item.kw_only and not isinstance(value, bool)
             else _word(item.name, value)
             for item, value in values
             if not (item.kw_only and value == item.default)
@@ -51,7 +51,7 @@ class Spelled(Settings):
             return cls.spelling
         words = [
             f"{item.name}={'...' if isinstance(item.default, Spelled) else 'N'}"
-            if item.kw_only
+            if item.kw_only and not isinstance(item.default, bool)
             else item.name.upper()
             if not isinstance(item.default, bool)
             else _word(item.name, not item.default)

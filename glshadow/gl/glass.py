@@ -52,6 +52,7 @@ class Panes:
             tiles.append((x, y, x + side, y + side))
         return {
             "u_glass_from_lv": b"".join(matrices),
+            "u_glass_size": (1.0 / self.colors.width, 1.0 / self.colors.height),
             "u_glass_tile": np.array(tiles, dtype=np.float32).tobytes(),
             "u_glass_texel": max(self.views[0].texel),
         }

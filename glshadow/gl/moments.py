@@ -8,7 +8,7 @@ from dataclasses import replace
 import moderngl
 
 from glshadow.core.compare import window_depth_line
-from glshadow.core.filters.moments import MomentFilter
+from glshadow.core.filters.moments import MIP_LEVELS, MomentFilter
 from glshadow.core.view import ShadowView
 from glshadow.gl.atlases import layout
 from glshadow.gl.caster import Map
@@ -51,7 +51,7 @@ class Moments:
         return replace(drawn, views=views, atlas=self)  # type: ignore[arg-type]
 
     def _make(self, size: tuple[int, int], filter_: MomentFilter) -> None:
-        shape = (size, filter_.channels, filter_.precision, filter_.radius > 0)
+        shape = (size, filter_.channels, filter_.precision, filter_.radius > 0, filter_.mip_maps)
         if self._shape == shape:
             return
         self.release()
@@ -101,6 +101,8 @@ class Moments:
                     blur.set(u_along=along)
                     blur.bind(u_moments=self._textures[source])
                     blur.vertex_array().render(moderngl.TRIANGLES, vertices=3)
+        if filter_.mip_maps:
+            self.texture.build_mipmaps(0, MIP_LEVELS)
 
     def _onto(self, number: int, view: ShadowView) -> None:
         """Draw over a view's tile, and what lies empty around it."""

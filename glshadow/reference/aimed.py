@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from glshadow.core.panel import panel_axes
 from glshadow.core.spaces import Array, Bools, view_axes
 from glshadow.core.spread import GOLDEN_ANGLE, GOLDEN_SHARE
 from glshadow.reference.rays import LIFT, Ints, Rays, dot
+
+TOGETHER = 2**14
+"""Rays asked at once: fewer cost more for the asking than for the answer."""
 
 
 class AimedLight:
@@ -46,19 +50,22 @@ class AimedLight:
         horizon count as dark."""
         many = samples > 1 and has_size(self.light)
         samples = samples if many else 1
-        total, weights = np.zeros((2, len(own)))
+        count = len(own)
+        total, weights = np.zeros((2, count))
         aims = self._aims(points, samples, generator) if many else iter([self.towards(points)])
-        for aim, end in aims:
-            cosine = dot(normals, aim)
+        while batch := list(islice(aims, max(TOGETHER // max(count, 1), 1))):
+            aim, end = (np.concatenate(each) for each in zip(*batch, strict=True))
+            triangle, point = np.tile(own, len(batch)), np.tile(points, (len(batch), 1))
+            cosine = dot(np.tile(normals, (len(batch), 1)), aim)
             open_to = cosine > 0.0
             if isinstance(self.light, RectLight):
-                open_to &= (points - self._place) @ np.asarray(self.light.direction) > 0.0
-            weight = np.maximum(cosine, 0.0) if many and isinstance(self.light, SkyLight) else np.ones(len(own))
+                open_to &= (point - self._place) @ np.asarray(self.light.direction) > 0.0
+            weight = np.maximum(cosine, 0.0) if many and isinstance(self.light, SkyLight) else np.ones(len(aim))
             if self.light.shadow is not None:
-                asked = open_to & rays.receives[own]
-                open_to[asked] = ~rays.blocked(own[asked], points[asked], aim[asked], end[asked])[0]
-            total += weight * open_to
-            weights += weight
+                asked = open_to & rays.receives[triangle]
+                open_to[asked] = ~rays.blocked(triangle[asked], point[asked], aim[asked], end[asked])[0]
+            total += (weight * open_to).reshape(-1, count).sum(axis=0)
+            weights += weight.reshape(-1, count).sum(axis=0)
         mean = total / np.where(weights > 0.0, weights, 1.0)
         return mean, mean * (1.0 - mean)
 

@@ -313,10 +313,15 @@ def _resolve() -> Iterator[Variant]:
     for kind in KINDS[:2]:
         yield Variant("pass/resolve.frag", "core330", open_slots(kind), {"GLS_COOKIE": 1})
         yield Variant("pass/resolve.frag", "core330", open_slots(kind), {"GLS_COOKIE": 1, **_DENSE})
+        for dialect in DIALECTS:
+            yield Variant("pass/forward.frag", dialect, open_slots(kind), {"GLS_COOKIE": 1, "GLS_OUTPUT": 1})
     for kind, views in ((KINDS[0], 1), (KINDS[1], 1), (KINDS[2], 6)):
         glass: dict[str, int | str] = {"GLS_GLASS": views, "GLS_SUN": int(kind == KINDS[0])}
         yield Variant("pass/resolve.frag", "core330", open_slots(kind), glass)
         yield Variant("pass/resolve.frag", "core330", open_slots(kind), {**glass, **_DENSE})
+        for dialect in DIALECTS:
+            few = glass | {"GLS_GLASS": min(views, 2 if dialect == "es100" else 6)}  # as of cascades
+            yield Variant("pass/forward.frag", dialect, open_slots(kind), {**few, "GLS_OUTPUT": 1})
     for (textured, colored), name in product(_PAINTS, ("pass/glass.vert", "pass/glass.frag")):
         yield Variant(name, "core330", {}, {"GLS_TEXTURED": textured, "GLS_COLORED": colored})
     for samples in SAMPLES[1:]:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from glshadow.core.area import has_size
 from glshadow.core.cameras import Camera
 from glshadow.core.filters import FILTERS, Filter
 from glshadow.core.lights import Lights
-from glshadow.core.setting import number
+from glshadow.core.setting import number, optional
 from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
 from glshadow.gl.context import Backend
@@ -25,6 +26,7 @@ from glshadow.study.run import Progress, Run, open_run
 # Everything else (bias, target, clip, fit) is derived: no other choice is cheaper for the same error (see the study).
 RUNGS: tuple[Filter, ...] = tuple(each for kind in FILTERS for each in kind.rungs())
 SHARE = number(0.0, 1.0, below=True, unit="(a share of the pixels)")
+MILLISECONDS = number(0.0, above=True, unit="ms")
 RESOLUTIONS = (256, 512, 1024, 2048, 4096)
 
 
@@ -73,33 +75,43 @@ class Plan:
 
     Attributes
     ----------
-    budget : float
+    budget : float or None
         Largest share of wrong pixels.
+    ms : float or None
+        Longest frame.
     choices : tuple of Choice
-        For every filter that meets the budget its least resolution that does, cheapest first. If none meets it: the most
-        accurate setting alone.
+        What meets the budget, the best first. With a share of wrong pixels: of every filter its least resolution that does, the cheapest
+        first; else of every filter all resolutions, the most accurate first. If nothing meets it: what comes nearest, alone.
     tried : dict
         Setting -> error of its worst light, in the order in which they were scored.
     """
 
-    budget: float
+    budget: float | None
+    ms: float | None
     choices: tuple[Choice, ...]
     tried: dict[Shadow, float]
 
     @property
     def best(self) -> Choice:
-        """The cheapest setting that meets the budget, else the most accurate one."""
+        """The first of them."""
         return self.choices[0]
 
     @property
     def met(self) -> bool:
         """Whether the budget is met."""
-        return self.best.error <= self.budget
+        return _within(self.best.error, self.budget) and _within(self.best.ms, self.ms)
+
+    @property
+    def asked(self) -> str:
+        """The budget in words."""
+        asked = [] if self.budget is None else [f"wrong at most {self.budget:.4%}"]
+        return ", ".join(asked if self.ms is None else [*asked, f"at most {self.ms:g} ms"])
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
         return {
             "budget": self.budget,
+            "ms": self.ms,
             "met": self.met,
             "best": self.best.name,
             "choices": [choice.as_dict() for choice in self.choices],
@@ -108,17 +120,17 @@ class Plan:
 
     def __repr__(self) -> str:
         met = "met" if self.met else "not met"
-        return f"Plan(wrong at most {self.budget:.4%}, {met} by {self.best.name!r}, {len(self.tried)} settings tried)"
+        return f"Plan({self.asked}, {met} by {self.best.name!r}, {len(self.tried)} settings tried)"
 
     def __str__(self) -> str:
-        head = f"wrong at most {self.budget:.4%}: {'' if self.met else 'not met by '}{self.best.name}"
+        head = f"{self.asked}: {'' if self.met else 'not met by '}{self.best.name}"
         rows = [f"  {c.cost:5.2f} x floor {c.ms:7.1f} ms  wrong {c.error:8.4%}  {c.name}" for c in self.choices]
         return "\n".join([head, *rows])
 
 
 def run_plan(
     scene: Any,
-    wrong: float,
+    wrong: float | None = None,
     camera: Camera | None = None,
     lights: Lights = None,
     size: tuple[int, int] = (1280, 720),
@@ -128,27 +140,31 @@ def run_plan(
     resume: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
     backend: Backend = "auto",
+    ms: float | None = None,
 ) -> Plan:
     """Find the cheapest settings with at most a share `wrong` of wrong pixels, and as few grainy ones, for every light.
 
     Each filter climbs the resolutions until it meets the budget: a larger map with the same filter is never cheaper. Only
-    what has met it is timed, in turn with the floor, and the cheapest wins.
+    what has met it is timed, in turn with the floor, and the cheapest wins. Without `wrong` everything is scored and timed, and the most
+    accurate of what is fast enough wins.
 
     Parameters
     ----------
     scene, camera, lights, size, repeats, resume, progress, backend
         As in `run_study`; `resume` may be the journal of a study of the same picture.
-    wrong : float
-        Share of the counted pixels, 0 to 1.
+    wrong, ms : float, optional
+        Share of the counted pixels, 0 to 1; milliseconds of a frame with one light, mean over the lights. At least one of them.
     filters, resolutions
         What is tried; where no filters are given, for lights that have a size also those that obey it.
 
     Raises
     ------
     SettingsError
-        As `run_study`; if the budget is not in [0, 1), there is nothing to try, or no pixel counts.
+        As `run_study`; if there is no budget, it is not in [0, 1), not above 0, there is nothing to try, or no pixel counts.
     """
-    wrong = SHARE("wrong", wrong)
+    wrong, ms = optional(SHARE, "the most accurate")("wrong", wrong), optional(MILLISECONDS, "any")("ms", ms)
+    if wrong is None and ms is None:
+        raise SettingsError("a plan needs a budget: give wrong, a share of the pixels, or ms, milliseconds of a frame")
     usual = filters is RUNGS
     filters, resolutions = CHOSEN("filters", filters), SIDES("resolutions", resolutions)
     ladders = _ladders(filters, resolutions)
@@ -159,14 +175,22 @@ def run_plan(
             ladders += _ladders([each for kind in FILTERS for each in kind.soft()], resolutions)
         run.total = len(run.lights) * sum(len(ladder) for ladder in ladders)
         tried: dict[Shadow, float] = {}
-        met = [shadow for ladder in ladders if (shadow := _climb(run, ladder, wrong, tried)) is not None]
-        chosen = met or [min(tried, key=lambda shadow: tried[shadow])]
+        climbed = [_climb(run, ladder, wrong, tried) for ladder in ladders]
+        chosen = [shadow for met in climbed for shadow in met] or [min(tried, key=tried.__getitem__)]
         run.done = run.total
         for number in range(len(run.lights)):
             run.time(number, chosen)
         lit = range(len(run.lights))
         choices = [Choice(shadow, tuple(run.result(number, shadow) for number in lit)) for shadow in chosen]
-    return Plan(wrong, tuple(sorted(choices, key=lambda choice: choice.cost)), tried)
+    fast = [choice for choice in choices if _within(choice.ms, ms)]
+    if not fast:
+        return Plan(wrong, ms, (min(choices, key=lambda choice: choice.ms),), tried)
+    key: Callable[[Choice], Any] = attrgetter("error", "cost") if wrong is None else attrgetter("cost")
+    return Plan(wrong, ms, tuple(sorted(fast, key=key)), tried)
+
+
+def _within(value: float, most: float | None) -> bool:
+    return most is None or value <= most
 
 
 def _ladders(filters: Sequence[Filter], resolutions: Sequence[int]) -> list[list[Shadow]]:
@@ -179,13 +203,13 @@ def _ladders(filters: Sequence[Filter], resolutions: Sequence[int]) -> list[list
     ]  # fmt: skip
 
 
-def _climb(run: Run, ladder: Sequence[Shadow], wrong: float, tried: dict[Shadow, float]) -> Shadow | None:
-    """The first rung that meets the budget."""
+def _climb(run: Run, ladder: Sequence[Shadow], wrong: float | None, tried: dict[Shadow, float]) -> Sequence[Shadow]:
+    """The first rung that meets the budget, if one does; without one, every rung."""
     for shadow in ladder:
         errors = [decisive_error(score) for number in range(len(run.lights)) for score in run.score(number, [shadow])]
         if any(math.isnan(error) for error in errors):
             raise SettingsError("there is nothing to plan for: a light has no pixel that counts in this picture")
         tried[shadow] = max(errors)
-        if tried[shadow] <= wrong:
-            return shadow
-    return None
+        if wrong is not None and tried[shadow] <= wrong:
+            return [shadow]
+    return ladder if wrong is None else []

@@ -9,7 +9,7 @@
 #endif
 
 float visibility(Receiver receiver) {
-    float stored = moments_at(receiver.texel).x, metric = clamp(receiver.depth, 0.0, 1.0);
+    float stored = moments_at(receiver).x, metric = clamp(receiver.depth, 0.0, 1.0);
 #if GLS_CLOSE
     return clamp(exp(min(87.0, -GLS_EXPONENT * (metric - stored))), 0.0, 1.0);
 #else

@@ -6,5 +6,5 @@
 #endif
 
 float visibility(Receiver receiver) {
-    return min(moments_at(receiver.texel).x * exp(-GLS_EXPONENT * receiver.depth), 1.0);
+    return min(moments_at(receiver).x * exp(-GLS_EXPONENT * receiver.depth), 1.0);
 }

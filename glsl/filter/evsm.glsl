@@ -19,7 +19,7 @@
 #endif
 
 float visibility(Receiver receiver) {
-    vec4 stored = moments_at(receiver.texel);
+    vec4 stored = moments_at(receiver);
     float x = clamp(2.0 * receiver.depth - 1.0, -1.0, 1.0); // beyond, exp may be infinite
     float away = bent(x).x;
     float lit = chebyshev(stored.xy, away, GLS_ROUNDING * away * away, GLS_BLEEDING);

@@ -12,7 +12,7 @@
 #endif
 
 float visibility(Receiver receiver) {
-    vec4 moments = mix(powers(moments_at(receiver.texel)), vec4(0.0, 0.375, 0.0, 0.375), GLS_MOMENT_BIAS);
+    vec4 moments = mix(powers(moments_at(receiver)), vec4(0.0, 0.375, 0.0, 0.375), GLS_MOMENT_BIAS);
     float shadow = clamp(least_shadow(moments, 2.0 * (receiver.depth - plane_deviation(receiver)) - 1.0), 0.0, 1.0);
     return clamp((1.0 - shadow - GLS_BLEEDING) / (1.0 - GLS_BLEEDING), 0.0, 1.0);
 }

@@ -9,5 +9,5 @@
 #endif
 
 float visibility(Receiver receiver) {
-    return chebyshev(moments_at(receiver.texel).xy, 2.0 * receiver.depth - 1.0, GLS_ROUNDING, GLS_BLEEDING);
+    return chebyshev(moments_at(receiver).xy, 2.0 * receiver.depth - 1.0, GLS_ROUNDING, GLS_BLEEDING);
 }

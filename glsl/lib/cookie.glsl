@@ -8,7 +8,7 @@ uniform mat4 u_cookie_from_lv;
 
 vec3 cookie_at(vec3 position_lv) {
     vec4 place = u_cookie_from_lv * vec4(position_lv, 1.0);
-    return textureLod(u_cookie, place.xy / place.w, 0.0).rgb; // behind a spot the cone lets nothing through
+    return GLS_TEXTURE_2D(u_cookie, place.xy / place.w).rgb; // behind a spot the cone lets nothing through
 }
 #else
 vec3 cookie_at(vec3 position_lv) {

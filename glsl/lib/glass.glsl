@@ -9,12 +9,14 @@
 #if GLS_GLASS
 uniform sampler2D u_glass;       // linear colours, 1 where there is nothing
 uniform sampler2D u_glass_depth; // window depth of the nearest, 1 where there is nothing
+uniform vec2 u_glass_size;       // 1 / texels of both
 uniform mat4 u_glass_from_lv[GLS_GLASS]; // to texels and window depth, homogeneous
 uniform vec4 u_glass_tile[GLS_GLASS];    // first and last texel
 uniform float u_glass_texel;     // world units of a sun's texel; else at distance 1
 
-vec3 tinted(ivec2 texel, float depth) {
-    return depth > texelFetch(u_glass_depth, texel, 0).r ? texelFetch(u_glass, texel, 0).rgb : vec3(1.0);
+vec3 tinted(vec2 texel, float depth) {
+    vec2 middle = (texel + 0.5) * u_glass_size;
+    return depth > GLS_TEXTURE_2D(u_glass_depth, middle).r ? GLS_TEXTURE_2D(u_glass, middle).rgb : vec3(1.0);
 }
 
 vec3 transmitted(vec3 position_lv, vec3 normal_lv) {
@@ -29,10 +31,10 @@ vec3 transmitted(vec3 position_lv, vec3 normal_lv) {
         vec2 texel = q.xy / q.w - 0.5;
         float depth = q.z / q.w;
         if (q.w > 0.0 && all(greaterThanEqual(texel, u_glass_tile[i].xy)) && all(lessThanEqual(texel, u_glass_tile[i].zw - 1.0))) {
-            ivec2 base = ivec2(floor(texel));
+            vec2 base = floor(texel);
             vec2 f = texel - floor(texel);
-            vec3 low = mix(tinted(base, depth), tinted(base + ivec2(1, 0), depth), f.x);
-            vec3 high = mix(tinted(base + ivec2(0, 1), depth), tinted(base + ivec2(1, 1), depth), f.x);
+            vec3 low = mix(tinted(base, depth), tinted(base + vec2(1.0, 0.0), depth), f.x);
+            vec3 high = mix(tinted(base + vec2(0.0, 1.0), depth), tinted(base + vec2(1.0, 1.0), depth), f.x);
             through = mix(low, high, f.y);
         }
     }

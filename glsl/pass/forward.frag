@@ -15,6 +15,8 @@ GLS_VARYING vec3 v_normal_lv;
 #if GLS_OUTPUT == 2
 #include "lib/srgb.glsl"
 #endif
+#include "lib/cookie.glsl"
+#include "lib/glass.glsl"
 GLS_VARYING vec3 v_position_lv;
 uniform vec4 u_eye_lv; // the eye (w = 1), or the way to it (w = 0: orthographic camera)
 #if GLS_OUTPUT
@@ -40,7 +42,8 @@ void main() {
     float cosine = dot(normal, arriving.xyz);
     float lit = cosine > 0.0 ? light_visibility(v_position_lv, normal, cosine) : 0.0;
 #if GLS_OUTPUT
-    vec3 sum = u_color * (u_ambient + u_radiance * (max(cosine, 0.0) * arriving.w * mix(1.0, lit, u_strength)));
+    vec3 radiance = u_radiance * cookie_at(v_position_lv) * transmitted(v_position_lv, normal);
+    vec3 sum = u_color * (u_ambient + radiance * (max(cosine, 0.0) * arriving.w * mix(1.0, lit, u_strength)));
 #if GLS_OUTPUT == 2
     sum = srgb(clamp(sum, 0.0, 1.0));
 #endif

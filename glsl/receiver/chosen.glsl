@@ -1,5 +1,8 @@
 // A surface point asked of one of several maps: of the first that covers it, or (GLS_BY_DEPTH) of that of its slice of depth; near the end
 // of that one also of the next, so that one fades into the other.
+#ifndef GLS_MIP_LEVELS
+#define GLS_MIP_LEVELS 0
+#endif
 #ifndef GLS_BY_DEPTH
 #define GLS_BY_DEPTH 0
 #endif
@@ -19,6 +22,9 @@ float room_in(vec2 texel, vec4 tile) {
 }
 
 float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
+#if GLS_MIP_LEVELS
+    start_footprint(position_lv, normal_lv);
+#endif
     int chosen = GLS_CASCADES; // none: no caster is known there
     float weight = 1.0;
 #if GLS_BY_DEPTH
@@ -51,6 +57,9 @@ float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
         vec3 position = biased_position(position_lv, normal_lv, cosine);
         Receiver receiver = project_receiver(position, normal_lv);
         start_depth(receiver);
+#if GLS_MIP_LEVELS
+        take_level(receiver, position, normal_lv);
+#endif
         bool inside = chosen < GLS_CASCADES && room_in(receiver.texel, cascade_tile) >= 0.0;
         float found = inside ? visibility(receiver) : 1.0;
         lit = j == 0 ? found : inside ? found + weight * (lit - found) : lit;

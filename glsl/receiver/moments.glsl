@@ -6,6 +6,7 @@
 #include <projection>
 #include "lib/even_depth.glsl"
 #include <bias>
+#include "lib/footprint.glsl"
 #include "lib/means.glsl"
 #include <filter>
 #if GLS_CASCADES

@@ -6,7 +6,6 @@ time of a picture with the chosen settings over that of the cheapest of all sett
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ import numpy as np
 from sections import Scenes, command
 
 import glshadow as gs
-from glshadow.budget import FILTERS, RESOLUTIONS, _moved, with_setting
+from glshadow.budget import FILTERS, RESOLUTIONS, times_of
 
 SIZE = (640, 360)
 BUDGETS = (0.0005, 0.002, 0.01)
@@ -48,10 +47,8 @@ def measure_budgets(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[s
             truth = gs.trace(scene, None, [light], SIZE)
             with gs.Renderer() as renderer:
 
-                def draw(
-                    shadow: gs.Shadow, k: int, r: gs.Renderer = renderer, s: gs.Scene = scene, lamp: gs.Light = light
-                ) -> None:
-                    r.render(s, None, with_setting([_moved(lamp, k)], shadow), SIZE, outputs=("image",))
+                def draw(lights: Any, outputs: Any, r: gs.Renderer = renderer, s: gs.Scene = scene) -> gs.Frame:
+                    return r.render(s, None, lights, SIZE, outputs=outputs)
 
                 errors = {
                     shadow: gs.measure(
@@ -62,13 +59,7 @@ def measure_budgets(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[s
                     ).wrong
                     for shadow in grid
                 }
-                times: dict[gs.Shadow, list[float]] = {shadow: [] for shadow in grid}
-                for k in range(-1, rounds):
-                    for number, shadow in enumerate(grid):
-                        start = time.perf_counter()
-                        draw(shadow, 1 + k * len(grid) + number)
-                        if k >= 0:
-                            times[shadow].append(time.perf_counter() - start)
+                times = dict(zip(grid, times_of(draw, [light], grid, rounds, 10_000), strict=True))
                 ms = {shadow: float(np.median(taken)) for shadow, taken in times.items()}
                 for wrong in BUDGETS:
                     renderer.render(scene, None, [light], SIZE, outputs=("image",), max_wrong=wrong)
@@ -81,7 +72,7 @@ def measure_budgets(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[s
                     kept.append(error <= 1.2 * wrong)
                     costs.append(ms[chosen.shadow] / ms[best])
                     results[f"{name} {kind} {wrong}"] = {"chosen": str(chosen), "error": error, "cost": costs[-1]}
-                    said = f"{chosen}; by rays {100 * error:.4f} %; {costs[-1]:.2f} x the best"
+                    said = f"{chosen}; by rays {100 * error:.4f} %; {costs[-1]:.2f} x the best, {best.filter} {best.resolution}"
                     click.echo(f"{name:34s} {kind:6s} {100 * wrong:5.2f} %: {said}")
     within = np.array(costs) <= 1.3
     click.echo(f"error within 1.2 x the budget: {100 * np.mean(kept):.1f} % of {len(kept)}")

@@ -247,7 +247,7 @@ def measure_embree(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[st
                     moved = replace(turned_sun(scene, k, gs.Shadow()), angle=2.0)
                     renderer.render(scene, None, [moved], SIZE, outputs=("visibility", "triangle"))
                 frame = renderer.render(scene, None, [sun], SIZE, outputs=("visibility", "triangle"))
-            source = renderer._sources[0, "Area"]
+            source = renderer._store.sources[0, "Area"]
             assert isinstance(source, Area)
             asked = source.asked
         truth = gs.trace(scene, None, [sun], SIZE, surface=frame.triangle)

@@ -107,3 +107,13 @@ def test_usage() -> None:
     refused = run("--wrong", "200%")
     assert refused.exit_code == 2
     assert "such as 0.1% or 0.001" in refused.stderr
+
+
+def test_a_budget_of_time(journal: Path) -> None:
+    """Nobody draws a frame in a picosecond: said in one line, with the fastest; without any budget nothing is tried."""
+    quick = run("--wrong=20%", "--ms", "1e-9", "--journal", str(journal), *PICTURE)
+    assert quick.exit_code == 1
+    assert "draws a frame within 1e-09 ms; the fastest is" in quick.output
+    none = run(*PICTURE)
+    assert none.exit_code == 2
+    assert "--wrong 0.1%, --ms 20, or both" in none.output

@@ -59,7 +59,7 @@ def test_fallback_is_named_and_nearly_right(older: Renderer, masked: Scene, whic
     scene, lights = (masked, LIGHTS) if which == "masked" else (gs.scenes.courtyard(), COURTYARD_LIGHTS)
     light = exact(lights[name])
     frame = older.render(scene, None, [light], SIZE, outputs=("visibility", "triangle"))
-    assert (0, "Numbered") in older._sources
+    assert (0, "Numbered") in older._store.sources
     assert any("OpenGL 4.3" in said and "not exact" in said for said in frame.used[0].fallbacks)
     truth = trace(scene, None, [light], SIZE, surface=frame.triangle)
     asked = (truth.cosine[0] > 1e-3) & truth.reached[0]

@@ -170,7 +170,7 @@ def test_lists_that_are_too_small_grow(
     monkeypatch.setattr(CellLists, "reserve", tight)
     with Renderer("egl") as renderer:
         frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
-        assert renderer._sources[0, "Listed"].grid.cells == CELLS[renderer._sources[0, "Listed"].grid.kind]
+        assert renderer._store.sources[0, "Listed"].grid.cells == CELLS[renderer._store.sources[0, "Listed"].grid.kind]
     assert len(sizes) == 2, "grown once, to what was needed"
     assert sizes[1] >= LINK_BYTES * expected[name][1]
     np.testing.assert_array_equal(frame.visibility, expected[name][0])
@@ -185,7 +185,7 @@ def test_lists_that_cannot_grow_get_a_coarser_grid(
     with Renderer("egl") as renderer:
         limited(renderer, expected[name][1] * LINK_BYTES // 2)
         frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
-        grid = renderer._sources[0, "Listed"].grid
+        grid = renderer._store.sources[0, "Listed"].grid
         assert LEAST_CELLS <= grid.cells < CELLS[grid.kind]
     assert 0 < frame.used[0].links <= expected[name][1] // 2
     np.testing.assert_array_equal(frame.visibility, expected[name][0])
@@ -206,7 +206,7 @@ def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest
     with Renderer("egl") as renderer:
         usual = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",)).visibility
         before = renderer._context.caps
-        renderer._sources.pop((0, "Listed")).release()
+        renderer._store.sources.pop((0, "Listed")).release()
         limited(renderer, triangles * listed_module._FACET_BYTES)
         for module in (cells_module, listed_module):
             monkeypatch.setattr(module, "LINK_BYTES", 1 << 20)  # as if every link took a mebibyte

@@ -51,8 +51,8 @@ def test_copies_change_nothing(renderer: Renderer) -> None:
     again = drawn(renderer, ground, box, replace(box, name="again"), Node("blue", blue, np.eye(4)))
     assert_same(alone, again)
     assert again.used[0].draws == alone.used[0].draws
-    assert renderer._scene.thing is not None
-    assert renderer._scene.thing.copies.tolist() == [False, False, True, True]
+    assert renderer._store.scene.thing is not None
+    assert renderer._store.scene.thing.copies.tolist() == [False, False, True, True]
 
 
 def test_what_differs_is_no_copy(renderer: Renderer) -> None:
@@ -67,9 +67,13 @@ def test_what_differs_is_no_copy(renderer: Renderer) -> None:
         Node("equal, not the same", Mesh(box.mesh.positions.copy(), box.mesh.triangles), np.eye(4)),
     )
     drawn(renderer, ground, box, *others)
-    assert renderer._scene.thing is not None
+    assert renderer._store.scene.thing is not None
     copies = dict(
-        zip((node.name for node in renderer._scene.thing.nodes), renderer._scene.thing.copies.tolist(), strict=True)
+        zip(
+            (node.name for node in renderer._store.scene.thing.nodes),
+            renderer._store.scene.thing.copies.tolist(),
+            strict=True,
+        )
     )
     assert copies.pop("blended")  # of what casts nothing either
     assert not any(copies.values()), copies
@@ -93,7 +97,7 @@ def test_meshes_of_the_same_arrays_share_buffers_and_textures() -> None:
     nodes = [Node(str(k), mesh, translation((2.0 * k, 0.0, 0.0))) for k, mesh in enumerate(meshes)]
     with Renderer("egl") as renderer:
         drawn(renderer, *nodes)
-        one, other = (renderer._meshes.get(mesh) for mesh in meshes)
+        one, other = (renderer._store.meshes.get(mesh) for mesh in meshes)
         assert one.shape is other.shape
         assert one.texture is other.texture
         first, position = nodes[1], one.shape.positions

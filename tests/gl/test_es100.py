@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 
 from glshadow.core.bias import Bias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias
+from glshadow.core.cookie import Cookie, cookie_from_world
 from glshadow.core.decision import CasterSettings
 from glshadow.core.filters import Filter, Pcf
+from glshadow.core.lights import DirectionalLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import ClipSpace
@@ -24,9 +26,10 @@ from glshadow.gl.caster import Map, metric_uniform
 from glshadow.gl.context import GLContext
 from glshadow.gl.forward import draw_map, receiver_source
 from glshadow.gl.geometry import GpuScene, pack_matrices
+from glshadow.gl.glass import Panes
 from glshadow.gl.program import Programs
 from glshadow.gl.sources.mapped import map_defines, map_slots
-from glshadow.shader.slots import metric_slot
+from glshadow.shader.slots import metric_slot, open_slots
 from glshadow.shader.variants import MAPPED, MOMENTS
 
 from .small_scene import Forward, light_of, on_gpu, small_scene, stored, views_of
@@ -118,7 +121,10 @@ def test_picture_is_the_same_in_both_dialects(
     glcontext: GLContext, gpu: tuple[GpuScene, Programs], forward: Forward, kind: Kind, target: Target
 ) -> None:
     # All biases with one filter and all filters with one bias: the two do not meet in the code.
-    pairs = {*itertools.product(BIASES, [Pcf(1)]), *itertools.product([ReceiverPlaneBias()], FILTERS)}
+    pairs = {
+        *itertools.product(BIASES, [Pcf(1)]),
+        *itertools.product([ReceiverPlaneBias()], FILTERS if target is not Target.R8 else ()),
+    }
     drawn = es_map(glcontext, *gpu, kind, Shadow(filter=Pcf(), bias=NoBias(), target=target), "es100")
     for bias, kernel in sorted(pairs, key=repr):
         light = light_of(kind, Shadow(bias=bias, target=target, filter=kernel))
@@ -141,7 +147,7 @@ def test_picture_is_the_same_in_both_dialects(
 def test_means_are_asked_alike_in_both_dialects(
     glcontext: GLContext, gpu: tuple[GpuScene, Programs], forward: Forward, kind: Kind
 ) -> None:
-    for kernel in MOMENTS:
+    for kernel in (each for each in MOMENTS if not getattr(each, "mip_maps", False)):  # GLSL ES 1.00 reads the finest
         light = light_of(kind, Shadow(filter=kernel, clip=CLIP))
         shadow_map = draw_map(glcontext, gpu[1], gpu[0], light, views_of(small_scene(), light, CLIP))
         slots, defines = map_slots(light, shadow_map, glcontext.caps), map_defines(light, shadow_map)
@@ -179,6 +185,50 @@ def test_shaded_picture_is_the_same_in_both_dialects(
     assert len(np.unique(core.values)) > 100
     # sRGB encodes by pow, whose error is a few units in the last place of its result.
     assert np.abs(es.values - core.values).max() <= ROUNDING
+
+
+@pytest.mark.parametrize("kind", ["directional", "spot"])
+def test_cookies_and_panes_are_the_same_in_both_dialects(
+    glcontext: GLContext, gpu: tuple[GpuScene, Programs], forward: Forward, kind: Kind
+) -> None:
+    """Random texels as the image, and as colours and depths of what lets light through."""
+    rng, side, ctx = np.random.default_rng(6), 64, glcontext.ctx
+    light = replace(light_of(kind, Shadow()), cookie=Cookie(rng.integers(0, 256, (8, 12, 3)).astype(np.uint8)))
+    assert isinstance(light, DirectionalLight | SpotLight)
+    (view,) = (replace(each, resolution=side) for each in views_of(small_scene(), light, CLIP))
+    image = ctx.texture((12, 8), 3, rng.integers(0, 256, (8, 12, 3)).astype(np.uint8).tobytes(), alignment=1)
+    image.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    colors = ctx.texture((side, side), 4, rng.random((side, side, 4)).astype(np.float16).tobytes(), dtype="f2")
+    depths = ctx.depth_texture((side, side), rng.random((side, side)).astype(np.float32).tobytes())
+    colors.filter = depths.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    depths.compare_func = ""
+    panes = Panes((view,), colors, depths)
+    axes = view.view_from_world[:3, :3]
+    values = panes.uniforms(axes, view.view_from_world[:3, 3], np.zeros(3))
+    values["u_cookie_from_lv"] = cookie_from_world(light) @ np.linalg.inv(view.view_from_world)
+    for unit, (name, texture) in enumerate((("u_cookie", image), ("u_glass", colors), ("u_glass_depth", depths)), 1):
+        texture.use(unit)
+        values[name] = unit
+    drawn = Map((view,), Atlas(glcontext, Target.R8, (side, side)), CasterSettings(Target.R8, NoBias(), None), Pcf(0))
+    pictures = {}
+    for dialect, tinted in itertools.product(("core330", "es100"), (0, 1)):
+        defines: dict[str, int | str] = {"GLS_OUTPUT": 1, "GLS_GLASS": tinted, "GLS_COOKIE": tinted}
+        defines["GLS_SUN"] = int(kind == "directional")
+        program = gpu[1].get("pass/forward.vert", "pass/forward.frag", dialect, open_slots(kind), defines)
+        for name, value in values.items():
+            if tinted and isinstance(value, bytes):
+                program.write(name, value)
+            elif tinted:
+                program.set(**{name: value})
+        pictures[dialect, tinted] = forward.draw(program, light, drawn).values
+    for thing in (image, colors, depths, drawn.atlas):
+        thing.release()
+    changed = np.abs(pictures["core330", 1] - pictures["core330", 0]).max(axis=-1) > 0.01
+    assert changed.mean() > 0.1
+    assert len(np.unique(pictures["core330", 1])) > 1000
+    # an image of bytes is filtered in 8 bits; a depth on the edge of a pane's, and a texel's border, are decided by the last bit
+    gap = np.abs(pictures["es100", 1] - pictures["core330", 1]).max(axis=-1)
+    assert (gap > 2.0**-9).mean() < 2e-3
 
 
 def test_depth_targets_are_refused(glcontext: GLContext, gpu: tuple[GpuScene, Programs]) -> None:

@@ -112,7 +112,7 @@ def test_more_samples_are_nearer_to_the_traced_mean(renderer: gs.Renderer, court
     size = (
         (640, 360) if name == "point light" else (480, 270)
     )  # its shadows are thinner than the pixels of a small picture
-    fine = gs.trace(courtyard, None, [light], size, samples=144)
+    fine = gs.trace(courtyard, None, [light], size, samples=64)
     counted = fine.reached[0] & (fine.alpha == 1.0)
     errors = {}
     for samples in SAMPLES:

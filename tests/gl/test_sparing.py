@@ -123,7 +123,7 @@ def test_what_was_hidden_is_drawn_when_it_shows(pair: tuple[Renderer, Renderer],
             for renderer in (spared, plain)
         )
         np.testing.assert_array_equal(one, other)
-        plain._atlases.release()  # it never draws a map again, so that it never spares
+        plain._store.atlases.release()  # it never draws a map again, so that it never spares
 
 
 def test_early_beginnings_change_nothing(pair: tuple[Renderer, Renderer], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -203,8 +203,10 @@ def test_tiny_maps(check: Checker, kind: str, target: Target, kernel: Filter, re
     check(light, 0.3 if resolution > 8 else 0.05)
 
 
-@pytest.mark.parametrize("kernel", FILTERS, ids=named)
-@pytest.mark.parametrize("kind", KINDS)
+# how a texel is compared does not know the light, but for its reversed depth
+@pytest.mark.parametrize(
+    ("kind", "kernel"), [*((KINDS[0], each) for each in FILTERS), *((kind, Pcf(1)) for kind in KINDS[1:])], ids=named
+)
 def test_all_ways_to_compare_agree(renderer: Renderer, scene: Scene, kind: str, kernel: Filter) -> None:
     """Gathered raw depths, gathered comparisons and single comparisons give the same numbers, depth reversed or not."""
     context = renderer._context

@@ -93,3 +93,30 @@ def test_a_plan_for_a_light_that_has_a_size() -> None:
     best = found.choices[0].shadow.filter
     assert best is not None
     assert best.obeys_size
+
+
+def test_milliseconds_alone_choose_the_most_accurate_that_is_so_fast() -> None:
+    """An hour allows everything; a picosecond nothing, and the fastest is named."""
+    common = {
+        "size": (96, 54),
+        "filters": [gs.Hard(), gs.Pcf(1)],
+        "resolutions": (64, 256),
+        "repeats": 1,
+        "backend": "egl",
+    }
+    scene = gs.scenes.courtyard()
+    slow = run_plan(scene, ms=3.6e6, **common)  # type: ignore[arg-type]
+    assert slow.met
+    assert len(slow.choices) == len(slow.tried) == 4
+    assert slow.best.error == min(slow.tried.values())
+    fast = run_plan(scene, ms=1e-9, **common)  # type: ignore[arg-type]
+    assert not fast.met
+    assert len(fast.choices) == 1
+    both = run_plan(scene, 0.999, ms=3.6e6, **common)  # type: ignore[arg-type]
+    assert [choice.cost for choice in both.choices] == sorted(choice.cost for choice in both.choices)
+    assert len(both.choices) == 2, "of each filter its least resolution that meets the budget"
+
+
+def test_a_plan_needs_a_budget() -> None:
+    with pytest.raises(gs.SettingsError, match=r"give wrong.*or ms"):
+        run_plan(gs.scenes.courtyard())

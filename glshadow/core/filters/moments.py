@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -13,6 +13,9 @@ from glshadow.core.setting import flag, number, setting, whole
 from glshadow.core.spaces import Array
 
 MAX_RADIUS = 16
+
+MIP_LEVELS = 3
+"""Mip maps above a map's own: as many as its guard band keeps free of what lies beside it."""
 
 FLOAT_ROUNDING = 2.0**-22
 """Of a stored mean, relative: a few roundings of float32, its own and those of the sums that made it."""
@@ -35,13 +38,16 @@ class MomentFilter(StudiedFilter):
         whole(0, MAX_RADIUS, unit="texels"), 1, help=f"0 to {MAX_RADIUS}: of the square, (2 RADIUS + 1)^2"
     )
 
+    _: KW_ONLY
+    mip_maps: bool = setting(flag(), False, help="also over a pixel, where it is larger than a texel: calm from afar")
+
     needs = Needs.MOMENTS
     encoding: ClassVar[str] = ""
 
     @property
     def reach_texels(self) -> float:
         """The hardware's bilinear filter reads means of a square beside the receiver."""
-        return self.radius + 1.0
+        return self.radius + 1.0 + (1.5 * (2.0**MIP_LEVELS - 1.0) if self.mip_maps else 0.0)
 
     @property
     def precision(self) -> str:
@@ -49,8 +55,8 @@ class MomentFilter(StudiedFilter):
         return "f4"
 
     def defines(self) -> Mapping[str, int | str]:
-        """The radius."""
-        return {"GLS_MOMENT_RADIUS": self.radius}
+        """Radius and mip maps."""
+        return {"GLS_MOMENT_RADIUS": self.radius, "GLS_MIP_LEVELS": MIP_LEVELS if self.mip_maps else 0}
 
     def encoded(self, depth: Array) -> Array:
         """What a map stores (N, components) of depths (N,) from 0 at near to 1 at far; the float64 twin of <encoding>."""

@@ -81,7 +81,7 @@ class Msm(BoundFilter):
     @classmethod
     def variants(cls) -> tuple[Self, ...]:
         """Both problems, both formats."""
-        return (cls(), cls(3, 0.1), cls(hausdorff=True), cls(half=True))
+        return (cls(), cls(3, 0.1), cls(hausdorff=True), cls(half=True), cls(mip_maps=True))
 
     @classmethod
     def studied(cls) -> tuple[Self, ...]:

@@ -72,7 +72,7 @@ class Vsm(VarianceFilter):
     @classmethod
     def variants(cls) -> tuple[Self, ...]:
         """As usual, and with less bleeding."""
-        return (cls(), cls(3, 0.25))
+        return (cls(), cls(3, 0.25), cls(mip_maps=True))
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ class Evsm(VarianceFilter):
     @classmethod
     def variants(cls) -> tuple[Self, ...]:
         """Both counts of components, both formats."""
-        return (cls(), cls(3, 0.1, components=2), cls(half=True))
+        return (cls(), cls(3, 0.1, components=2), cls(half=True), cls(mip_maps=True))
 
     @classmethod
     def studied(cls) -> tuple[Self, ...]:

@@ -1,0 +1,108 @@
+"""Store: what a renderer keeps on the GPU from frame to frame, and what a frame takes from it."""
+
+from __future__ import annotations
+
+import weakref
+from typing import Any
+
+from glshadow.core.cameras import Camera
+from glshadow.gl.atlases import Atlases
+from glshadow.gl.camera import Sight, look
+from glshadow.gl.context import GLContext
+from glshadow.gl.cookies import Cookies
+from glshadow.gl.geometry import GpuScene
+from glshadow.gl.glass import Glasses
+from glshadow.gl.kept import Kept
+from glshadow.gl.meshes import Meshes
+from glshadow.gl.program import Programs
+from glshadow.gl.queries import AnySamples
+from glshadow.gl.samples import Samples
+from glshadow.gl.screen import Samplers
+from glshadow.gl.sources import Sources
+from glshadow.gl.targets import CameraTargets
+from glshadow.gl.work import Work
+from glshadow.scene.mesh import Scene
+
+
+class Store:
+    """Everything that is kept, at first empty.
+
+    Attributes
+    ----------
+    programs, meshes, sources, glasses, covered
+        Made once, filled by frames.
+    scene : Kept
+        The scene of the last frame.
+    seen : (Sight, identity of its targets, samples), optional
+        What the surface buffer holds.
+    something : bool
+        Whether that is anything.
+    """
+
+    def __init__(self, context: GLContext) -> None:
+        ctx = context.ctx
+        self._context = context
+        self.programs = Programs(context)
+        self.meshes = Meshes(context)
+        self.covered = AnySamples(context.gl)
+        self.sources = Sources(context)
+        self.glasses = Glasses(context)
+        self.scene: Kept[GpuScene] = Kept()
+        self.seen: tuple[Sight, int, int] | None = None
+        self.something = False
+        self._samplers = Samplers.make(ctx)
+        self.atlases = Atlases(context)
+        self.cookies = Cookies(context)
+        self._targets: Kept[CameraTargets] = Kept()
+        self._samples: Kept[Samples] = Kept()
+        self.sight: tuple[Any, Sight] | None = None
+        self._idle_color = ctx.renderbuffer((1, 1))
+        self._idle = ctx.framebuffer([self._idle_color])
+        self._idle.use()
+
+    def work(
+        self,
+        scene: Scene,
+        camera: Camera,
+        size: tuple[int, int],
+        spread: tuple[int, int],
+        lights: int,
+        outputs: frozenset[str],
+        samples: int,
+    ) -> Work:
+        """A frame's."""
+        context = self._context
+        gpu = self.scene.get(weakref.ref(scene), lambda: GpuScene(context, self.meshes, scene))
+        key = (camera, size, gpu.identity)
+        if self.sight is None or self.sight[0] != key:
+            self.sight = (key, look(scene, gpu, camera, size, context.caps.clip_control))
+        channels = 4 if gpu.textured else 2 if gpu.smooth else 1
+        several = samples > 1
+        shape = (
+            (size[0] * spread[0], size[1] * spread[1]),
+            1 if spread != (1, 1) else samples,
+            channels,
+            max(lights, 1) if several else lights,
+            several or "visibility" in outputs,
+            spread != (1, 1) or not outputs.isdisjoint(("linear", "alpha")),
+        )
+        targets = self._targets.get(shape, lambda: CameraTargets(context, *shape))
+        self.atlases.begin()
+        sight = self.sight[1]
+        return Work(context, self.programs, self._samplers, self.atlases, self.cookies, gpu, sight, targets)
+
+    def several(self, work: Work) -> Samples:
+        """The samples of a frame that has more than one in each pixel."""
+        return self._samples.get(work.targets.identity, lambda: Samples(work))
+
+    def rest(self) -> None:
+        """Between frames. moderngl binds again what was bound before, also a framebuffer released meanwhile: leave one that stays."""
+        self._idle.use()
+        self.meshes.sweep()
+        self.cookies.sweep()
+
+    def release(self) -> None:
+        """Free the GPU memory, what depends on other things first."""
+        for thing in (self.scene, self._targets, self._samples, self.programs, self.meshes, self._samplers, self.covered,
+                      self.atlases, self.cookies, self._idle, self._idle_color, self.sources, self.glasses):  # fmt: skip
+            thing.release()
