@@ -56,17 +56,24 @@ if TYPE_CHECKING:
     from glshadow.renderer import Renderer, render
     from glshadow.scene import builtin as scenes
     from glshadow.scene.load import load
+    from glshadow.view.compare import Compared, Comparison, compare
+    from glshadow.view.explore import Explorer, explore
 
 __version__ = "0.1.0"  # here only: pyproject.toml reads it
 
 # Imported when first asked for: OpenGL, file loading and ray tracing are not needed by everyone, and cost time.
 _LAZY = {
+    "Compared": "glshadow.view.compare",
+    "Comparison": "glshadow.view.compare",
+    "Explorer": "glshadow.view.explore",
     "Flip": "glshadow.measure.flip",
     "Frame": "glshadow.frame",
     "Renderer": "glshadow.renderer",
     "ShadowView": "glshadow.core.view",
     "Truth": "glshadow.reference.truth",
     "Used": "glshadow.core.used",
+    "compare": "glshadow.view.compare",
+    "explore": "glshadow.view.explore",
     "flip": "glshadow.measure.flip",
     "load": "glshadow.scene.load",
     "render": "glshadow.renderer",
@@ -103,10 +110,13 @@ __all__ = [
     "Cascades",
     "ClipBias",
     "ClipSpace",
+    "Compared",
+    "Comparison",
     "ConstantBias",
     "ContextError",
     "Cookie",
     "DirectionalLight",
+    "Explorer",
     "Faces",
     "Fit",
     "Flip",
@@ -148,6 +158,8 @@ __all__ = [
     "Used",
     "ViewFit",
     "__version__",
+    "compare",
+    "explore",
     "flip",
     "forward",
     "image",

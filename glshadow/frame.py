@@ -37,6 +37,38 @@ def checked_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
     return names
 
 
+class ShadowMaps(tuple[NDArray[np.float32], ...]):
+    """Of each light its views (V, R, R) as they are stored."""
+
+    __slots__ = ()
+
+    def _repr_html_(self) -> str:
+        """In a notebook: every view, as grey between the values that it holds."""
+        from glshadow.inline import figure
+
+        return "".join(
+            figure(_grey(view), f"light {number}, view {face}: {view.shape[1]} x {view.shape[0]}, {_span(view)}")
+            for number, views in enumerate(self)
+            for face, view in enumerate(views)
+        )
+
+
+_PREVIEW = 256  # pixels along the side of a view that is shown
+
+
+def _span(view: NDArray[np.float32]) -> str:
+    return f"{view.min():.4g} to {view.max():.4g}"
+
+
+def _grey(view: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """(R, R, 3) of at most so many pixels: the least value black, the greatest white."""
+    step = max(view.shape[0] // _PREVIEW, 1)
+    values = view[::step, ::step].astype(np.float64)
+    low, high = values.min(), values.max()
+    grey = np.rint(255.0 * (values - low) / ((high - low) or 1.0)).astype(np.uint8)
+    return np.repeat(grey[..., None], 3, axis=-1)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Frame:
     """One rendered picture and what is known about it. Row 0 is the top.
@@ -122,10 +154,9 @@ class Frame:
         return self._array("position", np.float32)
 
     @property
-    def shadow_maps(self) -> tuple[NDArray[np.float32], ...]:
-        """Per light its views (V, R, R) as they are stored (window depth, or metric), row 0 at v = 1."""
-        maps: tuple[NDArray[np.float32], ...] = self._output("shadow_maps")
-        return maps
+    def shadow_maps(self) -> ShadowMaps:
+        """Per light its views (V, R, R) as they are stored (window depth, or metric), row 0 at v = 1; a notebook shows them."""
+        return ShadowMaps(self._output("shadow_maps"))
 
     @property
     def timings(self) -> Mapping[str, float]:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import base64
 import io
+import sys
+from collections.abc import Callable
 from html import escape
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -79,3 +82,37 @@ def visibility_picture(visibility: ArrayLike, cosine: ArrayLike = 1.0) -> NDArra
     slope = np.clip(np.nan_to_num(np.asarray(cosine, dtype=np.float64)), 0.0, 1.0)
     grey = np.rint((40.0 + 195.0 * np.where(seen, lit, 0.0)) * (0.5 + 0.5 * slope)).astype(np.uint8)
     return np.where(seen[..., None], grey[..., None], np.array(SKY, dtype=np.uint8))
+
+
+class NotebookBar:
+    """A bar below the running cell, from the first report on until it is closed: called as (done, total, text)."""
+
+    def __init__(self, widgets: Any, display: Callable[[Any], None]) -> None:
+        self._bar, self._words = widgets.IntProgress(), widgets.HTML()
+        self._box, self._display = widgets.HBox([self._bar, self._words]), display
+        self._shown = False
+
+    def __call__(self, done: int, total: int, text: str) -> None:
+        if not self._shown:
+            self._display(self._box)
+            self._shown = True
+        self._bar.max, self._bar.value = max(total, 1), done
+        self._words.value = words(f"{done} of {total}: {text}")
+
+    def close(self) -> None:
+        """Take it away."""
+        self._box.close()
+
+
+def notebook_bar() -> NotebookBar | None:
+    """A bar where a notebook runs this and has ipywidgets; None elsewhere."""
+    interactive = sys.modules.get("IPython")  # not imported: then nothing of it runs
+    shell = interactive.get_ipython() if interactive else None
+    if shell is None or not hasattr(shell, "kernel"):
+        return None
+    try:
+        import ipywidgets
+        from IPython.display import display
+    except ImportError:
+        return None
+    return NotebookBar(ipywidgets, display)

@@ -112,6 +112,7 @@ install_test_programs() {
     [[ $(uname -s) == Linux ]] || return 0
     has_library libOSMesa.so.8 libOSMesa.so.6 libOSMesa.so || missing+=(libosmesa6)
     command -v Xvfb >/dev/null || missing+=(xvfb)
+    command -v xdotool >/dev/null || missing+=(xdotool)
     command -v glslangValidator >/dev/null || missing+=(glslang-tools)
     if [[ ${#missing[@]} -eq 0 ]]; then return 0; fi
     if [[ ${CI:-} == true ]]; then

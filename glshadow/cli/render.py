@@ -79,7 +79,7 @@ Examples:
     metavar="SHARE",
     read=values.share,
     help="Of what shadow options leave open, the cheapest settings with at most so many wrong pixels: 0.1% or 0.001. Tries some "
-    "twenty pictures first.",
+    "fifty pictures first.",
 )
 @option(
     "Shadow (of every light)",

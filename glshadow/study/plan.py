@@ -127,6 +127,14 @@ class Plan:
         rows = [f"  {c.cost:5.2f} x floor {c.ms:7.1f} ms  wrong {c.error:8.4%}  {c.name}" for c in self.choices]
         return "\n".join([head, *rows])
 
+    def _repr_html_(self) -> str:
+        """In a notebook: what meets the budget, the best first."""
+        from glshadow.inline import table, words
+
+        rows = [[c.name, f"{c.cost:.2f}", f"{c.ms:.1f}", f"{c.error:.4%}"] for c in self.choices]
+        said = f"{self.asked}, {len(self.tried)} settings tried: {'met by' if self.met else 'not met; nearest is'}"
+        return f"<p>{words(said)}</p>{table(['setting', 'x floor', 'ms', 'wrong'], rows)}"
+
 
 def run_plan(
     scene: Any,

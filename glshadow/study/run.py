@@ -25,6 +25,7 @@ from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
 from glshadow.frame import Frame
 from glshadow.gl.context import Backend
+from glshadow.inline import notebook_bar
 from glshadow.measure.error import ShadowError, measure
 from glshadow.measure.score import Score
 from glshadow.reference.trace import trace
@@ -69,12 +70,16 @@ def open_run(
     casting = tuple(light for light in lights if light.shadow is not None)
     if not casting:
         raise SettingsError("there is nothing to study: no light casts a shadow (Light.shadow is None)")
-    journal = Journal(resume)
+    journal, bar = Journal(resume), notebook_bar() if progress is None else None
     with (
         Renderer(backend) as renderer,
         Floor(renderer, scene, size, FLOOR_RESOLUTION) as floor,
     ):
-        yield Run(renderer, floor, scene, camera, casting, size, repeats, journal, progress)
+        try:
+            yield Run(renderer, floor, scene, camera, casting, size, repeats, journal, bar or progress)
+        finally:
+            if bar is not None:
+                bar.close()
 
 
 class Run:

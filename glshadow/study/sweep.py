@@ -47,7 +47,7 @@ def run_study(
     resume : path, optional
         Results are appended there as they come (JSON lines), and those already there are not measured again.
     progress : callable, optional
-        Called as progress(done, total, text).
+        Called as progress(done, total, text). None: in a notebook a bar below the cell.
     backend : str
         As in Renderer.
 

@@ -1,0 +1,79 @@
+"""Every notebook runs from top to bottom in a fresh kernel, says nothing on stderr, and shows what it promises."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from .test_notebook import RUN
+
+NOTEBOOKS = Path(__file__).parents[2] / "examples"
+OTHERS = ("bias_exercise", "depth_metrics", "soft_light", "speed_against_error")
+
+
+@pytest.fixture(scope="module", params=OTHERS)
+def executed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, dict[str, Any]]:
+    folder = tmp_path_factory.mktemp(request.param)
+    result = folder / "executed.ipynb"
+    command = [sys.executable, "-c", RUN, str(NOTEBOOKS / f"{request.param}.ipynb"), str(folder), str(result)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr[-3000:]
+    notebook: dict[str, Any] = json.loads(result.read_text())
+    return request.param, notebook
+
+
+def outputs_of(notebook: dict[str, Any]) -> list[dict[str, Any]]:
+    return [output for cell in notebook["cells"] for output in cell.get("outputs", [])]
+
+
+def printed(notebook: dict[str, Any]) -> str:
+    streams = (output["text"] for output in outputs_of(notebook) if output["output_type"] == "stream")
+    return "".join("".join(text) for text in streams)
+
+
+def shown(notebook: dict[str, Any], kind: str) -> list[str]:
+    return ["".join(output["data"][kind]) for output in outputs_of(notebook) if kind in output.get("data", {})]
+
+
+def test_it_shows_what_it_promises(executed: tuple[str, dict[str, Any]]) -> None:
+    name, notebook = executed
+    assert [output for output in outputs_of(notebook) if output.get("name") == "stderr"] == []
+    said, html = printed(notebook), shown(notebook, "text/html")
+    if name == "bias_exercise":
+        smallest = [float(each) for each in re.findall(r"landscape \d: ([\d.]+) of the depth range", said)]
+        assert len(set(smallest)) == 3, "another for each landscape"
+        derived = re.findall(r"derived ([\d.]+)%, ([\d.]+)%", said)
+        assert len(derived) == 3
+        assert all(float(acne) <= 0.05 for acne, _ in derived)
+        assert sum(page.count("<figure") for page in html) >= 5
+    elif name == "depth_metrics":
+        wrong = dict(re.findall(r"(\w+) +\d+ different depths, wrong ([\d.]+)%", said))
+        assert len(wrong) == 7
+        assert float(wrong["r8"]) > float(wrong["depth32f"])
+        assert sum("view 0: 512 x 512" in page for page in html) == 3
+    elif name == "soft_light":
+        found = {
+            way: float(share)
+            for way, share in re.findall(r"^(\S[\w ]*?)  +[\d.]+ ms, wrong ([\d.]+)%", said, re.MULTILINE)
+        }
+        assert found["Exact"] <= found["16 maps"] <= found["a point"]
+        assert shown(notebook, "application/vnd.jupyter.widget-view+json"), "the controls"
+        assert shown(notebook, "image/png")
+    else:
+        assert "met: True" in said
+        assert any("setting" in page for page in html)
+        assert shown(notebook, "image/png")
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_it_is_stored_without_outputs(name: str) -> None:
+    cells = json.loads((NOTEBOOKS / f"{name}.ipynb").read_text())["cells"]
+    code = [cell for cell in cells if cell["cell_type"] == "code"]
+    assert code
+    assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in code)

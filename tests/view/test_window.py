@@ -1,0 +1,153 @@
+"""A real window on a real screen (Xvfb): keys and mouse as a person's, each seen in a screenshot."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from shutil import which
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from numpy.typing import NDArray
+
+from glshadow import image
+from glshadow.cli import main
+
+SIZE = (400, 240)
+SCREEN = (480, 320)
+
+
+def test_without_a_screen_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    done = CliRunner().invoke(main, ["view"])
+    assert done.exit_code == 1
+    assert done.stderr.count("error:") == 1
+    assert "needs a screen" in done.stderr
+    assert "glshadow render" in done.stderr
+
+
+@pytest.fixture
+def screen(optional: Callable[[str, str], None]) -> Iterator[str]:
+    for program, package in (("Xvfb", "xvfb"), ("xdotool", "xdotool")):
+        if not which(program):
+            optional(program, package)
+    read_end, write_end = os.pipe()
+    size = f"{SCREEN[0]}x{SCREEN[1]}x24"
+    command = ["Xvfb", "-displayfd", str(write_end), "-screen", "0", size, "-nolisten", "tcp"]
+    with subprocess.Popen(command, pass_fds=[write_end], stderr=subprocess.DEVNULL) as server:
+        os.close(write_end)
+        with os.fdopen(read_end) as told:
+            display = f":{told.readline().strip()}"
+        yield display
+        server.terminate()
+
+
+class Person:
+    """Who presses keys and looks."""
+
+    def __init__(self, display: str, process: subprocess.Popen[str]) -> None:
+        self._environment = os.environ | {"DISPLAY": display}
+        self._process = process
+
+    def does(self, *words: str) -> None:
+        subprocess.run(["xdotool", *words], env=self._environment, check=True, timeout=20)
+
+    def looks(self) -> NDArray[np.uint8]:
+        """The window's pixels."""
+        code = (
+            "import sys\nfrom PIL import ImageGrab\n"
+            f"ImageGrab.grab((0, 0, {SIZE[0]}, {SIZE[1]}), xdisplay=sys.argv[1]).convert('RGB').save(sys.argv[2])"
+        )
+        path = Path(os.environ.get("TMPDIR", "/tmp")) / f"glshadow_{os.getpid()}.png"
+        subprocess.run([sys.executable, "-c", code, self._environment["DISPLAY"], str(path)], check=True, timeout=20)
+        picture = image.read(path)[..., :3].astype(np.uint8)
+        path.unlink()
+        return picture
+
+    def waits_for(self, what: str, true: Callable[[NDArray[np.uint8]], bool]) -> NDArray[np.uint8]:
+        """Looks until something is so."""
+        until = time.monotonic() + 20.0
+        while time.monotonic() < until:
+            assert self._process.poll() is None, "the window went"
+            seen = self.looks()
+            if true(seen):
+                return seen
+            time.sleep(0.1)
+        pytest.fail(f"never seen: {what}")
+
+
+def differs(one: NDArray[np.uint8], other: NDArray[np.uint8], where: tuple[slice, slice]) -> float:
+    """Share of pixels that changed."""
+    gap = np.abs(one[where].astype(int) - other[where].astype(int)).max(axis=-1)
+    return float((gap > 12).mean())
+
+
+TOP, MAP, ALL = np.s_[0:40, 0:120], np.s_[0:64, 330:400], np.s_[0:200, :]
+
+
+@pytest.mark.slow
+def test_a_person_turns_lights_and_judges(screen: str, tmp_path: Path) -> None:
+    environment = os.environ | {"DISPLAY": screen}
+    command = [sys.executable, "-m", "glshadow", "view", "--size", f"{SIZE[0]}x{SIZE[1]}"]
+    with subprocess.Popen(command, env=environment, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            _work_with(Person(screen, process), tmp_path)
+            _, said = process.communicate(timeout=20)
+        finally:
+            process.kill()
+        assert process.returncode == 0, said
+        assert "Traceback" not in said
+
+
+def _work_with(person: Person, folder: Path) -> None:
+    first = person.waits_for("the courtyard", lambda seen: len(np.unique(seen[ALL])) > 50)
+    person.does("key", "h")
+    person.waits_for("the help", lambda seen: differs(first, seen, TOP) > 0.5)
+    person.does("key", "h")
+    person.waits_for("no help", lambda seen: differs(first, seen, TOP) < 0.02)
+    person.does("key", "d")
+    person.waits_for("the map", lambda seen: differs(first, seen, MAP) > 0.3)
+    person.does("key", "d")
+    plain = person.waits_for("no map", lambda seen: differs(first, seen, MAP) < 0.02)
+    person.does("key", "g", "key", "x", "key", "l")
+    person.waits_for("grid, axes and light", lambda seen: differs(plain, seen, ALL) > 0.02)
+    person.does("key", "g", "key", "x", "key", "l")
+    person.waits_for("none of them", lambda seen: differs(plain, seen, ALL) < 0.005)
+    person.does("key", "b", "key", "B", "key", "B")  # the last: no bias
+    person.waits_for("acne", lambda seen: differs(plain, seen, ALL) > 0.1)
+    person.does("key", "e")
+    person.waits_for("errors in red", lambda seen: _painted(seen) > 0.02)
+    person.does("key", "e", "key", "b")
+    person.waits_for("nothing wrong", lambda seen: _painted(seen) < 0.001)
+    person.does("key", "Left", "key", "Left", "key", "Up")
+    person.waits_for("shadows elsewhere", lambda seen: differs(plain, seen, ALL) > 0.02)
+    person.does("key", "space")
+    person.waits_for("the first view", lambda seen: differs(plain, seen, ALL) < 0.005)
+    person.does("mousemove", "200", "100", "mousedown", "1", "mousemove", "260", "110", "mousemove", "300", "120")
+    person.does("mouseup", "1")
+    turned = person.waits_for("another side", lambda seen: differs(plain, seen, ALL) > 0.05)
+    person.does("click", "4")
+    person.waits_for("nearer", lambda seen: differs(turned, seen, ALL) > 0.02)
+    person.does("key", "2")
+    other = person.waits_for("a landscape", lambda seen: differs(turned, seen, ALL) > 0.05)
+    person.does("key", "a")
+    person.waits_for("its light moves", lambda seen: differs(other, seen, ALL) > 0.02)
+    person.does("key", "c")
+    until = time.monotonic() + 20.0
+    while not (folder / "glshadow_001.png").exists() and time.monotonic() < until:
+        time.sleep(0.1)
+    time.sleep(0.3)
+    assert image.read(folder / "glshadow_001.png").shape[:2] == (SIZE[1], SIZE[0])
+    person.does("key", "q")
+
+
+def _painted(seen: NDArray[np.uint8]) -> float:
+    """Share of pixels of a colour that only errors have."""
+    colors = seen[ALL].astype(int)
+    return float(((colors[..., 0] - colors[..., 2]) > 110).mean())
