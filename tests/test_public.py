@@ -15,6 +15,8 @@ from glshadow.public import MODULES
 # Classes that a public signature names and that are not public: what they are there for.
 INNER = {
     "Channel": "set by PackedShadow",
+    "Showing": "what an Explorer shows",
+    "ShadowMaps": "a tuple of arrays that a notebook shows",
     "Asked": "what a fit is asked, by the passes",
     "Fitted": "what it answers",
     "Cascade": "what tells a ShadowView of several from its neighbours",

@@ -34,7 +34,7 @@ from glshadow.triptych import GAP, triptych
 Picture = NDArray[np.uint8]
 
 COLUMNS = 4  # of the sheet
-ROUNDS = 2  # of frames that are timed
+ROUNDS = 1  # of frames that are timed
 LINE = 18  # pixels: a line of a caption
 TRUTH = "truth"
 
