@@ -49,8 +49,10 @@ if TYPE_CHECKING:
     from glshadow.core.used import Used
     from glshadow.core.view import ShadowView
     from glshadow.frame import Frame
-    from glshadow.gl import forward
+    from glshadow.gl import forward, shaders
+    from glshadow.gl.shaders import Caster, ShadowMap
     from glshadow.measure.flip import Flip, flip
+    from glshadow.offscreen import PyrenderRenderer
     from glshadow.reference.trace import trace
     from glshadow.reference.truth import Truth
     from glshadow.renderer import Renderer, render
@@ -68,7 +70,10 @@ _LAZY = {
     "Explorer": "glshadow.view.explore",
     "Flip": "glshadow.measure.flip",
     "Frame": "glshadow.frame",
+    "PyrenderRenderer": "glshadow.offscreen",
     "Renderer": "glshadow.renderer",
+    "Caster": "glshadow.gl.shaders",
+    "ShadowMap": "glshadow.gl.shaders",
     "ShadowView": "glshadow.core.view",
     "Truth": "glshadow.reference.truth",
     "Used": "glshadow.core.used",
@@ -84,6 +89,7 @@ _MODULES = {
     "image": "glshadow.image",
     "overlay": "glshadow.overlay",
     "scenes": "glshadow.scene.builtin",
+    "shaders": "glshadow.gl.shaders",
     "study": "glshadow.study",
 }
 
@@ -108,6 +114,7 @@ __all__ = [
     "Bias",
     "Camera",
     "Cascades",
+    "Caster",
     "ClipBias",
     "ClipSpace",
     "Compared",
@@ -136,6 +143,7 @@ __all__ = [
     "PackedShadow",
     "PerspectiveCamera",
     "PointLight",
+    "PyrenderRenderer",
     "ReceiverPlaneBias",
     "RectLight",
     "ReferenceUnavailable",
@@ -149,6 +157,7 @@ __all__ = [
     "ShaderError",
     "Shadow",
     "ShadowError",
+    "ShadowMap",
     "ShadowView",
     "SkyLight",
     "SlopeScaledBias",
@@ -169,6 +178,7 @@ __all__ = [
     "overlay",
     "render",
     "scenes",
+    "shaders",
     "study",
     "trace",
 ]  # fmt: skip

@@ -10,6 +10,7 @@ MODULES = {
     "glshadow.study": "speed against error over a grid of settings, and the cheapest for a budget",
     "glshadow.overlay": "maps, lights, axes and a grid drawn on top of a picture",
     "glshadow.image": "pictures read from files and written to them",
+    "glshadow.gl.shaders": "a light's shadow in moderngl programs of others, as glshadow.shaders",
     "glshadow.gl.forward": "a light's map, and the GLSL that asks it, in programs of others",
 }
 """Module -> what it is for."""

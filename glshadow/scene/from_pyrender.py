@@ -28,25 +28,27 @@ from glshadow.scene.mesh import Material, Mesh, Node
 TRIANGLES, STRIP, FAN = 4, 5, 6
 
 
-def read_pyrender(scene: Any) -> Imported:
+Made = dict[int, tuple[Any, Mesh | None]]
+"""Primitive by its id -> itself, which so stays alive, and what became of it."""
+
+
+def read_pyrender(scene: Any, made: Made | None = None) -> Imported:
     """A pyrender.Scene: primitives at their poses, its main camera, its lights in their intensities.
 
     Point and spot lights fade with the square of the distance, as pyrender's do. The clip planes of cameras are left
     out. As in pyrender, an IntrinsicsCamera's pixels are those of the size that is rendered, and an OrthographicCamera
-    shows 2 ymag of height, whatever its xmag.
+    shows 2 ymag of height, whatever its xmag. `made`: what is known from the last time, and added to.
     """
     builder = Builder()
     found = Imported(notes=builder.notes)
-    made: dict[int, Mesh | None] = {}
-    keep: list[Any] = []  # objects whose id is a key stay alive
-    for number, node in enumerate(sorted(scene.mesh_nodes, key=_order(scene))):
+    made = {} if made is None else made
+    for number, node in enumerate(placed_nodes(scene)):
         pose = np.asarray(scene.get_pose(node), dtype=np.float64)
         name = str(node.name or node.mesh.name or f"mesh{number}")
         for primitive in node.mesh.primitives:
             if id(primitive) not in made:
-                made[id(primitive)] = _mesh(builder, primitive, name)
-                keep.append(primitive)
-            mesh = made[id(primitive)]
+                made[id(primitive)] = primitive, _mesh(builder, primitive, name)
+            mesh = made[id(primitive)][1]
             poses = np.eye(4)[None] if primitive.poses is None else np.asarray(primitive.poses, dtype=np.float64)
             if mesh is not None:
                 titles = [name] if len(poses) == 1 else [f"{name}[{k}]" for k in range(len(poses))]
@@ -56,6 +58,11 @@ def read_pyrender(scene: Any) -> Imported:
     found.lights = [_light(node.light, np.asarray(scene.get_pose(node)), found.notes) for node in placed] or None
     found.notes += blended(found.nodes)
     return found
+
+
+def placed_nodes(scene: Any) -> list[Any]:
+    """Nodes that have a mesh, in the order in which they were added."""
+    return sorted(scene.mesh_nodes, key=_order(scene))
 
 
 def _order(scene: Any) -> Any:

@@ -238,7 +238,7 @@ REQUIRED: dict[str, Any] = {
 # Made by glshadow, not by its callers; and what raises, names or draws. The renderer's arguments have tests of their own.
 NOT_BUILT = {
     "AlphaMode", "Camera", "Faces", "Flip", "Frame", "Renderer", "Score", "ShadowError", "ShadowView", "Target", "Truth", "Used", "flip",
-    "Compared", "Comparison", "Explorer", "compare", "explore", "measure", "render", "trace",
+    "Caster", "Compared", "Comparison", "PyrenderRenderer", "ShadowMap", "Explorer", "compare", "explore", "measure", "render", "trace",
 }  # fmt: skip
 
 
