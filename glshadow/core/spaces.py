@@ -200,14 +200,20 @@ def transform(matrix: Array, points: ArrayLike) -> Array:
 
 
 def world_positions(positions: Array, world_from_mesh: Array, origin: Array) -> Array:
-    """Mesh positions (V, 3) in the world, relative to `origin`.
+    """Mesh positions (V, 3) in the world, relative to `origin`; of many matrices (..., 4, 4) for each (..., V, 3).
 
     Sums in a fixed order, not a matrix product: equal vertices must stay equal to the last bit, or edges come apart.
     """
     x, y, z = positions.T
-    rows = world_from_mesh[:3, :3]
-    offset = world_from_mesh[:3, 3] - origin
-    return np.stack([rows[i, 0] * x + rows[i, 1] * y + rows[i, 2] * z + offset[i] for i in range(3)], axis=-1)
+    rows = world_from_mesh[..., :3, :3, None]
+    offset = (world_from_mesh[..., :3, 3] - origin)[..., None]
+    return np.stack(
+        [
+            rows[..., i, 0, :] * x + rows[..., i, 1, :] * y + rows[..., i, 2, :] * z + offset[..., i, :]
+            for i in range(3)
+        ],
+        axis=-1,
+    )
 
 
 def project(matrix: Array, points: ArrayLike) -> Array:

@@ -23,6 +23,34 @@ HUGE = 128.0
 _SOLID = np.full((1, 1, 4), 255, dtype=np.uint8)  # the image of those that have none
 
 
+_TOGETHER = 2**20  # vertices that are placed at once: many small instances cost no more than what they hold
+
+
+def _placed(scene: GpuScene) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+    """Vertices (V, 3) of all nodes, one after the other, and triangles (N, 4): three vertices and the node. A mesh's instances together."""
+    nodes = scene.nodes
+    vertices = np.cumsum([0, *(len(node.mesh.positions) for node in nodes)])
+    triangles = np.cumsum([0, *(len(node.mesh.triangles) for node in nodes)])
+    places = np.zeros((vertices[-1], 3), dtype=np.float32)
+    corners = np.zeros((triangles[-1], 4), dtype=np.uint32)
+    instances: dict[int, list[int]] = {}
+    for number, node in enumerate(nodes):
+        instances.setdefault(id(node.mesh), []).append(number)
+    for numbers in instances.values():
+        mesh = nodes[numbers[0]].mesh
+        count, faces = len(mesh.positions), mesh.triangles.astype(np.int64)
+        step = max(_TOGETHER // max(count, 1), 1)
+        for first in range(0, len(numbers), step):
+            chosen = np.array(numbers[first : first + step])
+            matrices = np.stack([nodes[number].world_from_mesh for number in chosen])
+            into = (vertices[chosen][:, None] + np.arange(count)).ravel()
+            places[into] = world_positions(mesh.positions, matrices, scene.origin).reshape(-1, 3).astype(np.float32)
+            into = (triangles[chosen][:, None] + np.arange(len(faces))).ravel()
+            corners[into, :3] = (faces + vertices[chosen][:, None, None]).reshape(-1, 3).astype(np.uint32)
+            corners[into, 3] = np.repeat(chosen, len(faces)).astype(np.uint32)
+    return places, corners
+
+
 class WorldTriangles:
     """Vertices of a scene's drawn triangles in world axes, relative to the scene's origin, float32; masks of cut-out materials.
 
@@ -42,15 +70,7 @@ class WorldTriangles:
     """
 
     def __init__(self, context: GLContext, scene: GpuScene) -> None:
-        points, triangles, start = [], [], 0
-        for number, node in enumerate(scene.nodes):
-            mesh = node.mesh
-            points.append(world_positions(mesh.positions, node.world_from_mesh, scene.origin).astype(np.float32))
-            owner = np.full((len(mesh.triangles), 1), number)
-            triangles.append(np.concatenate([mesh.triangles.astype(np.int64) + start, owner], axis=1).astype(np.uint32))
-            start += len(mesh.positions)
-        self.positions = np.concatenate(points)
-        self.triangles = np.concatenate(triangles)
+        self.positions, self.triangles = _placed(scene)
         self.count = len(self.triangles)
         each = np.abs(self.positions).max(axis=1)[self.triangles[:, :3]].max(axis=1)
         nearest = np.abs(scene.corners - scene.origin).max(axis=(1, 2)).min()

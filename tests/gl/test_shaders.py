@@ -14,6 +14,7 @@ import glshadow as gs
 from glshadow.core.lights import to_light
 from glshadow.core.spaces import ClipSpace, perspective
 from glshadow.gl.shaders import _renamed
+from glshadow.gl.state import read_state
 
 SIZE = (240, 160)
 SCENE = gs.scenes.courtyard()
@@ -177,12 +178,12 @@ def test_the_programs_state_is_given_back(foreign: Foreign) -> None:
         ctx.viewport = (3, 5, 70, 60)
         ctx.enable_only(moderngl.BLEND | moderngl.CULL_FACE)
         ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE
-        ctx.depth_func = "<"
-        bound, view, func = ctx.fbo, ctx.viewport, ctx.depth_func
+        context = shadow._context
         picture = []
         for _ in range(2):
+            before = read_state(ctx, context.gl)
             shadow.draw(foreign.cast)
-            assert (ctx.fbo.glo, ctx.viewport, ctx.depth_func) == (bound.glo, view, func)
+            assert read_state(ctx, context.gl) == before
             picture.append(shadow._asked.atlas.texture.read())
         assert picture[0] == picture[1]
         assert ctx.error == "GL_NO_ERROR"
@@ -190,9 +191,10 @@ def test_the_programs_state_is_given_back(foreign: Foreign) -> None:
         def fails(caster: gs.Caster) -> None:
             raise ZeroDivisionError
 
+        before = read_state(ctx, context.gl)
         with pytest.raises(ZeroDivisionError):
             shadow.draw(fails)
-        assert (ctx.fbo.glo, ctx.viewport, ctx.depth_func) == (bound.glo, view, func)
+        assert read_state(ctx, context.gl) == before
         shadow.draw(foreign.cast)
         assert shadow._asked.atlas.texture.read() == picture[0]
     shadow.release()
