@@ -78,6 +78,11 @@ class Caster:
     clip_from_world: Array
     program: moderngl.Program = field(repr=False)
 
+    def place(self, world_from_model: ArrayLike | None = None) -> None:
+        """Set the matrix of `program` for what is drawn next, at its place in the world (4, 4); None: given in world positions."""
+        member: Any = self.program["u_clip_from_model"]
+        member.write(self.bytes_from(world_from_model))
+
     def bytes_from(self, world_from_model: ArrayLike | None = None) -> bytes:
         """The matrix that a vertex shader multiplies a model's positions with, float32, as OpenGL stores it; None: world positions."""
         matrix = self.clip_from_world
@@ -97,7 +102,7 @@ class ShadowMap:
         shadow = ShadowMap(ctx, gs.DirectionalLight(), bounds)
         program = ctx.program(VERTEX, shadow.source("sun") + FRAGMENT)  # FRAGMENT asks sun_visibility(position, normal)
         ...
-        shadow.draw(lambda caster: (caster.program["u_clip_from_model"].write(caster.bytes_from()), vao_of(caster.program).render()))
+        shadow.draw(casters)  # def casters(caster): caster.place(world_from_model); vertex_array_of(caster.program).render()
         shadow.apply(program, "sun", unit=3)
 
     State of the context that this changes is given back.
