@@ -7,11 +7,10 @@ from typing import Any
 
 import moderngl
 import numpy as np
+import trimesh
 
 import glshadow as gs
 from glshadow import image
-from glshadow.core.spaces import ClipSpace, perspective
-from glshadow.scene import shapes
 
 SIZE = (960, 540)
 VERTEX = """#version 330
@@ -26,18 +25,15 @@ void main() {
 
 headless: Any = {"standalone": True, "backend": "egl"}
 ctx = moderngl.create_context(**headless)
-boxes = [
-    shapes.box((8, 0.2, 8), (0, -0.1, 0)),
-    *(shapes.box((0.6, 1 + x / 4, 0.6), (x, 0.5 + x / 8, -x / 2)) for x in range(-3, 4)),
-]
-corners = np.concatenate([positions[triangles] for positions, triangles in boxes]).astype("f4")
-normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-normals = np.repeat(normals / np.linalg.norm(normals, axis=1, keepdims=True), 3, axis=0).astype("f4")
+boxes = [trimesh.creation.box(bounds=[(-4, -0.2, -4), (4, 0, 4)])]
+boxes += [trimesh.creation.box(bounds=[(x, 0, -x / 2), (x + 0.6, 1 + x / 4, 0.6 - x / 2)]) for x in range(-3, 4)]
+corners = np.concatenate([box.triangles for box in boxes]).astype("f4")
+normals = np.concatenate([np.repeat(box.face_normals, 3, axis=0) for box in boxes]).astype("f4")
 places, directions = ctx.buffer(corners.tobytes()), ctx.buffer(normals.tobytes())
 
 # shadow: a map of a sun over the program's bounds, drawn with the program's own buffers
 shadow = gs.ShadowMap(
-    ctx, gs.DirectionalLight(direction=(0.4, -0.8, 0.6)), [corners.min(axis=(0, 1)), corners.max(axis=(0, 1))]
+    ctx, gs.DirectionalLight(direction=(0.7, -0.7, -0.35)), [corners.min(axis=(0, 1)), corners.max(axis=(0, 1))]
 )
 
 
@@ -52,7 +48,10 @@ shadow.apply(program, "sun", unit=0)
 # shadow: that is all
 
 camera = gs.PerspectiveCamera(position=(5, 5, 7), target=(0, 0.3, 0), fov_y=45)
-matrix = perspective(*camera.window(SIZE), 0.1, 50.0, ClipSpace(False, False)) @ camera.view_from_world
+near, far, (left, right, bottom, top) = 0.1, 50.0, camera.window(SIZE)  # of the view at distance 1
+matrix = np.diag([2 / (right - left), 2 / (top - bottom), (far + near) / (near - far), 0.0])
+matrix[2, 3], matrix[3, 2] = 2 * far * near / (near - far), -1.0
+matrix = matrix @ camera.view_from_world
 program["camera"] = tuple(matrix.T.ravel())
 target = ctx.framebuffer([ctx.texture(SIZE, 3)], ctx.depth_renderbuffer(SIZE))
 target.use()

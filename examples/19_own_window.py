@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from moderngl_window import geometry, run_window_config
 from moderngl_window.context.base import WindowConfig
+from pyglm import glm
 
 import glshadow as gs
 from glshadow import image
-from glshadow.core.spaces import ClipSpace, perspective
 
 VERTEX = """#version 330
 uniform mat4 camera; uniform vec3 offset; in vec3 in_position; in vec3 in_normal; out vec3 position; out vec3 normal;
@@ -47,7 +47,7 @@ class Turning(WindowConfig):
         self.shadow.draw(self.cast)
         self.shadow.apply(self.program, "lamp", unit=0)
         view = gs.PerspectiveCamera(position=(4, 4, 6), target=(0, 0.4, 0), fov_y=45)
-        matrix = perspective(*view.window(self.wnd.size), 0.1, 50.0, ClipSpace(False, False)) @ view.view_from_world
+        matrix = np.array(glm.perspective(glm.radians(45.0), self.wnd.aspect_ratio, 0.1, 50.0)) @ view.view_from_world
         self.program["camera"] = tuple(matrix.T.ravel())
         self.ctx.clear(0.8, 0.82, 0.84)
         self.ctx.enable(self.ctx.DEPTH_TEST)

@@ -45,7 +45,7 @@ from glshadow.scene.limits import Limits
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
 
 if TYPE_CHECKING:
-    from glshadow import image, overlay, study
+    from glshadow import batch, image, overlay, study
     from glshadow.core.used import Used
     from glshadow.core.view import ShadowView
     from glshadow.frame import Frame
@@ -85,6 +85,7 @@ _LAZY = {
     "trace": "glshadow.reference.trace",
 }
 _MODULES = {
+    "batch": "glshadow.batch",
     "forward": "glshadow.gl.forward",
     "image": "glshadow.image",
     "overlay": "glshadow.overlay",
@@ -167,6 +168,7 @@ __all__ = [
     "Used",
     "ViewFit",
     "__version__",
+    "batch",
     "compare",
     "explore",
     "flip",

@@ -35,6 +35,7 @@ PACKAGES = {  # package -> the extra that brings it, None where glshadow cannot 
     "glfw": "view",
     "pyrender": "pyrender",
     "ipywidgets": "notebook",
+    "distributed": "dask",
 }
 
 # A probe takes half a second; a broken display connection may never answer.
@@ -51,7 +52,8 @@ def examine() -> dict[str, Any]:
     -------
     dict
         Plain enough for JSON. `backends[name]` has `works`; if true `caps`, `depth_formats` and `color_formats`: format
-        name -> whether a target of it could be cleared and read back; if false `reason` and `remedy`. `auto` is the
+        name -> whether a target of it could be cleared and read back; if false `reason` and `remedy`. `devices` are EGL's: `number`,
+        `name`, `works`, `driver`. `auto` is the
         backend that `backend="auto"` would take, or None. `packages[name]` is a version, or None and then
         `missing[name]` the command that installs it.
     """
@@ -64,8 +66,21 @@ def examine() -> dict[str, Any]:
         "packages": packages,
         "missing": {name: _pip_command(name) for name, version in packages.items() if version is None},
         "backends": backends,
+        "devices": _devices() if backends["egl"]["works"] else [],
         "auto": next((name for name, report in backends.items() if report["works"]), None),
     }
+
+
+def _devices() -> list[dict[str, Any]]:
+    """EGL's devices in its order: what EGL calls them, and which driver draws on each."""
+    names = _answer("import json, sys; from glshadow.gl.backends import EGL_LIBRARY as L; from glshadow.gl.egl import load_egl as l; "
+                    "print(json.dumps({'names': l(L).devices}))")  # fmt: skip
+    found = []
+    for number, name in enumerate(names.get("names", [])):
+        report = _in_own_process(f"egl:{number}")
+        driver = report["caps"]["renderer"] if report["works"] else None
+        found.append({"number": number, "name": name, "works": report["works"], "driver": driver})
+    return found
 
 
 def examine_backend(name: str) -> dict[str, Any]:
@@ -89,11 +104,17 @@ def examine_backend(name: str) -> dict[str, Any]:
 
 
 def _in_own_process(name: str) -> dict[str, Any]:
-    code = "import json, sys; from glshadow.doctor import examine_backend as e; print(json.dumps(e(sys.argv[1])))"
+    return _answer(
+        "import json, sys; from glshadow.doctor import examine_backend as e; print(json.dumps(e(sys.argv[1])))", name
+    )
+
+
+def _answer(code: str, *arguments: str) -> dict[str, Any]:
+    """What a script prints as its last line, as JSON; or the report of why it does not."""
     path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)  # noqa: PTH109
     try:
         done = subprocess.run(
-            [sys.executable, "-c", code, name],
+            [sys.executable, "-c", code, *arguments],
             env=os.environ | {"PYTHONPATH": path},
             stdin=subprocess.DEVNULL,
             capture_output=True,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, Self, get_args
+from typing import Any, Self
 
 import moderngl
 from numpy.typing import ArrayLike
@@ -15,12 +15,12 @@ from glshadow.core.cameras import Camera
 from glshadow.core.lights import DirectionalLight, Light, Lights
 from glshadow.core.look import AMBIENT, BACKGROUND, Ambient, Look, look_of
 from glshadow.core.sampling import grid
-from glshadow.core.setting import as_path, instance, one_of, optional, shown
+from glshadow.core.setting import as_path, instance, optional, shown
 from glshadow.errors import GlshadowError, ResourceError, SettingsError, warn
 from glshadow.frame import Frame, checked_outputs
 from glshadow.gl.camera import draw_surface, nothing_in_view
 from glshadow.gl.clock import Clock
-from glshadow.gl.context import Backend, open_context
+from glshadow.gl.context import Backend, backend_of, open_context
 from glshadow.gl.glass import Panes
 from glshadow.gl.readback import MIDDLES, average_samples, read_means, read_middles
 from glshadow.gl.resolve import Share, resolve
@@ -44,6 +44,8 @@ class Renderer:
         How to get a headless context; auto tries them in this order.
     context : moderngl.Context, optional
         A context of the calling program: never released, and given back the state it had.
+    device : int, optional
+        Which of EGL's devices, as `glshadow doctor` lists them; None: the first, a GPU where there is one.
 
     Raises
     ------
@@ -53,8 +55,10 @@ class Renderer:
         For another backend, and what is no context.
     """
 
-    def __init__(self, backend: Backend = "auto", context: moderngl.Context | None = None) -> None:
-        backend = one_of(*get_args(Backend))("backend", backend)
+    def __init__(
+        self, backend: Backend = "auto", context: moderngl.Context | None = None, device: int | None = None
+    ) -> None:
+        backend = backend_of(backend, device)
         self._choices = Choices()
         self._context = open_context(backend, optional(instance(moderngl.Context))("context", context))
         self._store: Store | None = None

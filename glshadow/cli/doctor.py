@@ -45,6 +45,11 @@ def _lines(found: dict[str, Any]) -> list[str]:
     for name, report in found["backends"].items():
         taken = "   <- taken by --backend auto" if name == found["auto"] else ""
         lines += [f"{name}: {'works' if report['works'] else 'does not work'}{taken}", *_backend(report), ""]
+    lines += [
+        f"device {each['number']}: {each['name']}; {each['driver'] or 'does not work'}   (--device {each['number']})"
+        for each in found["devices"]
+    ]
+    lines += [""] if found["devices"] else []
     have = [f"{name} {version}" for name, version in found["packages"].items() if version]
     lines.append(f"packages: {', '.join(have)}")
     lines += [f"missing:  {name:<12} {how}" for name, how in found["missing"].items()]

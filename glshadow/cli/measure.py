@@ -54,7 +54,7 @@ def _measure(work: Work, wanted: Request) -> None:
     with work.stage("open", "opening OpenGL"):
         from glshadow.renderer import Renderer
 
-        renderer = Renderer(wanted.backend)
+        renderer = Renderer(wanted.driver)
     with renderer:
         with work.stage("render", f"rendering {wanted.name}"):
             frame = renderer.render(scene, camera, lights, wanted.size, outputs=("visibility", "triangle", "alpha"))

@@ -92,6 +92,8 @@ scene_options = _all(
     option("Picture", "--size", metavar="WxH", read=values.size, default="1280x720", show_default=True, help="Pixels."),
     option("Picture", "--backend", type=click.Choice(["auto", "egl", "osmesa", "window"]), default="auto",
            show_default=True, help="Where the OpenGL context comes from; auto takes the first that works."),
+    option("Picture", "--device", metavar="N", type=click.IntRange(0, 999),
+           help="Which of EGL's devices draws, as `glshadow doctor` lists them. Default: the first, a GPU where there is one."),
     option("Model", "--ground", is_flag=True, help="Put a plane under the model to catch its shadow."),
     option("Model", "--catcher", is_flag=True,
            help="Put a plane under the model of which nothing but the shadow is seen; with --background none for compositing."),
@@ -158,6 +160,7 @@ class Request:
     model: str | None
     size: tuple[int, int]
     backend: Any
+    device: int | None
     ground: bool
     catcher: bool
     up_axis: str | None
@@ -174,6 +177,13 @@ class Request:
     ambient: Any = None
     background: Triple | None = None
     shadow: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def driver(self) -> Any:
+        """The backend, or EGL on the device that was asked for."""
+        from glshadow.gl.context import backend_of
+
+        return backend_of(self.backend, self.device)
 
     @property
     def look(self) -> dict[str, Any]:

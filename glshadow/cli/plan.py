@@ -77,7 +77,7 @@ def _plan(work: Work, wanted: Request, wrong: float | None, ms: float | None, jo
     camera, lights = wanted.camera(scene), wanted.lit(scene)
     with work.stage("plan", "measuring"), Bar(work) as bar:
         plan = run_plan(
-            scene, wrong, camera, lights, wanted.size, resume=journal, progress=bar, backend=wanted.backend, ms=ms
+            scene, wrong, camera, lights, wanted.size, resume=journal, progress=bar, backend=wanted.driver, ms=ms
         )  # fmt: skip
     line = _render_line(click.get_current_context(), plan.best.shadow)
     work.finish({**plan.as_dict(), "command": line if plan.met else None})

@@ -135,7 +135,7 @@ def _render(
     with work.stage("open", "opening OpenGL"):
         from glshadow.renderer import Renderer
 
-        renderer = Renderer(wanted.backend)
+        renderer = Renderer(wanted.driver)
     with renderer:
         with work.stage("render", f"rendering {wanted.name}"):
             frame = renderer.render(
@@ -175,7 +175,7 @@ def _render_orbit(
     with work.stage("open", "opening OpenGL"):
         from glshadow.renderer import Renderer
 
-        renderer = Renderer(wanted.backend)
+        renderer = Renderer(wanted.driver)
     options = (wanted.size, samples, budget, wanted.look, overlay, renderer.info["renderer"])
     kept = Kept(path, request_of(scene, cameras, lights, *options))
     outputs = _outputs(path, overlay, False)

@@ -69,7 +69,7 @@ def _study(work: Work, wanted: Request, folder: Path, quick: bool, resume: bool)
     with work.stage("study", "measuring"), Bar(work) as bar:
         done = run_study(
             scene, camera, lights, wanted.size, Grid.quick() if quick else None, QUICK_REPEATS if quick else REPEATS,
-            journal, bar, wanted.backend,
+            journal, bar, wanted.driver,
         )  # fmt: skip
     with work.stage("report", "writing the page"):
         page = report.write_report(done, folder)

@@ -54,8 +54,8 @@ class Loader:
             self._destroy = None
 
 
-def egl_loader() -> Loader:
-    """Surfaceless EGL. libGL is not needed: every function address comes from libEGL.
+def egl_loader(device: int | None = None) -> Loader:
+    """Surfaceless EGL. libGL is not needed: every function address comes from libEGL. `device`: as of `Egl.open`.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def egl_loader() -> Loader:
     """
     try:
         egl = load_egl(EGL_LIBRARY)
-        destroy = egl.open()
+        destroy = egl.open(device)
     except (OSError, ContextError) as error:
         raise BackendUnavailable(str(error), _INSTALL_EGL) from error
     return Loader(_place_or_refuse("EGL", _INSTALL_EGL), egl.address, destroy)
@@ -181,7 +181,8 @@ def make_context(backend: str) -> tuple[moderngl.Context, Loader]:
     before = current()
     make_current({})
     try:
-        loader = LOADERS[backend]()
+        name, _, device = backend.partition(":")
+        loader = egl_loader(int(device)) if device else LOADERS[name]()
         try:
             settings: dict[str, Any] = {"context": loader}
             with undisturbed():

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
+import re
 import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Literal, Self, get_args
+from typing import Any, Literal, Self, get_args
 
 import moderngl
 
+from glshadow.core.setting import one_of, optional, whole
 from glshadow.errors import ContextError, GlshadowError, SettingsError
 from glshadow.gl.backends import LOADERS, Loader, make_context
 from glshadow.gl.current import Switch, address, current, make_current
@@ -22,6 +24,9 @@ Backend = Literal["auto", "egl", "osmesa", "window"]
 
 MIN_VERSION = 330
 """OpenGL 3.3 core, as moderngl counts: texture samplers, integer targets, buffer textures."""
+
+DEVICE = re.compile(r"egl:\d{1,3}")
+"""A backend that names one of EGL's devices."""
 
 _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software rasterizer", "swiftshader")
 
@@ -213,13 +218,31 @@ class GLContext:
             self.ctx.release()
 
 
+def backend_of(backend: Any, device: Any) -> Any:
+    """A backend, or EGL on one of its devices.
+
+    Raises
+    ------
+    SettingsError
+        For another name, a device that is no number, and one of another backend than EGL.
+    """
+    if not (isinstance(backend, str) and DEVICE.fullmatch(backend)):
+        backend = one_of(*get_args(Backend))("backend", backend)
+    number = optional(whole(0, 999), "the first")("device", device)
+    if number is None:
+        return backend
+    if backend not in ("auto", "egl"):
+        raise SettingsError(f"device={number} is one of EGL's: leave backend out, got backend={backend!r}")
+    return f"egl:{number}"
+
+
 def open_context(backend: Backend = "auto", context: moderngl.Context | None = None) -> GLContext:
     """Make a headless OpenGL 3.3 context, or adopt one. What was current before is current afterwards.
 
     Parameters
     ----------
     backend
-        "egl", "osmesa" or "window" (hidden); "auto" takes the first of these that works.
+        "egl", "osmesa" or "window" (hidden); "auto" takes the first of these that works; "egl:1" is EGL on its second device.
     context
         A moderngl context of the calling program: used, given back its state after every picture, never released.
 
@@ -231,7 +254,7 @@ def open_context(backend: Backend = "auto", context: moderngl.Context | None = N
         If no backend works: every attempt, its reason and what to do about it. If the given context is too old or is
         not usable on this thread.
     """
-    if backend not in get_args(Backend):
+    if not isinstance(backend, str) or (backend not in get_args(Backend) and not DEVICE.fullmatch(backend)):
         names = ", ".join(repr(name) for name in get_args(Backend))
         raise SettingsError(f"backend must be one of {names}, got {backend!r}")
     if _used_in and _used_in[0] != os.getpid():

@@ -17,6 +17,8 @@ _EXTENSIONS, _VERSION = 0x3055, 0x3054
 _PLATFORM_DEVICE, _PLATFORM_SURFACELESS, _DEVICE = 0x313F, 0x31DD, 0x322C
 _OPENGL_API, _OPENGL_BIT = 0x30A2, 0x0008
 _SURFACE_TYPE, _RENDERABLE_TYPE, _NONE = 0x3033, 0x3040, 0x3038
+_RENDERER, _DRM_DEVICE_FILE = 0x335F, 0x3233
+_MOST_DEVICES = 64
 _CONTEXT_MAJOR, _CONTEXT_MINOR, _PROFILE_MASK, _CORE_BIT = 0x3098, 0x30FB, 0x30FD, 0x1
 
 _Integers = C.POINTER(C.c_int)
@@ -35,6 +37,7 @@ _CORE: dict[str, tuple[Any, ...]] = {
 }
 _EXTRA: dict[str, tuple[Any, ...]] = {
     "eglGetPlatformDisplayEXT": (C.c_void_p, C.c_uint, C.c_void_p, C.c_void_p),
+    "eglQueryDeviceStringEXT": (C.c_char_p, C.c_void_p, C.c_int),
     "eglQueryDevicesEXT": (C.c_uint, C.c_int, C.c_void_p, _Integers),
     "eglQueryDisplayAttribEXT": (C.c_uint, C.c_void_p, C.c_int, C.c_void_p),
 }
@@ -51,8 +54,11 @@ class Egl:
                 calls[name] = C.CFUNCTYPE(*types)(found)
         self._calls = calls
         self._extensions = set((calls["eglQueryString"](None, _EXTENSIONS) or b"").decode().split())
-        self._device = self._first_device()
-        self._display: int | None = None
+        self._devices = self._all_devices()
+        self._device = (
+            self._devices[0] if self._devices else None
+        )  # the one that other programs take too: a GPU where there is one
+        self._displays: dict[int | None, int] = {}  # by device; None: the first that works
         self._choosing = Lock()
 
     def address(self, name: str) -> int:
@@ -60,8 +66,18 @@ class Egl:
         found: int | None = self._calls["eglGetProcAddress"](name.encode())
         return found or 0
 
-    def open(self) -> Callable[[], object]:
+    @property
+    def devices(self) -> list[str]:
+        """What EGL calls its devices, in its order; their numbers are their places."""
+        return [self._named(device) for device in self._devices]
+
+    def open(self, device: int | None = None) -> Callable[[], object]:
         """Make an OpenGL 3.3 core context, current on this thread; returns what destroys it.
+
+        Parameters
+        ----------
+        device : int, optional
+            Which of `devices`; None: the first display that works.
 
         Raises
         ------
@@ -69,7 +85,9 @@ class Egl:
             With the call that failed and EGL's error code.
         """
         with self._choosing:
-            display = self._display = self._display or self._choose()
+            if device not in self._displays:
+                self._displays[device] = self._choose() if device is None else self._of_device(device)
+            display = self._displays[device]
             # Once more where somebody has terminated it; costs nothing where nobody has.
             if not self._calls["eglInitialize"](display, None, None):
                 raise self._failure("eglInitialize")
@@ -119,13 +137,38 @@ class Egl:
     def _is_in_use(self, display: int) -> bool:
         return self._calls["eglQueryString"](display, _VERSION) is not None
 
-    def _first_device(self) -> int | None:
-        """The device that other programs take too: a GPU where there is one. None where EGL cannot say."""
+    def _of_device(self, number: int) -> int:
+        """The display of one device."""
+        of_platform = self._calls.get("eglGetPlatformDisplayEXT")
+        if not (of_platform and self._devices and "EGL_EXT_platform_device" in self._extensions):
+            raise ContextError("this EGL cannot say which devices there are: leave device out")
+        if number >= len(self._devices):
+            names = ", ".join(f"{k}: {name}" for k, name in enumerate(self.devices))
+            raise ContextError(f"there is no device {number}; there are {names}")
+        display: int | None = of_platform(_PLATFORM_DEVICE, self._devices[number], None)
+        if not display:
+            raise self._failure("eglGetPlatformDisplayEXT")
+        return display
+
+    def _all_devices(self) -> list[int]:
+        """None where EGL cannot say."""
         if not self._extensions & {"EGL_EXT_device_base", "EGL_EXT_device_enumeration"}:
-            return None
-        device, count = C.c_void_p(), C.c_int()
-        self._calls["eglQueryDevicesEXT"](1, C.byref(device), C.byref(count))
-        return device.value if count.value else None
+            return []
+        found, count = (C.c_void_p * _MOST_DEVICES)(), C.c_int()
+        self._calls["eglQueryDevicesEXT"](_MOST_DEVICES, found, C.byref(count))
+        return [device for device in found[: count.value] if device]
+
+    def _named(self, device: int) -> str:
+        """Its driver's name or its file, where EGL knows them."""
+        text = self._calls.get("eglQueryDeviceStringEXT")
+        if text is None:
+            return "unnamed"
+        extensions = (text(device, _EXTENSIONS) or b"").decode().split()
+        if "EGL_EXT_device_query_name" in extensions and (name := text(device, _RENDERER)):
+            return str(name.decode(errors="replace"))
+        if "EGL_EXT_device_drm" in extensions and (name := text(device, _DRM_DEVICE_FILE)):
+            return str(name.decode(errors="replace"))
+        return "software" if "EGL_MESA_device_software" in extensions else "unnamed"
 
     def _device_of(self, display: int) -> int | None:
         if not self._extensions & {"EGL_EXT_device_base", "EGL_EXT_device_query"}:

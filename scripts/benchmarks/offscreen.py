@@ -34,7 +34,9 @@ def measure_line(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str,
             continue
         scene, sun = make(), gs.DirectionalLight()
         there, light = pyrender_scene(pyrender, scene, sun)
-        reach = float(np.linalg.norm(scene.bounds[1] - scene.bounds[0]))  # pyrender's clip planes are metres: a chess board has less
+        reach = float(
+            np.linalg.norm(scene.bounds[1] - scene.bounds[0])
+        )  # pyrender's clip planes are metres: a chess board has less
         there.main_camera_node.camera.znear, there.main_camera_node.camera.zfar = 1e-3 * reach, 10.0 * reach
         offscreen, ours = pyrender.OffscreenRenderer(*SIZE), gs.PyrenderRenderer(*SIZE)
         a, _ = offscreen.render(there)

@@ -354,6 +354,7 @@ BROKEN = {"works": False, "reason": "libEGL is missing", "remedy": "apt-get inst
 def test_doctor(monkeypatch, backends, code):
     found = {"glshadow": "0", "python": "3", "platform": "P", "packages": {"numpy": "2", "glfw": None},
              "missing": {"glfw": "pip install 'glshadow[view]'"}, "backends": backends,
+             "devices": [{"number": 0, "name": "card", "works": True, "driver": "D"}],
              "auto": next((name for name, report in backends.items() if report["works"]), None)}  # fmt: skip
     monkeypatch.setattr("glshadow.doctor.examine", lambda: found)
     result = run("doctor", code=code)

@@ -1,0 +1,204 @@
+"""Batches: lines checked before work, faults isolated, what is done kept, processes that die replaced, a cluster that loses a worker."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import glshadow as gs
+from glshadow import image
+from glshadow.batch import Failed, read_jobs, run_batch
+from glshadow.batch.job import parse_job
+from glshadow.batch.run import JOURNAL
+from glshadow.cli import main
+
+FLAT = {"kind": "orthographic", "position": [0, 9, 1], "height": 8}
+SMALL = {"size": [48, 32], "samples": 1}
+
+
+def written(path: Path, *jobs: dict[str, Any]) -> Path:
+    path.write_text("".join(json.dumps({"scene": "courtyard", **SMALL, **job}) + "\n" for job in jobs))
+    return path
+
+
+def test_pictures_are_those_of_render(tmp_path: Path) -> None:
+    sun = {"kind": "sun", "direction": [-1, -2, -1]}
+    jobs = read_jobs(
+        written(
+            tmp_path / "jobs.jsonl",
+            {"output": "a.png", "lights": [sun], "shadow": {"filter": "pcf:1", "resolution": 512}},
+            {
+                "output": "view_{:02d}.png",
+                "cameras": [{"position": [9, 6, 11]}, FLAT],
+            },
+            {"output": "sub/round_{}.png", "orbit": 3, "scene": "landscape:1"},
+        )
+    )
+    done = run_batch(jobs, tmp_path / "out", processes=2)
+    assert (done.drawn, done.kept, done.pictures, done.failed) == (3, 0, 6, ())
+    light = gs.DirectionalLight(direction=(-1, -2, -1), shadow=gs.Shadow(filter=gs.Pcf(1), resolution=512))
+    expected = gs.render(gs.scenes.courtyard(), lights=[light], size=(48, 32))
+    np.testing.assert_array_equal(image.read(tmp_path / "out" / "a.png")[..., :3], expected.image)
+    names = sorted(path.relative_to(tmp_path / "out").as_posix() for path in (tmp_path / "out").rglob("*.png"))
+    assert names == ["a.png", "sub/round_0.png", "sub/round_1.png", "sub/round_2.png", "view_00.png", "view_01.png"]
+    again = run_batch(jobs, tmp_path / "out", processes=1)
+    assert (again.drawn, again.kept) == (0, 3)
+    (tmp_path / "out" / "a.png").unlink()
+    assert run_batch(jobs, tmp_path / "out", processes=1).drawn == 1, "what is missing is drawn"
+    changed = read_jobs(written(tmp_path / "jobs.jsonl", {"output": "a.png", "lights": [sun]}))
+    assert run_batch(changed, tmp_path / "out", processes=1).drawn == 1, "another job of the same name"
+    assert run_batch(changed, tmp_path / "out", processes=1, fresh=True).drawn == 1
+
+
+WRONG: list[tuple[dict[str, Any] | str, str]] = [
+    ("{", "no JSON"), ("[1]", "must be an object"), ({"scene": "courtyard"}, "output is missing"),
+    ({"output": "a.png"}, "scene is missing"),
+    ({"colour": 1}, "'colour': unknown; there are background, cameras"), ({"scene": "nowhere.glb"}, "no such file"),
+    ({"output": "a.bmp"}, "must end in one of"), ({"output": "../a.png"}, "must stay in"), ({"output": "/a.png"}, "must stay in"),
+    ({"output": "a_{}.png"}, "there is one picture"), ({"orbit": 3}, "needs a field"), ({"orbit": 3, "output": "{x}.png"}, "no number's"),
+    ({"size": [0, 3]}, "size must be"), ({"size": "big"}, "size must be"), ({"samples": 3}, "samples must be"),
+    ({"lights": [{"kind": "lamp"}]}, r"lights\[0\].kind must be one of"), ({"lights": [{"kind": "point"}]}, r"lights\[0\]: .*position"),
+    ({"lights": [{"kind": "sun", "colour": 3}]}, r"lights\[0\]: .*colour"), ({"lights": {}}, "lights must be a list"),
+    ({"cameras": [{"fov_y": 300}]}, "fov_y must be"), ({"cameras": 1}, "cameras must be a list"), ({"cameras": [3]}, "must be an object"),
+    ({"shadow": {"filter": "pfc"}}, "is no filter"), ({"shadow": {"colour": 1}}, "'colour' unknown"),
+    ({"shadow": {"target": "r9"}}, "target"),
+    ({"background": [2, 0, 0]}, "background must be"), ({"ground": 1}, "ground must be"), ({"up_axis": "w"}, "up_axis must be"),
+    ({"orbit": 2, "cameras": [{}, {}], "output": "{}.png"}, "do not go together"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("line", "said"), WRONG, ids=range(len(WRONG)))
+def test_what_is_no_job_is_said(tmp_path: Path, line: dict[str, Any] | str, said: str) -> None:
+    if isinstance(line, dict):
+        whole = {"scene": "courtyard", "output": "a.png"} | line
+        if said.endswith("is missing"):
+            whole = line
+        line = json.dumps(whole)
+    with pytest.raises(gs.GlshadowError, match=said):
+        parse_job(line, tmp_path)
+
+
+def test_all_lines_are_checked_before_any_work(tmp_path: Path) -> None:
+    path = tmp_path / "jobs.jsonl"
+    good = json.dumps({"scene": "courtyard", "output": "a.png"})
+    path.write_text(f"# a comment\n{good}\n\n{good}\nnothing\n" + "nothing\n" * 30)
+    done = CliRunner().invoke(main, ["batch", str(path), "-o", str(tmp_path / "out")])
+    assert done.exit_code in (1, 2)
+    assert "jobs.jsonl has 32 lines that are no jobs" in done.stderr
+    assert "line 4: output 'a.png' is also that of line 2" in done.stderr
+    assert "line 5: it is no JSON" in done.stderr
+    assert "and 12 more" in done.stderr
+    assert not (tmp_path / "out").exists()
+    path.write_text("\n")
+    assert "has no job" in CliRunner().invoke(main, ["batch", str(path)]).stderr
+    assert "No such file" in CliRunner().invoke(main, ["batch", str(tmp_path / "none.jsonl")]).stderr
+
+
+def test_a_fault_is_listed_and_no_other_job_fails(tmp_path: Path) -> None:
+    (tmp_path / "broken.glb").write_bytes(b"glTF nothing")
+    jobs = written(
+        tmp_path / "jobs.jsonl", {"output": "a.png"}, {"scene": "broken.glb", "output": "b.png"}, {"output": "c.png"}
+    )
+    out = tmp_path / "out"
+    done = CliRunner().invoke(main, ["batch", str(jobs), "-o", str(out), "--processes", "1", "--json"])
+    assert done.exit_code == 1
+    report = json.loads(done.stdout)
+    assert (report["drawn"], report["pictures"]) == (2, 2)
+    (failed,) = report["failed"]
+    assert failed["output"] == "b.png"
+    assert "broken.glb" in failed["reason"]
+    assert (out / "a.png").is_file()
+    assert (out / "c.png").is_file()
+    again = CliRunner().invoke(main, ["batch", str(jobs), "-o", str(out), "--processes", "1"])
+    assert "2 kept, 1 failed" in again.stderr, "what failed is tried anew"
+    checked = CliRunner().invoke(main, ["batch", str(jobs), "--check", "--json"])
+    assert json.loads(checked.stdout)["pictures"] == 3
+
+
+def test_a_process_that_dies_takes_one_job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from glshadow.batch import run
+
+    jobs = read_jobs(written(tmp_path / "jobs.jsonl", *({"output": f"{k}.png"} for k in range(4))))
+    begun = run._Worker.begin
+
+    def begin(worker: Any, job: Any) -> None:
+        begun(worker, job)
+        if job.output == "1.png":
+            os.kill(worker._process.pid, signal.SIGKILL)
+
+    monkeypatch.setattr(run._Worker, "begin", begin)
+    done = run_batch(jobs, tmp_path / "out", processes=1)
+    assert done.drawn == 3
+    (failed,) = done.failed
+    assert isinstance(failed, Failed)
+    assert (failed.job.output, "signal 9" in failed.reason) == ("1.png", True)
+    monkeypatch.undo()
+    assert run_batch(jobs, tmp_path / "out", processes=1).kept == 3
+
+
+@pytest.mark.slow
+def test_killed_it_goes_on_where_it_was(tmp_path: Path) -> None:
+    """The whole command by SIGKILL: no picture is cut, and the next run draws the rest alone."""
+    jobs = written(tmp_path / "jobs.jsonl", *({"output": f"{k}.png"} for k in range(60)))
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "glshadow", "batch", str(jobs), "-o", str(out), "--processes", "1"]
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL, start_new_session=True) as process:
+        until = time.monotonic() + 30.0
+        while len(list(out.glob("*.png"))) < 5 and time.monotonic() < until:
+            time.sleep(0.01)
+        os.killpg(process.pid, signal.SIGKILL)
+    there = {path.name for path in out.glob("*.png")}
+    for name in there:
+        assert image.read(out / name).shape[:2] == (32, 48)
+    done = run_batch(read_jobs(jobs), out, processes=1)
+    assert done.kept >= len(there) - 1, "a picture may be in place before its line is"
+    assert done.kept + done.drawn == 60
+    assert len(list(out.glob("*.png"))) == 60
+    assert len((out / JOURNAL).read_text().splitlines()) == 60
+
+
+@pytest.mark.slow
+def test_a_cluster_that_loses_a_worker(tmp_path: Path) -> None:
+    """Two workers in processes of their own, one killed midway: nothing lost, nothing twice."""
+    distributed = pytest.importorskip("distributed")
+    lines = ({"output": f"{k:02d}.png", "lights": [{"direction": [-1, -2 - k, -1]}]} for k in range(40))
+    jobs = read_jobs(written(tmp_path / "jobs.jsonl", *lines))
+    killed: list[int] = []
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+    ) as cluster:
+        pids = [worker.pid for worker in cluster.workers.values()]
+
+        def progress(done: int, total: int, name: str) -> None:
+            if done == 10 and not killed:
+                killed.append(pids[0])
+                os.kill(pids[0], signal.SIGKILL)
+
+        done = run_batch(jobs, tmp_path / "out", dask=cluster.scheduler_address, progress=progress)
+    assert killed
+    assert done.failed == ()
+    assert done.drawn == 40
+    keys = [json.loads(line)["key"] for line in (tmp_path / "out" / JOURNAL).read_text().splitlines()]
+    assert len(keys) == len(set(keys)) == 40
+    assert len(list((tmp_path / "out").glob("*.png"))) == 40
+    assert not [path for path in (tmp_path / "out").iterdir() if path.suffix not in (".png", ".jsonl")]
+
+
+def test_no_scheduler_and_no_opengl_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed")
+    jobs = read_jobs(written(tmp_path / "jobs.jsonl", {"output": "a.png"}))
+    monkeypatch.setattr("glshadow.batch.cluster.ANSWERS_S", 0.5)
+    with pytest.raises(gs.SettingsError, match="no Dask scheduler answers at"):
+        run_batch(jobs, tmp_path / "out", dask="tcp://127.0.0.1:1")
+    with pytest.raises(gs.ResourceError, match="a process of the batch has no OpenGL"):
+        run_batch(jobs, tmp_path / "out", processes=1, backend="window")
