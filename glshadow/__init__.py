@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from glshadow.scene.load import load
     from glshadow.view.compare import Compared, Comparison, compare
     from glshadow.view.explore import Explorer, explore
+    from glshadow.web.export import export_page
 
 __version__ = "0.1.0"  # here only: pyproject.toml reads it
 
@@ -79,6 +80,7 @@ _LAZY = {
     "Used": "glshadow.core.used",
     "compare": "glshadow.view.compare",
     "explore": "glshadow.view.explore",
+    "export_page": "glshadow.web.export",
     "flip": "glshadow.measure.flip",
     "load": "glshadow.scene.load",
     "render": "glshadow.renderer",
@@ -171,6 +173,7 @@ __all__ = [
     "batch",
     "compare",
     "explore",
+    "export_page",
     "flip",
     "forward",
     "image",

@@ -113,6 +113,7 @@ install_test_programs() {
     has_library libOSMesa.so.8 libOSMesa.so.6 libOSMesa.so || missing+=(libosmesa6)
     command -v Xvfb >/dev/null || missing+=(xvfb)
     command -v xdotool >/dev/null || missing+=(xdotool)
+    command -v chromium >/dev/null || command -v google-chrome >/dev/null || missing+=(chromium)
     command -v glslangValidator >/dev/null || missing+=(glslang-tools)
     if [[ ${#missing[@]} -eq 0 ]]; then return 0; fi
     if [[ ${CI:-} == true ]]; then

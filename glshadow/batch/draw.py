@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ from typing import Any
 from glshadow.batch.job import Job
 from glshadow.core.orbit import orbit
 from glshadow.core.shadow import Shadow
-from glshadow.errors import GlshadowWarning
+from glshadow.errors import listening
 from glshadow.scene.mesh import Scene
 
 
@@ -41,8 +40,8 @@ class Drawer:
         GlshadowError
             As of `load`, `render` and `save`.
         """
-        with warnings.catch_warnings(record=True) as said:
-            warnings.simplefilter("always", GlshadowWarning)
+        said: list[str] = []
+        with listening(said.append):
             start = time.perf_counter()
             scene = self._loaded(job)
             loaded = time.perf_counter()
@@ -62,8 +61,7 @@ class Drawer:
                 )
                 path.parent.mkdir(parents=True, exist_ok=True)
                 frame.save(path)
-        texts = tuple(dict.fromkeys(str(each.message) for each in said if issubclass(each.category, GlshadowWarning)))
-        return Drawn(loaded - start, time.perf_counter() - loaded, texts)
+        return Drawn(loaded - start, time.perf_counter() - loaded, tuple(dict.fromkeys(said)))
 
     def _loaded(self, job: Job) -> Scene:
         key = (job.scene, job.ground, job.up_axis)

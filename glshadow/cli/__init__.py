@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from glshadow import __version__
-from glshadow.cli import batch, doctor, measure, plan, render, study, view
+from glshadow.cli import batch, doctor, export, measure, plan, render, study, view
 from glshadow.cli.running import exit_code, one_line, say, terminable
 
 
@@ -35,6 +35,7 @@ def main() -> None:
     glshadow study model.glb -o folder          speed against error of many settings, as a page
     glshadow plan model.glb --wrong 0.1%        the cheapest settings for that error
     glshadow batch jobs.jsonl -o folder         many pictures, in processes or on a cluster
+    glshadow export model.glb -o page           a page for browsers: WebGL 1, one file
     glshadow view model.glb                     a window: turn it, light it, see where it is wrong
     glshadow doctor                             what works on this machine
 
@@ -47,5 +48,6 @@ main.add_command(measure.command, "measure")
 main.add_command(study.command, "study")
 main.add_command(plan.command, "plan")
 main.add_command(batch.command, "batch")
+main.add_command(export.command, "export")
 main.add_command(view.command, "view")
 main.add_command(doctor.command, "doctor")

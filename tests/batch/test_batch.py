@@ -154,16 +154,16 @@ def test_killed_it_goes_on_where_it_was(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "glshadow", "batch", str(jobs), "-o", str(out), "--processes", "1"]
     with subprocess.Popen(command, stderr=subprocess.DEVNULL, start_new_session=True) as process:
         until = time.monotonic() + 30.0
-        while len(list(out.glob("*.png"))) < 5 and time.monotonic() < until:
+        while len(list(out.glob("[0-9]*.png"))) < 5 and time.monotonic() < until:
             time.sleep(0.01)
         os.killpg(process.pid, signal.SIGKILL)
-    there = {path.name for path in out.glob("*.png")}
+    there = {path.name for path in out.glob("[0-9]*.png")}
     for name in there:
         assert image.read(out / name).shape[:2] == (32, 48)
     done = run_batch(read_jobs(jobs), out, processes=1)
     assert done.kept >= len(there) - 1, "a picture may be in place before its line is"
     assert done.kept + done.drawn == 60
-    assert len(list(out.glob("*.png"))) == 60
+    assert len(list(out.glob("[0-9]*.png"))) == 60
     assert len((out / JOURNAL).read_text().splitlines()) == 60
 
 
@@ -190,7 +190,7 @@ def test_a_cluster_that_loses_a_worker(tmp_path: Path) -> None:
     assert done.drawn == 40
     keys = [json.loads(line)["key"] for line in (tmp_path / "out" / JOURNAL).read_text().splitlines()]
     assert len(keys) == len(set(keys)) == 40
-    assert len(list((tmp_path / "out").glob("*.png"))) == 40
+    assert len(list((tmp_path / "out").glob("[0-9]*.png"))) == 40
     assert not [path for path in (tmp_path / "out").iterdir() if path.suffix not in (".png", ".jsonl")]
 
 

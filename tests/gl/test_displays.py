@@ -57,8 +57,8 @@ def end_display(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], None]]
     monkeypatch.setattr(backends, "load_egl", lambda _: shared)
 
     def end() -> None:
-        assert shared._display
-        assert terminate(shared._display)
+        assert shared._displays[None]
+        assert terminate(shared._displays[None])
 
     yield end
     assert current() == {}
@@ -132,7 +132,7 @@ backends.load_egl = lambda _: old
 import glshadow as gs
 with gs.Renderer("egl") as renderer:
     assert renderer.render(gs.scenes.box().scene, size=(48, 32)).image.any()
-assert old._display == old._calls["eglGetDisplay"](None)
+assert old._displays[None] == old._calls["eglGetDisplay"](None)
 """
 
 

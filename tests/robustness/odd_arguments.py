@@ -238,7 +238,8 @@ REQUIRED: dict[str, Any] = {
 # Made by glshadow, not by its callers; and what raises, names or draws. The renderer's arguments have tests of their own.
 NOT_BUILT = {
     "AlphaMode", "Camera", "Faces", "Flip", "Frame", "Renderer", "Score", "ShadowError", "ShadowView", "Target", "Truth", "Used", "flip",
-    "Caster", "Compared", "Comparison", "PyrenderRenderer", "ShadowMap", "Explorer", "compare", "explore", "measure", "render", "trace",
+    "Caster", "Compared", "Comparison", "PyrenderRenderer", "ShadowMap", "Explorer", "compare", "explore", "export_page",
+    "measure", "render", "trace",
 }  # fmt: skip
 
 

@@ -1,0 +1,219 @@
+"""Writes the page: geometry, programs and everything that does not change, in one file that needs no server."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from glshadow.core.bias import ReceiverPlaneBias
+from glshadow.core.cameras import Camera
+from glshadow.core.compare import map_uniforms, rounding_of
+from glshadow.core.filters import FILTERS, Filter, Pcf
+from glshadow.core.lights import DirectionalLight, Light, Lights, RectLight, SkyLight
+from glshadow.core.look import BACKGROUND
+from glshadow.core.metric import Target
+from glshadow.core.setting import as_path, instance, one_of, optional, whole
+from glshadow.core.shadow import Shadow
+from glshadow.core.spaces import Array, ClipSpace, world_positions
+from glshadow.core.view import ShadowView, kind_of, shadow_views
+from glshadow.errors import ResourceError, SettingsError, warn
+from glshadow.files import replacing
+from glshadow.gl.atlases import layout
+from glshadow.gl.caster import metric_uniform
+from glshadow.gl.lighting import light_uniforms, light_view
+from glshadow.scene.arguments import picture_arguments
+from glshadow.scene.mesh import Scene
+from glshadow.shader.compose import compose
+from glshadow.shader.slots import mapped_defines, mapped_slots, metric_slot
+
+MOST_TRIANGLES = 2_000_000  # 144 bytes each as text in the page
+AMBIENT = 0.2  # linear, from everywhere
+CLIP = ClipSpace(zero_to_one=False, reversed=False)  # WebGL's
+MAP_SIDE = 4096  # what WebGL 1 devices have
+
+
+def export_page(
+    scene: Any,
+    folder: str | os.PathLike[str],
+    camera: Camera | None = None,
+    lights: Lights = None,
+    resolution: int = 1024,
+    filter: Filter | None = None,
+    target: str = "packed",
+) -> Path:
+    """A page that shows a scene with the shadow of its first light that casts, turned by mouse and touch, the map on `d`.
+
+    Parameters
+    ----------
+    scene : Scene, or whatever `load` takes
+        Base colours and triangles; textures, blending and smooth normals are left out.
+    folder : path
+        Where `index.html` goes; made if it is not there.
+    camera, lights
+        As in `Renderer.render`.
+    resolution : int
+        Of a view's map, 1 to 2048.
+    filter : Filter, optional
+        One that compares and needs no depth texture; None: Pcf(1).
+    target : {"packed", "unorm8"}
+        What the map stores: a metric in the four bytes of a pixel, or in one.
+
+    Returns
+    -------
+    Path
+        Of the page.
+
+    Raises
+    ------
+    SettingsError
+        If no sun, spot or point light casts, or the filter cannot be asked in WebGL 1.
+    ResourceError
+        For more than two million triangles, and a folder that cannot be written.
+    """
+    if not isinstance(scene, Scene):
+        from glshadow.scene.load import load
+
+        scene = load(scene)
+    camera, lights, _ = picture_arguments(scene, camera, lights, (640, 360))
+    resolution = whole(1, 2048, unit="texels")("resolution", resolution)
+    filter = optional(instance(Filter), "Pcf(1)")("filter", filter) or Pcf(1)
+    target = one_of("packed", "unorm8")("target", target)
+    if not filter.snippet or filter.encoding or filter.obeys_size:
+        usable = ", ".join(
+            kind.spelling for kind in FILTERS if kind.snippet and not kind().encoding and not kind().obeys_size
+        )
+        raise SettingsError(f"filter {filter} cannot be asked in WebGL 1; these can: {usable}")
+    casting = [each for each in lights if each.shadow is not None and not isinstance(each, RectLight | SkyLight)]
+    if not casting:
+        raise SettingsError("there is no sun, spot or point light that casts: a page shows the shadow of one")
+    if len(lights) > 1:
+        warn(f"the page shows one light of {len(lights)}: {casting[0]!r}")
+    triangles = sum(len(node.mesh.triangles) for node in scene.nodes)
+    if triangles > MOST_TRIANGLES:
+        raise ResourceError(
+            f"{triangles} triangles are more than a page holds ({MOST_TRIANGLES}): export a simpler model"
+        )
+    data = _described(scene, camera, casting[0], resolution, filter, Target.RGBA8 if target == "packed" else Target.R8)
+    text = files("glshadow.web").joinpath("page.html").read_text(encoding="utf-8")
+    path = as_path("folder", folder) / "index.html"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ResourceError(f"{path.parent} cannot be made: {error.strerror}") from None
+    page = text.replace("$NAME$", _safe(scene.name)).replace('"$DATA$"', json.dumps(data).replace("</", "<\\/"))
+    with replacing(path) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+    return path
+
+
+def _described(
+    scene: Scene, camera: Camera, light: Light, resolution: int, filter: Filter, target: Target
+) -> dict[str, Any]:
+    low, high = scene.bounds
+    origin = 0.5 * (low + high)  # what the page's numbers count from: its floats are 32 bits
+    corners, normals, nodes, first = [], [], [], 0
+    for node in scene.nodes:
+        mesh = node.mesh
+        places = world_positions(mesh.positions.astype(np.float64), node.world_from_mesh, origin)[mesh.triangles]
+        normal = np.cross(places[:, 1] - places[:, 0], places[:, 2] - places[:, 0])
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        corners.append(places.reshape(-1, 3))
+        normals.append(np.repeat(normal / np.where(length > 0.0, length, 1.0), 3, axis=0))
+        nodes.append(
+            {
+                "first": first,
+                "count": 3 * len(mesh.triangles),
+                "color": list(mesh.material.color[:3]),
+                "casts": node.casts,
+            }
+        )
+        first += 3 * len(mesh.triangles)
+    boxes = scene.corners
+    guard = int(np.ceil(filter.reach_texels)) + 1
+    views = shadow_views(
+        light, list(boxes), boxes[[node.casts for node in scene.nodes]].reshape(-1, 3), CLIP, resolution, guard
+    )
+    if not views:
+        raise SettingsError("the light reaches nothing of the scene")
+    placed, size = layout(views, MAP_SIDE)
+    shadow = light.shadow or Shadow()
+    bias = shadow.bias or ReceiverPlaneBias()
+    slots = mapped_slots(kind_of(light), target, bias, filter, "metric")
+    defines = {**mapped_defines(kind_of(light), target, bias, filter, False, True), "GLS_OUTPUT": 2}
+    away = 0.0 if isinstance(light, DirectionalLight) else float(np.linalg.norm(np.asarray(light.position) - origin))
+    reach = float(np.abs(high - low).max()) + away
+    moved = np.eye(4)
+    moved[:3, 3] = origin  # world from the page's coordinates
+    lv = light_view(light, placed) @ moved
+    uniforms = {**light_uniforms(light), **map_uniforms(placed, size, target, bias, filter, rounding_of(reach))}
+    uniforms |= {
+        "u_ambient": (AMBIENT,) * 3,
+        "u_strength": shadow.strength,
+        "u_lv_from_mesh": lv,
+        "u_normal_lv_from_mesh": lv[:3, :3],
+    }
+    packed: dict[str, int | str] = {"GLS_METRIC": 1, "GLS_PACKED": int(target is Target.RGBA8)}
+    return {
+        "geometry": _encoded(np.concatenate(corners)),
+        "normals": _encoded(np.concatenate(normals)),
+        "nodes": nodes,
+        "radius": 0.5 * float(np.linalg.norm(high - low)) or 1.0,
+        "background": list(BACKGROUND),
+        "camera": _camera(camera, origin),
+        "packed": target is Target.RGBA8,
+        "map": {"size": list(size), "views": [_view(view, moved) for view in placed]},
+        "caster": [
+            _text("pass/caster.vert", {}, packed),
+            _text("pass/caster.frag", {"metric": metric_slot(kind_of(light))}, packed),
+        ],
+        "receiver": [_text("pass/forward.vert", slots, defines), _text("pass/forward.frag", slots, defines)],
+        "uniforms": {name: _plain(value) for name, value in uniforms.items()},
+        "lv": lv.tolist(),
+    }
+
+
+def _text(name: str, slots: Mapping[str, str], defines: Mapping[str, int | str]) -> str:
+    used = slots if name.endswith(".frag") else {}
+    known = compose(name, "es100", used).declared
+    return compose(name, "es100", used, {key: value for key, value in defines.items() if key in known}).code
+
+
+def _view(view: ShadowView, moved: Array) -> dict[str, Any]:
+    return {
+        "tile": list(view.tile), "resolution": view.resolution, "clip": _plain(view.clip_from_world @ moved),
+        "view": _plain(view.view_from_world @ moved), "metric": list(metric_uniform(view, 0.0)),
+    }  # fmt: skip
+
+
+def _camera(camera: Camera, origin: Array) -> dict[str, Any]:
+    bottom, top = camera.window((1000, 1000))[2:]
+    return {
+        "position": (np.asarray(camera.position) - origin).tolist(), "target": (np.asarray(camera.target) - origin).tolist(),
+        "up": list(camera.up), "tangent": 0.5 * float(top - bottom), "perspective": camera.is_perspective,
+    }  # fmt: skip
+
+
+def _plain(value: Any) -> Any:
+    """Numbers, and lists of them; matrices as OpenGL stores them."""
+    if isinstance(value, bytes):
+        return np.frombuffer(value, np.float32).tolist()
+    if isinstance(value, np.ndarray):
+        return value.T.astype(np.float64).ravel().tolist()
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _encoded(values: Array) -> str:
+    return base64.b64encode(values.astype("<f4").tobytes()).decode()
+
+
+def _safe(name: str) -> str:
+    from html import escape
+
+    return escape(name)

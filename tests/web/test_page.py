@@ -1,0 +1,122 @@
+"""The exported page in a real browser: its pixels beside ours, its stored metric beside our map's, and what is refused."""
+
+from __future__ import annotations
+
+import base64
+import re
+import subprocess
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from shutil import which
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import glshadow as gs
+from glshadow.cli import main
+from glshadow.core.metric import unpack
+
+SIZE = (240, 150)
+SCENE = gs.scenes.courtyard()
+LIGHTS: dict[str, gs.Light] = {
+    "sun": gs.DirectionalLight(direction=(-0.55, -0.8, 0.35)),
+    "spot": gs.SpotLight(position=(7.0, 9.0, 6.0), direction=(-7.0, -9.0, -6.0), outer_angle=40.0, inner_angle=40.0),
+    "point": gs.PointLight(position=(1.0, 6.0, 2.0)),
+}
+
+
+@pytest.fixture
+def browser(optional: Callable[[str, str], None], tmp_path: Path) -> Callable[[Path, str], str]:
+    program = which("chromium") or which("chromium-browser") or which("google-chrome")
+    if program is None:
+        optional("Chromium", "chromium")
+
+    def shown(page: Path, fragment: str) -> str:
+        command = [
+            str(program), "--headless", "--no-sandbox", "--disable-gpu-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+            f"--user-data-dir={tmp_path / 'profile'}", "--virtual-time-budget=20000", "--dump-dom", f"{page.resolve().as_uri()}#{fragment}",
+        ]  # fmt: skip
+        done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+        assert 'id="error"' not in done.stdout, re.findall(r'id="error">(.*?)<', done.stdout)
+        return done.stdout
+
+    return shown
+
+
+def pixels_of(page: str, name: str, width: int) -> np.ndarray:
+    """(H, W, 4) uint8, row 0 at the top."""
+    found = re.search(rf'<pre id="{name}">(.*?)</pre>', page)
+    assert found, page[-500:]
+    data = np.frombuffer(base64.b64decode(found[1]), np.uint8)
+    return data.reshape(-1, width, 4)[::-1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", list(LIGHTS))
+def test_a_browser_shows_what_we_render(browser: Callable[[Path, str], str], tmp_path: Path, name: str) -> None:
+    light = replace(
+        LIGHTS[name], shadow=gs.Shadow(filter=gs.Pcf(1), resolution=512, target=gs.Target.RGBA8, fit=gs.SceneFit())
+    )
+    path = gs.export_page(SCENE, tmp_path / "page", lights=[light], resolution=512)
+    page = browser(path, f"test{SIZE[0]}x{SIZE[1]}")
+    theirs = pixels_of(page, "pixels", SIZE[0])
+    with gs.Renderer("egl") as renderer:
+        ours = renderer.render(SCENE, None, [light], SIZE, ambient=0.2, outputs=("image", "visibility"))
+        dark = renderer.render(SCENE, None, [replace(light, shadow=None)], SIZE, ambient=0.2, outputs=("image",))
+    gap = np.abs(theirs[..., :3].astype(int) - ours.image).max(axis=-1)
+    # another rasteriser, another map: edges of triangles and of shadows; everywhere else the same shading
+    assert np.median(gap) <= 1
+    assert (gap > 4).mean() < 0.04
+    shadow = np.abs(ours.image.astype(int) - dark.image).max(axis=-1) > 30
+    assert shadow.mean() > 0.01
+    assert (gap[shadow] <= 4).mean() > 0.8
+    # the metric of the map itself: the share of texels that a caster covers, and its spread
+    stored = pixels_of(
+        page, "map", 512 if name != "point" else int(re.findall(r'"size": \[(\d+)', path.read_text())[0])
+    )
+    metric = unpack(stored / 255.0)
+    assert 0.0 <= metric.min() < 0.95
+    assert metric.max() > 0.99, "nothing there: the far end"
+    assert len(np.unique(metric)) > 1000
+
+
+@pytest.mark.slow
+def test_one_byte_shows_much_the_same(browser: Callable[[Path, str], str], tmp_path: Path) -> None:
+    pages = {
+        target: browser(gs.export_page(SCENE, tmp_path / target, lights=[LIGHTS["sun"]], target=target), "test120x80")
+        for target in ("packed", "unorm8")
+    }
+    one, other = (pixels_of(page, "pixels", 120)[..., :3].astype(int) for page in pages.values())
+    assert (np.abs(one - other).max(axis=-1) > 8).mean() < 0.06
+    assert len(np.unique(pixels_of(pages["unorm8"], "map", 1024)[..., 0])) > 20
+
+
+def test_the_command_writes_one_file_that_needs_nothing_else(tmp_path: Path) -> None:
+    done = CliRunner().invoke(
+        main, ["export", "-o", str(tmp_path / "a" / "page"), "--filter", "pcf:2", "--light", "spot:6,6,6:-1,-1,-1"]
+    )
+    assert done.exit_code == 0, done.output
+    (page,) = (tmp_path / "a" / "page").iterdir()
+    text = page.read_text()
+    assert page.name == "index.html"
+    assert not re.findall(r"(?:src|href)=", text), "nothing is fetched"
+    assert "#version 100" in text
+    assert "<title>courtyard</title>" in text
+
+
+def test_what_is_refused(tmp_path: Path) -> None:
+    for filter_ in (gs.Exact(), gs.Evsm(), gs.Pcss()):
+        with pytest.raises(gs.SettingsError, match="cannot be asked in WebGL 1; these can: hard"):
+            gs.export_page(SCENE, tmp_path, filter=filter_)
+    with pytest.raises(gs.SettingsError, match="no sun, spot or point light that casts"):
+        gs.export_page(SCENE, tmp_path, lights=[gs.SkyLight()])
+    with pytest.raises(gs.SettingsError, match="target must be"):
+        gs.export_page(SCENE, tmp_path, target="float")
+    with pytest.warns(gs.GlshadowWarning, match="shows one light of 2"):
+        gs.export_page(SCENE, tmp_path, lights=[LIGHTS["sun"], LIGHTS["point"]])
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    with pytest.raises(gs.ResourceError, match="cannot be made"):
+        gs.export_page(SCENE, blocked / "page")
