@@ -1,7 +1,7 @@
 """A light that has a size. Look at: sharp where the caster touches the ground, wider the farther it is away, and no grain anywhere.
 
 Above a point at infinity, a sun of 4 degrees by percentage closer soft shadows, and by 64 points asked of the triangles; below its truth,
-256 rays a pixel, and 10 times the error of the two.
+144 rays a pixel, and 10 times the error of the two.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ with gs.Renderer() as renderer:
     outputs = ("image", "visibility", "triangle")
     frames = {name: renderer.render(scene, camera, [light], SIZE, outputs=outputs) for name, light in lights.items()}
 
-truth = gs.trace(scene, camera, [sun], SIZE, light_samples=256, surface=frames["Exact()"].triangle)
+truth = gs.trace(scene, camera, [sun], SIZE, light_samples=144, surface=frames["Exact()"].triangle)
 greys = [np.nan_to_num(truth.visibility[0])]
 for name in ("Pcss()", "Exact()"):
     error = gs.measure(frames[name], truth)

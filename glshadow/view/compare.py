@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.budget import times_of
-from glshadow.core.area import traced_points
+from glshadow.core.area import has_size, traced_points
 from glshadow.core.cameras import Camera
 from glshadow.core.filters import FILTERS, Filter
 from glshadow.core.lights import Light, Lights
@@ -63,6 +63,8 @@ class Compared:
     @property
     def caption(self) -> str:
         """Time and error in a few words."""
+        if any(map(has_size, self.frame.lights)):  # nothing of a penumbra is wrong or right
+            return f"{self.ms:.1f} ms, off by {self.error.mean:.4f}, in penumbrae {self.error.penumbra:.3f}"
         grain = f", grain {self.error.grain:.2%}" if self.error.grain > self.error.wrong else ""
         return f"{self.ms:.1f} ms, wrong {self.error.wrong:.3%}{grain}"
 
@@ -232,11 +234,11 @@ def _parts(rows: Picture, size: tuple[int, int], light: int) -> tuple[Picture, P
 
 
 LEGEND = {
-    Outcome.EDGE: "wrong at a true edge: the price of the resolution",
+    Outcome.EDGE: "edge off by a texel",
     Outcome.ACNE: "acne: lit drawn dark",
     Outcome.LEAK: "leak: dark drawn lit",
-    Outcome.GRAIN: "grain: off by more than 1/16",
-    Outcome.NOT_COUNTED: "not counted: silhouettes, creases, grazing light",
+    Outcome.GRAIN: "grain: off by 1/16",
+    Outcome.NOT_COUNTED: "not counted",
 }
 
 

@@ -58,10 +58,9 @@ def test_it_shows_what_it_promises(executed: tuple[str, dict[str, Any]]) -> None
         assert float(wrong["r8"]) > float(wrong["depth32f"])
         assert sum("view 0: 512 x 512" in page for page in html) == 3
     elif name == "soft_light":
-        found = {
-            way: float(share)
-            for way, share in re.findall(r"^(\S[\w ]*?)  +[\d.]+ ms, wrong ([\d.]+)%", said, re.MULTILINE)
-        }
+        lines = re.findall(r"^(\S[\w ]*?)  +[\d.]+ ms, off by ([\d.]+)", said, re.MULTILINE)
+        found = {way: float(off) for way, off in lines}
+        assert len(found) == 4
         assert found["Exact"] == min(found.values())
         assert shown(notebook, "application/vnd.jupyter.widget-view+json"), "the controls"
         assert shown(notebook, "image/png")
