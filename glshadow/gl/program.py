@@ -43,15 +43,8 @@ class _Linked:
         """Numbers, tuples, float64 arrays (matrices row-major, as everywhere in Python) and raw bytes to uniforms."""
         for name, value in values.items():
             member = self._members.get(name)
-            if member is None:
-                continue
-            if isinstance(value, bytes):
-                # the compiler may drop an array's last elements
-                member.write(value[: 4 * member.dimension * member.array_length])
-            elif isinstance(value, np.ndarray):
-                member.write(np.ascontiguousarray(value.T, dtype=np.float32).tobytes())
-            else:
-                member.value = value
+            if member is not None:
+                set_uniform(member, value)
 
     def write(self, name: str, data: bytes) -> None:
         """Raw float32 bytes to a uniform, if it is there."""
@@ -74,6 +67,17 @@ class _Linked:
         """Take the sampler objects off its units: they would override the filter of what is bound there next."""
         if self._units:
             self.gl.ctx.clear_samplers(0, len(self._units))
+
+
+def set_uniform(member: Any, value: Any) -> None:
+    """A number, a tuple, a float64 array (matrices row-major) or raw bytes to a moderngl.Uniform."""
+    if isinstance(value, bytes):
+        # the compiler may drop an array's last elements
+        member.write(value[: 4 * member.dimension * member.array_length])
+    elif isinstance(value, np.ndarray):
+        member.write(np.ascontiguousarray(value.T, dtype=np.float32).tobytes())
+    else:
+        member.value = value
 
 
 class Program(_Linked):

@@ -28,7 +28,7 @@ from glshadow.gl.caster import Map
 from glshadow.gl.context import open_context
 from glshadow.gl.lighting import light_uniforms, light_view
 from glshadow.gl.moments import Moments
-from glshadow.gl.program import Programs
+from glshadow.gl.program import Programs, set_uniform
 from glshadow.gl.sources.mapped import map_defines, map_slots, uniforms_of
 from glshadow.shader.compose import compose
 
@@ -275,14 +275,8 @@ class ShadowMap:
         }
         for key, value in values.items():
             member = program.get(f"{name}_{key}", None)
-            if not isinstance(member, moderngl.Uniform):
-                continue
-            if isinstance(value, bytes):
-                member.write(value[: 4 * member.dimension * member.array_length])
-            elif isinstance(value, np.ndarray):
-                member.write(np.ascontiguousarray(value.T, dtype=np.float32).tobytes())
-            else:
-                member.value = value
+            if isinstance(member, moderngl.Uniform):
+                set_uniform(member, value)
         texture = shadow_map.atlas.texture
         if not shadow_map.filter.encoding:
             # of the texture itself: no sampler object stays behind on the unit
