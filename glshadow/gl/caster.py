@@ -65,18 +65,8 @@ def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light:
     atlas.framebuffer.use()
     draws = 0
     for view in shadow_map.views:
-        context.gl.clip_control(view.clip.zero_to_one) if context.caps.clip_control else None
-        ctx.depth_func = ">=" if view.clip.reversed else "<="
-        ctx.enable_only(moderngl.DEPTH_TEST)
-        ctx.depth_clamp_range = (0.0, 1.0)
-        factor, units = settings.bias.polygon_offset
-        ctx.polygon_offset = (view.clip.sign * factor, view.clip.sign * units)
-        atlas.framebuffer.viewport = (*view.tile, view.resolution, view.resolution)
-        side = view.resolution + 2 * view.gutter
-        cleared = (view.tile[0] - view.gutter, view.tile[1] - view.gutter, side, side)
         atlas.framebuffer.depth_mask = channel is None or sum(channel.depth_range) > atlas.unused_depth
-        far = view.clip.clear_depth if channel is None else 1.0
-        atlas.framebuffer.clear(1.0, 1.0, 1.0, 1.0, depth=far, viewport=cleared)
+        begin_view(context, atlas, view, settings, view.clip.clear_depth if channel is None else 1.0)
         atlas.framebuffer.depth_mask = True
         if channel is not None:  # depth is the fragment's, and grows away in every convention
             atlas.unused_depth = channel.depth_range[0]
@@ -93,6 +83,21 @@ def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light:
     ctx.enable_only(moderngl.NOTHING)
     atlas.drawn[tiles] = source
     return draws
+
+
+def begin_view(context: GLContext, atlas: Atlas, view: ShadowView, settings: CasterSettings, far: float) -> None:
+    """The state in which a view's casters are drawn into its tile, which is cleared, with its gutter, to a depth."""
+    ctx = context.ctx
+    context.gl.clip_control(view.clip.zero_to_one) if context.caps.clip_control else None
+    ctx.depth_func = ">=" if view.clip.reversed else "<="
+    ctx.enable_only(moderngl.DEPTH_TEST)
+    ctx.depth_clamp_range = (0.0, 1.0)
+    factor, units = settings.bias.polygon_offset
+    ctx.polygon_offset = (view.clip.sign * factor, view.clip.sign * units)
+    atlas.framebuffer.viewport = (*view.tile, view.resolution, view.resolution)
+    side = view.resolution + 2 * view.gutter
+    cleared = (view.tile[0] - view.gutter, view.tile[1] - view.gutter, side, side)
+    atlas.framebuffer.clear(1.0, 1.0, 1.0, 1.0, depth=far, viewport=cleared)
 
 
 def _source(scene: GpuScene, light: Light, shadow_map: Map) -> tuple[Hashable, ...]:

@@ -24,7 +24,7 @@ from glshadow.core.spaces import Array
 from glshadow.core.view import ShadowView, shadow_views
 from glshadow.errors import SettingsError
 from glshadow.gl.atlases import Atlas, layout
-from glshadow.gl.caster import Map
+from glshadow.gl.caster import Map, begin_view
 from glshadow.gl.context import open_context
 from glshadow.gl.lighting import light_uniforms, light_view
 from glshadow.gl.moments import Moments
@@ -197,9 +197,8 @@ class ShadowMap:
         with context.drawing():
             try:
                 for view in shadow_map.views:
-                    self._begin(view, shadow_map)
-                    factor, units = settings.bias.polygon_offset
-                    ctx.polygon_offset = (view.clip.sign * factor, view.clip.sign * units)
+                    begin_view(context, atlas, view, settings, view.clip.clear_depth)
+                    atlas.framebuffer.use()
                     casters(Caster(view.clip_from_world, self._caster))
                     context.check_errors("drawing casters into a shadow map")
             finally:
@@ -210,19 +209,6 @@ class ShadowMap:
             if shadow_map.filter.encoding:
                 self._moments = self._moments or Moments(context)
                 self._asked = self._moments.filled(self._programs, shadow_map)
-
-    def _begin(self, view: ShadowView, shadow_map: Map) -> None:
-        ctx, framebuffer = self._context.ctx, shadow_map.atlas.framebuffer
-        if self._context.caps.clip_control:
-            self._context.gl.clip_control(view.clip.zero_to_one)
-        ctx.depth_func = ">=" if view.clip.reversed else "<="
-        ctx.enable_only(moderngl.DEPTH_TEST)
-        ctx.depth_clamp_range = (0.0, 1.0)
-        framebuffer.viewport = (*view.tile, view.resolution, view.resolution)
-        side = view.resolution + 2 * view.gutter
-        cleared = (view.tile[0] - view.gutter, view.tile[1] - view.gutter, side, side)
-        framebuffer.clear(1.0, 1.0, 1.0, 1.0, depth=view.clip.clear_depth, viewport=cleared)
-        framebuffer.use()
 
     def source(self, name: str = "shadow", version: bool = True) -> str:
         """GLSL 3.30 of three functions, to stand before the rest of a fragment shader.
