@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from glshadow.scene.load import load
     from glshadow.view.compare import Compared, Comparison, compare
     from glshadow.view.explore import Explorer, explore
+    from glshadow.view.window import show
     from glshadow.web.export import export_page
 
 __version__ = "0.1.0"  # here only: pyproject.toml reads it
@@ -84,6 +85,7 @@ _LAZY = {
     "flip": "glshadow.measure.flip",
     "load": "glshadow.scene.load",
     "render": "glshadow.renderer",
+    "show": "glshadow.view.window",
     "trace": "glshadow.reference.trace",
 }
 _MODULES = {
@@ -184,6 +186,7 @@ __all__ = [
     "render",
     "scenes",
     "shaders",
+    "show",
     "study",
     "trace",
 ]  # fmt: skip

@@ -39,10 +39,9 @@ def command(as_json: bool, debug: bool, **options: Any) -> None:
         with work.stage("load", f"loading {wanted.name}"):
             scene = wanted.load()
         with work.stage("open", "opening a window"):
-            from glshadow.view.controls import landscapes
             from glshadow.view.window import Window
 
-            window = Window(_showing(wanted, scene), landscapes(_plain), _opener(wanted), wanted.size)
+            window = Window(_showing(wanted, scene), _opener(wanted), wanted.size)
         work.progress.end()
         window.run()
         work.finish({})
@@ -52,13 +51,6 @@ def _showing(wanted: Request, scene: Scene) -> Showing:
     from glshadow.view.showing import Showing
 
     return Showing(scene, wanted.camera(scene), wanted.lit(scene))
-
-
-def _plain(scene: Scene) -> Showing:
-    from glshadow.view.showing import Showing
-
-    assert scene.lights is not None
-    return Showing(scene, scene.camera, tuple(scene.lights))
 
 
 def _opener(wanted: Request) -> Any:

@@ -14,7 +14,6 @@ from glshadow.core.filters import FILTERS, Pcf
 from glshadow.core.lights import DirectionalLight
 from glshadow.core.sampling import SAMPLES
 from glshadow.core.spelling import parse
-from glshadow.scene.mesh import Scene
 from glshadow.view.explore import BIAS_CHOICES, CHOICES, RESOLUTIONS
 from glshadow.view.showing import Showing
 
@@ -157,12 +156,12 @@ class Controls:
         self.said = f"{name} {'derived' if value is None else value}"
 
 
-def landscapes(showing_of: Callable[[Scene], Showing]) -> dict[str, Callable[[], Showing]]:
+def landscapes() -> dict[str, Callable[[], Showing]]:
     """The scenes of keys 1, 2 and 3."""
     from glshadow.scene import builtin
 
     def made(number: int) -> Callable[[], Showing]:
-        return lambda: showing_of(builtin.landscape(number))
+        return lambda: Showing.of(builtin.landscape(number))
 
     return {str(number): made(number) for number in (1, 2, 3)}
 

@@ -10,9 +10,10 @@ import numpy as np
 from glshadow.core.bias import Bias
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera
 from glshadow.core.filters import Filter
-from glshadow.core.lights import DirectionalLight, Light, RectLight, SpotLight
+from glshadow.core.lights import DirectionalLight, Light, Lights, RectLight, SpotLight
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array
+from glshadow.scene.arguments import picture_arguments
 from glshadow.scene.mesh import Scene
 
 STEEPEST = 89.0  # degrees: a camera or a light straight above has no azimuth
@@ -50,6 +51,12 @@ class Showing:
     samples: int = 1
     overlays: tuple[str, ...] = field(default=())
     error: bool = False
+
+    @classmethod
+    def of(cls, scene: Scene, camera: Camera | None = None, lights: Lights = None) -> Self:
+        """A scene with what is given, else its own camera and lights."""
+        camera, lit, _ = picture_arguments(scene, camera, lights, (1, 1))
+        return cls(scene, camera, lit)
 
     @property
     def shadowed(self) -> tuple[Light, ...]:

@@ -13,9 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.cameras import Camera
+from glshadow.core.lights import Lights
 from glshadow.errors import ContextError, GlshadowError, SettingsError
 from glshadow.gl.present import Presenter, window_context
-from glshadow.view.controls import HELP, Controls
+from glshadow.scene.arguments import pixels
+from glshadow.scene.mesh import Scene
+from glshadow.view.controls import HELP, Controls, landscapes
 from glshadow.view.showing import Showing
 from glshadow.view.viewer import View, Viewer
 
@@ -32,8 +36,6 @@ class Window:
     Parameters
     ----------
     showing : Showing
-    scenes : dict
-        Key -> what else it shows.
     open : callable
         What is shown for a file that was dropped.
     size : (2,) ints
@@ -51,12 +53,11 @@ class Window:
     def __init__(
         self,
         showing: Showing,
-        scenes: dict[str, Callable[[], Showing]],
         open: Callable[[Path], Showing],
         size: tuple[int, int] = (1280, 720),
         folder: Path | None = None,
     ) -> None:
-        self.controls = Controls(showing, scenes)
+        self.controls = Controls(showing, landscapes())
         self._open, self._folder = open, folder or Path.cwd()
         self._glfw = glfw = _glfw()
         self._window = _opened(glfw, size)
@@ -221,6 +222,34 @@ class Window:
         self.controls.said = f"saved {path.name}"
         self._said_at = time.monotonic()
         self._change()
+
+
+def show(scene: Any, camera: Camera | None = None, lights: Lights = None, size: tuple[int, int] = (1280, 720)) -> None:
+    """A window in which a scene is turned, lit and judged, until it is closed: what `glshadow view` opens.
+
+    Parameters
+    ----------
+    scene : Scene, or whatever `load` takes
+    camera, lights
+        As in `Renderer.render`.
+    size : (2,) ints
+        Of the window, pixels.
+
+    Raises
+    ------
+    ContextError
+        Without a screen, or without OpenGL 3.3 on it.
+    SettingsError
+        Without glfw: names what to install.
+
+    Notes
+    -----
+    The key h shows all keys. Drag turns, right drag pans, the wheel zooms; a file that is dropped on the window is opened.
+    """
+    from glshadow.scene.load import load
+
+    showing = Showing.of(scene if isinstance(scene, Scene) else load(scene), camera, lights)
+    Window(showing, lambda path: Showing.of(load(path)), pixels("size", size)).run()
 
 
 def written(

@@ -239,7 +239,7 @@ REQUIRED: dict[str, Any] = {
 NOT_BUILT = {
     "AlphaMode", "Camera", "Faces", "Flip", "Frame", "Renderer", "Score", "ShadowError", "ShadowView", "Target", "Truth", "Used", "flip",
     "Caster", "Compared", "Comparison", "PyrenderRenderer", "ShadowMap", "Explorer", "compare", "explore", "export_page",
-    "measure", "render", "trace",
+    "measure", "render", "show", "trace",
 }  # fmt: skip
 
 

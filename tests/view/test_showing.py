@@ -84,7 +84,7 @@ def test_settings_replace_those_of_lights_that_cast() -> None:
 
 
 def test_every_key_does_what_the_help_says() -> None:
-    controls = Controls(showing(), landscapes(lambda scene: Showing(scene, scene.camera, tuple(scene.lights or ()))))
+    controls = Controls(showing(), landscapes())
     assert controls.pressed("f")
     assert str(controls.showing.filter) == str(gs.Hard())
     assert controls.pressed("F")

@@ -15,6 +15,7 @@ import pytest
 from click.testing import CliRunner
 from numpy.typing import NDArray
 
+import glshadow as gs
 from glshadow import image
 from glshadow.cli import main
 
@@ -30,6 +31,15 @@ def test_without_a_screen_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     assert done.stderr.count("error:") == 1
     assert "needs a screen" in done.stderr
     assert "glshadow render" in done.stderr
+
+
+def test_in_python_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    with pytest.raises(gs.ContextError, match="needs a screen"):
+        gs.show(gs.scenes.courtyard())
+    with pytest.raises(gs.SettingsError, match="size must be two integers"):
+        gs.show(gs.scenes.courtyard(), size=(0, 100))
 
 
 @pytest.fixture

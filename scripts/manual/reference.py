@@ -1,6 +1,5 @@
 """The API reference: every public name with its docstring, by pdoc; a warning, or a public name without words, is an error."""
 
-import sys
 import warnings
 from collections.abc import Iterator
 from importlib import import_module
@@ -55,8 +54,3 @@ def build(folder: Path) -> None:
         pdoc.render.configure(docformat="numpy", show_source=False, include_undocumented=False)
         # pdoc finds by itself what `glshadow` lists and holds; `measure` is the function.
         pdoc.pdoc(*(name for name in MODULES if name.count(".") != 1), "!glshadow.measure", output_directory=folder)
-
-
-if __name__ == "__main__":
-    build(Path(sys.argv[1]))
-    sys.stderr.write(f"glshadow: the reference is in {sys.argv[1]}/index.html\n")

@@ -1,0 +1,93 @@
+"""The gallery: every example run in a folder of its own, a page each with its picture, what it prints, and its source."""
+
+from __future__ import annotations
+
+import ast
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from PIL import Image
+
+THUMBNAIL = (320, 200)
+
+
+@dataclass(frozen=True)
+class Shown:
+    """An example that was run.
+
+    Attributes
+    ----------
+    title, look, more : str
+        Its first line up to "Look at:", what is to be looked at, and the rest of its docstring.
+    picture : Path or None
+    said : str
+        What it printed.
+    """
+
+    name: str
+    title: str
+    look: str
+    more: str
+    source: str
+    picture: Path | None
+    said: str
+
+
+def run_example(path: Path, folder: Path) -> Shown:
+    """Run one in a folder.
+
+    Raises
+    ------
+    RuntimeError
+        If it fails, with what it said.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    headless = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    command = [sys.executable, str(path)]
+    done = subprocess.run(command, cwd=folder, env=headless, capture_output=True, text=True, timeout=600)
+    if done.returncode != 0:
+        raise RuntimeError(f"{path.name}: {done.stderr[-3000:]}")
+    source = path.read_text()
+    words = ast.get_docstring(ast.parse(source)) or ""
+    first, _, more = words.partition("\n")
+    title, _, look = first.partition("Look at:")
+    picture = folder / f"{path.stem}.png"
+    return Shown(
+        path.stem, title.strip().rstrip("."), look.strip(), more.strip(), source, picture if picture.exists() else None, done.stdout
+    )  # fmt: skip
+
+
+def write_gallery(shown: Sequence[Shown], folder: Path) -> None:
+    """Pages in Markdown, and pictures beside them."""
+    folder.mkdir(parents=True, exist_ok=True)
+    cards = []
+    for each in shown:
+        (folder / f"{each.name}.md").write_text(_page(each, folder))
+        link = f"{each.name}.md"
+        picture = f"[![]({each.name}_small.jpg)]({link})" if each.picture else ""
+        cards.append(f":::{{container}} card\n{picture}\n\n[{each.title}]({link})\n:::")
+    pages = "\n".join(each.name for each in shown)
+    text = "\n\n".join(cards)
+    (folder / "index.md").write_text(
+        "# Gallery\n\nEvery example, run when these pages were built: its picture, what it prints, and all of its source. The files are in"
+        f" `examples/`.\n\n::::{{container}} cards\n\n{text}\n\n::::\n\n```{{toctree}}\n:hidden:\n\n{pages}\n```\n"
+    )
+
+
+def _page(shown: Shown, folder: Path) -> str:
+    parts = [f"# {shown.title}", f"*Look at*: {shown.look}" if shown.look else "", shown.more]
+    if shown.picture is not None:
+        shutil.copy(shown.picture, folder / shown.picture.name)
+        small = Image.open(shown.picture).convert("RGB")
+        small.thumbnail(THUMBNAIL)
+        small.save(folder / f"{shown.name}_small.jpg", quality=88)
+        parts.append(f"![{shown.title}]({shown.picture.name})")
+    if shown.said.strip():
+        parts.append(f"It prints:\n\n```text\n{shown.said.rstrip()}\n```")
+    parts.append(f"`examples/{shown.name}.py`:\n\n```python\n{shown.source.rstrip()}\n```")
+    return "\n\n".join(part for part in parts if part) + "\n"

@@ -1,0 +1,101 @@
+"""What a page tells its reader to type: Python and shell blocks, run in their order in one folder."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ELSEWHERE = {
+    r"(\.venv/bin/)?(pip|pre-commit) install": "installs: tests/test_wheel.py, and the set-up of every script",
+    r"(apt-get|debootstrap|git|cp|mount|umount|chroot|rm|sh) ": "needs root and a bare machine",
+    r"    sh -c": "the rest of such a line",
+    r"scripts/": "set-up comes first: .ci/run calls these",
+    r"glshadow view": "needs a screen: tests/examples/test_pages_run.py gives it one",
+    r"jupyter ": "a server: tests/view/test_explorer_live.py opens a page of one",
+}
+"""How a shell line begins that a session leaves out -> why, and where it is tried."""
+
+_BLOCK = re.compile(
+    r"(?:<!-- file: (?P<file>\S+) -->\n)?^```(?P<language>python|sh|json)\n(?P<text>.*?)^```\n(?:\s*^```text\n(?P<said>.*?)^```)?",
+    re.DOTALL | re.MULTILINE,
+)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block.
+
+    Attributes
+    ----------
+    said : str or None
+        What the page says that it prints.
+    file : str or None
+        Name under which it is to be kept, for what is no code.
+    """
+
+    language: str
+    text: str
+    said: str | None
+    file: str | None
+    line: int
+
+
+def blocks_of(page: str) -> Iterator[Block]:
+    """The blocks of a page that are to be run or kept."""
+    for found in _BLOCK.finditer(page):
+        line = page.count("\n", 0, found.start("text"))
+        yield Block(found["language"], found["text"], found["said"], found["file"], line)
+
+
+def commands(block: Block) -> list[str]:
+    """Lines of a shell block that a session runs."""
+    lines = [line for line in block.text.splitlines() if line.strip()]
+    return [line for line in lines if not any(re.match(start, line) for start in ELSEWHERE)]
+
+
+def run(block: Block, folder: Path) -> str:
+    """Run a block in a folder; returns what it prints on standard output.
+
+    Raises
+    ------
+    RuntimeError
+        If it fails, with the last of what it said.
+    """
+    if block.file is not None:
+        (folder / block.file).write_text(block.text)
+    if block.language == "python":
+        return _run([sys.executable, "-c", block.text], folder, block)
+    if block.language == "sh" and (lines := commands(block)):
+        return _run(["bash", "-euo", "pipefail", "-c", "\n".join(lines)], folder, block)
+    return ""
+
+
+def _run(command: list[str], folder: Path, block: Block) -> str:
+    without_screen = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    here = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        command, cwd=folder, env=without_screen | {"PATH": here}, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=600
+    )  # fmt: skip
+    if done.returncode != 0:
+        raise RuntimeError(
+            f"line {block.line}: exit code {done.returncode}\n{done.stdout[-1000:]}{done.stderr[-3000:]}"
+        )
+    return done.stdout
+
+
+_NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[-+]\d+)?")
+_TIME = re.compile(r"[\d.]+ (?:s|ms|x floor)\b")
+
+
+def alike(said: str, printed: str) -> bool:
+    """Whether words are the same and numbers nearly: another driver may move a pixel at an edge; times may be any."""
+    said, printed = _TIME.sub("T", said), _TIME.sub("T", printed)
+    if _NUMBER.sub("#", said) != _NUMBER.sub("#", printed):
+        return False
+    pairs = zip(_NUMBER.findall(said), _NUMBER.findall(printed), strict=True)
+    return all(abs(float(a) - float(b)) <= 0.002 * abs(float(a)) + 0.002 for a, b in pairs)
