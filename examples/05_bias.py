@@ -3,6 +3,7 @@
 import numpy as np
 
 import glshadow as gs
+from glshadow import image
 
 scene = gs.scenes.courtyard()
 biases = [gs.NoBias(), gs.ConstantBias(0.01), gs.ConstantBias(0.3), gs.ReceiverPlaneBias()]
@@ -11,7 +12,5 @@ with gs.Renderer() as renderer:
     for bias in biases:
         sun = gs.DirectionalLight(shadow=gs.Shadow(bias=bias))
         pictures.append(renderer.render(scene, lights=[sun], size=(640, 360)).image)
-
-from glshadow import image  # noqa: E402
 
 image.write("05_bias.png", np.vstack([np.hstack(pictures[:2]), np.hstack(pictures[2:])]))

@@ -3,6 +3,7 @@
 import numpy as np
 
 import glshadow as gs
+from glshadow import image
 
 scene = gs.scenes.courtyard()
 matrix = {node.name: node.world_from_mesh for node in scene.nodes}["sphere"]
@@ -13,7 +14,5 @@ with gs.Renderer() as renderer:
         lifted[1, 3] += 0.5 * step
         frame = renderer.render(scene.moved({"sphere": lifted}), size=(320, 240))
         strip.append(frame.image)
-
-from glshadow import image  # noqa: E402
 
 image.write("06_moving_object.png", np.hstack(strip))

@@ -2,8 +2,10 @@
 
 import os
 import signal
+import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from shutil import which
 from typing import Any
 
 import numpy as np
@@ -101,3 +103,19 @@ def glcontext(session_glcontext: GLContext) -> Iterator[GLContext]:
         assert context.gl.errors() == [], "an earlier test left OpenGL errors behind"
         yield context
         assert context.gl.errors() == [], "the test left OpenGL errors behind"
+
+
+@pytest.fixture
+def screen(optional: Callable[[str, str], None]) -> Iterator[str]:
+    """A display of its own, 480 x 320, with programs that press its keys."""
+    for program, package in (("Xvfb", "xvfb"), ("xdotool", "xdotool")):
+        if not which(program):
+            optional(program, package)
+    read_end, write_end = os.pipe()
+    command = ["Xvfb", "-displayfd", str(write_end), "-screen", "0", "480x320x24", "-nolisten", "tcp"]
+    with subprocess.Popen(command, pass_fds=[write_end], stderr=subprocess.DEVNULL) as server:
+        os.close(write_end)
+        with os.fdopen(read_end) as told:
+            display = f":{told.readline().strip()}"
+        yield display
+        server.terminate()

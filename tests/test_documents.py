@@ -1,7 +1,8 @@
-"""The API reference builds without a warning and leaves nothing out; the documents name only what is there."""
+"""The documentation builds without a warning and leaves nothing out; the documents name only what is there."""
 
 import importlib
 import re
+import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -15,8 +16,8 @@ DOCUMENTS = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", *PAGES)
 
 @pytest.fixture
 def docs(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    monkeypatch.syspath_prepend(CHECKOUT / "scripts")
-    return importlib.import_module("docs")
+    monkeypatch.syspath_prepend(CHECKOUT)
+    return importlib.import_module("scripts.manual.reference")
 
 
 def test_the_reference_holds_every_public_name(docs: ModuleType, tmp_path: Path) -> None:
@@ -90,3 +91,35 @@ def test_links_of_the_documents_lead_somewhere(name: str) -> None:
 def test_every_page_is_listed() -> None:
     listed = re.findall(r"^\| \[[^]]+\]\(([\w./]+)\)", (CHECKOUT / "docs" / "README.md").read_text(), re.MULTILINE)
     assert {f"docs/{name}" for name in listed if "/" not in name} == set(PAGES) - {"docs/README.md"}
+
+
+@pytest.mark.slow
+def test_the_documentation_is_built_whole(tmp_path: Path) -> None:
+    """By the command itself, of one example and one guide; all examples, guides and notebooks run in tests of their own."""
+    command = [CHECKOUT / "scripts" / "docs", tmp_path / "site", "--only", "01_first_picture", "--only", "pyrender"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    site = tmp_path / "site"
+    pages = sorted(site.rglob("*.html"))
+    for page in pages:
+        for target in re.findall(r'(?:href|src)="(?!\w+:|//|\$)([^"#?]+)', page.read_text()):
+            assert (page.parent / target).exists(), f"{page.relative_to(site)} leads to {target}"
+    names = {page.relative_to(site).as_posix() for page in pages}
+    assert {Path(name).with_suffix(".html").as_posix() for name in PAGES} <= names
+    assert "gallery/01_first_picture.html" in names
+    assert "reference/glshadow.html" in names
+    assert "01_first_picture.png" in (site / "gallery" / "01_first_picture.html").read_text()
+    assert "_small.jpg" in (site / "gallery" / "index.html").read_text()
+
+
+def test_what_fails_while_building_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(CHECKOUT)
+    build, gallery = (importlib.import_module(f"scripts.manual.{name}") for name in ("build", "gallery"))
+    broken = tmp_path / "99_broken.py"
+    broken.write_text('"""Breaks. Look at: nothing."""\nraise ValueError("on purpose")\n')
+    with pytest.raises(RuntimeError, match=r"99_broken\.py: (.|\n)*on purpose"):
+        gallery.run_example(broken, tmp_path / "made")
+    page = tmp_path / "page.md"
+    page.write_text("# A page\n\n```sh\nfalse\n```\n")
+    with pytest.raises(RuntimeError, match=r"page\.md, line 3: exit code 1"):
+        build._run_page(page, tmp_path / "pages")

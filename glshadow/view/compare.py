@@ -117,8 +117,11 @@ class Comparison:
     def _repr_html_(self) -> str:
         from glshadow.inline import figure
 
-        figures = [figure(np.vstack(pictures), ": ".join(words)) for pictures, words in self._cells()]
-        return f'<div style="display:flex;flex-wrap:wrap;gap:8px">{"".join(figures)}</div>'
+        cells = [
+            f'<div style="width:{pictures[0].shape[1]}px">{figure(np.vstack(pictures), ": ".join(words))}</div>'
+            for pictures, words in self._cells()
+        ]
+        return f'<div style="display:flex;flex-wrap:wrap;gap:8px">{"".join(cells)}</div>'
 
     def _cells(self) -> list[tuple[list[Picture], tuple[str, ...]]]:
         legend = _legend(self.truth[0].shape)

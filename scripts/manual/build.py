@@ -27,7 +27,9 @@ STYLE = """
 .cards { display: grid; grid-template-columns: repeat(auto-fill, minmax(15rem, 1fr)); gap: 1.2rem; }
 .cards .card { border: 1px solid var(--color-background-border); border-radius: .4rem; padding: .6rem; font-size: .85rem; }
 .cards .card p { margin: 0 0 .4rem; }
-.cards .card img { width: 100%; height: 9rem; object-fit: cover; border-radius: .2rem; }
+.cards .card img { width: 100%; height: 9rem; object-fit: contain; background: var(--color-background-secondary); }
+.cards .card pre { height: 9rem; overflow: hidden; font-size: .6rem; }
+.content { width: 56em; }
 table.docutils { display: block; overflow-x: auto; max-width: 100%; }
 """
 SETTINGS = {
@@ -148,7 +150,8 @@ def _stage(page: Path, target: Path, names: set[str]) -> None:
 def _index(readme: Path, notebooks: Sequence[str]) -> str:
     """The README, with the lists from which the pages' menu is made."""
     listed = set(GUIDES) | {"README"}
-    more = [path.stem for path in sorted((readme.parent / "docs").glob("*.md")) if path.stem not in listed]
+    rows = re.findall(r"^\| \[[^]]+\]\((\w+)\.md\)", (readme.parent / "docs" / "README.md").read_text(), re.MULTILINE)
+    more = [name for name in rows if name not in listed]
     lists = {
         "Begin": [f"docs/{name}" for name in GUIDES],
         "Examples": ["gallery/index", *(f"examples/{name}" for name in notebooks)],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -23,7 +24,9 @@ class Shown:
     Attributes
     ----------
     title, look, more : str
-        Its first line up to "Look at:", what is to be looked at, and the rest of its docstring.
+        Its first sentence, what is to be looked at, and the rest of its docstring.
+    source : str
+        Without the docstring.
     picture : Path or None
     said : str
         What it printed.
@@ -53,13 +56,22 @@ def run_example(path: Path, folder: Path) -> Shown:
     if done.returncode != 0:
         raise RuntimeError(f"{path.name}: {done.stderr[-3000:]}")
     source = path.read_text()
-    words = ast.get_docstring(ast.parse(source)) or ""
+    tree = ast.parse(source)
+    words = ast.get_docstring(tree) or ""
     first, _, more = words.partition("\n")
-    title, _, look = first.partition("Look at:")
+    before, _, look = first.partition("Look at:")
+    title, *others = re.split(r"(?<=[.?]) ", before.strip())
+    end = tree.body[0].end_lineno or 0
     picture = folder / f"{path.stem}.png"
     return Shown(
-        path.stem, title.strip().rstrip("."), look.strip(), more.strip(), source, picture if picture.exists() else None, done.stdout
-    )  # fmt: skip
+        name=path.stem,
+        title=title.rstrip("."),
+        look=look.strip(),
+        more=" ".join([*others, more.strip()]),
+        source="\n".join(source.splitlines()[end:]).strip(),
+        picture=picture if picture.exists() else None,
+        said=done.stdout,
+    )
 
 
 def write_gallery(shown: Sequence[Shown], folder: Path) -> None:
@@ -69,7 +81,8 @@ def write_gallery(shown: Sequence[Shown], folder: Path) -> None:
     for each in shown:
         (folder / f"{each.name}.md").write_text(_page(each, folder))
         link = f"{each.name}.md"
-        picture = f"[![]({each.name}_small.jpg)]({link})" if each.picture else ""
+        said = "\n".join(each.said.splitlines()[:6])
+        picture = f"[![]({each.name}_small.jpg)]({link})" if each.picture else f"```text\n{said}\n```"
         cards.append(f":::{{container}} card\n{picture}\n\n[{each.title}]({link})\n:::")
     pages = "\n".join(each.name for each in shown)
     text = "\n\n".join(cards)

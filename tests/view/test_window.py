@@ -6,9 +6,8 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
-from shutil import which
 
 import numpy as np
 import pytest
@@ -20,7 +19,6 @@ from glshadow import image
 from glshadow.cli import main
 
 SIZE = (400, 240)
-SCREEN = (480, 320)
 
 
 def test_without_a_screen_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -40,22 +38,6 @@ def test_in_python_too(monkeypatch: pytest.MonkeyPatch) -> None:
         gs.show(gs.scenes.courtyard())
     with pytest.raises(gs.SettingsError, match="size must be two integers"):
         gs.show(gs.scenes.courtyard(), size=(0, 100))
-
-
-@pytest.fixture
-def screen(optional: Callable[[str, str], None]) -> Iterator[str]:
-    for program, package in (("Xvfb", "xvfb"), ("xdotool", "xdotool")):
-        if not which(program):
-            optional(program, package)
-    read_end, write_end = os.pipe()
-    size = f"{SCREEN[0]}x{SCREEN[1]}x24"
-    command = ["Xvfb", "-displayfd", str(write_end), "-screen", "0", size, "-nolisten", "tcp"]
-    with subprocess.Popen(command, pass_fds=[write_end], stderr=subprocess.DEVNULL) as server:
-        os.close(write_end)
-        with os.fdopen(read_end) as told:
-            display = f":{told.readline().strip()}"
-        yield display
-        server.terminate()
 
 
 class Person:

@@ -1,0 +1,117 @@
+"""Every command and every block of Python in README and pages runs, in the order of its page, and prints what the page says."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+import tomllib
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+PAGES = ("README.md", "CONTRIBUTING.md", *(f"docs/{path.name}" for path in sorted((CHECKOUT / "docs").glob("*.md"))))
+JOB = '{"scene": "courtyard", "output": "a.png", "size": [64, 36]}\n'
+
+
+@pytest.fixture
+def sessions(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    monkeypatch.syspath_prepend(CHECKOUT)
+    return importlib.import_module("scripts.manual.sessions")
+
+
+def given(page: str, folder: Path, models: Path) -> None:
+    """What a page takes for granted in the reader's folder."""
+    if page == "README.md":
+        shutil.copy(models / "cesium_man.glb", folder / "chess.glb")
+        (folder / "jobs.jsonl").write_text(JOB)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", PAGES)
+def test_what_a_page_says_to_type_works(page: str, sessions: ModuleType, models: Path, tmp_path: Path) -> None:
+    given(page, tmp_path, models)
+    for block in sessions.blocks_of((CHECKOUT / page).read_text()):
+        printed = sessions.run(block, tmp_path)
+        if block.said is not None:
+            assert sessions.alike(block.said, printed), f"line {block.line} prints\n{printed}"
+    for shown in re.findall(r"<!-- shows: (\S+) -->", (CHECKOUT / page).read_text()):
+        assert (tmp_path / shown).stat().st_size > 1000, shown
+
+
+def test_most_lines_are_run(sessions: ModuleType) -> None:
+    """Only what installs, needs root, or is run elsewhere is left out; of that, what can be checked is."""
+    run, left = [], []
+    for page in PAGES:
+        for block in sessions.blocks_of((CHECKOUT / page).read_text()):
+            if block.language == "sh":
+                run += sessions.commands(block)
+                left += [line for line in block.text.splitlines() if line.strip() and line not in run]
+    assert sum(line.startswith("glshadow ") for line in run) >= 15
+    for line in left:
+        word = line.split()[0]
+        if word.startswith("scripts/"):
+            assert os.access(CHECKOUT / word, os.X_OK), line
+        else:
+            assert word in {
+                "glshadow", "jupyter", ".venv/bin/pre-commit", "apt-get", "debootstrap", "git", "cp", "mount", "chroot",
+                "sh", "umount", "rm",
+            }, line  # fmt: skip
+
+
+def test_extras_that_are_named_are_there() -> None:
+    project = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["project"]
+    for page in PAGES:
+        for names in re.findall(r"(?:glshadow|\.)\[([\w,]+)\]'", (CHECKOUT / page).read_text()):
+            assert set(names.split(",")) <= set(project["optional-dependencies"]), page
+
+
+def test_blocks_that_fail_and_words_that_differ_are_seen(sessions: ModuleType, tmp_path: Path) -> None:
+    page = "```sh\necho 1.00 s\nglshadow view\npip install x\n```\n\n```text\n7.3 s\n```\n\n```python\n1 / 0\n```\n"
+    shell, python = sessions.blocks_of(page)
+    assert sessions.commands(shell) == ["echo 1.00 s"]
+    assert sessions.alike(shell.said, sessions.run(shell, tmp_path))
+    with pytest.raises(RuntimeError, match=r"line 11: exit code 1\n(.|\n)*ZeroDivisionError"):
+        sessions.run(python, tmp_path)
+    assert not sessions.alike("wrong 0.10%", "wrong 0.20%")
+    assert not sessions.alike("wrong 0.10%", "right 0.10%")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("arguments", [["view"], ["view", "chess.glb"], ["view", "model.glb", "--ground"]], ids=str)
+def test_a_window_opens_as_pages_say(arguments: list[str], screen: str, models: Path, tmp_path: Path) -> None:
+    assert "glshadow view chess.glb" in (CHECKOUT / "README.md").read_text()
+    assert "glshadow view\nglshadow view model.glb --ground\n" in (CHECKOUT / "docs" / "window.md").read_text()
+    for name in ("chess", "model"):
+        shutil.copy(models / "cesium_man.glb", tmp_path / f"{name}.glb")
+    command = [sys.executable, "-m", "glshadow", *arguments]
+    with subprocess.Popen(
+        command, cwd=tmp_path, env=os.environ | {"DISPLAY": screen}, stderr=subprocess.PIPE, text=True
+    ) as process:
+        try:
+            _press_q(process, screen)
+            _, said = process.communicate(timeout=30)
+        finally:
+            process.kill()
+    assert process.returncode == 0, said
+    assert "Traceback" not in said
+
+
+def _press_q(process: subprocess.Popen[str], screen: str) -> None:
+    """When the window is there."""
+    until = time.monotonic() + 30.0
+    while time.monotonic() < until and process.poll() is None:
+        found = subprocess.run(
+            ["xdotool", "search", "--name", "^glshadow$"], env=os.environ | {"DISPLAY": screen}, capture_output=True
+        )
+        if found.stdout.strip():
+            time.sleep(1.0)
+            subprocess.run(["xdotool", "key", "q"], env=os.environ | {"DISPLAY": screen}, check=True)
+            return
+        time.sleep(0.2)
