@@ -160,7 +160,7 @@ class Frame:
 
     @property
     def timings(self) -> Mapping[str, float]:
-        """Seconds of wall clock per pass."""
+        """Seconds per pass: the GPU's own where its timestamps can be trusted, else of wall clock, the GPU waited for."""
         seconds: Mapping[str, float] = self._output("timings")
         return seconds
 

@@ -230,7 +230,7 @@ class Renderer:
         # without atomics every sample is shaded, as a pixel of a larger picture
         spread = (1, 1) if caps.compute else grid(look.samples)
         work = store.work(scene, camera, size, spread, len(lights), outputs, look.samples)
-        clock = Clock(self._context.ctx, "timings" in outputs)
+        clock = Clock(self._context, "timings" in outputs)
         with clock("shadow"):
             sources, ready = store.sources.claim(work, lights)
         targets, sight = work.targets, work.sight
@@ -261,8 +261,8 @@ class Renderer:
         if spread != (1, 1):
             fallbacks += (_EVERY_SAMPLE.format(look.samples, caps.renderer, caps.version_code / 100),)
         used = tuple(replace(each, fallbacks=each.fallbacks + fallbacks) for each in used)
-        if clock.times is not None:
-            results["timings"] = clock.times
+        if clock.wanted:
+            results["timings"] = clock.times()
         return Frame(scene=scene, camera=camera, lights=lights, size=size, near=sight.near, far=sight.far, used=used,
                      outputs=results, samples=look.samples, origin=work.scene.origin)  # fmt: skip
 

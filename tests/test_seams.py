@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -90,3 +91,25 @@ def test_a_filter_without_a_snippet_is_refused_not_replaced() -> None:
     light = glshadow.DirectionalLight(shadow=glshadow.Shadow(filter=Unfinished()))
     with glshadow.Renderer() as renderer, pytest.raises(glshadow.SettingsError, match=r"Unfinished\(\) has no snippet"):
         renderer.render(glshadow.scenes.courtyard(), lights=[light], size=(32, 18))
+
+
+def test_what_is_shaped_for_drivers_on_the_cpu_is_listed_with_its_reason() -> None:
+    """Each place that asks stands in the table of docs/speed.md, measured."""
+    asking = {
+        path.relative_to(PACKAGE.parent).as_posix()
+        for path in PACKAGE.rglob("*.py")
+        if "caps.software" in path.read_text()
+    }
+    table = (PACKAGE.parent / "docs" / "speed.md").read_text()
+    assert asking == set(re.findall(r"\| `(glshadow/gl/[\w/]+\.py)` \|", table))
+
+
+def test_double_is_asked_for_in_one_place() -> None:
+    """Where a driver may have none: a file with a way round it."""
+    glsl = PACKAGE.parent / "glsl"
+    found = {
+        path.relative_to(glsl).as_posix()
+        for path in glsl.rglob("*.*")
+        if re.search(r"^[^/]*\b(double|d(vec|mat)\d)\b", path.read_text(), re.MULTILINE)
+    }
+    assert found == {"lib/placed.glsl"}

@@ -17,6 +17,7 @@ LIMITS = {  # of Caps: what to call it
     "clip_control": "clip control",
     "texture_gather": "shadow gather",
     "software": "draws on the CPU",
+    "timestamps": "timestamps",
 }
 
 

@@ -17,7 +17,7 @@ from glshadow.errors import ContextError, GlshadowError, SettingsError
 from glshadow.gl.backends import LOADERS, Loader, make_context
 from glshadow.gl.current import Switch, address, current, make_current
 from glshadow.gl.entry_points import EntryPoints
-from glshadow.gl.queries import ANY_SAMPLES_PASSED
+from glshadow.gl.queries import ANY_SAMPLES_PASSED, has_timestamps
 from glshadow.gl.state import default_state, preserved_state, write_state
 
 Backend = Literal["auto", "egl", "osmesa", "window"]
@@ -45,6 +45,8 @@ class Caps:
         Pixels along one side.
     max_texture_buffer_size
         Elements of one buffer texture.
+    doubles
+        Shaders may compute in double.
     max_storage_block
         Bytes of one storage buffer; 0 where there is none.
     clip_control
@@ -54,7 +56,9 @@ class Caps:
     compute
         Compute passes with storage buffers and images: OpenGL 4.3.
     software
-        Mesa draws on the CPU: timer queries mean nothing.
+        The driver draws on the CPU.
+    timestamps
+        A GPU counts the time that it takes.
     """
 
     backend: str
@@ -72,14 +76,17 @@ class Caps:
     texture_gather: bool
     depth_clamp: bool
     compute: bool
+    doubles: bool
     max_storage_block: int
     software: bool
+    timestamps: bool
 
     @classmethod
     def probe(cls, backend: str, ctx: moderngl.Context, gl: EntryPoints) -> Caps:
         """Ask the current context; leaves no OpenGL error behind."""
         info, version, extensions = ctx.info, ctx.version_code, ctx.extensions
         renderer = str(info["GL_RENDERER"])
+        software = any(name in renderer.lower() for name in _SOFTWARE)
         width, height = gl.integers(0x0D3A, 2)
         caps = cls(
             backend=backend,
@@ -97,8 +104,10 @@ class Caps:
             texture_gather=version >= 400 or {"GL_ARB_texture_gather", "GL_ARB_gpu_shader5"} <= extensions,
             depth_clamp=version >= 320 or "GL_ARB_depth_clamp" in extensions,
             compute=version >= 430,
+            doubles="GL_ARB_gpu_shader_fp64" in extensions,
             max_storage_block=gl.integer(0x90DE) if version >= 430 else 0,
-            software=any(name in renderer.lower() for name in _SOFTWARE),
+            software=software,
+            timestamps=not software and has_timestamps(gl),
         )
         gl.errors()
         return caps
@@ -144,6 +153,7 @@ class GLContext:
         with switch:
             self.gl = EntryPoints(_loader_of(ctx))
             self.caps = Caps.probe(backend, ctx, self.gl)
+            self.trusts_timestamps = self.caps.timestamps  # until they are seen to be wrong
             if owned:
                 write_state(self.gl, default_state(ctx, self.gl))
                 self.gl.check("setting the default state of a new context")

@@ -7,6 +7,7 @@ import ctypes as C
 from glshadow.gl.entry_points import EntryPoints
 
 ANY_SAMPLES_PASSED, _QUERY_RESULT = 0x8C2F, 0x8866
+_TIMESTAMP, _QUERY_COUNTER_BITS = 0x8E28, 0x8864
 
 
 class AnySamples:
@@ -36,3 +37,29 @@ class AnySamples:
         if self.glo:
             self._gl.call("glDeleteQueries", 1, C.byref(C.c_uint(self.glo)))
             self.glo = 0
+
+
+class Timestamp:
+    """When the GPU had done all that was asked of it until now; nothing waits until it is read, once."""
+
+    def __init__(self, gl: EntryPoints) -> None:
+        self._gl = gl
+        self._name = C.c_uint()
+        gl.call("glGenQueries", 1, C.byref(self._name))
+        gl.call("glQueryCounter", self._name, _TIMESTAMP)
+
+    def read(self) -> float:
+        """Seconds since some moment; deletes the query."""
+        nanoseconds = C.c_uint64()
+        self._gl.call("glGetQueryObjectui64v", self._name, _QUERY_RESULT, C.byref(nanoseconds))
+        self._gl.call("glDeleteQueries", 1, C.byref(self._name))
+        return 1e-9 * nanoseconds.value
+
+
+def has_timestamps(gl: EntryPoints) -> bool:
+    """Whether the driver counts time at all: it may say that its counter has no bits."""
+    if not (gl.has("glQueryCounter") and gl.has("glGetQueryObjectui64v")):
+        return False
+    bits = C.c_int()
+    gl.call("glGetQueryiv", _TIMESTAMP, _QUERY_COUNTER_BITS, C.byref(bits))
+    return bits.value > 0

@@ -173,7 +173,8 @@ def _surface() -> Iterator[Variant]:
 def _exact() -> Iterator[Variant]:
     for kind in KINDS:
         defines = {key: value for key, value in exact_defines(kind, 512, 16, False).items() if key != "GLS_HUGE"}
-        yield Variant("pass/lists.comp", "core430", {}, defines)
+        for double in (0, 1):
+            yield Variant("pass/lists.comp", "core430", {}, {**defines, "GLS_DOUBLE": double})
         choices = product(("lists", "numbers"), (False, True), (False, True), ("core330", "core400"))
         for candidates, masked, huge, dialect in choices:
             defines = exact_defines(kind, 512, 16, masked, huge)

@@ -13,6 +13,7 @@
 #define GLS_AREA 0 // 1: the light has a size
 #endif
 #include "lib/cells.glsl"
+#include "lib/placed.glsl"
 #include "lib/traits.glsl"
 layout(local_size_x = 64) in;
 // read as texture buffers: llvmpipe (Mesa 22.3) takes three times as long for storage buffers
@@ -21,9 +22,8 @@ layout(std430, binding = 0) writeonly buffer Facets { vec4 facets[]; };
 uniform mat3 u_axes; // the light's, from world axes
 uniform vec3 u_origin; // of the light's frame, relative to the scene's origin
 
-vec3 vertex(uint i) { // in double, so that the light's frame adds one rounding, and the same to every copy of a vertex
-    dvec3 p = dvec3(texelFetch(u_positions, int(i)).xyz) - dvec3(u_origin);
-    return vec3(dmat3(u_axes) * p);
+vec3 vertex(uint i) {
+    return placed(texelFetch(u_positions, int(i)).xyz, u_origin, u_axes);
 }
 
 void main() {
@@ -31,10 +31,7 @@ void main() {
     if (triangle >= uint(u_triangles)) return;
     uvec4 corners = texelFetch(u_corners, int(triangle));
     vec3 a = vertex(corners.x), b = vertex(corners.y), c = vertex(corners.z);
-    dvec3 e = dvec3(b) - dvec3(a), f = dvec3(c) - dvec3(a);
-    dvec3 product = dvec3(e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x);
-    double size = dot(product, product);
-    vec3 normal = size > 0.0 ? vec3(product / sqrt(size)) : vec3(0.0);
+    vec3 normal = unit_normal(a, b, c);
     facets[3u * triangle] = vec4(a, normal.x);
     facets[3u * triangle + 1u] = vec4(b, normal.y);
     facets[3u * triangle + 2u] = vec4(c, normal.z);
@@ -53,7 +50,7 @@ void main() {
     edge_on += u_radius * unit; // as is what only a part of the light sees from the front
 #endif
     bool away = (flags & CULL_BACK) != 0u && side < -edge_on || (flags & CULL_FRONT) != 0u && side > edge_on;
-    bool casts = size > 0.0 && !away && (flags & CASTS) != 0u;
+    bool casts = normal != vec3(0.0) && !away && (flags & CASTS) != 0u;
     if (GLS_AREA == 0 && !casts) return;
     for (int face = 0; face < FACES; face++) {
         mat3 turned = face_from_lv(face);

@@ -118,7 +118,12 @@ class Listed(Source):
         """One pass over all triangles; whether the links fit."""
         grid, world = self.grid, scene.world
         program = programs.compute(
-            "pass/lists.comp", defines={**cell_defines(grid, grid.cells), "GLS_AREA": int(has_size(light))}
+            "pass/lists.comp",
+            defines={
+                **cell_defines(grid, grid.cells),
+                "GLS_AREA": int(has_size(light)),
+                "GLS_DOUBLE": int(self._context.caps.doubles),
+            },
         )
         axes, origin = light_frame(grid, scene)
         program.set(u_axes=axes, u_origin=tuple(origin), u_triangles=world.count, u_cells=grid.cells_from_window)

@@ -1,0 +1,60 @@
+// A triangle in a light's frame, and its unit normal, each rounded once, and the same for every copy of a vertex. In double, or where the
+// driver lacks it in pairs of floats.
+#ifndef GLS_DOUBLE
+#define GLS_DOUBLE 1 // 0: the driver has none
+#endif
+#if GLS_DOUBLE
+
+vec3 placed(vec3 point, vec3 origin, mat3 axes) {
+    return vec3(dmat3(axes) * (dvec3(point) - dvec3(origin)));
+}
+
+vec3 unit_normal(vec3 a, vec3 b, vec3 c) { // 0 where there is no area
+    dvec3 e = dvec3(b) - dvec3(a), f = dvec3(c) - dvec3(a);
+    dvec3 product = dvec3(e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x);
+    double size = dot(product, product);
+    return size > 0.0 ? vec3(product / sqrt(size)) : vec3(0.0);
+}
+
+#else
+#include "lib/wide.glsl"
+
+vec3 placed(vec3 point, vec3 origin, mat3 axes) {
+    vec2 x = exact_sum(point.x, -origin.x), y = exact_sum(point.y, -origin.y), z = exact_sum(point.z, -origin.z);
+    vec3 result;
+    for (int i = 0; i < 3; i++) {
+        vec2 sum = wide_sum(wide_product(vec2(axes[0][i], 0.0), x), wide_product(vec2(axes[1][i], 0.0), y));
+        result[i] = wide_sum(sum, wide_product(vec2(axes[2][i], 0.0), z)).x;
+    }
+    return result;
+}
+
+vec2 minor(vec2 a, vec2 b, vec2 c, vec2 d) { // a b - c d
+    vec2 subtracted = wide_product(c, d);
+    return wide_sum(wide_product(a, b), -subtracted);
+}
+
+vec3 unit_normal(vec3 a, vec3 b, vec3 c) { // 0 where there is no area
+    vec3 longest = max(abs(b - a), abs(c - a));
+    int scale;
+    frexp(max(longest.x, max(longest.y, longest.z)), scale); // so that nothing underflows
+    vec2 e[3], f[3];
+    for (int i = 0; i < 3; i++) {
+        e[i] = ldexp(exact_sum(b[i], -a[i]), ivec2(-scale));
+        f[i] = ldexp(exact_sum(c[i], -a[i]), ivec2(-scale));
+    }
+    vec2 n[3] = vec2[3](minor(e[1], f[2], e[2], f[1]), minor(e[2], f[0], e[0], f[2]), minor(e[0], f[1], e[1], f[0]));
+    float largest = max(abs(n[0].x), max(abs(n[1].x), abs(n[2].x)));
+    if (!(largest > 0.0)) return vec3(0.0);
+    frexp(largest, scale);
+    for (int i = 0; i < 3; i++) n[i] = ldexp(n[i], ivec2(-scale));
+    vec2 size = wide_sum(wide_sum(wide_product(n[0], n[0]), wide_product(n[1], n[1])), wide_product(n[2], n[2]));
+    vec2 root = vec2(inversesqrt(size.x), 0.0); // then a step of Newton's: r + r (1 - size r^2) / 2
+    vec2 rest = wide_sum(vec2(1.0, 0.0), -wide_product(size, wide_product(root, root)));
+    root = wide_sum(root, 0.5 * wide_product(root, rest));
+    vec3 result;
+    for (int i = 0; i < 3; i++) result[i] = wide_product(n[i], root).x;
+    return result;
+}
+
+#endif

@@ -1,0 +1,92 @@
+"""Seconds per stage: the GPU's own where they can be true, the wall clock's elsewhere."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import pytest
+
+import glshadow as gs
+from glshadow.gl.clock import Clock
+from glshadow.gl.context import GLContext
+from glshadow.gl.queries import Timestamp, has_timestamps
+
+
+@pytest.fixture
+def trusted(glcontext: GLContext) -> Iterator[GLContext]:
+    """As if a GPU drew."""
+    glcontext.trusts_timestamps = True
+    yield glcontext
+    glcontext.trusts_timestamps = glcontext.caps.timestamps
+
+
+def told(monkeypatch: pytest.MonkeyPatch, *seconds: float) -> None:
+    """What the driver says, one after the other: begin and end of each stage, the end first as it is read first."""
+    answers = iter(seconds)
+    real = Timestamp.read
+
+    def read(self: Timestamp) -> float:
+        real(self)
+        return next(answers)
+
+    monkeypatch.setattr(Timestamp, "read", read)
+
+
+def test_nothing_is_asked_of_a_driver_on_the_cpu(glcontext: GLContext) -> None:
+    assert has_timestamps(glcontext.gl), "it has them"
+    assert not glcontext.caps.timestamps, "and no GPU"
+    clock = Clock(glcontext, True)
+    with clock("a"):
+        time.sleep(0.02)
+    with clock("b"):
+        pass
+    with clock("a"):
+        time.sleep(0.02)
+    times = clock.times()
+    assert times["a"] >= 0.04
+    assert 0.0 <= times["b"] < 0.02
+
+
+def test_what_is_not_wanted_costs_nothing(trusted: GLContext, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Clock, "_now", lambda self: pytest.fail("asked"))
+    clock = Clock(trusted, False)
+    with clock("a"):
+        pass
+    assert clock.times() == {}
+
+
+def test_the_gpus_time_is_taken(trusted: GLContext, monkeypatch: pytest.MonkeyPatch) -> None:
+    told(monkeypatch, 5.001, 5.0, 7.003, 7.002, 9.002, 9.0)
+    clock = Clock(trusted, True)
+    for name in ("a", "b", "a"):
+        with clock(name):
+            time.sleep(0.01)
+    assert clock.times() == {"a": pytest.approx(0.003), "b": pytest.approx(0.001)}
+    assert trusted.trusts_timestamps
+
+
+@pytest.mark.parametrize("seconds", [(5.0, 5.1), (9.0, 5.0)], ids=["backwards", "longer than the frame"])
+def test_what_cannot_be_is_not_believed_again(
+    trusted: GLContext, monkeypatch: pytest.MonkeyPatch, seconds: tuple[float, float]
+) -> None:
+    told(monkeypatch, *seconds)
+    clock = Clock(trusted, True)
+    with clock("a"):
+        time.sleep(0.01)
+    assert 0.01 <= clock.times()["a"] < 1.0
+    assert not trusted.trusts_timestamps
+
+
+def test_a_frame_timed_by_the_gpu_is_the_same_frame() -> None:
+    scene = gs.scenes.courtyard()
+    asked = ("image", "timings")
+    with gs.Renderer("egl") as renderer:
+        frame = renderer.render(scene, size=(160, 90), samples=4, outputs=asked)
+        renderer._context.trusts_timestamps = True
+        other = renderer.render(scene, size=(160, 90), samples=4, outputs=asked)
+        assert set(other.timings) <= set(frame.timings)
+        assert {"shadow", "resolve", "read"} <= set(other.timings)
+        assert (other.image == frame.image).all()
+        with renderer._context as context:
+            assert context.gl.errors() == []
