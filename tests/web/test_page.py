@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import base64
 import re
-import subprocess
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from shutil import which
 
 import numpy as np
 import pytest
@@ -18,6 +15,8 @@ import glshadow as gs
 from glshadow.cli import main
 from glshadow.core.metric import unpack
 
+from .browser import pixels_of
+
 SIZE = (240, 150)
 SCENE = gs.scenes.courtyard()
 LIGHTS: dict[str, gs.Light] = {
@@ -25,32 +24,6 @@ LIGHTS: dict[str, gs.Light] = {
     "spot": gs.SpotLight(position=(7.0, 9.0, 6.0), direction=(-7.0, -9.0, -6.0), outer_angle=40.0, inner_angle=40.0),
     "point": gs.PointLight(position=(1.0, 6.0, 2.0)),
 }
-
-
-@pytest.fixture
-def browser(optional: Callable[[str, str], None], tmp_path: Path) -> Callable[[Path, str], str]:
-    program = which("chromium") or which("chromium-browser") or which("google-chrome")
-    if program is None:
-        optional("Chromium", "chromium")
-
-    def shown(page: Path, fragment: str) -> str:
-        command = [
-            str(program), "--headless", "--no-sandbox", "--disable-gpu-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-            f"--user-data-dir={tmp_path / 'profile'}", "--virtual-time-budget=20000", "--dump-dom", f"{page.resolve().as_uri()}#{fragment}",
-        ]  # fmt: skip
-        done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-        assert 'id="error"' not in done.stdout, re.findall(r'id="error">(.*?)<', done.stdout)
-        return done.stdout
-
-    return shown
-
-
-def pixels_of(page: str, name: str, width: int) -> np.ndarray:
-    """(H, W, 4) uint8, row 0 at the top."""
-    found = re.search(rf'<pre id="{name}">(.*?)</pre>', page)
-    assert found, page[-500:]
-    data = np.frombuffer(base64.b64decode(found[1]), np.uint8)
-    return data.reshape(-1, width, 4)[::-1]
 
 
 @pytest.mark.slow
