@@ -107,12 +107,12 @@ def glcontext(session_glcontext: GLContext) -> Iterator[GLContext]:
 
 @pytest.fixture
 def screen(optional: Callable[[str, str], None]) -> Iterator[str]:
-    """A display of its own, 480 x 320, with programs that press its keys."""
+    """A display of its own, 1280 x 800, with programs that press its keys."""
     for program, package in (("Xvfb", "xvfb"), ("xdotool", "xdotool")):
         if not which(program):
             optional(program, package)
     read_end, write_end = os.pipe()
-    command = ["Xvfb", "-displayfd", str(write_end), "-screen", "0", "480x320x24", "-nolisten", "tcp"]
+    command = ["Xvfb", "-displayfd", str(write_end), "-screen", "0", "1280x800x24", "-nolisten", "tcp"]
     with subprocess.Popen(command, pass_fds=[write_end], stderr=subprocess.DEVNULL) as server:
         os.close(write_end)
         with os.fdopen(read_end) as told:

@@ -17,6 +17,8 @@ from glshadow.errors import SettingsError
 
 MAX_RESOLUTION = 16384  # what GL 4 hardware guarantees; the context's own limit is checked when the map is made
 
+ASKED_FOR = "asked for"
+"""Why a light has its filter, where it names one."""
 
 RESOLUTION = 2048
 
@@ -105,7 +107,7 @@ class Shadow(Settings):
         named = [name for name in OF_A_MAP if getattr(self, name) is not None]
         named += [with_map] if with_map else []
         if self.filter is not None:
-            filter_, why = self.filter, "asked for"
+            filter_, why = self.filter, ASKED_FOR
         elif named:
             filter_, why = Pcf(1), f"only a map has {' and '.join(named)}"
         elif without_map:

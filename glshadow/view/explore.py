@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,6 +12,7 @@ from glshadow.core.cameras import Camera
 from glshadow.core.filters import FILTERS
 from glshadow.core.lights import DirectionalLight, Lights, RectLight, SkyLight
 from glshadow.core.sampling import SAMPLES
+from glshadow.core.shadow import ASKED_FOR
 from glshadow.core.spelling import parse
 from glshadow.errors import GlshadowError, SettingsError
 from glshadow.gl.context import Backend
@@ -19,7 +20,7 @@ from glshadow.inline import jpeg, png, words
 from glshadow.scene.arguments import picture_arguments
 from glshadow.scene.mesh import Scene
 from glshadow.view.showing import STEEPEST, Showing
-from glshadow.view.viewer import View, Viewer
+from glshadow.view.viewer import ASKING, View, Viewer
 
 DERIVED = "derived"
 CHOICES = (
@@ -66,16 +67,23 @@ class Explorer:
         self.draw()
 
     def draw(self, moving: bool = False) -> None:
-        """Draw what is shown: whole, or while something moves coarsely."""
+        """Draw what is shown: whole, or while something moves coarsely; errors follow the picture, since rays take seconds."""
+        measured = self.showing.error and not moving
+        if self._drawn(replace(self.showing, error=False), moving, [ASKING] * measured) and measured:
+            self._drawn(self.showing, moving)
+
+    def _drawn(self, showing: Showing, moving: bool, more: Sequence[str] = ()) -> bool:
         try:
-            self.view = self._viewer.draw(self.showing, self._size, moving)
+            self.view = self._viewer.draw(showing, self._size, moving)
         except GlshadowError as error:  # a setting that does not go with another: said, and the last picture stays
             self._facts.value = f'<span style="color:#b00">{words(str(error))}</span>'
-            return
+            return False
         self._image.format = "jpeg" if moving else "png"
         self._image.value = (jpeg if moving else png)(self.view.image)
-        said = [self.view.facts, *(why for used in self.view.frame.used for why in (used.why, *used.fallbacks) if why)]
+        why = [used.why for used in self.view.frame.used if used.why and used.why != ASKED_FOR]
+        said = [self.view.facts, *why, *(each for used in self.view.frame.used for each in used.fallbacks), *more]
         self._facts.value = "<br>".join(map(words, said))
+        return True
 
     def close(self) -> None:
         """Free the renderer; the picture stays."""

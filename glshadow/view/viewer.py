@@ -62,6 +62,9 @@ class View:
         return ", ".join(words)
 
 
+ASKING = "rays are asked: some seconds"
+
+
 class Viewer:
     """A renderer, and the truth of what was shown last."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import textwrap
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -21,11 +22,11 @@ from glshadow.scene.arguments import pixels
 from glshadow.scene.mesh import Scene
 from glshadow.view.controls import HELP, Controls, landscapes
 from glshadow.view.showing import Showing
-from glshadow.view.viewer import View, Viewer
+from glshadow.view.viewer import ASKING, View, Viewer
 
 REST = 0.25  # seconds without a change: then the picture is drawn whole
 SMOOTH_MS = 40.0  # a picture that takes no longer is drawn whole also while things move
-SAID = 2.5  # seconds: what a key did stays in sight
+SAID = 4.0  # seconds: what a key did, or what is wrong with a file, stays in sight
 TITLE = "glshadow"
 NO_SCREEN = "a window needs a screen, and none is open here{}; `glshadow render` writes the same picture to a file"
 
@@ -120,13 +121,18 @@ class Window:
             self._draw((size[0], size[1]), moving, resting)
         self._changed, self._worded = False, words
         if self.view is not None:
-            self._presenter.show(self._with_words(self.view, words), (size[0], size[1]))
-            self._glfw.swap_buffers(self._window)
+            self._present(self._with_words(self.view, words), (size[0], size[1]))
+
+    def _present(self, picture: NDArray[np.uint8], size: tuple[int, int]) -> None:
+        self._presenter.show(picture, size)
+        self._glfw.swap_buffers(self._window)
 
     def _draw(self, size: tuple[int, int], moving: bool, resting: bool) -> None:
         showing = self.controls.showing
         if not resting:  # rays take seconds: only what stays is measured
             showing = replace(showing, error=False)
+        elif showing.error and self.view is not None:
+            self._present(written(self.view.image, [ASKING]), size)
         try:
             self.view = self._viewer.draw(showing, size, moving)
             self._error, self._halved = "", moving
@@ -153,7 +159,7 @@ class Window:
         try:
             known = self.controls.pressed(key)
         except GlshadowError as error:
-            self._error, known = str(error), True
+            self.controls.said, known = str(error), True
         if known:
             self._said_at = time.monotonic()
             self._move() if key in ("up", "down", "left", "right") else self._change()
@@ -205,8 +211,8 @@ class Window:
     def _dropped(self, _window: Any, paths: Sequence[str]) -> None:
         try:
             self.controls.opened(self._open(Path(paths[0])))
-        except GlshadowError as error:
-            self._error = str(error)
+        except GlshadowError as error:  # the last scene stays
+            self.controls.said = str(error)
         self._said_at = time.monotonic()
         self._change()
 
@@ -263,6 +269,8 @@ def written(
     side = max(12, min(16, picture.shape[0] // 36))
     font = ImageFont.load_default(size=side)
     step = side + 5
+    letters = max(1, int((picture.shape[1] - 28) / pen.textlength("n", font=font)))
+    lines = [part for line in lines for part in textwrap.wrap(line, letters)]
     top = picture.shape[0] - step * len(lines) - 6
     for number, line in enumerate(lines):
         width = pen.textlength(line, font=font)

@@ -11,12 +11,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from click.testing import CliRunner
 from numpy.typing import NDArray
 
 import glshadow as gs
 from glshadow import image
 from glshadow.cli import main
+
+from .drop import dropped
+from .screen import pressed, seen_on
 
 SIZE = (400, 240)
 
@@ -43,24 +47,15 @@ def test_in_python_too(monkeypatch: pytest.MonkeyPatch) -> None:
 class Person:
     """Who presses keys and looks."""
 
-    def __init__(self, display: str, process: subprocess.Popen[str]) -> None:
-        self._environment = os.environ | {"DISPLAY": display}
-        self._process = process
+    def __init__(self, display: str, process: subprocess.Popen[str], folder: Path) -> None:
+        self.display, self._process, self._folder = display, process, folder
 
     def does(self, *words: str) -> None:
-        subprocess.run(["xdotool", *words], env=self._environment, check=True, timeout=20)
+        pressed(self.display, *words)
 
     def looks(self) -> NDArray[np.uint8]:
         """The window's pixels."""
-        code = (
-            "import sys\nfrom PIL import ImageGrab\n"
-            f"ImageGrab.grab((0, 0, {SIZE[0]}, {SIZE[1]}), xdisplay=sys.argv[1]).convert('RGB').save(sys.argv[2])"
-        )
-        path = Path(os.environ.get("TMPDIR", "/tmp")) / f"glshadow_{os.getpid()}.png"
-        subprocess.run([sys.executable, "-c", code, self._environment["DISPLAY"], str(path)], check=True, timeout=20)
-        picture = image.read(path)[..., :3].astype(np.uint8)
-        path.unlink()
-        return picture
+        return seen_on(self.display, self._folder)[: SIZE[1], : SIZE[0]]
 
     def waits_for(self, what: str, true: Callable[[NDArray[np.uint8]], bool]) -> NDArray[np.uint8]:
         """Looks until something is so."""
@@ -80,7 +75,7 @@ def differs(one: NDArray[np.uint8], other: NDArray[np.uint8], where: tuple[slice
     return float((gap > 12).mean())
 
 
-TOP, MAP, ALL = np.s_[0:40, 0:120], np.s_[0:64, 330:400], np.s_[0:200, :]
+TOP, MAP, ALL, WORDS = np.s_[0:40, 0:120], np.s_[0:64, 330:400], np.s_[0:200, :], np.s_[215:240, 0:300]
 
 
 @pytest.mark.slow
@@ -89,7 +84,7 @@ def test_a_person_turns_lights_and_judges(screen: str, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "glshadow", "view", "--size", f"{SIZE[0]}x{SIZE[1]}"]
     with subprocess.Popen(command, env=environment, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
         try:
-            _work_with(Person(screen, process), tmp_path)
+            _work_with(Person(screen, process, tmp_path), tmp_path)
             _, said = process.communicate(timeout=20)
         finally:
             process.kill()
@@ -130,6 +125,16 @@ def _work_with(person: Person, folder: Path) -> None:
     other = person.waits_for("a landscape", lambda seen: differs(turned, seen, ALL) > 0.05)
     person.does("key", "a")
     person.waits_for("its light moves", lambda seen: differs(other, seen, ALL) > 0.02)
+    model = folder / "a model.ply"
+    trimesh.creation.torus(1.0, 0.4).export(model)
+    person.does("key", "a")
+    before = person.looks()
+    dropped(person.display, model, "glshadow")
+    model_seen = person.waits_for("the model that was dropped", lambda seen: differs(before, seen, ALL) > 0.05)
+    (folder / "broken.ply").write_text("ply\nnothing")
+    dropped(person.display, folder / "broken.ply", "glshadow")
+    told = person.waits_for("what is wrong with a file", lambda seen: differs(model_seen, seen, WORDS) > 0.05)
+    assert differs(model_seen, told, np.s_[0:160, :]) < 0.02, "the model stays"
     person.does("key", "c")
     until = time.monotonic() + 20.0
     while not (folder / "glshadow_001.png").exists() and time.monotonic() < until:

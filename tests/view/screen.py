@@ -1,0 +1,28 @@
+"""What is on a display."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow import image
+
+GRAB = "import sys\nfrom PIL import ImageGrab\nImageGrab.grab(xdisplay=sys.argv[1]).convert('RGB').save(sys.argv[2])"
+
+
+def seen_on(display: str, folder: Path) -> NDArray[np.uint8]:
+    """Its pixels (H, W, 3); in a process of its own, since a closed display takes the process along."""
+    path = folder / "screen.png"
+    subprocess.run([sys.executable, "-c", GRAB, display, str(path)], check=True, timeout=20)
+    picture = image.read(path)[..., :3].astype(np.uint8)
+    path.unlink()
+    return picture
+
+
+def pressed(display: str, *words: str) -> None:
+    """xdotool's words."""
+    subprocess.run(["xdotool", *words], env={"DISPLAY": display, "PATH": "/usr/bin:/bin"}, check=True, timeout=20)
