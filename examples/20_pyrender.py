@@ -6,11 +6,19 @@ Needs `pip install 'glshadow[pyrender]'`: for the scene, which is pyrender's.
 import numpy as np
 import pyrender
 import trimesh
+from numpy.typing import NDArray
 
 import glshadow as gs
 from glshadow import image
 
-ring = trimesh.creation.torus(0.6, 0.15, transform=trimesh.transformations.rotation_matrix(1.3, [1, 0.3, 0]))
+
+def turned(angle: float) -> NDArray[np.float64]:
+    """About x, in radians."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1]])
+
+
+ring = trimesh.creation.torus(0.6, 0.15, transform=turned(1.3))
 ring.apply_translation([0, 0.9, 0])
 ring.visual.vertex_colors = (214, 120, 60, 255)
 floor = trimesh.creation.box((6, 0.1, 6))
@@ -21,7 +29,7 @@ scene.add(pyrender.Mesh.from_trimesh(floor))
 lamp = np.eye(4)
 lamp[:3, 3] = (1.2, 2.6, 0.8)
 scene.add(pyrender.PointLight(intensity=25.0), pose=lamp)
-camera = trimesh.transformations.rotation_matrix(-0.5, [1, 0, 0])
+camera = turned(-0.5)
 camera[:3, 3] = (0.0, 2.4, 3.4)
 scene.add(pyrender.PerspectiveCamera(yfov=0.9), pose=camera)
 

@@ -22,12 +22,11 @@ from glshadow.gl.camera import draw_surface, nothing_in_view
 from glshadow.gl.clock import Clock
 from glshadow.gl.context import Backend, backend_of, open_context
 from glshadow.gl.glass import Panes
-from glshadow.gl.readback import MIDDLES, average_samples, read_means, read_middles
 from glshadow.gl.resolve import Share, resolve
 from glshadow.gl.sources import Source
 from glshadow.gl.sources.source import open_receiver
 from glshadow.gl.store import Store
-from glshadow.gl.targets import CameraTargets, clear_outputs
+from glshadow.gl.targets import clear_outputs
 from glshadow.gl.work import Work
 from glshadow.scene.arguments import picture_arguments
 from glshadow.scene.mesh import Scene
@@ -251,7 +250,7 @@ class Renderer:
                     work, shares, look.linear_background, look.background is None, "visibility" in outputs
                 )
         with clock("read"):
-            results = self._read(store, work, outputs, len(lights), look, spread)
+            results = store.read(work, outputs, len(lights), look, spread)
             if "shadow_maps" in outputs:
                 results["shadow_maps"] = tuple(source.stored() for source in sources)
         self._context.check_errors("rendering")
@@ -279,29 +278,6 @@ class Renderer:
                 store.several(work).fill(work)
         store.something = store.covered.passed
         store.seen = key
-
-    def _read(
-        self, store: Store, work: Work, outputs: frozenset[str], lights: int, look: Look, spread: tuple[int, int]
-    ) -> dict[str, Any]:
-        targets, transparent = work.targets, look.background is None
-        if spread == (1, 1):
-            results = read_means(outputs, targets, lights, transparent)
-        else:
-            fine = read_means(outputs | {"linear", "alpha"}, targets, lights, transparent)
-            results = average_samples(outputs, fine, spread, transparent)
-        if not outputs.isdisjoint(MIDDLES):
-            if look.samples == 1:
-                return results | read_middles(outputs, work.scene, work.sight, targets)
-            # no sample lies in the middle of a pixel
-            store.seen = None
-            size, channels = work.sight.size, targets.surface.components
-            middle = targets if spread == (1, 1) else CameraTargets(self._context, size, 1, channels, 0, False, False)
-            draw_surface(self._context, work.programs, work.scene, work.sight, middle.surface_framebuffer)
-            results |= read_middles(outputs, work.scene, work.sight, middle)
-            store.rest()
-            if middle is not targets:
-                middle.release()
-        return results
 
     def _shares(
         self,

@@ -113,3 +113,8 @@ def test_double_is_asked_for_in_one_place() -> None:
         if re.search(r"^[^/]*\b(double|d(vec|mat)\d)\b", path.read_text(), re.MULTILINE)
     }
     assert found == {"lib/placed.glsl"}
+
+
+def test_no_file_is_longer_than_a_reader_can_hold() -> None:
+    long = {path.name for path in PACKAGE.rglob("*.py") if len(path.read_text().splitlines()) > 350}
+    assert long == set()

@@ -1,7 +1,7 @@
 """The OpenGL calls that moderngl lacks, as typed methods on addresses from moderngl's own loader.
 
-moderngl 5.13 has no clip control, no depth texture but 24 bits, no buffer texture, no single layer of an array as a
-framebuffer attachment, no clear of an integer target, and cannot read most of the state it sets.
+moderngl 5.13 has no clip control, no depth texture but 24 bits, no buffer texture, no clear of an integer target, no timestamp, and
+cannot read most of the state it sets.
 """
 
 import ctypes as C
@@ -17,7 +17,6 @@ BLEND = 0x0BE2
 DEPTH_COMPONENT16 = 0x81A5
 DEPTH_COMPONENT24 = 0x81A6
 DEPTH_COMPONENT32F = 0x8CAC
-
 R32F = 0x822E
 RGBA32F = 0x8814
 R32UI = 0x8236
@@ -27,10 +26,7 @@ RG32F = 0x8230
 R8 = 0x8229
 
 _TEXTURE_2D, _TEXTURE_BINDING_2D = 0x0DE1, 0x8069
-_DRAW_FRAMEBUFFER_BINDING, _DRAW_FRAMEBUFFER = 0x8CA6, 0x8CA9
-_FRAMEBUFFER_COMPLETE = 0x8CD5
 _CURRENT_PROGRAM = 0x8B8D
-DEPTH_ATTACHMENT = 0x8D00
 
 _ERRORS = {
     0x0500: "GL_INVALID_ENUM",
@@ -43,8 +39,7 @@ _ERRORS = {
     0x0507: "GL_CONTEXT_LOST",
 }
 _OUT_OF_MEMORY = 0x0505
-# A lost context reports errors for ever.
-_MAX_ERRORS = 32
+_MAX_ERRORS = 32  # a lost context reports errors for ever
 
 _TYPES: dict[str, Any] = {
     "I": C.c_uint,
@@ -78,7 +73,6 @@ _SIGNATURES = {
     "glBindVertexArray": ("", "I"),
     "glBlendEquationSeparate": ("", "II"),
     "glBlendFuncSeparate": ("", "IIII"),
-    "glCheckFramebufferStatus": ("I", "I"),
     "glClampColor": ("", "II"),
     "glClearBufferfv": ("", "Iip"),
     "glClearBufferuiv": ("", "Iip"),
@@ -96,7 +90,6 @@ _SIGNATURES = {
     "glEnable": ("", "I"),
     "glEnablei": ("", "II"),
     "glFlush": ("", ""),
-    "glFramebufferTextureLayer": ("", "IIIii"),
     "glFrontFace": ("", "I"),
     "glGenTextures": ("", "ip"),
     "glGetBooleani_v": ("", "IIp"),
@@ -280,24 +273,6 @@ class EntryPoints:
         """
         with self._bound_2d(texture_glo):
             self.call("glTexImage2D", _TEXTURE_2D, 0, internal_format, *size, 0, 0x1902, 0x1406, None)
-
-    def attach_layer(
-        self, framebuffer_glo: int, texture_glo: int, layer: int, attachment: int = DEPTH_ATTACHMENT
-    ) -> None:
-        """Attach one layer of an array texture, or one face of a cube map, to a framebuffer.
-
-        Raises
-        ------
-        GlshadowError
-            If the framebuffer is not complete afterwards.
-        """
-        previous = self.integer(_DRAW_FRAMEBUFFER_BINDING)
-        self.call("glBindFramebuffer", _DRAW_FRAMEBUFFER, framebuffer_glo)
-        self.call("glFramebufferTextureLayer", _DRAW_FRAMEBUFFER, attachment, texture_glo, 0, layer)
-        status = self.call("glCheckFramebufferStatus", _DRAW_FRAMEBUFFER)
-        self.call("glBindFramebuffer", _DRAW_FRAMEBUFFER, previous)
-        if status != _FRAMEBUFFER_COMPLETE:
-            raise GlshadowError(f"framebuffer with layer {layer} attached is not complete (status {status:#x})")
 
     def clear_unsigned(self, draw_buffer: int, values: Sequence[int]) -> None:
         """Clear an unsigned integer colour target of the bound framebuffer, which glClear leaves undefined."""

@@ -6,8 +6,10 @@ import weakref
 from typing import Any
 
 from glshadow.core.cameras import Camera
+from glshadow.core.look import Look
 from glshadow.gl.atlases import Atlases
-from glshadow.gl.camera import Sight, look
+from glshadow.gl.camera import Sight, draw_surface
+from glshadow.gl.camera import look as seen_by
 from glshadow.gl.context import GLContext
 from glshadow.gl.cookies import Cookies
 from glshadow.gl.geometry import GpuScene
@@ -16,6 +18,7 @@ from glshadow.gl.kept import Kept
 from glshadow.gl.meshes import Meshes
 from glshadow.gl.program import Programs
 from glshadow.gl.queries import AnySamples
+from glshadow.gl.readback import MIDDLES, average_samples, read_means, read_middles
 from glshadow.gl.samples import Samples
 from glshadow.gl.screen import Samplers
 from glshadow.gl.sources import Sources
@@ -75,7 +78,7 @@ class Store:
         gpu = self.scene.get(weakref.ref(scene), lambda: GpuScene(context, self.meshes, scene))
         key = (camera, size, gpu.identity)
         if self.sight is None or self.sight[0] != key:
-            self.sight = (key, look(scene, gpu, camera, size, context.caps.clip_control))
+            self.sight = (key, seen_by(scene, gpu, camera, size, context.caps.clip_control))
         channels = 4 if gpu.textured else 2 if gpu.smooth else 1
         several = samples > 1
         shape = (
@@ -94,6 +97,31 @@ class Store:
     def several(self, work: Work) -> Samples:
         """The samples of a frame that has more than one in each pixel."""
         return self._samples.get(work.targets.identity, lambda: Samples(work))
+
+    def read(
+        self, work: Work, outputs: frozenset[str], lights: int, look: Look, spread: tuple[int, int]
+    ) -> dict[str, Any]:
+        """A frame's outputs, but for maps and timings; what only a pixel's middle has is drawn for it."""
+        targets, transparent = work.targets, look.background is None
+        if spread == (1, 1):
+            results = read_means(outputs, targets, lights, transparent)
+        else:
+            fine = read_means(outputs | {"linear", "alpha"}, targets, lights, transparent)
+            results = average_samples(outputs, fine, spread, transparent)
+        if outputs.isdisjoint(MIDDLES):
+            return results
+        if look.samples == 1:
+            return results | read_middles(outputs, work.scene, work.sight, targets)
+        # no sample lies in the middle of a pixel
+        self.seen = None
+        size, channels = work.sight.size, targets.surface.components
+        middle = targets if spread == (1, 1) else CameraTargets(self._context, size, 1, channels, 0, False, False)
+        draw_surface(self._context, work.programs, work.scene, work.sight, middle.surface_framebuffer)
+        results |= read_middles(outputs, work.scene, work.sight, middle)
+        self.rest()
+        if middle is not targets:
+            middle.release()
+        return results
 
     def rest(self) -> None:
         """Between frames. moderngl binds again what was bound before, also a framebuffer released meanwhile: leave one that stays."""

@@ -284,19 +284,8 @@ def _score_light(
     several = has_size(truth.lights[number]) and getattr(truth, "light_samples", 1) > 1
     soft = counted & several & (exact > 0.0) & (exact < 1.0)
     sums = (
-        surface,
-        counted,
-        amount * counted,
-        edge,
-        acne,
-        leak,
-        grain,
-        contact,
-        amount > WRONG,
-        amount,
-        soft,
-        amount * soft,
-    )
+        surface, counted, amount * counted, edge, acne, leak, grain, contact, amount > WRONG, amount, soft, amount * soft,
+    )  # fmt: skip
     return _Tally(*(float(values.sum()) for values in sums)), kinds, amount[counted]
 
 

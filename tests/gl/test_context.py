@@ -564,16 +564,6 @@ def test_buffer_texture(
     table.release()
 
 
-def test_layer_of_an_array_as_target(glcontext: GLContext) -> None:
-    ctx, gl = glcontext.ctx, glcontext.gl
-    array = ctx.texture_array((2, 2, 3), 4, bytes(2 * 2 * 3 * 4))
-    framebuffer = ctx.framebuffer([ctx.texture((2, 2), 4)])
-    gl.attach_layer(framebuffer.glo, array.glo, 1, attachment=0x8CE0)
-    framebuffer.use()
-    framebuffer.clear(1.0, 1.0, 1.0, 1.0)
-    assert [array.read()[layer * 16] for layer in range(3)] == [0, 255, 0]
-
-
 def test_clear_of_one_target(glcontext: GLContext) -> None:
     ctx, gl = glcontext.ctx, glcontext.gl
     ids, colour = ctx.texture((2, 2), 1, dtype="u4"), ctx.texture((2, 2), 4, dtype="f4")
