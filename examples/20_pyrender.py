@@ -18,7 +18,7 @@ def turned(angle: float) -> NDArray[np.float64]:
     return np.array([[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1]])
 
 
-ring = trimesh.creation.torus(0.6, 0.15, transform=turned(1.3))
+ring = trimesh.creation.torus(0.6, 0.15, 128, 64, transform=turned(1.3))
 ring.apply_translation([0, 0.9, 0])
 ring.visual.vertex_colors = (214, 120, 60, 255)
 floor = trimesh.creation.box((6, 0.1, 6))

@@ -27,6 +27,12 @@ def pytest_configure() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Modules that take long first: the last one to be begun is then a short one, for which no other process waits."""
+    long = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in long)
+
+
 def _skip_is_failure(report: Any) -> bool:
     if not (REQUIRE_GL and report.skipped) or hasattr(report, "wasxfail"):
         return False
