@@ -9,7 +9,7 @@ import numpy as np
 import glshadow as gs
 from glshadow import image
 
-SIZE = (360, 240)
+SIZE = (300, 200)
 scene = gs.scenes.courtyard()
 camera = gs.PerspectiveCamera(position=(7.0, 5.0, 8.0), target=(0.4, 0.4, 1.4), fov_y=32.0)
 sun = gs.DirectionalLight(intensity=0.8, angle=4.0)

@@ -1,5 +1,6 @@
 """Fixtures for every room: one OpenGL context per process, a seeded generator, the models, and no silent skip."""
 
+import itertools
 import os
 import signal
 import subprocess
@@ -19,6 +20,8 @@ REQUIRE_GL = os.environ.get("GLSHADOW_REQUIRE_GL") == "1"
 
 # Skips with this head stay skips outside CI: the program is not to be had on every system.
 OPTIONAL = "optional: "
+
+_displays = itertools.count()
 
 
 def pytest_configure() -> None:
@@ -118,7 +121,9 @@ def screen(optional: Callable[[str, str], None]) -> Iterator[str]:
         if not which(program):
             optional(program, package)
     read_end, write_end = os.pipe()
-    command = ["Xvfb", "-displayfd", str(write_end), "-screen", "0", "1280x800x24", "-nolisten", "tcp"]
+    # A number that no server has had: one that ends takes the next one's socket along.
+    number = 100 + 100 * (os.getpid() % 500) + next(_displays)
+    command = ["Xvfb", f":{number}", "-displayfd", str(write_end), "-screen", "0", "1280x800x24", "-nolisten", "tcp"]
     with subprocess.Popen(command, pass_fds=[write_end], stderr=subprocess.DEVNULL) as server:
         os.close(write_end)
         with os.fdopen(read_end) as told:

@@ -188,7 +188,7 @@ def test_samples_of_pixels_and_points_of_lights_go_together(
 ) -> None:
     lights = [LIGHTS["sun"], gs.DirectionalLight(direction=(0.5, -1.0, 0.3))]
     frame = renderer.render(scene, None, lights, SIZE, outputs=OUTPUTS, samples=samples)
-    truth = gs.trace(scene, None, lights, SIZE, samples=samples, light_samples=1024 // samples)
+    truth = gs.trace(scene, None, lights, SIZE, samples=samples, light_samples=512 // samples)
     known = ~np.isnan(frame.visibility[0]) & ~np.isnan(truth.visibility[0]) & (truth.cosine[0] > 0.05)
     assert np.abs(frame.visibility[0] - truth.visibility[0])[known].mean() < 4e-3
     assert np.abs(frame.visibility[1] - truth.visibility[1])[known].mean() < 2e-3
@@ -230,7 +230,7 @@ def test_dither_turns_steps_into_noise(renderer: gs.Renderer, scene: gs.Scene, n
     soft = (plain > 0.0) & (plain < 1.0)
     assert (plain != noisy)[soft].mean() > 0.2
     assert abs((plain - noisy)[soft].mean()) < 0.02
-    truth = gs.trace(scene, None, [light], SIZE, light_samples=512).visibility[0]
+    truth = gs.trace(scene, None, [light], SIZE, light_samples=256).visibility[0]
     assert np.nanmean(np.abs(noisy - truth)) < 1.5 * np.nanmean(np.abs(plain - truth)) + 1e-3
 
 

@@ -109,9 +109,8 @@ def test_every_sample_in_numpy_is_a_box_mean(older: gs.Renderer) -> None:
 @pytest.mark.parametrize("name", list(LIGHTS))
 def test_more_samples_are_nearer_to_the_traced_mean(renderer: gs.Renderer, courtyard: gs.Scene, name: str) -> None:
     light = LIGHTS[name]
-    size = (
-        (640, 360) if name == "point light" else (480, 270)
-    )  # its shadows are thinner than the pixels of a small picture
+    # its shadows are thinner than the pixels of a small picture
+    size = (480, 270) if name == "point light" else (320, 180)
     fine = gs.trace(courtyard, None, [light], size, samples=64)
     counted = fine.reached[0] & (fine.alpha == 1.0)
     errors = {}

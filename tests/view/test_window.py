@@ -59,7 +59,7 @@ class Person:
 
     def waits_for(self, what: str, true: Callable[[NDArray[np.uint8]], bool]) -> NDArray[np.uint8]:
         """Looks until something is so."""
-        until = time.monotonic() + 20.0
+        until = time.monotonic() + 60.0  # rays round 50,000 pixels of acne, beside another test
         while time.monotonic() < until:
             assert self._process.poll() is None, "the window went"
             seen = self.looks()
