@@ -30,7 +30,7 @@ from glshadow.core.view import ShadowView, kind_of, shadow_views
 from glshadow.errors import SettingsError
 from glshadow.gl.atlases import Atlas, layout
 from glshadow.gl.caster import Map, draw_casters
-from glshadow.gl.context import GLContext, open_context
+from glshadow.gl.context import Caps, GLContext, open_context
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.lighting import light_uniforms, light_view
 from glshadow.gl.meshes import Meshes
@@ -112,8 +112,12 @@ def receiver_source(context: GLContext, light: Light, shadow_map: Map | None, di
         raise SettingsError(
             f"{shadow_map.filter!r} reads depths, and `bind_map` binds a sampler that only compares: use target R32F, R16F, R8 or RGBA8"
         )
-    # Comparison samplers in either case: what `bind_map` binds.
-    caps = replace(context.caps, texture_gather=dialect == "core330_gather", software=False)
+    return receiver_text(context.caps, light, shadow_map, dialect)
+
+
+def receiver_text(caps: Caps, light: Light, shadow_map: Map | None, dialect: str = "core330") -> str:
+    """The same of whatever the dialect can ask; depth formats by comparison samplers, where the filter does not read depths."""
+    caps = replace(caps, texture_gather=dialect == "core330_gather", software=False)
     slots = map_slots(light, shadow_map, caps) if shadow_map else open_slots(kind_of(light))
     known = compose("pass/include.frag", dialect, slots).declared
     # a stranger's receivers may lie anywhere

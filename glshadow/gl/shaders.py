@@ -8,8 +8,8 @@ Everything else in the text (its functions, uniforms and macros, all of which be
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Self
 
 import moderngl
@@ -26,11 +26,11 @@ from glshadow.errors import SettingsError
 from glshadow.gl.atlases import Atlas, layout
 from glshadow.gl.caster import Map, begin_view
 from glshadow.gl.context import open_context
+from glshadow.gl.forward import receiver_text
 from glshadow.gl.lighting import light_uniforms, light_view
 from glshadow.gl.moments import Moments
 from glshadow.gl.program import Programs, set_uniform
-from glshadow.gl.sources.mapped import map_defines, map_slots, uniforms_of
-from glshadow.shader.compose import compose
+from glshadow.gl.sources.mapped import uniforms_of
 
 __all__ = ["Caster", "ShadowMap"]
 
@@ -228,14 +228,7 @@ class ShadowMap:
         """
         if not isinstance(name, str) or not _NAME.fullmatch(name):
             raise refuse("name", "lower case letters and digits, words joined by _", name)
-        caps = self._context.caps
-        slots = map_slots(self.light, self._asked, _plain(caps))
-        known = compose("pass/include.frag", "core330", slots).declared
-        wanted: Mapping[str, int | str] = {**map_defines(self.light, self._asked), "GLS_BOUNDED": 1}
-        text = compose(
-            "pass/include.frag", "core330", slots, {key: value for key, value in wanted.items() if key in known}
-        ).code
-        head, _, body = text.partition("\n")
+        head, _, body = receiver_text(self._context.caps, self.light, self._asked).partition("\n")
         body = _renamed(body + _DRAWN, name)
         return f"{head}\n{body}" if version else body
 
@@ -288,11 +281,6 @@ class ShadowMap:
                 self._moments.release()
             self._programs.release()
             self._caster.release()
-
-
-def _plain(caps: Any) -> Any:
-    """Of comparison samplers, single taps: what GLSL 3.30 has."""
-    return replace(caps, texture_gather=False, software=False)
 
 
 _KEPT = {"main", "GLS_VERTEX"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -21,6 +22,13 @@ def seen_on(display: str, folder: Path) -> NDArray[np.uint8]:
     picture = image.read(path)[..., :3].astype(np.uint8)
     path.unlink()
     return picture
+
+
+def kept(name: str, picture: NDArray[np.uint8]) -> None:
+    """Where GLSHADOW_SCREENSHOTS names a folder, the picture is left there, to be looked at."""
+    if folder := os.environ.get("GLSHADOW_SCREENSHOTS"):
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        image.write(Path(folder) / f"{name}.png", picture)
 
 
 def pressed(display: str, *words: str) -> None:

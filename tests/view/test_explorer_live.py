@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from .screen import pressed, seen_on
+from .screen import kept, pressed, seen_on
 
 SKY = (206, 208, 214)  # of a picture's upper corners
 CELL = """import glshadow as gs
@@ -80,6 +80,7 @@ def waits_for(display: str, folder: Path, what: str, true: Callable[[NDArray[np.
     while time.monotonic() < until:
         seen = seen_on(display, folder)
         if true(seen):
+            kept(f"explorer {what}", seen)
             return seen
         time.sleep(0.2)
     pytest.fail(f"never seen: {what}")

@@ -20,7 +20,7 @@ from glshadow import image
 from glshadow.cli import main
 
 from .drop import dropped
-from .screen import pressed, seen_on
+from .screen import kept, pressed, seen_on
 
 SIZE = (400, 240)
 
@@ -48,7 +48,7 @@ class Person:
     """Who presses keys and looks."""
 
     def __init__(self, display: str, process: subprocess.Popen[str], folder: Path) -> None:
-        self.display, self._process, self._folder = display, process, folder
+        self.display, self._process, self._folder, self._number = display, process, folder, 0
 
     def does(self, *words: str) -> None:
         pressed(self.display, *words)
@@ -59,11 +59,13 @@ class Person:
 
     def waits_for(self, what: str, true: Callable[[NDArray[np.uint8]], bool]) -> NDArray[np.uint8]:
         """Looks until something is so."""
+        self._number += 1
         until = time.monotonic() + 60.0  # rays round 50,000 pixels of acne, beside another test
         while time.monotonic() < until:
             assert self._process.poll() is None, "the window went"
             seen = self.looks()
             if true(seen):
+                kept(f"window_{self._number:02d} {what}", seen)
                 return seen
             time.sleep(0.1)
         pytest.fail(f"never seen: {what}")

@@ -15,6 +15,7 @@ import glshadow as gs
 from glshadow.cli import main
 from glshadow.core.metric import unpack
 
+from ..view.screen import kept
 from .browser import pixels_of
 
 SIZE = (160, 100)
@@ -37,6 +38,7 @@ def test_a_browser_shows_what_we_render(browser: Callable[[Path, str], str], tmp
     path = gs.export_page(SCENE, tmp_path / "page", lights=[light], resolution=256)
     page = browser(path, f"test{SIZE[0]}x{SIZE[1]}")
     theirs = pixels_of(page, "pixels", SIZE[0])
+    kept(f"page {name}", np.ascontiguousarray(theirs[..., :3]))
     with gs.Renderer("egl") as renderer:
         ours = renderer.render(SCENE, None, [light], SIZE, ambient=0.2, outputs=("image", "visibility"))
         dark = renderer.render(SCENE, None, [replace(light, shadow=None)], SIZE, ambient=0.2, outputs=("image",))
