@@ -277,6 +277,8 @@ def written(
         pen.rectangle((6, top + step * number, 14 + width, top + step * (number + 1) - 1), fill=(20, 24, 32, 170))
         pen.text((10, top + step * number + 1), line, fill=(255, 255, 255), font=font)
     if table:
+        step = min(step, (picture.shape[0] - 20) // len(table))  # all of them, also in a small window
+        font = ImageFont.load_default(size=max(step - 5, 7))
         across = max(pen.textlength(key, font=font) for key, _ in table) + 14
         wide = across + max(pen.textlength(text, font=font) for _, text in table) + 20
         pen.rectangle((6, 6, 6 + wide, 14 + step * len(table)), fill=(20, 24, 32, 200))
