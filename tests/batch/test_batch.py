@@ -60,6 +60,16 @@ def test_pictures_are_those_of_render(tmp_path: Path) -> None:
     assert run_batch(changed, tmp_path / "out", processes=1, fresh=True).drawn == 1
 
 
+def test_a_journal_that_was_cut_keeps_what_is_whole(tmp_path: Path) -> None:
+    jobs = read_jobs(written(tmp_path / "jobs.jsonl", {"output": "a.png"}, {"output": "b.png"}))
+    run_batch(jobs, tmp_path / "out", processes=1)
+    journal = tmp_path / "out" / JOURNAL
+    text = journal.read_text()
+    journal.write_text(text[:-20])  # the machine went down while it wrote the second line
+    again = run_batch(jobs, tmp_path / "out", processes=1)
+    assert (again.drawn, again.kept, again.failed) == (1, 1, ())
+
+
 WRONG: list[tuple[dict[str, Any] | str, str]] = [
     ("{", "no JSON"), ("[1]", "must be an object"), ({"scene": "courtyard"}, "output is missing"),
     ({"output": "a.png"}, "scene is missing"),

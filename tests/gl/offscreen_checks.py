@@ -16,6 +16,7 @@ import glshadow as gs  # noqa: E402
 
 SIZE = (320, 240)
 Flags = pyrender.RenderFlags
+OWN = {"sun": Flags.SHADOWS_DIRECTIONAL, "spot": Flags.SHADOWS_SPOT, "point": Flags.SHADOWS_POINT}
 
 
 def built(kind: str) -> tuple[Any, list[Any]]:
@@ -71,6 +72,9 @@ def main() -> None:
             "median": float(np.median(gap)),
             "far": float((gap > 12).mean()),
             "depth": float(np.median(np.abs(depth_a - depth_b)[both])),
+            "nearer": float(np.median(depth_b[both] / depth_a[both])),
+            "own": float(((b != ours.render(scene, OWN[kind])[0]).any(axis=-1)).mean()),
+            "others": float(((b != ours.render(scene, Flags.SHADOWS_ALL & ~OWN[kind])[0]).any(axis=-1)).mean()),
             "covered": float(((depth_a > 0) != (depth_b > 0)).mean()),
             "darker": float((b.astype(int).sum(axis=-1) - shadowed.astype(int).sum(axis=-1) > 30).mean()),
             "brighter": int((b.astype(int).sum(axis=-1) - shadowed.astype(int).sum(axis=-1)).min()),

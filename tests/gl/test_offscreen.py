@@ -39,6 +39,7 @@ def test_it_returns_what_pyrender_returns(found: dict[str, Any], kind: str) -> N
     assert one["depth"] < 0.1, (
         "the first of four samples, a quarter of a pixel aside; most where the ground is seen flat"
     )
+    assert abs(one["nearer"] - 1.0) < 0.004, "a quarter of a pixel's share of the depth"
     assert one["covered"] < 0.01
     assert one["seg"] < 0.02
     assert one["alpha"] == 0.0
@@ -50,6 +51,8 @@ def test_it_returns_what_pyrender_returns(found: dict[str, Any], kind: str) -> N
 def test_shadows_darken_and_nothing_else(found: dict[str, Any], kind: str) -> None:
     """Also of point lights, whose shadow flag pyrender does not honour."""
     assert found[kind]["darker"] > 0.01
+    assert found[kind]["own"] > 0.01, "by its own flag"
+    assert found[kind]["others"] == 0.0, "and no other"
     assert found[kind]["brighter"] >= -12, "of 765: where samples are shaded once and shadows part them"
 
 

@@ -116,6 +116,39 @@ def test_its_shadows_are_those_of_rays(foreign: Foreign, name: str, filter: gs.F
     assert 0.03 < (seen[known] < 0.5).mean() < 0.9
 
 
+@pytest.mark.parametrize("name", ["sun", "spot"])
+def test_directions_are_those_of_the_world(foreign: Foreign, name: str) -> None:
+    light = LIGHTS[name]
+    with gs.ShadowMap(foreign.ctx, light, foreign.bounds) as shadow:
+        text = shadow.source("lamp") + REST % "lamp_towards(position), 1.0"
+        program = foreign.ctx.program(vertex_shader=VERTEX, fragment_shader=text)
+        shadow.draw(foreign.cast)
+        shadow.apply(program, "lamp")
+        seen = foreign.picture(program)
+    truth = gs.trace(SCENE, None, [light], SIZE)
+    known = (truth.node >= 0) & (seen[..., 3] >= 0.0)
+    towards, _ = to_light(light, np.nan_to_num(truth.position))
+    gap = np.abs(seen[..., :3] - towards).max(axis=-1)[known]
+    assert np.quantile(gap, 0.95) < 2e-2, "a pixel's own triangle, but at silhouettes"
+
+
+@pytest.mark.parametrize("name", list(LIGHTS))
+def test_what_faces_away_is_dark(foreign: Foreign, name: str) -> None:
+    """Whatever its map says: nothing casts here."""
+    light = LIGHTS[name]
+    with gs.ShadowMap(foreign.ctx, light, foreign.bounds) as shadow:
+        text = shadow.source("lamp") + REST % "lamp_visibility(position, n), dot(lamp_towards(position), n), 0.0, 1.0"
+        program = foreign.ctx.program(vertex_shader=VERTEX, fragment_shader=text)
+        shadow.draw(lambda caster: None)
+        shadow.apply(program, "lamp")
+        seen = foreign.picture(program)
+    drawn = seen[..., 3] > 0.0
+    away, towards = drawn & (seen[..., 1] < -1e-3), drawn & (seen[..., 1] > 1e-3)
+    assert away.sum() > 300
+    np.testing.assert_array_equal(seen[away, 0], 0.0)
+    assert (seen[towards, 0] > 1.0 - 1e-6).all(), "the weights of four texels, rounded"
+
+
 def test_directions_and_what_arrives(foreign: Foreign) -> None:
     light = replace(LIGHTS["point"], falloff=2.0, range=30.0)
     with gs.ShadowMap(foreign.ctx, light, foreign.bounds) as shadow:
