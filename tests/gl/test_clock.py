@@ -90,3 +90,15 @@ def test_a_frame_timed_by_the_gpu_is_the_same_frame() -> None:
         assert (other.image == frame.image).all()
         with renderer._context as context:
             assert context.gl.errors() == []
+
+
+def test_timestamps_are_seconds(glcontext: GLContext) -> None:
+    begin = Timestamp(glcontext.gl)
+    glcontext.ctx.finish()
+    start = time.perf_counter()
+    time.sleep(0.05)
+    end = Timestamp(glcontext.gl)
+    glcontext.ctx.finish()
+    wall = time.perf_counter() - start
+    # the driver may note the moment a little before or after it is asked for
+    assert 0.04 < end.read() - begin.read() < wall + 0.05
