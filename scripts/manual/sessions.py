@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ELSEWHERE = {
-    r"(\.venv/bin/)?(pip|pre-commit) install": "installs: tests/test_wheel.py, and the set-up of every script",
+    r"(\.venv/bin/)?(pip|pre-commit) install": "installs: tests/examples/test_wheel.py, and the set-up of every script",
     r"(apt-get|debootstrap|git|cp|mount|umount|chroot|rm|sh) ": "needs root and a bare machine",
     r"    sh -c": "the rest of such a line",
     r"scripts/": "set-up comes first: .ci/run calls these",
