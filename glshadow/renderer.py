@@ -28,7 +28,7 @@ from glshadow.gl.sources.source import open_receiver
 from glshadow.gl.store import Store
 from glshadow.gl.targets import clear_outputs
 from glshadow.gl.work import Work
-from glshadow.scene.arguments import picture_arguments
+from glshadow.scene.arguments import as_scene, picture_arguments
 from glshadow.scene.mesh import Scene
 
 _EVERY_SAMPLE = "all {} samples of every pixel are shaded: collecting those that differ needs OpenGL 4.3, {} has {:.1f}"
@@ -318,10 +318,7 @@ def render(
         Further arguments of Renderer.render.
     """
     path = optional(as_path, "it is not saved")("path", path)
-    if not isinstance(scene, Scene):
-        from glshadow.scene.load import load
-
-        scene = load(scene)
+    scene = as_scene(scene)
     with Renderer() as renderer:
         frame = renderer.render(scene, camera, lights, size, **options)
     if path is not None:

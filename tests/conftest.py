@@ -114,6 +114,12 @@ def glcontext(session_glcontext: GLContext) -> Iterator[GLContext]:
         assert context.gl.errors() == [], "the test left OpenGL errors behind"
 
 
+@pytest.fixture(scope="session")
+def headless() -> dict[str, str]:
+    """This process's environment without a screen."""
+    return {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+
+
 @pytest.fixture
 def screen(optional: Callable[[str, str], None]) -> Iterator[str]:
     """A display of its own, 1280 x 800, with programs that press its keys."""

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from click.testing import CliRunner
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 PAGES = sorted(path.relative_to(CHECKOUT).as_posix() for path in (CHECKOUT / "docs").glob("*.md"))
@@ -126,6 +127,19 @@ def test_a_page_gets_the_pictures_that_its_code_makes(tmp_path: Path, monkeypatc
     text = (tmp_path / "stage" / "page.md").read_text()
     assert "![a.png](page_a.png)" in text
     assert "[`examples/05_bias.py`](../gallery/05_bias.md), `examples/06_x.py`" in text
+
+
+def test_a_folder_of_something_else_is_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(CHECKOUT)
+    build = importlib.import_module("scripts.manual.build")
+    (tmp_path / "thesis.tex").write_text("years")
+    done = CliRunner().invoke(build.main, [str(tmp_path)])
+    assert done.exit_code == 1
+    assert "holds something else than these pages" in done.output
+    assert (tmp_path / "thesis.tex").read_text() == "years"
+    done = CliRunner().invoke(build.main, [str(tmp_path / "new"), "--only", "nothing"])
+    assert done.exit_code == 2
+    assert "there is no nothing; there are 01_first_picture" in done.output
 
 
 def test_what_fails_while_building_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

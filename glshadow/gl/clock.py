@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from glshadow.gl.context import GLContext
 from glshadow.gl.queries import Timestamp
 
-FASTER_THAN_LIGHT = 1.05
-"""Of the wall clock's time: a GPU that says it worked for longer counts wrong (the two clocks differ by far less)."""
+MOST = 1.05
+"""Of the wall clock's time: a GPU that says it worked for longer counts wrong; the two clocks differ by far less."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Clock:
         if self._asks:
             told = [each.end.read() - each.begin.read() for each in self._stages if each.begin and each.end]
             whole = time.perf_counter() - self._start
-            self._context.trusts_timestamps = min(told) >= 0.0 and sum(told) <= FASTER_THAN_LIGHT * whole
+            self._context.trusts_timestamps = min(told) >= 0.0 and sum(told) <= MOST * whole
             spent = told if self._context.trusts_timestamps else spent
         total: dict[str, float] = {}
         for stage, seconds in zip(self._stages, spent, strict=True):

@@ -15,6 +15,15 @@ LARGEST_SIDE = 1 << 15  # pixels; the driver's own limit is checked when the pic
 CAMERA = optional(instance(Camera), "the scene's own")
 
 
+def as_scene(source: Any) -> Scene:
+    """A scene as it is, so that what is kept of it stays; of anything else what `load` makes of it."""
+    if isinstance(source, Scene):
+        return source
+    from glshadow.scene.load import load  # which takes its time
+
+    return load(source)
+
+
 def picture_arguments(
     scene: Scene, camera: Camera | None, lights: Lights, size: tuple[int, int]
 ) -> tuple[Camera, tuple[Light, ...], tuple[int, int]]:

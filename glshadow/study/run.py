@@ -30,7 +30,7 @@ from glshadow.measure.error import ShadowError, measure
 from glshadow.measure.score import Score
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
-from glshadow.scene.arguments import picture_arguments
+from glshadow.scene.arguments import as_scene, picture_arguments
 from glshadow.scene.mesh import Scene
 from glshadow.study.floor import FLOOR_RESOLUTION, Floor
 from glshadow.study.grid import setting_name
@@ -59,10 +59,7 @@ def open_run(
     backend: Backend = "auto",
 ) -> Iterator[Run]:
     """A run with its own renderer; parameters and errors are those of `run_study`."""
-    if not isinstance(scene, Scene):
-        from glshadow.scene.load import load
-
-        scene = load(scene)
+    scene = as_scene(scene)
     camera, lights, size = picture_arguments(scene, camera, lights, size)
     repeats, resume = whole(1, MOST_REPEATS)("repeats", repeats), optional(as_path, "nothing is kept")("resume", resume)
     if progress is not None and not callable(progress):

@@ -27,8 +27,7 @@ from glshadow.measure.error import ShadowError, measure
 from glshadow.measure.score import COLORS, Outcome
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
-from glshadow.scene.arguments import picture_arguments
-from glshadow.scene.mesh import Scene
+from glshadow.scene.arguments import as_scene, picture_arguments
 from glshadow.triptych import GAP, triptych
 
 Picture = NDArray[np.uint8]
@@ -161,10 +160,7 @@ def compare(
         Without embreex.
     """
     named = _named(settings)
-    if not isinstance(scene, Scene):
-        from glshadow.scene.load import load
-
-        scene = load(scene)
+    scene = as_scene(scene)
     camera, lights, size = picture_arguments(scene, camera, lights, size)
     casting = [light for light in lights if light.shadow is not None]
     if not casting:

@@ -17,8 +17,7 @@ from glshadow.core.spelling import parse
 from glshadow.errors import GlshadowError, SettingsError
 from glshadow.gl.context import Backend
 from glshadow.inline import jpeg, png, words
-from glshadow.scene.arguments import picture_arguments
-from glshadow.scene.mesh import Scene
+from glshadow.scene.arguments import as_scene, picture_arguments
 from glshadow.view.showing import STEEPEST, Showing
 from glshadow.view.viewer import ASKING, View, Viewer
 
@@ -201,10 +200,7 @@ def explore(
         Without ipywidgets: names what to install.
     """
     _widgets()
-    if not isinstance(scene, Scene):
-        from glshadow.scene.load import load
-
-        scene = load(scene)
+    scene = as_scene(scene)
     camera, lights, size = picture_arguments(scene, camera, lights, size)
     return Explorer(Showing(scene, camera, tuple(lights)), size, backend)
 

@@ -18,8 +18,7 @@ from glshadow.core.cameras import Camera
 from glshadow.core.lights import Lights
 from glshadow.errors import ContextError, GlshadowError, SettingsError
 from glshadow.gl.present import Presenter, window_context
-from glshadow.scene.arguments import pixels
-from glshadow.scene.mesh import Scene
+from glshadow.scene.arguments import as_scene, pixels
 from glshadow.view.controls import HELP, Controls, landscapes
 from glshadow.view.showing import Showing
 from glshadow.view.viewer import ASKING, View, Viewer
@@ -45,10 +44,8 @@ class Window:
 
     Raises
     ------
-    ContextError
-        Without a screen, or without OpenGL 3.3 on it.
-    SettingsError
-        Without glfw: names what to install.
+    ContextError, SettingsError
+        As of `show`.
     """
 
     def __init__(
@@ -252,10 +249,8 @@ def show(scene: Any, camera: Camera | None = None, lights: Lights = None, size: 
     -----
     The key h shows all keys. Drag turns, right drag pans, the wheel zooms; a file that is dropped on the window is opened.
     """
-    from glshadow.scene.load import load
-
-    showing = Showing.of(scene if isinstance(scene, Scene) else load(scene), camera, lights)
-    Window(showing, lambda path: Showing.of(load(path)), pixels("size", size)).run()
+    showing = Showing.of(as_scene(scene), camera, lights)
+    Window(showing, lambda path: Showing.of(as_scene(path)), pixels("size", size)).run()
 
 
 def written(

@@ -28,7 +28,7 @@ from glshadow.files import replacing
 from glshadow.gl.atlases import layout
 from glshadow.gl.caster import metric_uniform
 from glshadow.gl.lighting import light_uniforms, light_view
-from glshadow.scene.arguments import picture_arguments
+from glshadow.scene.arguments import as_scene, picture_arguments
 from glshadow.scene.mesh import Scene
 from glshadow.shader.compose import compose
 from glshadow.shader.slots import mapped_defines, mapped_slots, metric_slot
@@ -77,10 +77,7 @@ def export_page(
     ResourceError
         For more than two million triangles, and a folder that cannot be written.
     """
-    if not isinstance(scene, Scene):
-        from glshadow.scene.load import load
-
-        scene = load(scene)
+    scene = as_scene(scene)
     camera, lights, _ = picture_arguments(scene, camera, lights, (640, 360))
     resolution = whole(1, 2048, unit="texels")("resolution", resolution)
     filter = optional(instance(Filter), "Pcf(1)")("filter", filter) or Pcf(1)

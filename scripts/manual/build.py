@@ -21,6 +21,8 @@ from scripts.manual import gallery, reference, sessions
 ROOT = Path(__file__).resolve().parents[2]
 GUIDES = ("tutorial", "notebooks", "window", "programs", "pyrender", "page", "batch")
 """Pages for one who begins, in their order."""
+INVENTORY = "objects.inv"
+"""What Sphinx leaves in a folder of its pages: what has none is not replaced."""
 _SHOWS = re.compile(r"^<!-- shows: (\S+) -->$", re.MULTILINE)
 _EXAMPLE = re.compile(r"`examples/(\w+)\.py`")
 STYLE = """
@@ -70,8 +72,11 @@ def build(folder: Path, only: Sequence[str] = (), said: Callable[[str], None] = 
     Raises
     ------
     RuntimeError, ValueError
-        If an example, a page or a notebook fails; if something public has no words; if Sphinx warns: all that it says.
+        If an example, a page or a notebook fails; if something public has no words; if Sphinx warns: all that it says. If the folder
+        holds something else.
     """
+    if folder.exists() and any(folder.iterdir()) and not (folder / INVENTORY).is_file():
+        raise ValueError(f"{folder} holds something else than these pages: name a folder that is empty, or not there")
     wanted = (lambda name: name in only) if only else lambda _: True
     with tempfile.TemporaryDirectory() as temporary:
         stage, made = Path(temporary) / "pages", Path(temporary) / "made"
@@ -179,7 +184,13 @@ def _reference() -> str:
 @click.option("--only", multiple=True, help="Run only the guide, example or notebook of this name. Repeat for more.")
 def main(folder: Path, only: tuple[str, ...]) -> None:
     """Build the documentation into FOLDER."""
-    build(folder, only, lambda what: click.echo(f"glshadow: {what}", err=True))
+    known = {path.stem for path in (ROOT / "examples").iterdir()} | set(GUIDES)
+    if unknown := set(only) - known:
+        raise click.UsageError(f"there is no {', '.join(sorted(unknown))}; there are {', '.join(sorted(known))}")
+    try:
+        build(folder, only, lambda what: click.echo(f"glshadow: {what}", err=True))
+    except (RuntimeError, ValueError, UserWarning, OSError) as error:
+        raise click.ClickException(str(error)) from None
     click.echo(f"glshadow: the documentation is in {folder}/index.html", err=True)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import os
 import re
 import shutil
 import subprocess
@@ -13,6 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from PIL import Image
+
+from scripts.manual.sessions import headless
 
 THUMBNAIL = (320, 200)
 
@@ -50,9 +51,8 @@ def run_example(path: Path, folder: Path) -> Shown:
         If it fails, with what it said.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    headless = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
     command = [sys.executable, str(path)]
-    done = subprocess.run(command, cwd=folder, env=headless, capture_output=True, text=True, timeout=600)
+    done = subprocess.run(command, cwd=folder, env=headless(), capture_output=True, text=True, timeout=600)
     if done.returncode != 0:
         raise RuntimeError(f"{path.name}: {done.stderr[-3000:]}")
     source = path.read_text()

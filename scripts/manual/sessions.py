@@ -12,8 +12,7 @@ from pathlib import Path
 
 ELSEWHERE = {
     r"(\.venv/bin/)?(pip|pre-commit) install": "installs: tests/examples/test_wheel.py, and the set-up of every script",
-    r"(apt-get|debootstrap|git|cp|mount|umount|chroot|rm|sh) ": "needs root and a bare machine",
-    r"    sh -c": "the rest of such a line",
+    r"(apt-get|debootstrap|git|cp|mount|umount|chroot|rm) ": "needs root and a bare machine",
     r"scripts/": "set-up comes first: .ci/run calls these",
     r"glshadow view": "needs a screen: tests/examples/test_pages_run.py gives it one",
     r"jupyter ": "a server: tests/view/test_explorer_live.py opens a page of one",
@@ -54,8 +53,28 @@ def blocks_of(page: str) -> Iterator[Block]:
 
 def commands(block: Block) -> list[str]:
     """Lines of a shell block that a session runs."""
-    lines = [line for line in block.text.splitlines() if line.strip()]
-    return [line for line in lines if not any(re.match(start, line) for start in ELSEWHERE)]
+    return [line for line in _lines(block) if not _elsewhere(line)]
+
+
+def left_out(block: Block) -> list[str]:
+    """The other lines of a shell block."""
+    return [line for line in _lines(block) if _elsewhere(line)]
+
+
+def _lines(block: Block) -> list[str]:
+    """One for each command, however many it takes on the page."""
+    return [line for line in block.text.replace("\\\n", " ").splitlines() if line.strip()]
+
+
+def _elsewhere(line: str) -> bool:
+    return any(re.match(start, line) for start in ELSEWHERE)
+
+
+def headless() -> dict[str, str]:
+    """The environment without a screen, in which `glshadow` is this one."""
+    here = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    kept = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    return kept | {"PATH": here}
 
 
 def run(block: Block, folder: Path) -> str:
@@ -76,10 +95,8 @@ def run(block: Block, folder: Path) -> str:
 
 
 def _run(command: list[str], folder: Path, block: Block) -> str:
-    without_screen = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
-    here = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(
-        command, cwd=folder, env=without_screen | {"PATH": here}, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=600
+        command, cwd=folder, env=headless(), stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=600
     )  # fmt: skip
     if done.returncode != 0:
         raise RuntimeError(

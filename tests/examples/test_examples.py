@@ -1,6 +1,5 @@
 """Every example runs in a fresh process, quietly, and writes the picture that its docstring speaks of."""
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -11,8 +10,7 @@ EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("[0-9]*.py"))
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
-def test_example_runs(example: Path, tmp_path: Path) -> None:
-    headless = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+def test_example_runs(example: Path, headless: dict[str, str], tmp_path: Path) -> None:
     command = [sys.executable, str(example)]
     done = subprocess.run(command, cwd=tmp_path, env=headless, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr

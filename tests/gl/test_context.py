@@ -7,7 +7,6 @@ import threading
 from collections.abc import Callable, Iterator
 from ctypes import CDLL
 from pathlib import Path
-from shutil import which
 
 import moderngl
 import numpy as np
@@ -75,21 +74,6 @@ def pair() -> Iterator[tuple[GLContext, GLContext]]:
     yield a, b
     a.release()
     b.release()
-
-
-@pytest.fixture(scope="session")
-def display(optional: Callable[[str, str], None]) -> Iterator[str]:
-    if not which("Xvfb"):
-        optional("Xvfb", "xvfb")
-    read_end, write_end = os.pipe()
-    command = ["Xvfb", "-displayfd", str(write_end), "-screen", "0", "64x64x24", "-nolisten", "tcp"]
-    server = subprocess.Popen(command, pass_fds=[write_end], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    os.close(write_end)
-    with os.fdopen(read_end) as pipe:
-        number = pipe.readline().strip()
-    yield f":{number}"
-    server.terminate()
-    server.wait()
 
 
 def run_python(*arguments: str, **environment: str) -> str:
@@ -433,8 +417,8 @@ def test_foreign_context_is_not_released(opened: GLContext) -> None:
 
 
 @pytest.mark.parametrize("check", ["backend", "host_window", "egl_beside_window"])
-def test_window(check: str, display: str) -> None:
-    run_python(str(WINDOW_CHECKS), check, DISPLAY=display)
+def test_window(check: str, screen: str) -> None:
+    run_python(str(WINDOW_CHECKS), check, DISPLAY=screen)
 
 
 def test_window_without_display() -> None:

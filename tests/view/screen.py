@@ -31,6 +31,17 @@ def kept(name: str, picture: NDArray[np.uint8]) -> None:
         image.write(Path(folder) / f"{name}.png", picture)
 
 
-def pressed(display: str, *words: str) -> None:
-    """xdotool's words."""
-    subprocess.run(["xdotool", *words], env={"DISPLAY": display, "PATH": "/usr/bin:/bin"}, check=True, timeout=20)
+def pressed(display: str, *words: str) -> str:
+    """xdotool's words, and what it answers: nothing where it finds nothing.
+
+    Raises
+    ------
+    RuntimeError
+        If it cannot do what it is told.
+    """
+    done = subprocess.run(
+        ["xdotool", *words], env=os.environ | {"DISPLAY": display}, capture_output=True, text=True, timeout=20
+    )
+    if done.returncode != 0 and words[0] != "search":
+        raise RuntimeError(done.stderr)
+    return done.stdout

@@ -18,7 +18,11 @@ from numpy.typing import NDArray
 
 from .screen import kept, pressed, seen_on
 
-SKY = (206, 208, 214)  # of a picture's upper corners
+SKY = (206, 208, 214)  # of a picture's upper corners, which JPEG moves by 3
+STEP, MOVED = (
+    12,
+    0.02,
+)  # a change of a pixel that no JPEG makes, and the share of pixels that 100 degrees of azimuth change at least
 CELL = """import glshadow as gs
 sun = gs.DirectionalLight(direction=(-0.55, -0.8, -0.25), shadow=gs.Shadow(filter=gs.Pcf(1), resolution=512))
 gs.explore(gs.scenes.courtyard(), lights=[sun])"""
@@ -26,7 +30,7 @@ AZIMUTH, MAP = (182, 46), (98, 268)  # of slider and box, from the picture's upp
 
 
 @pytest.fixture
-def page(screen: str, optional: Callable[[str, str], None], tmp_path: Path) -> Iterator[str]:
+def page(screen: str, headless: dict[str, str], optional: Callable[[str, str], None], tmp_path: Path) -> Iterator[str]:
     """A display on which a browser shows the notebook, a kernel behind it."""
     program = which("chromium") or which("google-chrome")
     if program is None:
@@ -44,7 +48,6 @@ def page(screen: str, optional: Callable[[str, str], None], tmp_path: Path) -> I
         str(program), "--no-sandbox", "--test-type", "--no-first-run", "--use-angle=swiftshader", f"--user-data-dir={tmp_path / 'profile'}",
         "--window-position=0,0", "--window-size=1200,780", f"--app=http://127.0.0.1:{port}/",
     ]  # fmt: skip
-    headless = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "start_new_session": True}
     with subprocess.Popen(serve, cwd=tmp_path, env=headless, **quiet) as server:  # type: ignore[call-overload]
         try:
@@ -71,6 +74,7 @@ def _answers(port: int, server: subprocess.Popen[bytes]) -> None:
 def picture_in(seen: NDArray[np.uint8]) -> tuple[int, int] | None:
     """Upper right corner (x, y) of the picture on a page."""
     sky = np.abs(seen.astype(int) - SKY).max(axis=-1) <= 3
+    # most of its 640 columns, and of its 360 rows what is above the horizon
     rows, columns = np.flatnonzero(sky.sum(axis=1) > 500), np.flatnonzero(sky.sum(axis=0) > 50)
     return (int(columns[-1]), int(rows[0])) if len(rows) and len(columns) else None
 
@@ -95,23 +99,23 @@ def test_a_person_moves_its_controls(page: str, tmp_path: Path) -> None:
     whole = np.s_[y : y + 360, x - 639 : x + 1]
 
     def changed(seen: NDArray[np.uint8], before: NDArray[np.uint8], where: tuple[slice, slice]) -> float:
-        return float((np.abs(seen[where].astype(int) - before[where].astype(int)).max(axis=-1) > 12).mean())
+        return float((np.abs(seen[where].astype(int) - before[where].astype(int)).max(axis=-1) > STEP).mean())
 
     pressed(page, "mousemove", str(x + AZIMUTH[0]), str(y + AZIMUTH[1]), "mousedown", "1")
     for step in range(10, 61, 10):
         pressed(page, "mousemove", str(x + AZIMUTH[0] - step), str(y + AZIMUTH[1]))
-    dragged = waits_for(page, tmp_path, "shadows elsewhere", lambda seen: changed(seen, first, whole) > 0.02)
+    dragged = waits_for(page, tmp_path, "shadows elsewhere", lambda seen: changed(seen, first, whole) > MOVED)
     pressed(page, "mouseup", "1")
     rested = waits_for(page, tmp_path, "a picture drawn whole", lambda seen: _is_whole(seen[whole]))
-    assert changed(rested, first, whole) > 0.02
+    assert changed(rested, first, whole) > MOVED
     assert dragged.shape == rested.shape
     corner_of_map = np.s_[y + 5 : y + 60, x - 60 : x - 5]
-    assert changed(rested, first, corner_of_map) < 0.02
+    assert changed(rested, first, corner_of_map) < MOVED
     pressed(page, "mousemove", str(x + MAP[0]), str(y + MAP[1]), "click", "1")
     waits_for(page, tmp_path, "the map", lambda seen: changed(seen, rested, corner_of_map) > 0.5)
 
 
 def _is_whole(picture: NDArray[np.uint8]) -> bool:
-    """Not of half the size, drawn large: then all pixels are those of their even neighbours."""
+    """Not of half the size, drawn large: then all pixels are those of their even neighbours; edges are some percent of a whole one."""
     even = picture[0::2, 0::2].astype(int)
-    return bool((np.abs(picture[1::2, 1::2].astype(int) - even).max(axis=-1) > 12).mean() > 0.005)
+    return bool((np.abs(picture[1::2, 1::2].astype(int) - even).max(axis=-1) > STEP).mean() > 0.005)
