@@ -87,13 +87,19 @@ common = _all(
     option(LAST, "--debug", is_flag=True, help="Show the Python traceback of an error."),
 )
 
-scene_options = _all(
-    click.argument("model", required=False, type=click.Path()),
-    option("Picture", "--size", metavar="WxH", read=values.size, default="1280x720", show_default=True, help="Pixels."),
+size_option = option(
+    "Picture", "--size", metavar="WxH", read=values.size, default="1280x720", show_default=True, help="Pixels."
+)
+
+driver_options = _all(
     option("Picture", "--backend", type=click.Choice(["auto", "egl", "osmesa", "window"]), default="auto",
            show_default=True, help="Where the OpenGL context comes from; auto takes the first that works."),
     option("Picture", "--device", metavar="N", type=click.IntRange(0, 999),
            help="Which of EGL's devices draws, as `glshadow doctor` lists them. Default: the first, a GPU where there is one."),
+)  # fmt: skip
+
+scene_options = _all(
+    click.argument("model", required=False, type=click.Path()),
     option("Model", "--ground", is_flag=True, help="Put a plane under the model to catch its shadow."),
     option("Model", "--catcher", is_flag=True,
            help="Put a plane under the model of which nothing but the shadow is seen; with --background none for compositing."),
@@ -124,6 +130,8 @@ scene_options = _all(
 picture_options = _all(
     option("Picture", "-o", "--output", metavar="FILE", read=values.picture,
            help="The image to write: .png .jpg .tif, or .exr with all float outputs as channels."),
+    size_option,
+    driver_options,
     scene_options,
     option("Picture", "--ambient", metavar="A|R,G,B[/...]", read=values.ambient,
            help="Light from everywhere, linear; two with a slash between them: from above and from below. "
@@ -158,9 +166,6 @@ class Request:
     """What the scene options ask for, and the picture options where a command has them."""
 
     model: str | None
-    size: tuple[int, int]
-    backend: Any
-    device: int | None
     ground: bool
     catcher: bool
     up_axis: str | None
@@ -173,6 +178,9 @@ class Request:
     far: float | None
     lights: tuple[Light, ...]
     sky: float | None = None
+    size: tuple[int, int] = (1280, 720)
+    backend: Any = "auto"
+    device: int | None = None
     output: Path | None = None
     ambient: Any = None
     background: Triple | None = None

@@ -11,7 +11,7 @@ import click
 
 from glshadow.cli import values
 from glshadow.cli.bar import Bar
-from glshadow.cli.options import Command, Request, common, option, scene_options
+from glshadow.cli.options import Command, Request, common, driver_options, option, scene_options, size_option
 from glshadow.cli.running import FAILED, Work
 from glshadow.errors import printable
 
@@ -50,6 +50,8 @@ class PlanCommand(Command):
         help="Budget: so long may a frame with one light take here; without --wrong: the most accurate that is so fast.")  # fmt: skip
 @option("Plan", "--journal", metavar="FILE", type=click.Path(dir_okay=False, path_type=Path),
         help="Keep measurements here and use those that are, such as a study's study.jsonl.")  # fmt: skip
+@size_option
+@driver_options
 @scene_options
 @common
 def command(

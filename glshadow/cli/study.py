@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from glshadow.cli.bar import Bar
-from glshadow.cli.options import Command, Request, common, option, scene_options
+from glshadow.cli.options import Command, Request, common, driver_options, option, scene_options, size_option
 from glshadow.cli.running import Work
 
 JOURNAL = "study.jsonl"
@@ -42,6 +42,8 @@ Examples:
     show_default="resume",
     help="Keep the results that are in FOLDER, or measure everything anew.",
 )
+@size_option
+@driver_options
 @scene_options
 @common
 def command(as_json: bool, debug: bool, folder: Path, quick: bool, resume: bool, **options: Any) -> None:

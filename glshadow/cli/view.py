@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from glshadow.cli.options import Command, Request, common, scene_options
+from glshadow.cli.options import Command, Request, common, scene_options, size_option
 from glshadow.cli.running import Work
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ Examples:
 
 
 @click.command(cls=Command, epilog=EXAMPLES)
+@size_option
 @scene_options
 @common
 def command(as_json: bool, debug: bool, **options: Any) -> None:

@@ -4,7 +4,7 @@ import pytest
 
 import glshadow as gs
 from glshadow import image, overlay
-from glshadow.cli import values
+from glshadow.cli import main, values
 from glshadow.core.metric import Target
 from glshadow.core.spaces import CLIP_SPACES
 from glshadow.errors import SettingsError
@@ -153,3 +153,11 @@ def test_numbers_of_pictures():
     for read, text in ((read, text) for read, texts in refused.items() for text in texts):
         with pytest.raises(SettingsError):
             read(text)
+
+
+@pytest.mark.parametrize(
+    ("name", "has"), [("view", {"--size"}), ("export", set()), ("study", {"--size", "--backend", "--device"})]
+)
+def test_commands_have_no_option_that_they_would_ignore(name: str, has: set[str]) -> None:
+    options = {each for param in main.commands[name].params for each in param.opts}
+    assert options & {"--size", "--backend", "--device"} == has
