@@ -8,12 +8,14 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import glshadow as gs
+from glshadow.gl.program import Programs
 from glshadow.gl.sources.listed import Listed
 
 SIZE = (160, 90)
@@ -36,6 +38,19 @@ def facets(renderer: gs.Renderer, scene: gs.Scene, light: gs.Light) -> NDArray[n
     assert source._facets is not None
     with renderer._context:
         return np.frombuffer(source._facets.buffer.read(), np.float32).reshape(-1, 3, 4)
+
+
+def test_none_is_asked_for(without: gs.Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+    compute = Programs.compute
+
+    def seen(self: Programs, name: str, **options: Any) -> Any:
+        asked.append((name, options.get("defines", {}).get("GLS_DOUBLE")))
+        return compute(self, name, **options)
+
+    monkeypatch.setattr(Programs, "compute", seen)
+    facets(without, gs.scenes.courtyard(), gs.DirectionalLight())
+    assert ("pass/lists.comp", 0) in asked
 
 
 def scaled(scene: gs.Scene, scale: float, offset: tuple[float, float, float]) -> gs.Scene:
