@@ -22,6 +22,7 @@ from glshadow.gl.camera import draw_surface, nothing_in_view
 from glshadow.gl.clock import Clock
 from glshadow.gl.context import Backend, backend_of, open_context
 from glshadow.gl.glass import Panes
+from glshadow.gl.primary import find_primary
 from glshadow.gl.resolve import Share, resolve
 from glshadow.gl.sources import Source
 from glshadow.gl.sources.source import open_receiver
@@ -272,7 +273,9 @@ class Renderer:
             return
         store.seen = None
         with clock("surface"), store.covered:
-            draw_surface(work.context, work.programs, work.scene, work.sight, work.targets.fine_framebuffer, samples)
+            draw_surface(work.context, work.programs, work.scene, work.sight, work.targets.fine.drawing, samples)
+        with clock("surface"):
+            find_primary(work, work.targets.fine)
         if work.targets.samples > 1:
             with clock("samples"):
                 store.several(work).fill(work)

@@ -22,6 +22,10 @@ from glshadow.scene.mesh import AlphaMode, Node, Scene
 # marks of triangles' numbers, see lib/surface_number.glsl
 NOT_RECEIVING = 1 << 31
 CATCHING = 1 << 30
+MOVED = 1 << 29
+CUT_OUT = 1 << 27
+TRIANGLES = CUT_OUT - 1
+"""The bits of a triangle's number, from 1."""
 _AT_ONCE = 1 << 18  # triangles whose planes are computed together
 
 
@@ -114,6 +118,7 @@ class GpuScene:
         catching = np.array([node.catches for node in self.nodes])
         self.catches = bool(catching.any())
         first[catching] |= np.uint32(CATCHING)
+        first[[gpu.cut_out for gpu in self.meshes]] |= np.uint32(CUT_OUT)
         self.packed_first = [number.tobytes() for number in first]
         self.origin: Array = np.median(self._sample(1024), axis=0)
         self.boxes, self.corners = scene.boxes, scene.corners

@@ -131,14 +131,10 @@ def measure(frame: Frame, truth: Truth) -> ShadowError:
     may differ; pixels on the image's border do not count). A pixel where the frame has no surface but the truth has one
     counts as wrong.
 
-    If the frame carries the output `triangle`, a pixel that shows another triangle than the exact ray meets does not
-    count either: GL snaps vertices to 1/256 pixel, so that beside an edge a picture may show the neighbour, and its
-    visibility answers for another point. Without it such pixels count as they come.
-
     Parameters
     ----------
     frame : glshadow.Frame
-        Or anything with `visibility`, `scene`, `camera`, `lights` and perhaps `triangle`, numbered as the truth's.
+        Or anything with `visibility`, `scene`, `camera` and `lights`.
     truth : glshadow.Truth
 
     Raises
@@ -148,7 +144,7 @@ def measure(frame: Frame, truth: Truth) -> ShadowError:
         frame's own business: one truth serves many settings.
     """
     _check_same(frame, truth)
-    smooth = smooth_pixels(truth.body, truth.normal) & ~_shows_another(frame, truth)
+    smooth = smooth_pixels(truth.body, truth.normal)
     tallies, kinds, amounts = [], [], []
     for number in range(len(truth.lights)):
         tally, kind, amount = _score_light(frame.visibility[number], truth, number, smooth, *_texels(frame, number))
@@ -305,14 +301,6 @@ def smooth_pixels(body: NDArray[np.int32], normal: Array) -> Bools:
         good &= (body[other] == body[inner]) & (np.einsum("ijk,ijk->ij", normal[other], normal[inner]) >= SMOOTH_COSINE)
     result[inner] = good
     return result
-
-
-def _shows_another(frame: Frame, truth: Truth) -> Bools:
-    """Pixels (H, W) where the frame shows another triangle than the truth; nowhere if it does not say which."""
-    drawn: NDArray[np.int32] | None = getattr(frame, "triangle", None)
-    if drawn is None:
-        return np.zeros(truth.triangle.shape, dtype=bool)
-    return np.asarray((drawn >= 0) & (drawn != truth.triangle))
 
 
 def texel_size(truth: Truth, number: int, resolution: int) -> Array | float:

@@ -172,28 +172,16 @@ def test_missing_surface_counts_as_wrong(wall):
     assert np.isfinite(error.all_mean)
 
 
-def test_a_pixel_that_shows_another_triangle_does_not_count(wall):
+def test_a_pixel_that_shows_another_triangle_counts(wall):
     counted = counted_of(wall)
     other = np.zeros(counted.shape, dtype=bool)
     other[100:115, 200:220] = True
-    hole = np.zeros(counted.shape, dtype=bool)
-    hole[160:164, 230:240] = True
-    other, hole = other & counted, hole & counted
-    assert min(other.sum(), hole.sum()) > 20
+    other &= counted
+    assert other.sum() > 20
     frame = Frame.of(wall)
     frame.visibility[0][other] = 1.0 - frame.visibility[0][other]
-    frame.visibility[0][hole] = np.nan
-    blind = measure(frame, wall)  # the frame does not say which triangles it shows
-    assert blind.wrong * counted.sum() == pytest.approx((other | hole).sum())
-    frame.triangle = wall.triangle.copy()
-    assert measure(frame, wall) == blind
-    frame.triangle[other] += 1
-    frame.triangle[hole] = -1
-    error = measure(frame, wall)
-    np.testing.assert_array_equal(error.kinds[0][other], Outcome.NOT_COUNTED)
-    assert (error.kinds[0] > Outcome.NOT_COUNTED).sum() == counted.sum() - other.sum()
-    assert error.wrong * (counted.sum() - other.sum()) == pytest.approx(hole.sum())  # nothing drawn is still wrong
-    assert error.all_wrong == blind.all_wrong  # over all pixels nothing is left out
+    frame.triangle = np.where(other, wall.triangle + 1, wall.triangle)
+    assert measure(frame, wall).wrong * counted.sum() == pytest.approx(other.sum())
 
 
 def test_renderer_and_truth_number_triangles_alike(courtyard):
@@ -201,7 +189,7 @@ def test_renderer_and_truth_number_triangles_alike(courtyard):
         frame = renderer.render(courtyard.scene, size=courtyard.size, outputs=("triangle",))
     assert len(np.unique(courtyard.node)) == 7  # six nodes and the background
     differs = frame.triangle != courtyard.triangle
-    assert differs.mean() < 1e-3  # vertices are snapped to 1/256 pixel: a few pixels at the edges of small triangles
+    assert differs.sum() <= 2  # where a silhouette passes a pixel's middle by less than GL's vertices are snapped
 
 
 def test_what_counts():

@@ -206,7 +206,7 @@ class Area(Listed):
         aside = (0.0, 0.0) if dense else targets.aside
         program.set(**camera_uniforms(scene, work.sight, asked.axes, asked.offset, aside))
         program.set(**asked.uniforms, **self._values)  # its eye is the light's own
-        program.set(u_count=self._points, u_samples=targets.fine_surface.size if dense else work.sight.size)
+        program.set(u_count=self._points, u_samples=targets.fine.surface.size if dense else work.sight.size)
         if isinstance(self.light, RectLight):
             program.set(u_panel=asked.axes @ panel_axes(self.light).T)
         else:
@@ -216,7 +216,7 @@ class Area(Listed):
         program.bind(u_disc=self._disc, u_fragments=self._fragments)
         if dense is not None:
             program.set(**dense.uniforms)
-            program.bind(u_surface=targets.fine_surface, u_pixels=dense.pixels)
+            program.bind(u_surface=targets.fine.surface, u_pixels=dense.pixels)
         if lists is not None:
             program.bind(u_grown_heads=lists.heads, u_grown_links=lists.links)
         return program
