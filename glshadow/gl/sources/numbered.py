@@ -18,7 +18,7 @@ from glshadow.core.shadow import Settled
 from glshadow.core.spaces import ClipSpace, orthographic, perspective, rigid_inverse
 from glshadow.core.used import Used
 from glshadow.core.view import FACES, NEAREST_SHARE
-from glshadow.gl.bodies import casters_on_others, hides_back_faces
+from glshadow.gl.bodies import casters_seen, hides_back_faces
 from glshadow.gl.buffers import BufferTexture, texture_buffer
 from glshadow.gl.context import GLContext
 from glshadow.gl.drawing import draw_nodes
@@ -79,11 +79,11 @@ class Numbered(Source):
     def _update(self, work: Work, shadow: Settled) -> bool:
         """Whether it had to be drawn."""
         scene, light, resolution = work.scene, self.light, shadow.resolution
-        key = (*made_for(scene, light), resolution)
+        casting = casters_seen(scene, light, work.sight)
+        key = (*made_for(scene, light, casting), resolution)
         if key == self._key:
             return False
         self._key = None
-        casting = casters_on_others(scene, light)
         self.grid = list_grid(light, casting_corners(scene, casting))
         # six faces: a quarter of the texels each
         cells = resolution if self.grid.faces == 1 else max(resolution // 2, 1)
