@@ -88,6 +88,11 @@ class WorldTriangles:
         context.check_errors(f"uploading {self.count} triangles")
 
     @property
+    def corners(self) -> Array:
+        """Vertices (T, 3, 3) of all triangles."""
+        return self.positions.astype(np.float64)[self.triangles[:, :3]]
+
+    @property
     def textures(self) -> dict[str, BufferTexture]:
         """Positions (RGBA32F), and per triangle three vertices and its node (RGBA32UI), by the samplers that read them."""
         if self._buffers is None:

@@ -107,7 +107,7 @@ class Numbered(Source):
         check_facets(scene, context.caps.max_texture_buffer_size, "texels", 3)
         axes, origin = light_frame(grid, scene)
         frame = rigid_inverse(axes, np.zeros(3))
-        data = facets(local_corners(scene.world, frame, origin)).astype(np.float32)
+        data = facets(local_corners(scene.world, frame, origin), scene.world.corners, axes).astype(np.float32)
         if self._facets is None or self._facets.buffer.size != data.nbytes:
             self._release_facets()
             self._facets = texture_buffer(context, data, RGBA32F)
