@@ -34,7 +34,7 @@ class Convex:
     slack: float
 
     def excludes(self, points: Array) -> bool:
-        """Whether one face has all points (K, 3) before it: then their convex hull, too, lies outside."""
+        """Whether one face has all points (K, 3) before it: their convex hull then lies outside."""
         return bool((points @ self.normals.T - self.offsets > self.slack).all(axis=0).any())
 
 

@@ -50,7 +50,7 @@ def casters_seen(scene: GpuScene, light: Light, sight: Sight | None) -> NDArray[
         casters = scene.casting[key] = _casters(scene, light)
     casting = casters.always.copy()
     for i, body in casters.inside.items():
-        casting[i] = sight is None or not body.excludes(sight.near_corners)
+        casting[i] = sight is None or not (sight.outside[i] or body.excludes(sight.near_corners))
     return casting
 
 
