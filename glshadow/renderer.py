@@ -21,7 +21,7 @@ from glshadow.frame import Frame, checked_outputs
 from glshadow.gl.camera import draw_surface, nothing_in_view
 from glshadow.gl.clock import Clock
 from glshadow.gl.context import Backend, backend_of, open_context
-from glshadow.gl.glass import Panes
+from glshadow.gl.glass import Panes, untinted
 from glshadow.gl.primary import find_primary
 from glshadow.gl.resolve import Share, resolve
 from glshadow.gl.sources import Source
@@ -260,7 +260,10 @@ class Renderer:
         fallbacks = sight.fallbacks
         if spread != (1, 1):
             fallbacks += (_EVERY_SAMPLE.format(look.samples, caps.renderer, caps.version_code / 100),)
-        used = tuple(replace(each, fallbacks=each.fallbacks + fallbacks) for each in used)
+        used = tuple(
+            replace(each, fallbacks=each.fallbacks + untinted(work.scene, light) + fallbacks)
+            for each, light in zip(used, lights, strict=True)
+        )
         if clock.wanted:
             results["timings"] = clock.times()
         return Frame(scene=scene, camera=camera, lights=lights, size=size, near=sight.near, far=sight.far, used=used,

@@ -71,6 +71,13 @@ class Sight:
         return position if self.camera.is_perspective else position - self.near * self.camera.view_from_world[2, :3]
 
     @property
+    def near_corners(self) -> Array:
+        """(4, 3) world points: the corners of what is seen of the near plane, where all rays begin."""
+        ndc = np.array([(-1.0, -1.0, 1.0), (1.0, -1.0, 1.0), (1.0, 1.0, 1.0), (-1.0, 1.0, 1.0)])
+        starts = ndc @ self.rays.T @ self.camera.view_from_world[:3, :3]
+        return np.asarray(self.eye + starts * (self.near if self.camera.is_perspective else 1.0))
+
+    @property
     def rays(self) -> Array:
         """(3, 3) matrix whose product with (NDC x, NDC y, 1) is, in view axes, the ray of unit view depth through the eye; of an
         orthographic camera the ray's start, from the eye."""

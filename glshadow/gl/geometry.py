@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import weakref
 from collections.abc import Hashable, Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,9 @@ from glshadow.gl.entry_points import R32UI, RGBA32F
 from glshadow.gl.meshes import Meshes
 from glshadow.gl.world import WorldTriangles
 from glshadow.scene.mesh import AlphaMode, Node, Scene
+
+if TYPE_CHECKING:
+    from glshadow.gl.bodies import Casters
 
 # marks of triangles' numbers, see lib/surface_number.glsl
 NOT_RECEIVING = 1 << 31
@@ -65,7 +69,7 @@ class GpuScene:
     blends : (N,) bool
         Which nodes tint what light passes through them.
     casting : dict
-        Which nodes darken anything, by a sun's direction or a lamp's place: see `gl.bodies.casters_on_others`.
+        Which nodes darken anything, by `core.lights.geometry_of`: see `gl.bodies`.
     unlisted : str
         Why lists of its triangles cannot be built, found out by trying; empty: not known.
     identity : int
@@ -81,7 +85,7 @@ class GpuScene:
         self._world: WorldTriangles | None = None
         self.unlisted = ""
         self._clusters: Placed | None = None
-        self.casting: dict[tuple[Hashable, ...], NDArray[np.bool_]] = {}
+        self.casting: dict[tuple[Hashable, ...], Casters] = {}
         self.nodes: tuple[Node, ...] = tuple(node for node in scene.nodes if len(node.mesh.triangles))
         self.scene_numbers = np.flatnonzero([len(node.mesh.triangles) > 0 for node in scene.nodes])
         self.meshes = [meshes.get(node.mesh) for node in self.nodes]

@@ -32,6 +32,7 @@ uniform vec2 u_bound; // world units; share of the distances to the corners that
 #if GLS_HUGE
 uniform vec2 u_huge; // largest coordinate that u_bound covers; share of what a vertex lies beyond it
 #endif
+const float GRAZING = 0.01; // cosine below which rounding may turn a surface's own edge into its horizon for farther than a pixel
 int receiver_triangle; // set before light_visibility is called
 vec3 receiver_corner; // a corner of it, in the light's frame
 
@@ -130,8 +131,9 @@ bool folds_before(Facet own, Facet other) {
 #if !GLS_AREA
 float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
     Ray ray;
-    ray.position = position_lv;
     ray.bound = receiver_bound(position_lv);
+    position_lv += normal_lv * (cosine < GRAZING ? ray.bound : 0.0); // above what rounding moved its surroundings by
+    ray.position = position_lv;
     float face = 0.0, depth = -position_lv.z;
     vec2 place = position_lv.xy;
 #if GLS_POINT
