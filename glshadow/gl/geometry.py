@@ -62,8 +62,6 @@ class GpuScene:
         Which nodes tint what light passes through them.
     casting : dict
         Which nodes darken anything, by a sun's direction or a lamp's place: see `gl.bodies.casters_on_others`.
-    unlisted : str
-        Why lists of its triangles cannot be built, found out by trying; empty: not known.
     identity : int
         Never the same for two of them.
     """
@@ -75,7 +73,6 @@ class GpuScene:
         self.identity = next(self._count)
         self._context = context
         self._world: WorldTriangles | None = None
-        self.unlisted = ""
         self._clusters: Placed | None = None
         self.casting: dict[tuple[Hashable, ...], NDArray[np.bool_]] = {}
         self.nodes: tuple[Node, ...] = tuple(node for node in scene.nodes if len(node.mesh.triangles))
