@@ -50,12 +50,13 @@ def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light:
     channel = settings.channel
     tiles: tuple[Hashable, ...] = tuple(view.tile for view in shadow_map.views)
     tiles = tiles if channel is None else (*tiles, channel.number)
-    source = _source(scene, light, shadow_map)
+    casting = casters_on_others(scene, light) if settings.bias.certain else scene.casts
+    closed = hides_back_faces(scene, light, settings.faces)
+    source = (*_source(scene, light, shadow_map), casting.tobytes(), closed.tobytes())
     if atlas.drawn.get(tiles) == source:
         return 0
     previous = atlas.drawn.pop(tiles, None)
-    casting = casters_on_others(scene, light) if settings.bias.certain else scene.casts
-    hidden = hidden_sides(settings.faces, hides_back_faces(scene, light, settings.faces))
+    hidden = hidden_sides(settings.faces, closed)
     sparing = None
     # a map that is drawn once costs less than making clusters
     if previous is not None and previous[0] == scene.identity and sparable(scene, settings, shadow_map.views):
@@ -101,7 +102,7 @@ def begin_view(context: GLContext, atlas: Atlas, view: ShadowView, settings: Cas
 
 
 def _source(scene: GpuScene, light: Light, shadow_map: Map) -> tuple[Hashable, ...]:
-    """All that a light's maps depend on."""
+    """All that a light's maps depend on, but for which bodies are drawn and which of their sides."""
     place = light.direction if isinstance(light, DirectionalLight) else light.position
     views = tuple((view.clip_from_world.tobytes(), view.near, view.far, view.clip) for view in shadow_map.views)
     return (scene.identity, shadow_map.settings, place, views)

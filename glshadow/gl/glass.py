@@ -11,7 +11,7 @@ import numpy as np
 
 from glshadow.core.asked import Asked
 from glshadow.core.fitted import around
-from glshadow.core.lights import DirectionalLight, Light, RectLight, SkyLight
+from glshadow.core.lights import Light, RectLight, SkyLight
 from glshadow.core.metric import Target
 from glshadow.core.spaces import Array, ClipSpace, bias_matrix
 from glshadow.core.view import ShadowView
@@ -73,8 +73,8 @@ class Glass:
         scene = work.scene
         if light.shadow is None or isinstance(light, RectLight | SkyLight) or not scene.blends.any():
             return None
-        place = light.direction if isinstance(light, DirectionalLight) else light.position
-        key = (scene.identity, type(light), place, vars(light).get("outer_angle"), work.sight.camera, work.sight.size)
+        own = {name: vars(light).get(name) for name in ("position", "direction", "outer_angle", "near", "far")}
+        key = (scene.identity, type(light), *own.values(), work.sight)
         if key != self._key:
             self._key = None
             self._panes = self._drawn(work, light)
