@@ -16,7 +16,7 @@ from glshadow.core.lights import DirectionalLight, Light, Lights
 from glshadow.core.look import AMBIENT, BACKGROUND, Ambient, Look, look_of
 from glshadow.core.sampling import grid
 from glshadow.core.setting import as_path, instance, optional, shown
-from glshadow.errors import GlshadowError, ResourceError, SettingsError, warn
+from glshadow.errors import GlshadowError, GlshadowWarning, ResourceError, SettingsError, unexpected, warn
 from glshadow.frame import Frame, checked_outputs
 from glshadow.gl.camera import draw_surface, nothing_in_view
 from glshadow.gl.clock import Clock
@@ -33,6 +33,11 @@ from glshadow.scene.arguments import as_scene, picture_arguments
 from glshadow.scene.mesh import Scene
 
 _EVERY_SAMPLE = "all {} samples of every pixel are shaded: collecting those that differ needs OpenGL 4.3, {} has {:.1f}"
+
+_OF_NUMBERS = (ArithmeticError, LookupError, ValueError)
+"""What formulas raise where they are wrong. What is kept gets its key once it is whole, so that they leave nothing half made."""
+_DEFECTS = (AssertionError, AttributeError, TypeError, moderngl.Error)
+"""What else only a defect raises; signal handlers may raise the rest, at any line."""
 
 
 class Renderer:
@@ -149,8 +154,12 @@ class Renderer:
                 self._store = Store(self._context)
             try:
                 return self._frame(self._store, scene, camera, lights, size, frozenset(outputs), look)
-            except GlshadowError:
+            except (GlshadowError, GlshadowWarning):
+                self._context.recover()
                 raise
+            except _OF_NUMBERS as error:
+                self._context.recover()
+                raise unexpected(error, f"scene {scene.name}, {camera}, lights {list(lights)}, size {size}") from error
             except BaseException as error:
                 self._start_over()
                 if isinstance(error, MemoryError):
@@ -158,8 +167,14 @@ class Renderer:
                         f"there is not enough memory for {size[0]} x {size[1]} pixels of {', '.join(outputs)}; "
                         "use a smaller picture"
                     ) from error
+                if isinstance(error, _DEFECTS):
+                    raise unexpected(
+                        error, f"scene {scene.name}, {camera}, lights {list(lights)}, size {size}"
+                    ) from error
                 raise
             finally:
+                if self._context.gl.failed:
+                    self._start_over()
                 if self._store is not None:
                     self._store.rest()
 
@@ -209,9 +224,10 @@ class Renderer:
         return frames()
 
     def _start_over(self) -> None:
-        """After Ctrl-C, which may come at any line, and what else nobody expects: nothing half made is kept."""
+        """After Ctrl-C, which may come at any line, and where memory was short: nothing half made is kept."""
         old, self._store = self._store, None
         self._context.recover()
+        self._context.gl.failed = False
         self._store = Store(self._context)
         if old is not None:
             old.release()

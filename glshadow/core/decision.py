@@ -47,7 +47,7 @@ def settle(light: Light, without_map: str = "") -> Settled | None:
     if light.shadow is None:
         return None
     planes = light.near is not None or light.far is not None
-    return light.shadow.settled(without_map, "the light's near and far" if planes else "")
+    return light.shadow.settled(without_map, "the light's near and far" if planes else "", has_size(light))
 
 
 def decide(light: Light, settled: Settled, clip_control: bool, driver: str) -> Decision:

@@ -70,8 +70,6 @@ class GpuScene:
         Which nodes tint what light passes through them.
     casting : dict
         Which nodes darken anything, by `core.lights.geometry_of`: see `gl.bodies`.
-    unlisted : str
-        Why lists of its triangles cannot be built, found out by trying; empty: not known.
     identity : int
         Never the same for two of them.
     """
@@ -83,7 +81,6 @@ class GpuScene:
         self.identity = next(self._count)
         self._context = context
         self._world: WorldTriangles | None = None
-        self.unlisted = ""
         self._clusters: Placed | None = None
         self.casting: dict[tuple[Hashable, ...], Casters] = {}
         self.nodes: tuple[Node, ...] = tuple(node for node in scene.nodes if len(node.mesh.triangles))

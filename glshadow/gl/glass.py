@@ -82,7 +82,7 @@ class Glass:
         scene = work.scene
         if light.shadow is None or isinstance(light, _WIDE) or not scene.blends.any():
             return None
-        key = (scene.identity, geometry_of(light), work.sight.camera, work.sight.size)
+        key = (scene.identity, geometry_of(light), light.near, light.far, work.sight)
         if key != self._key:
             self._key = None
             self._panes = self._drawn(work, light)

@@ -12,7 +12,6 @@ from glshadow.core.shadow import Settled
 from glshadow.core.used import Used
 from glshadow.errors import ResourceError
 from glshadow.gl.context import Caps, GLContext
-from glshadow.gl.geometry import GpuScene
 from glshadow.gl.receiver import Receiver
 from glshadow.gl.sources.accumulated import Accumulated
 from glshadow.gl.sources.area import Area
@@ -25,7 +24,10 @@ from glshadow.gl.work import Work
 
 
 def source_of(light: Light, shadow: Settled | None, context: GLContext) -> tuple[str, Callable[[], Source]]:
-    """The source that a light with these settings is asked of: its name, and how it is made."""
+    """The source that a light with these settings is asked of: its name, and how it is made.
+
+    That of a light that has a size turns to others by itself where its lists do not fit.
+    """
     if shadow is None:
         return "", lambda: Source(context)
     kinds: dict[Needs, type[Source]] = {
@@ -37,15 +39,15 @@ def source_of(light: Light, shadow: Settled | None, context: GLContext) -> tuple
     if shadow.filter.points_of_light and has_size(light):
         if kind is Listed and shadow.asked.faces is None and not isinstance(light, SkyLight):
             return "Area", lambda: Area(context)
-        return f"{kind.__name__} many times", lambda: Accumulated(context, kind(context))
+        return f"{kind.__name__} many times", lambda: Accumulated(context, kind(context), Mapped(context))
     return kind.__name__, lambda: kind(context)
 
 
-def without_lists(scene: GpuScene, caps: Caps) -> str:
-    """Why this driver has no lists of a scene's triangles, as far as is known; empty: it may have."""
-    if caps.compute:
-        return scene.unlisted
-    return f"lists of triangles need OpenGL 4.3, {caps.renderer} has {caps.version_code / 100:.1f}"
+def without_lists(caps: Caps) -> str:
+    """Why this driver has no lists of triangles; empty: it has."""
+    return (
+        "" if caps.compute else f"lists of triangles need OpenGL 4.3, {caps.renderer} has {caps.version_code / 100:.1f}"
+    )
 
 
 class Sources(dict[tuple[int, str], Source]):
@@ -56,17 +58,19 @@ class Sources(dict[tuple[int, str], Source]):
         self._context = context
 
     def claim(self, work: Work, lights: tuple[Light, ...]) -> tuple[list[Source], dict[int, Used]]:
-        """The source of each light, and what was used by those that had to be made to know whether they can be."""
+        """The source of each light, and what was used by those that had to be made to know whether they can be.
+
+        Where a light's lists do not fit, that light has a map, in this frame.
+        """
         sources, ready = [], {}
         for number, light in enumerate(lights):
-            settled = settle(light, without_lists(work.scene, work.caps))
+            settled = settle(light, without_lists(work.caps))
             source = self._claimed(work, number, light, settled)
             if settled is not None and settled.asked.filter is None and not settled.filter.has_map:
                 try:
                     ready[number] = source.prepare(work)
                 except ResourceError as error:
-                    work.scene.unlisted = str(error)
-                    source = self._claimed(work, number, light, settle(light, work.scene.unlisted))
+                    source = self._claimed(work, number, light, settle(light, str(error)))
             sources.append(source)
         return sources, ready
 
