@@ -63,7 +63,8 @@ def decide(light: Light, settled: Settled, clip_control: bool, driver: str) -> D
     shadow = settled.asked
     target = shadow.target or Target.DEPTH32F
     clip, fallbacks = _clip(light, shadow, target, clip_control, driver)
-    settings = CasterSettings(target, shadow.bias or ReceiverPlaneBias(), shadow.faces, shadow.channel)
+    bias = (shadow.bias or ReceiverPlaneBias()).derived(settled.filter.reach_texels)
+    settings = CasterSettings(target, bias, shadow.faces, shadow.channel)
     fit = settled.fit
     if fit.for_suns and not isinstance(light, DirectionalLight):
         fallbacks += (f"fit {fit} became {ViewFit()}: only the map of a sun can be fitted so",)

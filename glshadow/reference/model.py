@@ -16,15 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from glshadow.core.bias import FACET_SLOPE, WINDOW_PER_CLIP, Bias
+from glshadow.core.bias import FACET_SLOPE, SNAP_TEXELS, WINDOW_PER_CLIP, Bias
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
 from glshadow.core.filters import Filter
 from glshadow.core.lights import DirectionalLight, Light, to_light
 from glshadow.core.metric import Target, metric_range, projected_metric, radial_metric, window_depth
 from glshadow.core.spaces import Array, transform
 from glshadow.core.view import ShadowView
-
-SNAP = 1.0 / 128.0  # texels: rasterisers round a vertex to 1/256 (8 bits below the pixel), which moves edges and depths
 
 
 @dataclass(frozen=True)
@@ -113,7 +111,7 @@ def _draw(
     value = stored_depth(view, target, xy, depth) + _offset(view, target, bias, local)
     value = np.clip(value, 0.0, 1.0)
     least, most = value.min(axis=0), value.max(axis=0)
-    maybe, surely = inside > -SNAP, inside > SNAP
+    maybe, surely = inside > -SNAP_TEXELS, inside > SNAP_TEXELS
     # an interval's near end follows every triangle that may cover the texel, its far end those that surely do
     if target.is_depth and view.clip.reversed:
         high[maybe], low[surely] = np.maximum(high, most)[maybe], np.maximum(low, least)[surely]
@@ -129,13 +127,13 @@ def _rasterised(local: Array, centres: Array, texel: Array, parallel: bool) -> t
     inside : (H, W) float64
         Texels from the triangle's nearest edge, negative outside, -inf where the ray never meets its plane.
     xy, depth : (5, H, W, 2), (5, H, W) float64
-        Where the ray meets the plane; first as it is, then moved by SNAP texels towards each corner of the texel.
+        Where the ray meets the plane; first as it is, then moved by SNAP_TEXELS towards each corner of the texel.
     """
     flat = np.column_stack([local[:, :2], np.ones(3) if parallel else -local[:, 2]])
     # homogeneous lines through the corners
     edges = np.cross(flat, np.roll(flat, -1, axis=0)) * np.sign(np.linalg.det(flat))
     inside = (centres @ edges[:, :2].T + edges[:, 2]) / np.maximum(np.hypot(*(edges[:, :2] * texel).T), 1e-300)
-    xy = centres + SNAP * texel * np.array([(0, 0), (-1, -1), (-1, 1), (1, -1), (1, 1)])[:, None, None, :]
+    xy = centres + SNAP_TEXELS * texel * np.array([(0, 0), (-1, -1), (-1, 1), (1, -1), (1, 1)])[:, None, None, :]
     normal = np.cross(local[1] - local[0], local[2] - local[0])
     plane = float(normal @ local[0])
     if (normal[2] if parallel else plane) == 0.0:  # edge-on
@@ -195,7 +193,7 @@ def first_hits(
     corners = transform(camera.view_from_world, triangles)
     drawn = [_rasterised(corner, rays[..., :2], pixel, parallel=False) for corner in corners]
     inside, depth = np.stack([each[0] for each in drawn]), np.stack([each[2][0] for each in drawn])
-    hits = [np.where(inside > margin, depth, np.inf) for margin in (0.0, -SNAP, SNAP)]
+    hits = [np.where(inside > margin, depth, np.inf) for margin in (0.0, -SNAP_TEXELS, SNAP_TEXELS)]
     border = hits[1].argmin(axis=0) != hits[2].argmin(axis=0)
     border |= np.isinf(hits[1].min(axis=0)) != np.isinf(hits[2].min(axis=0))
     return hits[0].min(axis=0), hits[0].argmin(axis=0), border

@@ -89,9 +89,17 @@ class Mapped(Source):
             decision.clip,
             caster.faces,
             draws,
-            decision.fallbacks,
+            decision.fallbacks + self._too_small(),
             why=self._why,
         )
+
+    def _too_small(self) -> tuple[str, ...]:
+        """The fallback of a bias under which planes shadow themselves, if that can be told."""
+        if self.map is None:
+            return ()
+        texel = max(max(view.texel) * (1.0 if view.kind == "directional" else view.far) for view in self.map.views)
+        said = self._decision.caster.bias.shortfall(self._decision.filter.reach_texels, texel)
+        return (said,) if said else ()
 
     def _measured(self, work: Work, placed: tuple[ShadowView, ...]) -> tuple[ShadowView, ...]:
         """Views fitted to what is really seen, in the places of those that were claimed."""
