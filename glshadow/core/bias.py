@@ -63,6 +63,11 @@ class Bias(Spelled):
         return ""
 
     @property
+    def shift_texels(self) -> float:
+        """By how many texels a receiver moves over the map, where these are square."""
+        return 0.0
+
+    @property
     def polygon_offset(self) -> tuple[float, float]:
         """(factor, units) of GL's polygon offset in the caster pass, for depth that is not reversed."""
         return (0.0, 0.0)
@@ -77,11 +82,12 @@ class Bias(Spelled):
         """Clip or metric units that are taken off the compare depth."""
         return 0.0
 
-    def amount(self, texel: float) -> float:
-        """The uniform of the snippet; `texel`: its size on the light's axis, world units for a sun, else tangents."""
+    @property
+    def amount(self) -> float:
+        """The uniform of the snippet."""
         return 0.0
 
-    def moved(self, points: Array, normals: Array, towards: Array, distance: Array, texel: Array) -> Array:
+    def moved(self, points: Array, normals: Array, towards: Array, distance: Array, lean: Array) -> Array:
         """The float64 twin of the snippet: where receivers are compared.
 
         Parameters
@@ -90,8 +96,9 @@ class Bias(Spelled):
             World; `towards`: unit vectors to the light.
         distance : (N,) float64
             To the light; infinite for a sun.
-        texel : (N, 1) float64
-            Size of a texel at the receiver, world units.
+        lean : (N,) float64
+            World units: the sine of the angle between the normal and the axis of the map, or the way to the light, times the size of a texel
+            along which the normal leans.
         """
         return points
 
@@ -128,11 +135,12 @@ class ConstantBias(Bias):
             f"{tilt:.2g} degrees against the light may shadow themselves; leave bias out"
         )
 
-    def amount(self, texel: float) -> float:
+    @property
+    def amount(self) -> float:
         """World units."""
         return self.world
 
-    def moved(self, points: Array, normals: Array, towards: Array, distance: Array, texel: Array) -> Array:
+    def moved(self, points: Array, normals: Array, towards: Array, distance: Array, lean: Array) -> Array:
         """Towards the light, never through it."""
         return np.asarray(points + towards * np.minimum(self.world, 0.999 * distance)[:, None])
 
@@ -180,14 +188,15 @@ class SlopeScaledBias(Bias):
 class NormalOffsetBias(Bias):
     """The receiver moved along its normal by texels * texel size * sine before it is projected.
 
-    The sine is that of the angle between the normal and the way to the light.
+    The sine is that of the angle between the normal and the way to the light, or, where that is larger, the axis of a spot's view or of a point
+    light's face. Of texels that are not square, the size is that along which the normal leans.
 
     Parameters
     ----------
     texels : float, optional
-        None: the filter's reach times the root of 2, .7 for `Hard` and 2.8 for `Pcf(1)`. Along a sun's rays the receiver then gains
-        texels * tangent of its tilt over its plane, and over the reach that rises by up to reach * (|dz/dx| + |dz/dy|) <= sqrt(2) reach *
-        tangent: no plane shadows itself.
+        None: the filter's reach times the root of 2, .7 for `Hard` and 2.8 for `Pcf(1)`. With a normal (x, y, z) in the axes of the map and
+        texels (u, v), the receiver gains texels * |(x u, y v)| / z over its plane along the axis; within the filter's reach that plane rises
+        by up to reach * (|x| u + |y| v) / z <= sqrt(2) reach * |(x u, y v)| / z: no plane shadows itself.
 
     References
     ----------
@@ -208,16 +217,20 @@ class NormalOffsetBias(Bias):
         """Of texels that were given."""
         return _lacks(self, self.texels, np.sqrt(2.0), reach, "texels")
 
-    def amount(self, texel: float) -> float:
-        """World units for a sun, else tangents."""
-        assert self.texels is not None, "see derived"
-        return self.texels * texel
+    @property
+    def shift_texels(self) -> float:
+        """All of it, where the light grazes."""
+        return self.amount
 
-    def moved(self, points: Array, normals: Array, towards: Array, distance: Array, texel: Array) -> Array:
-        """Along the normal."""
+    @property
+    def amount(self) -> float:
+        """Texels."""
         assert self.texels is not None, "see derived"
-        cosine = (normals * towards).sum(axis=-1, keepdims=True)
-        return np.asarray(points + normals * (self.texels * texel * np.sqrt(np.maximum(0.0, 1.0 - cosine**2))))
+        return self.texels
+
+    def moved(self, points: Array, normals: Array, towards: Array, distance: Array, lean: Array) -> Array:
+        """Along the normal."""
+        return np.asarray(points + normals * (self.amount * lean)[:, None])
 
 
 @dataclass(frozen=True)

@@ -69,8 +69,7 @@ def decide(light: Light, settled: Settled, clip_control: bool, driver: str) -> D
     if fit.for_suns and not isinstance(light, DirectionalLight):
         fallbacks += (f"fit {fit} became {ViewFit()}: only the map of a sun can be fitted so",)
         fit = ViewFit()
-    grows = settings.bias.amount(1.0) != settings.bias.amount(2.0)
-    if fit.warps and (not target.is_depth or settled.filter.encoding or grows):
+    if fit.warps and (not target.is_depth or settled.filter.encoding or bias.shift_texels > 0.0):
         fallbacks += (
             f"fit {fit} became {ViewFit()}: in perspective only depth textures that are compared are right, and no bias of so many texels",
         )

@@ -165,7 +165,7 @@ class ShadowMap:
             raise SettingsError(
                 f"a ShadowMap draws depth, got target {decision.caster.target}: use DEPTH32F, DEPTH24 or DEPTH16"
             )
-        guard = int(np.ceil(decision.filter.reach_texels)) + 1
+        guard = int(np.ceil(decision.filter.reach_texels + decision.caster.bias.shift_texels)) + 1
         views = shadow_views(
             light, [self._bounds], self._bounds, decision.clip, shadow.resolution or 2048, guard, all_inside=False
         )

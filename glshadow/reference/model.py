@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from glshadow.core.bias import FACET_SLOPE, SNAP_TEXELS, WINDOW_PER_CLIP, Bias
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
 from glshadow.core.filters import Filter
-from glshadow.core.lights import DirectionalLight, Light, to_light
+from glshadow.core.lights import Light, to_light
 from glshadow.core.metric import Target, metric_range, projected_metric, radial_metric, window_depth
 from glshadow.core.spaces import Array, transform
 from glshadow.core.view import ShadowView
@@ -221,7 +221,7 @@ def receive(
     """
     precision = precision or Precision()
     towards, distance = to_light(light, points)
-    moved = bias.moved(points, normals, towards, distance, _texel_at(stored.views[0], light, points))
+    moved = bias.moved(points, normals, towards, distance, _lean(stored.views[0], light, points, normals, towards))
     low, high = np.ones(len(points)), np.zeros(len(points))
     sure = np.zeros(len(points), dtype=bool)
     for view in stored.views:
@@ -238,14 +238,20 @@ def receive(
     return np.where(sure, low, 0.0), np.where(sure, high, 1.0)
 
 
-def _texel_at(view: ShadowView, light: Light, points: Array) -> Array:
-    """World size (N, 1) of a texel at points (N, 3)."""
-    texel = np.full((len(points), 1), max(view.texel))
-    if isinstance(light, DirectionalLight):
-        return texel
-    # texels grow with the depth along the axes of the light's view, which are the world's around a point light
-    axes = view.view_from_world[:3, :3] if view.kind == "spot" else np.eye(3)
-    return np.asarray(texel * np.abs((points - np.asarray(light.position)) @ axes.T).max(axis=-1, keepdims=True))
+def _lean(view: ShadowView, light: Light, points: Array, normals: Array, towards: Array) -> Array:
+    """World size of a texel along the way that normals lean, times the sine of their angle to the view's axis or to the light; (N,)."""
+    rotation, texel = view.view_from_world[:3, :3], np.array(view.texel)
+    if view.kind == "directional":
+        return np.asarray(np.linalg.norm(normals @ rotation[:2].T * texel, axis=1))
+    least = texel.max() * np.sqrt(np.maximum(1.0 - (normals * towards).sum(axis=1) ** 2, 0.0))
+    if view.kind == "spot":
+        depth = np.maximum(-transform(view.view_from_world, points)[:, 2], 0.0)
+        across = np.linalg.norm(normals @ rotation[:2].T * texel, axis=1)
+    else:  # faces look along the axes, and their texels are square
+        away = np.abs(points - np.asarray(light.position))  # type: ignore[attr-defined]
+        depth, face = away.max(axis=1), away.argmax(axis=1)
+        across = texel[0] * np.linalg.norm(np.where(np.arange(3) == face[:, None], 0.0, normals), axis=1)
+    return np.asarray(depth * np.maximum(across, least))
 
 
 def _on_face(view: ShadowView, local: Array, texels: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

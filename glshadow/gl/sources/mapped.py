@@ -58,10 +58,10 @@ class Mapped(Source):
         self._place = self.map = None
         if not casting.any():
             return
-        sight = work.sight
+        sight, reach = work.sight, shadow.filter.reach_texels + decision.caster.bias.shift_texels
         self._asked = Asked(
             light, scene.corners, scene.boxes, sight.receivers, scene.corners[casting].reshape(-1, 3), sight.camera, sight.size,
-            sight.near, sight.far, decision.clip, shadow.resolution, int(np.ceil(shadow.filter.reach_texels)) + 1,
+            sight.near, sight.far, decision.clip, shadow.resolution, int(np.ceil(reach)) + 1,
         )  # fmt: skip
         fitted = decision.fit.fitted(self._asked)
         self._shaded = fitted.shaded
