@@ -13,6 +13,7 @@ from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Settled, Shadow
 from glshadow.core.spaces import ClipSpace
+from glshadow.core.view import fine_depth
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,11 @@ class Decision:
     caster: CasterSettings
     clip: ClipSpace
     fallbacks: tuple[str, ...]
+
+    @property
+    def fine(self) -> bool:
+        """Whether the map's depth rounds relative to 1 / depth."""
+        return fine_depth(self.caster.target, self.clip)
 
 
 def settle(light: Light, without_map: str = "") -> Settled | None:

@@ -23,7 +23,9 @@ def around(asked: Asked, receivers: list[Array]) -> Fitted:
     if isinstance(light, DirectionalLight) and any(len(points) for points in receivers):
         shaded = shaded_receivers(np.asarray(light.direction), receivers, asked.casters, *asked.boxes)
     receivers, inside = (receivers, True) if shaded is None else (shaded, False)
-    found = shadow_views(light, receivers, asked.casters, asked.clip, asked.resolution, asked.guard, all_inside=inside)
+    found = shadow_views(
+        light, receivers, asked.casters, asked.clip, asked.resolution, asked.guard, fine=asked.fine, all_inside=inside
+    )
     return Fitted(found, None if shaded is None else np.concatenate(shaded))
 
 
@@ -141,7 +143,9 @@ def _inside(view: ShadowView, blocks: Array) -> Array:
     high = np.minimum(blocks.max(axis=1), (right, top, np.inf))
     held = (low <= high).all(axis=1)
     ends = np.stack([low[held], high[held]], axis=1)
-    return np.stack([ends[:, [i, j, k], [0, 1, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)], axis=1).reshape(-1, 3)
+    return np.stack([ends[:, [i, j, k], [0, 1, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)], axis=1).reshape(
+        -1, 3
+    )
 
 
 def _in_perspective(

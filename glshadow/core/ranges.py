@@ -10,7 +10,9 @@ from glshadow.core.cameras import Camera
 from glshadow.core.fit import frustum_of, visible_corners
 from glshadow.core.spaces import Array
 
-NEAREST_SHARE = 1e-5  # of far: how close a derived near plane comes
+# Shares of far. A derived near plane lies at USUAL_SHARE, or before what is seen where that is nearer, but no nearer than NEAREST_SHARE:
+# 10 micrometres before 10 km. Reversed 0..1 float depth is near / depth, and its rounding, relative to itself, does not depend on near.
+USUAL_SHARE, NEAREST_SHARE = 1e-5, 2.0**-30
 # Without reversed 0..1 depth the numbers lie closest at the near plane and 2^-24 apart everywhere else. Rounding in clip space, in
 # its division by w and in the window adds up to two of them (2.1 measured on llvmpipe), and with d(window) / d(depth) = near / depth^2
 # to 2^-23 depth^2 / near of depth: an eighth of a pixel, which is depth * (tangent of a pixel), if near is 2^-20 depth / tangent.
@@ -51,10 +53,19 @@ def depth_range(
     far = camera.far if camera.far is not None else 1.001 * farthest
     if far <= 0.0 or (camera.near is not None and far <= camera.near):
         far = 2.0 * (camera.near or 1.0)
-    near = camera.near if camera.near is not None else max(0.999 * nearest, NEAREST_SHARE * far)
+    near = camera.near if camera.near is not None else max(0.999 * nearest, USUAL_SHARE * far)
     if clip_control:
+        if camera.near is None and near == USUAL_SHARE * far:
+            near = min(near, max(0.999 * _nearest_seen(camera, size, boxes, far), NEAREST_SHARE * far))
         return DepthRange(min(near, 0.999 * far), far)
     return _coarse(camera, size, boxes, min(near, 0.999 * far), far)
+
+
+def _nearest_seen(camera: Camera, size: tuple[int, int], boxes: tuple[Array, Array], far: float) -> float:
+    """View depth at which what the camera sees of any box begins; infinite where it sees none."""
+    frustum = frustum_of(camera.window(size), NEAREST_SHARE * far, far, camera.view_from_world)
+    points = np.concatenate(visible_corners(*boxes, frustum))
+    return float(view_depth(camera, points).min()) if len(points) else np.inf
 
 
 def view_depth(camera: Camera, points: Array) -> Array:

@@ -179,7 +179,9 @@ def test_perspective_holds_every_shadow_from_any_side(renderer: gs.Renderer) -> 
         sun = replace(SUN, direction=tuple((generator.normal(size=3) * (1, 0, 1) - (0, 0.5, 0)).tolist()))
         seen = []
         for shadow in (gs.Shadow(filter=gs.Hard(), fit=gs.Lispsm()), gs.Shadow()):
-            frame = renderer.render(scenes[number // 150], camera, [replace(sun, shadow=shadow)], size, outputs=("visibility",))
+            frame = renderer.render(
+                scenes[number // 150], camera, [replace(sun, shadow=shadow)], size, outputs=("visibility",)
+            )
             seen.append(frame.visibility[0])
             for view in frame.used[0].views:
                 assert np.isfinite(view.clip_from_world).all()

@@ -146,7 +146,9 @@ def test_bias_factor_moves_window_depth_alike(clip: ClipSpace) -> None:
 )
 @pytest.mark.parametrize("value", [-0.5, np.nan, np.inf])
 def test_bias_settings_refuse(build: object, name: str, value: float) -> None:
-    with pytest.raises(SettingsError, match=rf"{name} must be a finite number in \[0, inf\)( or None \(derived\))?, got {value}"):
+    with pytest.raises(
+        SettingsError, match=rf"{name} must be a finite number in \[0, inf\)( or None \(derived\))?, got {value}"
+    ):
         build(value)  # type: ignore[operator]
 
 
