@@ -22,8 +22,7 @@ from glshadow.errors import SettingsError
 # degree, 0.006 at 15), more is seen at a caster's foot (at 20 the hard cases have the first leaks beyond an edge's own texels).
 FACET_SLOPE = float(np.tan(np.radians(15.0)))
 
-SNAP_TEXELS = 1.0 / 128.0
-"""Rasterisers round a vertex to 1/256 (8 bits below the pixel) in x and in y, which moves edges and depths by up to twice that."""
+SNAP_TEXELS = 1.0 / 128.0  # rasterisers round a vertex to 1/256 (8 bits below the pixel), which moves edges and depths
 
 
 class Bias(Spelled):
@@ -97,8 +96,7 @@ class Bias(Spelled):
         distance : (N,) float64
             To the light; infinite for a sun.
         lean : (N,) float64
-            World units: the sine of the angle between the normal and the axis of the map, or the way to the light, times the size of a texel
-            along which the normal leans.
+            Sine of the normal's angle to the axis of the map, or to the light, times a texel's size there, along which the normal leans.
         """
         return points
 
@@ -152,8 +150,8 @@ class SlopeScaledBias(Bias):
     Parameters
     ----------
     factor : float, optional
-        None: twice the filter's reach, 1 for `Hard` and 4 for `Pcf(1)`. Of a texel (i, j) away from a receiver, |i| and |j| up to the reach,
-        its plane's depth differs by up to reach * (|dz/dx| + |dz/dy|) <= 2 reach * max(|dz/dx|, |dz/dy|): no plane shadows itself.
+        None: twice the filter's reach, 1 for `Hard` and 4 for `Pcf(1)`. Over a texel that is i, j away, at most the reach, a plane rises by
+        i |dz/dx| + j |dz/dy| <= 2 reach * max(|dz/dx|, |dz/dy|): none shadows itself.
     units : float
         For rounding.
 
@@ -170,7 +168,7 @@ class SlopeScaledBias(Bias):
     depth_only = True
 
     def derived(self, reach: float) -> Self:
-        """With the factor that no plane needs more than."""
+        """With the factor that is enough."""
         return replace(self, factor=_enough(2.0, reach)) if self.factor is None else self
 
     def shortfall(self, reach: float, texel: float) -> str:
@@ -188,15 +186,15 @@ class SlopeScaledBias(Bias):
 class NormalOffsetBias(Bias):
     """The receiver moved along its normal by texels * texel size * sine before it is projected.
 
-    The sine is that of the angle between the normal and the way to the light, or, where that is larger, the axis of a spot's view or of a point
-    light's face. Of texels that are not square, the size is that along which the normal leans.
+    The sine is that of the normal's angle to the light or, where that is larger, to the axis of a lamp's map. Where texels are not
+    square, the size is that along which the normal leans.
 
     Parameters
     ----------
     texels : float, optional
-        None: the filter's reach times the root of 2, .7 for `Hard` and 2.8 for `Pcf(1)`. With a normal (x, y, z) in the axes of the map and
-        texels (u, v), the receiver gains texels * |(x u, y v)| / z over its plane along the axis; within the filter's reach that plane rises
-        by up to reach * (|x| u + |y| v) / z <= sqrt(2) reach * |(x u, y v)| / z: no plane shadows itself.
+        None: the filter's reach times the root of 2, .7 for `Hard` and 2.8 for `Pcf(1)`. With a normal (x, y, z) in the axes of a map of
+        texels (u, v), a receiver gains texels * |(x u, y v)| / z over its plane, which rises within the reach by at most
+        reach * (|x| u + |y| v) / z <= sqrt(2) reach * |(x u, y v)| / z: none shadows itself.
 
     References
     ----------
@@ -210,7 +208,7 @@ class NormalOffsetBias(Bias):
     snippet = "bias/normal_offset.glsl"
 
     def derived(self, reach: float) -> Self:
-        """With the texels that no plane needs more than."""
+        """With as many texels as are enough."""
         return replace(self, texels=_enough(np.sqrt(2.0), reach)) if self.texels is None else self
 
     def shortfall(self, reach: float, texel: float) -> str:
@@ -275,17 +273,16 @@ BIASES: tuple[type[Bias], ...] = (ReceiverPlaneBias, ConstantBias, SlopeScaledBi
 
 
 def _enough(share: float, reach: float) -> float:
-    """What a plane needs, `share` for each texel of a filter's reach and of a snapped vertex; rounded up to six digits, as it is spelled."""
+    """What a plane needs, `share` for each texel of a filter's reach and of a snapped vertex; rounded up, as it is spelled."""
     return float(np.ceil(share * (reach + SNAP_TEXELS) * 1e4) / 1e4)
 
 
 def _lacks(bias: Bias, given: float | None, share: float, reach: float, name: str) -> str:
-    needed = share * reach
-    if given is None or given >= needed * (1.0 - 1e-6):
+    if given is None or given >= (needed := share * reach) * (1.0 - 1e-6):
         return ""
     return (
-        f"bias {bias} is too small for a filter that reads {reach:g} texels away: planes shadow themselves below {name} = {needed:.4g}, "
-        f"unless they face the light; leave {name} out"
+        f"bias {bias} is too small for a filter that reads {reach:g} texels away: planes that do not face the light shadow themselves "
+        f"below {name} = {needed:.4g}; leave {name} out"
     )
 
 

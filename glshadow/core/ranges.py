@@ -10,9 +10,10 @@ from glshadow.core.cameras import Camera
 from glshadow.core.fit import frustum_of, visible_corners
 from glshadow.core.spaces import Array
 
-# Shares of far. A derived near plane lies at USUAL_SHARE, or before what is seen where that is nearer, but no nearer than NEAREST_SHARE:
-# 10 micrometres before 10 km. Reversed 0..1 float depth is near / depth, and its rounding, relative to itself, does not depend on near.
-USUAL_SHARE, NEAREST_SHARE = 1e-5, 2.0**-30
+# Shares of far. A derived near plane lies at USUAL_SHARE, or, where that is nearer, well before what is seen, but no nearer than
+# NEAREST_SHARE: 10 micrometres before 10 km. Reversed 0..1 float depth is near / depth, whose rounding, relative to itself, does not depend on
+# near; but a triangle is clipped there to 2^-24 of its length, which must not be seen: so at BEFORE of the nearest depth.
+USUAL_SHARE, NEAREST_SHARE, BEFORE = 1e-5, 2.0**-30, 0.25
 # Without reversed 0..1 depth the numbers lie closest at the near plane and 2^-24 apart everywhere else. Rounding in clip space, in
 # its division by w and in the window adds up to two of them (2.1 measured on llvmpipe), and with d(window) / d(depth) = near / depth^2
 # to 2^-23 depth^2 / near of depth: an eighth of a pixel, which is depth * (tangent of a pixel), if near is 2^-20 depth / tangent.
@@ -56,7 +57,7 @@ def depth_range(
     near = camera.near if camera.near is not None else max(0.999 * nearest, USUAL_SHARE * far)
     if clip_control:
         if camera.near is None and near == USUAL_SHARE * far:
-            near = min(near, max(0.999 * _nearest_seen(camera, size, boxes, far), NEAREST_SHARE * far))
+            near = min(near, max(BEFORE * _nearest_seen(camera, size, boxes, far), NEAREST_SHARE * far))
         return DepthRange(min(near, 0.999 * far), far)
     return _coarse(camera, size, boxes, min(near, 0.999 * far), far)
 

@@ -48,9 +48,9 @@ FACES = np.array(
     dtype=np.float64,
 )[[0, 3, 1, 4, 2, 5]]
 
-# Shares of the far plane's distance: a derived near plane comes no closer than the first, but where receivers do than the second. Casters
-# nearer still cast, clamped to it (depth clamp), but do not darken what is nearer too. Only reversed float depth, near / depth, rounds alike
-# whatever near is, and can afford a close one; of other window depth the step at far is far / share of the format's.
+# Shares of the far plane's distance: a derived near plane lies at the first, or before receivers that are nearer, but no nearer than the
+# second. Casters nearer still cast, clamped to it (depth clamp), but do not darken what is nearer too. Only reversed float depth, which is
+# near / depth, rounds alike whatever near is, and can afford a close one; of others the step at far is far / share of the format's.
 USUAL_SHARE, NEAREST_SHARE = {True: 1e-4, False: 5e-3}, {True: 2.0**-30, False: 5e-3}
 
 

@@ -248,7 +248,7 @@ def _lean(view: ShadowView, light: Light, points: Array, normals: Array, towards
         depth = np.maximum(-transform(view.view_from_world, points)[:, 2], 0.0)
         across = np.linalg.norm(normals @ rotation[:2].T * texel, axis=1)
     else:  # faces look along the axes, and their texels are square
-        away = np.abs(points - np.asarray(light.position))  # type: ignore[attr-defined]
+        away = np.abs(points - np.asarray(light.position))  # type: ignore[union-attr]
         depth, face = away.max(axis=1), away.argmax(axis=1)
         across = texel[0] * np.linalg.norm(np.where(np.arange(3) == face[:, None], 0.0, normals), axis=1)
     return np.asarray(depth * np.maximum(across, least))

@@ -1,6 +1,7 @@
 """Every technique on the courtyard: frame time over the floor, and error against rays.
 
-The settings are the defaults, and those that plans, studies and the hard cases try. Times as in `scripts/bench frame`, errors as in `scripts/bench accuracy`.
+The settings are the defaults, and those that plans, studies and the hard cases try. Times as in `scripts/bench frame`, errors as in
+`scripts/bench accuracy`.
 """
 
 from __future__ import annotations

@@ -101,8 +101,8 @@ def test_before_a_disc(renderer: gs.Renderer, name: str, kind: str) -> None:
 def cap_beyond(tilt: np.ndarray, half: float) -> np.ndarray:
     """Share of a spherical cap's solid angle on one side of a great circle, whose plane is tilted away from the cap's middle; radians.
 
-    Of the cap's boundary an arc lies beyond, on the great circle a chord: Gauss and Bonnet give 2 (arc's angle at the chord's poles - cos(half)
-    * arc's angle at the middle), over 2 pi (1 - cos(half)).
+    By Gauss and Bonnet, of the area between the great circle and the cap's boundary: 2 chord - 2 cos(half) arc, their halves as angles;
+    that of the cap is 2 pi (1 - cos(half)).
     """
     lean = np.clip(tilt, -half, half)
     chord, arc = np.arccos(np.sin(lean) / np.sin(half)), np.arccos(np.clip(np.tan(lean) / np.tan(half), -1.0, 1.0))
@@ -123,7 +123,7 @@ def test_a_wide_sun_is_even_in_solid_angle(renderer: gs.Renderer, angle: float) 
     gap = np.abs(frame.visibility[0] - expected)
     assert gap.max() < 1.3 * POINTS**-0.75, "the discrepancy of a spiral"
     truth = gs.trace(scene, camera, [sun], SIZE, surface=frame.triangle, light_samples=RAYS // 4)
-    # one in each ring, see above; rings that are even in the tangent are off by 1.1e-3 and more
+    # one in each ring of equal solid angle
     assert np.sqrt(((truth.visibility[0] - expected) ** 2).mean()) < 0.4 * (RAYS // 4) ** -0.75
 
 
