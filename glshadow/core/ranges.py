@@ -11,8 +11,8 @@ from glshadow.core.fit import frustum_of, visible_corners
 from glshadow.core.spaces import Array
 
 # Shares of far. A derived near plane lies at USUAL_SHARE, or, where that is nearer, well before what is seen, but no nearer than
-# NEAREST_SHARE: 10 micrometres before 10 km. Reversed 0..1 float depth is near / depth, whose rounding, relative to itself, does not depend on
-# near; but a triangle is clipped there to 2^-24 of its length, which must not be seen: so at BEFORE of the nearest depth.
+# NEAREST_SHARE: 10 micrometres before 10 km. Reversed 0..1 float depth is near / depth, whose rounding, relative to itself, does not
+# depend on near; but a triangle is clipped there to 2^-24 of its length, which must not be seen: so at BEFORE of the nearest depth.
 USUAL_SHARE, NEAREST_SHARE, BEFORE = 1e-5, 2.0**-30, 0.25
 # Without reversed 0..1 depth the numbers lie closest at the near plane and 2^-24 apart everywhere else. Rounding in clip space, in
 # its division by w and in the window adds up to two of them (2.1 measured on llvmpipe), and with d(window) / d(depth) = near / depth^2
@@ -86,10 +86,10 @@ def _linear(camera: Camera, nearest: float, farthest: float, height: float) -> D
 
 
 def _coarse(camera: Camera, size: tuple[int, int], boxes: tuple[Array, Array], near: float, far: float) -> DepthRange:
-    """The near plane as far away as what is seen allows, and at least so far that what is deepest can be resolved."""
+    """The near plane as far away as what is seen allows; where boxes around the eye do not tell, so far that the deepest is resolved."""
     window = camera.window(size)
-    seen = visible_corners(*boxes, frustum_of(window, near, far, camera.view_from_world))
-    points = np.concatenate(seen)
+    start = near if camera.near is not None else NEAREST_SHARE * far
+    points = np.concatenate(visible_corners(*boxes, frustum_of(window, start, far, camera.view_from_world)))
     if len(points) == 0:
         return DepthRange(near, far)
     depth = view_depth(camera, points)
@@ -97,10 +97,18 @@ def _coarse(camera: Camera, size: tuple[int, int], boxes: tuple[Array, Array], n
     pixel = min((window[1] - window[0]) / size[0], (window[3] - window[2]) / size[1])
     needed = min(COARSE_STEP / pixel, MOST_CUT) * deepest
     why = "this driver has no glClipControl, and -1..1 depth is coarse far away"
+    if camera.near is None and 2.0 * start < 0.999 * nearest < needed:
+        near = 0.999 * nearest
+        return DepthRange(near, far, (f"{why}: a depth of {deepest:g} is off by up to {_step(deepest, near):.2g}",))
     if camera.near is None:
         cut = () if nearest >= needed else (f"{why}: what is nearer than {needed:g} to the camera is not drawn",)
         return DepthRange(min(max(near, 0.999 * nearest, needed), 0.999 * far), far, cut)
     if near >= needed:
         return DepthRange(near, far)
-    lost = f"{why}: with near={near:g} a depth of {deepest:g} is off by up to {2.0**-23 * deepest**2 / near:.2g}"
+    lost = f"{why}: with near={near:g} a depth of {deepest:g} is off by up to {_step(deepest, near):.2g}"
     return DepthRange(near, far, (f"{lost}; leave near out, or give at least {needed:g}",))
+
+
+def _step(depth: float, near: float) -> float:
+    """By how much -1..1 depth may be off at a depth: all of it at most."""
+    return min(2.0**-23 * depth**2 / near, depth)

@@ -24,7 +24,6 @@ from glshadow.gl.program import Program, Programs
 from glshadow.gl.runs import Whole
 from glshadow.scene.mesh import Scene
 
-
 # GL clips a triangle in float32, to 2^-24 of its length: where that is seen, against a volume three times as wide and high as the picture,
 # so that what is rounded lies outside.
 _MIDDLE_THIRD = np.diag([1.0 / 3.0, 1.0 / 3.0, 1.0, 1.0])
