@@ -226,6 +226,7 @@ class _Tally:
     surface: float
     counted: float
     mean: float
+    wrong: float
     edge: float
     acne: float
     leak: float
@@ -242,7 +243,7 @@ class _Tally:
         edge, acne, leak = self.edge / counted, self.acne / counted, self.leak / counted
         return Score(
             mean=self.mean / counted,
-            wrong=(self.edge + self.acne + self.leak) / counted,
+            wrong=self.wrong / counted,
             edge=edge,
             acne=acne,
             leak=leak,
@@ -271,16 +272,19 @@ def _score_light(
     edge = truth.near_edge(number, (radius + 0.5) * np.sqrt(2.0) * texel, wrong)
     grain = uneven & ~edge  # what is within the first band is within the second, wider one
     grain &= ~truth.near_edge(number, (radius + 1.0) * np.sqrt(2.0) * texel, grain)
+    several = has_size(truth.lights[number]) and getattr(truth, "light_samples", 1) > 1
+    # a point sees all of the light, no edge is near, and yet texels of the kernel shadow it: the surface's own
+    partly = grain & (difference < 0.0) & (exact == 1.0) & (not several)
     acne, leak = wrong & ~edge & (difference < 0.0), wrong & ~edge & (difference > 0.0)
     contact = truth.near_foot(CONTACT_TEXELS * texel, leak)
     kinds = np.full(exact.shape, Outcome.NO_SURFACE, dtype=np.uint8)
+    acne |= partly
     marks = ((surface, Outcome.NOT_COUNTED), (counted, Outcome.GOOD), (grain, Outcome.GRAIN), (edge, Outcome.EDGE))
     for mask, kind in (*marks, (acne, Outcome.ACNE), (leak, Outcome.LEAK)):
         kinds[mask] = kind
-    several = has_size(truth.lights[number]) and getattr(truth, "light_samples", 1) > 1
     soft = counted & several & (exact > 0.0) & (exact < 1.0)
     sums = (
-        surface, counted, amount * counted, edge, acne, leak, grain, contact, amount > WRONG, amount, soft, amount * soft,
+        surface, counted, amount * counted, wrong, edge, acne, leak, grain, contact, amount > WRONG, amount, soft, amount * soft,
     )  # fmt: skip
     return _Tally(*(float(values.sum()) for values in sums)), kinds, amount[counted]
 

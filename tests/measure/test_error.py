@@ -126,21 +126,29 @@ def test_a_moved_edge_is_edge_within_the_band_and_an_artefact_beyond(wall, radiu
         assert error.wrong * counted.sum() == pytest.approx(moved.sum())
 
 
-def test_grain_is_what_is_grey_beyond_the_second_band(wall):
+@pytest.mark.parametrize("side", [-1.0, 1.0], ids=["lit", "dark"])
+def test_grain_is_what_is_grey_beyond_the_second_band(wall, side):
+    """Lit surfaces that are grey there shadow themselves: acne too, though not wrong."""
     truth = coarse(wall)
     counted = counted_of(truth)
     ground, distance, x = distances(truth)
     ground &= counted & (x < -1.0)
     band = 2.0 * np.sqrt(2.0) * texel_size(truth, 0, 64)
     frame = Frame.of(truth)
-    grey = ground & (distance < 0) & (distance > -2.0 * band)
-    frame.visibility[0][grey] = 0.9
+    grey = ground & (side * distance > 0) & (side * distance < 2.0 * band)
+    exact = truth.visibility[0][grey]
+    assert np.unique(exact).tolist() == [float(side < 0.0)]
+    frame.visibility[0][grey] = exact + side * 0.1
     error = measure(frame, truth)
-    assert error.wrong == 0.0
+    assert error.wrong == error.edge == error.leak == 0.0
     assert error.mean * counted.sum() == pytest.approx(0.1 * grey.sum(), rel=1e-5)
-    assert (error.kinds[0][grey & (distance < -1.001 * band)] == Outcome.GRAIN).all()
-    assert (error.kinds[0][grey & (distance > -0.999 * band)] == Outcome.GOOD).all()
-    frame.visibility[0][grey] = 1.0 - 1.0 / 17.0  # below 1/16: not grain
+    beyond = grey & (side * distance > 1.001 * band)
+    assert beyond.sum() > 100
+    assert (error.kinds[0][beyond] == (Outcome.ACNE if side < 0.0 else Outcome.GRAIN)).all()
+    assert (error.kinds[0][grey & (side * distance < 0.999 * band)] == Outcome.GOOD).all()
+    assert error.grain * counted.sum() == pytest.approx((error.kinds[0] >= Outcome.GRAIN).sum())
+    assert error.acne == (error.grain if side < 0.0 else 0.0)
+    frame.visibility[0][grey] = exact + side / 17.0  # below 1/16: not grain
     assert measure(frame, truth).grain == 0.0
 
 

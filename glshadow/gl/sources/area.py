@@ -8,7 +8,7 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 
-from glshadow.core.area import disc_axes, radius_of
+from glshadow.core.area import cap_tangents, disc_axes, radius_of
 from glshadow.core.lights import DirectionalLight, Light, RectLight
 from glshadow.core.panel import panel_axes
 from glshadow.core.shadow import Settled
@@ -115,7 +115,7 @@ class Area(Listed):
         points: Array = square(self._points) if isinstance(light, RectLight) else disc(self._points)
         if isinstance(light, DirectionalLight):  # in world axes, so that they do not turn with the grid
             turned = disc_axes(light)[:2] @ self.grid.view_from_world[:2, :3].T
-            points = radius_of(light) * points @ turned
+            points = cap_tangents(light, points) @ turned
         if self._disc is not None:
             self._disc.release()
         self._disc = texture_buffer(self._context, points.astype(np.float32), RG32F)

@@ -61,10 +61,10 @@ class Mapped(Source):
         self._place = self.map = None
         if not self._casting.any():
             return
-        sight = work.sight
+        sight, reach = work.sight, shadow.filter.reach_texels + decision.caster.bias.shift_texels
         self._asked = Asked(
             light, scene.corners, scene.boxes, sight.receivers, scene.corners[self._casting].reshape(-1, 3), sight.camera, sight.size,
-            sight.near, sight.far, decision.clip, shadow.resolution, int(np.ceil(shadow.filter.reach_texels)) + 1,
+            sight.near, sight.far, decision.clip, shadow.resolution, int(np.ceil(reach)) + 1, decision.fine,
         )  # fmt: skip
         fitted = decision.fit.fitted(self._asked)
         self._shaded = fitted.shaded
@@ -92,9 +92,17 @@ class Mapped(Source):
             decision.clip,
             caster.faces,
             draws,
-            decision.fallbacks,
+            decision.fallbacks + self._too_small(),
             why=self._why,
         )
+
+    def _too_small(self) -> tuple[str, ...]:
+        """The fallback of a bias under which planes shadow themselves, if that can be told."""
+        if self.map is None or self._decision.filter.encoding:  # the mean of a plane's depths lies on it
+            return ()
+        texel = max(max(view.texel) * (1.0 if view.kind == "directional" else view.far) for view in self.map.views)
+        said = self._decision.caster.bias.shortfall(self._decision.filter.reach_texels, texel)
+        return (said,) if said else ()
 
     def _measured(self, work: Work, placed: tuple[ShadowView, ...]) -> tuple[ShadowView, ...]:
         """Views fitted to what is really seen, in the places of those that were claimed."""
