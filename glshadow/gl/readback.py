@@ -14,7 +14,7 @@ from glshadow.core.spaces import Array
 from glshadow.core.srgb import srgb_from_linear
 from glshadow.gl.camera import Sight
 from glshadow.gl.geometry import MOVED, TRIANGLES, GpuScene
-from glshadow.gl.targets import CameraTargets
+from glshadow.gl.targets import CameraTargets, SurfaceTargets
 
 MEANS = ("image", "alpha", "linear", "visibility")
 """Outputs that are means over a pixel's samples."""
@@ -84,7 +84,7 @@ def pixels(texture: moderngl.Texture, dtype: Any) -> NDArray[Any]:
     return np.ascontiguousarray(data[::-1])
 
 
-def read_middles(outputs: Collection[str], scene: GpuScene, sight: Sight, targets: CameraTargets) -> dict[str, Any]:
+def read_middles(outputs: Collection[str], scene: GpuScene, sight: Sight, targets: SurfaceTargets) -> dict[str, Any]:
     """What is seen at each pixel's middle, by name; row 0 at the top."""
     window = pixels(targets.depth, np.float32)[..., 0]
     nothing = window == sight.clip.clear_depth
