@@ -37,7 +37,9 @@ def edge_distance(view: View, rows: np.ndarray, triangle: np.ndarray) -> np.ndar
     pixel = 2.0 * np.tan(np.radians(0.5 * camera.fov_y)) / height
     o, d = view.origins[rows], view.directions[rows]
     corners = view.tracer.corners[triangle] - o[:, None]
-    depth = corners @ (np.subtract(camera.target, camera.position) / np.linalg.norm(np.subtract(camera.target, camera.position)))
+    depth = corners @ (
+        np.subtract(camera.target, camera.position) / np.linalg.norm(np.subtract(camera.target, camera.position))
+    )
     seen = corners / depth[..., None] - d[:, None]  # on the plane at depth 1
     start, along = seen, np.roll(seen, -1, axis=1) - seen
     share = np.clip(-(start * along).sum(-1) / np.maximum((along * along).sum(-1), 1e-300), 0.0, 1.0)
@@ -75,7 +77,11 @@ def test_no_pixel_of_a_height_field_under_grazing_light_is_wrong(
     seen = []
     for place in places:
         view = View(scene, scene.camera, SIZE, place)
-        source = {"position": light.position} if isinstance(light, gs.PointLight) else {"towards": -np.array(light.direction)}
+        source = (
+            {"position": light.position}
+            if isinstance(light, gs.PointLight)
+            else {"towards": -np.array(light.direction)}
+        )
         seen.append(view.visibility(**source))
     with np.errstate(invalid="ignore"):
         truth = np.mean(seen, axis=0)
@@ -97,7 +103,9 @@ def test_position_depth_and_normal_are_those_of_the_ray(rng: np.random.Generator
     points = np.full((SIZE[0] * SIZE[1], 3), np.nan)
     points[view.rows] = view.points
     position = frame.position.reshape(-1, 3)[rows] + frame.origin
-    assert np.abs(position - points[rows]).max() < 2e-5  # depths are interpolated between vertices snapped to 1/256 pixel
+    assert (
+        np.abs(position - points[rows]).max() < 2e-5
+    )  # depths are interpolated between vertices snapped to 1/256 pixel
     normal = view.tracer.normals[view.triangle[rows]]
     alike = np.abs((frame.normal.reshape(-1, 3)[rows] * normal).sum(axis=1))
     assert alike.min() > 1.0 - 1e-6
@@ -109,7 +117,9 @@ def test_where_a_ray_misses_what_was_drawn_the_point_lies_on_it(renderer: gs.Ren
     size = (64, 64)
     pixel = 2.0 / 64
     edge = 0.5 * pixel - pixel / 2048  # GL snaps it onto the middles
-    leaf = gs.Mesh(*rectangle((-10.5 * pixel, -10.5 * pixel, 1.0), (10.5 * pixel + edge, 0.0, 0.0), (0.0, 21.0 * pixel, 0.0)))
+    leaf = gs.Mesh(
+        *rectangle((-10.5 * pixel, -10.5 * pixel, 1.0), (10.5 * pixel + edge, 0.0, 0.0), (0.0, 21.0 * pixel, 0.0))
+    )
     wall = gs.Mesh(*box((4.0, 4.0, 0.2), (0.0, 0.0, 0.0)))
     scene = gs.Scene((gs.Node("leaf", leaf, np.eye(4)), gs.Node("wall", wall, np.eye(4))), camera=camera)
     frame = renderer.render(scene, size=size, outputs=("triangle", "node"))
