@@ -132,19 +132,22 @@ def test_a_sun_and_a_lamp_with_the_same_numbers(scene: Scene, filter_: gs.Exact 
         np.testing.assert_array_equal(picture(kept, lamp), expected)
 
 
-def test_a_panel_that_turns_in_place_is_asked_anew(scene: Scene) -> None:
-    """The floor darkens nothing before a panel that lies along it, and what is below before one that stands across it."""
-    floor = Node("floor", Mesh(*shapes.box((8.0, 0.2, 8.0), (0.0, -0.1, 0.0))), np.eye(4))
-    below = Node("below", Mesh(*shapes.box((1.0, 0.5, 1.0), (2.0, -1.0, 0.0))), np.eye(4))
-    scene = Scene((floor, *scene.nodes[1:], below), replace(CAMERA, position=(5.0, -2.0, 5.0), target=(1.0, -0.5, 0.0)))
-    lying = gs.RectLight(position=(0.0, 0.5, 0.0), direction=(0.0, -1.0, 0.0), width=3.0, height=3.0)
+def test_a_panel_that_turns_in_place_is_asked_anew() -> None:
+    """The floor darkens nothing before a panel that lies along it, and all that is above it before one that reaches below."""
+    floor = Node("floor", Mesh(*shapes.rectangle((-3.0, 0.0, 3.0), (6.0, 0.0, 0.0), (0.0, 0.0, -6.0))), np.eye(4))
+    boxes = [
+        Node(name, Mesh(*shapes.box((side,) * 3, middle)), np.eye(4))
+        for name, side, middle in (("low", 0.6, (1.4, 0.3, 0.0)), ("high", 0.4, (-1.4, 1.6, 0.0)))
+    ]
+    scene = Scene((floor, *boxes), gs.PerspectiveCamera((0.0, 1.5, 4.5), (0.0, 0.4, 0.0), fov_y=60.0))
+    lying = gs.RectLight(position=(0.0, 0.5, 0.0), direction=(0.0, -1.0, 0.0), width=2.0, height=2.0)
     standing = replace(lying, direction=(1.0, 0.0, 0.0), up=(0.0, 1.0, 0.0))
-    lamp = gs.PointLight(position=lying.position, radius=0.5 * float(np.hypot(3.0, 3.0)))
+    lamp = gs.PointLight(position=lying.position, radius=0.5 * float(np.hypot(2.0, 2.0)))
     with Renderer("egl") as kept:
         for light in (lying, standing, lamp, replace(standing, height=1.0), lying):
-            values = kept.render(scene, None, [light], SIZE, outputs=("visibility",)).visibility
+            values = kept.render(scene, None, [light], (192, 108), outputs=("visibility",)).visibility
             with Renderer("egl") as fresh:
-                expected = fresh.render(scene, None, [light], SIZE, outputs=("visibility",)).visibility
+                expected = fresh.render(scene, None, [light], (192, 108), outputs=("visibility",)).visibility
             np.testing.assert_array_equal(values, expected)
 
 
