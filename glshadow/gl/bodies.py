@@ -29,7 +29,8 @@ def casters_on_others(scene: GpuScene, light: Light) -> NDArray[np.bool_]:
     casting = scene.casts.copy()
     size = np.linalg.norm(np.ptp(scene.corners, axis=1), axis=1)
     whole = float(np.linalg.norm(np.ptp(scene.corners.reshape(-1, 3), axis=0)))
-    for i in np.flatnonzero(casting & (size > 0.5 * whole))[:_ASKED]:
+    # smooth surfaces ask from outside their triangles, which may then lie between
+    for i in np.flatnonzero(casting & (size > 0.5 * whole) & (scene.lifts == 0.0))[:_ASKED]:
         triangles = _outline(scene.nodes[i].mesh)
         if triangles is not None and len(scene.nodes) > 1:
             placed = transform(scene.nodes[i].world_from_mesh, triangles)

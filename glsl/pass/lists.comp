@@ -55,7 +55,11 @@ void main() {
     for (int face = 0; face < FACES; face++) {
         mat3 turned = face_from_lv(face);
         vec3 p = turned * a, q = turned * b, r = turned * c;
+#if GLS_AREA
+        if (!near_window(p, q, r, u_lift)) continue;
+#else
         if (!near_window(p, q, r, 0.0)) continue;
+#endif
         Footprint shape = footprint(p, q, r);
 #if GLS_AREA
         deepen(face, shape);

@@ -49,7 +49,7 @@ class Grown:
     def begin(self, scene: GpuScene, light: Light, grid: ListGrid) -> None:
         """Make room for the deepest receivers, which pass/lists.comp finds."""
         self._depths = _depths(scene, grid)
-        self.values = {"u_radius": radius_of(light), "u_depths": self._depths}
+        self.values = {"u_radius": radius_of(light), "u_depths": self._depths, "u_lift": float(scene.lifts.max())}
         size = (_GROUNDS, _GROUNDS * grid.faces)
         if not self._grounds or self._grounds[0].size != size:
             old = (self._framebuffer, *self._grounds)
