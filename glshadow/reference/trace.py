@@ -16,6 +16,7 @@ from glshadow.core.spaces import Array, Bools
 from glshadow.errors import SettingsError
 from glshadow.reference.aimed import AimedLight
 from glshadow.reference.rays import Ints, Rays, dot
+from glshadow.reference.receivers import Receivers
 from glshadow.reference.truth import Truth
 from glshadow.scene.arguments import picture_arguments
 from glshadow.scene.mesh import Scene
@@ -38,7 +39,8 @@ def trace(
     """Trace the exact shadows of a picture.
 
     A point is in shadow iff the open segment from it to the light meets a triangle, and unlit where the geometric
-    normal that faces the viewer points away from the light. Surfaces are two-sided. A node that does not receive is never in
+    normal that faces the viewer points away from the light. A point of a smooth mesh is asked where its vertex normals put it, see
+    `core.smooth`, and is unlit where the interpolated normal points away. Surfaces are two-sided. A node that does not receive is never in
     shadow, one that does not cast darkens nothing. Texels below the cutoff of a MASK
     material do not exist (alpha sampled bilinearly at the finest level); BLEND materials are seen but cast nothing; a
     light with `shadow=None` is not blocked by anything. Cone, range and strength do not dim visibility (see
@@ -85,15 +87,15 @@ def trace(
     for offset in offsets(samples).tolist():
         part = hits if samples == 1 else _surfaces(rays, camera, size, tuple(offset))
         seen[part.rows] += 1.0
+        receivers = part.receivers(rays)
         for number, source in enumerate(sources):
-            mean, variance = source.visibility(
-                rays, part.triangle[part.rows], part.points, part.normals, light_samples, generator
-            )
+            mean, variance = source.visibility(rays, receivers, light_samples, generator)
             total[number, part.rows] += mean
             spread[number, part.rows] += variance
     count = np.where(seen > 0, seen, np.nan)
     shape = (len(lights), size[1], size[0])
-    facts = [_facts(source, hits) for source in sources]
+    receivers = hits.receivers(rays)
+    facts = [_facts(source, hits, receivers) for source in sources]
     return Truth(
         visibility=(total / count).astype(np.float32).reshape(shape),
         cosine=np.array([cosine for cosine, _ in facts], dtype=np.float32).reshape(shape),
@@ -148,6 +150,10 @@ class _Hits:
     points: Array
     normals: Array
 
+    def receivers(self, rays: Rays) -> Receivers:
+        """What asks the lights for them."""
+        return Receivers.of(rays, self.triangle[self.rows], self.points, self.normals)
+
 
 def _surfaces(rays: Rays, camera: Camera, size: tuple[int, int], offset: tuple[float, float]) -> _Hits:
     origins, directions = (each.reshape(-1, 3) for each in camera.rays(size, offset))
@@ -180,10 +186,10 @@ def _spread(hits: _Hits, values: Array) -> Array:
     return image
 
 
-def _facts(source: AimedLight, hits: _Hits) -> tuple[Array, Bools]:
+def _facts(source: AimedLight, hits: _Hits, receivers: Receivers) -> tuple[Array, Bools]:
     """N.L (H * W,), NaN where no surface, and whether the light reaches the point."""
-    towards, distance = source.towards(hits.points)
-    cosine = _spread(hits, dot(hits.normals, towards))
+    towards, distance = source.towards(receivers.points)
+    cosine = _spread(hits, dot(receivers.normals, towards))
     reached = np.zeros(len(hits.triangle), dtype=bool)
     inside = np.ones(len(hits.rows), dtype=bool)
     light = source.light

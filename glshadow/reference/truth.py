@@ -32,7 +32,7 @@ class Truth:
     visibility : (L, H, W) float32
         1 lit, 0 dark, also where N.L <= 0; NaN where no surface; between for several samples.
     cosine : (L, H, W) float32
-        N.L of the geometric normal that faces the viewer.
+        N.L of the normal that faces the viewer: the triangle's, of a smooth mesh the interpolated one (see `core.smooth`).
     reached : (L, H, W) bool
         Inside a spot's cone and a light's range; always true for suns.
     triangle, node : (H, W) int32
@@ -109,7 +109,7 @@ class Truth:
         lit = self.visibility[light].ravel()[rows] > 0.5
         reach = self._lengths(radius).ravel()[rows]
         points = self.position.reshape(-1, 3)[rows] - self.rays.origin
-        own = self.triangle.ravel()[rows]
+        own, normal = self.triangle.ravel()[rows], self.normal.reshape(-1, 3)[rows]
         source = AimedLight(self.lights[light], self.rays.origin)
         near = np.zeros(len(rows), dtype=bool)
         for fraction in range(NEAR_RADII, 0, -1):
@@ -121,7 +121,7 @@ class Truth:
                 moved = moved_over(
                     self.rays, source, own[left], points[left], reach[left] * fraction / NEAR_RADII, angle
                 )
-                near[left] = source.lit(self.rays, *moved) != lit[left]
+                near[left] = source.lit(self.rays, *moved, normal[left]) != lit[left]
         result = np.zeros(wanted.shape, dtype=bool)
         result.ravel()[rows] = near
         return result
