@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array
 
-LEAST_COSINE = 0.7
-"""Of a vertex normal and its triangle's: below it, the normal was averaged across a hard edge and describes no rounded surface."""
+LEAST_COSINE = 0.75
+"""Of a vertex normal and its triangle's: below it (41 degrees), the normal was averaged across a hard edge, a right angle for one."""
 _FLAT = 1e-3
 """Radians up to which vertex normals are the triangle's own: a jump of a quarter of a level of 255."""
 _STEPS = 32767  # of a coordinate, to either side
