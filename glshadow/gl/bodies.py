@@ -34,7 +34,7 @@ def casters_on_others(scene: GpuScene, light: Light) -> NDArray[np.bool_]:
         triangles = _outline(scene.nodes[i].mesh)
         if triangles is not None and len(scene.nodes) > 1:
             placed = transform(scene.nodes[i].world_from_mesh, triangles)
-            others = np.delete(scene.corners, i, axis=0)
+            others = np.delete(scene.raised_corners, i, axis=0)
             casting[i] = any(darkens(placed, others, part) for part in extremes(light))
     if len(scene.casting) >= _KEPT:
         scene.casting.clear()

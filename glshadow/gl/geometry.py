@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.clusters import Placed, place
-from glshadow.core.smooth import most_lift, pack_octahedral, sides, unit_vectors
+from glshadow.core.smooth import heights, pack_octahedral, sides, unit_vectors
 from glshadow.core.spaces import Array
 from glshadow.errors import ResourceError
 from glshadow.gl.buffers import texture_buffer
@@ -67,7 +67,9 @@ class GpuScene:
     rounded : BufferTexture or None
         Per drawn triangle its vertices' normals, see lib/smooth_point.glsl; None where all triangles are flat.
     lifts : (N,) float64
-        How far smooth surfaces rise over each node's triangles, at most; world units. `corners` hold them.
+        How far off each node's triangles points may lie that see a light, world units; 0 where all are flat.
+    raised_corners : (N, 8, 3) float64
+        World corners of boxes that hold these points.
     unlisted : str
         Why lists of its triangles cannot be built, found out by trying; empty: not known.
     identity : int
@@ -131,7 +133,8 @@ class GpuScene:
             planes[rows] = found = self._planes(group)
             if rounded is not None and self.meshes[group[0]].smooth:
                 rounded[rows] = self._rounded(group, found[..., :3])
-        self.boxes, self.corners = self._raised(*scene.boxes) if self.lifts.any() else (scene.boxes, scene.corners)
+        self.boxes, self.corners = scene.boxes, scene.corners
+        self.raised_corners = self._raised(*scene.boxes) if self.lifts.any() else scene.corners
         self.rounded = None
         if rounded is not None and rounded[:, 3].any():
             self.rounded = texture_buffer(context, rounded, RGBA32UI)
@@ -220,20 +223,18 @@ class GpuScene:
             bent = np.flatnonzero(side)
             if len(bent) == 0:
                 continue
-            rows[k, :, :3] = pack_octahedral(normals)[mesh.triangles]
-            rows[k, :, 3] = np.where(side < 0, 2, side)
-            linear = self.world_from_origin[node, :3, :3]
-            self.lifts[node] = most_lift(
-                (mesh.positions @ linear.T)[mesh.triangles[bent]], corners[bent] * side[bent, None, None]
-            )
+            places = mesh.positions @ self.world_from_origin[node, :3, :3].T
+            most, share = heights(places[mesh.triangles[bent]], corners[bent])
+            self.lifts[node] = most.max()
+            rows[k, bent, :3] = pack_octahedral(normals)[mesh.triangles[bent]]
+            rows[k, bent, 3] = 1 + 2 * (side[bent] < 0) + (np.rint(share * 65535.0).astype(np.uint32) << 16)
         return rows
 
-    def _raised(self, bounds: Array, matrices: Array) -> tuple[tuple[Array, Array], Array]:
-        """Boxes that also hold the smooth surfaces over triangles; the boxes, and their world corners."""
+    def _raised(self, bounds: Array, matrices: Array) -> Array:
+        """World corners (N, 8, 3) of boxes that also hold the points that see lights."""
         inverse = np.linalg.pinv(matrices[:, :3, :3])
         margin = self.lifts[:, None] * np.linalg.norm(inverse, axis=2)  # in mesh space, along each axis
-        raised = np.stack([bounds[:, 0] - margin, bounds[:, 1] + margin], axis=1)
-        return (raised, matrices), box_corners(raised, matrices)
+        return box_corners(np.stack([bounds[:, 0] - margin, bounds[:, 1] + margin], axis=1), matrices)
 
     def release(self) -> None:
         """Free the GPU memory; the meshes stay."""

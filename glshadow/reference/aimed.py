@@ -44,13 +44,30 @@ class AimedLight:
         """Radius of the source as a tangent seen from the receiver (sun), or in world units."""
         return radius_of(self.light)
 
+    def receivers(self, rays: Rays, own: Ints, points: Array, side: Array, whole: bool = True) -> Receivers:
+        """What asks it: points (N, 3) on triangles (N,) seen from the side that vectors (N, 3) point to.
+
+        `whole`: all of a light that has a size is asked, else its middle.
+        """
+        spread = self.spread if whole and not isinstance(self.light, SkyLight) else 0.0
+
+        def lowest(places: Array, faces: Array) -> Array:
+            towards, distance = self.towards(places)
+            middle = dot(towards, faces)
+            away = 1.0 if self.position is None else np.maximum(distance, 1e-300)
+            return np.asarray(middle - spread / away * np.sqrt(np.maximum(1.0 - middle * middle, 0.0)))
+
+        return Receivers.of(rays, own, points, side, lowest)
+
     def visibility(
-        self, rays: Rays, receivers: Receivers, samples: int, generator: np.random.Generator
+        self, rays: Rays, own: Ints, points: Array, side: Array, samples: int, generator: np.random.Generator
     ) -> tuple[Array, Array]:
-        """Mean and variance (N,) over samples of the source seen from receivers; parts of it below their horizon count as dark."""
+        """Mean and variance (N,) over samples of the source seen from points (N, 3) on triangles (N,), from the side that vectors (N, 3)
+        point to; parts of it below their horizon count as dark."""
         many = samples > 1 and has_size(self.light)
         samples = samples if many else 1
-        points, count = receivers.points, len(receivers.own)
+        receivers = self.receivers(rays, own, points, side, many)
+        points, count = receivers.points, len(own)
         total, weights = np.zeros((2, count))
         aims = self._aims(points, samples, generator) if many else iter([self.towards(points)])
         while batch := list(islice(aims, max(TOGETHER // max(count, 1), 1))):
@@ -105,7 +122,7 @@ class AimedLight:
         the side that vectors (N, 3) point to."""
         if self.light.shadow is None:
             return np.ones(len(own), dtype=bool)
-        receivers = Receivers.of(rays, own, points, side)
+        receivers = self.receivers(rays, own, points, side, False)
         return ~receivers.blocked(rays, *self.towards(receivers.points)) | ~rays.receives[receivers.own]
 
 

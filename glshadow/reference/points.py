@@ -7,7 +7,7 @@ import numpy as np
 from glshadow.core.area import points_seen
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.spaces import Array
-from glshadow.reference.receivers import Receivers
+from glshadow.reference.aimed import AimedLight
 from glshadow.reference.truth import Truth
 
 
@@ -25,7 +25,8 @@ def count_points(truth: Truth, light: Light, count: int) -> Array:
     """
     known = truth.triangle >= 0
     rays, own = truth.rays, truth.triangle[known]
-    receivers = Receivers.of(rays, own, truth.position[known] - rays.origin, truth.normal[known])
+    source = AimedLight(light, rays.origin)
+    receivers = source.receivers(rays, own, truth.position[known] - rays.origin, truth.normal[known])
     places = receivers.points + rays.origin
     asked = rays.receives[own]
     targets = points_seen(light, places, count)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from glshadow.core.smooth import lift, unit_vectors
+from glshadow.core.smooth import heights, lift, unit_vectors
 from glshadow.core.spaces import Array, Bools
 from glshadow.reference.rays import PLANE_BOUND, Ints, Rays, dot
 
@@ -36,8 +37,11 @@ class Receivers:
     lifted: Bools
 
     @classmethod
-    def of(cls, rays: Rays, own: Ints, points: Array, side: Array) -> Receivers:
-        """Points (N, 3) on triangles (N,), seen from the side that vectors (N, 3) point to: see `core.smooth`."""
+    def of(cls, rays: Rays, own: Ints, points: Array, side: Array, lowest: Callable[[Array, Array], Array]) -> Receivers:
+        """Points (N, 3) on triangles (N,), seen from the side that vectors (N, 3) point to: see `core.smooth`.
+
+        `lowest` gives the cosines between unit normals and the lowest of the light seen from points: (N, 3), (N, 3) to (N,).
+        """
         faces = rays.normals[own]
         faces = np.where((dot(faces, side) < 0.0)[:, None], -faces, faces)
         normals, lifted = faces.copy(), np.zeros(len(own), dtype=bool)
@@ -48,7 +52,9 @@ class Receivers:
         triangles = own[rows]
         corner_normals = round_normals[triangles] * np.sign(dot(faces[rows], rays.normals[triangles]))[:, None, None]
         weights = rays.barycentric(triangles, points[rows])
-        offset = lift(weights, points[rows], rays.corners[triangles], corner_normals)
+        share = heights(rays.corners[triangles], corner_normals)[1]
+        cosine = lowest(points[rows], faces[rows])
+        offset = lift(weights, points[rows], rays.corners[triangles], corner_normals, share, cosine)
         off = dot(offset, faces[rows]) > 2.0 * PLANE_BOUND * rays.reach[triangles]
         points = points.copy()
         points[rows[off]] += offset[off]

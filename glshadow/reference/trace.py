@@ -16,7 +16,6 @@ from glshadow.core.spaces import Array, Bools
 from glshadow.errors import SettingsError
 from glshadow.reference.aimed import AimedLight
 from glshadow.reference.rays import Ints, Rays, dot
-from glshadow.reference.receivers import Receivers
 from glshadow.reference.truth import Truth
 from glshadow.scene.arguments import picture_arguments
 from glshadow.scene.mesh import Scene
@@ -87,15 +86,15 @@ def trace(
     for offset in offsets(samples).tolist():
         part = hits if samples == 1 else _surfaces(rays, camera, size, tuple(offset))
         seen[part.rows] += 1.0
-        receivers = part.receivers(rays)
         for number, source in enumerate(sources):
-            mean, variance = source.visibility(rays, receivers, light_samples, generator)
+            mean, variance = source.visibility(
+                rays, part.triangle[part.rows], part.points, part.normals, light_samples, generator
+            )
             total[number, part.rows] += mean
             spread[number, part.rows] += variance
     count = np.where(seen > 0, seen, np.nan)
     shape = (len(lights), size[1], size[0])
-    receivers = hits.receivers(rays)
-    facts = [_facts(source, hits, receivers) for source in sources]
+    facts = [_facts(rays, source, hits) for source in sources]
     return Truth(
         visibility=(total / count).astype(np.float32).reshape(shape),
         cosine=np.array([cosine for cosine, _ in facts], dtype=np.float32).reshape(shape),
@@ -150,10 +149,6 @@ class _Hits:
     points: Array
     normals: Array
 
-    def receivers(self, rays: Rays) -> Receivers:
-        """What asks the lights for them."""
-        return Receivers.of(rays, self.triangle[self.rows], self.points, self.normals)
-
 
 def _surfaces(rays: Rays, camera: Camera, size: tuple[int, int], offset: tuple[float, float]) -> _Hits:
     origins, directions = (each.reshape(-1, 3) for each in camera.rays(size, offset))
@@ -186,8 +181,9 @@ def _spread(hits: _Hits, values: Array) -> Array:
     return image
 
 
-def _facts(source: AimedLight, hits: _Hits, receivers: Receivers) -> tuple[Array, Bools]:
+def _facts(rays: Rays, source: AimedLight, hits: _Hits) -> tuple[Array, Bools]:
     """N.L (H * W,), NaN where no surface, and whether the light reaches the point."""
+    receivers = source.receivers(rays, hits.triangle[hits.rows], hits.points, hits.normals, False)
     towards, distance = source.towards(receivers.points)
     cosine = _spread(hits, dot(receivers.normals, towards))
     reached = np.zeros(len(hits.triangle), dtype=bool)

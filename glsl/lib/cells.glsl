@@ -300,20 +300,19 @@ void insert_grown(uint item, uint rest, int face, Footprint f, bool edge) {
 
 #if !GLS_PLACES_GROWN
 layout(r32ui, binding = 1) uniform coherent uimage2D u_grounds; // float bits
-uniform float u_lift; // how far receivers may lie off their triangles, world units
 
-float lift_at(Footprint f) { // fine cells
+float aside_by(float lift, Footprint f) { // fine cells
     float unit = max(u_cells.x, u_cells.y);
 #if GLS_SUN
-    return u_lift * unit;
+    return lift * unit;
 #else
-    return f.nearest > 2.0 * u_lift ? 2.0 * u_lift * f.slant / (f.nearest - u_lift) * unit : u_lift > 0.0 ? FAR_OUT : 0.0;
+    return f.nearest > 2.0 * lift ? 2.0 * lift * f.slant / (f.nearest - lift) * unit : lift > 0.0 ? FAR_OUT : 0.0;
 #endif
 }
 
-void deepen(int face, Footprint f) { // the ground of all cells in which it may be seen
+void deepen(int face, Footprint f, float lift) { // the ground of all cells in which it may be seen, from as far off as lift
     const float scale = float(GLS_CELLS) / float(GLS_GROUNDS);
-    float deepest = max(f.depth.x, max(f.depth.y, f.depth.z)), aside = lift_at(f);
+    float deepest = max(f.depth.x, max(f.depth.y, f.depth.z)), aside = aside_by(lift, f);
     Block b = block(f, scale, float(GLS_GROUNDS), aside);
     vec2 x = f.p / scale, e = f.q / scale - x, g = f.r / scale - x;
 #if GLS_SUN
@@ -333,7 +332,7 @@ void deepen(int face, Footprint f) { // the ground of all cells in which it may 
             there = there < 0.0 ? -1.0 / there : 1e38;
 #endif
             float depth = slanted ? min(there, deepest) : deepest;
-            depth += 1e-5 * abs(depth) + u_lift;
+            depth += 1e-5 * abs(depth) + lift;
             imageAtomicMax(u_grounds, cell + ivec2(0, face * GLS_GROUNDS), floatBitsToUint(max(depth - u_depths.x, 0.0)));
         }
     }

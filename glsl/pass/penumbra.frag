@@ -74,7 +74,7 @@ uniform mat3 u_panel; // see exact/found.glsl
 layout(location = 0) out uint o_seen;
 #endif
 
-#if GLS_STAGE == 0
+#if GLS_STAGE == 0 || GLS_ROUNDED
 vec2 heights(vec3 position, vec3 normal) { // of the light's lowest and highest point over a receiver's horizon
 #if GLS_SUN
     float middle = normal.z, reach = u_radius * length(normal.xy);
@@ -123,8 +123,13 @@ void main() {
     receiver_corner = plane_corner(own);
     receiver_face = normal;
 #if GLS_ROUNDED
-    SmoothPoint rounded =
-        smooth_point(triangle, position, normal, side, mat3(own.a, own.b, own.c), v_axes_l, 2.0 * receiver_bound(position));
+#if GLS_SUN
+    float lowest = heights(position, normal).x;
+#else
+    float lowest = heights(position, normal).x * inversesqrt(dot(position, position));
+#endif
+    mat3 corners = mat3(own.a, own.b, own.c);
+    SmoothPoint rounded = smooth_point(triangle, position, normal, side, lowest, corners, v_axes_l, 2.0 * receiver_bound(position));
     position = rounded.position;
     normal = rounded.normal;
     if (rounded.lifted) {

@@ -192,7 +192,8 @@ void main() {
                           texelFetch(u_positions, int(vertices.z)).xyz);
     float rounding = 1e-6 * dot(abs(position) + abs(v_lv_from_l), vec3(1.0));
 #endif
-    SmoothPoint rounded = smooth_point(triangle, position, normal, side, corners, v_axes_l, rounding);
+    float turned_by = dot(normal, light_arriving(position).xyz);
+    SmoothPoint rounded = smooth_point(triangle, position, normal, side, turned_by, corners, v_axes_l, rounding);
     position = rounded.position;
     lit_normal = rounded.normal;
 #if GLS_EXACT

@@ -49,7 +49,7 @@ class Grown:
     def begin(self, scene: GpuScene, light: Light, grid: ListGrid) -> None:
         """Make room for the deepest receivers, which pass/lists.comp finds."""
         self._depths = _depths(scene, grid)
-        self.values = {"u_radius": radius_of(light), "u_depths": self._depths, "u_lift": float(scene.lifts.max())}
+        self.values = {"u_radius": radius_of(light), "u_depths": self._depths}
         size = (_GROUNDS, _GROUNDS * grid.faces)
         if not self._grounds or self._grounds[0].size != size:
             old = (self._framebuffer, *self._grounds)
@@ -118,7 +118,7 @@ class Grown:
 def _depths(scene: GpuScene, grid: ListGrid) -> tuple[float, float]:
     """No caster is nearer than the first, no receiver deeper than the second, in the light's frame."""
     axes, origin = light_frame(grid, scene)
-    local = (scene.corners - scene.origin - origin) @ axes.T
+    local = (scene.raised_corners - scene.origin - origin) @ axes.T
     if grid.kind == "point":
         low, high = local.min(axis=1), local.max(axis=1)
         nearest = np.linalg.norm(np.maximum(np.maximum(low, -high), 0.0), axis=1).min() / np.sqrt(3.0)
