@@ -24,7 +24,6 @@ from glshadow.gl.program import Program, Programs
 from glshadow.gl.runs import Whole
 from glshadow.scene.mesh import Scene
 
-
 _CUBE = np.array([[i, j, k] for i in (-1.0, 1.0) for j in (-1.0, 1.0) for k in (-1.0, 1.0)])
 
 

@@ -70,7 +70,7 @@ class Rays:
 
     @cached_property
     def round_normals(self) -> Array | None:
-        """Unit normals (T, 3, 3) of the vertices of round triangles, on the side of the triangle's own; zero of others, None without any."""
+        """Unit normals (T, 3, 3) of the vertices of round triangles, on the side of its own, zero of others; None: no normals."""
         nodes = self.scene.nodes
         if all(node.mesh.normals is None for node in nodes):
             return None
@@ -87,8 +87,8 @@ class Rays:
     @cached_property
     def round(self) -> Bools:
         """Triangles (T,) that light reaches as parts of a smooth surface, see `core.smooth`."""
-        none = self.round_normals is None
-        return np.zeros(len(self.node), dtype=bool) if none else self.round_normals.any(axis=(1, 2))  # type: ignore[union-attr]
+        normals = self.round_normals
+        return np.zeros(len(self.node), dtype=bool) if normals is None else np.asarray(normals.any(axis=(1, 2)))
 
     @cached_property
     def masked(self) -> Bools:

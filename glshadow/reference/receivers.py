@@ -6,10 +6,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from glshadow.core.smooth import heights, lift, unit_vectors
 from glshadow.core.spaces import Array, Bools
 from glshadow.reference.rays import PLANE_BOUND, Ints, Rays, dot
+
+
+Lowest = Callable[[Array, Array], Array]
+"""From points (N, 3) and unit normals (N, 3) to the cosines (N,) between these and the lowest of a light."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,10 +42,10 @@ class Receivers:
     lifted: Bools
 
     @classmethod
-    def of(cls, rays: Rays, own: Ints, points: Array, side: Array, lowest: Callable[[Array, Array], Array]) -> Receivers:
+    def of(cls, rays: Rays, own: Ints, points: Array, side: Array, lowest: Lowest | None = None) -> Receivers:
         """Points (N, 3) on triangles (N,), seen from the side that vectors (N, 3) point to: see `core.smooth`.
 
-        `lowest` gives the cosines between unit normals and the lowest of the light seen from points: (N, 3), (N, 3) to (N,).
+        Without `lowest` they stay where they are.
         """
         faces = rays.normals[own]
         faces = np.where((dot(faces, side) < 0.0)[:, None], -faces, faces)
@@ -52,13 +57,15 @@ class Receivers:
         triangles = own[rows]
         corner_normals = round_normals[triangles] * np.sign(dot(faces[rows], rays.normals[triangles]))[:, None, None]
         weights = rays.barycentric(triangles, points[rows])
+        normals[rows] = unit_vectors(np.einsum("nk,nkj->nj", weights, corner_normals))
+        if lowest is None:
+            return cls(own, points, normals, faces, lifted)
         share = heights(rays.corners[triangles], corner_normals)[1]
         cosine = lowest(points[rows], faces[rows])
         offset = lift(weights, points[rows], rays.corners[triangles], corner_normals, share, cosine)
         off = dot(offset, faces[rows]) > 2.0 * PLANE_BOUND * rays.reach[triangles]
         points = points.copy()
         points[rows[off]] += offset[off]
-        normals[rows] = unit_vectors(np.einsum("nk,nkj->nj", weights, corner_normals))
         lifted[rows] = off
         return cls(own, points, normals, faces, lifted)
 
@@ -66,7 +73,9 @@ class Receivers:
         """Whether unit directions (N, 3) lie above the horizon."""
         return (dot(self.normals, directions) > 0.0) & (self.lifted | (dot(self.faces, directions) > 0.0))
 
-    def blocked(self, rays: Rays, directions: Array, length: Array, rows: Array | Bools | slice = slice(None)) -> Bools:
+    def blocked(
+        self, rays: Rays, directions: Array, length: Array, rows: NDArray[np.int64] | Bools | slice = slice(None)
+    ) -> Bools:
         """Whether segments along unit directions, of lengths, from some of the points meet a triangle that counts."""
         return rays.blocked(self.own[rows], self.points[rows], directions, length, self.lifted[rows])[0]
 

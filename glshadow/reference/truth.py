@@ -15,6 +15,7 @@ from glshadow.core.setting import as_float, as_floats, refuse, shown, whole
 from glshadow.core.spaces import FARTHEST, Array, Bools
 from glshadow.reference.aimed import AimedLight, moved_over, perpendicular
 from glshadow.reference.rays import LIFT, Ints, Rays
+from glshadow.reference.receivers import Receivers
 from glshadow.scene.mesh import Scene
 
 Floats = NDArray[np.float32]
@@ -73,6 +74,14 @@ class Truth:
     def body(self) -> Ints:
         """(H, W) number of the connected body, welded by exact position, at the pixel's centre; -1 for none."""
         return np.where(self.triangle >= 0, self.rays.body[self.triangle], np.int32(-1))
+
+    @cached_property
+    def shading(self) -> Array:
+        """(H, W, 3) unit normals that surfaces are lit by: of smooth meshes the interpolated ones, else `normal`."""
+        known = self.triangle >= 0
+        points, own, normals = self.position[known] - self.rays.origin, self.triangle[known], self.normal.copy()
+        normals[known] = Receivers.of(self.rays, own, points, self.normal[known]).normals
+        return normals
 
     def __repr__(self) -> str:
         seen = int((self.triangle >= 0).sum())
