@@ -90,7 +90,7 @@ def heights(corners: Array, normals: Array) -> tuple[Array, Array]:
 
 
 def pack_octahedral(vectors: Array) -> NDArray[np.uint32]:
-    """Unit vectors (..., 3) in 16 + 16 bits, within 5e-5 radians; axes are exact. Meyer et al. 2010, "On Floating-Point Normal Vectors".
+    """Unit vectors (..., 3) in 16 + 16 bits, within 6.5e-5 radians; axes are exact. Meyer et al. 2010, "On Floating-Point Normal Vectors".
 
     Twin: glsl/lib/octahedral.glsl, which unpacks them.
     """

@@ -12,7 +12,6 @@ from glshadow.core.smooth import heights, lift, unit_vectors
 from glshadow.core.spaces import Array, Bools
 from glshadow.reference.rays import PLANE_BOUND, Ints, Rays, dot
 
-
 Lowest = Callable[[Array, Array], Array]
 """From points (N, 3) and unit normals (N, 3) to the cosines (N,) between these and the lowest of a light."""
 

@@ -212,8 +212,10 @@ void main() {
 #endif
     float facing = cosine; // > 0: no surface of its own hides the light
 #if GLS_ROUNDED && !GLS_WIDE
-    // a map compares with the triangle's plane, or where that is turned away under the point, with the smooth surface's
-    vec3 plane_normal = rounded.lifted && dot(normal, arriving.xyz) <= 0.0 ? lit_normal : normal;
+    // a map compares with the triangle's plane, or where that is turned away under the point, with the smooth surface's; that one not quite
+    // edge-on, or its depth would be anything
+    vec3 tangent_normal = lit_normal + max(0.01 - cosine, 0.0) * arriving.xyz;
+    vec3 plane_normal = rounded.lifted && dot(normal, arriving.xyz) <= 0.0 ? tangent_normal : normal;
     facing = min(cosine, dot(plane_normal, arriving.xyz));
 #else
     vec3 plane_normal = normal;
