@@ -33,8 +33,9 @@ uniform vec2 u_bound; // world units; share of the distances to the corners that
 uniform vec2 u_huge; // largest coordinate that u_bound covers; share of what a vertex lies beyond it
 #endif
 const float GRAZING = 0.01; // cosine below which rounding may turn a surface's own edge into its horizon for farther than a pixel
-int receiver_triangle; // set before light_visibility is called
+int receiver_triangle; // set before light_visibility is called; -1: the receiver lies on none
 vec3 receiver_corner; // a corner of it, in the light's frame
+vec3 receiver_face; // what lies below it is hidden; asked of lights that have a size
 
 struct Ray { // from a receiver to the light
     vec3 position; // in the light's frame

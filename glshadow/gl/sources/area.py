@@ -215,6 +215,7 @@ class Area(Listed):
             **asked.defines,
             "GLS_ORTHO": int(not work.sight.camera.is_perspective),
             "GLS_SELECTIVE": int(scene.selective),
+            "GLS_ROUNDED": int(scene.rounded is not None),
             "GLS_DENSE": int(dense is not None),
             **DEFINES,
             "GLS_PANEL": int(isinstance(self.light, RectLight)),
