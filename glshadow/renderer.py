@@ -21,7 +21,8 @@ from glshadow.frame import Frame, checked_outputs
 from glshadow.gl.camera import draw_surface, nothing_in_view
 from glshadow.gl.clock import Clock
 from glshadow.gl.context import Backend, backend_of, open_context
-from glshadow.gl.glass import Panes
+from glshadow.gl.glass import Panes, untinted
+from glshadow.gl.primary import find_primary
 from glshadow.gl.resolve import Share, resolve
 from glshadow.gl.sources import Source
 from glshadow.gl.sources.source import open_receiver
@@ -275,7 +276,10 @@ class Renderer:
         fallbacks = sight.fallbacks
         if spread != (1, 1):
             fallbacks += (_EVERY_SAMPLE.format(look.samples, caps.renderer, caps.version_code / 100),)
-        used = tuple(replace(each, fallbacks=each.fallbacks + fallbacks) for each in used)
+        used = tuple(
+            replace(each, fallbacks=each.fallbacks + untinted(work.scene, light) + fallbacks)
+            for each, light in zip(used, lights, strict=True)
+        )
         if clock.wanted:
             results["timings"] = clock.times()
         return Frame(scene=scene, camera=camera, lights=lights, size=size, near=sight.near, far=sight.far, used=used,
@@ -288,7 +292,9 @@ class Renderer:
             return
         store.seen = None
         with clock("surface"), store.covered:
-            draw_surface(work.context, work.programs, work.scene, work.sight, work.targets.fine_framebuffer, samples)
+            draw_surface(work.context, work.programs, work.scene, work.sight, work.targets.fine.drawing, samples)
+        with clock("surface"):
+            find_primary(work, work.targets.fine)
         if work.targets.samples > 1:
             with clock("samples"):
                 store.several(work).fill(work)

@@ -13,6 +13,7 @@ from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Settled, Shadow
 from glshadow.core.spaces import ClipSpace
+from glshadow.core.view import fine_depth
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,11 @@ class Decision:
     caster: CasterSettings
     clip: ClipSpace
     fallbacks: tuple[str, ...]
+
+    @property
+    def fine(self) -> bool:
+        """Whether the map's depth rounds relative to 1 / depth."""
+        return fine_depth(self.caster.target, self.clip)
 
 
 def settle(light: Light, without_map: str = "") -> Settled | None:
@@ -63,13 +69,13 @@ def decide(light: Light, settled: Settled, clip_control: bool, driver: str) -> D
     shadow = settled.asked
     target = shadow.target or Target.DEPTH32F
     clip, fallbacks = _clip(light, shadow, target, clip_control, driver)
-    settings = CasterSettings(target, shadow.bias or ReceiverPlaneBias(), shadow.faces, shadow.channel)
+    bias = (shadow.bias or ReceiverPlaneBias()).derived(settled.filter.reach_texels)
+    settings = CasterSettings(target, bias, shadow.faces, shadow.channel)
     fit = settled.fit
     if fit.for_suns and not isinstance(light, DirectionalLight):
         fallbacks += (f"fit {fit} became {ViewFit()}: only the map of a sun can be fitted so",)
         fit = ViewFit()
-    grows = settings.bias.amount(1.0) != settings.bias.amount(2.0)
-    if fit.warps and (not target.is_depth or settled.filter.encoding or grows):
+    if fit.warps and (not target.is_depth or settled.filter.encoding or bias.shift_texels > 0.0):
         fallbacks += (
             f"fit {fit} became {ViewFit()}: in perspective only depth textures that are compared are right, and no bias of so many texels",
         )

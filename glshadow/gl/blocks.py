@@ -31,7 +31,7 @@ def seen_blocks(work: Work) -> Blocks:
     program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
     program.unbind()
     found = pixels(bounds, np.float32)[::-1].astype(np.float64)
-    work.targets.surface_framebuffer.use()
+    work.targets.depth_framebuffer.use()
     release(framebuffer, bounds)
     seen = found[..., 0] <= found[..., 1]
     ends = np.sort(sight.depth(found[seen]), axis=-1)

@@ -17,7 +17,7 @@ bool blocked(Ray ray, vec2 cell, float face, float depth, bool asked) {
         before = triangle;
         Facet other = facet(triangle);
         if (!met(turns(across(ray, other.a), across(ray, other.b), across(ray, other.c)))) continue;
-        if (behind(ray, other)) {
+        if (behind(ray, other) > 0) {
             dark = true;
             count = 0;
         }

@@ -8,7 +8,7 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 
-from glshadow.core.area import disc_axes, radius_of
+from glshadow.core.area import cap_tangents, disc_axes, radius_of
 from glshadow.core.lights import DirectionalLight, Light, RectLight
 from glshadow.core.panel import panel_axes
 from glshadow.core.shadow import Settled
@@ -113,7 +113,7 @@ class Area(Listed):
         points: Array = square(self._points) if isinstance(light, RectLight) else disc(self._points)
         if isinstance(light, DirectionalLight):  # in world axes, so that they do not turn with the grid
             turned = disc_axes(light)[:2] @ self.grid.view_from_world[:2, :3].T
-            points = radius_of(light) * points @ turned
+            points = cap_tangents(light, points) @ turned
         if self._disc is not None:
             self._disc.release()
         self._disc = texture_buffer(self._context, points.astype(np.float32), RG32F)
@@ -228,7 +228,7 @@ class Area(Listed):
         aside = (0.0, 0.0) if dense else targets.aside
         program.set(**camera_uniforms(scene, work.sight, asked.axes, asked.offset, aside))
         program.set(**asked.uniforms, **self._values)  # its eye is the light's own
-        program.set(u_count=self._points, u_samples=targets.fine_surface.size if dense else work.sight.size)
+        program.set(u_count=self._points, u_samples=targets.fine.surface.size if dense else work.sight.size)
         if isinstance(self.light, RectLight):
             program.set(u_panel=asked.axes @ panel_axes(self.light).T)
         else:
@@ -238,7 +238,7 @@ class Area(Listed):
         program.bind(u_disc=self._disc, u_fragments=self._fragments)
         if dense is not None:
             program.set(**dense.uniforms)
-            program.bind(u_surface=targets.fine_surface, u_pixels=dense.pixels)
+            program.bind(u_surface=targets.fine.surface, u_pixels=dense.pixels)
         if lists is not None:
             program.bind(u_grown_heads=lists.heads, u_grown_links=lists.links)
         return program

@@ -18,7 +18,7 @@ from glshadow.core.shadow import Settled
 from glshadow.core.spaces import ClipSpace, orthographic, perspective, rigid_inverse
 from glshadow.core.used import Used
 from glshadow.core.view import FACES, NEAREST_SHARE
-from glshadow.gl.bodies import casters_on_others, hides_back_faces
+from glshadow.gl.bodies import casters_seen, hides_back_faces
 from glshadow.gl.buffers import BufferTexture, texture_buffer
 from glshadow.gl.context import GLContext
 from glshadow.gl.drawing import draw_nodes
@@ -79,11 +79,11 @@ class Numbered(Source):
     def _update(self, work: Work, shadow: Settled) -> bool:
         """Whether it had to be drawn."""
         scene, light, resolution = work.scene, self.light, shadow.resolution
-        key = (*made_for(scene, light), resolution)
+        casting = casters_seen(scene, light, work.sight)
+        key = (*made_for(scene, light, casting), resolution)
         if key == self._key:
             return False
         self._key = None
-        casting = casters_on_others(scene, light)
         self.grid = list_grid(light, casting_corners(scene, casting))
         # six faces: a quarter of the texels each
         cells = resolution if self.grid.faces == 1 else max(resolution // 2, 1)
@@ -107,7 +107,7 @@ class Numbered(Source):
         check_facets(scene, context.caps.max_texture_buffer_size, "texels", 3)
         axes, origin = light_frame(grid, scene)
         frame = rigid_inverse(axes, np.zeros(3))
-        data = facets(local_corners(scene.world, frame, origin)).astype(np.float32)
+        data = facets(local_corners(scene.world, frame, origin), scene.world.corners, axes).astype(np.float32)
         if self._facets is None or self._facets.buffer.size != data.nbytes:
             self._release_facets()
             self._facets = texture_buffer(context, data, RGBA32F)
