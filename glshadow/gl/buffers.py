@@ -13,6 +13,7 @@ from glshadow.gl.entry_points import EntryPoints
 
 _TEXTURE_BUFFER, _TEXTURE_BINDING_BUFFER = 0x8C2A, 0x8C2C
 _TEXTURE0, _ACTIVE_TEXTURE = 0x84C0, 0x84E0
+_WRITE_ONLY, _READ_WRITE = 0x88B9, 0x88BA
 
 
 class BufferTexture:
@@ -30,6 +31,7 @@ class BufferTexture:
     def __init__(self, gl: EntryPoints, buffer: moderngl.Buffer, internal_format: int) -> None:
         self._gl = gl
         self.buffer = buffer
+        self._format = internal_format
         name = C.c_uint()
         gl.call("glGenTextures", 1, C.byref(name))
         self.glo = name.value
@@ -44,6 +46,11 @@ class BufferTexture:
         self._gl.call("glActiveTexture", _TEXTURE0 + unit)
         self._gl.call("glBindTexture", _TEXTURE_BUFFER, self.glo)
         self._gl.call("glActiveTexture", active)
+
+    def bind_to_image(self, unit: int, read: bool = False) -> None:
+        """Let compute passes write it, by imageStore; needs OpenGL 4.2. As many elements as they can read, where the largest
+        storage buffer of llvmpipe has a sixteenth of them."""
+        self._gl.call("glBindImageTexture", unit, self.glo, 0, False, 0, _READ_WRITE if read else _WRITE_ONLY, self._format)
 
     def release(self) -> None:
         """Delete both; may be called twice."""

@@ -4,7 +4,7 @@
 #define GLS_GROWN 256
 #endif
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(std430, binding = 1) buffer Links { uvec4 links[]; };
+layout(rgba32ui, binding = 2) uniform uimageBuffer u_links;
 layout(r32ui, binding = 0) uniform uimage2D u_heads;
 layout(std430, binding = 2) buffer Counter {
     uint link_count;
@@ -31,10 +31,13 @@ void main() {
         return;
     }
     uint count = 1u;
-    while (links[link - 1u].y != 0u) {
-        link = links[link - 1u].y;
+    uvec4 last = imageLoad(u_links, int(link) - 1);
+    while (last.y != 0u) {
+        link = last.y;
+        last = imageLoad(u_links, int(link) - 1);
         count++;
     }
     atomicMax(longest_list[u_level], count);
-    links[link - 1u].y = rest;
+    last.y = rest;
+    imageStore(u_links, int(link) - 1, last);
 }

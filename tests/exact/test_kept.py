@@ -150,10 +150,10 @@ def exact(light: Light) -> Light:
     return replace(light, shadow=gs.Shadow(filter=gs.Exact()))
 
 
-def limited(renderer: Renderer, size: int) -> None:
-    """The renderer's driver with a smaller largest buffer."""
+def limited(renderer: Renderer, texels: int) -> None:
+    """The renderer's driver with a smaller largest texture buffer."""
     context = renderer._context
-    context.caps = replace(context.caps, max_storage_block=size)
+    context.caps = replace(context.caps, max_texture_buffer_size=texels)
 
 
 @pytest.mark.parametrize("name", list(LIGHTS))
@@ -183,7 +183,7 @@ def test_lists_that_cannot_grow_get_a_coarser_grid(
 ) -> None:
     monkeypatch.setattr(CellLists, "reserve", _least)
     with Renderer("egl") as renderer:
-        limited(renderer, expected[name][1] * LINK_BYTES // 2)
+        limited(renderer, expected[name][1] // 2)
         frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
         grid = renderer._store.sources[0, "Listed"].grid
         assert LEAST_CELLS <= grid.cells < CELLS[grid.kind]
@@ -207,11 +207,11 @@ def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest
         usual = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",)).visibility
         before = renderer._context.caps
         renderer._store.sources.pop((0, "Listed")).release()
-        limited(renderer, triangles * listed_module._FACET_BYTES)
-        for module in (cells_module, listed_module):
-            monkeypatch.setattr(module, "LINK_BYTES", 1 << 20)  # as if every link took a mebibyte
+        limited(renderer, 3 * triangles)
+        program = cells_module.CellLists._run
+        monkeypatch.setattr(CellLists, "_run", lambda self, *given: 1000 * program(self, *given))  # as if there were a thousand times as many
         with pytest.raises(
-            gs.ResourceError, match=r"even on its coarsest grid, a buffer of this driver holds .*: split the scene"
+            gs.ResourceError, match=r"even on its coarsest grid, a texture buffer of this driver holds .*: split the scene"
         ):
             renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
         # and the renderer goes on
@@ -225,9 +225,9 @@ def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest
 
 def test_triangles_beyond_a_buffer_are_a_named_error(scene: Scene) -> None:
     with Renderer("egl") as renderer:
-        limited(renderer, 10_000)
+        limited(renderer, 3000)
         with pytest.raises(
-            gs.ResourceError, match=r"Exact\(\) needs 48 bytes for each of the scene's .* triangles.* holds 10000"
+            gs.ResourceError, match=r"Exact\(\) needs 3 texels for each of the scene's .* triangles.* holds 3000, those of 1000 tri"
         ):
             renderer.render(scene, None, [exact(LIGHTS["sun"])], SIZE)
 

@@ -85,7 +85,7 @@ class Area(Listed):
         self._values = self.grown.values
         textures = {"u_facets": self._facets, "u_traits": self._traits}
         return super()._build(programs, scene, light) and self.grown.build(
-            programs, scene, light, self.grid, self._limit, textures
+            programs, scene, light, self.grid, self._context.caps.max_texture_buffer_size, textures
         )
 
     def _place_points(self) -> None:
@@ -155,6 +155,7 @@ class Area(Listed):
     def _ask(self, work: Work, counts: Counts, dense: Dense | None) -> None:
         """Point by point, batch after batch of the list."""
         self._found.reserve(self._points)
+        caps = self._context.caps
         first = 0
         while first < self.asked:
             now = min(self._batch, self.asked - first)
@@ -165,11 +166,12 @@ class Area(Listed):
             self._draw(program)
             self.found = self._counted_items()
             if self.found > self._found.capacity:
-                if not self._found.grow(self.found, self._limit):
+                limit = min(caps.max_storage_block // LINK_BYTES, caps.max_texture_buffer_size)
+                if not self._found.grow(self.found, limit):
                     if now == 1:
                         raise ResourceError(
                             f"{self.found} triangles may come between one surface and its light, a buffer of this driver holds "
-                            f"{self._limit // LINK_BYTES}: give the light a smaller size"
+                            f"{limit}: give the light a smaller size"
                         )
                     self._batch = now // 2
                 continue

@@ -15,6 +15,8 @@ LINK_BYTES = 16
 _COUNTER_BYTES = 40  # Counter of lib/cells.glsl and pass/chain.comp
 _GROUP, _MOST_GROUPS = 64, 65535
 _SPARE = 1.25  # links that were too few grow to this much of what was needed
+_LEAST = 1 << 16
+_MANY, _EVERY = 1 << 20, 64  # triangles whose links are counted first, one of so many: a second pass over all would take longer
 
 
 class CellLists:
@@ -34,17 +36,17 @@ class CellLists:
         self.counter = context.ctx.buffer(reserve=_COUNTER_BYTES)
         self.count = 0
 
-    def fill(self, program: ComputeProgram, size: tuple[int, int], invocations: int, first: int, limit: int) -> bool:
+    def fill(self, program: ComputeProgram, size: tuple[int, int], invocations: int, limit: int) -> bool:
         """Run a pass that fills them, again where the links were too few; its other resources are bound already.
 
         Parameters
         ----------
         size : (2,) ints
             Columns and rows of heads.
-        first : int
-            Links to begin with.
+        invocations : int
+            Triangles: one each.
         limit : int
-            Most bytes of links.
+            Most links.
 
         Returns
         -------
@@ -53,29 +55,37 @@ class CellLists:
         """
         self._reserve_heads(size)
         if self.links is None:
-            self.reserve(first * LINK_BYTES)
+            self._reserve_about(program, invocations, limit)
         while True:
             self.count = self._run(program, invocations)
             assert self.links is not None
-            need = self.count * LINK_BYTES
-            if need <= self.links.buffer.size:
+            if self.count * LINK_BYTES <= self.links.buffer.size:
                 return True
-            if need > limit:
+            if self.count > limit:
                 return False
-            self.reserve(min(int(_SPARE * self.count) * LINK_BYTES, limit))
+            self.reserve(min(int(_SPARE * self.count), limit) * LINK_BYTES)
 
-    def _run(self, program: ComputeProgram, invocations: int) -> int:
+    def _reserve_about(self, program: ComputeProgram, invocations: int, limit: int) -> None:
+        """Links to begin with: two for each triangle, or of many triangles what some of them need."""
+        links = 2 * invocations
+        if invocations > _MANY:
+            self.reserve(LINK_BYTES)
+            links = int(_SPARE * _EVERY * self._run(program, invocations, _EVERY))
+        self.reserve(min(max(links, _LEAST), limit) * LINK_BYTES)
+
+    def _run(self, program: ComputeProgram, invocations: int, every: int = 1) -> int:
+        """Links of all triangles, or of one of so many, counted and written as far as there is room."""
         assert self._framebuffer is not None
         assert self.heads is not None
         assert self.links is not None
         self._framebuffer.use()
         self._context.gl.clear_unsigned(0, (0, 0, 0, 0))
         self.counter.write(bytes(_COUNTER_BYTES))
-        self.links.buffer.bind_to_storage_buffer(1)
+        self.links.bind_to_image(2)
         self.counter.bind_to_storage_buffer(2)
         self.heads.bind_to_image(0, read=True, write=True)
-        program.set(u_capacity=self.links.buffer.size // LINK_BYTES)
-        groups = -(-invocations // _GROUP)
+        program.set(u_capacity=self.links.buffer.size // LINK_BYTES, u_every=every)
+        groups = -(-invocations // (every * _GROUP))
         program.run(min(groups, _MOST_GROUPS), -(-groups // _MOST_GROUPS))
         self._context.ctx.memory_barrier()
         return int(np.frombuffer(self.counter.read(), dtype=np.uint32)[0])

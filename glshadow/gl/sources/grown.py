@@ -66,7 +66,7 @@ class Grown:
     def build(
         self, programs: Programs, scene: GpuScene, light: Light, grid: ListGrid, limit: int, textures: dict[str, Any]
     ) -> bool:
-        """Fill the lists, after pass/lists.comp; False: they do not fit into so many bytes.
+        """Fill the lists, after pass/lists.comp; False: they are more links than the limit.
 
         Parameters
         ----------
@@ -90,7 +90,7 @@ class Grown:
             program.set(**self.values, u_triangles=count, u_cells=grid.cells_from_window)
             program.bind(**scene.world.textures, **textures, u_neighbours=scene.world.neighbours, u_ground=ground,
                          u_ground_around=around)  # fmt: skip
-            if not lists.fill(program, size, count, max(2 * count, 1 << 16), limit):
+            if not lists.fill(program, size, count, limit):
                 return False
             self._chain(programs, lists, grid.faces)
         return True
@@ -100,7 +100,7 @@ class Grown:
         assert lists.links is not None
         assert lists.heads is not None
         program = programs.compute("pass/chain.comp", defines={"GLS_GROWN": _GROWN})
-        lists.links.buffer.bind_to_storage_buffer(1)
+        lists.links.bind_to_image(2, read=True)
         lists.counter.bind_to_storage_buffer(2)
         lists.heads.bind_to_image(0, read=True, write=True)
         for level in reversed(range(_LEVELS - 1)):

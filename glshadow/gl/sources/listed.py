@@ -22,7 +22,7 @@ from glshadow.gl.entry_points import RG32UI, RGBA32F
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Programs
 from glshadow.gl.receiver import Receiver
-from glshadow.gl.sources.cells import LINK_BYTES, CellLists
+from glshadow.gl.sources.cells import CellLists
 from glshadow.gl.sources.source import Source
 from glshadow.gl.sources.triangles import (
     casting_corners,
@@ -83,18 +83,13 @@ class Listed(Source):
         return Used(filter=shadow.filter, faces=shadow.asked.faces, draws=int(built), links=self.lists.count, fallbacks=fallbacks,
                     why=shadow.why)  # fmt: skip
 
-    @property
-    def _limit(self) -> int:
-        """Bytes of a buffer that shaders read and write."""
-        return min(self._context.caps.max_storage_block, 16 * self._context.caps.max_texture_buffer_size)
-
     def _update(self, programs: Programs, scene: GpuScene, light: Light) -> bool:
         """Whether they had to be built."""
         key = made_for(scene, light)
         if key == self._key:
             return False
         self._key = None
-        check_facets(scene, self._limit, "bytes", _FACET_BYTES)
+        check_facets(scene, self._context.caps.max_texture_buffer_size)
         traits = _traits(scene, light)
         self._write(scene, traits)
         corners = casting_corners(scene, (traits[:, 0] & _CASTS) != 0)
@@ -105,8 +100,8 @@ class Listed(Source):
                 break
             if self.grid.cells <= LEAST_CELLS:
                 raise ResourceError(
-                    f"Exact() needs {self.lists.count} list entries even on its coarsest grid, a buffer of this driver holds "
-                    f"{self._limit // LINK_BYTES}: split the scene, or use another filter"
+                    f"Exact() needs {self.lists.count} list entries even on its coarsest grid, a texture buffer of this driver holds "
+                    f"{self._context.caps.max_texture_buffer_size}: split the scene, or use another filter"
                 )
             halvings += 1
         self.masked = scene.world.masks is not None
@@ -130,9 +125,9 @@ class Listed(Source):
         program.set(**self._values)
         program.bind(**world.textures, u_traits=self._traits)
         assert self._facets is not None
-        self._facets.buffer.bind_to_storage_buffer(0)
+        self._facets.bind_to_image(3)
         size = head_size(grid, grid.cells)
-        return self.lists.fill(program, size, world.count, max(2 * world.count, 1 << 16), self._limit)
+        return self.lists.fill(program, size, world.count, self._context.caps.max_texture_buffer_size)
 
     def _write(self, scene: GpuScene, traits: NDArray[np.uint32]) -> None:
         """Room for the facets, and what the pass knows of the nodes."""
