@@ -6,6 +6,7 @@ import ctypes as C
 from typing import Any
 
 import moderngl
+import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.gl.context import GLContext
@@ -62,4 +63,4 @@ class BufferTexture:
 
 def texture_buffer(context: GLContext, data: NDArray[Any], internal_format: int) -> BufferTexture:
     """Data in a buffer that shaders read by texelFetch; the caller releases it."""
-    return BufferTexture(context.gl, context.ctx.buffer(data.tobytes()), internal_format)
+    return BufferTexture(context.gl, context.ctx.buffer(np.ascontiguousarray(data)), internal_format)

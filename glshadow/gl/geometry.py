@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from glshadow.core.clusters import Placed, place
 from glshadow.core.spaces import Array
 from glshadow.errors import ResourceError
-from glshadow.gl.buffers import texture_buffer
+from glshadow.gl.buffers import BufferTexture, texture_buffer
 from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import R32UI, RGBA32F
 from glshadow.gl.meshes import Meshes
+from glshadow.gl.targets import release
 from glshadow.gl.world import WorldTriangles
 from glshadow.scene.mesh import AlphaMode, Node, Scene
 
@@ -117,20 +118,40 @@ class GpuScene:
         self.packed_first = [number.tobytes() for number in first]
         self.origin: Array = np.median(self._sample(1024), axis=0)
         self.boxes, self.corners = scene.boxes, scene.corners
-        planes = np.zeros((self.count, 4), dtype=np.float32)
-        for group in self._instances():
-            rows = self.first[group][:, None] + np.arange(self.meshes[group[0]].count)
-            planes[rows] = self._planes(group)
-        owners = np.repeat(np.arange(len(counts), dtype=np.uint32), counts)
+        self._planes: BufferTexture | None = None
+        self._owners: BufferTexture | None = None
         colors = np.array([node.mesh.material.color for node in self.nodes], dtype=np.float32)
-        self.planes = texture_buffer(context, planes, RGBA32F)
-        self.owners = texture_buffer(context, owners, R32UI)
         self.colors = texture_buffer(context, colors, RGBA32F)
-        context.check_errors(f"uploading the planes of {self.count} triangles")
+        context.check_errors(f"uploading {len(colors)} colours")
         self.textured = any(gpu.textured or gpu.colored for gpu in self.meshes)
         self.smooth = any(gpu.smooth for gpu in self.meshes)
         one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())
         self.color: tuple[float, float, float] | None = tuple(float(c) for c in colors[0, :3]) if one else None  # type: ignore[assignment]
+
+    @property
+    def planes(self) -> BufferTexture:
+        """Per triangle its unit world normal and distance from `origin`, zero without area (RGBA32F). Made when first asked for."""
+        if self._planes is None:
+            planes = np.zeros((self.count, 4), dtype=np.float32)
+            for group in self._instances():
+                count = self.meshes[group[0]].count
+                for k in range(0, count, _AT_ONCE):
+                    chosen = slice(k, min(k + _AT_ONCE, count))
+                    rows = self.first[group][:, None] + np.arange(chosen.start, chosen.stop)
+                    planes[rows] = self._planes_of(group, chosen)
+            self._planes = texture_buffer(self._context, planes, RGBA32F)
+            self._context.check_errors(f"uploading the planes of {self.count} triangles")
+        return self._planes
+
+    @property
+    def owners(self) -> BufferTexture:
+        """Per triangle its node (R32UI). Made when first asked for."""
+        if self._owners is None:
+            counts = [gpu.count for gpu in self.meshes]
+            owners = np.repeat(np.arange(len(counts), dtype=np.uint32), counts)
+            self._owners = texture_buffer(self._context, owners, R32UI)
+            self._context.check_errors(f"uploading the nodes of {self.count} triangles")
+        return self._owners
 
     @property
     def clusters(self) -> Placed:
@@ -184,23 +205,20 @@ class GpuScene:
             most = max(1, _AT_ONCE // self.meshes[group[0]].count)
             yield from (group[k : k + most] for k in range(0, len(group), most))
 
-    def _planes(self, group: NDArray[np.int64]) -> Array:
-        """Unit world normal and distance from `origin` of the triangles of instances, (N, T, 4); zero for a triangle without area."""
+    def _planes_of(self, group: NDArray[np.int64], chosen: slice) -> Array:
+        """Planes (N, T, 4) of some triangles of instances."""
         gpu, mesh = self.meshes[group[0]], self.nodes[group[0]].mesh
-        normals = gpu.face_normals @ self.normal_from_mesh[group].transpose(0, 2, 1)
+        normals = gpu.shape.face_normals(chosen) @ self.normal_from_mesh[group].transpose(0, 2, 1)
         length = np.linalg.norm(normals, axis=-1, keepdims=True)
         normals = normals / np.where(length > 0.0, length, 1.0)
         # from the vertices that the GPU draws, rounded to float32 as they are
-        drawn = (mesh.positions[mesh.triangles[:, 0]] - gpu.origin).astype(np.float32).astype(np.float64)
+        drawn = (mesh.positions.take(mesh.triangles[chosen, 0], axis=0) - gpu.origin).astype(np.float32).astype(np.float64)
         corner = _placed(self.world_from_origin[group], drawn) - self.origin
         return np.concatenate([normals, np.einsum("nij,nij->ni", normals, corner)[..., None]], axis=-1)
 
     def release(self) -> None:
         """Free the GPU memory; the meshes stay."""
-        for texture in (self.planes, self.owners, self.colors):
-            texture.release()
-        if self._world is not None:
-            self._world.release()
+        release(self._planes, self._owners, self.colors, self._world)
 
 
 def _placed(matrices: Array, points: Array) -> Array:

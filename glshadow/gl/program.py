@@ -53,11 +53,13 @@ class _Linked:
             member.write(data)
 
     def bind(self, **textures: Any) -> None:
-        """Textures, or (texture, sampler object), to the units that read them; those it does not read are left alone."""
+        """Textures, (texture, sampler object) or what makes one, to the units that read them; what it does not read is not made."""
         for name, given in textures.items():
             unit = self._units.get(name)
             if unit is None:
                 continue
+            if callable(given):
+                given = given()
             texture, sampler = given if isinstance(given, tuple) else (given, None)
             texture.use(unit)
             if sampler is not None:
