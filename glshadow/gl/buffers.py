@@ -14,7 +14,9 @@ from glshadow.gl.entry_points import EntryPoints
 
 _TEXTURE_BUFFER, _TEXTURE_BINDING_BUFFER = 0x8C2A, 0x8C2C
 _TEXTURE0, _ACTIVE_TEXTURE = 0x84C0, 0x84E0
-_WRITE_ONLY, _READ_WRITE = 0x88B9, 0x88BA
+_STORAGE_BUFFER, _WRITE_ONLY = 0x90D2, 0x88B9
+PART = 256
+"""Bytes: no driver's SHADER_STORAGE_BUFFER_OFFSET_ALIGNMENT is larger (OpenGL 4.3 core, table 23.64)."""
 
 
 class BufferTexture:
@@ -48,10 +50,14 @@ class BufferTexture:
         self._gl.call("glBindTexture", _TEXTURE_BUFFER, self.glo)
         self._gl.call("glActiveTexture", active)
 
-    def bind_to_image(self, unit: int, read: bool = False) -> None:
-        """Let compute passes write it, by imageStore; needs OpenGL 4.2. As many elements as they can read, where the largest
-        storage buffer of llvmpipe has a sixteenth of them."""
-        self._gl.call("glBindImageTexture", unit, self.glo, 0, False, 0, _READ_WRITE if read else _WRITE_ONLY, self._format)
+    def bind_to_storage(self, binding: int, start: int, size: int) -> None:
+        """Let compute passes write a part of it, so many bytes from `start`, a multiple of PART: a storage buffer may be far smaller
+        than what is read by texelFetch (llvmpipe: 128 MiB and 2 GiB)."""
+        self._gl.call("glBindBufferRange", _STORAGE_BUFFER, binding, self.buffer.glo, start, size)
+
+    def bind_to_image(self, unit: int) -> None:
+        """Let compute passes write single elements of it by imageStore."""
+        self._gl.call("glBindImageTexture", unit, self.glo, 0, False, 0, _WRITE_ONLY, self._format)
 
     def release(self) -> None:
         """Delete both; may be called twice."""

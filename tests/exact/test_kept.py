@@ -12,8 +12,6 @@ import glshadow as gs
 from glshadow.core.lights import Light
 from glshadow.core.lists import CELLS, LEAST_CELLS
 from glshadow.core.spaces import translation
-from glshadow.gl.sources import cells as cells_module
-from glshadow.gl.sources import listed as listed_module
 from glshadow.gl.sources.cells import CellLists
 from glshadow.renderer import Renderer
 from glshadow.scene import shapes
@@ -208,8 +206,9 @@ def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest
         before = renderer._context.caps
         renderer._store.sources.pop((0, "Listed")).release()
         limited(renderer, 3 * triangles)
-        program = cells_module.CellLists._run
-        monkeypatch.setattr(CellLists, "_run", lambda self, *given: 1000 * program(self, *given))  # as if there were a thousand times as many
+        run = CellLists._run
+        # as if there were a thousand times as many
+        monkeypatch.setattr(CellLists, "_run", lambda self, *given: (1000 * run(self, *given)[0], 0))
         with pytest.raises(
             gs.ResourceError, match=r"even on its coarsest grid, a texture buffer of this driver holds .*: split the scene"
         ):

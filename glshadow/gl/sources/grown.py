@@ -87,7 +87,7 @@ class Grown:
         for outlines, lists in enumerate((self.casters, self.outlines)):
             defines = {**cell_defines(grid, grid.cells), **grids, "GLS_OUTLINES": outlines}
             program = programs.compute("pass/grown.comp", defines=defines)
-            program.set(**self.values, u_triangles=count, u_cells=grid.cells_from_window)
+            program.set(**self.values, u_cells=grid.cells_from_window)
             program.bind(**scene.world.textures, **textures, u_neighbours=scene.world.neighbours, u_ground=ground,
                          u_ground_around=around)  # fmt: skip
             if not lists.fill(program, size, count, limit):
@@ -100,7 +100,8 @@ class Grown:
         assert lists.links is not None
         assert lists.heads is not None
         program = programs.compute("pass/chain.comp", defines={"GLS_GROWN": _GROWN})
-        lists.links.bind_to_image(2, read=True)
+        lists.links.bind_to_image(1)
+        program.bind(u_links=lists.links)
         lists.counter.bind_to_storage_buffer(2)
         lists.heads.bind_to_image(0, read=True, write=True)
         for level in reversed(range(_LEVELS - 1)):

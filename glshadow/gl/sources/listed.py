@@ -22,7 +22,7 @@ from glshadow.gl.entry_points import RG32UI, RGBA32F
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Programs
 from glshadow.gl.receiver import Receiver
-from glshadow.gl.sources.cells import CellLists
+from glshadow.gl.sources.cells import FACET_BYTES, CellLists
 from glshadow.gl.sources.source import Source
 from glshadow.gl.sources.triangles import (
     casting_corners,
@@ -37,7 +37,6 @@ from glshadow.gl.targets import release
 from glshadow.gl.work import Work
 
 _CULL_BACK, _CULL_FRONT, _CASTS, _CUT_OUT = 1, 2, 4, 8  # pass/lists.comp
-_FACET_BYTES = 48
 
 
 class Listed(Source):
@@ -121,21 +120,20 @@ class Listed(Source):
             },
         )
         axes, origin = light_frame(grid, scene)
-        program.set(u_axes=axes, u_origin=tuple(origin), u_triangles=world.count, u_cells=grid.cells_from_window)
+        program.set(u_axes=axes, u_origin=tuple(origin), u_cells=grid.cells_from_window)
         program.set(**self._values)
         program.bind(**world.textures, u_traits=self._traits)
         assert self._facets is not None
-        self._facets.bind_to_image(3)
         size = head_size(grid, grid.cells)
-        return self.lists.fill(program, size, world.count, self._context.caps.max_texture_buffer_size)
+        return self.lists.fill(program, size, world.count, self._context.caps.max_texture_buffer_size, self._facets)
 
     def _write(self, scene: GpuScene, traits: NDArray[np.uint32]) -> None:
         """Room for the facets, and what the pass knows of the nodes."""
         if self._traits is None or self._traits.buffer.size != traits.nbytes:
             self._traits = self._buffer(self._traits, traits.nbytes, RG32UI)
         self._traits.buffer.write(traits.tobytes())
-        if self._facets is None or self._facets.buffer.size != scene.world.count * _FACET_BYTES:
-            self._facets = self._buffer(self._facets, scene.world.count * _FACET_BYTES, RGBA32F)
+        if self._facets is None or self._facets.buffer.size != scene.world.count * FACET_BYTES:
+            self._facets = self._buffer(self._facets, scene.world.count * FACET_BYTES, RGBA32F)
         self._context.check_errors(f"allocating the facets of {scene.world.count} triangles")
 
     def _buffer(self, old: BufferTexture | None, size: int, internal_format: int) -> BufferTexture:
