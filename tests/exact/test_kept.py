@@ -18,7 +18,7 @@ from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
 
 from ..robustness.gl_objects import counted
-from .test_casters import CAMERA, LIGHTS, ground
+from .test_casters import CAMERA, LIGHTS, ground, leaf, leaves
 
 SIZE = (96, 64)
 LINK_BYTES = 16
@@ -195,6 +195,33 @@ _reserve = CellLists.reserve
 def _least(self: CellLists, size: int) -> None:
     """A first buffer of 64 links, so that the limit decides and not the generous start."""
     _reserve(self, min(size, max(64 * LINK_BYTES, self.count * LINK_BYTES)))
+
+
+SOFT: dict[str, Light] = {
+    "soft sun": gs.DirectionalLight(direction=(-0.4, -1.0, 0.3), angle=6.0),
+    "soft lamp": gs.PointLight(position=(0.3, 2.6, 0.2), radius=0.1),
+}
+
+
+@pytest.mark.parametrize("light", [*LIGHTS.values(), *SOFT.values()], ids=[*LIGHTS, *SOFT])
+def test_lists_written_in_parts_are_those_written_at_once(scene: Scene, light: Light) -> None:
+    """A storage buffer holds the facets of half of the scene's triangles, and the links of fewer."""
+    ball, cut_out = Mesh(*shapes.icosphere(4, 0.4)), Node("leaf", leaf(leaves()), translation((0.2, 2.0, 0.1)))
+    scene = replace(scene, nodes=(*(replace(node, mesh=ball) for node in scene.nodes[1:]), scene.nodes[0], cut_out))
+    triangles = sum(len(node.mesh.triangles) for node in scene.nodes)
+    light = light if light in SOFT.values() else exact(light)
+    frames, parts = [], []
+    for block in (None, 24 * triangles):
+        with Renderer("egl") as renderer:
+            if block is not None:
+                renderer._context.caps = replace(renderer._context.caps, max_storage_block=block)
+            frames.append(renderer.render(scene, None, [light], SIZE, outputs=("visibility",)))
+            parts.append(min(source.lists._part for source in renderer._store.sources.values()))
+    assert parts[0] > triangles
+    assert parts[1] <= triangles / 2
+    assert frames[0].used[0].links == frames[1].used[0].links > 0
+    assert "exact" in str(frames[1].used[0].filter)
+    np.testing.assert_array_equal(frames[0].visibility, frames[1].visibility)
 
 
 @pytest.mark.parametrize("name", list(LIGHTS))
