@@ -41,6 +41,7 @@ class GpuScene:
         Triangles of all nodes.
     first : (N,) int
         Number of each node's first triangle, from 0, over the whole scene.
+    world_from_mesh : (N, 4, 4) float64
     world_from_origin : (N, 4, 4) float64
         Places the float32 vertices: world_from_mesh after the mesh's origin.
     origin : (3,) float64
@@ -99,7 +100,7 @@ class GpuScene:
             raise ResourceError(
                 f"the scene draws {self.count} triangles; this driver's texture buffers hold {limit}: split the scene"
             )
-        matrices = np.stack([node.world_from_mesh for node in self.nodes])
+        matrices = self.world_from_mesh = scene.boxes[1]
         self.copies = self._copies(matrices)
         self.casts &= ~self.copies
         origins = np.stack([gpu.origin for gpu in self.meshes])
