@@ -82,17 +82,17 @@ class GpuScene:
         self.casting: dict[tuple[Hashable, ...], NDArray[np.bool_]] = {}
         self.nodes: tuple[Node, ...] = tuple(node for node in scene.nodes if len(node.mesh.triangles))
         self.scene_numbers = np.flatnonzero([len(node.mesh.triangles) > 0 for node in scene.nodes])
-        self.meshes = [meshes.get(node.mesh) for node in self.nodes]
-        self.casts: NDArray[np.bool_] = np.array(
-            [node.casts and node.mesh.material.alpha_mode is not AlphaMode.BLEND for node in self.nodes]
-        )
-        self.blends: NDArray[np.bool_] = np.array(
-            [node.casts and node.mesh.material.alpha_mode is AlphaMode.BLEND for node in self.nodes]
-        )
-        self.closed: NDArray[np.bool_] = np.array([gpu.closed for gpu in self.meshes])
-        numbers = {id(gpu): k for k, gpu in enumerate(dict.fromkeys(self.meshes))}
-        self.mesh_number = [numbers[id(gpu)] for gpu in self.meshes]
-        counts = np.array([gpu.count for gpu in self.meshes])
+        different = list(dict.fromkeys(node.mesh for node in self.nodes))
+        numbers = {id(mesh): k for k, mesh in enumerate(different)}
+        self.mesh_number = [numbers[id(node.mesh)] for node in self.nodes]
+        on_gpu = [meshes.get(mesh) for mesh in different]
+        self.meshes = [on_gpu[number] for number in self.mesh_number]
+        blended = np.array([mesh.material.alpha_mode is AlphaMode.BLEND for mesh in different])[self.mesh_number]
+        casts = np.array([node.casts for node in self.nodes])
+        self.casts: NDArray[np.bool_] = casts & ~blended
+        self.blends: NDArray[np.bool_] = casts & blended
+        self.closed: NDArray[np.bool_] = np.array([gpu.closed for gpu in on_gpu])[self.mesh_number]
+        counts = np.array([gpu.count for gpu in on_gpu])[self.mesh_number]
         self.count = int(counts.sum())
         self.first = np.concatenate([[0], np.cumsum(counts)[:-1]])
         limit = context.caps.max_texture_buffer_size
@@ -103,7 +103,7 @@ class GpuScene:
         matrices = self.world_from_mesh = scene.boxes[1]
         self.copies = self._copies(matrices)
         self.casts &= ~self.copies
-        origins = np.stack([gpu.origin for gpu in self.meshes])
+        origins = np.stack([gpu.origin for gpu in on_gpu])[self.mesh_number]
         self.world_from_origin: Array = matrices.copy()
         self.world_from_origin[:, :3, 3] += np.einsum("nij,nj->ni", matrices[:, :3, :3], origins)
         self.mirrored: list[bool] = (np.linalg.det(matrices[:, :3, :3]) < 0.0).tolist()
@@ -116,16 +116,16 @@ class GpuScene:
         catching = np.array([node.catches for node in self.nodes])
         self.catches = bool(catching.any())
         first[catching] |= np.uint32(CATCHING)
-        self.packed_first = [number.tobytes() for number in first]
+        self.packed_first = first[:, None]
         self.origin: Array = np.median(self._sample(1024), axis=0)
         self.boxes, self.corners = scene.boxes, scene.corners
         self._planes: BufferTexture | None = None
         self._owners: BufferTexture | None = None
-        colors = np.array([node.mesh.material.color for node in self.nodes], dtype=np.float32)
+        colors = np.array([mesh.material.color for mesh in different], dtype=np.float32)[self.mesh_number]
         self.colors = texture_buffer(context, colors, RGBA32F)
         context.check_errors(f"uploading {len(colors)} colours")
-        self.textured = any(gpu.textured or gpu.colored for gpu in self.meshes)
-        self.smooth = any(gpu.smooth for gpu in self.meshes)
+        self.textured = any(gpu.textured or gpu.colored for gpu in on_gpu)
+        self.smooth = any(gpu.smooth for gpu in on_gpu)
         one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())
         self.color: tuple[float, float, float] | None = tuple(float(c) for c in colors[0, :3]) if one else None  # type: ignore[assignment]
 
@@ -187,9 +187,10 @@ class GpuScene:
     def _copies(self, matrices: Array) -> NDArray[np.bool_]:
         copies = np.zeros(len(self.nodes), dtype=bool)
         seen: set[tuple[object, ...]] = set()
-        for i in np.argsort(
-            self.mesh_number, kind="stable"
-        ).tolist():  # the first that is drawn wins, as in the depth test
+        # only what lies where another one does
+        _, place, often = np.unique(matrices[:, :3, 3], axis=0, return_inverse=True, return_counts=True)
+        order = np.argsort(self.mesh_number, kind="stable")  # the first that is drawn wins, as in the depth test
+        for i in order[often[place.reshape(-1)[order]] > 1].tolist():
             gpu, node, casts = self.meshes[i], self.nodes[i], bool(self.casts[i])
             if gpu.cut_out:
                 continue
@@ -234,7 +235,6 @@ def _cofactors(linear: Array) -> Array:
     return np.asarray(rows / np.where(size > 0.0, size, 1.0))
 
 
-def pack_matrices(matrices: Array) -> list[bytes]:
-    """float64 matrices (N, k, k) as float32 bytes in GL's column order, one per draw."""
-    data = np.ascontiguousarray(matrices.transpose(0, 2, 1), dtype=np.float32)
-    return [row.tobytes() for row in data]
+def pack_matrices(matrices: Array) -> NDArray[np.float32]:
+    """float64 matrices (N, k, k) as float32 in GL's column order, one per draw."""
+    return np.ascontiguousarray(matrices.transpose(0, 2, 1), dtype=np.float32)

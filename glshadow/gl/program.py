@@ -8,6 +8,7 @@ from typing import Any
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from glshadow.errors import ShaderError
 from glshadow.gl.context import GLContext
@@ -46,8 +47,8 @@ class _Linked:
             if member is not None:
                 set_uniform(member, value)
 
-    def write(self, name: str, data: bytes) -> None:
-        """Raw float32 bytes to a uniform, if it is there."""
+    def write(self, name: str, data: bytes | NDArray[Any]) -> None:
+        """Bytes as OpenGL holds them to a uniform, if it is there."""
         member = self._members.get(name)
         if member is not None:
             member.write(data)
