@@ -17,9 +17,9 @@ from glshadow.core.fit import frustum_of, visible_corners
 from glshadow.core.ranges import depth_range, view_depth
 from glshadow.core.spaces import Array, ClipSpace
 from glshadow.core.view import ShadowView, camera_view
+from glshadow.gl.buffers import texture_buffer
 from glshadow.gl.context import GLContext
 from glshadow.gl.drawing import draw_nodes
-from glshadow.gl.buffers import texture_buffer
 from glshadow.gl.entry_points import RGBA32UI
 from glshadow.gl.geometry import GpuScene, pack_matrices
 from glshadow.gl.meshes import GpuMesh

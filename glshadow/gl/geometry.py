@@ -214,8 +214,8 @@ class GpuScene:
         length = np.linalg.norm(normals, axis=-1, keepdims=True)
         normals = normals / np.where(length > 0.0, length, 1.0)
         # from the vertices that the GPU draws, rounded to float32 as they are
-        drawn = (mesh.positions.take(mesh.triangles[chosen, 0], axis=0) - gpu.origin).astype(np.float32).astype(np.float64)
-        corner = _placed(self.world_from_origin[group], drawn) - self.origin
+        drawn = (mesh.positions.take(mesh.triangles[chosen, 0], axis=0) - gpu.origin).astype(np.float32)
+        corner = _placed(self.world_from_origin[group], drawn.astype(np.float64)) - self.origin
         return np.concatenate([normals, np.einsum("nij,nij->ni", normals, corner)[..., None]], axis=-1)
 
     def release(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import weakref
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Literal
 
 import moderngl
@@ -19,6 +20,8 @@ from glshadow.scene.mesh import AlphaMode, Mesh
 _SRGB8_ALPHA8 = 0x8C43
 _FAR_FROM_ORIGIN = 16.0
 """A mesh further from its origin than this many extents is stored relative to its middle (4 bits of float32)."""
+_LARGE = 1 << 18
+"""Triangles from which on a thread pays."""
 _FORMATS = {"a_position": "3f", "a_normal": "3f", "a_uv": "2f", "a_color": "4f"}
 Order = Literal["numbered", "shared", "clustered"]
 """How a mesh's triangles follow each other, and what their vertices are."""
@@ -45,18 +48,27 @@ class Shape:
         low, high = mesh.bounds
         far = max(np.abs(low).max(), np.abs(high).max()) > _FAR_FROM_ORIGIN * (high - low).max()
         self.origin: Array = 0.5 * (low + high) if far else np.zeros(3)
-        self.closed = mesh.closed
         # the arrays alone: holding the mesh would keep it, and with it this, alive
         self._triangles, self._positions = mesh.triangles, mesh.positions
         self._context, self._vertices = context, len(mesh.positions)
-        numbered, self._others = numbered_triangles(mesh.triangles, len(mesh.positions))
-        self.numbered = context.ctx.buffer(numbered)
-        del numbered
-        self.positions = context.ctx.buffer(self.ordered(self._drawn()))
+        if len(mesh.triangles) < _LARGE:
+            self.closed = mesh.closed
+            self._upload()
+        else:  # numpy lets go of the interpreter: what takes as long as all the rest is done beside it
+            with ThreadPoolExecutor(1) as beside:
+                closed = beside.submit(lambda: mesh.closed)
+                self._upload()
+                self.closed = closed.result()
         self._shared: moderngl.Buffer | None = None
         self._averaged: moderngl.Buffer | None = None
         self._clusters: Clusters | None = None
         self._clustered: moderngl.Buffer | None = None
+
+    def _upload(self) -> None:
+        numbered, self._others = numbered_triangles(self._triangles, self._vertices)
+        self.numbered = self._context.ctx.buffer(numbered)
+        del numbered
+        self.positions = self._context.ctx.buffer(self.ordered(self._drawn()))
 
     @property
     def clusters(self) -> Clusters:
@@ -85,7 +97,8 @@ class Shape:
         if self._averaged is None:
             corners = self._triangles.ravel()
             total = np.stack(
-                [np.bincount(corners, np.repeat(column, 3), self._vertices) for column in self.face_normals().T], axis=-1
+                [np.bincount(corners, np.repeat(column, 3), self._vertices) for column in self.face_normals().T],
+                axis=-1,
             )
             length = np.linalg.norm(total, axis=1, keepdims=True)
             mean = np.asarray(total / np.where(length > 0.0, length, 1.0), dtype=np.float32)
@@ -223,7 +236,7 @@ def numbered_triangles(triangles: NDArray[np.int32], vertices: int) -> tuple[NDA
     missing &= copies < 0
     others = np.flatnonzero(missing).astype(np.int32)
     copies[others] = len(triangles) + np.arange(len(others), dtype=np.int32)
-    numbered = np.empty_like(triangles)
+    numbered = np.zeros_like(triangles)
     for k in range(2):
         numbered[:, k] = copies.take(triangles[:, k])
     numbered[:, 2] = np.arange(len(triangles), dtype=np.int32)

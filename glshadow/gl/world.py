@@ -32,7 +32,7 @@ def _placed(scene: GpuScene) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
     vertices = np.cumsum([0, *(len(mesh.positions) for mesh in meshes)])
     triangles = np.append(scene.first, scene.count)
     places = np.zeros((vertices[-1], 4), dtype=np.float32)
-    corners = np.empty((scene.count, 4), dtype=np.uint32)
+    corners = np.zeros((scene.count, 4), dtype=np.uint32)
     for first, end in _blocks(vertices.tolist()):
         into = slice(vertices[first], vertices[end])
         faces = corners[triangles[first] : triangles[end]]

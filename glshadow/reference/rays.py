@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array, Bools, world_positions
+from glshadow.core.welding import welded
 from glshadow.errors import ReferenceUnavailable, SceneError
-from glshadow.scene.closed import welded
 from glshadow.scene.mesh import AlphaMode, Material, Scene
 
 Ints = NDArray[np.int32]

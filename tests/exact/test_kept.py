@@ -237,7 +237,8 @@ def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest
         # as if there were a thousand times as many
         monkeypatch.setattr(CellLists, "_run", lambda self, *given: (1000 * run(self, *given)[0], 0))
         with pytest.raises(
-            gs.ResourceError, match=r"even on its coarsest grid, a texture buffer of this driver holds .*: split the scene"
+            gs.ResourceError,
+            match=r"even on its coarsest grid, a texture buffer of this driver holds .*: split the scene",
         ):
             renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
         # and the renderer goes on
@@ -253,7 +254,8 @@ def test_triangles_beyond_a_buffer_are_a_named_error(scene: Scene) -> None:
     with Renderer("egl") as renderer:
         limited(renderer, 3000)
         with pytest.raises(
-            gs.ResourceError, match=r"Exact\(\) needs 3 texels for each of the scene's .* triangles.* holds 3000, those of 1000 tri"
+            gs.ResourceError,
+            match=r"Exact\(\) needs 3 texels for each of the scene's .* triangles.* holds 3000, those of 1000 tri",
         ):
             renderer.render(scene, None, [exact(LIGHTS["sun"])], SIZE)
 

@@ -16,7 +16,8 @@ _COUNTER_BYTES = 40  # Counter of lib/cells.glsl and pass/chain.comp
 _GROUP, _MOST_GROUPS = 64, 65535
 _SPARE = 1.25  # links that were too few grow to this much of what was needed
 _LEAST = 1 << 16
-_MANY, _EVERY = 1 << 20, 64  # triangles whose links are counted first, one of so many: a second pass over all would take longer
+# of so many triangles the links of one in 64 are counted first: a second pass over all takes longer
+_MANY, _EVERY = 1 << 20, 64
 
 
 class CellLists:
@@ -83,9 +84,7 @@ class CellLists:
         """Of one part: what a storage buffer holds."""
         return self._context.caps.max_storage_block // LINK_BYTES
 
-    def _reserve_about(
-        self, program: ComputeProgram, triangles: int, limit: int, facets: BufferTexture | None
-    ) -> None:
+    def _reserve_about(self, program: ComputeProgram, triangles: int, limit: int, facets: BufferTexture | None) -> None:
         """Links to begin with: two for each triangle, or of many triangles what some of them need."""
         links = 2 * triangles
         if triangles > _MANY:
