@@ -49,7 +49,7 @@ def test_every_part_of_a_closed_mesh_is_turned_outward() -> None:
     """Forty balls whose vertices and triangles are shuffled; then one of them is turned inside out, and one loses a triangle."""
     random = np.random.default_rng(2)
     ball, triangles = shapes.icosphere(1, 0.4)
-    positions = np.concatenate([ball + (k, 0.0, 0.0) for k in range(40)])
+    positions = np.concatenate([ball + np.array([k, 0.0, 0.0]) for k in range(40)])
     corners = np.concatenate([triangles + k * len(ball) for k in range(40)])
     to = random.permutation(len(positions))
     shuffled = np.zeros_like(positions)
