@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from itertools import groupby
 from typing import Any, Protocol
 
 import moderngl
@@ -32,6 +31,7 @@ Begin = Callable[[int], tuple[Callable[[int], Any], moderngl.VertexArray]]
 Crowd = Callable[[NDArray[np.int64]], Any]
 """Draws many nodes that share a mesh, in their order."""
 
+_SIDES = (None, "back", "front")
 _MANY = 8  # nodes that are a crowd: reading their matrices costs every vertex more than uniforms do
 
 
@@ -57,26 +57,33 @@ def draw_nodes(
     crowd : Crowd, optional
         Draws instances together; else each is drawn by itself.
     """
-    mirrored, number = scene.mirrored, scene.mesh_number
+    chosen = np.fromiter(nodes, dtype=np.int64)
+    number = np.asarray(scene.mesh_number)
+    chosen = chosen[np.argsort(number[chosen], kind="stable")]
+    side = np.array([_SIDES.index(hidden[i]) for i in chosen], dtype=np.int64)
+    turned = np.asarray(scene.mirrored)[chosen] & (side > 0)  # a mirrored node's winding is turned over by its matrix
+    side[turned] = 3 - side[turned]
+    borders = np.flatnonzero((np.diff(number[chosen]) != 0) | (np.diff(side) != 0)) + 1
     culled: str | None = None
     previous = -1
     place: Callable[[int], Any] | None = None
     array: moderngl.VertexArray | None = None
-    chosen = sorted(map(int, nodes), key=number.__getitem__)
     ctx.disable(moderngl.CULL_FACE)
-    for (mesh, cull), run in groupby(chosen, lambda i: (number[i], _turned(hidden[i], mirrored[i]))):
+    for run, where in zip(np.split(chosen, borders), [0, *borders], strict=True):
+        if len(run) == 0:
+            continue
+        cull = _SIDES[side[where]]
         if cull != culled:
             culled = cull
             ctx.enable(moderngl.CULL_FACE) if cull else ctx.disable(moderngl.CULL_FACE)
             ctx.cull_face = cull or "back"
-        together = list(run)
-        if crowd is not None and len(together) >= _MANY:
-            crowd(np.array(together))
+        if crowd is not None and len(run) >= _MANY:
+            crowd(run)
             previous = -1  # another program
             continue
-        for i in together:
-            if mesh != previous:
-                previous = mesh
+        for i in run.tolist():
+            if number[i] != previous:
+                previous = number[i]
                 place, array = begin(i)
             assert place is not None
             assert array is not None
@@ -87,10 +94,3 @@ def draw_nodes(
                 stroke(array, i)
     ctx.cull_face = "back"
     return len(chosen)
-
-
-def _turned(cull: str | None, mirrored: bool) -> str | None:
-    """The side that is left out of a node whose matrix may turn the winding over."""
-    if cull is None or not mirrored:
-        return cull
-    return "front" if cull == "back" else "back"

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from glshadow.core.clusters import Placed, place
 from glshadow.core.spaces import Array
+from glshadow.core.welding import welded
 from glshadow.errors import ResourceError
 from glshadow.gl.buffers import BufferTexture, texture_buffer
 from glshadow.gl.context import GLContext
@@ -188,9 +189,10 @@ class GpuScene:
         copies = np.zeros(len(self.nodes), dtype=bool)
         seen: set[tuple[object, ...]] = set()
         # only what lies where another one does
-        _, place, often = np.unique(matrices[:, :3, 3], axis=0, return_inverse=True, return_counts=True)
+        place = welded(matrices[:, :3, 3])
+        crowded = np.bincount(place)[place] > 1
         order = np.argsort(self.mesh_number, kind="stable")  # the first that is drawn wins, as in the depth test
-        for i in order[often[place.reshape(-1)[order]] > 1].tolist():
+        for i in order[crowded[order]].tolist():
             gpu, node, casts = self.meshes[i], self.nodes[i], bool(self.casts[i])
             if gpu.cut_out:
                 continue
