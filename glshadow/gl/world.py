@@ -23,7 +23,7 @@ HUGE = 128.0
 
 _SOLID = np.full((1, 1, 4), 255, dtype=np.uint8)  # the image of those that have none
 
-_TOGETHER = 2**18  # vertices that are placed at once
+_TOGETHER = 2**15  # vertices that are placed at once: what is computed of them stays in the cache
 
 
 def _placed(scene: GpuScene) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
