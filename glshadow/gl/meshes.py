@@ -236,10 +236,16 @@ def numbered_triangles(triangles: NDArray[np.int32], vertices: int) -> tuple[NDA
     missing &= copies < 0
     others = np.flatnonzero(missing).astype(np.int32)
     copies[others] = len(triangles) + np.arange(len(others), dtype=np.int32)
+    last = copies.copy()
+    number = np.arange(len(triangles), dtype=np.int32)
+    last[triangles[:, 2]] = number
     numbered = np.zeros_like(triangles)
-    for k in range(2):
-        numbered[:, k] = copies.take(triangles[:, k])
-    numbered[:, 2] = np.arange(len(triangles), dtype=np.int32)
+    for k in range(
+        2
+    ):  # the last copy if it comes before, else the first: what was drawn of late is in the vertex cache
+        latest = last.take(triangles[:, k])
+        numbered[:, k] = np.where(latest < number, latest, copies.take(triangles[:, k]))
+    numbered[:, 2] = number
     return numbered, others
 
 
