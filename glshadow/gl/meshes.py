@@ -240,9 +240,8 @@ def numbered_triangles(triangles: NDArray[np.int32], vertices: int) -> tuple[NDA
     number = np.arange(len(triangles), dtype=np.int32)
     last[triangles[:, 2]] = number
     numbered = np.zeros_like(triangles)
-    for k in range(
-        2
-    ):  # the last copy if it comes before, else the first: what was drawn of late is in the vertex cache
+    # the last copy if it comes before, else the first: what was drawn of late is in the vertex cache
+    for k in range(2):
         latest = last.take(triangles[:, k])
         numbered[:, k] = np.where(latest < number, latest, copies.take(triangles[:, k]))
     numbered[:, 2] = number
