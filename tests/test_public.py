@@ -26,6 +26,7 @@ INNER = {
     "Frame": "a protocol: what `measure` needs of a frame",
     "Truth": "a protocol: what `measure` needs of a truth",
     "Pictured": "a protocol: what `flip` needs of a frame",
+    "BufferTexture": "planes and owners that a GpuScene keeps for the passes",
     "Atlas": "a Map's texture, to be bound and released",
     "CasterSettings": "how a Map was drawn",
     "GpuMesh": "what Meshes keep",

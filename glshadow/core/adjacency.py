@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.welding import DOWN, ends, packed_edges, welded
+
 NONE = 0xFFFFFFFF
 """Nothing lies there, or several triangles."""
 TURNED = 0x80000000
@@ -20,32 +22,19 @@ def neighbours(positions: NDArray[np.float32], triangles: NDArray[np.unsignedint
     triangles : (T, 3) ints
         Vertices; equal places are one vertex, whatever their numbers.
     """
-    corners = _places(positions)[triangles]
-    start, end = corners, np.roll(corners, -1, axis=1)
-    low, high = np.minimum(start, end).astype(np.uint64), np.maximum(start, end).astype(np.uint64)
-    key = (low << np.uint64(32) | high).ravel()
-    order = np.argsort(key, kind="stable")
-    ordered = key[order]
-    same = ordered[1:] == ordered[:-1]
+    edges = packed_edges(welded(positions).astype(np.uint32)[triangles.T])
+    order = np.argsort(edges)
+    edges = edges[order]
+    same = (edges[1:] | DOWN) == (edges[:-1] | DOWN)
     # runs of exactly two
     first = np.flatnonzero(same & ~np.append(same[1:], False) & ~np.append(False, same[:-1]))
+    turned = np.where(edges[first] == edges[first + 1], TURNED, 0)
+    low, high = ends(edges[first])
+    count = len(triangles)  # edge k of triangle t is number k T + t
     one, other = order[first], order[first + 1]
-    keep = (one // 3 != other // 3) & (start.ravel()[one] != end.ravel()[one])
-    one, other = one[keep], other[keep]
-    turned = np.where(start.ravel()[one] == start.ravel()[other], TURNED, 0)
-    across = np.full(corners.size, NONE, dtype=np.uint32)
-    across[one] = (other // 3) | turned
-    across[other] = (one // 3) | turned
-    return across.reshape(-1, 3)
-
-
-def _places(positions: NDArray[np.float32]) -> NDArray[np.int64]:
-    """A number for each vertex, equal where the places are equal."""
-    bits = (np.ascontiguousarray(positions, dtype=np.float32) + np.float32(0.0)).view(np.uint32).astype(np.uint64)
-    # a hash first: sorting rows takes ten times as long
-    factors = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
-    mixed = (bits ^ (bits << np.uint64(29))) * factors
-    _, first, place = np.unique(mixed[:, 0] ^ mixed[:, 1] ^ mixed[:, 2], return_index=True, return_inverse=True)
-    if not (bits[first[place]] == bits).all():  # two places with one hash
-        _, place = np.unique(bits, axis=0, return_inverse=True)
-    return np.asarray(place.reshape(-1), dtype=np.int64)
+    keep = (low != high) & (one % count != other % count)
+    one, other, turned = one[keep], other[keep], turned[keep]
+    across = np.full((count, 3), NONE, dtype=np.uint32)
+    across[one % count, one // count] = other % count | turned
+    across[other % count, other // count] = one % count | turned
+    return across

@@ -6,6 +6,7 @@ import ctypes as C
 from typing import Any
 
 import moderngl
+import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.gl.context import GLContext
@@ -13,6 +14,9 @@ from glshadow.gl.entry_points import EntryPoints
 
 _TEXTURE_BUFFER, _TEXTURE_BINDING_BUFFER = 0x8C2A, 0x8C2C
 _TEXTURE0, _ACTIVE_TEXTURE = 0x84C0, 0x84E0
+_STORAGE_BUFFER, _WRITE_ONLY = 0x90D2, 0x88B9
+PART = 256
+"""Bytes: no driver's SHADER_STORAGE_BUFFER_OFFSET_ALIGNMENT is larger (OpenGL 4.3 core, table 23.64)."""
 
 
 class BufferTexture:
@@ -30,6 +34,7 @@ class BufferTexture:
     def __init__(self, gl: EntryPoints, buffer: moderngl.Buffer, internal_format: int) -> None:
         self._gl = gl
         self.buffer = buffer
+        self._format = internal_format
         name = C.c_uint()
         gl.call("glGenTextures", 1, C.byref(name))
         self.glo = name.value
@@ -45,6 +50,15 @@ class BufferTexture:
         self._gl.call("glBindTexture", _TEXTURE_BUFFER, self.glo)
         self._gl.call("glActiveTexture", active)
 
+    def bind_to_storage(self, binding: int, start: int, size: int) -> None:
+        """Let compute passes write a part of it, so many bytes from `start`, a multiple of PART: a storage buffer may be far smaller
+        than what is read by texelFetch (llvmpipe: 128 MiB and 2 GiB)."""
+        self._gl.call("glBindBufferRange", _STORAGE_BUFFER, binding, self.buffer.glo, start, size)
+
+    def bind_to_image(self, unit: int) -> None:
+        """Let compute passes write single elements of it by imageStore."""
+        self._gl.call("glBindImageTexture", unit, self.glo, 0, False, 0, _WRITE_ONLY, self._format)
+
     def release(self) -> None:
         """Delete both; may be called twice."""
         if self.glo:
@@ -55,4 +69,4 @@ class BufferTexture:
 
 def texture_buffer(context: GLContext, data: NDArray[Any], internal_format: int) -> BufferTexture:
     """Data in a buffer that shaders read by texelFetch; the caller releases it."""
-    return BufferTexture(context.gl, context.ctx.buffer(data.tobytes()), internal_format)
+    return BufferTexture(context.gl, context.ctx.buffer(np.ascontiguousarray(data)), internal_format)

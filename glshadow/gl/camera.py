@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import moderngl
 import numpy as np
@@ -16,8 +17,10 @@ from glshadow.core.fit import frustum_of, visible_corners
 from glshadow.core.ranges import USUAL_SHARE, depth_range, view_depth
 from glshadow.core.spaces import Array, ClipSpace
 from glshadow.core.view import ShadowView, camera_view
+from glshadow.gl.buffers import texture_buffer
 from glshadow.gl.context import GLContext
 from glshadow.gl.drawing import draw_nodes
+from glshadow.gl.entry_points import RGBA32UI
 from glshadow.gl.geometry import GpuScene, pack_matrices
 from glshadow.gl.meshes import GpuMesh
 from glshadow.gl.program import Program, Programs
@@ -28,6 +31,7 @@ from glshadow.scene.mesh import Scene
 # so that what is rounded lies outside.
 _MIDDLE_THIRD = np.diag([1.0 / 3.0, 1.0 / 3.0, 1.0, 1.0])
 _CUBE = np.array([[i, j, k] for i in (-1.0, 1.0) for j in (-1.0, 1.0) for k in (-1.0, 1.0)])
+_INSTANCE_TEXELS = 7  # pass/surface.vert
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,12 +44,14 @@ class Sight:
         Depth range, as given or derived.
     view : ShadowView
         The same as a view.
-    receivers : list of (M, 3) float64
-        Per node the corners of what is seen of its box.
+    boxes : (N, 2, 3), (N, 4, 4) float64
+        As `Scene.boxes`.
+    lifts : (N,) float64
+        See `GpuScene.lifts`.
     drawn : (K,) int64
         Nodes that may be in the picture.
-    clip_from_mesh : list of bytes
-        Per node, float32.
+    clip_from_mesh : (N, 4, 4) float32
+        Per node, in GL's column order.
     outside : (N,) bool
         Whether a node's box is wholly beyond the near plane, so that no back face of it is seen if it is closed.
     fallbacks : tuple of str
@@ -58,11 +64,20 @@ class Sight:
     far: float
     clip: ClipSpace
     view: ShadowView
-    receivers: list[Array]
+    boxes: tuple[Array, Array]
+    lifts: Array
     drawn: NDArray[np.int64]
-    clip_from_mesh: list[bytes]
+    clip_from_mesh: NDArray[np.float32]
     outside: NDArray[np.bool_]
     fallbacks: tuple[str, ...] = ()
+
+    @cached_property
+    def receivers(self) -> list[Array]:
+        """Per node the corners (M, 3) of what is seen of its box."""
+        view = self.view
+        frustum = frustum_of(view.window, self.near, self.far, view.view_from_world, self.camera.is_perspective)
+        seen = visible_corners(*self.boxes, frustum)
+        return [_raised(points, lift) for points, lift in zip(seen, self.lifts, strict=True)]
 
     @property
     def reaches_far(self) -> bool:
@@ -136,10 +151,10 @@ def look(scene: Scene, gpu: GpuScene, camera: Camera, size: tuple[int, int], cli
     clip = ClipSpace(True, True) if clip_control else ClipSpace(False, False)
     view = camera_view(camera, size, near, far, clip)
     corners = scene.corners
-    frustum = frustum_of(view.window, near, far, view.view_from_world, camera.is_perspective)
     return Sight(
         camera, size, near, far, clip, view,
-        receivers=[_raised(seen, lift) for seen, lift in zip(visible_corners(*gpu.boxes, frustum), gpu.lifts, strict=True)],
+        boxes=scene.boxes,
+        lifts=gpu.lifts,
         drawn=np.flatnonzero(seen_by(view.clip_from_world, corners, view) & ~gpu.copies),
         clip_from_mesh=pack_matrices(view.clip_from_world @ gpu.world_from_origin),
         outside=view_depth(camera, corners).min(axis=1) > near,
@@ -192,14 +207,37 @@ def draw_surface(
 
         return place, gpu.vertex_array(program, "numbered")
 
-    draw_nodes(ctx, scene, sight.drawn, hidden, begin, Whole(context, scene.count))
+    whole = Whole(context, scene.count)
+
+    def crowd(nodes: NDArray[np.int64]) -> None:
+        gpu, material = scene.meshes[nodes[0]], scene.nodes[nodes[0]].mesh.material
+        program = _program(programs, scene, gpu, samples, GLS_INSTANCED=1)
+        program.set(u_color=material.color, u_cutoff=gpu.cutoff)
+        array = gpu.vertex_array(program, "numbered")
+        most = context.caps.max_texture_buffer_size // _INSTANCE_TEXELS
+        for some in np.split(nodes, range(most, len(nodes), most)):
+            instances = texture_buffer(context, _instances(scene, clip_from_mesh, some), RGBA32UI)
+            program.bind(u_instances=instances, u_texture=gpu.texture)
+            whole.instances(array, len(some), lambda first: program.set(u_first_instance=first))
+            instances.release()
+
+    draw_nodes(ctx, scene, sight.drawn, hidden, begin, whole, crowd)
     ctx.enable_only(moderngl.DEPTH_TEST)
     if wide:
         framebuffer.viewport = (0, 0, width, height)
         framebuffer.use()
 
 
-def _program(programs: Programs, scene: GpuScene, gpu: GpuMesh, samples: int) -> Program:
+def _instances(scene: GpuScene, clip_from_mesh: NDArray[np.float32], nodes: NDArray[np.int64]) -> NDArray[np.uint32]:
+    """What pass/surface.vert reads of nodes (N, 7, 4)."""
+    data = np.zeros((len(nodes), _INSTANCE_TEXELS, 4), dtype=np.uint32)
+    data[:, :4] = clip_from_mesh[nodes].view(np.uint32)
+    data[:, 4:, :3] = scene.packed_normals[nodes].view(np.uint32)
+    data[:, 4, 3] = scene.packed_first[nodes, 0]
+    return data
+
+
+def _program(programs: Programs, scene: GpuScene, gpu: GpuMesh, samples: int, **more: int) -> Program:
     return programs.get(
         "pass/surface.vert",
         "pass/surface.frag",
@@ -210,6 +248,7 @@ def _program(programs: Programs, scene: GpuScene, gpu: GpuMesh, samples: int) ->
             "GLS_COLORED": int(gpu.colored),
             "GLS_ALPHA": int(gpu.cut_out),
             "GLS_LOD": f"{0.5 * math.log2(samples):.1f}",
+            **more,
         },
     )
 

@@ -124,7 +124,7 @@ def _begin(
 
         def place(i: int) -> None:
             program.write("u_clip_from_mesh", clip[i])
-            if local:
+            if local is not None:
                 program.write("u_view_from_mesh", local[i])
             if moves:
                 program.set(u_light=_light_in_mesh(light, scene.world_from_origin[i]))

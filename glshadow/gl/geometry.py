@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 from glshadow.core.clusters import Placed, place
 from glshadow.core.smooth import heights, pack_octahedral, sides, unit_vectors
 from glshadow.core.spaces import Array
+from glshadow.core.welding import welded
 from glshadow.errors import ResourceError
-from glshadow.gl.buffers import texture_buffer
+from glshadow.gl.buffers import BufferTexture, texture_buffer
 from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import R32UI, RGBA32F, RGBA32UI
 from glshadow.gl.meshes import Meshes
+from glshadow.gl.targets import release
 from glshadow.gl.world import WorldTriangles
 from glshadow.scene.box import box_corners
 from glshadow.scene.mesh import AlphaMode, Node, Scene
@@ -50,6 +52,7 @@ class GpuScene:
         Triangles of all nodes.
     first : (N,) int
         Number of each node's first triangle, from 0, over the whole scene.
+    world_from_mesh : (N, 4, 4) float64
     world_from_origin : (N, 4, 4) float64
         Places the float32 vertices: world_from_mesh after the mesh's origin.
     origin : (3,) float64
@@ -93,17 +96,17 @@ class GpuScene:
         self.casting: dict[tuple[Hashable, ...], Casters] = {}
         self.nodes: tuple[Node, ...] = tuple(node for node in scene.nodes if len(node.mesh.triangles))
         self.scene_numbers = np.flatnonzero([len(node.mesh.triangles) > 0 for node in scene.nodes])
-        self.meshes = [meshes.get(node.mesh) for node in self.nodes]
-        self.casts: NDArray[np.bool_] = np.array(
-            [node.casts and node.mesh.material.alpha_mode is not AlphaMode.BLEND for node in self.nodes]
-        )
-        self.blends: NDArray[np.bool_] = np.array(
-            [node.casts and node.mesh.material.alpha_mode is AlphaMode.BLEND for node in self.nodes]
-        )
-        self.closed: NDArray[np.bool_] = np.array([gpu.closed for gpu in self.meshes])
-        numbers = {id(gpu): k for k, gpu in enumerate(dict.fromkeys(self.meshes))}
-        self.mesh_number = [numbers[id(gpu)] for gpu in self.meshes]
-        counts = np.array([gpu.count for gpu in self.meshes])
+        different = list(dict.fromkeys(node.mesh for node in self.nodes))
+        numbers = {id(mesh): k for k, mesh in enumerate(different)}
+        self.mesh_number = [numbers[id(node.mesh)] for node in self.nodes]
+        on_gpu = [meshes.get(mesh) for mesh in different]
+        self.meshes = [on_gpu[number] for number in self.mesh_number]
+        blended = np.array([mesh.material.alpha_mode is AlphaMode.BLEND for mesh in different])[self.mesh_number]
+        casts = np.array([node.casts for node in self.nodes])
+        self.casts: NDArray[np.bool_] = casts & ~blended
+        self.blends: NDArray[np.bool_] = casts & blended
+        self.closed: NDArray[np.bool_] = np.array([gpu.closed for gpu in on_gpu])[self.mesh_number]
+        counts = np.array([gpu.count for gpu in on_gpu])[self.mesh_number]
         self.count = int(counts.sum())
         self.first = np.concatenate([[0], np.cumsum(counts)[:-1]])
         limit = context.caps.max_texture_buffer_size
@@ -111,10 +114,10 @@ class GpuScene:
             raise ResourceError(
                 f"the scene draws {self.count} triangles; this driver's texture buffers hold {limit}: split the scene"
             )
-        matrices = np.stack([node.world_from_mesh for node in self.nodes])
+        matrices = self.world_from_mesh = scene.boxes[1]
         self.copies = self._copies(matrices)
         self.casts &= ~self.copies
-        origins = np.stack([gpu.origin for gpu in self.meshes])
+        origins = np.stack([gpu.origin for gpu in on_gpu])[self.mesh_number]
         self.world_from_origin: Array = matrices.copy()
         self.world_from_origin[:, :3, 3] += np.einsum("nij,nj->ni", matrices[:, :3, :3], origins)
         self.mirrored: list[bool] = (np.linalg.det(matrices[:, :3, :3]) < 0.0).tolist()
@@ -128,31 +131,46 @@ class GpuScene:
         self.catches = bool(catching.any())
         first[catching] |= np.uint32(CATCHING)
         first[[gpu.cut_out for gpu in self.meshes]] |= np.uint32(CUT_OUT)
-        self.packed_first = [number.tobytes() for number in first]
+        self.packed_first = first[:, None]
         self.origin: Array = np.median(self._sample(1024), axis=0)
-        self.smooth = any(gpu.smooth for gpu in self.meshes)
-        planes = np.zeros((self.count, 4), dtype=np.float32)
-        rounded = np.zeros((self.count, 4), dtype=np.uint32) if self.smooth else None
+        self.smooth = any(gpu.smooth for gpu in on_gpu)
         self.lifts = np.zeros(len(counts))
-        for group in self._instances():
-            rows = self.first[group][:, None] + np.arange(self.meshes[group[0]].count)
-            planes[rows] = found = self._planes(group)
-            if rounded is not None and self.meshes[group[0]].smooth:
-                rounded[rows] = self._rounded(group, found[..., :3])
+        self.rounded = self._rounded() if self.smooth else None
         self.boxes, self.corners = scene.boxes, scene.corners
         self.raised_corners = self._raised(*scene.boxes) if self.lifts.any() else scene.corners
-        self.rounded = None
-        if rounded is not None and rounded[:, 3].any():
-            self.rounded = texture_buffer(context, rounded, RGBA32UI)
-        owners = np.repeat(np.arange(len(counts), dtype=np.uint32), counts)
-        colors = np.array([node.mesh.material.color for node in self.nodes], dtype=np.float32)
-        self.planes = texture_buffer(context, planes, RGBA32F)
-        self.owners = texture_buffer(context, owners, R32UI)
+        self._planes: BufferTexture | None = None
+        self._owners: BufferTexture | None = None
+        colors = np.array([mesh.material.color for mesh in different], dtype=np.float32)[self.mesh_number]
         self.colors = texture_buffer(context, colors, RGBA32F)
-        context.check_errors(f"uploading the planes of {self.count} triangles")
-        self.textured = any(gpu.textured or gpu.colored for gpu in self.meshes)
+        context.check_errors(f"uploading {len(colors)} colours")
+        self.textured = any(gpu.textured or gpu.colored for gpu in on_gpu)
         one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())
         self.color: tuple[float, float, float] | None = tuple(float(c) for c in colors[0, :3]) if one else None  # type: ignore[assignment]
+
+    @property
+    def planes(self) -> BufferTexture:
+        """Per triangle its unit world normal and distance from `origin`, zero without area (RGBA32F). Made when first asked for."""
+        if self._planes is None:
+            planes = np.zeros((self.count, 4), dtype=np.float32)
+            for group in self._instances():
+                count = self.meshes[group[0]].count
+                for k in range(0, count, _AT_ONCE):
+                    chosen = slice(k, min(k + _AT_ONCE, count))
+                    rows = self.first[group][:, None] + np.arange(chosen.start, chosen.stop)
+                    planes[rows] = self._planes_of(group, chosen)
+            self._planes = texture_buffer(self._context, planes, RGBA32F)
+            self._context.check_errors(f"uploading the planes of {self.count} triangles")
+        return self._planes
+
+    @property
+    def owners(self) -> BufferTexture:
+        """Per triangle its node (R32UI). Made when first asked for."""
+        if self._owners is None:
+            counts = [gpu.count for gpu in self.meshes]
+            owners = np.repeat(np.arange(len(counts), dtype=np.uint32), counts)
+            self._owners = texture_buffer(self._context, owners, R32UI)
+            self._context.check_errors(f"uploading the nodes of {self.count} triangles")
+        return self._owners
 
     @property
     def clusters(self) -> Placed:
@@ -187,9 +205,11 @@ class GpuScene:
     def _copies(self, matrices: Array) -> NDArray[np.bool_]:
         copies = np.zeros(len(self.nodes), dtype=bool)
         seen: set[tuple[object, ...]] = set()
-        for i in np.argsort(
-            self.mesh_number, kind="stable"
-        ).tolist():  # the first that is drawn wins, as in the depth test
+        # only what lies where another one does
+        place = welded(matrices[:, :3, 3])
+        crowded = np.bincount(place)[place] > 1
+        order = np.argsort(self.mesh_number, kind="stable")  # the first that is drawn wins, as in the depth test
+        for i in order[crowded[order]].tolist():
             gpu, node, casts = self.meshes[i], self.nodes[i], bool(self.casts[i])
             if gpu.cut_out:
                 continue
@@ -206,35 +226,39 @@ class GpuScene:
             most = max(1, _AT_ONCE // self.meshes[group[0]].count)
             yield from (group[k : k + most] for k in range(0, len(group), most))
 
-    def _planes(self, group: NDArray[np.int64]) -> Array:
-        """Unit world normal and distance from `origin` of the triangles of instances, (N, T, 4); zero for a triangle without area."""
+    def _planes_of(self, group: NDArray[np.int64], chosen: slice) -> Array:
+        """Planes (N, T, 4) of some triangles of instances."""
         gpu, mesh = self.meshes[group[0]], self.nodes[group[0]].mesh
-        normals = gpu.face_normals @ self.normal_from_mesh[group].transpose(0, 2, 1)
+        normals = gpu.shape.face_normals(chosen) @ self.normal_from_mesh[group].transpose(0, 2, 1)
         length = np.linalg.norm(normals, axis=-1, keepdims=True)
         normals = normals / np.where(length > 0.0, length, 1.0)
         # from the vertices that the GPU draws, rounded to float32 as they are
-        drawn = (mesh.positions[mesh.triangles[:, 0]] - gpu.origin).astype(np.float32).astype(np.float64)
-        corner = _placed(self.world_from_origin[group], drawn) - self.origin
+        drawn = (mesh.positions.take(mesh.triangles[chosen, 0], axis=0) - gpu.origin).astype(np.float32)
+        corner = _placed(self.world_from_origin[group], drawn.astype(np.float64)) - self.origin
         return np.concatenate([normals, np.einsum("nij,nij->ni", normals, corner)[..., None]], axis=-1)
 
-    def _rounded(self, group: NDArray[np.int64], faces: Array) -> NDArray[np.uint32]:
-        """Rows of `rounded` (N, T, 4) of instances whose triangles have unit normals (N, T, 3); sets their `lifts`."""
-        mesh = self.nodes[group[0]].mesh
-        assert mesh.normals is not None
-        rows = np.zeros((len(group), len(mesh.triangles), 4), dtype=np.uint32)
-        for k, node in enumerate(group):
-            normals = unit_vectors(mesh.normals @ self.normal_from_mesh[node].T)
-            corners = normals[mesh.triangles]
-            side = sides(faces[k], corners)
-            bent = np.flatnonzero(side)
-            if len(bent) == 0:
+    def _rounded(self) -> BufferTexture | None:
+        """Per drawn triangle its vertices' normals, see lib/smooth_point.glsl; sets `lifts`. None where all triangles are flat."""
+        rows = np.zeros((self.count, 4), dtype=np.uint32)
+        for group in self._instances():
+            mesh = self.nodes[group[0]].mesh
+            if not self.meshes[group[0]].smooth or mesh.normals is None:
                 continue
-            places = mesh.positions @ self.world_from_origin[node, :3, :3].T
-            most, share = heights(places[mesh.triangles[bent]], corners[bent])
-            self.lifts[node] = most.max()
-            rows[k, bent, :3] = pack_octahedral(normals)[mesh.triangles[bent]]
-            rows[k, bent, 3] = 1 + 2 * (side[bent] < 0) + (np.rint(share * 65535.0).astype(np.uint32) << 16)
-        return rows
+            faces = self._planes_of(group, slice(0, len(mesh.triangles)))[..., :3]
+            for node, face in zip(group, faces, strict=True):
+                normals = unit_vectors(mesh.normals @ self.normal_from_mesh[node].T)
+                corners = normals[mesh.triangles]
+                side = sides(face, corners)
+                bent = np.flatnonzero(side)
+                if len(bent) == 0:
+                    continue
+                places = mesh.positions @ self.world_from_origin[node, :3, :3].T
+                most, share = heights(places[mesh.triangles[bent]], corners[bent])
+                self.lifts[node] = most.max()
+                into = self.first[node] + bent
+                rows[into, :3] = pack_octahedral(normals)[mesh.triangles[bent]]
+                rows[into, 3] = 1 + 2 * (side[bent] < 0) + (np.rint(share * 65535.0).astype(np.uint32) << 16)
+        return texture_buffer(self._context, rows, RGBA32UI) if rows[:, 3].any() else None
 
     def _raised(self, bounds: Array, matrices: Array) -> Array:
         """World corners (N, 8, 3) of boxes that also hold the points that see lights."""
@@ -244,11 +268,7 @@ class GpuScene:
 
     def release(self) -> None:
         """Free the GPU memory; the meshes stay."""
-        for texture in (self.planes, self.owners, self.colors, self.rounded):
-            if texture is not None:
-                texture.release()
-        if self._world is not None:
-            self._world.release()
+        release(self._planes, self._owners, self.colors, self.rounded, self._world)
 
 
 def _placed(matrices: Array, points: Array) -> Array:
@@ -263,7 +283,6 @@ def _cofactors(linear: Array) -> Array:
     return np.asarray(rows / np.where(size > 0.0, size, 1.0))
 
 
-def pack_matrices(matrices: Array) -> list[bytes]:
-    """float64 matrices (N, k, k) as float32 bytes in GL's column order, one per draw."""
-    data = np.ascontiguousarray(matrices.transpose(0, 2, 1), dtype=np.float32)
-    return [row.tobytes() for row in data]
+def pack_matrices(matrices: Array) -> NDArray[np.float32]:
+    """float64 matrices (N, k, k) as float32 in GL's column order, one per draw."""
+    return np.ascontiguousarray(matrices.transpose(0, 2, 1), dtype=np.float32)

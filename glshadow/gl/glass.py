@@ -8,6 +8,7 @@ from typing import Any
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from glshadow.core.asked import Asked
 from glshadow.core.fitted import around
@@ -127,7 +128,7 @@ class Glass:
         return Panes(views, colors, depths)
 
     def _begin(
-        self, work: Work, clip_from_mesh: list[bytes]
+        self, work: Work, clip_from_mesh: NDArray[np.float32]
     ) -> Callable[[int], tuple[Callable[[int], None], moderngl.VertexArray]]:
         scene = work.scene
 

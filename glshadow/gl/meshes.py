@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import weakref
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Literal
 
 import moderngl
@@ -19,6 +20,8 @@ from glshadow.scene.mesh import AlphaMode, Mesh
 _SRGB8_ALPHA8 = 0x8C43
 _FAR_FROM_ORIGIN = 16.0
 """A mesh further from its origin than this many extents is stored relative to its middle (4 bits of float32)."""
+_LARGE = 1 << 18
+"""Triangles from which on a thread pays."""
 _FORMATS = {"a_position": "3f", "a_normal": "3f", "a_uv": "2f", "a_color": "4f"}
 Order = Literal["numbered", "shared", "clustered"]
 """How a mesh's triangles follow each other, and what their vertices are."""
@@ -35,51 +38,57 @@ class Shape:
     ----------
     origin : (3,) float64
         In mesh space.
-    order : (W,) int64
-        Which vertex of the mesh each one on the GPU is.
-    face_normals : (T, 3) float64
-        Unit length; zero for a triangle without area.
     closed : bool
         See `Mesh.closed`.
-    positions, numbered, shared : moderngl.Buffer
-        Vertices, and two lists of indices: see `numbered_triangles`.
+    positions, numbered : moderngl.Buffer
+        Vertices and indices: see `numbered_triangles`.
     """
 
     def __init__(self, context: GLContext, mesh: Mesh) -> None:
         low, high = mesh.bounds
         far = max(np.abs(low).max(), np.abs(high).max()) > _FAR_FROM_ORIGIN * (high - low).max()
         self.origin: Array = 0.5 * (low + high) if far else np.zeros(3)
-        self.closed = mesh.closed
-        a, b, c = (mesh.positions[mesh.triangles[:, k]] for k in range(3))
-        normal = np.cross(b - a, c - a)
-        length = np.linalg.norm(normal, axis=1, keepdims=True)
-        self.face_normals: Array = normal / np.where(length > 0.0, length, 1.0)
         # the arrays alone: holding the mesh would keep it, and with it this, alive
         self._triangles, self._positions = mesh.triangles, mesh.positions
         self._context, self._vertices = context, len(mesh.positions)
-        self.order, numbered, shared = numbered_triangles(mesh.triangles, len(mesh.positions))
-        drawn = (mesh.positions - self.origin).astype(np.float32)[self.order]
-        self.positions, self.numbered, self.shared = (
-            context.ctx.buffer(data.tobytes()) for data in (drawn, numbered, shared)
-        )
+        if len(mesh.triangles) < _LARGE:
+            self.closed = mesh.closed
+            self._upload()
+        else:  # numpy lets go of the interpreter: what takes as long as all the rest is done beside it
+            with ThreadPoolExecutor(1) as beside:
+                closed = beside.submit(lambda: mesh.closed)
+                self._upload()
+                self.closed = closed.result()
+        self._shared: moderngl.Buffer | None = None
         self._averaged: moderngl.Buffer | None = None
         self._clusters: Clusters | None = None
         self._clustered: moderngl.Buffer | None = None
+
+    def _upload(self) -> None:
+        numbered, self._others = numbered_triangles(self._triangles, self._vertices)
+        self.numbered = self._context.ctx.buffer(numbered)
+        del numbered
+        self.positions = self._context.ctx.buffer(self.ordered(self._drawn()))
 
     @property
     def clusters(self) -> Clusters:
         """Its triangles in groups. Made when first asked for: 0.3 s for a million triangles."""
         if self._clusters is None:
-            drawn = (self._positions - self.origin).astype(np.float32)
-            self._clusters = make_clusters(drawn, self._triangles)
+            self._clusters = make_clusters(self._drawn(), self._triangles)
         return self._clusters
+
+    @property
+    def shared(self) -> moderngl.Buffer:
+        """Indices over one copy of each vertex. Made when first asked for."""
+        if self._shared is None:
+            self._shared = self._context.ctx.buffer(self._over_one_copy())
+        return self._shared
 
     @property
     def clustered(self) -> moderngl.Buffer:
         """The indices of `shared`, cluster after cluster."""
         if self._clustered is None:
-            shared = np.frombuffer(self.shared.read(), dtype=np.int32).reshape(-1, 3)
-            self._clustered = self._context.ctx.buffer(shared[self.clusters.order].tobytes())
+            self._clustered = self._context.ctx.buffer(self._over_one_copy()[self.clusters.order])
         return self._clustered
 
     @property
@@ -88,16 +97,35 @@ class Shape:
         if self._averaged is None:
             corners = self._triangles.ravel()
             total = np.stack(
-                [np.bincount(corners, np.repeat(self.face_normals[:, k], 3), self._vertices) for k in range(3)], axis=-1
+                [np.bincount(corners, np.repeat(column, 3), self._vertices) for column in self.face_normals().T],
+                axis=-1,
             )
             length = np.linalg.norm(total, axis=1, keepdims=True)
             mean = np.asarray(total / np.where(length > 0.0, length, 1.0), dtype=np.float32)
-            self._averaged = self._context.ctx.buffer(mean[self.order].tobytes())
+            self._averaged = self._context.ctx.buffer(self.ordered(mean))
         return self._averaged
+
+    def ordered(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+        """What vertices (V, k) have, in the order in which they lie on the GPU (W, k)."""
+        return np.concatenate([values.take(self._triangles[:, 2], axis=0), values[self._others]])
+
+    def face_normals(self, chosen: slice = slice(None)) -> Array:
+        """Normals (T, 3) float64 of some triangles, unit length; zero for those without area."""
+        a, b, c = (self._positions.take(self._triangles[chosen, k], axis=0) for k in range(3))
+        normal = np.cross(b - a, c - a)
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        return np.asarray(normal / np.where(length > 0.0, length, 1.0))
+
+    def _drawn(self) -> NDArray[np.float32]:
+        return (self._positions - self.origin).astype(np.float32)
+
+    def _over_one_copy(self) -> NDArray[np.int32]:
+        """Triangles (T, 3) of vertices on the GPU."""
+        return _first_copies(self._triangles, self._others, self._vertices)[self._triangles]
 
     def release(self) -> None:
         """Free the GPU memory."""
-        for buffer in (self.positions, self.numbered, self.shared, self._averaged, self._clustered):
+        for buffer in (self.positions, self.numbered, self._shared, self._averaged, self._clustered):
             if buffer is not None:
                 buffer.release()
 
@@ -129,7 +157,7 @@ class GpuMesh:
             self.texture = textures.take(lambda: color_texture(context, pixels), pixels)
         self._key = (mesh.positions, mesh.triangles)
         self.shape = shapes.take(lambda: Shape(context, mesh), *self._key)
-        self.origin, self.face_normals = self.shape.origin, self.shape.face_normals
+        self.origin = self.shape.origin
         self.count = len(mesh.triangles)
         self.closed = self.shape.closed and material.alpha_mode is not AlphaMode.MASK and not material.double_sided
         self.smooth = mesh.normals is not None
@@ -140,8 +168,7 @@ class GpuMesh:
         self.cutoff = material.cutoff - (_INTERPOLATED if self.colored else 0.0)
         self._arrays: dict[tuple[int, Order], moderngl.VertexArray] = {}
         beside = {"a_normal": mesh.normals, "a_uv": mesh.uv if self.textured else None, "a_color": mesh.colors}
-        order = self.shape.order
-        self._beside = {name: ctx.buffer(v[order].tobytes()) for name, v in beside.items() if v is not None}
+        self._beside = {name: ctx.buffer(self.shape.ordered(v)) for name, v in beside.items() if v is not None}
         context.check_errors(f"uploading a mesh of {self.count} triangles")
 
     @property
@@ -184,9 +211,7 @@ class GpuMesh:
             self._textures.give_back(self._pixels)
 
 
-def numbered_triangles(
-    triangles: NDArray[np.int32], vertices: int
-) -> tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int32]]:
+def numbered_triangles(triangles: NDArray[np.int32], vertices: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Vertices in an order in which the last vertex of triangle k is vertex k.
 
     A flat gl_VertexID then names the triangle, where gl_PrimitiveID would make llvmpipe take every triangle apart (7 of 21 ms on the
@@ -200,31 +225,35 @@ def numbered_triangles(
 
     Returns
     -------
-    order : (W,) int64
-        Which of the old vertices each new one is; T <= W <= T + V.
     numbered : (T, 3) int32
-        Triangles over the new vertices, the last index of triangle k being k.
-    shared : (T, 3) int32
-        The same over one copy of each old vertex.
+        Triangles over the new vertices, the last index of triangle k being k. The first T of them are the triangles' last vertices.
+    others : (M,) int32
+        Which of the old vertices the rest are: those that are no triangle's last.
     """
-    count = len(triangles)
-    number = np.arange(count, dtype=np.int64)
-    last = triangles[:, 2].astype(np.int64)
-    # Copies of a vertex, by vertex and then by triangle. A corner takes the copy of the nearest triangle before it, else after it,
-    # so that the vertices of neighbouring triangles stay together in the vertex cache.
-    copies = np.sort(last * count + number)
-    wanted = triangles[:, :2].astype(np.int64)
-    after = np.searchsorted(copies, wanted * count + number[:, None])
-    before = np.maximum(after - 1, 0)
-    after = np.minimum(after, count - 1)
-    found = np.where(copies[before] // count == wanted, copies[before], copies[after])
-    has_copy = found // count == wanted
-    missing = np.unique(wanted[~has_copy])
-    others = np.where(has_copy, found % count, count + np.searchsorted(missing, wanted))
-    order = np.concatenate([last, missing])
-    one = np.zeros(vertices, dtype=np.int64)
-    one[order[::-1]] = np.arange(len(order))[::-1]
-    return order, np.concatenate([others, number[:, None]], axis=1).astype(np.int32), one[triangles].astype(np.int32)
+    copies = _first_copies(triangles, np.zeros(0, dtype=np.int32), vertices)
+    missing = np.zeros(vertices, dtype=bool)
+    missing[triangles[:, :2]] = True
+    missing &= copies < 0
+    others = np.flatnonzero(missing).astype(np.int32)
+    copies[others] = len(triangles) + np.arange(len(others), dtype=np.int32)
+    last = copies.copy()
+    number = np.arange(len(triangles), dtype=np.int32)
+    last[triangles[:, 2]] = number
+    numbered = np.zeros_like(triangles)
+    # the last copy if it comes before, else the first: what was drawn of late is in the vertex cache
+    for k in range(2):
+        latest = last.take(triangles[:, k])
+        numbered[:, k] = np.where(latest < number, latest, copies.take(triangles[:, k]))
+    numbered[:, 2] = number
+    return numbered, others
+
+
+def _first_copies(triangles: NDArray[np.int32], others: NDArray[np.int32], vertices: int) -> NDArray[np.int32]:
+    """For each of the old vertices (V,) the first of the new ones that is it; -1 where there is none."""
+    copies = np.full(vertices, -1, dtype=np.int32)
+    copies[triangles[::-1, 2]] = np.arange(len(triangles), dtype=np.int32)[::-1]
+    copies[others] = len(triangles) + np.arange(len(others), dtype=np.int32)
+    return copies
 
 
 def color_texture(

@@ -8,6 +8,7 @@ from typing import Any
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from glshadow.errors import ShaderError
 from glshadow.gl.context import GLContext
@@ -46,18 +47,20 @@ class _Linked:
             if member is not None:
                 set_uniform(member, value)
 
-    def write(self, name: str, data: bytes) -> None:
-        """Raw float32 bytes to a uniform, if it is there."""
+    def write(self, name: str, data: bytes | NDArray[Any]) -> None:
+        """Bytes as OpenGL holds them to a uniform, if it is there."""
         member = self._members.get(name)
         if member is not None:
             member.write(data)
 
     def bind(self, **textures: Any) -> None:
-        """Textures, or (texture, sampler object), to the units that read them; those it does not read are left alone."""
+        """Textures, (texture, sampler object) or what makes one, to the units that read them; what it does not read is not made."""
         for name, given in textures.items():
             unit = self._units.get(name)
             if unit is None:
                 continue
+            if callable(given):
+                given = given()
             texture, sampler = given if isinstance(given, tuple) else (given, None)
             texture.use(unit)
             if sampler is not None:

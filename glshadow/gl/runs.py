@@ -45,6 +45,15 @@ class Whole:
             array.render(vertices=3 * piece, first=3 * first)
             self._hurry.drawn(piece)
 
+    def instances(self, array: moderngl.VertexArray, count: int, begin: Callable[[int], None]) -> None:
+        """So many of the mesh, some at a time; `begin` is told which is the first."""
+        triangles = array.vertices // 3
+        step = max(1, AT_ONCE // triangles)
+        for first in range(0, count, step):
+            begin(first)
+            array.render(instances=min(step, count - first))
+            self._hurry.drawn(triangles * min(step, count - first))
+
 
 class Runs:
     """Draws consecutive clusters of nodes.

@@ -88,8 +88,8 @@ def surface_textures(samplers: Samplers, scene: GpuScene, targets: CameraTargets
     return {
         "u_surface": targets.surface,
         "u_camera_depth": (targets.depth, samplers.plain),
-        "u_planes": scene.planes,
-        "u_owners": scene.owners,
+        "u_planes": lambda: scene.planes,
+        "u_owners": lambda: scene.owners,
         "u_colors": scene.colors,
         **({"u_smooth": scene.rounded} if scene.rounded is not None else {}),
     }

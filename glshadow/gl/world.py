@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,33 +23,72 @@ HUGE = 128.0
 
 _SOLID = np.full((1, 1, 4), 255, dtype=np.uint8)  # the image of those that have none
 
-
-_TOGETHER = 2**20  # vertices that are placed at once: many small instances cost no more than what they hold
+_TOGETHER = 2**15  # vertices that are placed at once: what is computed of them stays in the cache
 
 
 def _placed(scene: GpuScene) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
-    """Vertices (V, 3) of all nodes, one after the other, and triangles (N, 4): three vertices and the node. A mesh's instances together."""
-    nodes = scene.nodes
-    vertices = np.cumsum([0, *(len(node.mesh.positions) for node in nodes)])
-    triangles = np.cumsum([0, *(len(node.mesh.triangles) for node in nodes)])
-    places = np.zeros((vertices[-1], 3), dtype=np.float32)
-    corners = np.zeros((triangles[-1], 4), dtype=np.uint32)
-    instances: dict[int, list[int]] = {}
-    for number, node in enumerate(nodes):
-        instances.setdefault(id(node.mesh), []).append(number)
-    for numbers in instances.values():
-        mesh = nodes[numbers[0]].mesh
-        count, faces = len(mesh.positions), mesh.triangles.astype(np.int64)
-        step = max(_TOGETHER // max(count, 1), 1)
-        for first in range(0, len(numbers), step):
-            chosen = np.array(numbers[first : first + step])
-            matrices = np.stack([nodes[number].world_from_mesh for number in chosen])
-            into = (vertices[chosen][:, None] + np.arange(count)).ravel()
-            places[into] = world_positions(mesh.positions, matrices, scene.origin).reshape(-1, 3).astype(np.float32)
-            into = (triangles[chosen][:, None] + np.arange(len(faces))).ravel()
-            corners[into, :3] = (faces + vertices[chosen][:, None, None]).reshape(-1, 3).astype(np.uint32)
-            corners[into, 3] = np.repeat(chosen, len(faces)).astype(np.uint32)
+    """Vertices (V, 4) of all nodes, one after the other, w = 0, and triangles (T, 4): three vertices and the node."""
+    meshes = [node.mesh for node in scene.nodes]
+    vertices = np.cumsum([0, *(len(mesh.positions) for mesh in meshes)])
+    triangles = np.append(scene.first, scene.count)
+    places = np.zeros((vertices[-1], 4), dtype=np.float32)
+    corners = np.zeros((scene.count, 4), dtype=np.uint32)
+    for first, end in _blocks(vertices.tolist()):
+        into = slice(vertices[first], vertices[end])
+        faces = corners[triangles[first] : triangles[end]]
+        if end == first + 1:
+            points = meshes[first].positions
+            for k in range(0, len(points), _TOGETHER):
+                some = slice(into.start + k, min(into.start + k + _TOGETHER, into.stop))
+                places[some, :3] = world_positions(
+                    points[k : k + _TOGETHER], scene.world_from_mesh[first], scene.origin
+                )
+            np.add(meshes[first].triangles, into.start, out=faces[:, :3], casting="unsafe")
+            faces[:, 3] = first
+            continue
+        # each vertex with its node's matrix, in the sums of world_positions
+        points = np.concatenate([mesh.positions for mesh in meshes[first:end]])
+        owner = np.repeat(np.arange(first, end), np.diff(vertices[first : end + 1]))
+        matrices = scene.world_from_mesh[first:end, :3] - np.pad(scene.origin[:, None], ((0, 0), (3, 0)))
+        places[into, :3] = _each_placed(points, matrices, owner - first)
+        owner = np.repeat(np.arange(first, end), np.diff(triangles[first : end + 1]))
+        np.add(np.concatenate([mesh.triangles for mesh in meshes[first:end]]), vertices[owner, None], out=faces[:, :3],
+               casting="unsafe")  # fmt: skip
+        faces[:, 3] = owner
     return places, corners
+
+
+def _each_placed(points: Array, matrices: Array, owner: NDArray[np.int64]) -> Array:
+    """Points (V, 3) by matrices (N, 3, 4), each by that of its owner: as `world_positions` places them, to the last bit."""
+    x, y, z = points.T
+    rows = [[matrices[:, i, k].take(owner) for k in range(4)] for i in range(3)]
+    return np.stack([a * x + b * y + c * z + d for a, b, c, d in rows], axis=-1)
+
+
+def _blocks(starts: list[int]) -> Iterator[tuple[int, int]]:
+    """Runs of nodes, first and end, of so many vertices together; a large one alone. `starts`: of each node's vertices, and the end."""
+    first = 0
+    for node in range(1, len(starts) - 1):
+        if starts[node + 1] - starts[first] > _TOGETHER:
+            yield first, node
+            first = node
+    yield first, len(starts) - 1
+
+
+def _reach(places: NDArray[np.float32], corners: NDArray[np.uint32], nearest: float) -> tuple[float, bool]:
+    """See `WorldTriangles`; `nearest`: the nearest body's farthest corner."""
+    top = np.abs(places[:, 0])
+    for k in (1, 2):
+        np.maximum(top, np.abs(places[:, k]), out=top)
+    used = np.zeros(len(top), dtype=bool)
+    for k in range(3):
+        used[corners[:, k]] = True
+    farthest = float(top[used].max())
+    if farthest <= HUGE * nearest:
+        return farthest, False
+    each = top[corners[:, :3]].max(axis=1)
+    usual = each <= HUGE * nearest
+    return (float(each[usual].max()), True) if usual.any() else (farthest, False)
 
 
 class WorldTriangles:
@@ -70,12 +110,10 @@ class WorldTriangles:
     """
 
     def __init__(self, context: GLContext, scene: GpuScene) -> None:
-        self.positions, self.triangles = _placed(scene)
-        self.count = len(self.triangles)
-        each = np.abs(self.positions).max(axis=1)[self.triangles[:, :3]].max(axis=1)
-        nearest = np.abs(scene.corners - scene.origin).max(axis=(1, 2)).min()
-        usual = each <= HUGE * nearest if (each <= HUGE * nearest).any() else np.ones(len(each), dtype=bool)
-        self.reach, self.huge = float(each[usual].max()), not usual.all()
+        self._arrays: tuple[NDArray[np.float32], NDArray[np.uint32]] | None = _placed(scene)
+        self.count = scene.count
+        nearest = float(np.abs(scene.corners - scene.origin).max(axis=(1, 2)).min())
+        self.reach, self.huge = _reach(*self._arrays, nearest)
         self._context = context
         self._neighbours: BufferTexture | None = None
         self._buffers: tuple[BufferTexture, BufferTexture] | None = None
@@ -88,26 +126,53 @@ class WorldTriangles:
         context.check_errors(f"uploading {self.count} triangles")
 
     @property
+    def positions(self) -> NDArray[np.float32]:
+        """Vertices (V, 3)."""
+        return self._placed()[0][:, :3]
+
+    @property
+    def triangles(self) -> NDArray[np.uint32]:
+        """Three vertices and the node of each triangle, (T, 4)."""
+        return self._placed()[1]
+
+    @property
     def corners(self) -> Array:
         """Vertices (T, 3, 3) of all triangles."""
-        return self.positions.astype(np.float64)[self.triangles[:, :3]]
+        places, corners = self._placed()
+        return places[:, :3].astype(np.float64)[corners[:, :3]]
+
+    def _placed(self) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+        """What the buffers hold, read back once they are made."""
+        if self._arrays is not None:
+            return self._arrays
+        assert self._buffers is not None
+        places, corners = (texture.buffer.read() for texture in self._buffers)
+        return np.frombuffer(places, np.float32).reshape(-1, 4), np.frombuffer(corners, np.uint32).reshape(-1, 4)
 
     @property
     def textures(self) -> dict[str, BufferTexture]:
         """Positions (RGBA32F), and per triangle three vertices and its node (RGBA32UI), by the samplers that read them."""
         if self._buffers is None:
-            padded = np.concatenate([self.positions, np.zeros((len(self.positions), 1), dtype=np.float32)], axis=1)
+            places, corners = self._placed()
+            limit = self._context.caps.max_texture_buffer_size
+            if len(places) > limit:
+                raise ResourceError(
+                    f"the scene has {len(places)} vertices, a texture buffer of this driver holds {limit}: split the scene, or use "
+                    "another filter than Exact()"
+                )
             self._buffers = (
-                texture_buffer(self._context, padded, RGBA32F),
-                texture_buffer(self._context, self.triangles, RGBA32UI),
+                texture_buffer(self._context, places, RGBA32F),
+                texture_buffer(self._context, corners, RGBA32UI),
             )
+            self._arrays = None  # they are in the buffers
         return dict(zip(("u_positions", "u_corners"), self._buffers, strict=True))
 
     @property
     def neighbours(self) -> BufferTexture:
         """Per triangle those across its edges (RGBA32UI): see `core.adjacency`."""
         if self._neighbours is None:
-            across = neighbours(self.positions, self.triangles[:, :3])
+            places, corners = self._placed()
+            across = neighbours(places[:, :3], corners[:, :3])
             padded = np.concatenate([across, np.zeros((self.count, 1), dtype=np.uint32)], axis=1)
             self._neighbours = texture_buffer(self._context, padded, RGBA32UI)
             self._context.check_errors(f"uploading the neighbours of {self.count} triangles")

@@ -168,6 +168,7 @@ def _surface() -> Iterator[Variant]:
             defines |= {"GLS_TEXTURED": textured, "GLS_COLORED": colored}
             for name in ("pass/surface.vert", "pass/surface.frag"):
                 yield Variant(name, "core330", {}, defines)
+            yield Variant("pass/surface.vert", "core330", {}, {**defines, "GLS_INSTANCED": 1})
 
 
 def _exact() -> Iterator[Variant]:

@@ -29,13 +29,14 @@
 #include "lib/faces.glsl"
 #endif
 const int FACES = GLS_POINT == 1 ? 6 : 1;
-layout(std430, binding = 1) writeonly buffer Links { uvec4 links[]; }; // item, next link + 1, least depth of receivers, what else
+layout(std430, binding = 1) writeonly buffer Links { uvec4 links[]; }; // of the part: item, next link + 1, least depth of receivers, what else
 layout(std430, binding = 2) buffer Counter {
     uint link_count; // runs on where the buffer is full: that is how it is noticed
     uint wide_count; // items in the coarsest grid of grown ones
 };
 layout(r32ui, binding = 0) uniform coherent uimage2D u_heads; // per face the fine cells, behind them the coarse cells of all faces
-uniform uint u_capacity; // links
+uniform uint u_capacity; // links that the part has room for
+uniform uint u_first_link; // of the part, among those of all
 uniform vec4 u_cells; // fine cell = xy (a sun) or tangent * u_cells.xy + u_cells.zw
 #if GLS_AREA
 #ifndef GLS_GROUNDS
@@ -216,7 +217,7 @@ int cells_of(Block b, int enough) {
 }
 
 void put(uint link, ivec2 cell, uint item, float depth, uint rest) {
-    uint next = imageAtomicExchange(u_heads, cell, link + 1u);
+    uint next = imageAtomicExchange(u_heads, cell, u_first_link + link + 1u);
     links[link] = uvec4(item, next, floatBitsToUint(depth), rest);
 }
 

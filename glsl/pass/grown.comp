@@ -48,8 +48,8 @@ void insert_in_faces(uint item, uint rest, vec3 a, vec3 b, vec3 c) {
 }
 
 void main() {
-    uint triangle = invocation();
-    if (triangle >= uint(u_triangles)) return;
+    uint triangle = own_triangle();
+    if (triangle >= u_part.y) return;
     Facet own = facet(int(triangle));
     uvec2 node = traits_of(triangle);
     uint flags = node.x;

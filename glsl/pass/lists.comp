@@ -21,7 +21,7 @@
 layout(local_size_x = 64) in;
 // read as texture buffers: llvmpipe (Mesa 22.3) takes three times as long for storage buffers
 uniform samplerBuffer u_positions; // world axes, relative to the scene's origin
-layout(std430, binding = 0) writeonly buffer Facets { vec4 facets[]; };
+layout(std430, binding = 0) writeonly buffer Facets { vec4 facets[]; }; // lib/facet.glsl: those of the part
 uniform mat3 u_axes; // the light's, from world axes
 uniform vec3 u_origin; // of the light's frame, relative to the scene's origin
 
@@ -56,17 +56,18 @@ float most_lift(uint triangle, vec3 normal, vec3 a, vec3 b, vec3 c) {
 #endif
 
 void main() {
-    uint triangle = invocation();
-    if (triangle >= uint(u_triangles)) return;
+    uint triangle = own_triangle();
+    if (triangle >= u_part.y) return;
     uvec4 corners = texelFetch(u_corners, int(triangle));
     vec3 a = vertex(corners.x), b = vertex(corners.y), c = vertex(corners.z);
     vec3 normal = unit_normal(a, b, c, u_axes);
     a = placed(a, u_origin, u_axes);
     b = placed(b, u_origin, u_axes);
     c = placed(c, u_origin, u_axes);
-    facets[3u * triangle] = vec4(a, normal.x);
-    facets[3u * triangle + 1u] = vec4(b, normal.y);
-    facets[3u * triangle + 2u] = vec4(c, normal.z);
+    uint place = 3u * (triangle - u_part.x);
+    facets[place] = vec4(a, normal.x);
+    facets[place + 1u] = vec4(b, normal.y);
+    facets[place + 2u] = vec4(c, normal.z);
     uvec2 node = texelFetch(u_traits, int(corners.w)).xy;
     uint flags = node.x;
     uint mask = (flags & CUT_OUT) != 0u ? triangle + node.y : 0u;

@@ -12,15 +12,13 @@ import glshadow as gs
 from glshadow.core.lights import Light
 from glshadow.core.lists import CELLS, LEAST_CELLS
 from glshadow.core.spaces import translation
-from glshadow.gl.sources import cells as cells_module
-from glshadow.gl.sources import listed as listed_module
 from glshadow.gl.sources.cells import CellLists
 from glshadow.renderer import Renderer
 from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
 
 from ..robustness.gl_objects import counted
-from .test_casters import CAMERA, LIGHTS, ground
+from .test_casters import CAMERA, LIGHTS, ground, leaf, leaves
 
 SIZE = (96, 64)
 LINK_BYTES = 16
@@ -191,10 +189,10 @@ def exact(light: Light) -> Light:
     return replace(light, shadow=gs.Shadow(filter=gs.Exact()))
 
 
-def limited(renderer: Renderer, size: int) -> None:
-    """The renderer's driver with a smaller largest buffer."""
+def limited(renderer: Renderer, texels: int) -> None:
+    """The renderer's driver with a smaller largest texture buffer."""
     context = renderer._context
-    context.caps = replace(context.caps, max_storage_block=size)
+    context.caps = replace(context.caps, max_texture_buffer_size=texels)
 
 
 @pytest.mark.parametrize("name", list(LIGHTS))
@@ -224,7 +222,7 @@ def test_lists_that_cannot_grow_get_a_coarser_grid(
 ) -> None:
     monkeypatch.setattr(CellLists, "reserve", _least)
     with Renderer("egl") as renderer:
-        limited(renderer, expected[name][1] * LINK_BYTES // 2)
+        limited(renderer, expected[name][1] // 2)
         frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
         grid = renderer._store.sources[0, "Listed"].grid
         assert LEAST_CELLS <= grid.cells < CELLS[grid.kind]
@@ -240,6 +238,33 @@ def _least(self: CellLists, size: int) -> None:
     _reserve(self, min(size, max(64 * LINK_BYTES, self.count * LINK_BYTES)))
 
 
+SOFT: dict[str, Light] = {
+    "soft sun": gs.DirectionalLight(direction=(-0.4, -1.0, 0.3), angle=6.0),
+    "soft lamp": gs.PointLight(position=(0.3, 2.6, 0.2), radius=0.1),
+}
+
+
+@pytest.mark.parametrize("light", [*LIGHTS.values(), *SOFT.values()], ids=[*LIGHTS, *SOFT])
+def test_lists_written_in_parts_are_those_written_at_once(scene: Scene, light: Light) -> None:
+    """A storage buffer holds the facets of half of the scene's triangles, and the links of fewer."""
+    ball, cut_out = Mesh(*shapes.icosphere(4, 0.4)), Node("leaf", leaf(leaves()), translation((0.2, 2.0, 0.1)))
+    scene = replace(scene, nodes=(*(replace(node, mesh=ball) for node in scene.nodes[1:]), scene.nodes[0], cut_out))
+    triangles = sum(len(node.mesh.triangles) for node in scene.nodes)
+    light = light if light in SOFT.values() else exact(light)
+    frames, parts = [], []
+    for block in (None, 24 * triangles):
+        with Renderer("egl") as renderer:
+            if block is not None:
+                renderer._context.caps = replace(renderer._context.caps, max_storage_block=block)
+            frames.append(renderer.render(scene, None, [light], SIZE, outputs=("visibility",)))
+            parts.append(min(source.lists._part for source in renderer._store.sources.values()))
+    assert parts[0] > triangles
+    assert parts[1] <= triangles / 2
+    assert frames[0].used[0].links == frames[1].used[0].links > 0
+    assert "exact" in str(frames[1].used[0].filter)
+    np.testing.assert_array_equal(frames[0].visibility, frames[1].visibility)
+
+
 @pytest.mark.parametrize("name", list(LIGHTS))
 def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     monkeypatch.setattr(CellLists, "reserve", _least)
@@ -248,11 +273,13 @@ def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest
         usual = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",)).visibility
         before = renderer._context.caps
         renderer._store.sources.pop((0, "Listed")).release()
-        limited(renderer, triangles * listed_module._FACET_BYTES)
-        for module in (cells_module, listed_module):
-            monkeypatch.setattr(module, "LINK_BYTES", 1 << 20)  # as if every link took a mebibyte
+        limited(renderer, 3 * triangles)
+        run = CellLists._run
+        # as if there were a thousand times as many
+        monkeypatch.setattr(CellLists, "_run", lambda self, *given: (1000 * run(self, *given)[0], 0))
         with pytest.raises(
-            gs.ResourceError, match=r"even on its coarsest grid, a buffer of this driver holds .*: split the scene"
+            gs.ResourceError,
+            match=r"even on its coarsest grid, a texture buffer of this driver holds .*: split the scene",
         ):
             renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
         # and the renderer goes on
@@ -266,9 +293,10 @@ def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest
 
 def test_triangles_beyond_a_buffer_are_a_named_error(scene: Scene) -> None:
     with Renderer("egl") as renderer:
-        limited(renderer, 10_000)
+        limited(renderer, 3000)
         with pytest.raises(
-            gs.ResourceError, match=r"Exact\(\) needs 48 bytes for each of the scene's .* triangles.* holds 10000"
+            gs.ResourceError,
+            match=r"Exact\(\) needs 3 texels for each of the scene's .* triangles.* holds 3000, those of 1000 tri",
         ):
             renderer.render(scene, None, [exact(LIGHTS["sun"])], SIZE)
 

@@ -96,8 +96,8 @@ class Area(Listed):
         textures = {"u_facets": self._facets, "u_traits": self._traits}
         if not super()._build(programs, scene, light):
             return False
-        most = self._limit // LINK_BYTES
-        fits = self.grown.build(programs, scene, light, self.grid, self._limit, textures)
+        most = self._context.caps.max_texture_buffer_size
+        fits = self.grown.build(programs, scene, light, self.grid, most, textures)
         # they would be no shorter on a coarser grid
         self._overflow = (
             "" if fits else f"lists of {self.grown.most} entries for its size, a buffer of this driver holds {most}"
@@ -177,6 +177,7 @@ class Area(Listed):
     def _ask(self, work: Work, counts: Counts, dense: Dense | None) -> None:
         """Point by point, batch after batch of the list."""
         self._found.reserve(self._points)
+        caps = self._context.caps
         first = 0
         while first < self.asked:
             now = min(self._batch, self.asked - first)
@@ -187,11 +188,12 @@ class Area(Listed):
             self._draw(program)
             self.found = self._counted_items()
             if self.found > self._found.capacity:
-                if not self._found.grow(self.found, self._limit):
+                limit = min(caps.max_storage_block // LINK_BYTES, caps.max_texture_buffer_size)
+                if not self._found.grow(self.found, limit):
                     if now == 1:
                         raise ResourceError(
                             f"{self.found} triangles may come between one surface and its light, a buffer of this driver holds "
-                            f"{self._limit // LINK_BYTES}: give the light a smaller size"
+                            f"{limit}: give the light a smaller size"
                         )
                     self._batch = now // 2
                 continue

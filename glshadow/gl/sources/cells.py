@@ -5,16 +5,19 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
-from glshadow.gl.buffers import BufferTexture
+from glshadow.gl.buffers import PART, BufferTexture
 from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import RGBA32UI
 from glshadow.gl.program import ComputeProgram
 from glshadow.gl.targets import release, succeed
 
-LINK_BYTES = 16
+LINK_BYTES, FACET_BYTES = 16, 48
 _COUNTER_BYTES = 40  # Counter of lib/cells.glsl and pass/chain.comp
 _GROUP, _MOST_GROUPS = 64, 65535
 _SPARE = 1.25  # links that were too few grow to this much of what was needed
+_LEAST = 1 << 16
+# of so many triangles the links of one in 64 are counted first: a second pass over all takes longer
+_MANY, _EVERY = 1 << 20, 64
 
 
 class CellLists:
@@ -33,18 +36,28 @@ class CellLists:
         self._framebuffer: moderngl.Framebuffer | None = None
         self.counter = context.ctx.buffer(reserve=_COUNTER_BYTES)
         self.count = 0
+        self._part = 1 << 31  # triangles of one dispatch, at most
 
-    def fill(self, program: ComputeProgram, size: tuple[int, int], invocations: int, first: int, limit: int) -> bool:
+    def fill(
+        self,
+        program: ComputeProgram,
+        size: tuple[int, int],
+        triangles: int,
+        limit: int,
+        facets: BufferTexture | None = None,
+    ) -> bool:
         """Run a pass that fills them, again where the links were too few; its other resources are bound already.
 
         Parameters
         ----------
         size : (2,) ints
             Columns and rows of heads.
-        first : int
-            Links to begin with.
+        triangles : int
+            One invocation each.
         limit : int
-            Most bytes of links.
+            Most links.
+        facets : BufferTexture, optional
+            What the pass writes besides, of every triangle.
 
         Returns
         -------
@@ -53,32 +66,63 @@ class CellLists:
         """
         self._reserve_heads(size)
         if self.links is None:
-            self.reserve(first * LINK_BYTES)
+            self._reserve_about(program, triangles, limit, facets)
         while True:
-            self.count = self._run(program, invocations)
+            need, most = self._run(program, triangles, facets)
             assert self.links is not None
-            need = self.count * LINK_BYTES
-            if need <= self.links.buffer.size:
+            crowded = most > self._most_links
+            if need <= self.links.buffer.size // LINK_BYTES and not crowded:
                 return True
-            if need > limit:
+            if need > limit or (crowded and self._part == _GROUP):
                 return False
-            self.reserve(min(int(_SPARE * self.count) * LINK_BYTES, limit))
+            if crowded:
+                self._part = max(int(self._part * self._most_links / (_SPARE * most)) // _GROUP, 1) * _GROUP
+            self.reserve(min(int(_SPARE * need), limit) * LINK_BYTES)
 
-    def _run(self, program: ComputeProgram, invocations: int) -> int:
+    @property
+    def _most_links(self) -> int:
+        """Of one part: what a storage buffer holds."""
+        return self._context.caps.max_storage_block // LINK_BYTES
+
+    def _reserve_about(self, program: ComputeProgram, triangles: int, limit: int, facets: BufferTexture | None) -> None:
+        """Links to begin with: two for each triangle, or of many triangles what some of them need."""
+        links = 2 * triangles
+        if triangles > _MANY:
+            self.reserve(PART)
+            links = int(_SPARE * _EVERY * self._run(program, triangles, facets, _EVERY)[0])
+        self.reserve(min(max(links, _LEAST), limit) * LINK_BYTES)
+
+    def _run(
+        self, program: ComputeProgram, triangles: int, facets: BufferTexture | None, every: int = 1
+    ) -> tuple[int, int]:
+        """Pass over all triangles, or one of so many, in parts that storage buffers hold; links that all need, and the most of a part."""
         assert self._framebuffer is not None
         assert self.heads is not None
         assert self.links is not None
         self._framebuffer.use()
         self._context.gl.clear_unsigned(0, (0, 0, 0, 0))
         self.counter.write(bytes(_COUNTER_BYTES))
-        self.links.buffer.bind_to_storage_buffer(1)
         self.counter.bind_to_storage_buffer(2)
         self.heads.bind_to_image(0, read=True, write=True)
-        program.set(u_capacity=self.links.buffer.size // LINK_BYTES)
-        groups = -(-invocations // _GROUP)
-        program.run(min(groups, _MOST_GROUPS), -(-groups // _MOST_GROUPS))
-        self._context.ctx.memory_barrier()
-        return int(np.frombuffer(self.counter.read(), dtype=np.uint32)[0])
+        self._part = min(self._part, max(self._context.caps.max_storage_block // FACET_BYTES // _GROUP, 1) * _GROUP)
+        capacity = self.links.buffer.size // LINK_BYTES
+        self.count = start = need = most = 0
+        for first in range(0, triangles, self._part):
+            end = min(first + self._part, triangles)
+            room = max(min(capacity - start, self._most_links), 0)
+            self.links.bind_to_storage(1, start * LINK_BYTES if room else 0, room * LINK_BYTES or PART)
+            if facets is not None:
+                facets.bind_to_storage(0, first * FACET_BYTES, (end - first) * FACET_BYTES)
+            self.counter.write(bytes(4))  # links of this part
+            program.set(u_part=(first, end, every), u_first_link=start, u_capacity=room)
+            groups = -(-(end - first) // (every * _GROUP))
+            program.run(min(groups, _MOST_GROUPS), -(-groups // _MOST_GROUPS))
+            self._context.ctx.memory_barrier()
+            found = int(np.frombuffer(self.counter.read(4), dtype=np.uint32)[0])
+            self.count += found
+            most, need = max(most, found), start + found
+            start = -(-need * LINK_BYTES // PART) * PART // LINK_BYTES
+        return need, most
 
     def _reserve_heads(self, size: tuple[int, int]) -> None:
         if self.heads is not None and self.heads.size == size:

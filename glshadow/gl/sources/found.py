@@ -54,17 +54,17 @@ class Found:
         self._made = [self._lists, self._blocks, self.texture, nobody_reads]
         succeed(self._lists, *old)
         if self.capacity == 0:
-            self.grow(1 << 16, 1 << 30)
+            self.grow(1 << 16, 1 << 26)
         self._context.check_errors("allocating lists of what comes between")
         self.side = side
 
     def grow(self, count: int, limit: int) -> bool:
-        """Room for so many links and some more; False: there is no such room in so many bytes."""
-        if count * LINK_BYTES > limit:
+        """Room for so many links and some more; False: that is more than the limit."""
+        if count > limit:
             return False
         if self.capacity:
             self.links.release()
-        self.capacity = min(int(1.25 * count), limit // LINK_BYTES)
+        self.capacity = min(int(1.25 * count), limit)
         buffer = self._context.ctx.buffer(reserve=self.capacity * LINK_BYTES)
         self.links = BufferTexture(self._context.gl, buffer, RGBA32UI)
         self._context.check_errors(f"allocating {self.capacity} links")

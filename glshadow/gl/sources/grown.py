@@ -68,7 +68,7 @@ class Grown:
     def build(
         self, programs: Programs, scene: GpuScene, light: Light, grid: ListGrid, limit: int, textures: dict[str, Any]
     ) -> bool:
-        """Fill the lists, after pass/lists.comp; False: they do not fit into so many bytes.
+        """Fill the lists, after pass/lists.comp; False: they are more links than the limit.
 
         Parameters
         ----------
@@ -89,10 +89,10 @@ class Grown:
         for outlines, lists in enumerate((self.casters, self.outlines)):
             defines = {**cell_defines(grid, grid.cells), **grids, "GLS_OUTLINES": outlines}
             program = programs.compute("pass/grown.comp", defines=defines)
-            program.set(**self.values, u_triangles=count, u_cells=grid.cells_from_window)
+            program.set(**self.values, u_cells=grid.cells_from_window)
             program.bind(**scene.world.textures, **textures, u_neighbours=scene.world.neighbours, u_ground=ground,
                          u_ground_around=around)  # fmt: skip
-            fits = lists.fill(program, size, count, max(2 * count, 1 << 16), limit)
+            fits = lists.fill(program, size, count, limit)
             self.most = max(self.most, lists.count)
             if not fits:
                 return False
@@ -104,7 +104,8 @@ class Grown:
         assert lists.links is not None
         assert lists.heads is not None
         program = programs.compute("pass/chain.comp", defines={"GLS_GROWN": _GROWN})
-        lists.links.buffer.bind_to_storage_buffer(1)
+        lists.links.bind_to_image(1)
+        program.bind(u_links=lists.links)
         lists.counter.bind_to_storage_buffer(2)
         lists.heads.bind_to_image(0, read=True, write=True)
         for level in reversed(range(_LEVELS - 1)):

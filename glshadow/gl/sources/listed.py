@@ -22,7 +22,7 @@ from glshadow.gl.entry_points import RG32UI, RGBA32F
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Programs
 from glshadow.gl.receiver import Receiver
-from glshadow.gl.sources.cells import LINK_BYTES, CellLists
+from glshadow.gl.sources.cells import FACET_BYTES, CellLists
 from glshadow.gl.sources.source import Source
 from glshadow.gl.sources.triangles import (
     casting_corners,
@@ -37,7 +37,6 @@ from glshadow.gl.targets import release
 from glshadow.gl.work import Work
 
 _CULL_BACK, _CULL_FRONT, _CASTS, _CUT_OUT = 1, 2, 4, 8  # pass/lists.comp
-_FACET_BYTES = 48
 
 
 class Listed(Source):
@@ -83,18 +82,13 @@ class Listed(Source):
         return Used(filter=shadow.filter, faces=shadow.asked.faces, draws=int(built), links=self.lists.count, fallbacks=fallbacks,
                     why=shadow.why)  # fmt: skip
 
-    @property
-    def _limit(self) -> int:
-        """Bytes of a buffer that shaders read and write."""
-        return min(self._context.caps.max_storage_block, 16 * self._context.caps.max_texture_buffer_size)
-
     def _update(self, programs: Programs, scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> bool:
         """Whether they had to be built."""
         key = made_for(scene, light, casting)
         if key == self._key:
             return False
         self._key = None
-        check_facets(scene, self._limit, "bytes", _FACET_BYTES)
+        check_facets(scene, self._context.caps.max_texture_buffer_size)
         traits = _traits(scene, light, casting)
         self._write(scene, traits)
         corners = casting_corners(scene, casting)
@@ -105,8 +99,8 @@ class Listed(Source):
                 break
             if self.grid.cells <= LEAST_CELLS:
                 raise ResourceError(
-                    f"Exact() needs {self.lists.count} list entries even on its coarsest grid, a buffer of this driver holds "
-                    f"{self._limit // LINK_BYTES}: split the scene, or use another filter"
+                    f"Exact() needs {self.lists.count} list entries even on its coarsest grid, a texture buffer of this driver holds "
+                    f"{self._context.caps.max_texture_buffer_size}: split the scene, or use another filter"
                 )
             halvings += 1
         self.masked = scene.world.masks is not None
@@ -127,23 +121,22 @@ class Listed(Source):
             },
         )
         axes, origin = light_frame(grid, scene)
-        program.set(u_axes=axes, u_origin=tuple(origin), u_triangles=world.count, u_cells=grid.cells_from_window)
+        program.set(u_axes=axes, u_origin=tuple(origin), u_cells=grid.cells_from_window)
         program.set(**self._values)
         program.bind(**world.textures, u_traits=self._traits)
         if scene.rounded is not None:
             program.bind(u_smooth=scene.rounded)
         assert self._facets is not None
-        self._facets.buffer.bind_to_storage_buffer(0)
         size = head_size(grid, grid.cells)
-        return self.lists.fill(program, size, world.count, max(2 * world.count, 1 << 16), self._limit)
+        return self.lists.fill(program, size, world.count, self._context.caps.max_texture_buffer_size, self._facets)
 
     def _write(self, scene: GpuScene, traits: NDArray[np.uint32]) -> None:
         """Room for the facets, and what the pass knows of the nodes."""
         if self._traits is None or self._traits.buffer.size != traits.nbytes:
             self._traits = self._buffer(self._traits, traits.nbytes, RG32UI)
         self._traits.buffer.write(traits.tobytes())
-        if self._facets is None or self._facets.buffer.size != scene.world.count * _FACET_BYTES:
-            self._facets = self._buffer(self._facets, scene.world.count * _FACET_BYTES, RGBA32F)
+        if self._facets is None or self._facets.buffer.size != scene.world.count * FACET_BYTES:
+            self._facets = self._buffer(self._facets, scene.world.count * FACET_BYTES, RGBA32F)
         self._context.check_errors(f"allocating the facets of {scene.world.count} triangles")
 
     def _buffer(self, old: BufferTexture | None, size: int, internal_format: int) -> BufferTexture:

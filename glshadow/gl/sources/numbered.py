@@ -104,7 +104,7 @@ class Numbered(Source):
             self._texture = context.ctx.texture(size, 1, dtype="u4")
             self._texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
             self._framebuffer = context.ctx.framebuffer([self._texture], self._depth)
-        check_facets(scene, context.caps.max_texture_buffer_size, "texels", 3)
+        check_facets(scene, context.caps.max_texture_buffer_size)
         axes, origin = light_frame(grid, scene)
         frame = rigid_inverse(axes, np.zeros(3))
         data = facets(local_corners(scene.world, frame, origin), scene.world.corners, axes).astype(np.float32)

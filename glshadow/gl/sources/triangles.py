@@ -54,12 +54,12 @@ def head_size(grid: ListGrid, cells: int) -> tuple[int, int]:
     return (cells, grid.faces * (cells + cells // RATIO))
 
 
-def check_facets(scene: GpuScene, limit: int, unit: str, each: int) -> None:
-    """Refuse a scene whose triangles do not fit into one buffer: `each` times `unit` for every triangle."""
-    if each * scene.count > limit:
+def check_facets(scene: GpuScene, limit: int) -> None:
+    """Refuse a scene whose triangles do not fit into a texture buffer of so many texels: lib/facet.glsl takes three for each."""
+    if 3 * scene.count > limit:
         raise ResourceError(
-            f"Exact() needs {each} {unit} for each of the scene's {scene.count} triangles, a buffer of this driver "
-            f"holds {limit}: split the scene, or use another filter"
+            f"Exact() needs 3 texels for each of the scene's {scene.count} triangles, a texture buffer of this driver holds {limit}, "
+            f"those of {limit // 3} triangles: split the scene, or use another filter"
         )
 
 

@@ -1,0 +1,66 @@
+"""Many nodes with one mesh: drawn together, they look as when each is drawn by itself."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow.core.spaces import translation
+from glshadow.gl import drawing, runs
+from glshadow.renderer import Renderer
+from glshadow.scene import shapes
+from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+
+OUTPUTS = ("image", "visibility", "triangle", "node", "normal")
+
+
+def crowds() -> Scene:
+    """Balls with smooth normals, cards with holes and open rectangles, turned, stretched, mirrored, and two that show only shadow."""
+    random = np.random.default_rng(8)
+    positions, triangles = shapes.icosphere(1, 0.4)
+    texture = np.full((8, 8, 4), 255, dtype=np.uint8)
+    texture[2:6, 2:6, 3] = 0
+    card = shapes.rectangle((-0.4, -0.4, 0.0), (0.8, 0.0, 0.0), (0.0, 0.8, 0.0))
+    uv = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=np.float32)
+    meshes = (
+        Mesh(
+            positions, triangles, normals=(positions / 0.4).astype(np.float32), material=Material((0.8, 0.4, 0.3, 1.0))
+        ),
+        Mesh(*card, uv=uv, material=Material(texture=texture, alpha_mode=AlphaMode.MASK)),
+        Mesh(*card),
+    )
+    nodes = []
+    for k in range(60):
+        matrix = translation(random.uniform((-4.0, 0.3, -4.0), (4.0, 2.5, 4.0)))
+        matrix[:3, :3] = np.linalg.qr(random.normal(size=(3, 3)))[0] * random.uniform(0.5, 1.5, 3)
+        nodes.append(Node(f"{k}", meshes[k % 3], matrix, receives=k != 4, catches=k in (7, 8)))
+    return Scene(tuple(nodes), gs.PerspectiveCamera((5.0, 5.0, 7.0), (0.0, 0.5, 0.0)), name="crowds").with_ground()
+
+
+@pytest.mark.parametrize("samples", [1, 4])
+def test_instances_drawn_together_are_those_drawn_one_by_one(monkeypatch: pytest.MonkeyPatch, samples: int) -> None:
+    monkeypatch.setattr(runs, "AT_ONCE", 200)  # triangles: two balls in a draw
+    frames = []
+    for many in (8, 1000):
+        monkeypatch.setattr(drawing, "_MANY", many)
+        with Renderer("egl") as renderer:
+            frames.append(renderer.render(crowds(), size=(160, 100), samples=samples, outputs=OUTPUTS))
+    for name in OUTPUTS:
+        np.testing.assert_array_equal(getattr(frames[0], name), getattr(frames[1], name), err_msg=name)
+    assert len(np.unique(frames[0].node)) > 40
+
+
+def test_a_small_texture_buffer_takes_several_draws() -> None:
+    """One that holds the matrices of nine nodes of twenty."""
+    scene = crowds()
+    with Renderer("egl") as renderer:
+        expected = renderer.render(scene, size=(160, 100), outputs=("triangle", "image"))
+        caps = renderer._context.caps
+        renderer._store.seen = None
+        renderer._context.caps = replace(caps, max_texture_buffer_size=7 * 9)
+        again = renderer.render(scene, size=(160, 100), outputs=("triangle", "image"))
+    np.testing.assert_array_equal(again.triangle, expected.triangle)
+    np.testing.assert_array_equal(again.image, expected.image)
