@@ -151,6 +151,12 @@ class CameraTargets:
         columns, rows = self.block
         return (0.0, 0.0) if self.samples == 1 else (0.5 / columns, 0.5 / rows)
 
+    @property
+    def sampled(self) -> tuple[float, float, float, float]:
+        """Half of what the samples of a pixel span, right and up, and `aside`; pixels."""
+        columns, rows = self.block
+        return (0.5 - 0.5 / columns, 0.5 - 0.5 / rows, *self.aside)
+
     def framebuffer(self, color: moderngl.Texture, light: int) -> moderngl.Framebuffer:
         """Framebuffer of a colour texture, the visibility of one light and the linear sum, where they are wanted, and the camera's
         depth, which is not written. Their places are fixed: colour 0, visibility 1, linear 2."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Programs
 from glshadow.gl.receiver import Receiver
 from glshadow.gl.sources.cells import LINK_BYTES, CellLists
+from glshadow.gl.sources.edges import Edges
 from glshadow.gl.sources.source import Source
 from glshadow.gl.sources.triangles import (
     casting_corners,
@@ -59,6 +61,7 @@ class Listed(Source):
         self._facets: BufferTexture | None = None
         self._traits: BufferTexture | None = None
         self.lists = CellLists(context)
+        self._edges = Edges(context)
         self._values: dict[str, Any] = {}  # what the pass must know of a light that has a size
         self.grid: ListGrid
         self.masked = False
@@ -150,7 +153,22 @@ class Listed(Source):
 
     def receiver(self, work: Work) -> Receiver:
         """Walk them."""
-        return triangle_receiver(work, self.light, self.grid, "lists", self.masked, self._textures)
+        receiver = triangle_receiver(work, self.light, self.grid, "lists", self.masked, self._textures)
+        if work.targets.samples == 1:
+            return receiver
+        if not self._find_edges(work):
+            return replace(receiver, collected={"GLS_EVERY": 1, "GLS_NEIGHBORS": 0})
+        return replace(
+            receiver,
+            textures={**receiver.textures, **self._edges.textures},
+            marks={"GLS_MARKS": 1, **self._edges.defines},
+            collected={"GLS_MARKED": 1, "GLS_NEIGHBORS": 0},
+        )
+
+    def _find_edges(self, work: Work) -> bool:
+        """Make lists of silhouette edges, unless they are there; whether they fit into the driver's buffers."""
+        textures = {"u_facets": self._facets, "u_traits": self._traits}
+        return self._edges.update(work.programs, work.scene, self.light, self.grid, self.builds, textures, self._limit)
 
     @property
     def _textures(self) -> dict[str, Any]:
@@ -158,7 +176,7 @@ class Listed(Source):
 
     def release(self) -> None:
         """Free the GPU memory."""
-        release(self.lists, self._facets, self._traits)
+        release(self._edges, self.lists, self._facets, self._traits)
 
 
 def _traits(scene: GpuScene, light: Light) -> NDArray[np.uint32]:
