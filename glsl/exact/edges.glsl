@@ -73,6 +73,9 @@ bool edge_in(PixelFootprint f, bool facing) { // facing: the receiver's plane fa
     grid = min(grid, EDGE_GRIDS - 1);
     ivec2 at = clamp(ivec2(cell) >> (2 * grid), ivec2(0), ivec2((GLS_EDGE_CELLS >> (2 * grid)) - 1));
     uint link = texelFetch(u_edge_heads, at + ivec2(0, top + (4 * GLS_EDGE_CELLS - (GLS_EDGE_CELLS >> (2 * grid) << 2)) / 3), 0).r;
+#if !GLS_SUN && !GLS_POINT
+    open = open || any(lessThan(min(abs(cell), abs(cell - cells)), extent)); // beyond the window no caster is known
+#endif
     bool found = inside && open;
     link = inside && !open ? link : 0u;
     float slack = BESIDE * f.pixel;

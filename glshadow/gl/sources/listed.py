@@ -153,9 +153,17 @@ class Listed(Source):
 
     def receiver(self, work: Work) -> Receiver:
         """Walk them."""
-        receiver = triangle_receiver(work, self.light, self.grid, "lists", self.masked, self._textures)
-        if work.targets.samples == 1:
-            return receiver
+        return self._walked(work)
+
+    def marking_receiver(self, work: Work) -> Receiver:
+        """With the silhouette edges of its casters; where these are too many, all samples of every pixel are shaded."""
+        return self._marking(work)
+
+    def _walked(self, work: Work) -> Receiver:
+        return triangle_receiver(work, self.light, self.grid, "lists", self.masked, self._textures)
+
+    def _marking(self, work: Work) -> Receiver:
+        receiver = self._walked(work)
         if not self._find_edges(work):
             return replace(receiver, collected={"GLS_EVERY": 1, "GLS_NEIGHBORS": 0})
         return replace(
