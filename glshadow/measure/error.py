@@ -31,6 +31,7 @@ SMOOTH_COSINE = float(np.cos(np.radians(25.0)))  # between face normals of neigh
 WRONG = 0.5  # |visibility - truth| above which a pixel is wrong
 GRAIN = 1.0 / 16.0  # |visibility - truth| above which it is grainy, away from edges
 CONTACT_TEXELS = 2.0
+WINDOW = 8  # pixels along a side of the windows over which means are compared
 
 
 class Frame(Protocol):
@@ -83,7 +84,8 @@ class ShadowError(Score):
 
     def __repr__(self) -> str:
         kinds = ", ".join(f"{name} {getattr(self, name):.4%}" for name in ("wrong", "edge", "acne", "leak", "grain"))
-        return f"ShadowError({len(self.lights)} light{'' if len(self.lights) == 1 else 's'}: {kinds})"
+        lights = f"{len(self.lights)} light{'' if len(self.lights) == 1 else 's'}"
+        return f"ShadowError({lights}: {kinds}, window {self.window:.5f})"
 
     def __str__(self) -> str:
         return "\n".join(f"light {number}: {score}" for number, score in enumerate(self.lights))
@@ -239,6 +241,7 @@ class _Tally:
     all_mean: float
     penumbra: float
     penumbra_mean: float
+    window: float
 
     def score(self, amounts: Array) -> Score:
         """`amounts` (N,): the differences of the counted pixels."""
@@ -257,6 +260,7 @@ class _Tally:
             all_mean=self.all_mean / surface,
             p95=float(np.percentile(amounts, 95.0)) if len(amounts) else np.nan,
             penumbra=self.penumbra_mean / (self.penumbra or 1.0),
+            window=self.window / counted,
         )
 
 
@@ -285,8 +289,15 @@ def _score_light(
     soft = counted & several & (exact > 0.0) & (exact < 1.0)
     sums = (
         surface, counted, amount * counted, edge, acne, leak, grain, contact, amount > WRONG, amount, soft, amount * soft,
+        np.abs(window_sums(np.where(counted, difference, 0.0))),
     )  # fmt: skip
     return _Tally(*(float(values.sum()) for values in sums)), kinds, amount[counted]
+
+
+def window_sums(values: Array) -> Array:
+    """Sums of (H, W) values over windows of 8 x 8, from the first row and column on; at the other borders the rest is one."""
+    rows, columns = (np.arange(0, size, WINDOW) for size in values.shape)
+    return np.asarray(np.add.reduceat(np.add.reduceat(values, rows, axis=0), columns, axis=1))
 
 
 def smooth_pixels(body: NDArray[np.int32], normal: Array) -> Bools:

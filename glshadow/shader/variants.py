@@ -334,8 +334,10 @@ def _resolve() -> Iterator[Variant]:
         for output, catches, total in product((0, 1), (0, 1), (0, 1)):
             choices = {"GLS_OUTPUT": output, "GLS_CATCHES": catches, "GLS_SUM": total}
             yield Variant("pass/average.frag", "core430", {}, {**choices, **block})
-    for lights in (1, 2, 3):
-        yield Variant("pass/collect.frag", "core430", {}, {"GLS_LIGHTS": lights})
+    for first, marked, neighbors, every in product((0, 1), (0, 1), (0, 1), (0, 1)):
+        if not (marked and every):
+            asks = {"GLS_FIRST": first, "GLS_MARKED": marked, "GLS_NEIGHBORS": neighbors, "GLS_EVERY": every}
+            yield Variant("pass/collect.frag", "core430", {}, asks)
     for receiver in receivers():
         if receiver.dialect != "es100":
             yield Variant("pass/resolve.frag", receiver.dialect, receiver.slots, receiver.defines)

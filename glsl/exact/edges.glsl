@@ -25,12 +25,15 @@ float cross2(vec2 a, vec2 b) {
     return a.x * b.y - a.y * b.x;
 }
 
-// Whether a segment comes nearer than `reach` to the parallelogram of half vectors u, v about the origin: separating axes.
+// Whether a segment comes nearer than `reach` to the parallelogram of half vectors u, v about the origin: separating axes. One end may lie so
+// far away that sums of both would lose the other.
 bool crosses(vec2 a, vec2 b, vec2 u, vec2 v, float reach) {
-    vec2 m = 0.5 * (a + b), d = 0.5 * (b - a);
-    float area = abs(cross2(u, v)), du = abs(cross2(d, u)), dv = abs(cross2(d, v));
-    return abs(cross2(m, u)) <= area + du + reach * length(u) && abs(cross2(m, v)) <= area + dv + reach * length(v)
-        && abs(cross2(m, d)) <= du + dv + reach * length(d) && abs(dot(m, d)) <= dot(d, d) + abs(dot(u, d)) + abs(dot(v, d)) + reach * length(d);
+    vec2 d = b - a, of_u = vec2(cross2(a, u), cross2(b, u)), of_v = vec2(cross2(a, v), cross2(b, v));
+    float area = abs(cross2(u, v)), beside_u = area + reach * length(u), beside_v = area + reach * length(v), along = reach * length(d);
+    return min(of_u.x, of_u.y) <= beside_u && max(of_u.x, of_u.y) >= -beside_u
+        && min(of_v.x, of_v.y) <= beside_v && max(of_v.x, of_v.y) >= -beside_v
+        && abs(cross2(a, b)) <= abs(cross2(u, d)) + abs(cross2(v, d)) + along
+        && max(dot(a, d), -dot(b, d)) <= abs(dot(u, d)) + abs(dot(v, d)) + along;
 }
 
 bool edge_in(PixelFootprint f, bool facing) { // facing: the receiver's plane faces the light

@@ -15,7 +15,7 @@ from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import R32UI
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Programs
-from glshadow.gl.sources.cells import CellLists
+from glshadow.gl.sources.cells import LINK_BYTES, CellLists
 from glshadow.gl.sources.triangles import cell_defines
 from glshadow.gl.targets import release
 
@@ -108,7 +108,8 @@ class Edges:
             program.bind(u_facets=textures["u_facets"], u_edges=edges)
             rows = sum(self._cells // _RATIO**i for i in range(self._grids))
             size = (self._cells, rows * grid.faces)
-            if self._lists.fill(program, size, max(self.count, 1), max(8 * self.count, 1 << 16), limit):
+            first = min(max(8 * self.count, 1 << 16), limit // LINK_BYTES)
+            if self._lists.fill(program, size, max(self.count, 1), first, limit):
                 return True
         return False
 
