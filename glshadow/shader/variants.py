@@ -185,8 +185,14 @@ def _exact() -> Iterator[Variant]:
                 yield Variant("pass/resolve.frag", dialect, slots, {**defines, "GLS_ORTHO": parallel, **_DENSE})
             for dense in ({}, _DENSE):
                 yield Variant("pass/resolve.frag", dialect, slots, {**defines, "GLS_ALONE": 1, **dense})
-        for counted in (0, 1):
-            defines = {"GLS_SUN": int(kind == "directional"), "GLS_COUNTED": counted}
+        for masked, huge, parallel in product((False, True), (False, True), (0, 1)):
+            defines = {**exact_defines(kind, 512, 16, masked, huge), "GLS_ORTHO": parallel, "GLS_MARKS": 1}
+            yield Variant("pass/resolve.frag", "core400", exact_slots(kind, "lists"), defines)
+        plain: dict[str, int | str] = {"GLS_SUN": int(kind == "directional")}
+        yield Variant("pass/edges.comp", "core430", {}, plain)
+        yield Variant("pass/edge_lists.comp", "core430", {}, {**plain, "GLS_POINT": int(kind == "point")})
+        for counted, marks in ((0, 0), (1, 0), (1, 1)):
+            defines = {"GLS_SUN": int(kind == "directional"), "GLS_COUNTED": counted, "GLS_MARKS": marks}
             yield Variant("pass/resolve.frag", "core330", given_slots(kind), defines)
     yield from _area()
     yield from _depths_read()
@@ -273,6 +279,10 @@ def _area() -> Iterator[Variant]:
                 yield Variant(
                     "pass/penumbra.frag", "core430", slots, {**settings, "GLS_ORTHO": parallel, "GLS_DENSE": dense}
                 )
+            if stage == 0:
+                for parallel in (0, 1):
+                    more = {**settings, "GLS_ORTHO": parallel, "GLS_MARKS": 1, "GLS_SOFT": 1}
+                    yield Variant("pass/penumbra.frag", "core430", slots, more)
     for shape in ("panel", "sky"):
         for shadow, channels, more in product(("given", "open"), (1, 2), ({}, _DENSE)):
             slots = {"light": f"light/{shape}.glsl", "shadow": f"receiver/{shadow}.glsl"}
@@ -341,3 +351,6 @@ def _resolve() -> Iterator[Variant]:
     for receiver in receivers():
         if receiver.dialect != "es100":
             yield Variant("pass/resolve.frag", receiver.dialect, receiver.slots, receiver.defines)
+            if receiver.target is TARGETS[0] and receiver.bias == BIASES[0]:
+                marks = {**receiver.defines, "GLS_MARKS": 1}
+                yield Variant("pass/resolve.frag", receiver.dialect, receiver.slots, marks)

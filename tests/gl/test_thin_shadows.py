@@ -1,4 +1,4 @@
-"""Shadows thinner than a pixel: with several samples in a pixel a light's visibility is the mean over every one of them, whatever else shines."""
+"""Shadows thinner than a pixel: with several samples in a pixel visibility is the mean over all of them, whatever else shines."""
 
 from __future__ import annotations
 
@@ -44,7 +44,9 @@ def every(monkeypatch: pytest.MonkeyPatch) -> Any:
     def switch() -> None:
         monkeypatch.setattr(Edges, "update", lambda *_: False)
         whole = {"GLS_EVERY": 1}
-        monkeypatch.setattr(Mapped, "marking_receiver", lambda self, work: replace(self.receiver(work), collected=whole))
+        monkeypatch.setattr(
+            Mapped, "marking_receiver", lambda self, work: replace(self.receiver(work), collected=whole)
+        )
 
     return switch
 
@@ -93,7 +95,10 @@ def disagreement(ours: gs.Frame, every: gs.Frame) -> NDArray[np.bool_]:
 
 def leafy() -> gs.Scene:
     image = leaves(8, 6)
-    nodes = (gs.Node("a", leaf(image), placed(-1.0, 1.0, 0.0, 1)), gs.Node("b", leaf(image, 2.0), placed(1.0, 1.4, -0.5, 3)))
+    nodes = (
+        gs.Node("a", leaf(image), placed(-1.0, 1.0, 0.0, 1)),
+        gs.Node("b", leaf(image, 2.0), placed(1.0, 1.4, -0.5, 3)),
+    )
     return scene_of(*nodes, name="leaves")
 
 
@@ -103,7 +108,10 @@ CASES: dict[str, tuple[str, list[Light]]] = {
     "parallel": ("turned", [gs.DirectionalLight(direction=(0.1, -1, 0.2)), gs.PointLight(position=(0.3, 7.0, 0.2))]),
     "panel": ("turned", [gs.RectLight(position=(0, 9, 0), direction=(0, -1, 0), width=0.05, height=0.05)]),
     "cut out": ("leaves", list(LEAF_LIGHTS.values())[:2]),
-    "map": ("turned", [gs.DirectionalLight(direction=(0.1, -1, 0.2), shadow=gs.Shadow(filter=gs.Pcf(1), resolution=4096))]),
+    "map": (
+        "turned",
+        [gs.DirectionalLight(direction=(0.1, -1, 0.2), shadow=gs.Shadow(filter=gs.Pcf(1), resolution=4096))],
+    ),
 }
 
 
@@ -155,7 +163,9 @@ def test_fewer_grids_where_memory_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     for limit in (1 << 27, 1 << 22, 1 << 4):
         with gs.Renderer() as renderer, monkeypatch.context() as patch:
 
-            def limited(self: Edges, programs: Any, grid: Any, edges: Any, textures: Any, _: int, limit: int = limit) -> bool:
+            def limited(
+                self: Edges, programs: Any, grid: Any, edges: Any, textures: Any, _: int, limit: int = limit
+            ) -> bool:
                 fits = fill(self, programs, grid, edges, textures, limit)
                 grids.append(self._grids if fits else 0)
                 return fits

@@ -307,7 +307,7 @@ def test_frame_and_truth_must_belong_together(wall):
 
 
 def test_windows_see_what_does_not_cancel(wall):
-    """Lit pixels a twentieth too dark: nothing is wrong, and the mean over windows is off by it; in turn too dark and too light: nothing is."""
+    """Lit pixels a twentieth too dark: the mean over windows is off by it. In turn too dark and too light: it is not."""
     counted = counted_of(wall)
     lit = counted & (wall.visibility[0] == 1.0)
     dark = counted & (wall.visibility[0] == 0.0)
