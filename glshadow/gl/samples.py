@@ -34,14 +34,13 @@ class Samples:
         width, height = self.size
         made: list[Any] = []
         with released_on_error(made):
-            self._mixed = self._texture(made, self.size, 1, "u1")
             self._asking = self._texture(made, (width, height * -(-len(targets.visibility) // _ASKING)), 1, "u4")
             self._count = ctx.buffer(reserve=4)
             made.append(self._count)
             self._pixels = BufferTexture(context.gl, ctx.buffer(reserve=4 * width * height), R32UI)
             made.append(self._pixels)
             context.check_errors(f"allocating {targets.samples} samples of {width} x {height} pixels")
-        self._fill = ctx.framebuffer([targets.surface, self._mixed], targets.depth)
+        self._fill = ctx.framebuffer([targets.surface, targets.mixed], targets.depth)
         self._clear = ctx.framebuffer([self._asking])
         self._scatter = ctx.framebuffer(depth_attachment=targets.depth)  # for passes that write to images alone
         self._scatter.depth_mask = False
@@ -128,7 +127,7 @@ class Samples:
             defines = {**share.receiver.collected, "GLS_FIRST": int(number == 0)}
             program = work.programs.get("pass/resolve.vert", "pass/collect.frag", dialect="core430", defines=defines)
             program.set(u_far_z=work.sight.far_z, u_light=number)
-            program.bind(u_visibility=targets.visibility[number], u_mixed=self._mixed)
+            program.bind(u_visibility=targets.visibility[number], u_mixed=targets.mixed)
             targets.depth_framebuffer.use()
             draw_over(context, program, work.sight)
             context.ctx.memory_barrier()
@@ -163,7 +162,7 @@ class Samples:
                      "GLS_SUM": int(targets.linear is not None)},
         )  # fmt: skip
         program.set(**dense.uniforms, u_background=background, u_light=light)
-        program.bind(u_pixels=dense.pixels, u_dense=self._visible if light >= 0 else self._sums, u_mixed=self._mixed,
+        program.bind(u_pixels=dense.pixels, u_dense=self._visible if light >= 0 else self._sums, u_mixed=targets.mixed,
                      u_asking=self._asking)  # fmt: skip
         if light >= 0:
             targets.visibility[light].bind_to_image(0, read=False, write=True)
@@ -180,6 +179,6 @@ class Samples:
     def release(self) -> None:
         """Free the GPU memory."""
         release(
-            self._fill, self._clear, self._scatter, self._dense, self._mixed, self._asking, self._sums, self._visible,
+            self._fill, self._clear, self._scatter, self._dense, self._asking, self._sums, self._visible,
             self._count, self._pixels,
         )  # fmt: skip

@@ -92,6 +92,8 @@ class CameraTargets:
         What each pixel sees.
     fine_surface, fine_depth : moderngl.Texture
         What each sample sees; the same where a pixel has one.
+    mixed : moderngl.Texture, optional
+        1 where a pixel's samples see several surfaces.
     """
 
     _count = itertools.count()
@@ -130,6 +132,9 @@ class CameraTargets:
                 made.append(self.fine_depth)
             for each in (self.surface, self.fine_surface):
                 each.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self.mixed = texture(1, "u1") if samples > 1 else None
+            if self.mixed is not None:
+                self.mixed.filter = (moderngl.NEAREST, moderngl.NEAREST)
             self.image = texture(4, "f1")
             self.sums = [texture(4, "f4") for _ in range(min(lights - 1, 2))]  # read one, write the other
             self.visibility = [texture(1, "f4") for _ in range(lights if visibility else 0)]

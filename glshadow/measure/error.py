@@ -22,6 +22,7 @@ from glshadow.core.spaces import Array, Bools, view_axes
 from glshadow.errors import GlshadowError, SettingsError
 from glshadow.measure.html import error_html
 from glshadow.measure.score import COLORS, DARK, LIT, Outcome, Score
+from glshadow.measure.windows import window_sums
 from glshadow.scene.arguments import checked_scene
 from glshadow.scene.mesh import Scene
 
@@ -31,7 +32,6 @@ SMOOTH_COSINE = float(np.cos(np.radians(25.0)))  # between face normals of neigh
 WRONG = 0.5  # |visibility - truth| above which a pixel is wrong
 GRAIN = 1.0 / 16.0  # |visibility - truth| above which it is grainy, away from edges
 CONTACT_TEXELS = 2.0
-WINDOW = 8  # pixels along a side of the windows over which means are compared
 
 
 class Frame(Protocol):
@@ -292,12 +292,6 @@ def _score_light(
         np.abs(window_sums(np.where(counted, difference, 0.0))),
     )  # fmt: skip
     return _Tally(*(float(values.sum()) for values in sums)), kinds, amount[counted]
-
-
-def window_sums(values: Array) -> Array:
-    """Sums of (H, W) values over windows of 8 x 8, from the first row and column on; at the other borders the rest is one."""
-    rows, columns = (np.arange(0, size, WINDOW) for size in values.shape)
-    return np.asarray(np.add.reduceat(np.add.reduceat(values, rows, axis=0), columns, axis=1))
 
 
 def smooth_pixels(body: NDArray[np.int32], normal: Array) -> Bools:

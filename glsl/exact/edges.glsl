@@ -66,7 +66,7 @@ bool edge_in(PixelFootprint f, bool facing) { // facing: the receiver's plane fa
     vec2 cell = (place * u_cells.xy + u_cells.zw) * finest;
     vec2 extent = (abs(u) + abs(v) + beside + sharp) * u_cells.xy * finest;
     float cells = float(GLS_EDGE_CELLS);
-    bool inside = depth > 0.0 || GLS_SUN == 1;
+    bool inside = (depth > 0.0 || GLS_SUN == 1) && texelFetch(u_mixed, ivec2(gl_FragCoord.xy), 0).r == 0u;
 #if !GLS_POINT
     inside = inside && all(greaterThan(cell + extent, vec2(0.0))) && all(lessThan(cell - extent, vec2(cells)));
 #endif

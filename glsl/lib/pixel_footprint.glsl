@@ -3,6 +3,7 @@
 #define GLS_ORTHO 0
 #endif
 uniform vec4 u_sampled; // pixels: half of what the samples span, right and up; from the pixel's middle to the sample that is shown
+uniform usampler2D u_mixed; // 1: the pixel's samples see several surfaces, and are shaded anyway
 const float MOST_FORESHORTENED = 0.9; // nearer to the plane's horizon no parallelogram holds what is seen
 
 struct PixelFootprint {
