@@ -170,7 +170,8 @@ class Listed(Source):
             receiver,
             textures={**receiver.textures, **self._edges.textures},
             marks={"GLS_MARKS": 1, **self._edges.defines},
-            collected={"GLS_MARKED": 1, "GLS_NEIGHBORS": 0},
+            # where a surface turns away beyond a spot's window, or casts nothing, it has no edge in the lists
+            collected={"GLS_MARKED": 1, "GLS_NEIGHBORS": int(self.grid.kind == "spot" or not work.scene.casts.all())},
         )
 
     def _find_edges(self, work: Work) -> bool:
