@@ -312,9 +312,11 @@ class Renderer:
         if not lights:
             dark = DirectionalLight(intensity=0.0)
             return (Share(dark, open_receiver(work, dark), 0, 1, look.ambient, look.linear_background),)
+        several = work.targets.samples > 1
+        receivers = [source.marking_receiver(work) if several else source.receiver(work) for source in sources]
         return tuple(
-            Share(light, source.receiver(work), number, len(lights), look.ambient, look.linear_background, tint)
-            for number, (light, source, tint) in enumerate(zip(lights, sources, panes, strict=True))
+            Share(light, receiver, number, len(lights), look.ambient, look.linear_background, tint)
+            for number, (light, receiver, tint) in enumerate(zip(lights, receivers, panes, strict=True))
         )
 
 

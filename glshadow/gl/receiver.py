@@ -26,6 +26,10 @@ class Receiver:
         Where the scene's origin lies in it.
     uniforms, textures : mapping
         By name; textures as `Program.bind` takes them.
+    marks : mapping
+        Defines with which pass/resolve.frag marks pixels whose samples may see the light differently; empty: it cannot.
+    collected : mapping
+        Defines of pass/collect.frag: which pixels the light asks for, by its marks and by their neighbours.
     densely : callable, optional
         How the samples of collected pixels ask it; None: alike.
     """
@@ -37,4 +41,6 @@ class Receiver:
     dialect: str = "core330"
     uniforms: Mapping[str, Any] = field(default_factory=dict)
     textures: Mapping[str, Any] = field(default_factory=dict)
+    marks: Mapping[str, int | str] = field(default_factory=dict)
+    collected: Mapping[str, int | str] = field(default_factory=dict)
     densely: Callable[[Dense], Receiver] | None = None

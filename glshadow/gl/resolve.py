@@ -86,9 +86,10 @@ def resolve(work: Work, share: Share, dense: Dense | None = None) -> None:
             **(share.panes.defines if share.panes else {}),
             "GLS_ROUNDED": int(scene.rounded is not None),
             "GLS_DENSE": int(dense is not None),
-            **(dense.defines if dense else {}),
+            **(dense.defines if dense else asked.marks if targets.samples > 1 else {}),
         },
     )
+    program.set(u_sampled=targets.sampled)
     # each pixel shows the surface of one of its samples, and is shaded where that lies
     _set(program, work, share, (0.0, 0.0) if dense else targets.aside)
     program.bind(**_surface(work), **asked.textures)

@@ -1,4 +1,4 @@
-"""Several samples in a pixel: seen by the camera all at once, shaded one by one only where their answers differ. Needs OpenGL 4.3."""
+"""Several samples in a pixel: seen by the camera all at once, shaded one by one only where they may differ. Needs OpenGL 4.3."""
 
 from __future__ import annotations
 
@@ -20,6 +20,8 @@ from glshadow.gl.work import Work
 MOST_DENSE = 1 << 23
 """Samples that are shaded together: 128 MiB of sums."""
 
+_ASKING = 31  # lights in a word of the texture that says which of them ask: lib/asking.glsl
+
 
 class Samples:
     """The list of collected pixels, and room for their samples; for one image size."""
@@ -32,13 +34,14 @@ class Samples:
         width, height = self.size
         made: list[Any] = []
         with released_on_error(made):
-            self._mixed = self._texture(made, self.size, 1, "u1")
+            self._asking = self._texture(made, (width, height * -(-len(targets.visibility) // _ASKING)), 1, "u4")
             self._count = ctx.buffer(reserve=4)
             made.append(self._count)
             self._pixels = BufferTexture(context.gl, ctx.buffer(reserve=4 * width * height), R32UI)
             made.append(self._pixels)
             context.check_errors(f"allocating {targets.samples} samples of {width} x {height} pixels")
-        self._fill = ctx.framebuffer([targets.surface, self._mixed], targets.depth)
+        self._fill = ctx.framebuffer([targets.surface, targets.mixed], targets.depth)
+        self._clear = ctx.framebuffer([self._asking])
         self._scatter = ctx.framebuffer(depth_attachment=targets.depth)  # for passes that write to images alone
         self._scatter.depth_mask = False
         self._sums: moderngl.Texture | None = None
@@ -88,7 +91,7 @@ class Samples:
         int
             How many pixels.
         """
-        count = self._collect(work, len(shares))
+        count = self._collect(work, shares)
         per = self.block[0] * self.block[1]
         across = min(self.size[0], work.caps.max_texture_size // self.block[0])
         most = min(MOST_DENSE // per, across * (work.caps.max_texture_size // self.block[1]))
@@ -109,19 +112,19 @@ class Samples:
             self._average(work, dense, -1, over)
         return count
 
-    def _collect(self, work: Work, lights: int) -> int:
+    def _collect(self, work: Work, shares: Sequence[Share]) -> int:
         context, targets = self._context, work.targets
+        self._clear.use()
+        context.gl.clear_unsigned(0, (0, 0, 0, 0))
         self._count.write(b"\0\0\0\0")
         self._count.bind_to_storage_buffer(0)
         self._pixels.buffer.bind_to_storage_buffer(1)
-        self._mixed.bind_to_image(0, read=True, write=True)
-        for number in range(lights):
-            kind = 3 if number else 2 if lights > 1 else 1
-            program = work.programs.get(
-                "pass/resolve.vert", "pass/collect.frag", dialect="core430", defines={"GLS_LIGHTS": kind}
-            )
-            program.set(u_far_z=work.sight.far_z)
-            program.bind(u_visibility=targets.visibility[number], u_mixed=self._mixed)
+        self._asking.bind_to_image(0, read=True, write=True)
+        for number, share in enumerate(shares):
+            defines = {**share.receiver.collected, "GLS_FIRST": int(number == 0)}
+            program = work.programs.get("pass/resolve.vert", "pass/collect.frag", dialect="core430", defines=defines)
+            program.set(u_far_z=work.sight.far_z, u_light=number)
+            program.bind(u_visibility=targets.visibility[number], u_mixed=targets.mixed)
             targets.depth_framebuffer.use()
             draw_over(context, program, work.sight)
             context.ctx.memory_barrier()
@@ -155,8 +158,9 @@ class Samples:
             defines={**dense.defines, "GLS_OUTPUT": int(light >= 0), "GLS_CATCHES": int(work.scene.catches),
                      "GLS_SUM": int(targets.linear is not None)},
         )  # fmt: skip
-        program.set(**dense.uniforms, u_background=background)
-        program.bind(u_pixels=dense.pixels, u_dense=self._visible if light >= 0 else self._sums)
+        program.set(**dense.uniforms, u_background=background, u_light=light)
+        program.bind(u_pixels=dense.pixels, u_dense=self._visible if light >= 0 else self._sums, u_mixed=targets.mixed,
+                     u_asking=self._asking)  # fmt: skip
         if light >= 0:
             targets.visibility[light].bind_to_image(0, read=False, write=True)
         else:
@@ -172,5 +176,6 @@ class Samples:
     def release(self) -> None:
         """Free the GPU memory."""
         release(
-            self._fill, self._scatter, self._dense, self._mixed, self._sums, self._visible, self._count, self._pixels
-        )
+            self._fill, self._clear, self._scatter, self._dense, self._asking, self._sums, self._visible,
+            self._count, self._pixels,
+        )  # fmt: skip

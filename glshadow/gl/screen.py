@@ -87,6 +87,7 @@ def surface_textures(samplers: Samplers, scene: GpuScene, targets: CameraTargets
     """What the camera sees, by the samplers that read it."""
     return {
         "u_surface": targets.surface,
+        **({} if targets.mixed is None else {"u_mixed": targets.mixed}),
         "u_camera_depth": (targets.depth, samplers.plain),
         "u_planes": lambda: scene.planes,
         "u_owners": lambda: scene.owners,

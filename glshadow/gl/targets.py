@@ -124,6 +124,8 @@ class CameraTargets:
         What each pixel sees.
     fine : SurfaceTargets
         What each sample sees; where a pixel has one, `surface` and `depth` are its.
+    mixed : moderngl.Texture, optional
+        1 where a pixel's samples see several surfaces.
     """
 
     _count = itertools.count()
@@ -158,6 +160,9 @@ class CameraTargets:
                 made.append(self.depth)
                 self.surface = texture(channels, "u4")
                 self.surface.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self.mixed = texture(1, "u1") if samples > 1 else None
+            if self.mixed is not None:
+                self.mixed.filter = (moderngl.NEAREST, moderngl.NEAREST)
             self.image = texture(4, "f1")
             self.sums = [texture(4, "f4") for _ in range(min(lights - 1, 2))]  # read one, write the other
             self.visibility = [texture(1, "f4") for _ in range(lights if visibility else 0)]
@@ -176,6 +181,12 @@ class CameraTargets:
         """Where the sample lies that a pixel's surface is taken from, right and up of its middle, in pixels."""
         columns, rows = self.block
         return (0.0, 0.0) if self.samples == 1 else (0.5 / columns, 0.5 / rows)
+
+    @property
+    def sampled(self) -> tuple[float, float, float, float]:
+        """Half of what the samples of a pixel span, right and up, and `aside`; pixels."""
+        columns, rows = self.block
+        return (0.5 - 0.5 / columns, 0.5 - 0.5 / rows, *self.aside)
 
     def framebuffer(self, color: moderngl.Texture, light: int) -> moderngl.Framebuffer:
         """Framebuffer of a colour texture, the visibility of one light and the linear sum, where they are wanted, and the camera's

@@ -22,6 +22,7 @@ from glshadow.core.spaces import Array, Bools, view_axes
 from glshadow.errors import GlshadowError, SettingsError
 from glshadow.measure.html import error_html
 from glshadow.measure.score import COLORS, DARK, LIT, Outcome, Score
+from glshadow.measure.windows import window_sums
 from glshadow.scene.arguments import checked_scene
 from glshadow.scene.mesh import Scene
 
@@ -83,7 +84,8 @@ class ShadowError(Score):
 
     def __repr__(self) -> str:
         kinds = ", ".join(f"{name} {getattr(self, name):.4%}" for name in ("wrong", "edge", "acne", "leak", "grain"))
-        return f"ShadowError({len(self.lights)} light{'' if len(self.lights) == 1 else 's'}: {kinds})"
+        lights = f"{len(self.lights)} light{'' if len(self.lights) == 1 else 's'}"
+        return f"ShadowError({lights}: {kinds}, window {self.window:.5f})"
 
     def __str__(self) -> str:
         return "\n".join(f"light {number}: {score}" for number, score in enumerate(self.lights))
@@ -236,6 +238,7 @@ class _Tally:
     all_mean: float
     penumbra: float
     penumbra_mean: float
+    window: float
 
     def score(self, amounts: Array) -> Score:
         """`amounts` (N,): the differences of the counted pixels."""
@@ -254,6 +257,7 @@ class _Tally:
             all_mean=self.all_mean / surface,
             p95=float(np.percentile(amounts, 95.0)) if len(amounts) else np.nan,
             penumbra=self.penumbra_mean / (self.penumbra or 1.0),
+            window=self.window / counted,
         )
 
 
@@ -286,6 +290,7 @@ def _score_light(
     soft = counted & several & (exact > 0.0) & (exact < 1.0)
     sums = (
         surface, counted, amount * counted, wrong, edge, acne, leak, grain, contact, amount > WRONG, amount, soft, amount * soft,
+        np.abs(window_sums(np.where(counted, difference, 0.0))),
     )  # fmt: skip
     return _Tally(*(float(values.sum()) for values in sums)), kinds, amount[counted]
 

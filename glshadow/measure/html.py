@@ -20,11 +20,11 @@ def error_html(lights: Sequence[Score], whole: Score, pictures: Sequence[NDArray
         named.append(("all", whole))
     rows = [[name, *_numbers(score)] for name, score in named]
     figures = [figure(picture, f"light {number}") for number, picture in enumerate(pictures)]
-    return table(["", *SHARES, "mean"], rows) + _key() + "".join(figures)
+    return table(["", *SHARES, "mean", "window"], rows) + _key() + "".join(figures)
 
 
 def _numbers(score: Score) -> list[str]:
-    values = [(getattr(score, name), "{:.4%}") for name in SHARES] + [(score.mean, "{:.5f}")]
+    values = [(getattr(score, name), "{:.4%}") for name in SHARES] + [(score.mean, "{:.5f}"), (score.window, "{:.5f}")]
     return [form.format(value) if np.isfinite(value) else "\N{EN DASH}" for value, form in values]
 
 

@@ -57,6 +57,9 @@ class Score:
         95th percentile of |visibility - truth|.
     penumbra : float
         `mean` over those pixels alone that see a part of a light that has a size; 0 where there are none.
+    window : float
+        Mean over the counted pixels of |mean of visibility - truth over the counted pixels of their 8 x 8 window|: errors that
+        do not cancel between neighbours. Shadows thinner than a pixel that are lost as a whole show here.
     """
 
     mean: float
@@ -71,12 +74,13 @@ class Score:
     all_mean: float
     p95: float
     penumbra: float
+    window: float
 
     def __str__(self) -> str:
         parts = ", ".join(f"{name} {getattr(self, name):.4%}" for name in ("edge", "acne", "leak"))
         return (
             f"wrong {self.wrong:.4%} ({parts}; contact {self.contact:.4%}), grain {self.grain:.4%}, "
-            f"mean {self.mean:.5f} of the counted {self.counted:.1%} of the surface; "
+            f"mean {self.mean:.5f}, over windows {self.window:.5f}, of the counted {self.counted:.1%} of the surface; "
             f"of all of it wrong {self.all_wrong:.4%}, mean {self.all_mean:.5f}"
             + (f"; penumbra mean {self.penumbra:.5f}, 95 % within {self.p95:.5f}" if self.penumbra else "")
         )

@@ -187,8 +187,19 @@ def _exact() -> Iterator[Variant]:
             for dense in ({}, _DENSE):
                 alone = {**defines, "GLS_ALONE": 1, "GLS_WEIGHED": int(masked), "GLS_ROUNDED": int(huge), **dense}
                 yield Variant("pass/resolve.frag", dialect, slots, alone)
-        for counted in (0, 1):
-            defines = {"GLS_SUN": int(kind == "directional"), "GLS_COUNTED": counted}
+        for masked, huge, parallel in product((False, True), (False, True), (0, 1)):
+            defines = {**exact_defines(kind, 512, 16, masked, huge), "GLS_ORTHO": parallel, "GLS_MARKS": 1}
+            yield Variant(
+                "pass/resolve.frag",
+                "core400",
+                exact_slots(kind, "lists"),
+                {**defines, "GLS_ROUNDED": parallel, "GLS_SURFACE": 1 + parallel},
+            )
+        plain: dict[str, int | str] = {"GLS_SUN": int(kind == "directional")}
+        yield Variant("pass/edges.comp", "core430", {}, plain)
+        yield Variant("pass/edge_lists.comp", "core430", {}, {**plain, "GLS_POINT": int(kind == "point")})
+        for counted, marks in ((0, 0), (1, 0), (1, 1)):
+            defines = {"GLS_SUN": int(kind == "directional"), "GLS_COUNTED": counted, "GLS_MARKS": marks}
             yield Variant("pass/resolve.frag", "core330", given_slots(kind), defines)
     yield from _area()
     yield from _depths_read()
@@ -276,6 +287,10 @@ def _area() -> Iterator[Variant]:
             for number, dense in product((0, 1), (0, 1)):
                 each = {**settings, "GLS_ORTHO": number, "GLS_ROUNDED": number, "GLS_DENSE": dense}
                 yield Variant("pass/penumbra.frag", "core430", slots, each)
+            if stage == 0:
+                for parallel in (0, 1):
+                    more = {**settings, "GLS_ORTHO": parallel, "GLS_ROUNDED": parallel, "GLS_MARKS": 1, "GLS_SOFT": 1}
+                    yield Variant("pass/penumbra.frag", "core430", slots, more)
     for shape in ("panel", "sky"):
         for shadow, channels, more in product(("given", "open"), (1, 2), ({}, _DENSE)):
             slots = {"light": f"light/{shape}.glsl", "shadow": f"receiver/{shadow}.glsl"}
@@ -342,9 +357,14 @@ def _resolve() -> Iterator[Variant]:
         for output, catches, total in product((0, 1), (0, 1), (0, 1)):
             choices = {"GLS_OUTPUT": output, "GLS_CATCHES": catches, "GLS_SUM": total}
             yield Variant("pass/average.frag", "core430", {}, {**choices, **block})
-    for lights in (1, 2, 3):
-        yield Variant("pass/collect.frag", "core430", {}, {"GLS_LIGHTS": lights})
+    for first, marked, neighbors, every in product((0, 1), (0, 1), (0, 1), (0, 1)):
+        if not (marked and every):
+            asks = {"GLS_FIRST": first, "GLS_MARKED": marked, "GLS_NEIGHBORS": neighbors, "GLS_EVERY": every}
+            yield Variant("pass/collect.frag", "core430", {}, asks)
     for receiver in receivers():
         if receiver.dialect != "es100":
             rounded: dict[str, int | str] = {"GLS_ROUNDED": int(receiver.filter is MAPPED[0]), "GLS_SURFACE": 2}
             yield Variant("pass/resolve.frag", receiver.dialect, receiver.slots, {**receiver.defines, **rounded})
+            if receiver.target is TARGETS[0] and receiver.bias == BIASES[0]:
+                marks = {**receiver.defines, "GLS_MARKS": 1}
+                yield Variant("pass/resolve.frag", receiver.dialect, receiver.slots, marks)

@@ -1,5 +1,6 @@
 // One fragment for each collected pixel: puts the box mean over its samples, in linear light, into the picture. GLS_OUTPUT 1: of one
-// light's visibility, over the samples that see a surface.
+// light's visibility, over the samples that see a surface, where the surface or this light asks for them: what another light asks for
+// changes nothing.
 #ifndef GLS_OUTPUT
 #define GLS_OUTPUT 0
 #endif
@@ -15,6 +16,12 @@
 #include "lib/dense.glsl"
 #include "lib/finish.glsl"
 #include "lib/srgb.glsl"
+#if GLS_OUTPUT == 1
+#include "lib/asking.glsl"
+uniform usampler2D u_mixed; // 1: several surfaces
+uniform usampler2D u_asking;
+uniform int u_light;
+#endif
 uniform sampler2D u_dense;
 uniform vec4 u_background; // linear; alpha 0: none
 #if GLS_OUTPUT == 1
@@ -32,6 +39,11 @@ void main() {
     bool asked = place < u_batch.y;
     uint bits = texelFetch(u_pixels, u_batch.x + (asked ? place : 0)).r;
     ivec2 pixel = asked ? ivec2(int(bits & 0xffffu), int(bits >> 16u)) : ivec2(-1); // what is written outside is lost
+#if GLS_OUTPUT == 1
+    ivec2 there = max(pixel, ivec2(0));
+    uint asking = texelFetch(u_asking, asking_at(there, u_light, textureSize(u_mixed, 0).y), 0).r & asking_bit(u_light);
+    pixel = asking != 0u || texelFetch(u_mixed, there, 0).r != 0u ? pixel : ivec2(-1);
+#endif
     vec4 total = vec4(0.0);
     for (int i = 0; i < GLS_COLUMNS * GLS_ROWS; i++) {
         vec4 found = texelFetch(u_dense, block * BLOCK + ivec2(i % GLS_COLUMNS, i / GLS_COLUMNS), 0);

@@ -1,38 +1,63 @@
-// Collects the pixels whose samples differ: those that pass/fill.frag found mixed, and those that a shadow's edge goes through, one of
-// whose four neighbours is not as visible to the light as they are. Drawn once for each light, over what is seen; no pixel is collected
-// twice.
-#ifndef GLS_LIGHTS
-#define GLS_LIGHTS 1 // 2: the first of several, 3: another one
+// Collects the pixels whose samples differ: those that see several surfaces (pass/fill.frag), and those whose samples may see the light
+// differently. GLS_MARKED: the latter are marked already; GLS_NEIGHBORS: and so are those one of whose four neighbours sees another share
+// of the light. Drawn light after light over what is seen; no pixel is collected twice, and what each light asked for is kept.
+#ifndef GLS_MARKED
+#define GLS_MARKED 0
 #endif
+#ifndef GLS_NEIGHBORS
+#define GLS_NEIGHBORS 1
+#endif
+#ifndef GLS_EVERY
+#define GLS_EVERY 0 // 1: all that are seen
+#endif
+#ifndef GLS_FIRST
+#define GLS_FIRST 1 // 1: the first light
+#endif
+#include "lib/asking.glsl"
 layout(early_fragment_tests) in;
 layout(std430, binding = 0) buffer Collected { uint collected_count; };
 layout(std430, binding = 1) writeonly buffer Pixels { uint pixels[]; }; // x, y << 16
-#if GLS_LIGHTS == 1
-uniform usampler2D u_mixed;
-#else
-layout(r8ui, binding = 0) uniform uimage2D u_taken; // 1: mixed, or collected
-#endif
-uniform sampler2D u_visibility; // NaN where there is no surface
+layout(r32ui, binding = 0) uniform uimage2D u_asking; // see lib/asking.glsl; 0 before the first light
+uniform usampler2D u_mixed; // 1: several surfaces
+uniform sampler2D u_visibility; // NaN where there is no surface; 2 more: marked
+uniform int u_light;
 const float DIFFERS = 0.3; // of a soft edge that is wider than three pixels its middle is its mean
+
+vec4 unmarked(vec4 visibility) {
+    return visibility - (GLS_MARKED == 1 ? 2.0 * step(1.5, visibility) : vec4(0.0));
+}
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
+    bool differs = GLS_EVERY == 1;
+#if GLS_MARKED
+    differs = differs || texelFetch(u_visibility, pixel, 0).r >= 1.5;
+#endif
+#if GLS_NEIGHBORS
     vec2 texel = 1.0 / vec2(textureSize(u_visibility, 0));
     // four pixels at a time, about a corner of this one; at the border of the image the pixel itself is repeated
-    vec4 below = textureGather(u_visibility, vec2(pixel) * texel), above = textureGather(u_visibility, vec2(pixel + 1) * texel);
-    float own = below.y;
+    vec4 below = unmarked(textureGather(u_visibility, vec2(pixel) * texel));
+    vec4 above = unmarked(textureGather(u_visibility, vec2(pixel + 1) * texel));
     vec4 others = vec4(below.x, below.z, above.x, above.z); // left, down, up, right
-    bool differs = any(greaterThan(abs(others - own), vec4(DIFFERS))); // a NaN does not
-#if GLS_LIGHTS == 1
-    bool taken = texelFetch(u_mixed, pixel, 0).r != 0u;
+    differs = differs || any(greaterThan(abs(others - below.y), vec4(DIFFERS))); // a NaN does not
+#endif
+    bool mixed = texelFetch(u_mixed, pixel, 0).r != 0u;
+    int height = textureSize(u_visibility, 0).y;
+    ivec2 word = asking_at(pixel, u_light, height);
+#if GLS_FIRST
+    const uint before = 0u;
+    bool collects = differs || mixed;
 #else
-    bool taken = imageLoad(u_taken, pixel).r != 0u;
+    bool next = u_light % ASKING == 0; // word
+    uint before = imageLoad(u_asking, next ? word - ivec2(0, height) : word).r;
+    before = next ? (before != 0u ? 0x80000000u : 0u) : before;
+    bool collects = differs && !mixed && before == 0u;
 #endif
-    int wanted = (GLS_LIGHTS == 3 ? differs && !taken : differs || taken) ? 1 : 0;
-    for (int i = 0; i < wanted; i++) { // not an if: llvmpipe would go through the atomics of every pixel
+    int turns = collects ? 1 : 0;
+    for (int i = 0; i < turns; i++) { // not an if: llvmpipe would go through the atomics of every pixel
         pixels[atomicAdd(collected_count, 1u)] = uint(pixel.x) | uint(pixel.y) << 16u;
-#if GLS_LIGHTS > 1
-        imageStore(u_taken, pixel, uvec4(1u));
-#endif
     }
+    uint asking = before | (differs ? asking_bit(u_light) : 0u);
+    turns = asking != 0u ? 1 : 0;
+    for (int i = 0; i < turns; i++) imageStore(u_asking, word, uvec4(asking));
 }

@@ -33,6 +33,9 @@
 #ifndef GLS_PANEL
 #define GLS_PANEL 0 // 1: the light is a panel
 #endif
+#ifndef GLS_MARKS
+#define GLS_MARKS 0 // 1, with GLS_STAGE 0: marks pixels whose samples may see the light differently, by the highest bit
+#endif
 #include "lib/sight.glsl"
 #if GLS_DENSE
 #include "lib/dense.glsl"
@@ -42,6 +45,9 @@
 #endif
 #include "lib/surface_number.glsl"
 #include "lib/cone.glsl"
+#if GLS_MARKS
+#include "lib/pixel_footprint.glsl"
+#endif
 #include <shadow>
 #include <between>
 #include "lib/surface_point.glsl"
@@ -161,6 +167,10 @@ void main() {
     if (above && asked) cut = is_cut(position);
     float lit = above && asked && !cut ? light_visibility(position, normal, 1.0) : 1.0;
     o_seen = below || cut ? 0u : uint(lit) * uint(u_count);
+#if GLS_MARKS
+    PixelFootprint sampled = pixel_footprint(position, normal, eye, ray);
+    o_seen |= asked && seen && samples_differ(sampled, middle, lit) ? 0x80000000u : 0u;
+#endif
     int wanted = cut ? 1 : 0;
     for (int i = 0; i < wanted; i++) { // not an if: llvmpipe would go through the atomics of every pixel
         fragments[atomicAdd(asked_count, 1u)] = uint(fragment.x) | uint(fragment.y) << 16u;

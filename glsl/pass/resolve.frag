@@ -40,6 +40,9 @@
 #ifndef GLS_CATCHES
 #define GLS_CATCHES 0
 #endif
+#ifndef GLS_MARKS
+#define GLS_MARKS 0 // 1: marks pixels whose samples may see the light differently, by 2 on top of the visibility
+#endif
 #ifndef GLS_GLASS
 #define GLS_GLASS 0 // views of a map of what casters that blend let through
 #endif
@@ -62,6 +65,9 @@
 #include "lib/color_packing.glsl"
 #include "lib/srgb.glsl"
 #include "lib/surface_number.glsl"
+#if GLS_MARKS
+#include "lib/pixel_footprint.glsl"
+#endif
 #include <light>
 #include <shadow>
 #include "lib/asked.glsl"
@@ -276,6 +282,15 @@ void main() {
     o_visibility = seen ? lit : uintBitsToFloat(0x7fc00000u);
 #else
     o_visibility = lit;
+#if GLS_MARKS
+#if GLS_SELECTIVE
+    bool darkened = is_darkened(surface.r);
+#else
+    const bool darkened = true;
+#endif
+    PixelFootprint sampled = pixel_footprint(position, normal, eye, ray);
+    o_visibility += darkened && samples_differ(sampled, cosine, lit) ? 2.0 : 0.0; // read by pass/collect.frag
+#endif
 #endif
 #endif
 #if GLS_CATCHES

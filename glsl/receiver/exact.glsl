@@ -23,6 +23,9 @@
 #ifndef GLS_HUGE
 #define GLS_HUGE 0 // 1: some triangles reach so far that they need a bound of their own
 #endif
+#ifndef GLS_MARKS
+#define GLS_MARKS 0 // 1: also knows whether the samples of a pixel may see the light differently
+#endif
 #if GLS_POINT || GLS_AREA && !GLS_SUN
 #include "lib/faces.glsl"
 #endif
@@ -130,6 +133,14 @@ bool folds_before(Facet own, Facet other) {
 #include <candidates>
 
 #if !GLS_AREA
+#if GLS_MARKS
+#include "exact/edges.glsl"
+
+bool samples_differ(PixelFootprint pixel, float cosine, float lit) {
+    return edge_in(pixel, cosine > 0.0);
+}
+#endif
+
 float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
     Ray ray;
     ray.bound = receiver_bound(position_lv);

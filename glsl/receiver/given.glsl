@@ -13,11 +13,24 @@ uniform sampler2D u_given;
 #endif
 uniform float u_points; // of the light
 
+#ifndef GLS_MARKS
+#define GLS_MARKS 0 // 1: the highest bit says that the samples of a pixel may see the light differently
+#endif
+#if GLS_MARKS
+bool samples_differ(PixelFootprint pixel, float cosine, float lit) {
+    return texelFetch(u_given, ivec2(gl_FragCoord.xy), 0).r >= 0x80000000u;
+}
+#endif
+
 float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
 #if GLS_WEIGHED
     vec2 sums = texelFetch(u_given, ivec2(gl_FragCoord.xy), 0).rg;
     return sums.y > 0.0 ? sums.x / sums.y : 0.0;
 #else
-    return float(texelFetch(u_given, ivec2(gl_FragCoord.xy), 0).r) / u_points;
+#if GLS_COUNTED
+    return float(texelFetch(u_given, ivec2(gl_FragCoord.xy), 0).r & 0x7fffffffu) / u_points;
+#else
+    return texelFetch(u_given, ivec2(gl_FragCoord.xy), 0).r / u_points;
+#endif
 #endif
 }

@@ -13,3 +13,9 @@
 #else
 #include "receiver/answered.glsl"
 #endif
+#ifndef GLS_MARKS
+#define GLS_MARKS 0 // 1: also knows whether the samples of a pixel may see the light differently
+#endif
+#if GLS_MARKS
+#include "receiver/marks.glsl"
+#endif

@@ -300,3 +300,29 @@ def test_frame_and_truth_must_belong_together(wall):
         frame = SimpleNamespace(**{**vars(good), **change})
         with pytest.raises(SettingsError, match=words):
             measure(frame, wall)
+
+
+def test_windows_see_what_does_not_cancel(wall):
+    """Lit pixels a twentieth too dark: the mean over windows is off by it. In turn too dark and too light: it is not."""
+    counted = counted_of(wall)
+    lit = counted & (wall.visibility[0] == 1.0)
+    dark = counted & (wall.visibility[0] == 0.0)
+    frame = Frame.of(wall)
+    assert measure(frame, wall).window == 0.0
+    frame.visibility[0][lit] -= 0.05
+    error = measure(frame, wall)
+    assert error.wrong == error.grain == 0.0
+    assert error.window == pytest.approx(0.05 * lit.sum() / counted.sum(), rel=1e-5)
+    # the wall's shadow has windows of its own: there it adds up again
+    rows, columns = np.indices(lit.shape)
+    sign = np.where((rows + columns) % 2 == 0, 0.05, -0.05)
+    frame.visibility[0] = np.where(counted, wall.visibility[0] + sign, wall.visibility[0])
+    whole = np.add.reduceat(np.add.reduceat(counted * sign, range(0, SIZE[1], 8), 0), range(0, SIZE[0], 8), 1)
+    assert dark.any()
+    error = measure(frame, wall)
+    assert error.mean == pytest.approx(0.05, rel=1e-5)
+    assert error.window == pytest.approx(np.abs(whole).sum() / counted.sum(), rel=1e-3)
+    assert error.window < 0.1 * error.mean
+    assert f"over windows {error.window:.5f}" in str(error)
+    assert f"window {error.window:.5f}" in repr(error)
+    assert json.loads(json.dumps(error.as_dict()))["window"] == error.window

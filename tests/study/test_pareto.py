@@ -77,7 +77,7 @@ def test_filters_are_named_as_the_command_line_reads_them(kind: gs.Hard | gs.Pcf
 
 
 def test_a_grainy_setting_does_not_beat_a_clean_one() -> None:
-    clean = Score(0.01, 0.002, 0.002, 0.0, 0.0, 0.0, 0.0, 1.0, 0.002, 0.01, 0.0, 0.0)
+    clean = Score(0.01, 0.002, 0.002, 0.0, 0.0, 0.0, 0.0, 1.0, 0.002, 0.01, 0.0, 0.0, 0.01)
     assert decisive_error(clean) == 0.002
     assert decisive_error(replace(clean, wrong=0.001, grain=0.9)) == 0.9
     assert np.isnan(decisive_error(replace(clean, wrong=np.nan, grain=np.nan)))

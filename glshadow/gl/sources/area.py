@@ -57,6 +57,7 @@ class Area(Listed):
         self._counter = context.ctx.buffer(reserve=4)
         self._batch = BATCH
         self._accumulated = Accumulated(context, Listed(context), Mapped(context))
+        self._rays: Receiver  # what a ray to the light's middle is tested with
         self._instead = ""  # why the points are asked one after another; empty: they are not
         self._overflow = ""  # why the grown lists do not fit, those of `_key`; empty: they do
         self.asked = self.found = 0
@@ -123,6 +124,7 @@ class Area(Listed):
         """Read the counts, made anew unless light, scene and what the camera sees are those of the last frame."""
         if self._instead:
             return self._accumulated.receiver(work)
+        self._rays = self._marking(work) if work.targets.samples > 1 else self._walked(work)
         key = (self._key, work.sight, work.targets.identity, self._shadow.filter)
         if self._counted is None or self._counted[0] != key:
             self._counted = None
@@ -131,7 +133,16 @@ class Area(Listed):
         if self._instead:
             self._begin_one_after_another(work)
             return self._accumulated.receiver(work)
-        return replace(self._given(work, self._picture), densely=lambda dense: self._densely(work, dense))
+        return replace(
+            self._given(work, self._picture),
+            marks={"GLS_MARKS": 1} if self._rays.marks else {},
+            collected={**self._rays.collected, "GLS_NEIGHBORS": 1},
+            densely=lambda dense: self._densely(work, dense),
+        )
+
+    def marking_receiver(self, work: Work) -> Receiver:
+        """The marks are in the counts."""
+        return self.receiver(work)
 
     def _count(self, work: Work) -> str:
         """Of all pixels of the picture; what is returned says why that would take too long or does not fit: then it was not done."""
@@ -210,7 +221,7 @@ class Area(Listed):
     ) -> Program:
         """A pass of pass/penumbra.frag, with all that it reads."""
         scene, targets = work.scene, work.targets
-        asked = super().receiver(work)
+        asked = self._rays
         defines = {
             **asked.defines,
             "GLS_ORTHO": int(not work.sight.camera.is_perspective),
@@ -222,7 +233,7 @@ class Area(Listed):
             "GLS_DITHER": int(self._shadow.filter.dithers),
             "GLS_STAGE": stage,
             "GLS_AREA": int(stage > 0),
-            **(dense.defines if dense else {}),
+            **(dense.defines if dense else {"GLS_SOFT": 1, **asked.marks} if stage == 0 else {}),
             **more,
         }
         program = work.programs.get(
@@ -232,6 +243,7 @@ class Area(Listed):
         program.set(**camera_uniforms(scene, work.sight, asked.axes, asked.offset, aside))
         program.set(**asked.uniforms, **self._values)  # its eye is the light's own
         program.set(u_count=self._points, u_samples=targets.fine.surface.size if dense else work.sight.size)
+        program.set(u_sampled=targets.sampled)
         if isinstance(self.light, RectLight):
             program.set(u_panel=asked.axes @ panel_axes(self.light).T)
         else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Programs
 from glshadow.gl.receiver import Receiver
 from glshadow.gl.sources.cells import FACET_BYTES, CellLists
+from glshadow.gl.sources.edges import Edges
 from glshadow.gl.sources.source import Source
 from glshadow.gl.sources.triangles import (
     casting_corners,
@@ -58,6 +60,7 @@ class Listed(Source):
         self._facets: BufferTexture | None = None
         self._traits: BufferTexture | None = None
         self.lists = CellLists(context)
+        self._edges = Edges(context)
         self._values: dict[str, Any] = {}  # what the pass must know of a light that has a size
         self.grid: ListGrid
         self.masked = False
@@ -146,7 +149,31 @@ class Listed(Source):
 
     def receiver(self, work: Work) -> Receiver:
         """Walk them."""
+        return self._walked(work)
+
+    def marking_receiver(self, work: Work) -> Receiver:
+        """With the silhouette edges of its casters; where these are too many, all samples of every pixel are shaded."""
+        return self._marking(work)
+
+    def _walked(self, work: Work) -> Receiver:
         return triangle_receiver(work, self.light, self.grid, "lists", self.masked, self._textures)
+
+    def _marking(self, work: Work) -> Receiver:
+        receiver = self._walked(work)
+        if not self._find_edges(work):
+            return replace(receiver, collected={"GLS_EVERY": 1, "GLS_NEIGHBORS": 0})
+        return replace(
+            receiver,
+            textures={**receiver.textures, **self._edges.textures},
+            marks={"GLS_MARKS": 1, **self._edges.defines},
+            # where a surface turns away beyond a spot's window, or casts nothing, it has no edge in the lists
+            collected={"GLS_MARKED": 1, "GLS_NEIGHBORS": int(self.grid.kind == "spot" or not work.scene.casts.all())},
+        )
+
+    def _find_edges(self, work: Work) -> bool:
+        """Make lists of silhouette edges, unless they are there; whether they fit into the driver's buffers."""
+        textures = {"u_facets": self._facets, "u_traits": self._traits}
+        return self._edges.update(work.programs, work.scene, self.light, self.grid, self.builds, textures)
 
     @property
     def _textures(self) -> dict[str, Any]:
@@ -154,7 +181,7 @@ class Listed(Source):
 
     def release(self) -> None:
         """Free the GPU memory."""
-        release(self.lists, self._facets, self._traits)
+        release(self._edges, self.lists, self._facets, self._traits)
 
 
 def _traits(scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> NDArray[np.uint32]:

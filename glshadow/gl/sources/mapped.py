@@ -157,6 +157,13 @@ class Mapped(Source):
             {"u_map": (self.map.atlas.texture, None if plain else sampler)},
         )
 
+    def marking_receiver(self, work: Work) -> Receiver:
+        """A map's texels may be smaller than a pixel; prefiltered ones are read from a mip map of the pixel's size."""
+        receiver = self.receiver(work)
+        if self.map is None or self.map.filter.encoding:
+            return receiver
+        return replace(receiver, marks={"GLS_MARKS": 1}, collected={"GLS_MARKED": 1})
+
     def _reach(self, work: Work) -> float:
         """Largest coordinate on the way to the position of a receiver that the map answers for: eye, ray x depth, their sum."""
         sight, origin = work.sight, work.scene.origin

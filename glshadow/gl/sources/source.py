@@ -38,6 +38,10 @@ class Source:
         """How the light is asked."""
         return open_receiver(work, self.light)
 
+    def marking_receiver(self, work: Work) -> Receiver:
+        """The same for a picture with several samples in a pixel: where it can, it marks pixels whose samples may differ."""
+        return self.receiver(work)
+
     def amended(self, used: Used) -> Used:
         """What was used, as it turned out where it was asked."""
         return used

@@ -1,0 +1,43 @@
+// The part of a receiver's plane that the samples of a pixel see: no more than a parallelogram about the pixel's middle.
+#ifndef GLS_ORTHO
+#define GLS_ORTHO 0
+#endif
+uniform vec4 u_sampled; // pixels: half of what the samples span, right and up; from the pixel's middle to the sample that is shown
+uniform usampler2D u_mixed; // 1: the pixel's samples see several surfaces, and are shaded anyway
+const float MOST_FORESHORTENED = 0.9; // nearer to the plane's horizon no parallelogram holds what is seen
+
+struct PixelFootprint {
+    vec3 middle;
+    vec3 right; // half vectors along the sides
+    vec3 up;
+    vec3 normal; // of the plane, on the side that is seen
+    float pixel; // its size across the ray
+    bool open; // reaches to the horizon
+};
+
+PixelFootprint pixel_footprint(vec3 position, vec3 normal, vec3 eye, vec3 ray) { // ray: of unit view depth
+    PixelFootprint f;
+#if GLS_ORTHO
+    vec3 right = dFdx(eye), up = dFdy(eye);
+#else
+    float depth = dot(position - eye, ray) / dot(ray, ray);
+    vec3 right = depth * dFdx(ray), up = depth * dFdy(ray);
+#endif
+    float slant = dot(normal, ray);
+    vec2 along = vec2(dot(normal, right), dot(normal, up)) / slant;
+    f.normal = normal;
+    f.pixel = max(length(right), length(up));
+    right -= ray * along.x;
+    up -= ray * along.y;
+    f.middle = position - right * u_sampled.z - up * u_sampled.w;
+#if GLS_ORTHO
+    float foreshortened = 0.0;
+#else
+    float foreshortened = dot(abs(along), u_sampled.xy + abs(u_sampled.zw)) / depth;
+#endif
+    f.open = !(foreshortened < MOST_FORESHORTENED);
+    float grown = 1.0 / (1.0 - min(foreshortened, MOST_FORESHORTENED));
+    f.right = right * (u_sampled.x * grown);
+    f.up = up * (u_sampled.y * grown);
+    return f;
+}

@@ -1,0 +1,41 @@
+// Silhouette edges into grids of lists, one invocation per edge: into each cell of each grid that it comes nearer to than half a cell. So a
+// footprint that reaches no further than half a cell from its middle meets only edges of its middle's cell. See exact/edges.glsl.
+#include "lib/edge_grids.glsl"
+#include "lib/cells.glsl"
+#include "lib/facet.glsl"
+#include "lib/traits.glsl"
+layout(local_size_x = 64) in;
+uniform usamplerBuffer u_edges; // see pass/edges.comp
+const float HALF = 0.5;
+
+void main() {
+    uint number = own_triangle();
+    if (number >= u_part.y) return;
+    uint edge = texelFetch(u_edges, int(number)).r, code = edge & 3u;
+    Facet own = facet(int(edge >> 2u));
+    vec3 a = code == 1u ? own.b : code == 2u ? own.c : own.a, b = code == 0u ? own.b : code == 2u ? own.a : code == 1u ? own.c : own.b;
+    vec3 c = code == 3u ? own.c : b;
+    const float fine = float(GLS_CELLS) / float(GLS_EDGE_CELLS);
+    for (int face = 0; face < FACES; face++) {
+        mat3 turned = face_from_lv(face);
+        Footprint f = footprint(turned * a, turned * b, turned * c);
+        if (max(f.depth.x, max(f.depth.y, f.depth.z)) <= 0.0 && GLS_SUN == 0) continue;
+        int top = face * EDGE_ROWS;
+        for (int grid = 0; grid < EDGE_GRIDS; grid++) {
+            int cells = GLS_EDGE_CELLS >> (2 * grid);
+            float scale = fine * float(1 << (2 * grid));
+            Block block_ = block(f, scale, float(cells), HALF * scale);
+            for (int row = block_.first.y; row <= block_.last.y; row++) {
+                ivec2 span = row_span(block_.edges, float(row - block_.first.y), ivec2(0, block_.last.x - block_.first.x));
+                int count = max(span.y - span.x + 1, 0);
+                uint link = atomicAdd(link_count, uint(count));
+                if (link + uint(count) > u_capacity) continue;
+                for (int column = span.x; column <= span.y; column++) {
+                    put(link, ivec2(block_.first.x + column, top + row), edge >> 2u, f.nearest, code);
+                    link++;
+                }
+            }
+            top += cells;
+        }
+    }
+}

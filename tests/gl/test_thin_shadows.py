@@ -1,0 +1,179 @@
+"""Shadows thinner than a pixel: with several samples in a pixel visibility is the mean over all of them, whatever else shines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import glshadow as gs
+from glshadow.core.lights import Light
+from glshadow.gl.sources.edges import Edges
+from glshadow.gl.sources.mapped import Mapped
+from glshadow.scene import shapes
+
+from ..exact.test_casters import LIGHTS as LEAF_LIGHTS
+from ..exact.test_casters import leaf, leaves, placed, scene_of
+
+PITCH, PIXEL = 0.5 * 1.0137, 0.08  # of the wires, and of a picture that is 150 pixels high
+WIRES = (200, 150)
+SUN = gs.DirectionalLight(direction=(-0.55, -0.8, -0.25))
+SPOT = gs.SpotLight(position=(6.0, 9.0, 5.0), direction=(-6.0, -9.0, -5.0), inner_angle=44.0, outer_angle=45.0)
+POINT = gs.PointLight(position=(0.5, 2.2, 0.8))
+
+
+@pytest.fixture(scope="module")
+def renderer() -> Iterator[gs.Renderer]:
+    with gs.Renderer() as renderer:
+        yield renderer
+
+
+@pytest.fixture(scope="module")
+def courtyard() -> gs.Scene:
+    return gs.scenes.courtyard()
+
+
+@pytest.fixture
+def every(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Makes every sample of every pixel shaded from here on, as where the edges need more memory than there is."""
+
+    def switch() -> None:
+        monkeypatch.setattr(Edges, "update", lambda *_: False)
+        whole = {"GLS_EVERY": 1}
+        monkeypatch.setattr(
+            Mapped, "marking_receiver", lambda self, work: replace(self.receiver(work), collected=whole)
+        )
+
+    return switch
+
+
+def wires(width: float, turned: float = 0.0) -> gs.Scene:
+    """Long bars over a ground, seen from above."""
+    bar = gs.Mesh(*shapes.box((width, width, 40.0)))
+    axes = np.eye(4)
+    axes[:3, :3] = [[np.cos(turned), 0, np.sin(turned)], [0, 1, 0], [-np.sin(turned), 0, np.cos(turned)]]
+
+    def at(x: float) -> NDArray[np.float64]:
+        moved = np.eye(4)
+        moved[:3, 3] = (x, 3.0, 0.0)
+        return axes @ moved
+
+    ground = gs.Node("ground", gs.Mesh(*shapes.rectangle((-40, 0, 40), (80, 0, 0), (0, 0, -80))), np.eye(4))
+    nodes = [gs.Node(f"wire {i}", bar, at(-15.0 + i * PITCH)) for i in range(60)]
+    camera = gs.OrthographicCamera(position=(0, 1, 0.001), target=(0, 0, 0), up=(0, 0, -1), height=12)
+    return gs.Scene((ground, *nodes), camera, (gs.DirectionalLight(direction=(0, -1, 0)),), "wires")
+
+
+def lit_columns(width: float, columns: int) -> NDArray[np.float64]:
+    """The share (200,) of a pixel's columns of samples that lie under no wire."""
+    x = 16.0 * (np.arange(WIRES[0] * columns) + 0.5) / (WIRES[0] * columns) - 8.0
+    nearest = np.abs(x[:, None] + 15.0 - PITCH * np.arange(60)).min(axis=1)
+    return np.asarray((nearest > 0.5 * width).reshape(WIRES[0], columns).mean(axis=1))
+
+
+@pytest.mark.parametrize("pixels", [0.12, 0.25, 0.5, 1.0, 2.0])
+def test_wires_darken_by_their_width(renderer: gs.Renderer, pixels: float) -> None:
+    width = pixels * PIXEL
+    for samples, tolerance in ((4, 0.01), (16, 0.003)):
+        seen = renderer.render(wires(width), size=WIRES, samples=samples).visibility[0]
+        np.testing.assert_allclose(seen, np.tile(lit_columns(width, int(samples**0.5)), (WIRES[1], 1)), atol=1e-6)
+        # not along the samples' columns: no number of them lies under a wire by chance
+        turned = renderer.render(wires(width, 0.3), size=WIRES, samples=samples).visibility[0]
+        assert abs(float(turned.mean()) - (1.0 - width / PITCH)) <= tolerance, samples
+
+
+def disagreement(ours: gs.Frame, every: gs.Frame) -> NDArray[np.bool_]:
+    """Pixels (H, W) whose means differ by more than a sample where some light reaches them."""
+    np.testing.assert_array_equal(np.isnan(ours.visibility), np.isnan(every.visibility))
+    off = np.abs(np.nan_to_num(ours.visibility) - np.nan_to_num(every.visibility))
+    return np.asarray((off > 1.01 / ours.samples).any(axis=0))
+
+
+def leafy() -> gs.Scene:
+    image = leaves(8, 6)
+    nodes = (
+        gs.Node("a", leaf(image), placed(-1.0, 1.0, 0.0, 1)),
+        gs.Node("b", leaf(image, 2.0), placed(1.0, 1.4, -0.5, 3)),
+    )
+    return scene_of(*nodes, name="leaves")
+
+
+CASES: dict[str, tuple[str, list[Light]]] = {
+    "hard": ("courtyard", [SUN, SPOT, POINT]),
+    "soft": ("courtyard", [replace(SUN, angle=0.5), replace(POINT, radius=0.02)]),
+    "parallel": ("turned", [gs.DirectionalLight(direction=(0.1, -1, 0.2)), gs.PointLight(position=(0.3, 7.0, 0.2))]),
+    "panel": ("turned", [gs.RectLight(position=(0, 9, 0), direction=(0, -1, 0), width=0.05, height=0.05)]),
+    "cut out": ("leaves", list(LEAF_LIGHTS.values())[:2]),
+    "map": (
+        "turned",
+        [gs.DirectionalLight(direction=(0.1, -1, 0.2), shadow=gs.Shadow(filter=gs.Pcf(1), resolution=4096))],
+    ),
+}
+
+
+@pytest.mark.parametrize("samples", [4, 16])
+@pytest.mark.parametrize("case", list(CASES))
+def test_visibility_is_the_mean_of_every_sample(
+    renderer: gs.Renderer, courtyard: gs.Scene, every: Any, case: str, samples: int
+) -> None:
+    which, lights = CASES[case]
+    scene = {"courtyard": courtyard, "leaves": leafy(), "turned": wires(0.02, 0.3)}[which]
+    size = (240, 135) if samples == 4 else (120, 68)
+    ours = renderer.render(scene, None, lights, size, samples=samples)
+    every()
+    with gs.Renderer() as fresh:
+        truth = fresh.render(scene, None, lights, size, samples=samples)
+    # 20 of a million are less than one of these pixels
+    assert disagreement(ours, truth).sum() <= 1
+
+
+@pytest.mark.parametrize("samples", [4, 16])
+def test_a_light_does_not_depend_on_the_others(renderer: gs.Renderer, courtyard: gs.Scene, samples: int) -> None:
+    """Also not on those of the picture before, whose camera is the same."""
+    lights: list[Light] = [
+        replace(SUN, angle=1.0), SPOT, POINT, replace(SUN, shadow=gs.Shadow(filter=gs.Pcf(1), resolution=256)),
+    ]  # fmt: skip
+    size = (160, 90)
+    for order in (lights, lights[::-1]):
+        together = renderer.render(courtyard, None, order, size, samples=samples).visibility
+        for seen, light in zip(together, order, strict=True):
+            alone = renderer.render(courtyard, None, [light], size, samples=samples).visibility[0]
+            np.testing.assert_array_equal(seen, alone)
+
+
+def test_many_lights_ask_for_samples_of_their_own(renderer: gs.Renderer) -> None:
+    scene = wires(0.02)
+    lights = [gs.DirectionalLight(direction=(0.02 * i, -1, 0.05)) for i in range(33)]
+    together = renderer.render(scene, None, lights, (40, 30), samples=4).visibility
+    for number in (0, 1, 30, 31, 32):
+        alone = renderer.render(scene, None, [lights[number]], (40, 30), samples=4).visibility[0]
+        assert ((alone > 0.0) & (alone < 1.0)).any()
+        np.testing.assert_array_equal(together[number], alone)
+
+
+def test_fewer_grids_where_memory_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same pictures with one grid of edges, and with none, where every sample is shaded."""
+    scene = wires(0.02, 0.3)
+    pictures, grids = [], []
+    fill = Edges._fill
+    for limit in (1 << 27, 1 << 22, 1 << 4):
+        with gs.Renderer() as renderer, monkeypatch.context() as patch:
+
+            def limited(
+                self: Edges, programs: Any, grid: Any, edges: Any, textures: Any, _: int, limit: int = limit
+            ) -> bool:
+                fits = fill(self, programs, grid, edges, textures, limit)
+                grids.append(self._grids if fits else 0)
+                return fits
+
+            patch.setattr(Edges, "_fill", limited)
+            pictures.append(renderer.render(scene, None, None, (80, 60), samples=4).visibility)
+    assert grids[0] == 4
+    assert 0 < grids[1] < 4
+    assert grids[2] == 0
+    np.testing.assert_array_equal(pictures[1], pictures[0])
+    np.testing.assert_array_equal(pictures[2], pictures[0])
