@@ -169,7 +169,7 @@ void main() {
     o_seen = below || cut ? 0u : uint(lit) * uint(u_count);
 #if GLS_MARKS
     PixelFootprint sampled = pixel_footprint(position, normal, eye, ray);
-    o_seen |= asked && seen && samples_differ(sampled, middle, lit) ? 0x80000000u : 0u;
+    o_seen |= asked && seen && samples_differ(sampled, 0.5 * (height.x + height.y), lit) ? 0x80000000u : 0u;
 #endif
     int wanted = cut ? 1 : 0;
     for (int i = 0; i < wanted; i++) { // not an if: llvmpipe would go through the atomics of every pixel
