@@ -162,7 +162,7 @@ def _forward() -> Iterator[Variant]:
 
 def _surface() -> Iterator[Variant]:
     for channels, (textured, colored), smooth, alpha in product((1, 2, 4), _PAINTS, (0, 1), (0, 1)):
-        painted = channels == 4 or not (textured or colored) or (alpha and channels == 1)  # 1: also a map of numbers
+        painted = channels == 4 or not (textured or colored)
         if painted and smooth <= (channels >= 2):
             defines = {"GLS_SURFACE": channels, "GLS_SMOOTH": smooth, "GLS_ALPHA": alpha}
             defines |= {"GLS_TEXTURED": textured, "GLS_COLORED": colored}
@@ -175,10 +175,9 @@ def _exact() -> Iterator[Variant]:
         defines = {key: value for key, value in exact_defines(kind, 512, 16, False).items() if key != "GLS_HUGE"}
         for double in (0, 1):
             yield Variant("pass/lists.comp", "core430", {}, {**defines, "GLS_DOUBLE": double})
-        choices = product(("lists", "numbers"), (False, True), (False, True), ("core330", "core400"))
-        for candidates, masked, huge, dialect in choices:
+        slots = exact_slots(kind)
+        for masked, huge, dialect in product((False, True), (False, True), ("core330", "core330_gather", "core400")):
             defines = exact_defines(kind, 512, 16, masked, huge)
-            slots = exact_slots(kind, candidates)
             # how rays run is no concern of what is asked along them: once for each pass
             for parallel in (0, 1):
                 yield Variant("pass/resolve.frag", dialect, slots, {**defines, "GLS_ORTHO": parallel})

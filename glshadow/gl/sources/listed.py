@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.area import has_size
+from glshadow.core.cells import CASTS, CULL_BACK, CULL_FRONT, CUT_OUT
 from glshadow.core.decision import ignored_size
 from glshadow.core.lights import Light
 from glshadow.core.lists import LEAST_CELLS, ListGrid, list_grid
@@ -36,7 +37,6 @@ from glshadow.gl.sources.triangles import (
 from glshadow.gl.targets import release
 from glshadow.gl.work import Work
 
-_CULL_BACK, _CULL_FRONT, _CASTS, _CUT_OUT = 1, 2, 4, 8  # pass/lists.comp
 _FACET_BYTES = 48
 
 
@@ -95,9 +95,9 @@ class Listed(Source):
             return False
         self._key = None
         check_facets(scene, self._limit, "bytes", _FACET_BYTES)
-        traits = _traits(scene, light)
+        traits = node_traits(scene, light)
         self._write(scene, traits)
-        corners = casting_corners(scene, (traits[:, 0] & _CASTS) != 0)
+        corners = casting_corners(scene, (traits[:, 0] & CASTS) != 0)
         halvings = 0
         while True:
             self.grid = list_grid(light, corners, halvings, scene.corners.reshape(-1, 3))
@@ -150,7 +150,7 @@ class Listed(Source):
 
     def receiver(self, work: Work) -> Receiver:
         """Walk them."""
-        return triangle_receiver(work, self.light, self.grid, "lists", self.masked, self._textures)
+        return triangle_receiver(work, self.light, self.grid, self.masked, self._textures)
 
     @property
     def _textures(self) -> dict[str, Any]:
@@ -161,7 +161,7 @@ class Listed(Source):
         release(self.lists, self._facets, self._traits)
 
 
-def _traits(scene: GpuScene, light: Light) -> NDArray[np.uint32]:
+def node_traits(scene: GpuScene, light: Light) -> NDArray[np.uint32]:
     """Per node (N, 2): flags, and what turns a triangle's number into its mask's."""
     faces = light.shadow.faces if light.shadow else None
     casting, solid = casters_on_others(scene, light), hides_back_faces(scene, light, faces)
@@ -171,5 +171,5 @@ def _traits(scene: GpuScene, light: Light) -> NDArray[np.uint32]:
     # a mirrored node's winding is turned over by its matrix
     back, front = np.where(mirrored, front, back), np.where(mirrored, back, front)
     masked = scene.world.mask_shift != 0
-    flags = _CULL_BACK * back + _CULL_FRONT * front + _CASTS * casting + _CUT_OUT * masked
+    flags = CULL_BACK * back + CULL_FRONT * front + CASTS * casting + CUT_OUT * masked
     return np.stack([flags, scene.world.mask_shift], axis=1).astype(np.int64).astype(np.uint32)

@@ -1,0 +1,138 @@
+"""Triangle lists of one light where OpenGL has no compute passes: built on the CPU, walked by glsl/exact/lists.glsl as those of the GPU are."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.cells import CASTS, CUT_OUT, CellLists, cell_lists
+from glshadow.core.decision import ignored_size
+from glshadow.core.lights import Light
+from glshadow.core.lists import LEAST_CELLS, ListGrid, list_grid
+from glshadow.core.shadow import Settled
+from glshadow.core.used import Used
+from glshadow.errors import ResourceError
+from glshadow.gl.buffers import BufferTexture
+from glshadow.gl.context import GLContext
+from glshadow.gl.entry_points import RGBA32F, RGBA32UI
+from glshadow.gl.geometry import GpuScene
+from glshadow.gl.receiver import Receiver
+from glshadow.gl.sources.listed import node_traits
+from glshadow.gl.sources.source import Source
+from glshadow.gl.sources.triangles import casting_corners, check_facets, light_frame, made_for, triangle_receiver
+from glshadow.gl.targets import release
+from glshadow.gl.work import Work
+from glshadow.gl.world import local_positions
+
+_WHY = "triangle lists are built on the CPU: building them on the GPU needs OpenGL 4.3, {} has {:.1f}"
+_TEXEL = 16  # bytes
+
+
+class Uploaded(Source):
+    """One light's triangle lists, built by `core.cells` and uploaded, and what they were built for.
+
+    Attributes
+    ----------
+    grid : ListGrid
+    count : int
+        Links of all lists together.
+    builds : int
+        How often they were built.
+    """
+
+    def __init__(self, context: GLContext) -> None:
+        self._context = context
+        self._key: tuple[Hashable, ...] | None = None
+        self._heads: moderngl.Texture | None = None
+        self._links: BufferTexture | None = None
+        self._facets: BufferTexture | None = None
+        self._masked = False  # whether some casters are cut out by their texture
+        self.grid: ListGrid
+        self.count = self.builds = 0
+
+    def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
+        """Take the light with its settings."""
+        assert shadow is not None
+        self.light, self._shadow = light, shadow
+
+    def prepare(self, work: Work) -> Used:
+        """Build them, unless they are those of this scene and light already.
+
+        Raises
+        ------
+        ResourceError
+            If the scene does not fit into the driver's buffer textures on any grid.
+        """
+        shadow, caps = self._shadow, work.caps
+        built = self._update(work.scene, self.light)
+        why = f"{shadow.why}; {_WHY.format(caps.renderer, caps.version_code / 100)}"
+        return Used(filter=shadow.filter, faces=shadow.asked.faces, draws=int(built), links=self.count,
+                    fallbacks=ignored_size(self.light, shadow.filter), why=why)  # fmt: skip
+
+    def _update(self, scene: GpuScene, light: Light) -> bool:
+        """Whether they had to be built."""
+        key = made_for(scene, light)
+        if key == self._key:
+            return False
+        self._key = None
+        limit = self._context.caps.max_texture_buffer_size
+        check_facets(scene, limit, "texels", 3)
+        traits = node_traits(scene, light)
+        flags, shift = traits[scene.world.triangles[:, 3]].T
+        masks = np.where(flags & CUT_OUT, np.arange(len(flags), dtype=np.uint32) + shift, np.uint32(0))
+        corners = casting_corners(scene, (traits[:, 0] & CASTS) != 0)
+        halvings = 0
+        while True:
+            self.grid = list_grid(light, corners, halvings, scene.corners.reshape(-1, 3))
+            vertices = local_positions(scene.world, *light_frame(self.grid, scene))
+            lists = cell_lists(self.grid, vertices, scene.world.triangles[:, :3], flags, masks, limit)
+            if lists.count <= limit:
+                break
+            if self.grid.cells <= LEAST_CELLS:
+                raise ResourceError(
+                    f"Exact() needs {lists.count} list entries even on its coarsest grid, a buffer texture of this driver holds {limit}: "
+                    "split the scene, or use another filter"
+                )
+            halvings += 1
+        self._upload(lists)
+        self._masked = scene.world.masks is not None
+        self._key = key
+        self.builds += 1
+        return True
+
+    def _upload(self, lists: CellLists) -> None:
+        context = self._context
+        size = lists.heads.shape[::-1]
+        if self._heads is None or self._heads.size != size:
+            old, self._heads = self._heads, None
+            release(old)
+            self._heads = context.ctx.texture(size, 1, dtype="u4")
+            self._heads.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._heads.write(lists.heads.tobytes())
+        self._facets = self._written(self._facets, lists.facets, RGBA32F)
+        self._links = self._written(self._links, lists.links, RGBA32UI)
+        self.count = lists.count
+        context.check_errors(f"uploading {lists.count} list entries and {len(lists.facets)} facets")
+
+    def _written(self, old: BufferTexture | None, data: NDArray[Any], internal_format: int) -> BufferTexture:
+        """Data in a buffer texture: the old one, where that is large enough."""
+        if old is None or old.buffer.size < data.nbytes:
+            release(old)
+            old = BufferTexture(
+                self._context.gl, self._context.ctx.buffer(reserve=max(data.nbytes, _TEXEL)), internal_format
+            )
+        old.buffer.write(data.tobytes())
+        return old
+
+    def receiver(self, work: Work) -> Receiver:
+        """Walk them."""
+        textures = {"u_heads": self._heads, "u_links": self._links, "u_facets": self._facets}
+        return triangle_receiver(work, self.light, self.grid, self._masked, textures)
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        release(self._heads, self._links, self._facets)
