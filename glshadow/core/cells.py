@@ -77,7 +77,7 @@ def cell_lists(
     ----------
     Wyman, Hoetzlein, Lefohn 2015, "Frustum-Traced Raster Shadows: Revisiting Irregular Z-Buffers", I3D.
     """
-    made = np.empty((len(triangles), 3, 4), dtype=np.float32)
+    made = np.zeros((len(triangles), 3, 4), dtype=np.float32)
     nearest = np.zeros((grid.faces, len(triangles)), dtype=np.float32)
     parts: list[NDArray[np.uint64]] = []
     count = 0
@@ -127,7 +127,7 @@ def _linked(
 
 
 def _casting(grid: ListGrid, corners: Array, normals: Array, flags: NDArray[np.integer]) -> Indices:
-    """Which triangles (T, 3, 3) cast: those that have an area and are not culled. One that is edge-on is kept: rounding decides its side."""
+    """Which triangles (T, 3, 3) cast: those with an area that are not culled. Edge-on ones are kept: rounding decides their side."""
     if grid.kind == "directional":
         side = normals[:, 2]  # > 0: the front faces the light
     else:
@@ -182,7 +182,7 @@ class _Footprint:
 
     @property
     def estimate(self) -> Array:
-        """Fine cells (T,) that each touches: the mean over all places of a convex shape in a grid of unit cells, area + width + height + 1."""
+        """Fine cells (T,) that each touches: the mean over all places in the grid, by Minkowski's sum area + width + height + 1."""
         x, y = self.x, self.y
         area = 0.5 * np.abs((x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]))
         estimate = area + x.max(axis=0) - x.min(axis=0) + y.max(axis=0) - y.min(axis=0) + 1.0
@@ -207,10 +207,7 @@ def _cells(grid: ListGrid, shape: _Footprint, face: int) -> Iterator[tuple[Indic
     """Pairs of a cell, as heads are numbered, and a triangle that may touch it: fine ones, then coarse ones."""
     fine, coarse = grid.cells, grid.cells // RATIO
     small = shape.estimate <= MOST
-    for chosen, scale, top in (
-        (small, 1, face * fine),
-        (~small, RATIO, grid.faces * fine + face * coarse),
-    ):
+    for chosen, scale, top in ((small, 1, face * fine), (~small, RATIO, grid.faces * fine + face * coarse)):
         items = np.flatnonzero(chosen)
         if len(items):
             row, column, item = _touched(_blocks(grid, shape.part(items), scale))
@@ -219,12 +216,10 @@ def _cells(grid: ListGrid, shape: _Footprint, face: int) -> Iterator[tuple[Indic
 
 @dataclass(frozen=True, eq=False)
 class _Blocks:
-    """Cells that triangles may touch: those of a box where offset + (slope_x, slope_y) . cell >= 0 for each edge (3, T)."""
+    """Columns and rows (2, T) from the first to the last that triangles may touch, and edges (3, T): there offset + slope . cell >= 0 for each."""
 
-    first_column: Indices
-    last_column: Indices
-    first_row: Indices
-    last_row: Indices
+    first: Indices
+    last: Indices
     slope_x: Array
     slope_y: Array
     offset: Array
@@ -237,12 +232,9 @@ def _blocks(grid: ListGrid, shape: _Footprint, scale: int) -> _Blocks:
     turn = np.where(turned < 0.0, -1.0, 1.0)
     slope_x, slope_y = turn * (y - np.roll(y, -1, axis=0)), turn * (np.roll(x, -1, axis=0) - x)
     offset = -(slope_x * x + slope_y * y)
-    last = grid.cells // scale - 1
-    box = []
-    for at in (x, y):
-        low = np.where(crosses, 0.0, np.floor(at.min(axis=0) - _MARGIN))
-        high = np.where(crosses, last, np.floor(at.max(axis=0) + _MARGIN))
-        box += [np.maximum(low, 0.0).astype(np.int64), np.minimum(high, last).astype(np.int64)]
+    place, end = np.stack([x, y]), grid.cells // scale - 1
+    low = np.where(crosses, 0.0, np.floor(place.min(axis=1) - _MARGIN))
+    high = np.where(crosses, end, np.floor(place.max(axis=1) + _MARGIN))
     if crosses.any():
         scale_x, scale_y, shift_x, shift_y = grid.cells_from_window
         sides = _sides(shape.corners[:, :, crosses])
@@ -252,7 +244,8 @@ def _blocks(grid: ListGrid, shape: _Footprint, scale: int) -> _Blocks:
     margin = np.where(crosses, _WIDE_MARGIN, _MARGIN)
     # the corner of a grown cell that lies farthest inside counts
     offset += np.maximum(slope_x, 0.0) + np.maximum(slope_y, 0.0) + margin * (np.abs(slope_x) + np.abs(slope_y))
-    return _Blocks(*box, slope_x, slope_y, offset)
+    first, last = np.maximum(low, 0.0).astype(np.int64), np.minimum(high, end).astype(np.int64)
+    return _Blocks(first, last, slope_x, slope_y, offset)
 
 
 def _sides(corners: Array) -> Array:
@@ -264,8 +257,7 @@ def _sides(corners: Array) -> Array:
 
 def _touched(blocks: _Blocks) -> tuple[Indices, Indices, Indices]:
     """Row, column and triangle of every cell of blocks."""
-    rows = np.maximum(blocks.last_row - blocks.first_row + 1, 0)
-    item, row = _runs(blocks.first_row, rows)
+    item, row = _runs(blocks.first[1], np.maximum(blocks.last[1] - blocks.first[1] + 1, 0))
     slope = blocks.slope_x[:, item]
     rest = blocks.offset[:, item] + blocks.slope_y[:, item] * row
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -273,7 +265,8 @@ def _touched(blocks: _Blocks) -> tuple[Indices, Indices, Indices]:
     low = np.ceil(np.where(slope > 0.0, end, -np.inf).max(axis=0))
     high = np.floor(np.where(slope < 0.0, end, np.inf).min(axis=0))
     high = np.where(((slope == 0.0) & (rest < 0.0)).any(axis=0), -1.0, high)
-    low, high = np.maximum(low, blocks.first_column[item]), np.minimum(high, blocks.last_column[item])
+    first, last = blocks.first[0, item], blocks.last[0, item]
+    low, high = np.clip(low, first, last + 1), np.minimum(high, last)
     span, column = _runs(low.astype(np.int64), np.maximum(high - low + 1.0, 0.0).astype(np.int64))
     return row[span], column, item[span]
 

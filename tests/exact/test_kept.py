@@ -156,6 +156,7 @@ def limited(renderer: Renderer, size: int) -> None:
     context.caps = replace(context.caps, max_storage_block=size)
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("name", list(LIGHTS))
 def test_lists_that_are_too_small_grow(
     scene: Scene, expected: dict[str, tuple[np.ndarray, int]], monkeypatch: pytest.MonkeyPatch, name: str
@@ -177,6 +178,7 @@ def test_lists_that_are_too_small_grow(
     assert frame.used[0].links == expected[name][1]
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("name", list(LIGHTS))
 def test_lists_that_cannot_grow_get_a_coarser_grid(
     scene: Scene, expected: dict[str, tuple[np.ndarray, int]], monkeypatch: pytest.MonkeyPatch, name: str
@@ -199,6 +201,7 @@ def _least(self: CellLists, size: int) -> None:
     _reserve(self, min(size, max(64 * LINK_BYTES, self.count * LINK_BYTES)))
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("name", list(LIGHTS))
 def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     monkeypatch.setattr(CellLists, "reserve", _least)
@@ -223,6 +226,7 @@ def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest
         np.testing.assert_array_equal(again, usual)
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 def test_triangles_beyond_a_buffer_are_a_named_error(scene: Scene) -> None:
     with Renderer("egl") as renderer:
         limited(renderer, 10_000)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable
 from dataclasses import replace
 
-from glshadow.core.area import hard_lights
+from glshadow.core.area import hard_lights, without_cone
 from glshadow.core.filters import Filter
 from glshadow.core.lights import Light, SkyLight
 from glshadow.core.shadow import Settled
@@ -44,7 +44,8 @@ class Accumulated(Source):
         assert shadow is not None
         self.light = light
         self._shadow, self._filter = replace(shadow, filter=shadow.filter.of_a_point), shadow.filter
-        self._points = hard_lights(light, shadow.filter.points_of_light)
+        points = hard_lights(light, shadow.filter.points_of_light)
+        self._points = points if shadow.filter.has_map else tuple(map(without_cone, points))
         self._weighed = isinstance(light, SkyLight)
 
     def prepare(self, work: Work) -> Used:

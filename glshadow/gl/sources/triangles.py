@@ -92,13 +92,11 @@ def usual_reach(scene: GpuScene, grid: ListGrid) -> float:
 
 
 def precise_dialect(caps: Caps) -> str:
-    """A dialect that knows `precise`, where the driver has one: without it a compiler may fuse a product with a sum, see receiver/exact.glsl."""
+    """A dialect that knows `precise`, where the driver has one: without it a compiler may fuse products and sums (receiver/exact.glsl)."""
     return "core400" if caps.version_code >= 400 else fetching_dialect(caps.texture_gather)
 
 
-def triangle_receiver(
-    work: Work, light: Light, grid: ListGrid, masked: bool, textures: Mapping[str, Any]
-) -> Receiver:
+def triangle_receiver(work: Work, light: Light, grid: ListGrid, masked: bool, textures: Mapping[str, Any]) -> Receiver:
     """A receiver that tests its ray against the triangles of lists.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Triangle lists of one light where OpenGL has no compute passes: built on the CPU, walked by glsl/exact/lists.glsl as those of the GPU are."""
+"""Triangle lists of one light where OpenGL has no compute passes: built on the CPU, walked by glsl/exact/lists.glsl like any."""
 
 from __future__ import annotations
 
@@ -119,8 +119,8 @@ class Uploaded(Source):
         context.check_errors(f"uploading {lists.count} list entries and {len(lists.facets)} facets")
 
     def _written(self, old: BufferTexture | None, data: NDArray[Any], internal_format: int) -> BufferTexture:
-        """Data in a buffer texture: the old one, where that is large enough."""
-        if old is None or old.buffer.size < data.nbytes:
+        """Data in a buffer texture: the old one, where that is large enough and not much too large."""
+        if old is None or not data.nbytes <= old.buffer.size <= 2 * data.nbytes:
             release(old)
             old = BufferTexture(
                 self._context.gl, self._context.ctx.buffer(reserve=max(data.nbytes, _TEXEL)), internal_format
