@@ -110,14 +110,15 @@ def _linked(
     pairs.sort()
     cell = (pairs >> np.uint64(32)).astype(np.int64)
     item = (pairs & np.uint64(0xFFFFFFFF)).astype(np.int64)
-    coarse = grid.cells // RATIO
-    heads = np.zeros((grid.faces * (grid.cells + coarse), grid.cells), dtype=np.uint32)
+    side = grid.cells // RATIO
+    heads = np.zeros((grid.faces * (grid.cells + side), grid.cells), dtype=np.uint32)
     begins = np.ones(len(cell), dtype=bool)
     begins[1:] = cell[1:] != cell[:-1]
     starts = np.flatnonzero(begins)
     heads.ravel()[cell[starts]] = starts + 1
-    row = cell // grid.cells
-    face = np.where(row < grid.faces * grid.cells, row // grid.cells, (row - grid.faces * grid.cells) // coarse)
+    rows = np.repeat([grid.cells, side], grid.faces)  # of each face: fine cells, then coarse ones
+    ends = np.searchsorted(cell, np.cumsum(rows) * grid.cells)
+    face = np.repeat(np.tile(np.arange(grid.faces), 2), np.diff(ends, prepend=0))
     links = np.zeros((len(cell), 4), dtype=np.uint32)
     links[:, 0] = item
     links[:-1, 1] = np.where(begins[1:], 0, np.arange(2, len(cell) + 1))
@@ -216,7 +217,7 @@ def _cells(grid: ListGrid, shape: _Footprint, face: int) -> Iterator[tuple[Indic
 
 @dataclass(frozen=True, eq=False)
 class _Blocks:
-    """Columns and rows (2, T) from the first to the last that triangles may touch, and edges (3, T): there offset + slope . cell >= 0 for each."""
+    """Cells that triangles may touch: columns and rows (2, T), first to last, and where offset + slope . cell >= 0 for edges (3, T)."""
 
     first: Indices
     last: Indices

@@ -59,7 +59,7 @@ def test_osmesa_gives_the_same_picture(renderer: Renderer, masked: Scene, option
 
 
 @pytest.fixture
-def foreign() -> Iterator[moderngl.Context]:
+def foreign(built_on_the_gpu: None) -> Iterator[moderngl.Context]:
     with moderngl.create_context(
         standalone=True, backend="egl", require=430, libgl="libEGL.so.1", libegl="libEGL.so.1"
     ) as ctx:
@@ -67,7 +67,6 @@ def foreign() -> Iterator[moderngl.Context]:
     ctx.release()
 
 
-@pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("samples", [1, 4])
 def test_a_foreign_context_gets_back_its_state(
     foreign: moderngl.Context, renderer: Renderer, masked: Scene, samples: int
