@@ -176,7 +176,7 @@ def _exact() -> Iterator[Variant]:
         for double in (0, 1):
             yield Variant("pass/lists.comp", "core430", {}, {**defines, "GLS_DOUBLE": double})
         slots = exact_slots(kind)
-        for masked, huge, dialect in product((False, True), (False, True), ("core330", "core330_gather", "core400")):
+        for masked, huge, dialect in product((False, True), (False, True), ("core330", "core400")):
             defines = exact_defines(kind, 512, 16, masked, huge)
             # how rays run is no concern of what is asked along them: once for each pass
             for parallel in (0, 1):

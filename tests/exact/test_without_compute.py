@@ -20,13 +20,10 @@ from glshadow.core.lists import RATIO, ListGrid
 from glshadow.core.spaces import Array, translation
 from glshadow.core.view import FACES
 from glshadow.gl.sources import Listed, Source, Uploaded
-from glshadow.gl.sources.triangles import precise_dialect
 from glshadow.reference.points import count_points
 from glshadow.renderer import Renderer
 from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
-from glshadow.shader.compose import compose
-from glshadow.shader.slots import exact_slots
 
 from ..cell_lists import Walked, held, walked
 from ..unit.test_cells import scattered
@@ -193,17 +190,6 @@ def test_points_of_a_sun_are_those_of_rays(older: Renderer) -> None:
     gap = np.abs(frame.visibility[0] * 16.0 - expected)[~np.isnan(expected)]
     assert (gap > 0.5).sum() <= WRONG
     assert ((frame.visibility[0] > 0.1) & (frame.visibility[0] < 0.9)).sum() > 100
-
-
-@pytest.mark.parametrize(
-    ("version", "gather", "dialect"),
-    [(330, False, "core330"), (330, True, "core330_gather"), (400, True, "core400"), (410, True, "core400")],
-)
-def test_edges_are_precise_where_the_driver_can(renderer: Renderer, version: int, gather: bool, dialect: str) -> None:
-    caps = replace(renderer._context.caps, version_code=version, texture_gather=gather)
-    assert precise_dialect(caps) == dialect
-    text = compose("pass/resolve.frag", dialect, exact_slots("directional")).code
-    assert ("#define GLS_PRECISE precise" in text) == (dialect != "core330")
 
 
 # -- lists

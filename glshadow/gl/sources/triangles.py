@@ -15,10 +15,8 @@ from glshadow.core.spaces import Array
 from glshadow.core.view import kind_of
 from glshadow.errors import ResourceError
 from glshadow.gl.camera import Sight
-from glshadow.gl.context import Caps
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.receiver import Receiver
-from glshadow.gl.sources.source import fetching_dialect
 from glshadow.gl.work import Work
 from glshadow.shader.slots import exact_defines, exact_slots
 
@@ -91,11 +89,6 @@ def usual_reach(scene: GpuScene, grid: ListGrid) -> float:
     return float(np.abs(local).max())
 
 
-def precise_dialect(caps: Caps) -> str:
-    """A dialect that knows `precise`, where the driver has one: without it a compiler may fuse products and sums (receiver/exact.glsl)."""
-    return "core400" if caps.version_code >= 400 else fetching_dialect(caps.texture_gather)
-
-
 def triangle_receiver(work: Work, light: Light, grid: ListGrid, masked: bool, textures: Mapping[str, Any]) -> Receiver:
     """A receiver that tests its ray against the triangles of lists.
 
@@ -113,7 +106,7 @@ def triangle_receiver(work: Work, light: Light, grid: ListGrid, masked: bool, te
         axes,
         -axes @ origin,
         exact_defines(grid.kind, grid.cells, RATIO, masked, scene.world.huge),
-        precise_dialect(work.caps),
+        "core400" if work.caps.version_code >= 400 else "core330",
         {
             "u_eye_l": tuple(eye_in_light(scene, work.sight, grid)),
             "u_cells": grid.cells_from_window,
