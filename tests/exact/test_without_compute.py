@@ -19,7 +19,7 @@ from glshadow.core.lights import Light
 from glshadow.core.lists import RATIO, ListGrid
 from glshadow.core.spaces import Array, translation
 from glshadow.core.view import FACES
-from glshadow.gl.sources import Listed, Source, Uploaded
+from glshadow.gl.sources import Listed, Source, Uploaded, uploaded
 from glshadow.reference.points import count_points
 from glshadow.renderer import Renderer
 from glshadow.scene import shapes
@@ -82,7 +82,9 @@ def moved(scene: Scene, scale: float, offset: tuple[float, float, float]) -> Sce
 @pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("which", ["courtyard", "casters"])
 def test_picture_is_that_of_lists_built_on_the_gpu(renderer: Renderer, older: Renderer, which: str) -> None:
-    scene, lights = (gs.scenes.courtyard(), COURTYARD) if which == "courtyard" else (casters(), LIGHTS)
+    names = ("sun", "low sun", "wide spot", "point light near a column")  # the scene's triangles take their time
+    courtyard = {name: COURTYARD[name] for name in names}
+    scene, lights = (gs.scenes.courtyard(), courtyard) if which == "courtyard" else (casters(), LIGHTS)
     for name, light in lights.items():
         frames = [
             each.render(scene, None, [light], SIZE, outputs=("visibility",)) for each in (renderer, older)
@@ -199,12 +201,13 @@ def lists_of(renderer: Renderer) -> tuple[ListGrid, NDArray[np.float32], Walked]
     """Grid, facets and lists of the last picture's first light, whoever built them."""
     on_gpu = renderer._context.caps.compute
     source = source_of(renderer, Listed if on_gpu else Uploaded)
-    heads, links = (source.lists.heads, source.lists.links) if on_gpu else (source._heads, source._links)
+    textures = source._textures if on_gpu else source.lists.textures
+    heads, links, grid = textures["u_heads"], textures["u_links"], (source if on_gpu else source.lists).grid
     with renderer._context:
-        facets = np.frombuffer(source._facets.buffer.read(), np.float32).reshape(-1, 3, 4)
+        facets = np.frombuffer(textures["u_facets"].buffer.read(), np.float32).reshape(-1, 3, 4)
         read = np.frombuffer(heads.read(), np.uint32).reshape(heads.size[::-1])
         return (
-            source.grid,
+            grid,
             facets,
             walked(source.grid, read, np.frombuffer(links.buffer.read(), np.uint32).reshape(-1, 4)),
         )
@@ -272,14 +275,14 @@ def test_lists_that_do_not_fit_get_a_coarser_grid() -> None:
     with Renderer("egl") as small:
         small._context.caps = replace(small._context.caps, compute=False, max_storage_block=0, version_code=410)
         usual = small.render(scene, None, [light], SIZE, outputs=("visibility",))
-        cells, links = source_of(small, Uploaded).grid.cells, usual.used[0].links
+        cells, links = source_of(small, Uploaded).lists.grid.cells, usual.used[0].links
         small._context.caps = replace(small._context.caps, max_texture_buffer_size=links - 1)
         other = small.render(
             scene, None, [replace(light, shadow=gs.Shadow(faces=gs.Faces.BOTH))], SIZE, outputs=("visibility",)
         )
-        source = source_of(small, Uploaded)
-        assert source.grid.cells < cells
-        assert source.count <= links - 1
+        lists = source_of(small, Uploaded).lists
+        assert lists.grid.cells < cells
+        assert lists.count <= links - 1
     np.testing.assert_array_equal(other.visibility, usual.visibility)
 
 
@@ -315,3 +318,33 @@ def test_lists_are_kept_while_light_and_scene_stay(older: Renderer) -> None:
     assert drawn(light, 40.0) == 0
     assert drawn(replace(light, intensity=2.0)) == 0
     assert drawn(replace(light, position=(1.3, 5.0, -0.8))) == 1
+
+
+@pytest.mark.parametrize(("room", "again"), [(1 << 29, 0), (1, 16)])
+def test_lists_of_a_lights_points_are_kept_while_there_is_room(
+    monkeypatch: pytest.MonkeyPatch, room: int, again: int
+) -> None:
+    monkeypatch.setattr(uploaded, "_KEPT", room)
+    scene, shadow = casters(), gs.Shadow(filter=gs.Exact(light_samples=16))
+    sun = gs.DirectionalLight(direction=(-0.4, -1.0, 0.3), angle=6.0, shadow=shadow)
+    turned = gs.PerspectiveCamera((3.5, 5.0, 5.5), (0.0, 0.6, 0.0), fov_y=50.0)
+    # the camera moves, the light changes, the scene changes
+    quiet = replace(scene, nodes=scene.nodes[:2])
+    frames = [(scene, None, sun), (scene, turned, sun), (scene, None, replace(sun, angle=5.0)), (quiet, None, sun)]
+    pictures, builds = [], []
+
+    def older() -> Renderer:
+        renderer = Renderer("egl")
+        renderer._context.caps = replace(renderer._context.caps, compute=False, max_storage_block=0, version_code=410)
+        return renderer
+
+    with older() as kept:
+        for which, camera, light in frames:
+            frame = kept.render(which, camera, [light], (64, 36), outputs=("visibility",))
+            pictures.append(frame.visibility)
+            assert kept._store is not None
+            builds.append(kept._store.sources[0, "Uploaded many times"]._one.builds)  # type: ignore[attr-defined]
+    assert np.diff(builds, prepend=0).tolist() == [16, again, 16, 16]
+    with older() as fresh:
+        expected = fresh.render(scene, turned, [sun], (64, 36), outputs=("visibility",)).visibility
+    np.testing.assert_array_equal(pictures[1], expected)

@@ -46,6 +46,7 @@ class Accumulated(Source):
         self._shadow, self._filter = replace(shadow, filter=shadow.filter.of_a_point), shadow.filter
         points = hard_lights(light, shadow.filter.points_of_light)
         self._points = points if shadow.filter.has_map else tuple(map(without_cone, points))
+        self._one.expect(self._points)
         self._weighed = isinstance(light, SkyLight)
 
     def prepare(self, work: Work) -> Used:

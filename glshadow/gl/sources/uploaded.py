@@ -30,37 +30,96 @@ from glshadow.gl.world import local_positions
 
 _WHY = "triangle lists are built on the CPU: building them on the GPU needs OpenGL 4.3, {} has {:.1f}"
 _TEXEL = 16  # bytes
+_KEPT = 1 << 29  # bytes of the lists of lights that come in turn; those beyond are built at each turn
 
 
-class Uploaded(Source):
-    """One light's triangle lists, built by `core.cells` and uploaded, and what they were built for.
+class _Lists:
+    """Lists of one light in textures.
 
     Attributes
     ----------
     grid : ListGrid
     count : int
         Links of all lists together.
-    builds : int
-        How often they were built.
     """
 
     def __init__(self, context: GLContext) -> None:
         self._context = context
-        self._key: tuple[Hashable, ...] | None = None
         self._heads: moderngl.Texture | None = None
         self._links: BufferTexture | None = None
         self._facets: BufferTexture | None = None
-        self._masked = False  # whether some casters are cut out by their texture
         self.grid: ListGrid
-        self.count = self.builds = 0
+        self.count = self.bytes = 0
+
+    @property
+    def textures(self) -> dict[str, Any]:
+        """By the samplers that read them."""
+        return {"u_heads": self._heads, "u_links": self._links, "u_facets": self._facets}
+
+    def write(self, grid: ListGrid, lists: CellLists) -> None:
+        """Take these in place of what was there."""
+        self.grid, self.count = grid, lists.count
+        size = lists.heads.shape[::-1]
+        if self._heads is None or self._heads.size != size:
+            release(self._heads)
+            self._heads = self._context.ctx.texture(size, 1, dtype="u4")
+            self._heads.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._heads.write(lists.heads.tobytes())
+        self._facets = self._written(self._facets, lists.facets, RGBA32F)
+        self._links = self._written(self._links, lists.links, RGBA32UI)
+        self.bytes = lists.heads.nbytes + self._facets.buffer.size + self._links.buffer.size
+        self._context.check_errors(f"uploading {lists.count} list entries and {len(lists.facets)} facets")
+
+    def _written(self, old: BufferTexture | None, data: NDArray[Any], internal_format: int) -> BufferTexture:
+        """Data in a buffer texture: the old one, where that is large enough and not much too large."""
+        if old is None or not data.nbytes <= old.buffer.size <= 2 * data.nbytes:
+            release(old)
+            buffer = self._context.ctx.buffer(reserve=max(data.nbytes, _TEXEL))
+            old = BufferTexture(self._context.gl, buffer, internal_format)
+        old.buffer.write(data.tobytes())
+        return old
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        release(self._heads, self._links, self._facets)
+
+
+class Uploaded(Source):
+    """One light's triangle lists, built by `core.cells` and uploaded; or those of several lights that come in turn.
+
+    Attributes
+    ----------
+    lists : _Lists
+        Of the light that was prepared last.
+    builds : int
+        How often lists were built.
+    """
+
+    def __init__(self, context: GLContext) -> None:
+        self._context = context
+        self._expected: tuple[Light, ...] = ()
+        self._made: dict[tuple[Hashable, ...], _Lists] = {}  # by what they were made for
+        self._key: tuple[Hashable, ...] = ()
+        self.lists = _Lists(context)
+        self.builds = 0
 
     def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
         """Take the light with its settings."""
         assert shadow is not None
         self.light, self._shadow = light, shadow
 
+    def expect(self, lights: tuple[Light, ...]) -> None:
+        """Keep what is built for these lights, which come in turn; forget what was kept for others."""
+        if lights != self._expected:
+            self._expected = lights
+            self._forget()
+
+    def _forget(self) -> None:
+        release(*(each for each in self._made.values() if each is not self.lists))
+        self._made.clear()
+
     def prepare(self, work: Work) -> Used:
-        """Build them, unless they are those of this scene and light already.
+        """Build them, unless there are those of this scene and light already.
 
         Raises
         ------
@@ -70,15 +129,30 @@ class Uploaded(Source):
         shadow, caps = self._shadow, work.caps
         built = self._update(work.scene, self.light)
         why = f"{shadow.why}; {_WHY.format(caps.renderer, caps.version_code / 100)}"
-        return Used(filter=shadow.filter, faces=shadow.asked.faces, draws=int(built), links=self.count,
+        return Used(filter=shadow.filter, faces=shadow.asked.faces, draws=int(built), links=self.lists.count,
                     fallbacks=ignored_size(self.light, shadow.filter), why=why)  # fmt: skip
 
     def _update(self, scene: GpuScene, light: Light) -> bool:
         """Whether they had to be built."""
         key = made_for(scene, light)
-        if key == self._key:
+        if key in self._made:
+            self._key, self.lists = key, self._made[key]
             return False
-        self._key = None
+        if any(scene.identity != other[0] for other in self._made):
+            self._forget()
+        grid, lists = self._built(scene, light)
+        if self.lists in self._made.values():
+            if self._expected and sum(each.bytes for each in self._made.values()) < _KEPT:
+                self.lists = _Lists(self._context)
+            else:
+                del self._made[self._key]  # these come in its place
+        self.lists.write(grid, lists)
+        self._key, self._made[key] = key, self.lists
+        self.builds += 1
+        return True
+
+    def _built(self, scene: GpuScene, light: Light) -> tuple[ListGrid, CellLists]:
+        """On the finest grid whose lists fit."""
         limit = self._context.caps.max_texture_buffer_size
         check_facets(scene, limit, "texels", 3)
         traits = node_traits(scene, light)
@@ -87,52 +161,24 @@ class Uploaded(Source):
         corners = casting_corners(scene, (traits[:, 0] & CASTS) != 0)
         halvings = 0
         while True:
-            self.grid = list_grid(light, corners, halvings, scene.corners.reshape(-1, 3))
-            vertices = local_positions(scene.world, *light_frame(self.grid, scene))
-            lists = cell_lists(self.grid, vertices, scene.world.triangles[:, :3], flags, masks, limit)
+            grid = list_grid(light, corners, halvings, scene.corners.reshape(-1, 3))
+            vertices = local_positions(scene.world, *light_frame(grid, scene))
+            lists = cell_lists(grid, vertices, scene.world.triangles[:, :3], flags, masks, limit)
             if lists.count <= limit:
-                break
-            if self.grid.cells <= LEAST_CELLS:
+                return grid, lists
+            if grid.cells <= LEAST_CELLS:
                 raise ResourceError(
                     f"Exact() needs {lists.count} list entries even on its coarsest grid, a buffer texture of this driver holds {limit}: "
                     "split the scene, or use another filter"
                 )
             halvings += 1
-        self._upload(lists)
-        self._masked = scene.world.masks is not None
-        self._key = key
-        self.builds += 1
-        return True
-
-    def _upload(self, lists: CellLists) -> None:
-        context = self._context
-        size = lists.heads.shape[::-1]
-        if self._heads is None or self._heads.size != size:
-            old, self._heads = self._heads, None
-            release(old)
-            self._heads = context.ctx.texture(size, 1, dtype="u4")
-            self._heads.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self._heads.write(lists.heads.tobytes())
-        self._facets = self._written(self._facets, lists.facets, RGBA32F)
-        self._links = self._written(self._links, lists.links, RGBA32UI)
-        self.count = lists.count
-        context.check_errors(f"uploading {lists.count} list entries and {len(lists.facets)} facets")
-
-    def _written(self, old: BufferTexture | None, data: NDArray[Any], internal_format: int) -> BufferTexture:
-        """Data in a buffer texture: the old one, where that is large enough and not much too large."""
-        if old is None or not data.nbytes <= old.buffer.size <= 2 * data.nbytes:
-            release(old)
-            old = BufferTexture(
-                self._context.gl, self._context.ctx.buffer(reserve=max(data.nbytes, _TEXEL)), internal_format
-            )
-        old.buffer.write(data.tobytes())
-        return old
 
     def receiver(self, work: Work) -> Receiver:
         """Walk them."""
-        textures = {"u_heads": self._heads, "u_links": self._links, "u_facets": self._facets}
-        return triangle_receiver(work, self.light, self.grid, self._masked, textures)
+        masked = work.scene.world.masks is not None
+        return triangle_receiver(work, self.light, self.lists.grid, masked, self.lists.textures)
 
     def release(self) -> None:
         """Free the GPU memory."""
-        release(self._heads, self._links, self._facets)
+        self._forget()
+        self.lists.release()
