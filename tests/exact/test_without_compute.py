@@ -206,11 +206,8 @@ def lists_of(renderer: Renderer) -> tuple[ListGrid, NDArray[np.float32], Walked]
     with renderer._context:
         facets = np.frombuffer(textures["u_facets"].buffer.read(), np.float32).reshape(-1, 3, 4)
         read = np.frombuffer(heads.read(), np.uint32).reshape(heads.size[::-1])
-        return (
-            grid,
-            facets,
-            walked(source.grid, read, np.frombuffer(links.buffer.read(), np.uint32).reshape(-1, 4)),
-        )
+        entries = np.frombuffer(links.buffer.read(), np.uint32).reshape(-1, 4)
+    return grid, facets, walked(grid, read, entries)
 
 
 def touches(grid: ListGrid, corners: Array, x: NDArray[np.int64], y: NDArray[np.int64]) -> NDArray[np.bool_]:
