@@ -105,11 +105,12 @@ def cell_lists(
 def _linked(
     grid: ListGrid, parts: list[NDArray[np.uint64]], nearest: NDArray[np.float32], masks: NDArray[np.integer]
 ) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
-    """Heads and links of pairs: a cell in the upper 32 bits, a triangle in the lower ones."""
+    """Heads and links of pairs, which are taken: a cell in the upper 32 bits, a triangle in the lower ones."""
     pairs = np.concatenate([*parts, np.zeros(0, dtype=np.uint64)])
+    parts.clear()
     pairs.sort()
-    cell = (pairs >> np.uint64(32)).astype(np.int64)
-    item = (pairs & np.uint64(0xFFFFFFFF)).astype(np.int64)
+    cell, item = (pairs >> np.uint64(32)).astype(np.uint32), pairs.astype(np.uint32)
+    del pairs
     side = grid.cells // RATIO
     heads = np.zeros((grid.faces * (grid.cells + side), grid.cells), dtype=np.uint32)
     begins = np.ones(len(cell), dtype=bool)
@@ -118,7 +119,7 @@ def _linked(
     heads.ravel()[cell[starts]] = starts + 1
     rows = np.repeat([grid.cells, side], grid.faces)  # of each face: fine cells, then coarse ones
     ends = np.searchsorted(cell, np.cumsum(rows) * grid.cells)
-    face = np.repeat(np.tile(np.arange(grid.faces), 2), np.diff(ends, prepend=0))
+    face = np.repeat(np.tile(np.arange(grid.faces, dtype=np.uint8), 2), np.diff(ends, prepend=0))
     links = np.zeros((len(cell), 4), dtype=np.uint32)
     links[:, 0] = item
     links[:-1, 1] = np.where(begins[1:], 0, np.arange(2, len(cell) + 1))

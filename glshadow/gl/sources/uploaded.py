@@ -24,7 +24,7 @@ from glshadow.gl.receiver import Receiver
 from glshadow.gl.sources.listed import node_traits
 from glshadow.gl.sources.source import Source
 from glshadow.gl.sources.triangles import casting_corners, check_facets, light_frame, made_for, triangle_receiver
-from glshadow.gl.targets import release
+from glshadow.gl.targets import release, released_on_error
 from glshadow.gl.work import Work
 from glshadow.gl.world import local_positions
 
@@ -59,14 +59,18 @@ class _Lists:
     def write(self, grid: ListGrid, lists: CellLists) -> None:
         """Take these in place of what was there."""
         self.grid, self.count = grid, lists.count
-        size = lists.heads.shape[::-1]
-        if self._heads is None or self._heads.size != size:
-            release(self._heads)
-            self._heads = self._context.ctx.texture(size, 1, dtype="u4")
-            self._heads.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self._heads.write(lists.heads.tobytes())
-        self._facets = self._written(self._facets, lists.facets, RGBA32F)
-        self._links = self._written(self._links, lists.links, RGBA32UI)
+        heads, facets, links = self._heads, self._facets, self._links
+        self._heads = self._facets = self._links = None
+        with released_on_error([each for each in (heads, facets, links) if each is not None]):
+            size = lists.heads.shape[::-1]
+            if heads is None or heads.size != size:
+                release(heads)
+                heads = self._context.ctx.texture(size, 1, dtype="u4")
+                heads.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            heads.write(lists.heads.tobytes())
+            self._heads = heads
+            self._facets = self._written(facets, lists.facets, RGBA32F)
+            self._links = self._written(links, lists.links, RGBA32UI)
         self.bytes = lists.heads.nbytes + self._facets.buffer.size + self._links.buffer.size
         self._context.check_errors(f"uploading {lists.count} list entries and {len(lists.facets)} facets")
 
