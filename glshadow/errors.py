@@ -86,6 +86,13 @@ class ReferenceUnavailable(GlshadowError):
     """The ray-traced reference needs an optional dependency that is not installed."""
 
 
+def unexpected(error: BaseException, given: str) -> GlshadowError:
+    """What is raised in place of an error that only a defect of this package can raise: something to report."""
+    return GlshadowError(
+        f"unexpected {type(error).__name__}: {error}; please report this, with what was given: {given}"
+    )
+
+
 class GlshadowWarning(UserWarning):
     """A picture was made, but something that was given could not be honoured. Its message is one printable line."""
 

@@ -16,12 +16,13 @@ from glshadow.core.lights import DirectionalLight, Light, Lights
 from glshadow.core.look import AMBIENT, BACKGROUND, Ambient, Look, look_of
 from glshadow.core.sampling import grid
 from glshadow.core.setting import as_path, instance, optional, shown
-from glshadow.errors import GlshadowError, ResourceError, SettingsError, warn
+from glshadow.errors import GlshadowError, GlshadowWarning, ResourceError, SettingsError, unexpected, warn
 from glshadow.frame import Frame, checked_outputs
 from glshadow.gl.camera import draw_surface, nothing_in_view
 from glshadow.gl.clock import Clock
 from glshadow.gl.context import Backend, backend_of, open_context
-from glshadow.gl.glass import Panes
+from glshadow.gl.glass import Panes, untinted
+from glshadow.gl.primary import find_primary
 from glshadow.gl.resolve import Share, resolve
 from glshadow.gl.sources import Source
 from glshadow.gl.sources.source import open_receiver
@@ -32,6 +33,11 @@ from glshadow.scene.arguments import as_scene, picture_arguments
 from glshadow.scene.mesh import Scene
 
 _EVERY_SAMPLE = "all {} samples of every pixel are shaded: collecting those that differ needs OpenGL 4.3, {} has {:.1f}"
+
+_OF_NUMBERS = (ArithmeticError, LookupError, ValueError)
+"""What formulas raise where they are wrong. What is kept gets its key once it is whole, so that they leave nothing half made."""
+_DEFECTS = (AssertionError, AttributeError, TypeError, moderngl.Error)
+"""What else only a defect raises; signal handlers may raise the rest, at any line."""
 
 
 class Renderer:
@@ -148,8 +154,12 @@ class Renderer:
                 self._store = Store(self._context)
             try:
                 return self._frame(self._store, scene, camera, lights, size, frozenset(outputs), look)
-            except GlshadowError:
+            except (GlshadowError, GlshadowWarning):
+                self._context.recover()
                 raise
+            except _OF_NUMBERS as error:
+                self._context.recover()
+                raise unexpected(error, f"scene {scene.name}, {camera}, lights {list(lights)}, size {size}") from error
             except BaseException as error:
                 self._start_over()
                 if isinstance(error, MemoryError):
@@ -157,8 +167,14 @@ class Renderer:
                         f"there is not enough memory for {size[0]} x {size[1]} pixels of {', '.join(outputs)}; "
                         "use a smaller picture"
                     ) from error
+                if isinstance(error, _DEFECTS):
+                    raise unexpected(
+                        error, f"scene {scene.name}, {camera}, lights {list(lights)}, size {size}"
+                    ) from error
                 raise
             finally:
+                if self._context.gl.failed:
+                    self._start_over()
                 if self._store is not None:
                     self._store.rest()
 
@@ -208,9 +224,10 @@ class Renderer:
         return frames()
 
     def _start_over(self) -> None:
-        """After Ctrl-C, which may come at any line, and what else nobody expects: nothing half made is kept."""
+        """After Ctrl-C, which may come at any line, and where memory was short: nothing half made is kept."""
         old, self._store = self._store, None
         self._context.recover()
+        self._context.gl.failed = False
         self._store = Store(self._context)
         if old is not None:
             old.release()
@@ -259,7 +276,10 @@ class Renderer:
         fallbacks = sight.fallbacks
         if spread != (1, 1):
             fallbacks += (_EVERY_SAMPLE.format(look.samples, caps.renderer, caps.version_code / 100),)
-        used = tuple(replace(each, fallbacks=each.fallbacks + fallbacks) for each in used)
+        used = tuple(
+            replace(each, fallbacks=each.fallbacks + untinted(work.scene, light) + fallbacks)
+            for each, light in zip(used, lights, strict=True)
+        )
         if clock.wanted:
             results["timings"] = clock.times()
         return Frame(scene=scene, camera=camera, lights=lights, size=size, near=sight.near, far=sight.far, used=used,
@@ -272,7 +292,9 @@ class Renderer:
             return
         store.seen = None
         with clock("surface"), store.covered:
-            draw_surface(work.context, work.programs, work.scene, work.sight, work.targets.fine_framebuffer, samples)
+            draw_surface(work.context, work.programs, work.scene, work.sight, work.targets.fine.drawing, samples)
+        with clock("surface"):
+            find_primary(work, work.targets.fine)
         if work.targets.samples > 1:
             with clock("samples"):
                 store.several(work).fill(work)

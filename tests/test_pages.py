@@ -85,9 +85,9 @@ def test_what_is_measured_is_stored_with_its_circumstances(
 
 
 def settings() -> list[Any]:
-    from scripts.pages.techniques import tried
+    from scripts.pages.techniques import measured
 
-    return [each for kind in FILTERS for each in tried(kind)]
+    return [each for kind in FILTERS for each in measured(kind)]
 
 
 @pytest.mark.parametrize(

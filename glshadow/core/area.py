@@ -39,8 +39,8 @@ def traced_points(lights: Iterable[Light]) -> int:
 def hard_lights(light: Light, count: int) -> tuple[Light, ...]:
     """Lights without size at `count` points of a light: their mean visibility is the share of the light that is seen.
 
-    A sun is a disc of directions; a lamp a sphere, which from everywhere is seen as a disc. Points of equal share of that disc, of a panel
-    or of the sky, whose directions are then weighed by Lambert's law.
+    A sun is a cap of directions, a lamp a sphere, which from everywhere is seen as a disc. Points of equal solid angle of the cap, of equal
+    share of the disc or of a panel; or of equal solid angle of the sky, whose directions are then weighed by Lambert's law.
     """
     if not has_size(light):
         return (light,)
@@ -51,7 +51,7 @@ def hard_lights(light: Light, count: int) -> tuple[Light, ...]:
         return _point_lights(light, panel_points(light, count))
     if isinstance(light, DirectionalLight):
         right, up, towards = disc_axes(light)
-        offsets = np.tan(np.radians(0.5 * light.angle)) * disc(count)
+        offsets = cap_tangents(light, disc(count))
         aims = towards + offsets[:, :1] * right + offsets[:, 1:] * up
         return tuple(replace(light, direction=tuple((-aim).tolist()), angle=0.0) for aim in aims)
     places = np.asarray(light.position) + light.radius * ball(count)
@@ -90,17 +90,29 @@ def points_seen(light: Light, receivers: Array, count: int) -> Array:
     """
     if isinstance(light, RectLight):
         return np.broadcast_to(panel_points(light, count), (len(receivers), count, 3))
-    points = radius_of(light) * disc(count)
     right, up, backward = disc_axes(light)
     if isinstance(light, DirectionalLight):
-        aims = backward + points[:, :1] * right + points[:, 1:] * up
+        tangents = cap_tangents(light, disc(count))
+        aims = backward + tangents[:, :1] * right + tangents[:, 1:] * up
         return np.broadcast_to(aims, (len(receivers), count, 3))
+    points = radius_of(light) * disc(count)
     away = receivers - np.asarray(light.position)
     away /= np.linalg.norm(away, axis=1, keepdims=True)
     both = (away - backward) / np.maximum(1.0 - away @ backward, 1e-6)[:, None]
     rights, ups = right - (away @ right)[:, None] * both, up - (away @ up)[:, None] * both
     offsets = points[:, 0, None] * rights[:, None] + points[:, 1, None] * ups[:, None]
     return np.asarray(np.asarray(light.position) + offsets)
+
+
+def cap_tangents(light: DirectionalLight, points: Array) -> Array:
+    """Points of the unit disc (..., 2) as directions of a sun: tangents from its middle, such that equal areas are equal solid angles.
+
+    Within the angle t of a cap of half its angle a lies the share (1 - cos t) / (1 - cos a) = (sin(t/2) / sin(a/2))^2, of the disc within r
+    the share r^2: so sin(t/2) = r sin(a/2), Lambert's azimuthal equal-area projection.
+    """
+    scale = np.sin(0.25 * np.radians(light.angle))
+    squared = (scale**2) * (points**2).sum(axis=-1, keepdims=True)
+    return np.asarray(points * (2.0 * scale * np.sqrt(1.0 - squared) / (1.0 - 2.0 * squared)))
 
 
 def disc_axes(light: Light) -> Array:

@@ -59,6 +59,8 @@ class Asked:
         Of the camera.
     guard : int
         Texels around what is covered that a filter may reach into.
+    fine : bool
+        Whether the map's depth rounds relative to 1 / depth, see `view.fine_depth`.
     blocks : Blocks, optional
         What is really seen, where that was found out.
     """
@@ -75,6 +77,7 @@ class Asked:
     clip: ClipSpace
     resolution: int
     guard: int
+    fine: bool = False
     blocks: Blocks | None = None
 
 

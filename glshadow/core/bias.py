@@ -6,13 +6,13 @@ A bias moves the compare depth towards the light (or the stored depth away from 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from glshadow.core.setting import flag, number, setting
+from glshadow.core.setting import flag, number, optional, setting
 from glshadow.core.spaces import Array, ClipSpace
 from glshadow.core.spelling import Spelled
 from glshadow.errors import SettingsError
@@ -21,6 +21,8 @@ from glshadow.errors import SettingsError
 # allowed 15 degrees over the filter's reach, half a texel of depth for 3 x 3. Less leaves grain (terrain: 0.78 % of pixels at 1
 # degree, 0.006 at 15), more is seen at a caster's foot (at 20 the hard cases have the first leaks beyond an edge's own texels).
 FACET_SLOPE = float(np.tan(np.radians(15.0)))
+
+SNAP_TEXELS = 1.0 / 128.0  # rasterisers round a vertex to 1/256 (8 bits below the pixel), which moves edges and depths
 
 
 class Bias(Spelled):
@@ -43,6 +45,27 @@ class Bias(Spelled):
     certain: ClassVar[bool] = False
     depth_only: ClassVar[bool] = False
 
+    def derived(self, reach: float) -> Self:
+        """The bias with numbers in place of None, for a filter that reads texels up to `reach` from the receiver along each axis."""
+        return self
+
+    def shortfall(self, reach: float, texel: float) -> str:
+        """Which planes shadow themselves under such a filter, in a sentence; empty: none, or none that can be told.
+
+        Parameters
+        ----------
+        reach : float
+            As in `derived`.
+        texel : float
+            World units: the largest of the map's texels.
+        """
+        return ""
+
+    @property
+    def shift_texels(self) -> float:
+        """By how many texels a receiver moves over the map, where these are square."""
+        return 0.0
+
     @property
     def polygon_offset(self) -> tuple[float, float]:
         """(factor, units) of GL's polygon offset in the caster pass, for depth that is not reversed."""
@@ -58,11 +81,12 @@ class Bias(Spelled):
         """Clip or metric units that are taken off the compare depth."""
         return 0.0
 
-    def amount(self, texel: float) -> float:
-        """The uniform of the snippet; `texel`: its size on the light's axis, world units for a sun, else tangents."""
+    @property
+    def amount(self) -> float:
+        """The uniform of the snippet."""
         return 0.0
 
-    def moved(self, points: Array, normals: Array, towards: Array, distance: Array, texel: Array) -> Array:
+    def moved(self, points: Array, normals: Array, towards: Array, distance: Array, lean: Array) -> Array:
         """The float64 twin of the snippet: where receivers are compared.
 
         Parameters
@@ -71,8 +95,8 @@ class Bias(Spelled):
             World; `towards`: unit vectors to the light.
         distance : (N,) float64
             To the light; infinite for a sun.
-        texel : (N, 1) float64
-            Size of a texel at the receiver, world units.
+        lean : (N,) float64
+            Sine of the normal's angle to the axis of the map, or to the light, times a texel's size there, along which the normal leans.
         """
         return points
 
@@ -99,53 +123,112 @@ class ConstantBias(Bias):
     spelling = "constant"
     snippet = "bias/constant.glsl"
 
-    def amount(self, texel: float) -> float:
+    def shortfall(self, reach: float, texel: float) -> str:
+        """A plane at an angle to the light's rays rises by up to sqrt(2) reach texels times the tangent of its tilt."""
+        tilt = float(np.degrees(np.arctan(self.world / (np.sqrt(2.0) * reach * texel)))) if texel > 0.0 else 90.0
+        if tilt >= 45.0:
+            return ""
+        return (
+            f"bias {self} is too small for a filter that reads {reach:g} texels of {texel:.3g} away: planes tilted by more than "
+            f"{tilt:.2g} degrees against the light may shadow themselves; leave bias out"
+        )
+
+    @property
+    def amount(self) -> float:
         """World units."""
         return self.world
 
-    def moved(self, points: Array, normals: Array, towards: Array, distance: Array, texel: Array) -> Array:
+    def moved(self, points: Array, normals: Array, towards: Array, distance: Array, lean: Array) -> Array:
         """Towards the light, never through it."""
         return np.asarray(points + towards * np.minimum(self.world, 0.999 * distance)[:, None])
 
 
 @dataclass(frozen=True)
 class SlopeScaledBias(Bias):
-    """GL's polygon offset in the caster pass: factor * max(|dz/dx|, |dz/dy|) + units * r. Depth textures only."""
+    """GL's polygon offset in the caster pass: factor * max(|dz/dx|, |dz/dy|) + units * r. Depth textures only.
 
-    factor: float = setting(number(0.0), 1.1, help="of the depth's slope per texel")
+    Parameters
+    ----------
+    factor : float, optional
+        None: twice the filter's reach, 1 for `Hard` and 4 for `Pcf(1)`. Over a texel that is i, j away, at most the reach, a plane rises by
+        i |dz/dx| + j |dz/dy| <= 2 reach * max(|dz/dx|, |dz/dy|): none shadows itself.
+    units : float
+        For rounding.
+
+    References
+    ----------
+    OpenGL 4.6, section 14.6.5, "Depth Offset".
+    """
+
+    factor: float | None = setting(optional(number(0.0)), None, help="of the depth's slope per texel")
     units: float = setting(number(0.0), 4.0, help="of the depth format's smallest step")
 
     spelling = "slope"
+    terse = True
     depth_only = True
+
+    def derived(self, reach: float) -> Self:
+        """With the factor that is enough."""
+        return replace(self, factor=_enough(2.0, reach)) if self.factor is None else self
+
+    def shortfall(self, reach: float, texel: float) -> str:
+        """Of a factor that was given."""
+        return _lacks(self, self.factor, 2.0, reach, "factor")
 
     @property
     def polygon_offset(self) -> tuple[float, float]:
         """(factor, units)."""
+        assert self.factor is not None, "see derived"
         return (self.factor, self.units)
 
 
 @dataclass(frozen=True)
 class NormalOffsetBias(Bias):
-    """The receiver moved along its normal by texels * texel size * sin(angle to the light) before it is projected.
+    """The receiver moved along its normal by texels * texel size * sine before it is projected.
+
+    The sine is that of the normal's angle to the light or, where that is larger, to the axis of a lamp's map. Where texels are not
+    square, the size is that along which the normal leans.
+
+    Parameters
+    ----------
+    texels : float, optional
+        None: the filter's reach times the root of 2, .7 for `Hard` and 2.8 for `Pcf(1)`. With a normal (x, y, z) in the axes of a map of
+        texels (u, v), a receiver gains texels * |(x u, y v)| / z over its plane, which rises within the reach by at most
+        reach * (|x| u + |y| v) / z <= sqrt(2) reach * |(x u, y v)| / z: none shadows itself.
 
     References
     ----------
-    Holbert 2011, "Saying Goodbye to Shadow Acne", GDC poster. 1.5 texels are one bilinear reach of 3 x 3.
+    Holbert 2011, "Saying Goodbye to Shadow Acne", GDC poster.
     """
 
-    texels: float = setting(number(0.0), 1.5, help="texels along the normal")
+    texels: float | None = setting(optional(number(0.0)), None, help="texels along the normal")
 
     spelling = "normal-offset"
+    terse = True
     snippet = "bias/normal_offset.glsl"
 
-    def amount(self, texel: float) -> float:
-        """World units for a sun, else tangents."""
-        return self.texels * texel
+    def derived(self, reach: float) -> Self:
+        """With as many texels as are enough."""
+        return replace(self, texels=_enough(np.sqrt(2.0), reach)) if self.texels is None else self
 
-    def moved(self, points: Array, normals: Array, towards: Array, distance: Array, texel: Array) -> Array:
+    def shortfall(self, reach: float, texel: float) -> str:
+        """Of texels that were given."""
+        return _lacks(self, self.texels, np.sqrt(2.0), reach, "texels")
+
+    @property
+    def shift_texels(self) -> float:
+        """All of it, where the light grazes."""
+        return self.amount
+
+    @property
+    def amount(self) -> float:
+        """Texels."""
+        assert self.texels is not None, "see derived"
+        return self.texels
+
+    def moved(self, points: Array, normals: Array, towards: Array, distance: Array, lean: Array) -> Array:
         """Along the normal."""
-        cosine = (normals * towards).sum(axis=-1, keepdims=True)
-        return np.asarray(points + normals * (self.texels * texel * np.sqrt(np.maximum(0.0, 1.0 - cosine**2))))
+        return np.asarray(points + normals * (self.amount * lean)[:, None])
 
 
 @dataclass(frozen=True)
@@ -187,6 +270,20 @@ class NoBias(Bias):
 
 
 BIASES: tuple[type[Bias], ...] = (ReceiverPlaneBias, ConstantBias, SlopeScaledBias, NormalOffsetBias, ClipBias, NoBias)
+
+
+def _enough(share: float, reach: float) -> float:
+    """What a plane needs, `share` for each texel of a filter's reach and of a snapped vertex; rounded up, as it is spelled."""
+    return float(np.ceil(share * (reach + SNAP_TEXELS) * 1e4) / 1e4)
+
+
+def _lacks(bias: Bias, given: float | None, share: float, reach: float, name: str) -> str:
+    if given is None or given >= (needed := share * reach) * (1.0 - 1e-6):
+        return ""
+    return (
+        f"bias {bias} is too small for a filter that reads {reach:g} texels away: planes that do not face the light shadow themselves "
+        f"below {name} = {needed:.4g}; leave {name} out"
+    )
 
 
 def bias_factor(clip: ClipSpace) -> float:

@@ -50,6 +50,8 @@ class CellLists:
 def cell_lists(
     grid: ListGrid,
     vertices: NDArray[np.float32],
+    world: NDArray[np.float32],
+    axes: Array,
     triangles: NDArray[np.integer],
     flags: NDArray[np.integer],
     masks: NDArray[np.integer],
@@ -64,6 +66,10 @@ def cell_lists(
     ----------
     vertices : (V, 3) float32
         In the light's frame.
+    world : (V, 3) float32
+        The same in world axes.
+    axes : (3, 3) float64
+        The light's, from world axes; float32 values.
     triangles : (T, 3) ints
         Vertices of each.
     flags : (T,) ints
@@ -84,7 +90,7 @@ def cell_lists(
     for first in range(0, len(triangles), _TOGETHER):
         rows = slice(first, first + _TOGETHER)
         corners = vertices[triangles[rows]].astype(np.float64)
-        made[rows] = facets(corners)
+        made[rows] = facets(corners, world[triangles[rows]].astype(np.float64), axes)
         chosen = _casting(grid, corners, made[rows, :, 3].astype(np.float64), flags[rows])
         corners = np.ascontiguousarray(corners[chosen].transpose(2, 1, 0))
         for face in range(grid.faces):

@@ -63,7 +63,7 @@ def map_uniforms(
         "u_map_texel": (1.0 / size[0], 1.0 / size[1]),
         "u_depth": depth,
         "u_allowance": allowance,
-        "u_bias": bias.amount(max(x, y)),
+        "u_bias": bias.amount,
         **(_cascade_uniforms(views, target, bias, filter) if view.cascade else {}),
         **({} if view.warp is None else _warp_uniforms(view, bias, filter, rounding)),
     }

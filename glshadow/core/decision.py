@@ -13,6 +13,7 @@ from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Settled, Shadow
 from glshadow.core.spaces import ClipSpace
+from glshadow.core.view import fine_depth
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,11 @@ class Decision:
     clip: ClipSpace
     fallbacks: tuple[str, ...]
 
+    @property
+    def fine(self) -> bool:
+        """Whether the map's depth rounds relative to 1 / depth."""
+        return fine_depth(self.caster.target, self.clip)
+
 
 def settle(light: Light, without_map: str = "") -> Settled | None:
     """Filter, resolution and fit of a light's shadow; None: it casts nothing.
@@ -47,7 +53,7 @@ def settle(light: Light, without_map: str = "") -> Settled | None:
     if light.shadow is None:
         return None
     planes = light.near is not None or light.far is not None
-    return light.shadow.settled(without_map, "the light's near and far" if planes else "")
+    return light.shadow.settled(without_map, "the light's near and far" if planes else "", has_size(light))
 
 
 def decide(light: Light, settled: Settled, clip_control: bool, driver: str) -> Decision:
@@ -63,13 +69,13 @@ def decide(light: Light, settled: Settled, clip_control: bool, driver: str) -> D
     shadow = settled.asked
     target = shadow.target or Target.DEPTH32F
     clip, fallbacks = _clip(light, shadow, target, clip_control, driver)
-    settings = CasterSettings(target, shadow.bias or ReceiverPlaneBias(), shadow.faces, shadow.channel)
+    bias = (shadow.bias or ReceiverPlaneBias()).derived(settled.filter.reach_texels)
+    settings = CasterSettings(target, bias, shadow.faces, shadow.channel)
     fit = settled.fit
     if fit.for_suns and not isinstance(light, DirectionalLight):
         fallbacks += (f"fit {fit} became {ViewFit()}: only the map of a sun can be fitted so",)
         fit = ViewFit()
-    grows = settings.bias.amount(1.0) != settings.bias.amount(2.0)
-    if fit.warps and (not target.is_depth or settled.filter.encoding or grows):
+    if fit.warps and (not target.is_depth or settled.filter.encoding or bias.shift_texels > 0.0):
         fallbacks += (
             f"fit {fit} became {ViewFit()}: in perspective only depth textures that are compared are right, and no bias of so many texels",
         )

@@ -12,7 +12,8 @@ from glshadow.core.cameras import Camera
 from glshadow.core.fit import shaded_receivers
 from glshadow.core.fits import Cascades, Lispsm
 from glshadow.core.lights import DirectionalLight
-from glshadow.core.spaces import Array, project, rigid_inverse, view_axes
+from glshadow.core.ranges import view_depth
+from glshadow.core.spaces import Array, project, rigid_inverse, transform, view_axes
 from glshadow.core.view import Cascade, ShadowView, shadow_views, sun_range
 
 
@@ -22,12 +23,17 @@ def around(asked: Asked, receivers: list[Array]) -> Fitted:
     if isinstance(light, DirectionalLight) and any(len(points) for points in receivers):
         shaded = shaded_receivers(np.asarray(light.direction), receivers, asked.casters, *asked.boxes)
     receivers, inside = (receivers, True) if shaded is None else (shaded, False)
-    found = shadow_views(light, receivers, asked.casters, asked.clip, asked.resolution, asked.guard, all_inside=inside)
+    found = shadow_views(
+        light, receivers, asked.casters, asked.clip, asked.resolution, asked.guard, fine=asked.fine, all_inside=inside
+    )
     return Fitted(found, None if shaded is None else np.concatenate(shaded))
 
 
 STABLE_SHARE = 1e-3
 """Of the distance that stable cascades reach: the first begins no nearer."""
+
+LEAST_SHARE = 1e-6
+"""Of the extent of what a view is for: the least width of its window."""
 
 
 def cascades(asked: Asked, settings: Cascades) -> Fitted:
@@ -47,7 +53,7 @@ def cascades(asked: Asked, settings: Cascades) -> Fitted:
     axes = _along_view(light, asked.camera)
     shade = (asked.casters - origin) @ axes[:2].T
     depth = sun_range(light, points, asked.casters, axes, origin)
-    least = 1e-6 * max(float(np.ptp(points, axis=0).max()), 1e-300)
+    least = LEAST_SHARE * max(float(np.ptp(points, axis=0).max()), 1e-300)
     found = []
     for number, inside in enumerate(slices):
         flat = (inside - origin) @ axes[:2].T if len(inside) else np.zeros((1, 2))
@@ -113,22 +119,33 @@ def warped(asked: Asked, settings: Lispsm) -> Fitted:
         return Fitted((view,), plain.shaded)
     axes, origin = view.view_from_world[:3, :3], -view.view_from_world[:3, :3].T @ view.view_from_world[:3, 3]
     near, far = float(blocks.nearest.min()), float(blocks.farthest.max())
-    points = blocks.between(near, far)
-    local = (points - origin) @ axes.T
-    left, right, bottom, top = view.window
-    inside = (local[:, 0] >= left) & (local[:, 0] <= right) & (local[:, 1] >= bottom) & (local[:, 1] <= top)
+    local = _inside(view, transform(view.view_from_world, blocks.between(near, far)).reshape(-1, 8, 3))
     sine = float(np.linalg.norm(axes[:2] @ camera.view_from_world[2, :3]))
-    if not inside.any() or sine < 1e-3:
+    if not len(local) or sine < 1e-3:
         return Fitted((view,), plain.shaded)
-    # of what lies outside nothing is shaded
-    local, depth = local[inside], -((points[inside] - np.asarray(camera.position)) @ camera.view_from_world[2, :3])
+    depth = np.clip(view_depth(camera, local @ axes + origin), near, far)
     low, high = float(local[:, 1].min()), float(local[:, 1].max())
-    start = max(near, float(depth.min()))
+    start = float(depth.min())
     distance = (start if settings.psm else start + np.sqrt(start * (start + (high - low) * sine))) / sine
     casters = (asked.casters - origin) @ axes.T
     made = _in_perspective(asked, view, local, float(casters[:, 2].max()), low, float(distance))
     better = _texels(made, local, depth) < _texels(view, local, depth)
     return Fitted((made if better else view,), plain.shaded)
+
+
+def _inside(view: ShadowView, blocks: Array) -> Array:
+    """Corners (M * 8, 3) of boxes around what lies in a view's window of blocks (B, 8, 3), given by their corners in the view.
+
+    Of what lies outside nothing is shaded. Boxes, not the corners inside: a block may cover the window with none of its corners in it.
+    """
+    left, right, bottom, top = view.window
+    low = np.maximum(blocks.min(axis=1), (left, bottom, -np.inf))
+    high = np.minimum(blocks.max(axis=1), (right, top, np.inf))
+    held = (low <= high).all(axis=1)
+    ends = np.stack([low[held], high[held]], axis=1)
+    return np.stack([ends[:, [i, j, k], [0, 1, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)], axis=1).reshape(
+        -1, 3
+    )
 
 
 def _in_perspective(
@@ -146,7 +163,8 @@ def _in_perspective(
     ends = np.concatenate([-flat[:, 2], -highest / np.array([w.min(), w.max()])])
     pad = 1e-3 * float(np.ptp(ends))
     lowest, greatest = flat[:, :2].min(axis=0), flat[:, :2].max(axis=0)
-    half, middle = 0.5 * (greatest - lowest) * _widened(asked), 0.5 * (greatest + lowest)
+    least = LEAST_SHARE * max(float(np.ptp(local, axis=0).max()), distance)
+    half, middle = 0.5 * np.maximum(greatest - lowest, least) * _widened(asked), 0.5 * (greatest + lowest)
     left, bottom, right, top = map(float, (*(middle - half), *(middle + half)))
     near, far = float(ends.min()) - pad, float(ends.max()) + pad
     return replace(view, window=(left, right, bottom, top), near=near, far=far, warp=warp)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Hashable, Iterable
+from dataclasses import dataclass, fields
 from typing import get_args
 
 import numpy as np
@@ -212,6 +212,14 @@ Lights = Iterable[BaseLight] | BaseLight | None
 
 LIGHTS = several(instance(*get_args(Light)), "DirectionalLight, SpotLight, PointLight, RectLight or SkyLight")
 """The rule of an argument that is several lights."""
+
+
+_STRENGTH = {"color", "intensity", "inner_angle", "range", "falloff", "cookie", "near", "far", "shadow"}
+
+
+def geometry_of(light: Light) -> tuple[Hashable, ...]:
+    """All of a light that decides where its shadows fall, as a key: its kind, and every setting but those of its strength and its map."""
+    return (type(light), *(getattr(light, field.name) for field in fields(light) if field.name not in _STRENGTH))
 
 
 def to_light(light: Light, points: Array) -> tuple[Array, Array]:

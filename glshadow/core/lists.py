@@ -146,9 +146,10 @@ def distance_bound(world: float, local: float) -> tuple[float, float]:
 
     - vertices are rounded to float32 relative to the scene's origin, then in the light's frame: each is off by at most
       sqrt(3) u (world + local), and so are both triangles where the ray meets them: 2 sqrt(3) u (world + local);
-    - the receiver, put on its plane by a Newton step, is rounded once more: sqrt(3) u local, and is off its plane by 4 u |p|: rounding
-      of the normal (1), of the offset (1) and of the three products and two sums (2, in the sum of their sizes);
-    - the gap is rounded alike: 4 u |q|.
+    - the receiver, put on its plane by a Newton step, is rounded once more: sqrt(3) u local, and is off its plane by 6 u |p|: rounding
+      of the normal (1), of the axes that turn normal and vertices, which are not quite orthogonal (2), of the offset (1) and of the three
+      products and two sums (2, in the sum of their sizes);
+    - the gap is rounded alike: 6 u |q|.
 
     What this does not cover: triangles thinner than their vertices' rounding, whose normals are arbitrary.
 
@@ -160,22 +161,27 @@ def distance_bound(world: float, local: float) -> tuple[float, float]:
         Largest coordinate of a vertex, or of the eye, in the light's frame.
     """
     root = float(np.sqrt(3.0))
-    return _UNIT * (2.0 * root * world + 3.0 * root * local), 4.0 * _UNIT
+    return _UNIT * (2.0 * root * world + 3.0 * root * local), 6.0 * _UNIT
 
 
 HUGE_SHARE = (2.0 * 3.0**0.5 * 3.0**0.5 + 3.0 * 3.0**0.5) * _UNIT
 """By which the bound grows with a vertex's coordinate beyond those it is made for: `distance_bound` of world = sqrt(3) local."""
 
 
-def facets(corners: Array) -> Array:
+def facets(corners: Array, world: Array, axes: Array) -> Array:
     """What pass/lists.comp writes of triangles: (T, 3, 4) vertices in the light's frame, and in the last column the unit normal.
 
     Parameters
     ----------
     corners : (T, 3, 3) float64
         Vertices in the light's frame, already rounded to float32.
+    world : (T, 3, 3) float64
+        The same in world axes, as float32: what normals follow from, so that the rounding of turned vertices does not decide on which
+        side of a triangle a sun lies that shines along it.
+    axes : (3, 3) float64
+        The light's axes, float32 values.
     """
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal = np.cross(world[:, 1] - world[:, 0], world[:, 2] - world[:, 0])
     length = np.linalg.norm(normal, axis=1, keepdims=True)
-    normal = normal / np.where(length > 0.0, length, 1.0)
+    normal = normal / np.where(length > 0.0, length, 1.0) @ axes.T
     return np.concatenate([corners, normal[:, :, None]], axis=2)

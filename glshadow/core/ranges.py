@@ -10,7 +10,10 @@ from glshadow.core.cameras import Camera
 from glshadow.core.fit import frustum_of, visible_corners
 from glshadow.core.spaces import Array
 
-NEAREST_SHARE = 1e-5  # of far: how close a derived near plane comes
+# Shares of far. A derived near plane lies at USUAL_SHARE, or, where that is nearer, well before what is seen, but no nearer than
+# NEAREST_SHARE: 10 micrometres before 10 km. Reversed 0..1 float depth is near / depth, whose rounding, relative to itself, does not
+# depend on near; but a triangle is clipped there to 2^-24 of its length, which must not be seen: so at BEFORE of the nearest depth.
+USUAL_SHARE, NEAREST_SHARE, BEFORE = 1e-5, 2.0**-30, 0.25
 # Without reversed 0..1 depth the numbers lie closest at the near plane and 2^-24 apart everywhere else. Rounding in clip space, in
 # its division by w and in the window adds up to two of them (2.1 measured on llvmpipe), and with d(window) / d(depth) = near / depth^2
 # to 2^-23 depth^2 / near of depth: an eighth of a pixel, which is depth * (tangent of a pixel), if near is 2^-20 depth / tangent.
@@ -51,10 +54,19 @@ def depth_range(
     far = camera.far if camera.far is not None else 1.001 * farthest
     if far <= 0.0 or (camera.near is not None and far <= camera.near):
         far = 2.0 * (camera.near or 1.0)
-    near = camera.near if camera.near is not None else max(0.999 * nearest, NEAREST_SHARE * far)
+    near = camera.near if camera.near is not None else max(0.999 * nearest, USUAL_SHARE * far)
     if clip_control:
+        if camera.near is None and near == USUAL_SHARE * far:
+            near = min(near, max(BEFORE * _nearest_seen(camera, size, boxes, far), NEAREST_SHARE * far))
         return DepthRange(min(near, 0.999 * far), far)
     return _coarse(camera, size, boxes, min(near, 0.999 * far), far)
+
+
+def _nearest_seen(camera: Camera, size: tuple[int, int], boxes: tuple[Array, Array], far: float) -> float:
+    """View depth at which what the camera sees of any box begins; infinite where it sees none."""
+    frustum = frustum_of(camera.window(size), NEAREST_SHARE * far, far, camera.view_from_world)
+    points = np.concatenate(visible_corners(*boxes, frustum))
+    return float(view_depth(camera, points).min()) if len(points) else np.inf
 
 
 def view_depth(camera: Camera, points: Array) -> Array:
@@ -74,10 +86,10 @@ def _linear(camera: Camera, nearest: float, farthest: float, height: float) -> D
 
 
 def _coarse(camera: Camera, size: tuple[int, int], boxes: tuple[Array, Array], near: float, far: float) -> DepthRange:
-    """The near plane as far away as what is seen allows, and at least so far that what is deepest can be resolved."""
+    """The near plane as far away as what is seen allows; where boxes around the eye do not tell, so far that the deepest is resolved."""
     window = camera.window(size)
-    seen = visible_corners(*boxes, frustum_of(window, near, far, camera.view_from_world))
-    points = np.concatenate(seen)
+    start = near if camera.near is not None else NEAREST_SHARE * far
+    points = np.concatenate(visible_corners(*boxes, frustum_of(window, start, far, camera.view_from_world)))
     if len(points) == 0:
         return DepthRange(near, far)
     depth = view_depth(camera, points)
@@ -85,10 +97,18 @@ def _coarse(camera: Camera, size: tuple[int, int], boxes: tuple[Array, Array], n
     pixel = min((window[1] - window[0]) / size[0], (window[3] - window[2]) / size[1])
     needed = min(COARSE_STEP / pixel, MOST_CUT) * deepest
     why = "this driver has no glClipControl, and -1..1 depth is coarse far away"
+    if camera.near is None and 2.0 * start < 0.999 * nearest < needed:
+        near = 0.999 * nearest
+        return DepthRange(near, far, (f"{why}: a depth of {deepest:g} is off by up to {_step(deepest, near):.2g}",))
     if camera.near is None:
         cut = () if nearest >= needed else (f"{why}: what is nearer than {needed:g} to the camera is not drawn",)
         return DepthRange(min(max(near, 0.999 * nearest, needed), 0.999 * far), far, cut)
     if near >= needed:
         return DepthRange(near, far)
-    lost = f"{why}: with near={near:g} a depth of {deepest:g} is off by up to {2.0**-23 * deepest**2 / near:.2g}"
+    lost = f"{why}: with near={near:g} a depth of {deepest:g} is off by up to {_step(deepest, near):.2g}"
     return DepthRange(near, far, (f"{lost}; leave near out, or give at least {needed:g}",))
+
+
+def _step(depth: float, near: float) -> float:
+    """By how much -1..1 depth may be off at a depth: all of it at most."""
+    return min(2.0**-23 * depth**2 / near, depth)

@@ -8,7 +8,7 @@ from typing import Self
 
 from glshadow.core.bias import Bias
 from glshadow.core.channel import Channel
-from glshadow.core.filters import Exact, Filter, Pcf
+from glshadow.core.filters import Exact, Filter, LightSamples, Pcf
 from glshadow.core.fits import Fit, ViewFit
 from glshadow.core.metric import Target
 from glshadow.core.setting import Settings, instance, number, optional, setting, whole
@@ -44,8 +44,8 @@ class Shadow(Settings):
         Texels along each side of a view's map, 1 to 16384. None: 2048.
     filter : Filter, optional
         How one receiver is answered for: Hard, Pcf, ... or Exact, which has no map and asks the triangles. None: Exact() where lists
-        of the scene's triangles fit into the driver's buffers, Pcf(1) elsewhere and where another setting asks for a map; `Used.why`
-        says which and why.
+        of the scene's triangles fit into the driver's buffers; elsewhere, and where another setting asks for a map, Pcf(1), or
+        LightSamples() for a light that has a size. `Used.why` says which and why.
     bias : optional
         None: ReceiverPlaneBias(). Also ConstantBias, SlopeScaledBias, NormalOffsetBias, ClipBias, NoBias.
     target : Target, optional
@@ -94,7 +94,7 @@ class Shadow(Settings):
                 f"{self.target.value if self.target else None!r}"
             )
 
-    def settled(self, without_map: str = "", with_map: str = "") -> Settled:
+    def settled(self, without_map: str = "", with_map: str = "", sized: bool = False) -> Settled:
         """The settings with a filter, a resolution and a fit in place of None.
 
         Parameters
@@ -103,15 +103,18 @@ class Shadow(Settings):
             Why triangles cannot be asked; empty: they can.
         with_map : str
             What else asks for a map; empty: nothing.
+        sized : bool
+            Whether the light has a size, which a derived filter obeys.
         """
+        of_a_map: Filter = LightSamples() if sized else Pcf(1)
         named = [name for name in OF_A_MAP if getattr(self, name) is not None]
         named += [with_map] if with_map else []
         if self.filter is not None:
             filter_, why = self.filter, ASKED_FOR
         elif named:
-            filter_, why = Pcf(1), f"only a map has {' and '.join(named)}"
+            filter_, why = of_a_map, f"only a map has {' and '.join(named)}"
         elif without_map:
-            filter_, why = Pcf(1), without_map
+            filter_, why = of_a_map, without_map
         else:
             filter_, why = Exact(), "no setting asks for a map"
         return Settled(self, self.resolution or RESOLUTION, filter_, self.fit or ViewFit(), why)

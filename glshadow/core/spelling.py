@@ -100,7 +100,9 @@ def parse(text: str, family: Sequence[type[T]], name: str = "value") -> T:
             values[name] = parse(word, family, member.name)
             continue
         number = _number(word)
-        if word in switches:
+        if word == DERIVED and free and next(item for item in items if item.name == free[0]).default is None:
+            values[free[0]] = None
+        elif word in switches:
             values.update([switches[word]])
         elif number is not None and free:
             values[free[0]] = number
@@ -113,7 +115,12 @@ def parse(text: str, family: Sequence[type[T]], name: str = "value") -> T:
         raise SettingsError(f"{shown(text)} is not whole; it is spelled {kind.usage()}") from None
 
 
-def _word(name: str, value: bool | float) -> str:
+DERIVED = "derived"
+
+
+def _word(name: str, value: bool | float | None) -> str:
+    if value is None:
+        return DERIVED
     if isinstance(value, bool):
         return name if value else f"no-{name}"
     return f"{value:g}"

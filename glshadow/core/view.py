@@ -11,6 +11,7 @@ import numpy as np
 from glshadow.core.cameras import Camera
 from glshadow.core.fit import minimum_rectangle
 from glshadow.core.lights import DirectionalLight, Light, SpotLight
+from glshadow.core.metric import Target
 from glshadow.core.spaces import (
     Array,
     ClipSpace,
@@ -47,9 +48,15 @@ FACES = np.array(
     dtype=np.float64,
 )[[0, 3, 1, 4, 2, 5]]
 
-# Share of the far plane's distance: derived near planes come no closer. Casters nearer still cast, clamped to it (depth clamp).
-# Only reversed depth can afford a close one: otherwise the step at far is far / share of the format's.
-NEAREST_SHARE = {True: 1e-4, False: 5e-3}
+# Shares of the far plane's distance: a derived near plane lies at the first, or before receivers that are nearer, but no nearer than the
+# second. Casters nearer still cast, clamped to it (depth clamp), but do not darken what is nearer too. Only reversed float depth, which is
+# near / depth, rounds alike whatever near is, and can afford a close one; of others the step at far is far / share of the format's.
+USUAL_SHARE, NEAREST_SHARE = {True: 1e-4, False: 5e-3}, {True: 2.0**-30, False: 5e-3}
+
+
+def fine_depth(target: Target, clip: ClipSpace) -> bool:
+    """Whether a map's depth rounds relative to 1 / depth."""
+    return target is Target.DEPTH32F and clip.reversed and clip.zero_to_one
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,6 +171,7 @@ def shadow_views(
     resolution: int,
     guard: int,
     *,
+    fine: bool = False,
     all_inside: bool = True,
 ) -> tuple[ShadowView, ...]:
     """The views that a light needs to shadow the given receivers.
@@ -176,6 +184,8 @@ def shadow_views(
         World corners of everything that casts.
     resolution, guard : int
         Texels along a side of a tile; texels around the fitted window that the filter may reach into.
+    fine : bool
+        Whether the map's depth rounds relative to 1 / depth, see `fine_depth`: a lamp's near plane may then come close.
     all_inside : bool
         False: the map will be asked for other receivers too, which are lit.
 
@@ -190,25 +200,25 @@ def shadow_views(
     if (
         not all_inside and resolution > 4 * guard
     ):  # a filter's reach is answered for beyond what was fitted, and read beyond that
-        found = _views(light, bodies, casters, clip, resolution, 2 * guard)
+        found = _views(light, bodies, casters, clip, resolution, 2 * guard, fine)
         return tuple(replace(view, inset=guard) for view in found)
     inside = min(guard, (resolution - 1) // 2)
     gutter = guard if inside < guard else 0
-    found = _views(light, bodies, casters, clip, resolution, inside)
+    found = _views(light, bodies, casters, clip, resolution, inside, fine)
     return tuple(replace(view, gutter=gutter) for view in found) if gutter else found
 
 
 def _views(
-    light: Light, bodies: list[Array], casters: Array, clip: ClipSpace, resolution: int, guard: int
+    light: Light, bodies: list[Array], casters: Array, clip: ClipSpace, resolution: int, guard: int, fine: bool
 ) -> tuple[ShadowView, ...]:
     if isinstance(light, DirectionalLight):
         return (_sun_view(light, np.concatenate(bodies), casters, clip, resolution, guard),)
     if isinstance(light, SpotLight):
         axes = view_axes(np.asarray(light.direction))
         edge = float(np.tan(np.radians(light.outer_angle)))
-        view = _local_view(light, "spot", 0, axes, edge, bodies, clip, resolution, guard)
+        view = _local_view(light, "spot", 0, axes, edge, bodies, clip, resolution, guard, fine)
         return () if view is None else (view,)
-    views = [_local_view(light, "point", i, FACES[i], 1.0, bodies, clip, resolution, guard) for i in range(6)]
+    views = [_local_view(light, "point", i, FACES[i], 1.0, bodies, clip, resolution, guard, fine) for i in range(6)]
     used = [view for view in views if view is not None]
     near, far = min((view.near for view in used), default=0.0), max((view.far for view in used), default=0.0)
     return tuple(replace(view, near=near, far=far) for view in used)  # one depth range: one metric across all faces
@@ -263,11 +273,12 @@ def _local_view(
     clip: ClipSpace,
     resolution: int,
     guard: int,
+    fine: bool,
 ) -> ShadowView | None:
     """View of a light with a position through a square window of half-width `edge`; None if it shows no receiver."""
     assert not isinstance(light, DirectionalLight)
     view = rigid_inverse(axes, np.asarray(light.position))
-    low, high, nearest, farthest = np.full(2, np.inf), np.full(2, -np.inf), np.inf, 0.0
+    low, high, nearest, farthest, close = np.full(2, np.inf), np.full(2, -np.inf), np.inf, 0.0, np.inf
     for points in bodies:
         local = transform(view, points)
         depth = -local[:, 2]
@@ -277,7 +288,8 @@ def _local_view(
         # its metric is the distance: sqrt(3) more in a corner
         reach = np.linalg.norm(local, axis=1) if kind == "point" else depth
         nearest, farthest = min(nearest, float(depth.min())), max(farthest, float(reach.max()))
-        if depth.min() <= NEAREST_SHARE[True] * depth.max():
+        close = min(close, _distance_of_box(points, np.asarray(light.position)))
+        if depth.min() <= USUAL_SHARE[True] * depth.max():
             low, high = np.full(2, -edge), np.full(2, edge)  # reaches around the light: every direction
         else:
             tangents = local[:, :2] / depth[:, None]
@@ -289,10 +301,20 @@ def _local_view(
         low, high = np.full(2, -edge), np.full(2, edge)
     low, high = np.clip(low, -edge, edge), np.clip(high, -edge, edge)
     far = 1.001 * farthest if light.far is None else light.far
-    near = max(0.5 * nearest, NEAREST_SHARE[clip.reversed] * far) if light.near is None else light.near
+    usual = min(
+        USUAL_SHARE[fine] * far, 0.5 * close / float(np.hypot(1.0, np.sqrt(2.0) * edge))
+    )  # depth in a corner of the window
+    near = max(0.5 * nearest, usual, NEAREST_SHARE[fine] * far) if light.near is None else light.near
     half = 0.5 * np.maximum(high - low, 1e-6 * edge) * resolution / (resolution - 2 * guard)
     middle = 0.5 * (low + high)
     window = tuple(
         float(v) for v in (middle[0] - half[0], middle[0] + half[0], middle[1] - half[1], middle[1] + half[1])
     )
     return ShadowView(kind, face, view, window, near, max(far, 1.001 * near), clip, resolution)  # type: ignore[arg-type]
+
+
+def _distance_of_box(points: Array, position: Array) -> float:
+    """From a position to the box along the world's axes around points (N, 3)."""
+    return float(
+        np.linalg.norm(np.maximum(np.maximum(points.min(axis=0) - position, position - points.max(axis=0)), 0.0))
+    )

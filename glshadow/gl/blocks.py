@@ -18,7 +18,7 @@ _SLACK = 1e-5
 
 def seen_blocks(work: Work) -> Blocks:
     """Blocks that show a surface. Reads a few kB back, so that it waits for the GPU."""
-    sight, depth = work.sight, work.targets.fine_depth
+    sight, depth = work.sight, work.targets.fine.depth
     size = (-(-depth.size[0] // SIDE), -(-depth.size[1] // SIDE))
     ctx = work.context.ctx
     bounds = ctx.texture(size, 2, dtype="f4")
@@ -31,7 +31,7 @@ def seen_blocks(work: Work) -> Blocks:
     program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
     program.unbind()
     found = pixels(bounds, np.float32)[::-1].astype(np.float64)
-    work.targets.surface_framebuffer.use()
+    work.targets.depth_framebuffer.use()
     release(framebuffer, bounds)
     seen = found[..., 0] <= found[..., 1]
     ends = np.sort(sight.depth(found[seen]), axis=-1)

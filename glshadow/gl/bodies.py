@@ -2,43 +2,78 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.area import extremes, radius_of
-from glshadow.core.casting import darkens
-from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.area import radius_of
+from glshadow.core.casting import Convex, convex, darkens
+from glshadow.core.lights import DirectionalLight, Light, geometry_of
 from glshadow.core.shadow import Faces
 from glshadow.core.spaces import Array, transform
+from glshadow.gl.camera import Sight
 from glshadow.gl.geometry import GpuScene
 from glshadow.scene.mesh import Mesh
 
-_FEW = 12  # triangles of a body that is asked whether it darkens anything
+_FEW = 12  # triangles of a body that is tested for whether it darkens anything
 _FLAT = 1e-9  # of its size: thickness up to which a body is a plane
-_ASKED = 64  # bodies that are asked: each question goes to all others
-_KEPT = 64  # places of lights for which the answers are kept
+_TESTED = 64  # bodies: each is tested against all others
+_KEPT = 64  # lights for which the answers are kept
 
 
-def casters_on_others(scene: GpuScene, light: Light) -> NDArray[np.bool_]:
-    """Which nodes (N,) darken anything: not a floor under everything, whose rasterising would cost as much as all the rest."""
-    sun = isinstance(light, DirectionalLight)
-    place = (sun, light.direction if isinstance(light, DirectionalLight) else light.position, radius_of(light))
-    kept = scene.casting.get(place)
-    if kept is not None:
-        return kept
-    casting = scene.casts.copy()
+@dataclass(frozen=True, eq=False)
+class Casters:
+    """Which bodies darken anything that a camera may see.
+
+    Attributes
+    ----------
+    always : (N,) bool
+        Whatever the camera.
+    inside : dict of int to Convex
+        Closed convex bodies that darken nothing but their own inner side, which only a camera inside sees.
+    """
+
+    always: NDArray[np.bool_]
+    inside: dict[int, Convex]
+
+
+def casters_seen(scene: GpuScene, light: Light, sight: Sight | None) -> NDArray[np.bool_]:
+    """Which nodes (N,) darken anything that a camera sees, or any camera if None: not a floor under everything, whose rasterising would
+    cost as much as all the rest.
+    """
+    key = geometry_of(light)
+    casters = scene.casting.get(key)
+    if casters is None:
+        if len(scene.casting) >= _KEPT:
+            scene.casting.clear()
+        casters = scene.casting[key] = _casters(scene, light)
+    casting = casters.always.copy()
+    for i, body in casters.inside.items():
+        casting[i] = sight is None or not (sight.outside[i] or body.excludes(sight.near_corners))
+    return casting
+
+
+def _casters(scene: GpuScene, light: Light) -> Casters:
+    """Leave out large bodies of few triangles that certainly darken no other body, nor themselves."""
+    casting, inside = scene.casts.copy(), {}
     size = np.linalg.norm(np.ptp(scene.corners, axis=1), axis=1)
     whole = float(np.linalg.norm(np.ptp(scene.corners.reshape(-1, 3), axis=0)))
-    for i in np.flatnonzero(casting & (size > 0.5 * whole))[:_ASKED]:
-        triangles = _outline(scene.nodes[i].mesh)
-        if triangles is not None and len(scene.nodes) > 1:
-            placed = transform(scene.nodes[i].world_from_mesh, triangles)
-            others = np.delete(scene.corners, i, axis=0)
-            casting[i] = any(darkens(placed, others, part) for part in extremes(light))
-    if len(scene.casting) >= _KEPT:
-        scene.casting.clear()
-    scene.casting[place] = casting
-    return casting
+    for i in np.flatnonzero(casting & (size > 0.5 * whole))[:_TESTED] if len(scene.nodes) > 1 else ():
+        mesh = scene.nodes[i].mesh
+        triangles = _outline(mesh)
+        if triangles is None:
+            continue
+        placed = transform(scene.nodes[i].world_from_mesh, triangles)
+        if darkens(placed, np.delete(scene.corners, i, axis=0), light, scene.origin):
+            continue
+        body = convex(placed, scene.origin) if mesh.closed and not scene.meshes[i].cut_out else None
+        if body is not None:
+            inside[int(i)] = body
+        elif darkens(placed, placed, light, scene.origin):
+            continue
+        casting[i] = False
+    return Casters(casting, inside)
 
 
 def _outline(mesh: Mesh) -> Array | None:
@@ -56,7 +91,11 @@ def _outline(mesh: Mesh) -> Array | None:
 
 
 def hides_back_faces(scene: GpuScene, light: Light, faces: Faces | None) -> NDArray[np.bool_]:
-    """Which nodes (N,) may be drawn without their back faces: closed ones that do not contain the light."""
+    """Which nodes (N,) may be drawn without their back faces: closed ones that do not contain the light.
+
+    On its way from such a light to a receiver, wherever that lies and on whatever side of the body it is seen, a ray enters a closed
+    body before it leaves it: where it meets a back face it has met a front face.
+    """
     closed = scene.closed
     if faces is not None or isinstance(light, DirectionalLight):
         return closed

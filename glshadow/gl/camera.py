@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from glshadow.core.cameras import Camera
 from glshadow.core.culling import seen_by
 from glshadow.core.fit import frustum_of, visible_corners
-from glshadow.core.ranges import depth_range, view_depth
+from glshadow.core.ranges import USUAL_SHARE, depth_range, view_depth
 from glshadow.core.spaces import Array, ClipSpace
 from glshadow.core.view import ShadowView, camera_view
 from glshadow.gl.context import GLContext
@@ -23,6 +23,10 @@ from glshadow.gl.meshes import GpuMesh
 from glshadow.gl.program import Program, Programs
 from glshadow.gl.runs import Whole
 from glshadow.scene.mesh import Scene
+
+# GL clips a triangle in float32, to 2^-24 of its length: where that is seen, against a volume three times as wide and high as the picture,
+# so that what is rounded lies outside.
+_MIDDLE_THIRD = np.diag([1.0 / 3.0, 1.0 / 3.0, 1.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +64,11 @@ class Sight:
     fallbacks: tuple[str, ...] = ()
 
     @property
+    def reaches_far(self) -> bool:
+        """Whether triangles may be so much longer than they are near that clipping them is seen."""
+        return self.camera.is_perspective and self.near < USUAL_SHARE * self.far
+
+    @property
     def far_z(self) -> float:
         """NDC z of the far plane."""
         return (0.0 if self.clip.zero_to_one else -1.0) if self.clip.reversed else 1.0
@@ -69,6 +78,13 @@ class Sight:
         """(3,) world point that depths of the resolve passes count from: the eye, or the middle of an orthographic near plane."""
         position = np.asarray(self.camera.position)
         return position if self.camera.is_perspective else position - self.near * self.camera.view_from_world[2, :3]
+
+    @property
+    def near_corners(self) -> Array:
+        """(4, 3) world points: the corners of what is seen of the near plane, where all rays begin."""
+        ndc = np.array([(-1.0, -1.0, 1.0), (1.0, -1.0, 1.0), (1.0, 1.0, 1.0), (-1.0, 1.0, 1.0)])
+        starts = ndc @ self.rays.T @ self.camera.view_from_world[:3, :3]
+        return np.asarray(self.eye + starts * (self.near if self.camera.is_perspective else 1.0))
 
     @property
     def rays(self) -> Array:
@@ -142,6 +158,11 @@ def draw_surface(
     ctx = context.ctx
     if context.caps.clip_control:
         context.gl.clip_control(sight.clip.zero_to_one)
+    clip_from_mesh, (width, height) = sight.clip_from_mesh, framebuffer.size
+    wide = sight.reaches_far and all(np.less_equal((3 * width, 3 * height), context.caps.max_viewport))
+    if wide:
+        framebuffer.viewport = (-width, -height, 3 * width, 3 * height)
+        clip_from_mesh = pack_matrices(_MIDDLE_THIRD @ sight.view.clip_from_world @ scene.world_from_origin)
     framebuffer.use()
     ctx.depth_func = ">" if sight.clip.reversed else "<"  # an equal depth would be that of "nothing there"
     ctx.enable_only(moderngl.DEPTH_TEST)
@@ -159,7 +180,7 @@ def draw_surface(
             program.bind(u_texture=gpu.texture)
 
         def place(i: int) -> None:
-            program.write("u_clip_from_mesh", sight.clip_from_mesh[i])
+            program.write("u_clip_from_mesh", clip_from_mesh[i])
             program.write("u_first_triangle", scene.packed_first[i])
             program.write("u_normal_from_mesh", scene.packed_normals[i])
 
@@ -167,6 +188,9 @@ def draw_surface(
 
     draw_nodes(ctx, scene, sight.drawn, hidden, begin, Whole(context, scene.count))
     ctx.enable_only(moderngl.DEPTH_TEST)
+    if wide:
+        framebuffer.viewport = (0, 0, width, height)
+        framebuffer.use()
 
 
 def _program(programs: Programs, scene: GpuScene, gpu: GpuMesh, samples: int) -> Program:

@@ -8,17 +8,18 @@ from functools import partial
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from glshadow.core.bias import bias_factor
 from glshadow.core.culling import hidden_sides, seen_by
 from glshadow.core.decision import CasterSettings
 from glshadow.core.filters import Filter
-from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.lights import DirectionalLight, Light, geometry_of
 from glshadow.core.metric import Target, metric_range
 from glshadow.core.spaces import Array
 from glshadow.core.view import ShadowView
 from glshadow.gl.atlases import Atlas
-from glshadow.gl.bodies import casters_on_others, hides_back_faces
+from glshadow.gl.bodies import hides_back_faces
 from glshadow.gl.context import GLContext
 from glshadow.gl.drawing import Begin, draw_nodes
 from glshadow.gl.geometry import GpuScene, pack_matrices
@@ -39,22 +40,23 @@ class Map:
     filter: Filter
 
 
-def draw_casters(context: GLContext, programs: Programs, scene: GpuScene, light: Light, shadow_map: Map) -> int:
+def draw_casters(
+    context: GLContext, programs: Programs, scene: GpuScene, light: Light, casting: NDArray[np.bool_], shadow_map: Map
+) -> int:
     """Draw all views of a light into their tiles, unless they hold just that; returns the number of draws.
 
-    Casters nearer than a view's near plane are clamped to it, not cut (depth clamp). Nodes outside a view are not drawn, nor, where
-    the bias keeps every surface from shadowing itself, those that darken nothing else.
+    Casters nearer than a view's near plane are clamped to it, not cut (depth clamp). Nodes (N,) that do not cast, or lie outside a
+    view, are not drawn.
     """
     ctx = context.ctx
     atlas, settings, boxes = shadow_map.atlas, shadow_map.settings, scene.corners
     channel = settings.channel
     tiles: tuple[Hashable, ...] = tuple(view.tile for view in shadow_map.views)
     tiles = tiles if channel is None else (*tiles, channel.number)
-    source = _source(scene, light, shadow_map)
+    source = _source(scene, light, casting, shadow_map)
     if atlas.drawn.get(tiles) == source:
         return 0
     previous = atlas.drawn.pop(tiles, None)
-    casting = casters_on_others(scene, light) if settings.bias.certain else scene.casts
     hidden = hidden_sides(settings.faces, hides_back_faces(scene, light, settings.faces))
     sparing = None
     # a map that is drawn once costs less than making clusters
@@ -100,11 +102,10 @@ def begin_view(context: GLContext, atlas: Atlas, view: ShadowView, settings: Cas
     atlas.framebuffer.clear(1.0, 1.0, 1.0, 1.0, depth=far, viewport=cleared)
 
 
-def _source(scene: GpuScene, light: Light, shadow_map: Map) -> tuple[Hashable, ...]:
+def _source(scene: GpuScene, light: Light, casting: NDArray[np.bool_], shadow_map: Map) -> tuple[Hashable, ...]:
     """All that a light's maps depend on."""
-    place = light.direction if isinstance(light, DirectionalLight) else light.position
     views = tuple((view.clip_from_world.tobytes(), view.near, view.far, view.clip) for view in shadow_map.views)
-    return (scene.identity, shadow_map.settings, place, views)
+    return (scene.identity, shadow_map.settings, geometry_of(light), casting.tobytes(), views)
 
 
 def _begin(

@@ -181,7 +181,7 @@ class GLContext:
                     yield self
 
     def recover(self) -> None:
-        """After an interruption: the state in which drawing begins, no open query, no pending error."""
+        """After an interruption or an error: the state in which drawing begins, no open query, no pending error."""
         self.gl.call("glEndQuery", ANY_SAMPLES_PASSED)
         write_state(self.gl, default_state(self.ctx, self.gl))
         self.gl.errors()

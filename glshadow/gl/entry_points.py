@@ -126,9 +126,15 @@ class EntryPoints:
     ----------
     load
         Function name -> address, 0 where the driver has none.
+
+    Attributes
+    ----------
+    failed : bool
+        Whether `check` has found an error: what was made meanwhile may have no memory.
     """
 
     def __init__(self, load: Callable[[str], int]) -> None:
+        self.failed = False
         self._functions: dict[str, Callable[..., int]] = {}
         for name, (result, arguments) in _SIGNATURES.items():
             address = load(name)
@@ -229,6 +235,7 @@ class EntryPoints:
             On any other error: a defect of this package or of the driver.
         """
         codes = self._drain()
+        self.failed = self.failed or bool(codes)
         if _OUT_OF_MEMORY in codes:
             raise ResourceError(
                 f"the OpenGL driver ran out of memory while {what}; use a smaller picture, a lower shadow resolution, "

@@ -29,6 +29,7 @@ from glshadow.core.spaces import Array
 from glshadow.core.view import ShadowView, kind_of, shadow_views
 from glshadow.errors import SettingsError
 from glshadow.gl.atlases import Atlas, layout
+from glshadow.gl.bodies import casters_seen
 from glshadow.gl.caster import Map, draw_casters
 from glshadow.gl.context import Caps, GLContext, open_context
 from glshadow.gl.geometry import GpuScene
@@ -75,8 +76,9 @@ def draw_map(context: GLContext, programs: Programs, scene: GpuScene, light: Lig
     decision = decide(light, settled, context.caps.clip_control, context.caps.renderer)
     placed, size = layout(views, context.caps.max_texture_size)
     shadow_map = Map(placed, Atlas(context, decision.caster.target, size), decision.caster, decision.filter)
+    casting = casters_seen(scene, light, None) if decision.caster.bias.certain else scene.casts
     bound = context.ctx.fbo
-    draw_casters(context, programs, scene, light, shadow_map)
+    draw_casters(context, programs, scene, light, casting, shadow_map)
     if shadow_map.filter.encoding:
         depths = shadow_map.atlas
         shadow_map = Moments(context).filled(programs, shadow_map)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import weakref
 from collections.abc import Hashable, Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +20,16 @@ from glshadow.gl.meshes import Meshes
 from glshadow.gl.world import WorldTriangles
 from glshadow.scene.mesh import AlphaMode, Node, Scene
 
+if TYPE_CHECKING:
+    from glshadow.gl.bodies import Casters
+
 # marks of triangles' numbers, see lib/surface_number.glsl
 NOT_RECEIVING = 1 << 31
 CATCHING = 1 << 30
+MOVED = 1 << 29
+CUT_OUT = 1 << 27
+TRIANGLES = CUT_OUT - 1
+"""The bits of a triangle's number, from 1."""
 _AT_ONCE = 1 << 18  # triangles whose planes are computed together
 
 
@@ -61,9 +69,7 @@ class GpuScene:
     blends : (N,) bool
         Which nodes tint what light passes through them.
     casting : dict
-        Which nodes darken anything, by a sun's direction or a lamp's place: see `gl.bodies.casters_on_others`.
-    unlisted : str
-        Why lists of its triangles cannot be built, found out by trying; empty: not known.
+        Which nodes darken anything, by `core.lights.geometry_of`: see `gl.bodies`.
     identity : int
         Never the same for two of them.
     """
@@ -75,9 +81,8 @@ class GpuScene:
         self.identity = next(self._count)
         self._context = context
         self._world: WorldTriangles | None = None
-        self.unlisted = ""
         self._clusters: Placed | None = None
-        self.casting: dict[tuple[Hashable, ...], NDArray[np.bool_]] = {}
+        self.casting: dict[tuple[Hashable, ...], Casters] = {}
         self.nodes: tuple[Node, ...] = tuple(node for node in scene.nodes if len(node.mesh.triangles))
         self.scene_numbers = np.flatnonzero([len(node.mesh.triangles) > 0 for node in scene.nodes])
         self.meshes = [meshes.get(node.mesh) for node in self.nodes]
@@ -114,6 +119,7 @@ class GpuScene:
         catching = np.array([node.catches for node in self.nodes])
         self.catches = bool(catching.any())
         first[catching] |= np.uint32(CATCHING)
+        first[[gpu.cut_out for gpu in self.meshes]] |= np.uint32(CUT_OUT)
         self.packed_first = [number.tobytes() for number in first]
         self.origin: Array = np.median(self._sample(1024), axis=0)
         self.boxes, self.corners = scene.boxes, scene.corners

@@ -13,8 +13,8 @@ from glshadow.core.metric import metric_range, projected_metric
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import srgb_from_linear
 from glshadow.gl.camera import Sight
-from glshadow.gl.geometry import CATCHING, GpuScene
-from glshadow.gl.targets import CameraTargets
+from glshadow.gl.geometry import MOVED, TRIANGLES, GpuScene
+from glshadow.gl.targets import CameraTargets, SurfaceTargets
 
 MEANS = ("image", "alpha", "linear", "visibility")
 """Outputs that are means over a pixel's samples."""
@@ -84,11 +84,19 @@ def pixels(texture: moderngl.Texture, dtype: Any) -> NDArray[Any]:
     return np.ascontiguousarray(data[::-1])
 
 
-def read_middles(outputs: Collection[str], scene: GpuScene, sight: Sight, targets: CameraTargets) -> dict[str, Any]:
+def read_middles(outputs: Collection[str], scene: GpuScene, sight: Sight, targets: SurfaceTargets) -> dict[str, Any]:
     """What is seen at each pixel's middle, by name; row 0 at the top."""
     window = pixels(targets.depth, np.float32)[..., 0]
     nothing = window == sight.clip.clear_depth
     depth = sight.depth(np.where(nothing, 0.5, window.astype(np.float64)))
+    number = pixels(targets.surface, np.uint32)[..., 0].astype(np.int64)
+    triangle = np.where(nothing, -1, (number & TRIANGLES) - 1).astype(np.int32)
+    planes = None
+    moved = np.flatnonzero((number & MOVED) != 0)
+    if len(moved) or not {"normal", "position"}.isdisjoint(outputs):
+        planes = np.frombuffer(scene.planes.buffer.read(), np.float32).reshape(-1, 4)
+    if len(moved) and planes is not None:
+        depth.ravel()[moved] = _ray_depth(scene, sight, planes, triangle.ravel()[moved], moved)
     results: dict[str, Any] = {}
     if "depth" in outputs:
         results["depth"] = np.where(nothing, np.inf, depth).astype(np.float32)
@@ -98,30 +106,38 @@ def read_middles(outputs: Collection[str], scene: GpuScene, sight: Sight, target
             matrix[2, 3] - matrix[2, 2] * depth, sight.clip, *metric_range(kind, sight.clip, sight.near, sight.far)
         )
         results["depth_metric"] = np.where(nothing, 1.0, metric).astype(np.float32)
-    if {"triangle", "node", "normal", "position"}.isdisjoint(outputs):
-        return results
-    number = pixels(targets.surface, np.uint32)[..., 0].astype(np.int64) & (CATCHING - 1)
-    triangle = np.where(nothing, -1, number - 1).astype(np.int32)
     if "triangle" in outputs:
         results["triangle"] = triangle
     seen = ~nothing
     if "node" in outputs:
         owners = scene.scene_numbers[np.frombuffer(scene.owners.buffer.read(), np.uint32)]
         results["node"] = np.where(seen, owners[triangle], -1).astype(np.int32)
-    if not {"normal", "position"}.isdisjoint(outputs):
-        results.update(_surface(outputs, scene, sight, triangle, depth, seen))
+    if planes is not None:
+        results.update(_surface(outputs, scene, sight, planes, triangle, depth, seen))
     return results
+
+
+def _ray_depth(
+    scene: GpuScene, sight: Sight, planes: NDArray[np.float32], triangle: NDArray[np.int32], pixel: NDArray[np.int64]
+) -> Array:
+    """View depths (N,) at which the rays of pixels meet the planes of triangles: those that GL did not draw there."""
+    starts, directions = (each.reshape(-1, 3)[pixel] for each in sight.camera.rays(sight.size))
+    plane = planes[triangle].astype(np.float64)
+    slant = np.einsum("ij,ij->i", plane[:, :3], directions)
+    gap = plane[:, 3] - np.einsum("ij,ij->i", plane[:, :3], starts - scene.origin)
+    return np.asarray(gap / np.where(slant == 0.0, 1.0, slant))
 
 
 def _surface(
     outputs: Collection[str],
     scene: GpuScene,
     sight: Sight,
+    planes: NDArray[np.float32],
     triangle: NDArray[np.int32],
     depth: Array,
     seen: NDArray[np.bool_],
 ) -> dict[str, Any]:
-    planes = np.frombuffer(scene.planes.buffer.read(), np.float32).reshape(-1, 4)[triangle[seen]].astype(np.float64)
+    planes = planes[triangle[seen]].astype(np.float64)
     starts, directions = (each[seen] for each in sight.camera.rays(sight.size))
     normal, height = planes[:, :3], planes[:, 3]
     results = {}

@@ -142,8 +142,8 @@ def _cookie_of(light: Light) -> Cookie | None:
 
 def _draw_dense(program: Program, work: Work, dense: Dense) -> None:
     targets = work.targets
-    program.set(**dense.uniforms, u_samples=targets.fine_surface.size)
-    fine = {"u_surface": targets.fine_surface, "u_camera_depth": (targets.fine_depth, work.samplers.plain)}
+    program.set(**dense.uniforms, u_samples=targets.fine.surface.size)
+    fine = {"u_surface": targets.fine.surface, "u_camera_depth": (targets.fine.depth, work.samplers.plain)}
     program.bind(**fine, u_pixels=dense.pixels)
     work.context.ctx.enable_only(moderngl.NOTHING)
     with blended(work.context):

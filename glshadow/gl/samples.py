@@ -13,7 +13,7 @@ from glshadow.gl.buffers import BufferTexture
 from glshadow.gl.dense import Dense
 from glshadow.gl.entry_points import R32UI
 from glshadow.gl.resolve import Share, colors_of, resolve
-from glshadow.gl.screen import camera_uniforms, draw_over, surface_textures
+from glshadow.gl.screen import camera_uniforms, draw_over, pixel_axes, surface_textures
 from glshadow.gl.targets import release, released_on_error, succeed
 from glshadow.gl.work import Work
 
@@ -60,11 +60,8 @@ class Samples:
             defines={"GLS_ORTHO": int(not sight.camera.is_perspective), "GLS_SURFACE": targets.surface.components,
                      "GLS_COLORS": colors_of(scene), "GLS_COLUMNS": self.block[0], "GLS_ROWS": self.block[1]},
         )  # fmt: skip
-        across, up = (
-            2.0 / side * sight_axis for side, sight_axis in zip(self.size, camera["u_ray_l"].T[:2], strict=True)
-        )
-        program.set(**camera, u_right_l=tuple(across), u_up_l=tuple(up))
-        fine = {"u_surface": targets.fine_surface, "u_camera_depth": (targets.fine_depth, work.samplers.plain)}
+        program.set(**camera, **pixel_axes(camera, self.size))
+        fine = {"u_surface": targets.fine.surface, "u_camera_depth": (targets.fine.depth, work.samplers.plain)}
         program.bind(**{**surface_textures(work.samplers, scene, targets), **fine})
         self._fill.use()
         ctx.enable_only(moderngl.DEPTH_TEST)  # else no depth is written

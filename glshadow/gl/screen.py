@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import Any
@@ -75,6 +75,12 @@ def camera_uniforms(
         "u_axes_l": axes,
         "u_towards_w": tuple(axes[2]),
     }
+
+
+def pixel_axes(camera: Mapping[str, Any], size: tuple[int, int]) -> dict[str, Any]:
+    """By how much rays, or an orthographic camera's starts, change from pixel to pixel of a picture: of its `camera_uniforms`."""
+    right, up = (2.0 / side * axis for side, axis in zip(size, camera["u_ray_l"].T[:2], strict=True))
+    return {"u_right_l": tuple(right), "u_up_l": tuple(up)}
 
 
 def surface_textures(samplers: Samplers, scene: GpuScene, targets: CameraTargets) -> dict[str, Any]:

@@ -16,13 +16,14 @@ from glshadow.gl.geometry import GpuScene
 from glshadow.gl.glass import Glasses
 from glshadow.gl.kept import Kept
 from glshadow.gl.meshes import Meshes
+from glshadow.gl.primary import find_primary
 from glshadow.gl.program import Programs
 from glshadow.gl.queries import AnySamples
 from glshadow.gl.readback import MIDDLES, average_samples, read_means, read_middles
 from glshadow.gl.samples import Samples
 from glshadow.gl.screen import Samplers
 from glshadow.gl.sources import Sources
-from glshadow.gl.targets import CameraTargets
+from glshadow.gl.targets import CameraTargets, SurfaceTargets
 from glshadow.gl.work import Work
 from glshadow.scene.mesh import Scene
 
@@ -111,16 +112,14 @@ class Store:
         if outputs.isdisjoint(MIDDLES):
             return results
         if look.samples == 1:
-            return results | read_middles(outputs, work.scene, work.sight, targets)
+            return results | read_middles(outputs, work.scene, work.sight, targets.fine)
         # no sample lies in the middle of a pixel
-        self.seen = None
-        size, channels = work.sight.size, targets.surface.components
-        middle = targets if spread == (1, 1) else CameraTargets(self._context, size, 1, channels, 0, False, False)
-        draw_surface(self._context, work.programs, work.scene, work.sight, middle.surface_framebuffer)
+        middle = SurfaceTargets(self._context, work.sight.size, targets.surface.components, "the pixels' middles")
+        draw_surface(self._context, work.programs, work.scene, work.sight, middle.drawing)
+        find_primary(work, middle)
         results |= read_middles(outputs, work.scene, work.sight, middle)
         self.rest()
-        if middle is not targets:
-            middle.release()
+        middle.release()
         return results
 
     def rest(self) -> None:

@@ -77,6 +77,38 @@ def clear_outputs(context: GLContext, targets: CameraTargets, background: Array,
         context.gl.clear_floats(2, color)
 
 
+class SurfaceTargets:
+    """What the camera pass draws to, and the primary pass after it.
+
+    Attributes
+    ----------
+    drawn, surface, depth : moderngl.Texture
+        As GL drew it, and with the triangle that each ray meets; depth is that of what was drawn.
+    drawing, framebuffer : moderngl.Framebuffer
+        To draw with depth, and to fill `surface` where something was drawn.
+    """
+
+    def __init__(self, context: GLContext, size: tuple[int, int], channels: int, what: str) -> None:
+        context.check_size(size, what)
+        ctx = context.ctx
+        self.depth = depth_texture(context, size, Target.DEPTH32F, what)
+        made: list[Any] = [self.depth]
+        with released_on_error(made):
+            for _ in range(2):
+                made.append(ctx.texture(size, channels, dtype="u4"))
+                made[-1].filter = (moderngl.NEAREST, moderngl.NEAREST)
+            context.check_errors(f"allocating {what}, {size[0]} x {size[1]}")
+            self.drawn, self.surface = made[1:]
+            self.drawing = ctx.framebuffer([self.drawn], self.depth)
+            self.framebuffer = ctx.framebuffer([self.surface], self.depth)
+            self.framebuffer.depth_mask = False
+        self._made = (self.drawing, self.framebuffer, *made)
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        release(*self._made)
+
+
 class CameraTargets:
     """What the camera pass and the resolve passes draw to, for one image size; `identity`: never the same for two of them.
 
@@ -90,8 +122,8 @@ class CameraTargets:
         Their columns and rows.
     surface, depth : moderngl.Texture
         What each pixel sees.
-    fine_surface, fine_depth : moderngl.Texture
-        What each sample sees; the same where a pixel has one.
+    fine : SurfaceTargets
+        What each sample sees; where a pixel has one, `surface` and `depth` are its.
     """
 
     _count = itertools.count()
@@ -110,26 +142,22 @@ class CameraTargets:
         self.size, self.samples, self.block = size, samples, grid(samples)
         ctx = context.ctx
         what = "the image" if samples == 1 else f"{samples} samples of the image's pixels"
-        fine = (size[0] * self.block[0], size[1] * self.block[1])
-        context.check_size(fine, what)
-        self.depth = depth_texture(context, size, Target.DEPTH32F, what)
-        made: list[Any] = [self.depth]
+        self.fine = SurfaceTargets(context, (size[0] * self.block[0], size[1] * self.block[1]), channels, what)
+        made: list[Any] = [self.fine]
 
-        def texture(components: int, dtype: str, size: tuple[int, int] = size) -> moderngl.Texture:
+        def texture(components: int, dtype: str) -> moderngl.Texture:
             made.append(ctx.texture(size, components, dtype=dtype))
             context.check_errors(f"allocating {what}, {size[0]} x {size[1]}")
             kept: moderngl.Texture = made[-1]
             return kept
 
         with released_on_error(made):
-            self.surface = self.fine_surface = texture(channels, "u4")
-            self.fine_depth = self.depth
+            self.surface, self.depth = self.fine.surface, self.fine.depth
             if samples > 1:
-                self.fine_surface = texture(channels, "u4", fine)
-                self.fine_depth = depth_texture(context, fine, Target.DEPTH32F, what)
-                made.append(self.fine_depth)
-            for each in (self.surface, self.fine_surface):
-                each.filter = (moderngl.NEAREST, moderngl.NEAREST)
+                self.depth = depth_texture(context, size, Target.DEPTH32F, what)
+                made.append(self.depth)
+                self.surface = texture(channels, "u4")
+                self.surface.filter = (moderngl.NEAREST, moderngl.NEAREST)
             self.image = texture(4, "f1")
             self.sums = [texture(4, "f4") for _ in range(min(lights - 1, 2))]  # read one, write the other
             self.visibility = [texture(1, "f4") for _ in range(lights if visibility else 0)]
@@ -137,8 +165,6 @@ class CameraTargets:
                 each.repeat_x = each.repeat_y = False
             self.linear = texture(4, "f4") if linear else None
             self.spare = texture(1, "f1") if linear and not self.visibility else None
-            self.surface_framebuffer = ctx.framebuffer([self.surface], self.depth)
-            self.fine_framebuffer = ctx.framebuffer([self.fine_surface], self.fine_depth)
             self.depth_framebuffer = ctx.framebuffer(depth_attachment=self.depth)
             self.depth_framebuffer.depth_mask = False
         self._made = made
@@ -170,6 +196,5 @@ class CameraTargets:
 
     def release(self) -> None:
         """Free the GPU memory."""
-        own = (self.surface_framebuffer, self.fine_framebuffer, self.depth_framebuffer)
-        for thing in (*own, *self._framebuffers.values(), *self._made):
+        for thing in (self.depth_framebuffer, *self._framebuffers.values(), *self._made):
             thing.release()

@@ -63,7 +63,7 @@ class WorldTriangles:
     huge : bool
         Whether there are others.
     mask_shift : (N,) int64
-        Per node what turns a triangle's number into 1 + its number among masked triangles; 0 for nodes without a mask.
+        Per node that is cut out what turns a triangle's number into 1 + its number among masked triangles, which may be 0.
     masks, alphas : BufferTexture or None
         Three texels per masked triangle: the corners' texture coordinates and alpha without the texture's, the cutoff (float bits),
         where its image begins, and its width and height in 16 bits each; and the images' alpha. None where nothing is masked.

@@ -131,14 +131,10 @@ def measure(frame: Frame, truth: Truth) -> ShadowError:
     may differ; pixels on the image's border do not count). A pixel where the frame has no surface but the truth has one
     counts as wrong.
 
-    If the frame carries the output `triangle`, a pixel that shows another triangle than the exact ray meets does not
-    count either: GL snaps vertices to 1/256 pixel, so that beside an edge a picture may show the neighbour, and its
-    visibility answers for another point. Without it such pixels count as they come.
-
     Parameters
     ----------
     frame : glshadow.Frame
-        Or anything with `visibility`, `scene`, `camera`, `lights` and perhaps `triangle`, numbered as the truth's.
+        Or anything with `visibility`, `scene`, `camera` and `lights`.
     truth : glshadow.Truth
 
     Raises
@@ -148,7 +144,7 @@ def measure(frame: Frame, truth: Truth) -> ShadowError:
         frame's own business: one truth serves many settings.
     """
     _check_same(frame, truth)
-    smooth = smooth_pixels(truth.body, truth.normal) & ~_shows_another(frame, truth)
+    smooth = smooth_pixels(truth.body, truth.normal)
     tallies, kinds, amounts = [], [], []
     for number in range(len(truth.lights)):
         tally, kind, amount = _score_light(frame.visibility[number], truth, number, smooth, *_texels(frame, number))
@@ -230,6 +226,7 @@ class _Tally:
     surface: float
     counted: float
     mean: float
+    wrong: float
     edge: float
     acne: float
     leak: float
@@ -246,7 +243,7 @@ class _Tally:
         edge, acne, leak = self.edge / counted, self.acne / counted, self.leak / counted
         return Score(
             mean=self.mean / counted,
-            wrong=(self.edge + self.acne + self.leak) / counted,
+            wrong=self.wrong / counted,
             edge=edge,
             acne=acne,
             leak=leak,
@@ -275,16 +272,19 @@ def _score_light(
     edge = truth.near_edge(number, (radius + 0.5) * np.sqrt(2.0) * texel, wrong)
     grain = uneven & ~edge  # what is within the first band is within the second, wider one
     grain &= ~truth.near_edge(number, (radius + 1.0) * np.sqrt(2.0) * texel, grain)
+    several = has_size(truth.lights[number]) and getattr(truth, "light_samples", 1) > 1
+    # a point sees all of the light, no edge is near, and yet texels of the kernel shadow it: the surface's own
+    partly = grain & (difference < 0.0) & (exact == 1.0) & (not several)
     acne, leak = wrong & ~edge & (difference < 0.0), wrong & ~edge & (difference > 0.0)
     contact = truth.near_foot(CONTACT_TEXELS * texel, leak)
     kinds = np.full(exact.shape, Outcome.NO_SURFACE, dtype=np.uint8)
+    acne |= partly
     marks = ((surface, Outcome.NOT_COUNTED), (counted, Outcome.GOOD), (grain, Outcome.GRAIN), (edge, Outcome.EDGE))
     for mask, kind in (*marks, (acne, Outcome.ACNE), (leak, Outcome.LEAK)):
         kinds[mask] = kind
-    several = has_size(truth.lights[number]) and getattr(truth, "light_samples", 1) > 1
     soft = counted & several & (exact > 0.0) & (exact < 1.0)
     sums = (
-        surface, counted, amount * counted, edge, acne, leak, grain, contact, amount > WRONG, amount, soft, amount * soft,
+        surface, counted, amount * counted, wrong, edge, acne, leak, grain, contact, amount > WRONG, amount, soft, amount * soft,
     )  # fmt: skip
     return _Tally(*(float(values.sum()) for values in sums)), kinds, amount[counted]
 
@@ -305,14 +305,6 @@ def smooth_pixels(body: NDArray[np.int32], normal: Array) -> Bools:
         good &= (body[other] == body[inner]) & (np.einsum("ijk,ijk->ij", normal[other], normal[inner]) >= SMOOTH_COSINE)
     result[inner] = good
     return result
-
-
-def _shows_another(frame: Frame, truth: Truth) -> Bools:
-    """Pixels (H, W) where the frame shows another triangle than the truth; nowhere if it does not say which."""
-    drawn: NDArray[np.int32] | None = getattr(frame, "triangle", None)
-    if drawn is None:
-        return np.zeros(truth.triangle.shape, dtype=bool)
-    return np.asarray((drawn >= 0) & (drawn != truth.triangle))
 
 
 def texel_size(truth: Truth, number: int, resolution: int) -> Array | float:

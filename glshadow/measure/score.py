@@ -38,13 +38,15 @@ class Score:
     mean : float
         Mean |visibility - truth|.
     wrong : float
-        |visibility - truth| > 0.5; the sum of the next three.
+        |visibility - truth| > 0.5: the sum of `edge`, `leak` and that part of `acne`.
     edge : float
         Wrong within (filter radius + 1/2) sqrt(2) texels of the true boundary: the price of the resolution.
     acne, leak : float
-        Wrong elsewhere: lit drawn dark, dark drawn lit. Artefacts.
+        Wrong elsewhere: lit drawn dark, dark drawn lit. Artefacts. Under a light without size, `acne` is also what is lit and drawn darker
+        by more than 1/16 beyond (filter radius + 1) sqrt(2) texels of the true boundary: a surface that shadows itself in part of the
+        kernel.
     grain : float
-        |visibility - truth| > 1/16 beyond (filter radius + 1) sqrt(2) texels of the true boundary.
+        |visibility - truth| > 1/16 beyond (filter radius + 1) sqrt(2) texels of the true boundary, that acne included.
     contact : float
         The part of `leak` within two texels of something that stands on the surface.
     counted : float

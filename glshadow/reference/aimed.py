@@ -7,7 +7,7 @@ from itertools import islice
 
 import numpy as np
 
-from glshadow.core.area import has_size, radius_of
+from glshadow.core.area import cap_tangents, has_size, radius_of
 from glshadow.core.lights import DirectionalLight, Light, RectLight, SkyLight, to_light
 from glshadow.core.panel import panel_axes
 from glshadow.core.spaces import Array, Bools, view_axes
@@ -93,10 +93,12 @@ class AimedLight:
             return
         u, v = perpendicular(towards)
         for number in range(samples):
-            # Rings of equal area, a golden angle apart (Vogel); the place within the ring is random.
-            radius = np.sqrt((number + generator.uniform(size=count)) / samples) * self.spread
+            # Rings of equal area, or a sun's of equal solid angle, a golden angle apart (Vogel); the place within the ring is random.
+            radius = np.sqrt((number + generator.uniform(size=count)) / samples)
             angle = turn + number * GOLDEN_ANGLE
-            offset = u * (radius * np.cos(angle))[:, None] + v * (radius * np.sin(angle))[:, None]
+            point = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+            point = cap_tangents(light, point) if isinstance(light, DirectionalLight) else self.spread * point
+            offset = u * point[:, :1] + v * point[:, 1:]
             aim = towards + offset if self.position is None else towards * distance[:, None] + offset
             length = np.sqrt(dot(aim, aim))
             yield aim / np.where(length > 0.0, length, 1.0)[:, None], distance if self.position is None else length

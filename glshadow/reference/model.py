@@ -16,15 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from glshadow.core.bias import FACET_SLOPE, WINDOW_PER_CLIP, Bias
+from glshadow.core.bias import FACET_SLOPE, SNAP_TEXELS, WINDOW_PER_CLIP, Bias
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
 from glshadow.core.filters import Filter
-from glshadow.core.lights import DirectionalLight, Light, to_light
+from glshadow.core.lights import Light, to_light
 from glshadow.core.metric import Target, metric_range, projected_metric, radial_metric, window_depth
 from glshadow.core.spaces import Array, transform
 from glshadow.core.view import ShadowView
-
-SNAP = 1.0 / 128.0  # texels: rasterisers round a vertex to 1/256 (8 bits below the pixel), which moves edges and depths
 
 
 @dataclass(frozen=True)
@@ -113,7 +111,7 @@ def _draw(
     value = stored_depth(view, target, xy, depth) + _offset(view, target, bias, local)
     value = np.clip(value, 0.0, 1.0)
     least, most = value.min(axis=0), value.max(axis=0)
-    maybe, surely = inside > -SNAP, inside > SNAP
+    maybe, surely = inside > -SNAP_TEXELS, inside > SNAP_TEXELS
     # an interval's near end follows every triangle that may cover the texel, its far end those that surely do
     if target.is_depth and view.clip.reversed:
         high[maybe], low[surely] = np.maximum(high, most)[maybe], np.maximum(low, least)[surely]
@@ -129,13 +127,13 @@ def _rasterised(local: Array, centres: Array, texel: Array, parallel: bool) -> t
     inside : (H, W) float64
         Texels from the triangle's nearest edge, negative outside, -inf where the ray never meets its plane.
     xy, depth : (5, H, W, 2), (5, H, W) float64
-        Where the ray meets the plane; first as it is, then moved by SNAP texels towards each corner of the texel.
+        Where the ray meets the plane; first as it is, then moved by SNAP_TEXELS towards each corner of the texel.
     """
     flat = np.column_stack([local[:, :2], np.ones(3) if parallel else -local[:, 2]])
     # homogeneous lines through the corners
     edges = np.cross(flat, np.roll(flat, -1, axis=0)) * np.sign(np.linalg.det(flat))
     inside = (centres @ edges[:, :2].T + edges[:, 2]) / np.maximum(np.hypot(*(edges[:, :2] * texel).T), 1e-300)
-    xy = centres + SNAP * texel * np.array([(0, 0), (-1, -1), (-1, 1), (1, -1), (1, 1)])[:, None, None, :]
+    xy = centres + SNAP_TEXELS * texel * np.array([(0, 0), (-1, -1), (-1, 1), (1, -1), (1, 1)])[:, None, None, :]
     normal = np.cross(local[1] - local[0], local[2] - local[0])
     plane = float(normal @ local[0])
     if (normal[2] if parallel else plane) == 0.0:  # edge-on
@@ -195,7 +193,7 @@ def first_hits(
     corners = transform(camera.view_from_world, triangles)
     drawn = [_rasterised(corner, rays[..., :2], pixel, parallel=False) for corner in corners]
     inside, depth = np.stack([each[0] for each in drawn]), np.stack([each[2][0] for each in drawn])
-    hits = [np.where(inside > margin, depth, np.inf) for margin in (0.0, -SNAP, SNAP)]
+    hits = [np.where(inside > margin, depth, np.inf) for margin in (0.0, -SNAP_TEXELS, SNAP_TEXELS)]
     border = hits[1].argmin(axis=0) != hits[2].argmin(axis=0)
     border |= np.isinf(hits[1].min(axis=0)) != np.isinf(hits[2].min(axis=0))
     return hits[0].min(axis=0), hits[0].argmin(axis=0), border
@@ -223,7 +221,7 @@ def receive(
     """
     precision = precision or Precision()
     towards, distance = to_light(light, points)
-    moved = bias.moved(points, normals, towards, distance, _texel_at(stored.views[0], light, points))
+    moved = bias.moved(points, normals, towards, distance, _lean(stored.views[0], light, points, normals, towards))
     low, high = np.ones(len(points)), np.zeros(len(points))
     sure = np.zeros(len(points), dtype=bool)
     for view in stored.views:
@@ -240,14 +238,20 @@ def receive(
     return np.where(sure, low, 0.0), np.where(sure, high, 1.0)
 
 
-def _texel_at(view: ShadowView, light: Light, points: Array) -> Array:
-    """World size (N, 1) of a texel at points (N, 3)."""
-    texel = np.full((len(points), 1), max(view.texel))
-    if isinstance(light, DirectionalLight):
-        return texel
-    # texels grow with the depth along the axes of the light's view, which are the world's around a point light
-    axes = view.view_from_world[:3, :3] if view.kind == "spot" else np.eye(3)
-    return np.asarray(texel * np.abs((points - np.asarray(light.position)) @ axes.T).max(axis=-1, keepdims=True))
+def _lean(view: ShadowView, light: Light, points: Array, normals: Array, towards: Array) -> Array:
+    """World size of a texel along the way that normals lean, times the sine of their angle to the view's axis or to the light; (N,)."""
+    rotation, texel = view.view_from_world[:3, :3], np.array(view.texel)
+    if view.kind == "directional":
+        return np.asarray(np.linalg.norm(normals @ rotation[:2].T * texel, axis=1))
+    least = texel.max() * np.sqrt(np.maximum(1.0 - (normals * towards).sum(axis=1) ** 2, 0.0))
+    if view.kind == "spot":
+        depth = np.maximum(-transform(view.view_from_world, points)[:, 2], 0.0)
+        across = np.linalg.norm(normals @ rotation[:2].T * texel, axis=1)
+    else:  # faces look along the axes, and their texels are square
+        away = np.abs(points - np.asarray(light.position))  # type: ignore[union-attr]
+        depth, face = away.max(axis=1), away.argmax(axis=1)
+        across = texel[0] * np.linalg.norm(np.where(np.arange(3) == face[:, None], 0.0, normals), axis=1)
+    return np.asarray(depth * np.maximum(across, least))
 
 
 def _on_face(view: ShadowView, local: Array, texels: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

@@ -59,9 +59,9 @@ def trace(
         from pixel to pixel. 1: its middle, a hard shadow.
 
     surface : (H, W) int32, optional
-        The triangles that a picture shows (`Frame.triangle`), asked instead of those that exact rays meet first: GL snaps vertices
-        to 1/256 pixel, so that a few dozen pixels show another one. Their points are where the rays meet the triangles' planes,
-        within each triangle's range of view depth: a picture's filter and its truth are then compared at the same points.
+        The triangles that a picture shows (`Frame.triangle`), instead of those that exact rays meet first: at silhouettes a picture
+        may show another one. Their points are where the rays meet the triangles' planes, or the triangles' nearest points where the
+        rays miss them: a picture's filter and its truth are then compared at the same points.
 
     Raises
     ------
@@ -171,7 +171,26 @@ def _shown(rays: Rays, camera: Camera, size: tuple[int, int], surface: Ints) -> 
     along = dot(normals, corners[:, 0] - eye) / np.where(slant == 0.0, 1.0, slant)
     points = eye + np.clip(along, depth.min(axis=1), depth.max(axis=1))[:, None] * directions
     points -= normals * dot(normals, points - corners[:, 0])[:, None]
+    points = _onto(points, corners, normals)
     return _Hits(triangle, rows, points, np.where((slant > 0.0)[:, None], -normals, normals))
+
+
+def _onto(points: Array, corners: Array, normals: Array) -> Array:
+    """The nearest points (N, 3) of triangles to points in their planes, where these lie outside by more than rounding."""
+    following = np.roll(corners, -1, axis=1)
+    along, offset = following - corners, points[:, None] - corners
+    inside = np.einsum("nkj,nj->nk", np.cross(along, offset), normals)
+    length2 = (along * along).sum(axis=-1)
+    outside = np.flatnonzero((inside < -1e-6 * length2).any(axis=1))
+    if len(outside) == 0:
+        return points
+    along, offset, length2 = along[outside], offset[outside], length2[outside]
+    share = np.clip((along * offset).sum(axis=-1) / np.where(length2 > 0.0, length2, 1.0), 0.0, 1.0)
+    candidates = corners[outside] + share[..., None] * along
+    nearest = ((candidates - points[outside, None]) ** 2).sum(axis=-1).argmin(axis=1)
+    points = points.copy()
+    points[outside] = candidates[np.arange(len(outside)), nearest]
+    return points
 
 
 def _spread(hits: _Hits, values: Array) -> Array:

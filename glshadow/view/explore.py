@@ -25,7 +25,7 @@ DERIVED = "derived"
 CHOICES = (
     "hard", "pcf:0", "pcf:1", "pcf:2", "pcf:4", "gaussian:2", "poisson:1", "disc:4,16", "pcss", "esm", "vsm", "evsm:2", "msm:2", "exact",
 )  # fmt: skip
-BIAS_CHOICES = ("receiver-plane", "slope:1.1,4", "normal-offset:1", "constant:0.05", "none")
+BIAS_CHOICES = ("receiver-plane", "slope", "normal-offset", "constant:0.05", "none")
 RESOLUTIONS = (256, 512, 1024, 2048, 4096, 8192)
 REST = 0.25  # seconds without a change: then the picture is drawn whole
 LARGEST = 30.0  # degrees of a sun

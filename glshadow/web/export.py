@@ -141,7 +141,7 @@ def _described(
         raise SettingsError("the light reaches nothing of the scene")
     placed, size = layout(views, MAP_SIDE)
     shadow = light.shadow or Shadow()
-    bias = shadow.bias or ReceiverPlaneBias()
+    bias = (shadow.bias or ReceiverPlaneBias()).derived(filter.reach_texels)
     slots = mapped_slots(kind_of(light), target, bias, filter, "metric")
     defines = {**mapped_defines(kind_of(light), target, bias, filter, False, True), "GLS_OUTPUT": 2}
     away = 0.0 if isinstance(light, DirectionalLight) else float(np.linalg.norm(np.asarray(light.position) - origin))

@@ -1,20 +1,23 @@
-// The receiver moved along its normal by u_bias texels * sin(angle to the light). Holbert 2011.
+// The receiver moved along its normal N, in the axes of the map, by u_bias * length(N.x * texel width, N.y * texel height): where texels
+// are square, u_bias texels * sin(angle to a sun); of a light with a position at least so much by the angle to it. Holbert 2011.
+// Twin: glshadow.core.bias.NormalOffsetBias
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif
 #ifndef GLS_CASCADES
 #define GLS_CASCADES 0
 #endif
-uniform float u_bias; // a sun: world units; else world units at distance 1 along the light's axis
+uniform float u_bias; // texels
 
 vec3 biased_position(vec3 position_lv, vec3 normal_lv, float cosine) {
-    float sine = sqrt(max(0.0, 1.0 - cosine * cosine));
 #if GLS_CASCADES
-    return position_lv + normal_lv * (u_bias * cascade_scale.w * sine); // of the first map's texels
+    return position_lv + normal_lv * (u_bias * length(normal_lv.xy / cascade_texel.xy));
 #elif GLS_SUN
-    return position_lv + normal_lv * (u_bias * sine);
+    return position_lv + normal_lv * (u_bias * length(normal_lv.xy / u_texel_from_lv.xy));
 #else
-    vec3 size = abs(position_lv);
-    return position_lv + normal_lv * (u_bias * sine * max(size.x, max(size.y, size.z)));
+    float depth = max(-map_axes(position_lv, position_lv).z, 0.0);
+    float lean = length(map_axes(normal_lv, position_lv).xy / u_texel_from_lv.xy);
+    lean = max(lean, sqrt(max(0.0, 1.0 - cosine * cosine)) / min(u_texel_from_lv.x, u_texel_from_lv.y));
+    return position_lv + normal_lv * (u_bias * lean * depth);
 #endif
 }

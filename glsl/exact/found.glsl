@@ -75,7 +75,7 @@ bool hides(Facet other, uint mask, inout Ray ray, int k, Disc disc) {
     ray.source = source(min(k, u_count - 1), disc);
     aim(ray);
     vec3 area = turns(across(ray, other.a), across(ray, other.b), across(ray, other.c));
-    bool hit = met(area) && behind(ray, other);
+    bool hit = met(area) && behind(ray, other) > 0;
 #if GLS_MASKED
     hit = hit && (mask == 0u || solid(int(mask) - 1, area));
 #endif

@@ -24,7 +24,8 @@ bool blocked(Ray ray, vec2 cell, float face, float depth, bool asked) {
     uint rest = texelFetch(u_heads, fine / GLS_RATIO + ivec2(0, GLS_FACES * GLS_CELLS + int(face) * (GLS_CELLS / GLS_RATIO)), 0).r;
     link = asked ? link : 0u;
     rest = asked ? rest : 0u;
-    bool dark = false;
+    uint first_link = link, first_rest = rest;
+    bool dark = false, doubtful = false;
     // Lists in one loop: llvmpipe skips only loops whose trip count varies, and what an inner one leaves behind it gets wrong.
     while ((link | rest) != 0u) {
         bool fine_left = link != 0u;
@@ -39,7 +40,27 @@ bool blocked(Ray ray, vec2 cell, float face, float depth, bool asked) {
 #if GLS_MASKED
         if (entry.w != 0u && !solid(int(entry.w) - 1, area)) continue;
 #endif
-        if (behind(ray, other)) {
+        int side = behind(ray, other);
+        doubtful = doubtful || side < 0;
+        if (side > 0) {
+            dark = true;
+            link = 0u;
+            rest = 0u;
+        }
+    }
+    // Again, beside a fold: rare, and a loop of its own costs others nothing.
+    link = doubtful && !dark ? first_link : 0u;
+    rest = doubtful && !dark ? first_rest : 0u;
+    while ((link | rest) != 0u) {
+        bool fine_left = link != 0u;
+        uvec4 entry = texelFetch(u_links, int(fine_left ? link : rest) - 1);
+        rest = fine_left ? rest : entry.y;
+        link = fine_left ? entry.y : 0u;
+        int triangle = int(entry.x);
+        if (triangle == receiver_triangle || entry.w != 0u) continue;
+        Facet other = facet(triangle);
+        if (!met(turns(across(ray, other.a), across(ray, other.b), across(ray, other.c)))) continue;
+        if (folds_before(facet(receiver_triangle), other)) {
             dark = true;
             link = 0u;
             rest = 0u;

@@ -76,7 +76,8 @@ ivec2 row_span(Edges edges, float y, ivec2 span) { // first and last cell of row
         high = slope < 0.0 ? min(high, floor(x)) : high;
         high = slope == 0.0 && rest < 0.0 ? -1.0 : high;
     }
-    return ivec2(int(low), int(high));
+    // an int that a float does not fit into is any: the least on llvmpipe
+    return ivec2(int(min(low, float(span.y) + 1.0)), int(max(high, float(span.x) - 1.0)));
 }
 
 #if GLS_AREA

@@ -1,5 +1,6 @@
 // A triangle in a light's frame, and its unit normal, each rounded once, and the same for every copy of a vertex. In double, or where the
-// driver lacks it in pairs of floats.
+// driver lacks it in pairs of floats. The normal follows from the vertices before they are turned: after that their rounding would decide
+// on which side of a triangle a sun lies that shines along it.
 #ifndef GLS_DOUBLE
 #define GLS_DOUBLE 1 // 0: the driver has none
 #endif
@@ -9,18 +10,17 @@ vec3 placed(vec3 point, vec3 origin, mat3 axes) {
     return vec3(dmat3(axes) * (dvec3(point) - dvec3(origin)));
 }
 
-vec3 unit_normal(vec3 a, vec3 b, vec3 c) { // 0 where there is no area
+vec3 unit_normal(vec3 a, vec3 b, vec3 c, mat3 axes) { // of vertices in world axes; 0 where there is no area
     dvec3 e = dvec3(b) - dvec3(a), f = dvec3(c) - dvec3(a);
     dvec3 product = dvec3(e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x);
     double size = dot(product, product);
-    return size > 0.0 ? vec3(product / sqrt(size)) : vec3(0.0);
+    return size > 0.0 ? vec3(dmat3(axes) * (product / sqrt(size))) : vec3(0.0);
 }
 
 #else
 #include "lib/wide.glsl"
 
-vec3 placed(vec3 point, vec3 origin, mat3 axes) {
-    vec2 x = exact_sum(point.x, -origin.x), y = exact_sum(point.y, -origin.y), z = exact_sum(point.z, -origin.z);
+vec3 turned(vec2 x, vec2 y, vec2 z, mat3 axes) {
     vec3 result;
     for (int i = 0; i < 3; i++) {
         vec2 sum = wide_sum(wide_product(vec2(axes[0][i], 0.0), x), wide_product(vec2(axes[1][i], 0.0), y));
@@ -29,12 +29,16 @@ vec3 placed(vec3 point, vec3 origin, mat3 axes) {
     return result;
 }
 
+vec3 placed(vec3 point, vec3 origin, mat3 axes) {
+    return turned(exact_sum(point.x, -origin.x), exact_sum(point.y, -origin.y), exact_sum(point.z, -origin.z), axes);
+}
+
 vec2 minor(vec2 a, vec2 b, vec2 c, vec2 d) { // a b - c d
     vec2 subtracted = wide_product(c, d);
     return wide_sum(wide_product(a, b), -subtracted);
 }
 
-vec3 unit_normal(vec3 a, vec3 b, vec3 c) { // 0 where there is no area
+vec3 unit_normal(vec3 a, vec3 b, vec3 c, mat3 axes) { // of vertices in world axes; 0 where there is no area
     vec3 longest = max(abs(b - a), abs(c - a));
     int scale;
     frexp(max(longest.x, max(longest.y, longest.z)), scale); // so that nothing underflows
@@ -52,9 +56,7 @@ vec3 unit_normal(vec3 a, vec3 b, vec3 c) { // 0 where there is no area
     vec2 root = vec2(inversesqrt(size.x), 0.0); // then a step of Newton's: r + r (1 - size r^2) / 2
     vec2 rest = wide_sum(vec2(1.0, 0.0), -wide_product(size, wide_product(root, root)));
     root = wide_sum(root, 0.5 * wide_product(root, rest));
-    vec3 result;
-    for (int i = 0; i < 3; i++) result[i] = wide_product(n[i], root).x;
-    return result;
+    return turned(wide_product(n[0], root), wide_product(n[1], root), wide_product(n[2], root), axes);
 }
 
 #endif

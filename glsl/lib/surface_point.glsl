@@ -1,5 +1,6 @@
-// Where a camera's ray meets a triangle's plane, in the light's frame; where it misses the triangle (GL snaps vertices to 1/256 pixel)
-// and looks along its plane, no further than the triangle reaches. A Newton step takes it back to the plane. Needs lib/facet.glsl.
+// Where a camera's ray meets a triangle, in the light's frame. A Newton step takes the point back to the triangle's plane; a ray that
+// looks along the plane goes no further than the triangle reaches. Where the ray misses the triangle, the triangle's nearest point is
+// taken. Needs lib/facet.glsl.
 // GLS_HUGE: some triangles reach so far that their vertices' rounding is seen; the plane is then the one that float64 gave.
 // Twin: glshadow.reference.trace.trace(surface=)
 #ifndef GLS_HUGE
@@ -11,7 +12,14 @@ uniform mat3 u_axes_l; // the light's axes
 uniform vec3 u_lv_from_l; // the scene's origin in the light's frame
 #endif
 
-vec3 surface_point(int triangle, Facet own, vec3 eye, vec3 ray, vec3 forward) { // forward: unit, along the view; ray: of unit view depth
+vec3 on_edge(vec3 p, vec3 a, vec3 b) { // nearest point of an edge
+    vec3 along = b - a;
+    float length2 = dot(along, along);
+    return a + along * (length2 > 0.0 ? clamp(dot(p - a, along) / length2, 0.0, 1.0) : 0.0);
+}
+
+// forward: unit, along the view; ray: of unit view depth; missed: see lib/surface_number.glsl
+vec3 surface_point(int triangle, Facet own, vec3 eye, vec3 ray, vec3 forward, bool missed) {
 #if GLS_HUGE
     vec4 plane = texelFetch(u_planes, max(triangle, 0));
     vec3 normal = u_axes_l * plane.xyz, corner = u_lv_from_l + normal * plane.w;
@@ -23,7 +31,14 @@ vec3 surface_point(int triangle, Facet own, vec3 eye, vec3 ray, vec3 forward) { 
     float along = dot(normal, corner - eye) / (slant == 0.0 ? 1.0 : slant);
     along = clamp(along, min(depth.x, min(depth.y, depth.z)), max(depth.x, max(depth.y, depth.z)));
     vec3 position = eye + ray * along;
-    return position - normal * dot(normal, position - corner);
+    position -= normal * dot(normal, position - corner);
+    int turns = missed ? 1 : 0; // a loop: llvmpipe skips nothing else
+    for (int i = 0; i < turns; i++) {
+        vec3 x = on_edge(position, own.a, own.b), y = on_edge(position, own.b, own.c), z = on_edge(position, own.c, own.a);
+        float dx = dot(x - position, x - position), dy = dot(y - position, y - position), dz = dot(z - position, z - position);
+        position = dx <= dy && dx <= dz ? x : dy <= dz ? y : z;
+    }
+    return position;
 }
 
 vec3 plane_corner(Facet own) { // the point from which its plane is measured

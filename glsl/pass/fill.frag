@@ -65,7 +65,7 @@ bool goes_on(uvec4 own, vec4 plane, vec3 normal, uvec4 other, vec2 offset) {
 #elif GLS_COLORS == 2
     same = same && all(lessThan(abs(unpack_color(own.b) - unpack_color(other.b)), vec3(SAME_COLOR)));
 #endif
-    return same && (own.r >> 30u) == (other.r >> 30u); // the marks
+    return same && (own.r & MARKS) == (other.r & MARKS); // the marks
 }
 
 uint bits_of(bvec4 which) {

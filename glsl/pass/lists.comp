@@ -23,7 +23,7 @@ uniform mat3 u_axes; // the light's, from world axes
 uniform vec3 u_origin; // of the light's frame, relative to the scene's origin
 
 vec3 vertex(uint i) {
-    return placed(texelFetch(u_positions, int(i)).xyz, u_origin, u_axes);
+    return texelFetch(u_positions, int(i)).xyz;
 }
 
 void main() {
@@ -31,7 +31,10 @@ void main() {
     if (triangle >= uint(u_triangles)) return;
     uvec4 corners = texelFetch(u_corners, int(triangle));
     vec3 a = vertex(corners.x), b = vertex(corners.y), c = vertex(corners.z);
-    vec3 normal = unit_normal(a, b, c);
+    vec3 normal = unit_normal(a, b, c, u_axes);
+    a = placed(a, u_origin, u_axes);
+    b = placed(b, u_origin, u_axes);
+    c = placed(c, u_origin, u_axes);
     facets[3u * triangle] = vec4(a, normal.x);
     facets[3u * triangle + 1u] = vec4(b, normal.y);
     facets[3u * triangle + 2u] = vec4(c, normal.z);

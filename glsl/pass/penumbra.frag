@@ -97,7 +97,7 @@ void main() {
     bool seen = triangle >= 0; // else nothing is there
     triangle = max(triangle, 0);
     Facet own = facet(triangle);
-    vec3 position = surface_point(triangle, own, eye, ray, v_forward_l);
+    vec3 position = surface_point(triangle, own, eye, ray, v_forward_l, is_missed(surface.r));
     vec3 normal = dot(own.normal, ray) > 0.0 ? -own.normal : own.normal; // the side that is seen
     receiver_triangle = triangle;
     receiver_corner = plane_corner(own);

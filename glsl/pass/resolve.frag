@@ -151,7 +151,7 @@ void main() {
 #if GLS_EXACT
     Facet own = facet(triangle);
     vec3 normal = own.normal;
-    vec3 position = surface_point(triangle, own, eye, ray, v_forward_l);
+    vec3 position = surface_point(triangle, own, eye, ray, v_forward_l, is_missed(surface.r));
     vec3 normal_w = normal * v_axes_l;
     receiver_triangle = triangle;
     receiver_corner = plane_corner(own);
@@ -159,11 +159,13 @@ void main() {
     vec4 plane = texelFetch(u_planes, triangle);
     vec3 normal_w = plane.xyz;
     vec3 normal = v_axes_l * normal_w;
-#if GLS_ORTHO
-    vec3 position = eye + ray * (v_unproject.x + v_unproject.y * texelFetch(u_camera_depth, pixel, 0).r);
-#else
-    vec3 position = eye + ray * (1.0 / (v_unproject.x + v_unproject.y * texelFetch(u_camera_depth, pixel, 0).r));
+    float depth = v_unproject.x + v_unproject.y * texelFetch(u_camera_depth, pixel, 0).r;
+#if !GLS_ORTHO
+    depth = 1.0 / depth;
 #endif
+    float slant = dot(normal, ray);
+    depth = is_moved(surface.r) && slant != 0.0 ? (plane.w - dot(normal, eye)) / slant : depth; // GL drew another triangle there
+    vec3 position = eye + ray * depth;
     // Depth was interpolated between vertices snapped to 1/256 pixel: back on the plane, without leaving the triangle's
     // depth range as ray x plane would where the ray misses the triangle by a hair.
     position += normal * (plane.w - dot(normal, position)) + v_lv_from_l;

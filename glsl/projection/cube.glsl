@@ -11,6 +11,12 @@ vec3 turned(vec3 v, float axis, float s) { // into the frame of the face: lib/fa
     return axis < 0.5 ? vec3(s * v.z, v.y, -s * v.x) : axis < 1.5 ? vec3(v.x, s * v.z, -s * v.y) : vec3(-s * v.x, v.y, -s * v.z);
 }
 
+// Into the axes of the face that sees a position.
+vec3 map_axes(vec3 v, vec3 position_lv) {
+    float axis = face_axis(position_lv);
+    return turned(v, axis, face_side(position_lv, axis));
+}
+
 Receiver project_receiver(vec3 position_lv, vec3 normal_lv) {
     float axis = face_axis(position_lv);
     float s = face_side(position_lv, axis);

@@ -4,6 +4,10 @@ uniform vec3 u_base;           // depth as the map stores it = a constant + base
 uniform vec2 u_allowance;     // taken off a receiver's distance: world units, and a share of the distance
 #define GLS_LEAST_COSINE 1e-7 // edge-on: such a receiver is unlit anyway
 
+vec3 map_axes(vec3 v, vec3 position_lv) {
+    return v;
+}
+
 Receiver project_receiver(vec3 position_lv, vec3 normal_lv) {
     Receiver receiver;
     receiver.depth = u_base.x / max(-position_lv.z * (1.0 - u_allowance.y) - u_allowance.x, 1e-30);

@@ -32,6 +32,7 @@ uniform vec2 u_bound; // world units; share of the distances to the corners that
 #if GLS_HUGE
 uniform vec2 u_huge; // largest coordinate that u_bound covers; share of what a vertex lies beyond it
 #endif
+const float GRAZING = 0.01; // cosine below which rounding may turn a surface's own edge into its horizon for farther than a pixel
 int receiver_triangle; // set before light_visibility is called
 vec3 receiver_corner; // a corner of it, in the light's frame
 
@@ -74,7 +75,8 @@ bool met(vec3 area) { // one sign, or on an edge
     return !(min(area.x, min(area.y, area.z)) < 0.0 && max(area.x, max(area.y, area.z)) > 0.0);
 }
 
-bool behind(Ray ray, Facet other) { // whether the receiver lies beyond the other's plane, seen from the light
+// Whether the receiver lies beyond the other's plane, seen from the light: 1, 0 not, -1 nearer to it than rounding tells.
+int behind(Ray ray, Facet other) {
     vec3 offset = ray.position - other.a;
     float gap = dot(other.normal, offset);
 #if GLS_AREA && GLS_SUN
@@ -87,18 +89,41 @@ bool behind(Ray ray, Facet other) { // whether the receiver lies beyond the othe
 #else
     float side = dot(other.normal, other.a);
 #endif
-    if (abs(side) <= u_bound.x) return false; // the light lies on it: neither side is behind
+    if (abs(side) <= u_bound.x) return 0; // the light lies on it: neither side is behind
 #endif
     float bound = ray.bound + u_bound.y * dot(abs(offset), vec3(1.0));
 #if GLS_HUGE
     vec3 reach = max(abs(other.a), max(abs(other.b), abs(other.c)));
     bound += u_huge.y * max(max(reach.x, max(reach.y, reach.z)) - u_huge.x, 0.0);
 #endif
-    return (side < 0.0 ? -gap : gap) > bound;
+    gap = side < 0.0 ? -gap : gap;
+    return gap > bound ? 1 : gap < -bound ? 0 : -1;
 }
 
 float receiver_bound(vec3 position_lv) { // by how much the receiver may seem to be off a plane that it lies on
     return u_bound.x + (GLS_HUGE == 1 ? 3.0 : 1.0) * u_bound.y * dot(abs(position_lv - receiver_corner), vec3(1.0));
+}
+
+// Of two triangles that hang together by an edge and lie, seen from the light, on one side of it, one is before the other as a whole:
+// whether the other is before the receiver's own. The corners off the edge tell, more surely than distances near it.
+bool folds_before(Facet own, Facet other) {
+    bvec3 shared = bvec3(other.a == own.a || other.a == own.b || other.a == own.c, other.b == own.a || other.b == own.b || other.b == own.c,
+                         other.c == own.a || other.c == own.b || other.c == own.c);
+    if (int(shared.x) + int(shared.y) + int(shared.z) != 2) return false;
+    vec3 p = shared.x ? other.a : other.b, q = shared.z ? other.c : other.b; // the edge
+    vec3 theirs = shared.x ? shared.y ? other.c : other.b : other.a; // corners off it
+    vec3 mine = own.a != p && own.a != q ? own.a : own.b != p && own.b != q ? own.b : own.c;
+#if GLS_SUN
+    float one = (q.x - p.x) * (mine.y - p.y) - (q.y - p.y) * (mine.x - p.x);
+    float two = (q.x - p.x) * (theirs.y - p.y) - (q.y - p.y) * (theirs.x - p.x);
+    float side = own.normal.z;
+#else
+    float one = dot(cross(p, q), mine), two = dot(cross(p, q), theirs);
+    float side = -dot(own.normal, own.a);
+#endif
+    vec3 offset = theirs - own.a;
+    float height = dot(own.normal, offset) * (side < 0.0 ? -1.0 : 1.0);
+    return one * two > 0.0 && height > u_bound.x + u_bound.y * dot(abs(offset), vec3(1.0));
 }
 
 #include <candidates>
@@ -106,8 +131,9 @@ float receiver_bound(vec3 position_lv) { // by how much the receiver may seem to
 #if !GLS_AREA
 float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
     Ray ray;
-    ray.position = position_lv;
     ray.bound = receiver_bound(position_lv);
+    position_lv += normal_lv * (cosine < GRAZING ? ray.bound : 0.0); // above what rounding moved its surroundings by
+    ray.position = position_lv;
     float face = 0.0, depth = -position_lv.z;
     vec2 place = position_lv.xy;
 #if GLS_POINT

@@ -1,6 +1,7 @@
 """Every technique on the courtyard: frame time over the floor, and error against rays.
 
-The settings are those that plans, studies and the hard cases try. Times as in `scripts/bench frame`, errors as in `scripts/bench accuracy`.
+The settings are the defaults, and those that plans, studies and the hard cases try. Times as in `scripts/bench frame`, errors as in
+`scripts/bench accuracy`.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from frame import SIZE, measure
 
 import glshadow as gs
 from glshadow.core.filters import FILTERS
-from scripts.pages.techniques import tried
+from scripts.pages.techniques import measured
 
 
 @click.command(help=__doc__)
@@ -23,7 +24,7 @@ from scripts.pages.techniques import tried
 @click.option("--json", "output", type=click.Path(path_type=Path), help="Write all figures there.")
 def main(repeats: int, output: Path | None) -> None:
     scene = gs.scenes.courtyard()
-    filters = {str(each): each for kind in FILTERS for each in tried(kind)}
+    filters = {str(each): each for kind in FILTERS for each in measured(kind)}
     times = measure(scene, repeats, filters) if repeats else {}
     truth = gs.trace(scene, size=SIZE)
     results: dict[str, dict[str, Any]] = {}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 from glshadow.core.filters import FILTERS, Filter
 from glshadow.shader.source import root
 from scripts.pages.markdown import Blocks, Numbers, Part, fixed, percent, table
@@ -10,8 +12,21 @@ NUMBERS = ("cost", "wrong", "acne", "leak", "grain")
 
 
 def tried(kind: type[Filter]) -> tuple[Filter, ...]:
-    """The settings of a technique that the table shows."""
+    """The settings of a technique that plans, studies and the hard cases try."""
     return tuple(dict.fromkeys((*kind.rungs(), *kind.studied(), *kind.extremes())))
+
+
+def measured(kind: type[Filter]) -> tuple[Filter, ...]:
+    """The settings of a technique that the tables show: its default first, then those that are tried; none that is not tried at all."""
+    return tuple(dict.fromkeys((kind(), *tried(kind)))) if tried(kind) else ()
+
+
+def called(filter_: Filter) -> str:
+    """How Python makes it: `Disc()`, or `BabylonEsm(close=True)`."""
+    values = [(item.name, getattr(filter_, item.name), item.default) for item in fields(filter_)]  # type: ignore[arg-type]
+    return (
+        f"{type(filter_).__name__}({', '.join(f'{name}={value!r}' for name, value, usual in values if value != usual)})"
+    )
 
 
 def where(kind: type[Filter]) -> str:
@@ -25,7 +40,7 @@ def _condensed(results: Numbers) -> Numbers:
 
 
 def _all() -> list[Filter]:
-    return [each for kind in FILTERS for each in tried(kind)]
+    return [each for kind in FILTERS for each in measured(kind)]
 
 
 def _blocks(numbers: Numbers) -> Blocks:
@@ -40,7 +55,7 @@ def _blocks(numbers: Numbers) -> Blocks:
     ]
     brief = [
         (
-            f"`{kind.__name__}`",
+            f"`{called(each)}`",
             kind.summary,
             kind.source,
             fixed(row["cost"], 2, "-"),
@@ -48,7 +63,8 @@ def _blocks(numbers: Numbers) -> Blocks:
             kind.fails,
         )
         for kind in FILTERS
-        for row in [found[tried(kind)[0]] if tried(kind) else dict.fromkeys(NUMBERS)]
+        for each in dict.fromkeys((kind(), *tried(kind)[:1]))
+        for row in [found.get(each) or dict.fromkeys(NUMBERS)]
     ]
     return {
         "techniques": table(("`--filter`", "what it does", "where it lives", "source", "where it fails"), long),

@@ -305,7 +305,7 @@ def test_bug_is_one_line_and_a_traceback_on_demand(folder, monkeypatch):
 
 
 def test_fallbacks_are_warnings(folder):
-    report = facts("render", *SMALL, "--light", "sun:-1,-1,-1:angle=1")
+    report = facts("render", *SMALL, "--light", "sun:-1,-1,-1:angle=1", "--filter", "pcf:1")
     assert any(line.startswith("light 0: ") and "size" in line for line in report["warnings"])
 
 

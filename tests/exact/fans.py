@@ -220,7 +220,7 @@ def slipped(context: GLContext, programs: Programs, fans: Fans, rays: NDArray[np
     program.set(
         u_cells=(middle if fans.kind == "point" else 0.0,) * 2 + (middle,) * 2, u_bound=(0.0, 0.0), u_rays=len(rays)
     )
-    table = texture_buffer(context, facets(fans.corners).astype(np.float32), RGBA32F)
+    table = texture_buffer(context, facets(fans.corners, fans.corners, np.eye(3)).astype(np.float32), RGBA32F)
     buffers = [ctx.buffer(np.ascontiguousarray(data).tobytes()) for data in (fans.around, rays, np.zeros(2, np.uint32))]
     for binding, buffer in enumerate(buffers):
         buffer.bind_to_storage_buffer(binding)

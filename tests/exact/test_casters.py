@@ -97,6 +97,14 @@ def test_masks_matter(renderer: Renderer, light: Light) -> None:
     assert cut.lit > solid.lit + 0.005
 
 
+@pytest.mark.parametrize("before", [1, 2, 3])
+def test_a_mask_does_not_depend_on_how_many_triangles_come_before_it(renderer: Renderer, before: int) -> None:
+    corners = np.array([[[-9.0, -0.1 * k, 9.0], [9.0, -0.1 * k, 9.0], [0.0, -0.1 * k, -9.0]] for k in range(before)])
+    below = Node("ground", Mesh(corners.reshape(-1, 3), np.arange(3 * before).reshape(-1, 3)), np.eye(4))
+    scene = Scene((below, Node("leaf", leaf(leaves()), placed(-0.5, 1.0, 0.0, 1))), CAMERA)
+    assert_right(compared(renderer, scene, LIGHTS["sun"]))
+
+
 @pytest.mark.parametrize("cutoff", [0.0, 1.0, 1.5, -1.0])
 def test_cutoffs_at_the_end_of_the_range(renderer: Renderer, cutoff: float) -> None:
     """At 0 all exists, at 1 only what is opaque, above 1 nothing."""

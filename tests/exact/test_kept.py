@@ -132,6 +132,47 @@ def test_a_sun_and_a_lamp_with_the_same_numbers(scene: Scene, filter_: gs.Exact 
         np.testing.assert_array_equal(picture(kept, lamp), expected)
 
 
+def test_a_panel_that_turns_in_place_is_asked_anew() -> None:
+    """The floor darkens nothing before a panel that lies along it, and all that is above it before one that reaches below."""
+    floor = Node("floor", Mesh(*shapes.rectangle((-3.0, 0.0, 3.0), (6.0, 0.0, 0.0), (0.0, 0.0, -6.0))), np.eye(4))
+    boxes = [
+        Node(name, Mesh(*shapes.box((side,) * 3, middle)), np.eye(4))
+        for name, side, middle in (("low", 0.6, (1.4, 0.3, 0.0)), ("high", 0.4, (-1.4, 1.6, 0.0)))
+    ]
+    scene = Scene((floor, *boxes), gs.PerspectiveCamera((0.0, 1.5, 4.5), (0.0, 0.4, 0.0), fov_y=60.0))
+    lying = gs.RectLight(position=(0.0, 0.5, 0.0), direction=(0.0, -1.0, 0.0), width=2.0, height=2.0)
+    standing = replace(lying, direction=(1.0, 0.0, 0.0), up=(0.0, 1.0, 0.0))
+    lamp = gs.PointLight(position=lying.position, radius=0.5 * float(np.hypot(2.0, 2.0)))
+    with Renderer("egl") as kept:
+        for light in (lying, standing, lamp, replace(standing, height=1.0), lying):
+            values = kept.render(scene, None, [light], (192, 108), outputs=("visibility",)).visibility
+            with Renderer("egl") as fresh:
+                expected = fresh.render(scene, None, [light], (192, 108), outputs=("visibility",)).visibility
+            np.testing.assert_array_equal(values, expected)
+
+
+def test_a_camera_that_enters_a_body_sees_its_inner_side_dark() -> None:
+    """A closed box over all: it darkens nothing but itself, which a camera outside does not see."""
+    box = Node("box", Mesh(*shapes.box((4.0, 4.0, 4.0))), np.eye(4))
+    small = Node("small", Mesh(*shapes.box((0.4, 0.4, 0.4), (0.0, 2.2, 0.0))), np.eye(4))
+    scene = Scene((box, small))
+    outside, inside = (gs.PerspectiveCamera((x, 0.5, 0.3), (0.0, -1.0, 0.0), fov_y=70.0) for x in (9.0, 1.0))
+    cut = gs.PerspectiveCamera((9.0, 0.5, 0.3), (0.0, 0.0, 0.0), fov_y=30.0, near=8.0, far=20.0)
+    filters: tuple[gs.Filter, ...] = (gs.Exact(), gs.Hard())
+    for filter_ in filters:
+        sun = gs.DirectionalLight(direction=(0.3, -1.0, 0.2), shadow=gs.Shadow(filter=filter_))
+        with Renderer("egl") as renderer:
+            links = []
+            for camera in (outside, inside, outside, cut, inside):
+                frame = renderer.render(scene, camera, [sun], SIZE, outputs=("visibility", "node"))
+                within = (frame.node == 0) if camera is not outside else np.zeros(frame.node.shape, dtype=bool)
+                assert camera is outside or within.sum() > 1000
+                assert not frame.visibility[0][within].any()
+                links.append(frame.used[0].links)
+            if isinstance(filter_, gs.Exact):
+                assert links[0] == links[2] < links[1] == links[3] == links[4], "from outside the box need not cast"
+
+
 # -- overflow
 
 

@@ -98,8 +98,37 @@ def test_before_a_disc(renderer: gs.Renderer, name: str, kind: str) -> None:
     assert error.max() < 5e-3
 
 
+def cap_beyond(tilt: np.ndarray, half: float) -> np.ndarray:
+    """Share of a spherical cap's solid angle on one side of a great circle, whose plane is tilted away from the cap's middle; radians.
+
+    By Gauss and Bonnet, of the area between the great circle and the cap's boundary: 2 chord - 2 cos(half) arc, their halves as angles;
+    that of the cap is 2 pi (1 - cos(half)).
+    """
+    lean = np.clip(tilt, -half, half)
+    chord, arc = np.arccos(np.sin(lean) / np.sin(half)), np.arccos(np.clip(np.tan(lean) / np.tan(half), -1.0, 1.0))
+    return np.asarray((chord - np.cos(half) * arc) / (np.pi * (1.0 - np.cos(half))))
+
+
+@pytest.mark.parametrize("angle", [60.0, 89.0])
+def test_a_wide_sun_is_even_in_solid_angle(renderer: gs.Renderer, angle: float) -> None:
+    """A half plane before a sun: its edge and a place on the floor span a plane that cuts the cap."""
+    half = 0.5 * float(np.radians(angle))
+    scene, camera = scene_of((sheet(-40.0, 0.0),)), camera_of(3.0)
+    sun = gs.DirectionalLight(
+        direction=(0, -1, 0), angle=angle, shadow=gs.Shadow(filter=gs.Exact(light_samples=POINTS))
+    )
+    frame = renderer.render(scene, camera, [sun], SIZE, outputs=("visibility", "position", "triangle"))
+    expected = cap_beyond(np.arctan(-(frame.position + frame.origin)[..., 0] / HEIGHT), half)
+    assert np.ptp(expected) > 0.5
+    gap = np.abs(frame.visibility[0] - expected)
+    assert gap.max() < 1.3 * POINTS**-0.75, "the discrepancy of a spiral"
+    truth = gs.trace(scene, camera, [sun], SIZE, surface=frame.triangle, light_samples=RAYS // 4)
+    # one in each ring of equal solid angle
+    assert np.sqrt(((truth.visibility[0] - expected) ** 2).mean()) < 0.4 * (RAYS // 4) ** -0.75
+
+
 def test_under_a_ball(renderer: gs.Renderer) -> None:
-    """Below its middle: a disc before a disc, 1 - (r / sqrt(d^2 - r^2))^2 / tan^2 of the sun's half angle."""
+    """Below its middle: a cap before a cap."""
     radius, away = 0.06, 1.0
     positions, triangles = _ball(radius, away)
     scene = scene_of((gs.Mesh(positions, triangles),))
@@ -107,7 +136,8 @@ def test_under_a_ball(renderer: gs.Renderer) -> None:
     sun = gs.DirectionalLight(direction=(0, -1, 0), angle=2.0 * float(np.degrees(np.arctan(HALF))),
                               shadow=gs.Shadow(filter=gs.Exact(light_samples=POINTS)))  # fmt: skip
     frame = renderer.render(scene, camera, [sun], (8, 8), outputs=("visibility", "triangle"))
-    expected = 1.0 - radius**2 / (away**2 - radius**2) / HALF**2
+    caster = np.arcsin(radius / away)  # a cap within a cap
+    expected = float((np.cos(caster) - np.cos(np.arctan(HALF))) / (1.0 - np.cos(np.arctan(HALF))))
     assert np.abs(frame.visibility[0] - expected).max() < 2.0 * POINTS**-0.75
     truth = gs.trace(scene, camera, [sun], (8, 8), surface=frame.triangle, light_samples=RAYS)
     assert np.abs(truth.visibility[0] - expected).mean() < 1e-3

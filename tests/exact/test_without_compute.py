@@ -34,6 +34,7 @@ from .test_exactness import COURTYARD
 from .test_soft_closed_forms import CASES, HALF, HEIGHT, camera_of
 from .test_soft_closed_forms import SIZE as DISC_SIZE
 from .test_soft_closed_forms import scene_of as floor_under
+from .test_without_double import NORMALS
 
 SIZE = (320, 180)
 
@@ -245,7 +246,11 @@ def test_lists_hold_what_those_of_the_gpu_hold(
     (grid, facets, theirs), (our_grid, our_facets, ours) = lists_of(renderer), lists_of(older)
     assert our_grid.cells_from_window == grid.cells_from_window
     assert len(facets) == 4002
-    np.testing.assert_array_equal(our_facets[:4002], facets)  # its buffer may be larger
+    our_facets = our_facets[:4002]  # its buffer may be larger
+    np.testing.assert_array_equal(our_facets[..., :3], facets[..., :3])
+    # sums in another order: where they cancel, normals differ in float64's last digits
+    np.testing.assert_allclose(our_facets[..., 3], facets[..., 3], rtol=0.0, atol=NORMALS)
+    assert (our_facets[..., 3] == facets[..., 3]).mean() > 0.999
     assert theirs.masks == ours.masks
     for found, side, scale in ((theirs.fine, grid.cells, 1), (theirs.coarse, grid.cells // RATIO, RATIO)):
         cell, triangle = (found >> np.uint64(32)).astype(np.int64), (found & np.uint64(0xFFFFFFFF)).astype(np.int64)

@@ -161,6 +161,38 @@ def test_stable_maps_are_still(renderer: gs.Renderer, posts: gs.Scene) -> None:
     assert fixed >= 3
 
 
+def test_perspective_holds_every_shadow_from_any_side(renderer: gs.Renderer) -> None:
+    """Boxes on a ground, 300 cameras and suns: finite matrices, and dark wherever a pixel and its eight neighbours are."""
+    ground = gs.Mesh(*shapes.rectangle((-10, 0, 10), (20, 0, 0), (0, 0, -20)))
+    boxes = [gs.Mesh(*shapes.box((1.0, 1.0, 1.0), (x, 0.5, z))) for x, z in ((0, 0), (-6, -7), (5, 4), (8, -9))]
+    scenes = [
+        gs.Scene(tuple(gs.Node(str(i), mesh, np.eye(4)) for i, mesh in enumerate((ground, *some))), CAMERA)
+        for some in (boxes[:1], boxes)
+    ]
+    generator, size, warped, compared = np.random.default_rng(0), (48, 32), 0, 0
+    for number in range(300):
+        away = generator.normal(size=3)
+        away[1] = 0.3 * abs(away[1]) + 0.02
+        position = generator.uniform(2.0, 20.0) * away / np.linalg.norm(away)
+        target, fov_y = generator.uniform((-6, 0, -6), (6, 0.5, 6)), float(generator.uniform(20.0, 90.0))
+        camera = gs.PerspectiveCamera(tuple(position.tolist()), tuple(target.tolist()), fov_y=fov_y)
+        sun = replace(SUN, direction=tuple((generator.normal(size=3) * (1, 0, 1) - (0, 0.5, 0)).tolist()))
+        seen = []
+        for shadow in (gs.Shadow(filter=gs.Hard(), fit=gs.Lispsm()), gs.Shadow()):
+            frame = renderer.render(
+                scenes[number // 150], camera, [replace(sun, shadow=shadow)], size, outputs=("visibility",)
+            )
+            seen.append(frame.visibility[0])
+            for view in frame.used[0].views:
+                assert np.isfinite(view.clip_from_world).all()
+                warped += view.warp is not None
+        dark = (np.lib.stride_tricks.sliding_window_view(seen[1], (3, 3)) == 0.0).all(axis=(2, 3))
+        assert not (seen[0][1:-1, 1:-1][dark] == 1.0).any(), (camera, sun.direction)
+        compared += np.count_nonzero(dark)
+    assert warped > 20
+    assert compared > 1000
+
+
 @pytest.mark.parametrize("target", [gs.Target.R32F, gs.Target.RGBA8, gs.Target.DEPTH16])
 def test_in_every_kind_of_target(renderer: gs.Renderer, posts: gs.Scene, target: gs.Target) -> None:
     usual = renderer.render(posts, None, [light(gs.Cascades())], SIZE, outputs=("visibility",)).visibility[0]

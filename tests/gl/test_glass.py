@@ -128,6 +128,28 @@ def test_no_glass_costs_nothing() -> None:
         assert len(fresh._store.glasses[0]._owned) == 3
 
 
+@pytest.mark.parametrize("light", [gs.RectLight(position=(0.0, 4.0, 0.0)), gs.SkyLight()], ids=["panel", "sky"])
+def test_a_light_that_is_not_tinted_says_so(renderer: gs.Renderer, light: gs.Light) -> None:
+    scene = gs.Scene((ground(), node("red", RED, -1.5, 1.0)))
+    both = renderer.render(scene, CAMERA, [light, LIGHTS["sun"]], SIZE, outputs=("image",))
+    assert [any("untinted" in line for line in used.fallbacks) for used in both.used] == [True, False]
+    bare = renderer.render(gs.Scene(scene.nodes[:1]), CAMERA, [light], SIZE, outputs=("image",))
+    assert not any("untinted" in line for line in bare.used[0].fallbacks)
+
+
+def test_a_spot_that_turns_in_place_takes_its_tint_along() -> None:
+    scene = gs.Scene((ground(), node("red", RED, -1.5, 1.0)))
+    ways = [(1.0, -1.0, 0.0), (0.3, -1.0, 0.0)]
+    spots = [replace(LIGHTS["spot"], direction=way, outer_angle=20.0, inner_angle=20.0) for way in ways]  # type: ignore[call-arg]
+    with gs.Renderer("egl") as kept:
+        for spot in spots:
+            with gs.Renderer("egl") as fresh:
+                expected = fresh.render(scene, CAMERA, [spot], SIZE, outputs=("linear",)).linear
+            np.testing.assert_array_equal(
+                kept.render(scene, CAMERA, [spot], SIZE, outputs=("linear",)).linear, expected
+            )
+
+
 def test_samples_are_tinted_too(renderer: gs.Renderer) -> None:
     scene = gs.Scene((ground(), node("red", RED, -1.5, 1.0)))
     one, four = (

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import glshadow as gs
+from glshadow.core.cameras import pixel_rays
 from glshadow.scene import shapes
 
 SIZE = (320, 180)
@@ -82,3 +83,57 @@ def test_nothing_is_drawn_where_nothing_can_be_darkened() -> None:
         frame = renderer.render(scene_of(aside, ground(1e3)), CAMERA, [frame_light], SIZE)
     assert frame.used[0].draws == 0
     assert np.nanmin(frame.visibility) == 1.0
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-6])
+@pytest.mark.parametrize("half", [1e4, 1e6, 1e7])
+def test_nothing_near_is_cut_by_a_large_ground(half: float, scale: float) -> None:
+    """A box of 2 on a ground, the eye 8 away: every pixel shows what its ray meets, at its depth, and the shadow is that of a small ground.
+
+    Depth has the closed form of planes. Its float32 is off by 1.5e-4 where vertices 1e7 away are clipped; a wall and another 1 % behind
+    it, 9/10 of the way to the horizon, tell whether that could swap two surfaces.
+    """
+    box = gs.Mesh(
+        scale * shapes.box((2.0, 2.0, 2.0), (0.0, 1.0, 0.0))[0], shapes.box((2.0, 2.0, 2.0), (0.0, 1.0, 0.0))[1]
+    )
+    floor = gs.Mesh(
+        *shapes.rectangle((-half * scale, 0, half * scale), (2 * half * scale, 0, 0), (0, 0, -2 * half * scale))
+    )
+    far, up = 0.9 * half * scale, 0.05 * half * scale
+    walls = [gs.Mesh(*shapes.rectangle((-far, 0, -z), (2 * far, 0, 0), (0, up, 0))) for z in (far, 1.01 * far)]
+    camera = gs.PerspectiveCamera((0.0, 1.7 * scale, 8.0 * scale), (0.0, 1.7 * scale, 0.0), fov_y=50.0)
+    light = gs.DirectionalLight(direction=(-1.0, -0.7, 0.3))
+    with gs.Renderer() as renderer:
+        frame = renderer.render(
+            scene_of(box, floor, *walls), camera, [light], SIZE, outputs=("node", "depth", "visibility")
+        )
+    ray = pixel_rays(camera, SIZE)  # of unit view depth
+    with np.errstate(divide="ignore"):
+        ground = np.where(ray[..., 1] < 0.0, 1.7 * scale / -ray[..., 1], np.inf)
+    front = np.where(np.abs(ray[..., :2] * 7.0 * scale + [0.0, 0.7 * scale]).max(axis=-1) < scale, 7.0 * scale, np.inf)
+    wall = np.where(ray[..., 1] * (far + 8.0 * scale) < up - 1.7 * scale, far + 8.0 * scale, np.inf)
+    depths = np.stack([front, ground, wall])
+    expected = np.where(np.isfinite(depths.min(axis=0)), depths.argmin(axis=0), -1)
+    assert np.isin(frame.node, (-1, 0, 1, 2)).all(), "the wall behind shows through"
+    assert (frame.node != expected).sum() <= 4 * SIZE[0] / 100, "but for pixels that an edge passes"
+    same = (frame.node == expected) & (expected >= 0)
+    assert set(np.unique(expected[same])) == {0, 1, 2}
+    np.testing.assert_allclose(frame.depth[same], depths.min(axis=0)[same], rtol=2e-4)
+    dark = (frame.visibility[0] == 0.0) & (frame.node == 1) & (frame.depth < 30.0 * scale)
+    assert dark.sum() > 100
+    assert frame.used[0].fallbacks == ()
+
+
+@pytest.mark.parametrize("filter", [gs.Pcf(1), gs.Exact()], ids=str)
+def test_a_lamp_over_a_large_ground_has_shadows_below_it(filter: gs.Filter) -> None:
+    """Those of the same table on a small ground: its near plane lies before the receivers, not behind them."""
+    lamp = gs.PointLight(position=(0.4, 2.5, 0.3), shadow=gs.Shadow(filter=filter, resolution=512))
+    seen = []
+    with gs.Renderer() as renderer:
+        for side in (10.0, 3e4):
+            frame = renderer.render(
+                scene_of(table(), ground(side)), CAMERA, [lamp], SIZE, outputs=("visibility", "depth")
+            )
+            seen.append(np.where(frame.depth < 5.0, frame.visibility[0], 1.0))
+    assert (seen[0] < 0.5).sum() > 200
+    assert (np.abs(seen[1] - seen[0]) > 0.5).sum() <= 3

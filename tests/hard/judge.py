@@ -286,7 +286,7 @@ def predict(outcome: Outcome) -> Prediction:
     bias = used.bias
     moved = start
     if isinstance(bias, NormalOffsetBias):
-        offset = bias.texels * texel_field(view, points) * sine
+        offset = bias.amount * _lean(view, points, normals, sine)
         moved = start + normals * offset[:, None]
         allowed = offset / np.maximum(cosine, 1e-12)  # along the light, on the receiver's plane
     else:
@@ -309,6 +309,18 @@ def predict(outcome: Outcome) -> Prediction:
     if acne.sum() > 0:
         acne *= ~near_edge(frame, truth, band, acne > 0)
     return Prediction(float(leak.sum()), float(acne.sum()))
+
+
+def _lean(view: ShadowView, points: Array, normals: Array, sine: Array) -> Array:
+    """What NormalOffsetBias multiplies: texels along the way that normals lean from the map's axis, or from the light, (N,)."""
+    rotation = view.view_from_world[:3, :3]
+    if view.kind == "directional":
+        return np.asarray(np.linalg.norm(normals @ rotation[:2].T * np.array(view.texel), axis=1))
+    axis = np.broadcast_to(rotation[2], normals.shape)
+    if view.kind == "point":
+        axis = np.eye(3)[np.abs(transform(view.view_from_world, points)).argmax(axis=1)] @ rotation
+    across = np.sqrt(np.maximum(1.0 - dot(normals, axis) ** 2, 0.0))
+    return texel_field(view, points) * np.maximum(across, sine)
 
 
 def _slope(view: ShadowView, light: object, points: Array, normals: Array) -> Array:

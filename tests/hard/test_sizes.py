@@ -78,9 +78,10 @@ def test_n6_needed_bias_of_a_filter_reaches_as_far_as_its_taps(renderer: Rendere
 def test_n6_needed_normal_offset(renderer: Renderer) -> None:
     picture = cases_contact.planes()[0]
     view = draw(renderer, picture, Shadow(resolution=1024, filter=Hard())).used[0].views[0]
-    # Along the light the offset n gains n / cos theta; NormalOffsetBias is in the longer texel times sin theta.
-    needed = 0.5 * rise_per_texel(view, np.array([0.0, 1.0, 0.0])) * np.sqrt(0.5)
-    texels = needed / max(view.texel) / np.sqrt(0.5)
+    # Along the light the offset n gains n / cos theta; NormalOffsetBias is in texels along which the normal leans.
+    up = np.array([0.0, 1.0, 0.0])
+    needed = 0.5 * rise_per_texel(view, up) * np.sqrt(0.5)
+    texels = needed / np.linalg.norm(view.view_from_world[:2, :3] @ up * view.texel)
     for share, clean in ((1.05, True), (0.6, False)):
         bias = NormalOffsetBias(share * texels)
         lit = visibility(renderer, picture, Shadow(resolution=1024, filter=Hard(), bias=bias))

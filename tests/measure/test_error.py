@@ -126,21 +126,29 @@ def test_a_moved_edge_is_edge_within_the_band_and_an_artefact_beyond(wall, radiu
         assert error.wrong * counted.sum() == pytest.approx(moved.sum())
 
 
-def test_grain_is_what_is_grey_beyond_the_second_band(wall):
+@pytest.mark.parametrize("side", [-1.0, 1.0], ids=["lit", "dark"])
+def test_grain_is_what_is_grey_beyond_the_second_band(wall, side):
+    """Lit surfaces that are grey there shadow themselves: acne too, though not wrong."""
     truth = coarse(wall)
     counted = counted_of(truth)
     ground, distance, x = distances(truth)
     ground &= counted & (x < -1.0)
     band = 2.0 * np.sqrt(2.0) * texel_size(truth, 0, 64)
     frame = Frame.of(truth)
-    grey = ground & (distance < 0) & (distance > -2.0 * band)
-    frame.visibility[0][grey] = 0.9
+    grey = ground & (side * distance > 0) & (side * distance < 2.0 * band)
+    exact = truth.visibility[0][grey]
+    assert np.unique(exact).tolist() == [float(side < 0.0)]
+    frame.visibility[0][grey] = exact + side * 0.1
     error = measure(frame, truth)
-    assert error.wrong == 0.0
+    assert error.wrong == error.edge == error.leak == 0.0
     assert error.mean * counted.sum() == pytest.approx(0.1 * grey.sum(), rel=1e-5)
-    assert (error.kinds[0][grey & (distance < -1.001 * band)] == Outcome.GRAIN).all()
-    assert (error.kinds[0][grey & (distance > -0.999 * band)] == Outcome.GOOD).all()
-    frame.visibility[0][grey] = 1.0 - 1.0 / 17.0  # below 1/16: not grain
+    beyond = grey & (side * distance > 1.001 * band)
+    assert beyond.sum() > 100
+    assert (error.kinds[0][beyond] == (Outcome.ACNE if side < 0.0 else Outcome.GRAIN)).all()
+    assert (error.kinds[0][grey & (side * distance < 0.999 * band)] == Outcome.GOOD).all()
+    assert error.grain * counted.sum() == pytest.approx((error.kinds[0] >= Outcome.GRAIN).sum())
+    assert error.acne == (error.grain if side < 0.0 else 0.0)
+    frame.visibility[0][grey] = exact + side / 17.0  # below 1/16: not grain
     assert measure(frame, truth).grain == 0.0
 
 
@@ -172,28 +180,16 @@ def test_missing_surface_counts_as_wrong(wall):
     assert np.isfinite(error.all_mean)
 
 
-def test_a_pixel_that_shows_another_triangle_does_not_count(wall):
+def test_a_pixel_that_shows_another_triangle_counts(wall):
     counted = counted_of(wall)
     other = np.zeros(counted.shape, dtype=bool)
     other[100:115, 200:220] = True
-    hole = np.zeros(counted.shape, dtype=bool)
-    hole[160:164, 230:240] = True
-    other, hole = other & counted, hole & counted
-    assert min(other.sum(), hole.sum()) > 20
+    other &= counted
+    assert other.sum() > 20
     frame = Frame.of(wall)
     frame.visibility[0][other] = 1.0 - frame.visibility[0][other]
-    frame.visibility[0][hole] = np.nan
-    blind = measure(frame, wall)  # the frame does not say which triangles it shows
-    assert blind.wrong * counted.sum() == pytest.approx((other | hole).sum())
-    frame.triangle = wall.triangle.copy()
-    assert measure(frame, wall) == blind
-    frame.triangle[other] += 1
-    frame.triangle[hole] = -1
-    error = measure(frame, wall)
-    np.testing.assert_array_equal(error.kinds[0][other], Outcome.NOT_COUNTED)
-    assert (error.kinds[0] > Outcome.NOT_COUNTED).sum() == counted.sum() - other.sum()
-    assert error.wrong * (counted.sum() - other.sum()) == pytest.approx(hole.sum())  # nothing drawn is still wrong
-    assert error.all_wrong == blind.all_wrong  # over all pixels nothing is left out
+    frame.triangle = np.where(other, wall.triangle + 1, wall.triangle)
+    assert measure(frame, wall).wrong * counted.sum() == pytest.approx(other.sum())
 
 
 def test_renderer_and_truth_number_triangles_alike(courtyard):
@@ -201,7 +197,7 @@ def test_renderer_and_truth_number_triangles_alike(courtyard):
         frame = renderer.render(courtyard.scene, size=courtyard.size, outputs=("triangle",))
     assert len(np.unique(courtyard.node)) == 7  # six nodes and the background
     differs = frame.triangle != courtyard.triangle
-    assert differs.mean() < 1e-3  # vertices are snapped to 1/256 pixel: a few pixels at the edges of small triangles
+    assert differs.sum() <= 2  # where a silhouette passes a pixel's middle by less than GL's vertices are snapped
 
 
 def test_what_counts():

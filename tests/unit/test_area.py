@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.area import hard_lights, has_size
+from glshadow.core.area import hard_lights, has_size, points_seen
 from glshadow.core.spread import ball, disc
 
 COUNTS = [16, 64, 256, 1024]
@@ -55,6 +55,19 @@ def test_a_suns_points_lie_within_its_angle() -> None:
     assert {light.angle for light in points} == {0.0}
     mean = aims.mean(axis=0)
     np.testing.assert_allclose(mean / np.linalg.norm(mean), sun.direction, atol=1e-3)
+
+
+@pytest.mark.parametrize("angle", [0.53, 10.0, 60.0, 89.9])
+def test_a_suns_points_are_even_in_solid_angle(angle: float) -> None:
+    """Rings about its middle: within t of it lies the share (1 - cos t) / (1 - cos a) of a cap of half its angle a."""
+    sun = gs.DirectionalLight(direction=(-1.0, -2.0, 0.5), angle=angle)
+    half, count = 0.5 * np.radians(angle), 256
+    aims = np.array([light.direction for light in hard_lights(sun, count)])
+    away = 2.0 * np.arcsin(0.5 * np.linalg.norm(aims - sun.direction, axis=1))
+    share = np.sin(0.5 * away) ** 2 / np.sin(0.5 * half) ** 2
+    np.testing.assert_allclose(np.sort(share), (np.arange(count) + 0.5) / count, rtol=1e-9)
+    seen = points_seen(sun, np.zeros((1, 3)), count)[0]
+    np.testing.assert_allclose(seen / np.linalg.norm(seen, axis=1, keepdims=True), -aims, atol=1e-12)
 
 
 def test_a_lamps_points_lie_within_its_radius() -> None:

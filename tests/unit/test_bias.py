@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from glshadow.core.bias import (
+    SNAP_TEXELS,
     ClipBias,
     ConstantBias,
     NoBias,
@@ -17,8 +18,9 @@ from glshadow.core.bias import (
     receiver_plane_from_derivatives,
     receiver_plane_from_normal,
 )
+from glshadow.core.filters import Disc, Filter, Gaussian, Hard, Pcf, Poisson
 from glshadow.core.metric import window_depth
-from glshadow.core.spaces import CLIP_SPACES, ClipSpace
+from glshadow.core.spaces import CLIP_SPACES, Array, ClipSpace
 from glshadow.errors import SettingsError
 
 COUNT = 400
@@ -144,7 +146,9 @@ def test_bias_factor_moves_window_depth_alike(clip: ClipSpace) -> None:
 )
 @pytest.mark.parametrize("value", [-0.5, np.nan, np.inf])
 def test_bias_settings_refuse(build: object, name: str, value: float) -> None:
-    with pytest.raises(SettingsError, match=rf"{name} must be a finite number in \[0, inf\), got {value}"):
+    with pytest.raises(
+        SettingsError, match=rf"{name} must be a finite number in \[0, inf\)( or None \(derived\))?, got {value}"
+    ):
         build(value)  # type: ignore[operator]
 
 
@@ -166,3 +170,62 @@ def test_bias_settings_are_values() -> None:
     ):
         assert value == type(value)(**vars(value))
         hash(value)
+
+
+FILTERS: tuple[Filter, ...] = (Hard(), Pcf(0), Pcf(1), Pcf(4), Disc(), Disc(4.0, 64), Gaussian(), Poisson(3.0))
+
+
+def tilted(count: int = 2000) -> tuple[Array, Array]:
+    """Normals (N, 3) of planes under a light along +z, tilted by up to 89.9 degrees, every eighth along a diagonal of the map."""
+    generator = np.random.default_rng(11)
+    tilt, turn = np.radians(generator.uniform(0.0, 89.9, count)), generator.uniform(0.0, 2.0 * np.pi, count)
+    turn[::8] = 0.25 * np.pi * (1.0 + 2.0 * generator.integers(0, 4, len(turn[::8])))
+    normals = np.stack([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)], axis=1)
+    return normals, generator.uniform(8.0, 9.0, (count, 2))
+
+
+def share_lit(filter_: Filter, bias: SlopeScaledBias | NormalOffsetBias, snapped: float = SNAP_TEXELS) -> Array:
+    """Of points on infinite planes through the origin, texels 1 wide; the plane is drawn `snapped` texels off along x and along y."""
+    normals, position = tilted()
+    slope = normals[:, :2] / normals[:, 2:]  # of depth, which grows along -z
+    points = np.column_stack([position, -(slope * position).sum(axis=1)])
+    towards = np.broadcast_to((0.0, 0.0, 1.0), points.shape)
+    moved = bias.moved(points, normals, towards, np.full(len(points), np.inf), np.hypot(*normals[:, :2].T))
+    pushed = bias.polygon_offset[0] * np.abs(slope).max(axis=1) - snapped * np.abs(slope).sum(axis=1)
+
+    def compare(texel: Array, _: Array) -> Array:
+        stored = (slope * (texel + 0.5)).sum(axis=1) + pushed
+        return np.asarray(-moved[:, 2] <= stored + 1e-9 * (1.0 + np.abs(stored)))[None]
+
+    return filter_.visibility(moved[:, :2], compare)[0]
+
+
+@pytest.mark.parametrize("filter_", FILTERS, ids=str)
+@pytest.mark.parametrize("kind", [SlopeScaledBias, NormalOffsetBias])
+def test_a_derived_bias_lets_no_plane_shadow_itself(
+    filter_: Filter, kind: type[SlopeScaledBias] | type[NormalOffsetBias]
+) -> None:
+    """However steep: the closed form for every texel of the kernel. A sixth less, and some do."""
+    bias = kind().derived(filter_.reach_texels)
+    np.testing.assert_allclose(share_lit(filter_, bias), 1.0, rtol=0.0, atol=1e-12)  # sums of weights
+    given = bias.factor if isinstance(bias, SlopeScaledBias) else bias.texels
+    assert given is not None
+    assert bias.shortfall(filter_.reach_texels, 1.0) == ""
+    less = kind(given * 5.0 / 6.0)
+    name = "factor" if kind is SlopeScaledBias else "texels"
+    assert name in less.shortfall(filter_.reach_texels, 1.0)
+    if not isinstance(filter_, Disc | Poisson):  # whose reach is that of a square around a round kernel
+        assert (share_lit(filter_, less) < 1.0 - 1e-9).any()
+
+
+def test_a_bias_that_was_given_stays() -> None:
+    for bias in (SlopeScaledBias(1.1), NormalOffsetBias(1.5), ConstantBias(0.1), NoBias(), ReceiverPlaneBias()):
+        assert bias.derived(2.0) is bias
+
+
+@pytest.mark.parametrize("tilt", [5.0, 30.0, 44.0, 46.0])
+def test_a_constant_bias_says_up_to_which_tilt_it_serves(tilt: float) -> None:
+    """A plane of that tilt rises by sqrt(2) reach texels times its tangent, along the map's diagonal."""
+    reach, texel = 2.0, 0.05
+    said = ConstantBias(float(np.sqrt(2.0) * reach * texel * np.tan(np.radians(tilt)))).shortfall(reach, texel)
+    assert (f"more than {tilt:.2g} degrees" in said) == (tilt < 45.0)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.casting import darkens
+from glshadow.core.area import hard_lights
+from glshadow.core.casting import convex, darkens
 from glshadow.scene.box import box_corners
 
 FACES = [
@@ -62,9 +63,39 @@ def test_a_light_from_below_makes_it_cast() -> None:
     assert darkens(slab(), box((-1.0, 0.0, -1.0), (1.0, 2.0, 1.0)), gs.PointLight(position=(0.0, -3.0, 0.0)))
 
 
-def test_what_is_not_convex_may_darken_itself() -> None:
+def test_valleys_and_open_boxes_may_darken_themselves_and_tents_may_not() -> None:
+    a, b, c, d = (np.array(p) for p in ((-3.0, 2.0, 3.0), (0.0, 0.0, 3.0), (0.0, 0.0, -3.0), (-3.0, 2.0, -3.0)))
+    left = np.array([[a, b, c], [a, c, d]])
+    right = left * (-1.0, 0.15, 1.0)
+    low = gs.DirectionalLight(direction=(1.0, -0.3, 0.1))
+    valley, tent = np.concatenate([left, right]), np.concatenate([left, right]) * (1.0, -1.0, 1.0)
+    assert darkens(valley, valley, low)
+    assert not darkens(tent, tent, gs.DirectionalLight(direction=(0.1, -1.0, 0.1)))
+    room = slab()[[1, 2, 4, 5, 6, 7, 8, 9]]
+    assert darkens(room, room, SUN)
+
+
+def test_a_camera_outside_a_convex_body_sees_none_of_its_inner_side() -> None:
+    body = convex(slab())
+    assert body is not None
+    above, inside, across = ([(0.0, y, 0.0), (0.1, top, 0.0)] for y, top in ((0.1, 0.2), (-0.15, -0.1), (-0.1, 0.1)))
+    assert body.excludes(np.array(above))
+    assert not body.excludes(np.array(inside))
+    assert not body.excludes(np.array(across))
+    mirrored = convex(slab()[:, ::-1])
+    assert mirrored is not None
+    assert mirrored.excludes(np.array(above))
     wall = np.array([[[0.0, 0.0, -1.0], [0.0, 0.0, 1.0], [0.0, 3.0, 0.0]]])
-    assert darkens(np.concatenate([slab(), wall]), box((50.0, 50.0, 50.0), (51.0, 51.0, 51.0)), SUN)
+    assert convex(np.concatenate([slab(), wall])) is None
+
+
+def test_a_plank_between_the_outermost_points_of_a_light_darkens() -> None:
+    """The shadows of the sun's rim pass a small body on either side, that of its middle meets it."""
+    plank = np.array([[[-9.0, 0.0, 0.05], [9.0, 0.0, 0.05], [9.0, 0.0, -0.05]]])
+    target = box((-0.1, -5.1, -0.1), (0.1, -5.0, 0.1))
+    sun = gs.DirectionalLight(direction=(0.0, -1.0, 0.0), angle=20.0)
+    assert darkens(plank, target, sun)
+    assert any(darkens(plank, target, point) for point in hard_lights(sun, 256))
 
 
 def test_against_rays(rng: np.random.Generator) -> None:

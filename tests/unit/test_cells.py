@@ -33,7 +33,8 @@ def built(light: Light, triangles: Array, flags: int = CASTS, halvings: int = 0)
     vertices = transform(grid.view_from_world, triangles.reshape(-1, 3)).astype(np.float32)
     numbers = np.arange(len(vertices)).reshape(-1, 3)
     count = len(numbers)
-    lists = cell_lists(grid, vertices, numbers, np.full(count, flags), np.zeros(count, dtype=np.uint32), ENOUGH)
+    none = np.zeros(count, dtype=np.uint32)
+    lists = cell_lists(grid, vertices, vertices, np.eye(3), numbers, np.full(count, flags), none, ENOUGH)
     return Built(grid, vertices[numbers], lists)
 
 
@@ -129,7 +130,9 @@ def test_lists_follow_the_layout(rng: np.random.Generator) -> None:
     assert (lists.heads > 0).sum() == (~following).sum()
     seen = walked(grid, lists.heads, lists.links)
     assert len(seen.fine) + len(seen.coarse) == lists.count
-    np.testing.assert_array_equal(lists.facets, facets(made.corners.astype(np.float64)).astype(np.float32))
+    np.testing.assert_array_equal(
+        lists.facets, facets(*[made.corners.astype(np.float64)] * 2, np.eye(3)).astype(np.float32)
+    )
 
 
 def test_large_triangles_go_to_coarse_cells(rng: np.random.Generator) -> None:
@@ -144,7 +147,15 @@ def test_a_count_beyond_the_limit_is_told_without_links(rng: np.random.Generator
     triangles = scattered(rng, 500)
     made = built(LIGHTS["sun"], triangles)
     numbers, none = np.arange(1500).reshape(-1, 3), np.zeros(500, dtype=np.uint32)
-    few = cell_lists(made.grid, made.corners.reshape(-1, 3), numbers, np.full(500, CASTS), none, made.lists.count - 1)
+    few = cell_lists(
+        made.grid,
+        *[made.corners.reshape(-1, 3)] * 2,
+        np.eye(3),
+        numbers,
+        np.full(500, CASTS),
+        none,
+        made.lists.count - 1,
+    )
     assert few.count == made.lists.count
     assert len(few.links) == 0
 
@@ -183,7 +194,9 @@ def test_triangles_without_area_are_in_no_list() -> None:
 def test_masks_go_with_their_triangles(rng: np.random.Generator) -> None:
     made = built(LIGHTS["spot"], scattered(rng, 300))
     numbers, masks = np.arange(900).reshape(-1, 3), rng.integers(0, 99, 300).astype(np.uint32)
-    lists = cell_lists(made.grid, made.corners.reshape(-1, 3), numbers, np.full(300, CASTS), masks, ENOUGH)
+    lists = cell_lists(
+        made.grid, *[made.corners.reshape(-1, 3)] * 2, np.eye(3), numbers, np.full(300, CASTS), masks, ENOUGH
+    )
     np.testing.assert_array_equal(lists.links[:, 3], masks[lists.links[:, 0]])
 
 

@@ -29,7 +29,9 @@ def asked(camera: gs.PerspectiveCamera = CAMERA, light: gs.Light = SUN, near: fl
     blocks = Blocks(starts, world, y, y * 1.03)
     corners = BOX[None]
     boxes = (np.stack([BOX.min(axis=0), BOX.max(axis=0)])[None], np.eye(4)[None])
-    return Asked(light, corners, boxes, [BOX], BOX, camera, SIZE, 1.0, 200.0, ClipSpace(True, False), 1024, 2, blocks)
+    return Asked(
+        light, corners, boxes, [BOX], BOX, camera, SIZE, 1.0, 200.0, ClipSpace(True, False), 1024, 2, blocks=blocks
+    )
 
 
 def test_splits_are_those_of_zhang() -> None:

@@ -159,7 +159,7 @@ def test_bound_is_linear_in_its_lengths() -> None:
     assert distance_bound(1.0, 0.0)[0] == pytest.approx(2.0 * root * UNIT)
     assert distance_bound(0.0, 1.0)[0] == pytest.approx(3.0 * root * UNIT)
     assert distance_bound(3.0, 5.0)[0] == pytest.approx(6.0 * root * UNIT + 15.0 * root * UNIT)
-    assert distance_bound(3.0, 5.0)[1] == distance_bound(0.0, 0.0)[1] == 4.0 * UNIT
+    assert distance_bound(3.0, 5.0)[1] == distance_bound(0.0, 0.0)[1] == 6.0 * UNIT
 
 
 @pytest.mark.parametrize("offset", [0.0, 10.0, 300.0])
@@ -172,7 +172,8 @@ def test_no_point_of_a_plane_is_farther_off_than_the_bound(rng: np.random.Genera
     world = (shift[:, None, None] + np.einsum("ntcj,nji->ntci", flat, axes[:, 1:])).astype(np.float32)
     frame = np.linalg.qr(rng.normal(size=(3, 3)))[0].astype(np.float32).astype(np.float64)
     local = (world.astype(np.float64) @ frame.T).astype(np.float32)
-    normals = facets(local.reshape(-1, 3, 3).astype(np.float64))[:, :, 3].reshape(count, 2, 3).astype(np.float32)
+    both = [corners.reshape(-1, 3, 3).astype(np.float64) for corners in (local, world)]
+    normals = facets(*both, frame)[:, :, 3].reshape(count, 2, 3).astype(np.float32)
     # a point of the first triangle, put back on its plane in float32, seen from the second
     weights = rng.dirichlet(np.ones(3), count)
     point = np.einsum("nc,nci->ni", weights, local[:, 0].astype(np.float64)).astype(np.float32)
@@ -208,7 +209,7 @@ def _inside(points: Array, corners: Array, normals: Array) -> Array:
 
 def test_facets_are_corners_and_unit_normals(rng: np.random.Generator) -> None:
     corners = rng.normal(size=(50, 3, 3))
-    made = facets(corners)
+    made = facets(corners, corners, np.eye(3))
     np.testing.assert_array_equal(made[:, :, :3], corners)
     normal = made[:, :, 3]
     np.testing.assert_allclose(np.linalg.norm(normal, axis=1), 1.0, rtol=RTOL_FLOAT64)
@@ -221,7 +222,8 @@ def test_facets_are_corners_and_unit_normals(rng: np.random.Generator) -> None:
 
 
 def test_a_facet_without_area_has_no_normal() -> None:
-    made = facets(np.array([[[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [2.0, 2.0, 2.0]]]))
+    corners = np.array([[[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [2.0, 2.0, 2.0]]])
+    made = facets(corners, corners, np.eye(3))
     np.testing.assert_array_equal(made[0, :, 3], 0.0)
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from glshadow.core.cameras import OrthographicCamera, PerspectiveCamera
 from glshadow.core.fit import frustum_of, visible_corners
-from glshadow.core.ranges import COARSE_STEP, MOST_CUT, NEAREST_SHARE, DepthRange, depth_range, view_depth
+from glshadow.core.ranges import COARSE_STEP, MOST_CUT, NEAREST_SHARE, USUAL_SHARE, DepthRange, depth_range, view_depth
 from glshadow.core.spaces import Array
 from glshadow.scene.mesh import box_corners
 
@@ -28,8 +28,24 @@ def boxes(*spans: tuple[float, float], half: float = 1.0) -> tuple[tuple[Array, 
 
 def test_fine_depth_reaches_around_everything() -> None:
     assert depth_range(EYE, SIZE, *boxes((2, 3), (40, 50)), True) == DepthRange(0.999 * 2, 1.001 * 50)
+    # around the eye: nothing tells what is in the box
     around = depth_range(EYE, SIZE, *boxes((-5, 50)), True)
     assert (around.near, around.far) == (NEAREST_SHARE * around.far, 1.001 * 50)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-6, 1e6])
+@pytest.mark.parametrize("half", [1e3, 1e4, 1e6, 1e7])
+def test_fine_depth_begins_at_what_is_seen_of_a_large_ground(half: float, scale: float) -> None:
+    """A quarter of the way to a ground below an eye, height / tan of the angle to the picture's lower side; or at USUAL_SHARE."""
+    height = 1.7
+    eye = PerspectiveCamera((0.0, scale * height, 0.0), (0.0, scale * height, -scale), fov_y=50.0)
+    bounds = scale * np.array([[(-half, 0.0, -half), (half, 0.0, half)]])
+    placed = np.eye(4)[None]
+    found = depth_range(eye, SIZE, (bounds, placed), box_corners(bounds, placed), True)
+    assert found.far == pytest.approx(1.001 * scale * half)
+    expected = min(0.25 * height / np.tan(np.radians(25.0)), USUAL_SHARE * 1.001 * half)
+    assert found.near == pytest.approx(scale * expected, rel=2e-2)  # the box is taken a little larger
+    assert found.fallbacks == ()
 
 
 @pytest.mark.parametrize("clip_control", [True, False])
@@ -59,6 +75,17 @@ def test_coarse_depth_cuts_only_what_it_cannot_resolve_and_says_so() -> None:
     near = depth_range(replace(EYE, near=1e-3), SIZE, *boxes((2, 50)), False)
     assert near.near == 1e-3
     assert "leave near out, or give at least" in near.fallbacks[0]
+
+
+def test_coarse_depth_cuts_nothing_that_is_known_to_be_near_and_says_what_that_costs() -> None:
+    """A flat ground of 1e6 under the eye: where its nearest pixel is, is known; depth at the horizon pays for it."""
+    eye = PerspectiveCamera((0.0, 1.7, 0.0), (0.0, 1.7, -1.0), fov_y=50.0)
+    bounds, placed = np.array([[(-1e6, 0.0, -1e6), (1e6, 0.0, 1e6)]]), np.eye(4)[None]
+    found = depth_range(eye, SIZE, (bounds, placed), box_corners(bounds, placed), False)
+    assert found.near == pytest.approx(1.7 / np.tan(np.radians(25.0)), rel=1e-2)
+    (said,) = found.fallbacks
+    assert "glClipControl" in said
+    assert "a depth of 1e+06 is off by up to 3.3e+04" in said
 
 
 def test_coarse_depth_resolves_an_eighth_of_a_pixel() -> None:

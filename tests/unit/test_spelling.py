@@ -17,7 +17,8 @@ SPELLED: dict[str, Spelled] = {
     "exact:dither": gs.Exact(dither=True), "pcss:16,64": gs.Pcss(16, 64),
     "lightsamples:16": gs.LightSamples(16), "lightsamples:64,of=hard": gs.LightSamples(of=gs.Hard()),
     "none": gs.NoBias(), "constant:0.25": gs.ConstantBias(0.25),
-    "slope:1.1,4": gs.SlopeScaledBias(), "clip:-0.1,0": gs.ClipBias(-0.1),
+    "slope": gs.SlopeScaledBias(), "slope:derived,2": gs.SlopeScaledBias(units=2.0), "slope:1.1,4": gs.SlopeScaledBias(1.1),
+    "normal-offset": gs.NormalOffsetBias(), "normal-offset:1.5": gs.NormalOffsetBias(1.5), "clip:-0.1,0": gs.ClipBias(-0.1),
     "clip:0.1,0,no-caster": gs.ClipBias(0.1, caster=False), "scene": gs.SceneFit(),
 }  # fmt: skip
 FAMILIES: tuple[tuple[type[Spelled], ...], ...] = (FILTERS, BIASES, FITS)

@@ -18,6 +18,8 @@ from glshadow.core.spaces import Array
 class BabylonEsm(MomentFilter):
     """Babylon.js's ESM, blurred ESM, close ESM and blurred close ESM, to compare with: `Esm` is what the paper says.
 
+    Its plain form darkens what casts: on the courtyard 20 % of the pixels. `close=True` is the form that is right away from contacts.
+
     Parameters
     ----------
     radius : int

@@ -24,7 +24,10 @@ from glshadow.gl.work import Work
 
 
 def source_of(light: Light, shadow: Settled | None, context: GLContext) -> tuple[str, Callable[[], Source]]:
-    """The source that a light with these settings is asked of: its name, and how it is made."""
+    """The source that a light with these settings is asked of: its name, and how it is made.
+
+    That of a light that has a size turns to others by itself where its lists do not fit.
+    """
     if shadow is None:
         return "", lambda: Source(context)
     kinds: dict[Needs, type[Source]] = {
@@ -36,7 +39,7 @@ def source_of(light: Light, shadow: Settled | None, context: GLContext) -> tuple
     if shadow.filter.points_of_light and has_size(light):
         if kind is Listed and shadow.asked.faces is None and not isinstance(light, SkyLight):
             return "Area", lambda: Area(context)
-        return f"{kind.__name__} many times", lambda: Accumulated(context, kind(context))
+        return f"{kind.__name__} many times", lambda: Accumulated(context, kind(context), Mapped(context))
     return kind.__name__, lambda: kind(context)
 
 
@@ -48,17 +51,19 @@ class Sources(dict[tuple[int, str], Source]):
         self._context = context
 
     def claim(self, work: Work, lights: tuple[Light, ...]) -> tuple[list[Source], dict[int, Used]]:
-        """The source of each light, and what was used by those that had to be made to know whether they can be."""
+        """The source of each light, and what was used by those that had to be made to know whether they can be.
+
+        Where a light's lists do not fit, that light has a map, in this frame.
+        """
         sources, ready = [], {}
         for number, light in enumerate(lights):
-            settled = settle(light, work.scene.unlisted)
+            settled = settle(light)
             source = self._claimed(work, number, light, settled)
             if settled is not None and settled.asked.filter is None and not settled.filter.has_map:
                 try:
                     ready[number] = source.prepare(work)
                 except ResourceError as error:
-                    work.scene.unlisted = str(error)
-                    source = self._claimed(work, number, light, settle(light, work.scene.unlisted))
+                    source = self._claimed(work, number, light, settle(light, str(error)))
             sources.append(source)
         return sources, ready
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 
-from glshadow.core.area import disc_axes, radius_of
+from glshadow.core.area import cap_tangents, disc_axes, radius_of
 from glshadow.core.lights import DirectionalLight, Light, RectLight
 from glshadow.core.panel import panel_axes
 from glshadow.core.shadow import Settled
@@ -25,12 +25,13 @@ from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Program, Programs
 from glshadow.gl.receiver import Receiver
 from glshadow.gl.screen import camera_uniforms, draw_over, surface_textures
-from glshadow.gl.sources.accumulated import Accumulated, undithered
+from glshadow.gl.sources.accumulated import Accumulated
 from glshadow.gl.sources.cells import LINK_BYTES, CellLists
 from glshadow.gl.sources.counts import Counts
 from glshadow.gl.sources.found import BATCH, ROW, Found
 from glshadow.gl.sources.grown import DEFINES, Grown
 from glshadow.gl.sources.listed import Listed
+from glshadow.gl.sources.mapped import Mapped
 from glshadow.gl.sources.source import open_receiver
 from glshadow.gl.targets import release
 from glshadow.gl.work import Work
@@ -55,8 +56,9 @@ class Area(Listed):
         self._found = Found(context)
         self._counter = context.ctx.buffer(reserve=4)
         self._batch = BATCH
-        self._accumulated = Accumulated(context, Listed(context))
+        self._accumulated = Accumulated(context, Listed(context), Mapped(context))
         self._instead = ""  # why the points are asked one after another; empty: they are not
+        self._overflow = ""  # why the grown lists do not fit, those of `_key`; empty: they do
         self.asked = self.found = 0
         self._counted: tuple[Hashable, str] | None = None  # what was counted, and why it was not
 
@@ -66,27 +68,43 @@ class Area(Listed):
         self._points = self._shadow.filter.points_of_light
 
     def prepare(self, work: Work) -> Used:
-        """Build the lists, unless they are those of this scene and light already."""
-        used = super().prepare(work)
-        self._place_points()
-        self._instead = ""
-        if self.grown.longest > _LONGEST:
+        """Build the lists, unless they are those of this scene and light already; where they do not fit, those of its points."""
+        try:
+            used = super().prepare(work)
+            self._instead = self._overflow
+        except ResourceError as error:
+            self._instead = str(error)
+        if not self._instead and self.grown.longest > _LONGEST:
             self._instead = f"a list of up to {self.grown.longest} triangles"
+        if self._instead:
+            return self._begin_one_after_another(work)
+        self._place_points()
         return replace(used, links=used.links + self.grown.casters.count + self.grown.outlines.count)
 
     def amended(self, used: Used) -> Used:
         """With how the points were asked."""
-        more = f", one after another, for {self._instead}" if self._instead else ""
-        fallbacks = used.fallbacks + undithered(self._shadow.filter) if self._instead else used.fallbacks
-        return replace(used, why=f"{used.why}; {self._points} points of the light{more}", fallbacks=fallbacks)
+        if not self._instead:
+            return replace(used, why=f"{used.why}; {self._points} points of the light")
+        used = self._accumulated.amended(used)
+        # maps have a reason of their own
+        return (
+            used
+            if used.filter is None or used.filter.has_map
+            else replace(used, why=f"{used.why}, for {self._instead}")
+        )
 
     def _build(self, programs: Programs, scene: GpuScene, light: Light) -> bool:
         self.grown.begin(scene, light, self.grid)
         self._values = self.grown.values
         textures = {"u_facets": self._facets, "u_traits": self._traits}
-        return super()._build(programs, scene, light) and self.grown.build(
+        if not super()._build(programs, scene, light):
+            return False
+        self._overflow = ""
+        if not self.grown.build(
             programs, scene, light, self.grid, self._limit, textures
-        )
+        ):  # no smaller on a coarser grid
+            self._overflow = f"lists of {self.grown.most} entries for its size, a buffer of this driver holds {self._limit // LINK_BYTES}"
+        return True
 
     def _place_points(self) -> None:
         light = self.light
@@ -97,7 +115,7 @@ class Area(Listed):
         points: Array = square(self._points) if isinstance(light, RectLight) else disc(self._points)
         if isinstance(light, DirectionalLight):  # in world axes, so that they do not turn with the grid
             turned = disc_axes(light)[:2] @ self.grid.view_from_world[:2, :3].T
-            points = radius_of(light) * points @ turned
+            points = cap_tangents(light, points) @ turned
         if self._disc is not None:
             self._disc.release()
         self._disc = texture_buffer(self._context, points.astype(np.float32), RG32F)
@@ -105,28 +123,34 @@ class Area(Listed):
 
     def receiver(self, work: Work) -> Receiver:
         """Read the counts, made anew unless light, scene and what the camera sees are those of the last frame."""
-        key = (self._key, work.sight, work.targets.identity, self._shadow.filter)
         if self._instead:
-            return self._one_after_another(work)
+            return self._accumulated.receiver(work)
+        key = (self._key, work.sight, work.targets.identity, self._shadow.filter)
         if self._counted is None or self._counted[0] != key:
             self._counted = None
-            self._classify(work, self._picture, None)
-            pixels, triangles = work.sight.size[0] * work.sight.size[1], work.scene.world.count
-            instead = ""
-            if self.asked * self.grown.widest > self._points * (_PIXEL * pixels + _TRIANGLE * triangles):
-                instead = f"{self.grown.widest} triangles whose shadows move far and {self.asked} pixels that see some of the light"
-            elif self.asked:
-                self._ask(work, self._picture, None)
-            self._counted = key, instead
+            self._counted = key, self._count(work)
         self._instead = self._counted[1]
         if self._instead:
-            return self._one_after_another(work)
+            self._begin_one_after_another(work)
+            return self._accumulated.receiver(work)
         return replace(self._given(work, self._picture), densely=lambda dense: self._densely(work, dense))
 
-    def _one_after_another(self, work: Work) -> Receiver:
+    def _count(self, work: Work) -> str:
+        """Of all pixels of the picture; what is returned says why that would take too long or does not fit: then it was not done."""
+        self._classify(work, self._picture, None)
+        pixels, triangles = work.sight.size[0] * work.sight.size[1], work.scene.world.count
+        if self.asked * self.grown.widest > self._points * (_PIXEL * pixels + _TRIANGLE * triangles):
+            return f"{self.grown.widest} triangles whose shadows move far and {self.asked} pixels that see some of the light"
+        try:
+            if self.asked:
+                self._ask(work, self._picture, None)
+        except ResourceError as error:
+            return str(error)
+        return ""
+
+    def _begin_one_after_another(self, work: Work) -> Used:
         self._accumulated.claim(work, self.light, self._shadow)
-        self._accumulated.prepare(work)
-        return self._accumulated.receiver(work)
+        return self._accumulated.prepare(work)
 
     def _densely(self, work: Work, dense: Dense) -> Receiver:
         self._classify(work, self._samples, dense)
@@ -206,7 +230,7 @@ class Area(Listed):
         aside = (0.0, 0.0) if dense else targets.aside
         program.set(**camera_uniforms(scene, work.sight, asked.axes, asked.offset, aside))
         program.set(**asked.uniforms, **self._values)  # its eye is the light's own
-        program.set(u_count=self._points, u_samples=targets.fine_surface.size if dense else work.sight.size)
+        program.set(u_count=self._points, u_samples=targets.fine.surface.size if dense else work.sight.size)
         if isinstance(self.light, RectLight):
             program.set(u_panel=asked.axes @ panel_axes(self.light).T)
         else:
@@ -216,7 +240,7 @@ class Area(Listed):
         program.bind(u_disc=self._disc, u_fragments=self._fragments)
         if dense is not None:
             program.set(**dense.uniforms)
-            program.bind(u_surface=targets.fine_surface, u_pixels=dense.pixels)
+            program.bind(u_surface=targets.fine.surface, u_pixels=dense.pixels)
         if lists is not None:
             program.bind(u_grown_heads=lists.heads, u_grown_links=lists.links)
         return program

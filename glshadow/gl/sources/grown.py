@@ -34,6 +34,8 @@ class Grown:
         Triangles whose shadows move a quarter of the window: most receivers walk them.
     longest : int
         No receiver walks more.
+    most : int
+        Links of the longer of the two; of those that did not fit, what they need.
     values : dict
         Uniforms of all passes that grow, or walk what was grown.
     """
@@ -42,7 +44,7 @@ class Grown:
         self._context = context
         self.casters, self.outlines = CellLists(context), CellLists(context)
         self.values: dict[str, Any] = {}
-        self.widest = self.longest = 0
+        self.widest = self.longest = self.most = 0
         self._grounds: tuple[moderngl.Texture, ...] = ()
         self._framebuffer: moderngl.Framebuffer | None = None
 
@@ -83,14 +85,16 @@ class Grown:
         self._context.ctx.memory_barrier()
         grids: dict[str, int | str] = {"GLS_GROUNDS": _GROUNDS, "GLS_GROWN": _GROWN, "GLS_LEVELS": _LEVELS}
         count, size = scene.world.count, (_GROWN, 2 * _GROWN * grid.faces)
-        self.widest = self.longest = 0
+        self.widest = self.longest = self.most = 0
         for outlines, lists in enumerate((self.casters, self.outlines)):
             defines = {**cell_defines(grid, grid.cells), **grids, "GLS_OUTLINES": outlines}
             program = programs.compute("pass/grown.comp", defines=defines)
             program.set(**self.values, u_triangles=count, u_cells=grid.cells_from_window)
             program.bind(**scene.world.textures, **textures, u_neighbours=scene.world.neighbours, u_ground=ground,
                          u_ground_around=around)  # fmt: skip
-            if not lists.fill(program, size, count, max(2 * count, 1 << 16), limit):
+            fits = lists.fill(program, size, count, max(2 * count, 1 << 16), limit)
+            self.most = max(self.most, lists.count)
+            if not fits:
                 return False
             self._chain(programs, lists, grid.faces)
         return True

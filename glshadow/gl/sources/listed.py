@@ -16,7 +16,7 @@ from glshadow.core.lists import LEAST_CELLS, ListGrid, list_grid
 from glshadow.core.shadow import Faces, Settled
 from glshadow.core.used import Used
 from glshadow.errors import ResourceError
-from glshadow.gl.bodies import casters_on_others, hides_back_faces
+from glshadow.gl.bodies import casters_seen, hides_back_faces
 from glshadow.gl.buffers import BufferTexture
 from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import RG32UI, RGBA32F
@@ -78,7 +78,7 @@ class Listed(Source):
             If the scene does not fit into the driver's buffers on any grid.
         """
         shadow = self._shadow
-        built = self._update(work.programs, work.scene, self.light)
+        built = self._update(work.programs, work.scene, self.light, casters_seen(work.scene, self.light, work.sight))
         fallbacks = ignored_size(self.light, shadow.filter)
         return Used(filter=shadow.filter, faces=shadow.asked.faces, draws=int(built), links=self.lists.count, fallbacks=fallbacks,
                     why=shadow.why)  # fmt: skip
@@ -88,16 +88,16 @@ class Listed(Source):
         """Bytes of a buffer that shaders read and write."""
         return min(self._context.caps.max_storage_block, 16 * self._context.caps.max_texture_buffer_size)
 
-    def _update(self, programs: Programs, scene: GpuScene, light: Light) -> bool:
+    def _update(self, programs: Programs, scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> bool:
         """Whether they had to be built."""
-        key = made_for(scene, light)
+        key = made_for(scene, light, casting)
         if key == self._key:
             return False
         self._key = None
         check_facets(scene, self._limit, "bytes", _FACET_BYTES)
-        traits = node_traits(scene, light)
+        traits = node_traits(scene, light, casting)
         self._write(scene, traits)
-        corners = casting_corners(scene, (traits[:, 0] & CASTS) != 0)
+        corners = casting_corners(scene, casting)
         halvings = 0
         while True:
             self.grid = list_grid(light, corners, halvings, scene.corners.reshape(-1, 3))
@@ -161,15 +161,15 @@ class Listed(Source):
         release(self.lists, self._facets, self._traits)
 
 
-def node_traits(scene: GpuScene, light: Light) -> NDArray[np.uint32]:
+def node_traits(scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> NDArray[np.uint32]:
     """Per node (N, 2): flags, and what turns a triangle's number into its mask's."""
     faces = light.shadow.faces if light.shadow else None
-    casting, solid = casters_on_others(scene, light), hides_back_faces(scene, light, faces)
+    solid = hides_back_faces(scene, light, faces)
     mirrored = np.array(scene.mirrored)
     back = solid if faces is None else np.full(len(casting), faces is Faces.FRONT)
     front = np.full(len(casting), faces is Faces.BACK)
     # a mirrored node's winding is turned over by its matrix
     back, front = np.where(mirrored, front, back), np.where(mirrored, back, front)
-    masked = scene.world.mask_shift != 0
+    masked = np.array([gpu.cut_out for gpu in scene.meshes])
     flags = CULL_BACK * back + CULL_FRONT * front + CASTS * casting + CUT_OUT * masked
     return np.stack([flags, scene.world.mask_shift], axis=1).astype(np.int64).astype(np.uint32)

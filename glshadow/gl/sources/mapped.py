@@ -23,7 +23,7 @@ from glshadow.core.view import ShadowView, kind_of
 from glshadow.errors import warn
 from glshadow.gl.atlases import Place
 from glshadow.gl.blocks import seen_blocks
-from glshadow.gl.bodies import casters_on_others
+from glshadow.gl.bodies import casters_seen
 from glshadow.gl.caster import Map, draw_casters
 from glshadow.gl.context import Caps, GLContext
 from glshadow.gl.lighting import light_view
@@ -45,6 +45,7 @@ class Mapped(Source):
         self._place: Place | None = None
         self._decision: Decision
         self._asked: Asked
+        self._casting: NDArray[np.bool_]
         self._shaded: Array | None = None
         self._looked_at = -1  # scene whose texels were looked at
 
@@ -54,14 +55,16 @@ class Mapped(Source):
         self.light, self._why = light, shadow.why
         caps, scene = work.caps, work.scene
         self._decision = decision = decide(light, shadow, caps.clip_control, caps.renderer)
-        casting = casters_on_others(scene, light) if decision.caster.bias.certain else scene.casts
+        self._casting = scene.casts
+        if decision.caster.bias.certain:  # no surface shadows itself: what darkens nothing else need not be drawn
+            self._casting = casters_seen(scene, light, work.sight)
         self._place = self.map = None
-        if not casting.any():
+        if not self._casting.any():
             return
-        sight = work.sight
+        sight, reach = work.sight, shadow.filter.reach_texels + decision.caster.bias.shift_texels
         self._asked = Asked(
-            light, scene.corners, scene.boxes, sight.receivers, scene.corners[casting].reshape(-1, 3), sight.camera, sight.size,
-            sight.near, sight.far, decision.clip, shadow.resolution, int(np.ceil(shadow.filter.reach_texels)) + 1,
+            light, scene.corners, scene.boxes, sight.receivers, scene.corners[self._casting].reshape(-1, 3), sight.camera, sight.size,
+            sight.near, sight.far, decision.clip, shadow.resolution, int(np.ceil(reach)) + 1, decision.fine,
         )  # fmt: skip
         fitted = decision.fit.fitted(self._asked)
         self._shaded = fitted.shaded
@@ -76,7 +79,7 @@ class Mapped(Source):
             if decision.fit.measures:
                 views = self._measured(work, views)
             self.map = Map(views, atlas, caster, decision.filter)
-            draws = draw_casters(work.context, work.programs, work.scene, self.light, self.map)
+            draws = draw_casters(work.context, work.programs, work.scene, self.light, self._casting, self.map)
             if self._looked_at != work.scene.identity:
                 self._looked_at = work.scene.identity
                 self._warn_of_large_texels(work, self.map.views[0])
@@ -89,9 +92,17 @@ class Mapped(Source):
             decision.clip,
             caster.faces,
             draws,
-            decision.fallbacks,
+            decision.fallbacks + self._too_small(),
             why=self._why,
         )
+
+    def _too_small(self) -> tuple[str, ...]:
+        """The fallback of a bias under which planes shadow themselves, if that can be told."""
+        if self.map is None or self._decision.filter.encoding:  # the mean of a plane's depths lies on it
+            return ()
+        texel = max(max(view.texel) * (1.0 if view.kind == "directional" else view.far) for view in self.map.views)
+        said = self._decision.caster.bias.shortfall(self._decision.filter.reach_texels, texel)
+        return (said,) if said else ()
 
     def _measured(self, work: Work, placed: tuple[ShadowView, ...]) -> tuple[ShadowView, ...]:
         """Views fitted to what is really seen, in the places of those that were claimed."""

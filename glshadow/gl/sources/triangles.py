@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.area import radius_of
-from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.lights import Light, geometry_of
 from glshadow.core.lists import HUGE_SHARE, MOST, RATIO, ListGrid, distance_bound
 from glshadow.core.spaces import Array
 from glshadow.core.view import kind_of
@@ -21,14 +20,10 @@ from glshadow.gl.work import Work
 from glshadow.shader.slots import exact_defines, exact_slots
 
 
-def made_for(scene: GpuScene, light: Light) -> tuple[Hashable, ...]:
+def made_for(scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> tuple[Hashable, ...]:
     """All that a light's candidates depend on."""
     faces = light.shadow.faces if light.shadow else None
-    place = (
-        light.direction if isinstance(light, DirectionalLight) else (light.position, getattr(light, "direction", None))
-    )
-    size = (radius_of(light), getattr(light, "up", None), getattr(light, "width", None))
-    return (scene.identity, kind_of(light), place, getattr(light, "outer_angle", None), size, faces)
+    return (scene.identity, geometry_of(light), casting.tobytes(), faces)
 
 
 def casting_corners(scene: GpuScene, casting: NDArray[np.bool_]) -> Array:

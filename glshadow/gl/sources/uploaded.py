@@ -9,13 +9,14 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.cells import CASTS, CUT_OUT, CellLists, cell_lists
+from glshadow.core.cells import CUT_OUT, CellLists, cell_lists
 from glshadow.core.decision import ignored_size
 from glshadow.core.lights import Light
 from glshadow.core.lists import LEAST_CELLS, ListGrid, list_grid
 from glshadow.core.shadow import Settled
 from glshadow.core.used import Used
 from glshadow.errors import ResourceError
+from glshadow.gl.bodies import casters_seen
 from glshadow.gl.buffers import BufferTexture
 from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import RGBA32F, RGBA32UI
@@ -131,20 +132,20 @@ class Uploaded(Source):
             If the scene does not fit into the driver's buffer textures on any grid.
         """
         shadow, caps = self._shadow, work.caps
-        built = self._update(work.scene, self.light)
+        built = self._update(work.scene, self.light, casters_seen(work.scene, self.light, work.sight))
         why = f"{shadow.why}; {_WHY.format(caps.renderer, caps.version_code / 100)}"
         return Used(filter=shadow.filter, faces=shadow.asked.faces, draws=int(built), links=self.lists.count,
                     fallbacks=ignored_size(self.light, shadow.filter), why=why)  # fmt: skip
 
-    def _update(self, scene: GpuScene, light: Light) -> bool:
+    def _update(self, scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> bool:
         """Whether they had to be built."""
-        key = made_for(scene, light)
+        key = made_for(scene, light, casting)
         if key in self._made:
             self._key, self.lists = key, self._made[key]
             return False
         if any(scene.identity != other[0] for other in self._made):
             self._forget()
-        grid, lists = self._built(scene, light)
+        grid, lists = self._built(scene, light, casting)
         if self.lists in self._made.values():
             if self._expected and sum(each.bytes for each in self._made.values()) < _KEPT:
                 self.lists = _Lists(self._context)
@@ -155,19 +156,20 @@ class Uploaded(Source):
         self.builds += 1
         return True
 
-    def _built(self, scene: GpuScene, light: Light) -> tuple[ListGrid, CellLists]:
+    def _built(self, scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> tuple[ListGrid, CellLists]:
         """On the finest grid whose lists fit."""
         limit = self._context.caps.max_texture_buffer_size
         check_facets(scene, limit, "texels", 3)
-        traits = node_traits(scene, light)
-        flags, shift = traits[scene.world.triangles[:, 3]].T
+        world, numbers = scene.world.positions, scene.world.triangles[:, :3]
+        flags, shift = node_traits(scene, light, casting)[scene.world.triangles[:, 3]].T
         masks = np.where(flags & CUT_OUT, np.arange(len(flags), dtype=np.uint32) + shift, np.uint32(0))
-        corners = casting_corners(scene, (traits[:, 0] & CASTS) != 0)
+        corners = casting_corners(scene, casting)
         halvings = 0
         while True:
             grid = list_grid(light, corners, halvings, scene.corners.reshape(-1, 3))
-            vertices = local_positions(scene.world, *light_frame(grid, scene))
-            lists = cell_lists(grid, vertices, scene.world.triangles[:, :3], flags, masks, limit)
+            axes, origin = light_frame(grid, scene)
+            vertices = local_positions(scene.world, axes, origin)
+            lists = cell_lists(grid, vertices, world, axes, numbers, flags, masks, limit)
             if lists.count <= limit:
                 return grid, lists
             if grid.cells <= LEAST_CELLS:

@@ -1,0 +1,36 @@
+"""The primary pass: for each pixel or sample the triangle that its own ray meets, where GL's snapped vertices show another."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from glshadow.gl.buffers import BufferTexture
+from glshadow.gl.screen import camera_uniforms, draw_over, pixel_axes
+from glshadow.gl.targets import SurfaceTargets
+from glshadow.gl.work import Work
+
+
+def find_primary(work: Work, targets: SurfaceTargets) -> None:
+    """Fill `targets.surface` from what was drawn."""
+    scene, sight, context = work.scene, work.sight, work.context
+    program = work.programs.get(
+        "pass/resolve.vert",
+        "pass/primary.frag",
+        dialect="core400" if work.caps.version_code >= 400 else "core330",
+        defines={
+            "GLS_ORTHO": int(not sight.camera.is_perspective),
+            "GLS_SURFACE": targets.surface.components,
+        },
+    )
+    camera = camera_uniforms(scene, sight, np.eye(3), np.zeros(3))
+    near = sight.near if sight.camera.is_perspective else 0.0  # an orthographic camera's rays start there
+    unit = math.ldexp(1.0, -math.frexp(sight.reach)[1])
+    program.set(**camera, **pixel_axes(camera, targets.surface.size), u_near=near * unit, u_unit=unit)
+    world: dict[str, BufferTexture] = {**scene.world.textures, "u_neighbours": scene.world.neighbours}
+    program.bind(u_surface=targets.drawn, u_camera_depth=(targets.depth, work.samplers.plain), **world)
+    targets.framebuffer.use()
+    context.gl.clear_unsigned(0, (0, 0, 0, 0))
+    draw_over(context, program, sight)
+    program.unbind()

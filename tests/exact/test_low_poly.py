@@ -1,0 +1,103 @@
+"""Random scenes of few triangles against float64 rays: nothing that darkens what is seen may be left out as a caster."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import glshadow as gs
+from glshadow.core.cameras import Camera
+from glshadow.core.lights import Light
+from glshadow.renderer import Renderer
+from glshadow.scene import shapes
+from glshadow.scene.mesh import Mesh, Node, Scene
+
+from ..tracer import Tracer, View, pixel_rays, scene_triangles
+from .low_poly import camera, light, low_poly_scene
+
+SIZE = (48, 32)
+BAND = 1.0 / 64.0
+"""Of a pixel: four times as far as GL moves a vertex. A pixel whose five rays, to its middle and so far about it, differ is not judged."""
+
+Bools = NDArray[np.bool_]
+
+
+def seen_from(view: View, lamp: Light) -> NDArray[np.float32]:
+    """Float64 visibility (H, W) of a light without size."""
+    if isinstance(lamp, gs.DirectionalLight):
+        return view.visibility(towards=-np.asarray(lamp.direction))
+    return view.visibility(position=lamp.position)
+
+
+def in_cone(view: View, lamp: Light) -> Bools:
+    """Pixels (H, W) whose surface a spot reaches."""
+    result = np.ones(view.size[::-1], dtype=bool)
+    if isinstance(lamp, gs.SpotLight):
+        away = view.points - np.asarray(lamp.position)
+        cosine = away @ np.asarray(lamp.direction) / np.linalg.norm(away, axis=1)
+        result.ravel()[view.rows] = cosine > np.cos(np.radians(lamp.outer_angle)) + 1e-6
+    return result
+
+
+def judged(
+    scene: Scene, viewer: Camera, near: float, lights: list[Light]
+) -> tuple[NDArray[np.int32], list[Bools], list[View]]:
+    """Triangles (H, W) of the pixels' middles, for each light where all five rays agree, and the five views, the middle's first."""
+    tracer = Tracer(scene_triangles(scene)[0])
+    views = []
+    for x, y in ((0.0, 0.0), (-BAND, -BAND), (BAND, -BAND), (-BAND, BAND), (BAND, BAND)):
+        offset = (0.5 + x, 0.5 + y)
+        origins, directions = pixel_rays(viewer, SIZE, offset)
+        triangle, _ = tracer.trace(origins, directions, least=near)
+        views.append(View(scene, viewer, SIZE, offset, triangle, tracer))
+    triangles = np.stack([view.triangle.reshape(SIZE[::-1]) for view in views])
+    same = (triangles == triangles[0]).all(axis=0)
+    stable = []
+    for lamp in lights:
+        seen = np.stack([seen_from(view, lamp) for view in views])
+        stable.append(same & (seen == seen[0]).all(axis=0) & in_cone(views[0], lamp))
+    return np.where(same, triangles[0], -2), stable, views
+
+
+def check(renderer: Renderer, seed: int) -> int:
+    """One scene under three lights; how many pixels were judged."""
+    rng = np.random.default_rng(seed)
+    scene, viewer = low_poly_scene(rng), camera(rng)
+    lights = [replace(light(rng), shadow=gs.Shadow(filter=gs.Exact())) for _ in range(3)]
+    frame = renderer.render(scene, viewer, lights, SIZE, outputs=("visibility", "triangle"))
+    triangle, stable, views = judged(scene, viewer, frame.near, lights)
+    wrong = int(((frame.triangle != triangle) & (triangle >= -1)).sum())
+    assert wrong == 0, f"seed {seed}: {wrong} pixels show another triangle"
+    for number, (lamp, where) in enumerate(zip(lights, stable, strict=True)):
+        wrong = int((frame.visibility[number] != seen_from(views[0], lamp))[where].sum())
+        assert wrong == 0, f"seed {seed}, {lamp}: {wrong} of {where.sum()} pixels"
+    return sum(int(where.sum()) for where in stable)
+
+
+@pytest.mark.filterwarnings("ignore:nothing is in view")
+def test_no_shadow_is_missing(renderer: Renderer) -> None:
+    assert sum(check(renderer, seed) for seed in range(100)) > 100_000
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:nothing is in view")
+def test_no_shadow_is_missing_in_400_more(renderer: Renderer) -> None:
+    assert sum(check(renderer, seed) for seed in range(100, 500)) > 400_000
+
+
+@pytest.mark.parametrize("low", [1e-2, 1e-3, 1e-5, 1e-6, 1e-7, 1e-8, 0.0, -1e-8])
+def test_the_sign_of_a_cosine_is_that_of_a_sun_along_a_face(renderer: Renderer, low: float) -> None:
+    """A box whose side a sun grazes: lit to its edges, where float32 would see its neighbours stand in the way; dark from behind."""
+    box = Node("box", Mesh(*shapes.box((2.0, 2.0, 2.0))), np.eye(4))
+    ground = Node("ground", Mesh(*shapes.rectangle((-9.0, -1.5, 9.0), (18.0, 0.0, 0.0), (0.0, 0.0, -18.0))), np.eye(4))
+    scene = Scene((box, ground), gs.PerspectiveCamera((3.0, 3.0, 6.0), (0.0, 0.0, 0.0)))
+    sun = gs.DirectionalLight(direction=(-1.0, -0.1, -low), shadow=gs.Shadow(filter=gs.Exact()))
+    frame = renderer.render(scene, None, [sun], (160, 90), outputs=("visibility", "triangle"))
+    view = View(scene, scene.camera, (160, 90), triangle=frame.triangle)
+    side = np.zeros((90, 160), dtype=bool)
+    side.ravel()[view.rows] = view.normals[:, 2] > 0.5
+    assert side.sum() > 500
+    np.testing.assert_array_equal(frame.visibility[0][side], 1.0 if low > 0.0 else 0.0)

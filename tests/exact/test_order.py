@@ -1,0 +1,284 @@
+"""A picture depends on its arguments alone, not on what was drawn before; and where lists do not fit, that is one light's matter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow.core import shadow as shadow_module
+from glshadow.core.area import hard_lights
+from glshadow.core.lights import Light
+from glshadow.core.spaces import translation
+from glshadow.gl.sources.grown import Grown
+from glshadow.gl.sources.listed import Listed
+from glshadow.gl.store import Store
+from glshadow.renderer import Renderer
+from glshadow.scene import shapes
+from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+
+from .test_casters import CAMERA, ground, leaf, leaves, placed
+
+SIZE = (96, 64)
+CAMERAS = (CAMERA, replace(CAMERA, position=(-4.0, 2.5, 5.0)))
+SETS = 40
+SEED = 5
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    ball = Mesh(*shapes.icosphere(2, 0.5))
+    pane = Mesh(
+        *shapes.rectangle((-0.6, 0.0, 0.6), (1.2, 0.0, 0.0), (0.0, 0.0, -1.2)),
+        material=Material((0.9, 0.3, 0.2, 0.5), alpha_mode=AlphaMode.BLEND),
+    )
+    nodes = (
+        Node("a", ball, translation((-0.8, 0.9, 0.1))),
+        Node("b", ball, translation((0.8, 1.5, -0.3))),
+        Node("box", Mesh(*shapes.box((0.6, 0.9, 0.4))), translation((0.2, 0.45, 1.2))),
+        Node("leaf", leaf(leaves(8, 6)), placed(-1.2, 1.7, -0.8, 1)),
+        Node("pane", pane, translation((1.0, 2.2, 0.6))),
+    )
+    return Scene((ground(), *nodes), CAMERA, name="some of everything")
+
+
+def lights() -> list[Light]:
+    """Of all kinds, with and without a size, asked of triangles and of maps: what any two of them share, a key may mix up."""
+    few, dithered = (gs.Shadow(filter=gs.Exact(light_samples=16, dither=dither)) for dither in (False, True))
+    maps = [
+        gs.Shadow(filter=kind, resolution=resolution)
+        for kind, resolution in ((gs.Pcf(1), 256), (gs.Hard(), 128), (gs.Evsm(), 128), (gs.LightSamples(4), 128))
+    ]
+    both = gs.Shadow(faces=gs.Faces.BOTH)
+    place, over = (1.2, 5.0, -0.8), (-0.3, 3.2, 0.4)
+    suns = [
+        gs.DirectionalLight(direction=(-0.4, -1.0, 0.3), angle=angle, shadow=shadow)
+        for angle, shadow in (
+            (0.0, gs.Shadow()),
+            (5.0, few),
+            (40.0, few),
+            (5.0, maps[0]),
+            (5.0, maps[3]),
+            (0.0, maps[2]),
+        )
+    ]
+    spots = [
+        gs.SpotLight(position=place, direction=aim, inner_angle=20.0, outer_angle=30.0, radius=radius, shadow=shadow)
+        for aim, radius, shadow in (
+            ((-1.2, -5.0, 0.8), 0.0, gs.Shadow()),
+            ((-0.2, -5.0, 0.1), 0.0, maps[1]),
+            ((-1.2, -5.0, 0.8), 0.2, few),
+            ((-1.2, -5.0, 0.8), 0.0, both),
+        )
+    ]
+    points = [
+        gs.PointLight(position=over, radius=radius, shadow=shadow)
+        for radius, shadow in (
+            (0.0, gs.Shadow()),
+            (1.5, few),
+            (0.1, dithered),
+            (0.0, maps[0]),
+            (2.0, maps[0]),
+            (3.0, few),
+        )
+    ]
+    panels = [
+        gs.RectLight(position=over, direction=aim, width=width, height=0.4, up=up, shadow=few)
+        for aim, width, up in (
+            ((0.0, -1.0, 0.0), 0.6, (0.0, 0.0, 1.0)),
+            ((0.3, -1.0, 0.2), 0.6, (0.0, 0.0, 1.0)),
+            ((0.3, -1.0, 0.2), 0.6, (1.0, 0.0, 1.0)),
+            ((0.0, -1.0, 0.0), 5.0, (0.0, 0.0, 1.0)),
+        )
+    ]
+    return [*suns, *spots, *points, *panels, gs.SkyLight(shadow=few)]
+
+
+Drawn = tuple[np.ndarray, np.ndarray, list[dict[str, Any]]]
+
+
+def drawn(
+    renderer: Renderer,
+    scene: Scene,
+    camera: gs.PerspectiveCamera,
+    chosen: list[Light],
+    size: tuple[int, int] = SIZE,
+    samples: int = 1,
+) -> Drawn:
+    frame = renderer.render(scene, camera, chosen, size, samples=samples)
+    # how much had to be drawn is the one thing that may depend on what is there
+    return frame.image, frame.visibility, [{**used.as_dict(), "draws": 0} for used in frame.used]
+
+
+def forget(renderer: Renderer) -> None:
+    """All that a renderer keeps but compiled programs, which take longer than a picture."""
+    old = renderer._store
+    assert old is not None
+    with renderer._context:
+        renderer._store = Store(renderer._context)
+        old.programs, renderer._store.programs = renderer._store.programs, old.programs
+        old.release()
+
+
+def test_a_picture_does_not_depend_on_what_was_drawn_before(scene: Scene) -> None:
+    rng = np.random.default_rng(SEED)
+    known = lights()
+    first = [*rng.permutation(len(known)), *rng.integers(0, len(known), SETS - len(known))]
+    jobs = [
+        (
+            CAMERAS[rng.integers(2)],
+            [known[number], *(known[k] for k in rng.integers(0, len(known), rng.integers(2)))],
+            SIZE if rng.integers(3) else (80, 48),
+        )
+        for number in first
+    ]
+    jobs = [(*job, 4 if len(job[1]) == 1 and not rng.integers(4) else 1) for job in jobs]
+    with Renderer("egl") as kept, Renderer("egl") as fresh:
+        for renderer in (kept, fresh):
+            # so little that the lists of large lights do not fit
+            caps = replace(renderer._context.caps, max_storage_block=1 << 20, max_texture_buffer_size=1 << 16)
+            renderer._context.caps = caps
+        found = [drawn(kept, scene, *job) for job in jobs]
+        assert any("entries for its size" in used["why"] for _, _, each in found for used in each)
+        # backwards, so that what programs keep is not the same either
+        for (image, visibility, used), job in zip(reversed(found), reversed(jobs), strict=True):
+            forget(fresh)
+            expected = drawn(fresh, scene, *job)
+            assert used == expected[2], str(job)
+            np.testing.assert_array_equal(image, expected[0], str(job))
+            np.testing.assert_array_equal(visibility, expected[1], str(job))
+
+
+def test_panes_of_a_spot_that_turns_in_place(scene: Scene) -> None:
+    """What it sees through glass is another part of its map."""
+    one, other = (
+        gs.SpotLight(position=(1.6, 5.0, 1.2), direction=aim, inner_angle=15.0, outer_angle=20.0)
+        for aim in ((-1.0, -3.0, -1.0), (0.0, -3.0, 0.0))
+    )
+    with Renderer("egl") as renderer:
+        before = drawn(renderer, scene, CAMERA, [one])
+        image, visibility, used = drawn(renderer, scene, CAMERA, [other])
+        forget(renderer)
+        expected = drawn(renderer, scene, CAMERA, [other])
+    assert (before[0] != expected[0]).any()
+    assert used == expected[2]
+    np.testing.assert_array_equal(image, expected[0])
+    np.testing.assert_array_equal(visibility, expected[1])
+
+
+# -- where lists do not fit
+
+SUN = gs.DirectionalLight(direction=(-0.4, -1.0, 0.3))
+LAMP = gs.PointLight(position=(0.3, 2.6, 0.2))
+SIZED: dict[str, Light] = {
+    "sun": replace(SUN, angle=10.0),
+    "lamp": replace(LAMP, radius=0.3),
+    "panel": gs.RectLight(
+        position=(-0.3, 3.2, 0.4), direction=(0.0, -1.0, 0.0), width=1.0, height=0.5, up=(0.0, 0.0, 1.0)
+    ),
+}
+REASON = r"Exact\(\) needs \d+ list entries even on its coarsest grid"
+
+Refuse = Callable[[Callable[[Light], bool]], None]
+
+
+@pytest.fixture
+def refuse(monkeypatch: pytest.MonkeyPatch) -> Refuse:
+    """Makes that lists of such lights never fit."""
+    build = Listed._build
+
+    def refusing(refused: Callable[[Light], bool]) -> None:
+        monkeypatch.setattr(
+            Listed,
+            "_build",
+            lambda self, programs, scene, light: not refused(light) and build(self, programs, scene, light),
+        )
+
+    return refusing
+
+
+def mean_of(renderer: Renderer, scene: Scene, points: tuple[Light, ...], shadow: gs.Shadow) -> np.ndarray:
+    """The mean visibility of a light's points, each as a light of its own."""
+    one = [renderer.render(scene, None, [replace(each, shadow=shadow)], SIZE).visibility[0] for each in points]
+    return np.mean(np.stack(one).astype(np.float64), axis=0)
+
+
+def test_a_lamp_that_does_not_fit_changes_no_other_light(scene: Scene, refuse: Refuse) -> None:
+    with Renderer("egl") as renderer:
+        before = drawn(renderer, scene, CAMERA, [SUN])
+    refuse(lambda light: isinstance(light, gs.PointLight))
+    with Renderer("egl") as renderer:
+        used = renderer.render(scene, None, [LAMP, SUN], SIZE).used
+        assert (used[0].filter, used[1].filter) == (gs.Pcf(1), gs.Exact())
+        assert used[0].why.startswith("Exact() needs ")
+        assert used[0].fallbacks == ()
+        after = drawn(renderer, scene, CAMERA, [SUN])
+    assert after[2] == before[2]
+    np.testing.assert_array_equal(after[0], before[0])
+    np.testing.assert_array_equal(after[1], before[1])
+
+
+@pytest.mark.parametrize("name", list(SIZED))
+def test_a_size_whose_lists_do_not_fit_is_asked_point_by_point(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    def full(self: Grown, *_: object) -> bool:
+        self.most = 123
+        return False
+
+    monkeypatch.setattr(Grown, "build", full)
+    light = replace(SIZED[name], shadow=gs.Shadow(filter=gs.Exact(light_samples=16)))
+    with Renderer("egl") as renderer:
+        frame = renderer.render(scene, None, [light], SIZE)
+        expected = mean_of(renderer, scene, hard_lights(light, 16), gs.Shadow(filter=gs.Exact()))
+        again = renderer.render(scene, None, [light], SIZE)
+    used = frame.used[0]
+    assert used.filter == light.shadow.filter
+    assert used.why.startswith(
+        "asked for; 16 points of the light, one after another, for lists of 123 entries for its size, a buffer of this driver holds "
+    )
+    assert used.fallbacks == ()
+    np.testing.assert_array_equal(frame.visibility[0], expected.astype(np.float32))
+    np.testing.assert_array_equal(again.visibility, frame.visibility)
+    assert again.used[0] == replace(used, draws=0)
+
+
+@pytest.mark.parametrize("which", ["all points", "the last point"])
+def test_a_size_without_any_lists_is_that_of_as_many_maps(
+    scene: Scene, refuse: Refuse, monkeypatch: pytest.MonkeyPatch, which: str
+) -> None:
+    """Also where only the lists of a point that comes late do not fit; and it is no error but where lists were asked for by name."""
+    monkeypatch.setattr(shadow_module, "RESOLUTION", 128)
+    light = SIZED["lamp"]
+    last = hard_lights(light, 64)[-1].position  # type: ignore[union-attr]
+    refuse(
+        lambda light: (
+            isinstance(light, gs.PointLight) and (which == "all points" or light.radius or light.position == last)
+        )
+    )
+    with Renderer("egl") as renderer:
+        exact = replace(light, shadow=gs.Shadow(filter=gs.Exact()))
+        with pytest.raises(gs.ResourceError, match=REASON):
+            renderer.render(scene, None, [exact], SIZE)
+        frame = renderer.render(scene, None, [light], SIZE)
+        again = renderer.render(scene, None, [light], SIZE, samples=4)
+        expected = renderer.render(scene, None, [replace(light, shadow=gs.Shadow(filter=gs.LightSamples()))], SIZE)
+    for used in (frame.used[0], again.used[0]):
+        assert used.filter == gs.LightSamples()
+        assert used.why.startswith("Exact() needs ")
+        assert used.why.endswith("; 64 points of the light, one after another")
+        assert used.fallbacks == ()
+    np.testing.assert_array_equal(frame.visibility, expected.visibility)
+
+
+def test_a_derived_map_obeys_the_size(scene: Scene) -> None:
+    """A setting that only a map has asks for maps, not for a hard shadow."""
+    light = replace(SIZED["sun"], shadow=gs.Shadow(resolution=128))
+    with Renderer("egl") as renderer:
+        used = renderer.render(scene, None, [light], SIZE).used[0]
+    assert used.filter == gs.LightSamples()
+    assert used.why == "only a map has resolution; 64 points of the light, one after another"

@@ -1,0 +1,128 @@
+"""Pixels show the triangle that their own ray meets: against a tracer that shares nothing with the renderer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow.scene.shapes import box, rectangle
+from tests.tracer import View
+
+SIZE = (320, 180)
+CELLS = 90
+HAIR = 1e-3  # pixels: float32 places of vertices, seen from where they are, are off by less
+
+
+def hills(rng: np.random.Generator, height: float = 0.04) -> gs.Scene:
+    """A rough height field of 16,200 triangles, each some two pixels large, that hides itself nowhere."""
+    side = np.linspace(-1.0, 1.0, CELLS + 1)
+    x, z = np.meshgrid(side, side, indexing="ij")
+    y = height * rng.uniform(size=x.shape)
+    positions = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    corner = (np.arange(CELLS)[:, None] * (CELLS + 1) + np.arange(CELLS)).ravel()
+    first = np.stack([corner, corner + 1, corner + CELLS + 1], axis=1)
+    second = np.stack([corner + 1, corner + CELLS + 2, corner + CELLS + 1], axis=1)
+    mesh = gs.Mesh(positions, np.concatenate([first, second]).astype(np.int32))
+    camera = gs.PerspectiveCamera(position=(0.4, 2.0, 0.9), target=(0.0, 0.0, 0.0), fov_y=40.0)
+    return gs.Scene((gs.Node("hills", mesh, np.eye(4)),), camera=camera)
+
+
+def edge_distance(view: View, rows: np.ndarray, triangle: np.ndarray) -> np.ndarray:
+    """Distance in pixels (N,) of pixels' middles from the nearest edge of a triangle each."""
+    assert view.tracer is not None
+    camera, height = view.camera, view.size[1]
+    pixel = 2.0 * np.tan(np.radians(0.5 * camera.fov_y)) / height
+    o, d = view.origins[rows], view.directions[rows]
+    corners = view.tracer.corners[triangle] - o[:, None]
+    depth = corners @ (
+        np.subtract(camera.target, camera.position) / np.linalg.norm(np.subtract(camera.target, camera.position))
+    )
+    seen = corners / depth[..., None] - d[:, None]  # on the plane at depth 1
+    start, along = seen, np.roll(seen, -1, axis=1) - seen
+    share = np.clip(-(start * along).sum(-1) / np.maximum((along * along).sum(-1), 1e-300), 0.0, 1.0)
+    return np.asarray(np.linalg.norm(start + share[..., None] * along, axis=-1).min(axis=1) / pixel)
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_every_pixel_of_a_height_field_shows_the_triangle_that_its_ray_meets(
+    rng: np.random.Generator, renderer: gs.Renderer, scale: float
+) -> None:
+    scene = hills(rng)
+    mesh = scene.nodes[0].mesh
+    camera = replace(scene.camera, position=tuple(scale * x for x in scene.camera.position))
+    scene = gs.Scene((gs.Node("hills", gs.Mesh(mesh.positions * scale, mesh.triangles), np.eye(4)),), camera=camera)
+    frame = renderer.render(scene, size=SIZE, outputs=("triangle",))
+    view = View(scene, scene.camera, SIZE)
+    other = np.flatnonzero(frame.triangle.ravel() != view.triangle)
+    assert (view.triangle >= 0).sum() > 20_000
+    # at the border of the field GL covers other pixels
+    inside = other[(frame.triangle.ravel()[other] >= 0) & (view.triangle[other] >= 0)]
+    assert len(other) - len(inside) <= 5
+    assert len(inside) <= 3
+    assert (edge_distance(view, inside, view.triangle[inside]) < HAIR).all()
+
+
+@pytest.mark.parametrize("samples", [1, 4])
+@pytest.mark.parametrize("light", [gs.DirectionalLight(direction=(-1.0, -0.15, 0.3)), gs.PointLight(position=(0.9, 0.3, 0.2))],
+                         ids=["sun", "point"])  # fmt: skip
+def test_no_pixel_of_a_height_field_under_grazing_light_is_wrong(
+    rng: np.random.Generator, renderer: gs.Renderer, light: gs.DirectionalLight | gs.PointLight, samples: int
+) -> None:
+    scene = hills(rng)
+    frame = renderer.render(scene, lights=[light], size=SIZE, samples=samples, outputs=("visibility",))
+    places = [(0.5, 0.5)] if samples == 1 else [(x, y) for x in (0.25, 0.75) for y in (0.25, 0.75)]
+    seen = []
+    for place in places:
+        view = View(scene, scene.camera, SIZE, place)
+        source = (
+            {"position": light.position}
+            if isinstance(light, gs.PointLight)
+            else {"towards": -np.array(light.direction)}
+        )
+        seen.append(view.visibility(**source))
+    with np.errstate(invalid="ignore"):
+        truth = np.mean(seen, axis=0)
+        difference = np.abs(frame.visibility[0] - truth)
+    judged = np.isfinite(difference)
+    assert 0.2 < truth[judged].mean() < 0.8
+    if samples == 1:  # two pixels may lie nearer to a shadow's edge than float32 tells
+        assert (difference[judged] > 0.5).sum() <= 2
+    else:
+        assert (difference[judged] > 0.26).mean() <= 1e-3
+
+
+def test_position_depth_and_normal_are_those_of_the_ray(rng: np.random.Generator, renderer: gs.Renderer) -> None:
+    scene = hills(rng)
+    frame = renderer.render(scene, size=SIZE, outputs=("triangle", "position", "normal", "depth"))
+    view = View(scene, scene.camera, SIZE)
+    assert view.tracer is not None
+    rows = view.rows[frame.triangle.ravel()[view.rows] == view.triangle[view.rows]]
+    points = np.full((SIZE[0] * SIZE[1], 3), np.nan)
+    points[view.rows] = view.points
+    position = frame.position.reshape(-1, 3)[rows] + frame.origin
+    assert (
+        np.abs(position - points[rows]).max() < 2e-5
+    )  # depths are interpolated between vertices snapped to 1/256 pixel
+    normal = view.tracer.normals[view.triangle[rows]]
+    alike = np.abs((frame.normal.reshape(-1, 3)[rows] * normal).sum(axis=1))
+    assert alike.min() > 1.0 - 1e-6
+
+
+def test_where_a_ray_misses_what_was_drawn_the_point_lies_on_it(renderer: gs.Renderer) -> None:
+    """A thin leaf before a wall, its borders through pixels' middles but for less than GL's vertices are snapped."""
+    camera = gs.OrthographicCamera(position=(0.0, 0.0, 5.0), target=(0.0, 0.0, 0.0), height=2.0, near=0.1, far=10.0)
+    size = (64, 64)
+    pixel = 2.0 / 64
+    edge = 0.5 * pixel - pixel / 2048  # GL snaps it onto the middles
+    leaf = gs.Mesh(
+        *rectangle((-10.5 * pixel, -10.5 * pixel, 1.0), (10.5 * pixel + edge, 0.0, 0.0), (0.0, 21.0 * pixel, 0.0))
+    )
+    wall = gs.Mesh(*box((4.0, 4.0, 0.2), (0.0, 0.0, 0.0)))
+    scene = gs.Scene((gs.Node("leaf", leaf, np.eye(4)), gs.Node("wall", wall, np.eye(4))), camera=camera)
+    frame = renderer.render(scene, size=size, outputs=("triangle", "node"))
+    view = View(scene, camera, size)
+    np.testing.assert_array_equal(frame.triangle.ravel() >= 0, view.triangle >= 0)
+    np.testing.assert_array_equal(frame.node.ravel(), view.node[view.triangle])

@@ -1,0 +1,64 @@
+"""Biases on the GPU: what is derived from a filter keeps planes clean, and what is too small for it says so."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow.core.spaces import Array
+from glshadow.scene import shapes
+
+SIZE = (64, 48)
+CAMERA = gs.PerspectiveCamera(position=(0.0, 6.0, 8.0), target=(0.0, 0.0, 0.0), fov_y=50.0)
+GROUND = gs.Scene((gs.Node("ground", gs.Mesh(*shapes.rectangle((-9, 0, 9), (18, 0, 0), (0, 0, -18))), np.eye(4)),), CAMERA)  # fmt: skip
+FILTERS: tuple[gs.Filter, ...] = (gs.Hard(), gs.Pcf(1), gs.Pcf(4), gs.Disc(), gs.Poisson())
+LIT = 1.0 - 1e-6  # up to 81 weights, summed in float32
+DERIVED = (gs.SlopeScaledBias(), gs.NormalOffsetBias())
+
+
+@pytest.fixture(scope="module")
+def renderer() -> Iterator[gs.Renderer]:
+    with gs.Renderer("egl") as renderer:
+        yield renderer
+
+
+def drawn(renderer: gs.Renderer, tilt: float, filter_: gs.Filter, bias: gs.Bias) -> tuple[Array, gs.Used]:
+    """Visibility of a ground that sees nothing but the sun, `tilt` degrees from its normal."""
+    angle = np.radians(tilt)
+    aim = (float(-np.sin(angle) * 0.8), float(-np.cos(angle)), float(-np.sin(angle) * 0.6))
+    shadow = gs.Shadow(
+        filter=filter_, bias=bias, resolution=256, fit=gs.SceneFit()
+    )  # so that nothing is near its border
+    sun = gs.DirectionalLight(direction=aim, shadow=shadow)
+    frame = renderer.render(GROUND, None, [sun], SIZE, outputs=("visibility",))
+    return frame.visibility[0], frame.used[0]
+
+
+@pytest.mark.parametrize("bias", DERIVED, ids=str)
+@pytest.mark.parametrize("filter_", FILTERS, ids=str)
+def test_a_plane_is_lit_under_a_derived_bias(renderer: gs.Renderer, filter_: gs.Filter, bias: gs.Bias) -> None:
+    for tilt in (10.0, 45.0, 70.0, 85.0, 89.0):
+        seen, used = drawn(renderer, tilt, filter_, bias)
+        assert np.nanmin(seen) > LIT, tilt
+        assert used.bias == bias.derived(filter_.reach_texels)
+        assert used.fallbacks == ()
+
+
+@pytest.mark.parametrize("bias", [gs.SlopeScaledBias(1.1), gs.NormalOffsetBias(1.0), gs.ConstantBias(1e-3)], ids=str)
+def test_a_bias_that_is_too_small_says_so(renderer: gs.Renderer, bias: gs.Bias) -> None:
+    """Where it says nothing, under a smaller filter or a larger bias, the plane is lit."""
+    seen, used = drawn(renderer, 60.0, gs.Pcf(1), bias)
+    (said,) = used.fallbacks
+    assert f"bias {bias} is too small for a filter that reads 2 texels" in said
+    assert np.nanmin(seen) < 0.9
+    enough = {
+        "slope": gs.SlopeScaledBias(4.1),
+        "normal-offset": gs.NormalOffsetBias(2.9),
+        "constant": gs.ConstantBias(1.0),
+    }
+    seen, used = drawn(renderer, 60.0, gs.Pcf(1), enough[bias.spelling])
+    assert used.fallbacks == ()
+    assert np.nanmin(seen) > LIT
