@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from glshadow.core.area import has_size
 from glshadow.core.filters import Exact, Filter, Gaussian, Hard, Pcf
 from glshadow.core.lights import DirectionalLight, Light, SpotLight, to_light
 from glshadow.core.setting import Settings, number, optional, setting
@@ -148,7 +149,7 @@ class Choices:
         if not any(map(open_to_choice, lights)):
             return last(lights, outputs)
         kept = self._found.setdefault(scene, {})
-        key = (budget, size, tuple((type(light), light.shadow) for light in lights))
+        key = (budget, size, tuple((type(light), has_size(light), light.shadow) for light in lights))
         if key not in kept:
             kept[key] = choose(draw, lights, budget)
         found, missed = kept[key]

@@ -116,3 +116,19 @@ def test_what_is_no_budget_is_refused(given: dict[str, float]) -> None:
     with gs.Renderer() as renderer, pytest.raises(gs.SettingsError, match=f"Budget {next(iter(given))} must be"):
         renderer.render(gs.scenes.box().scene, size=SIZE, **given)  # type: ignore[arg-type]
     assert not Budget().given
+
+
+def test_what_was_chosen_for_points_is_not_taken_for_lights_that_have_a_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    chosen: list[Sequence[Light]] = []
+
+    def choose(_: module.Draw, lights: Sequence[Light], __: Budget) -> tuple[Found, str]:
+        chosen.append(lights)
+        return Found(gs.Shadow(filter=gs.Hard()), 0.0), ""
+
+    monkeypatch.setattr(module, "choose", choose)
+    scene = gs.scenes.box().scene
+    point, disc = [gs.DirectionalLight()], [gs.DirectionalLight(angle=5.0)]
+    with gs.Renderer() as renderer:
+        for lights in (point, disc, point, disc):
+            renderer.render(scene, None, lights, (64, 48), max_wrong=0.01)
+    assert [list(each) for each in chosen] == [point, disc]

@@ -52,7 +52,7 @@ def test_every_filter_has_its_line(page: str) -> None:
         (line,) = (
             line
             for line in text.splitlines()
-            if line.startswith((f"| `{kind.__name__}`", f"| `{kind.usage()}` | {kind.summary}"))
+            if line.startswith((f"| `{kind.__name__}()`", f"| `{kind.usage()}` | {kind.summary}"))
         )
         assert kind.source in line
         assert kind.fails in line

@@ -59,13 +59,15 @@ def _casters(scene: GpuScene, light: Light) -> Casters:
     casting, inside = scene.casts.copy(), {}
     size = np.linalg.norm(np.ptp(scene.corners, axis=1), axis=1)
     whole = float(np.linalg.norm(np.ptp(scene.corners.reshape(-1, 3), axis=0)))
-    for i in np.flatnonzero(casting & (size > 0.5 * whole))[:_TESTED] if len(scene.nodes) > 1 else ():
+    # from smooth surfaces rays start outside their triangles, which may then lie between
+    large = casting & (size > 0.5 * whole) & (scene.lifts == 0.0)
+    for i in np.flatnonzero(large)[:_TESTED] if len(scene.nodes) > 1 else ():
         mesh = scene.nodes[i].mesh
         triangles = _outline(mesh)
         if triangles is None:
             continue
         placed = transform(scene.nodes[i].world_from_mesh, triangles)
-        if darkens(placed, np.delete(scene.corners, i, axis=0), light, scene.origin):
+        if darkens(placed, np.delete(scene.raised_corners, i, axis=0), light, scene.origin):
             continue
         body = convex(placed, scene.origin) if mesh.closed and not scene.meshes[i].cut_out else None
         if body is not None:

@@ -27,6 +27,7 @@ from glshadow.scene.mesh import Scene
 # GL clips a triangle in float32, to 2^-24 of its length: where that is seen, against a volume three times as wide and high as the picture,
 # so that what is rounded lies outside.
 _MIDDLE_THIRD = np.diag([1.0 / 3.0, 1.0 / 3.0, 1.0, 1.0])
+_CUBE = np.array([[i, j, k] for i in (-1.0, 1.0) for j in (-1.0, 1.0) for k in (-1.0, 1.0)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,12 +139,17 @@ def look(scene: Scene, gpu: GpuScene, camera: Camera, size: tuple[int, int], cli
     frustum = frustum_of(view.window, near, far, view.view_from_world, camera.is_perspective)
     return Sight(
         camera, size, near, far, clip, view,
-        receivers=visible_corners(*scene.boxes, frustum),
+        receivers=[_raised(seen, lift) for seen, lift in zip(visible_corners(*gpu.boxes, frustum), gpu.lifts, strict=True)],
         drawn=np.flatnonzero(seen_by(view.clip_from_world, corners, view) & ~gpu.copies),
         clip_from_mesh=pack_matrices(view.clip_from_world @ gpu.world_from_origin),
         outside=view_depth(camera, corners).min(axis=1) > near,
         fallbacks=found.fallbacks,
     )  # fmt: skip
+
+
+def _raised(points: Array, lift: float) -> Array:
+    """Points (M, 3) round which a hull also holds what lies as far as `lift` from theirs."""
+    return (points[:, None] + lift * _CUBE).reshape(-1, 3) if lift > 0.0 else points
 
 
 def draw_surface(

@@ -11,13 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.clusters import Placed, place
+from glshadow.core.smooth import heights, pack_octahedral, sides, unit_vectors
 from glshadow.core.spaces import Array
 from glshadow.errors import ResourceError
 from glshadow.gl.buffers import texture_buffer
 from glshadow.gl.context import GLContext
-from glshadow.gl.entry_points import R32UI, RGBA32F
+from glshadow.gl.entry_points import R32UI, RGBA32F, RGBA32UI
 from glshadow.gl.meshes import Meshes
 from glshadow.gl.world import WorldTriangles
+from glshadow.scene.box import box_corners
 from glshadow.scene.mesh import AlphaMode, Node, Scene
 
 if TYPE_CHECKING:
@@ -70,6 +72,12 @@ class GpuScene:
         Which nodes tint what light passes through them.
     casting : dict
         Which nodes darken anything, by `core.lights.geometry_of`: see `gl.bodies`.
+    rounded : BufferTexture or None
+        Per drawn triangle its vertices' normals, see lib/smooth_point.glsl; None where all triangles are flat.
+    lifts : (N,) float64
+        How far off each node's triangles points may lie that see a light, world units; 0 where all are flat.
+    raised_corners : (N, 8, 3) float64
+        World corners of boxes that hold these points.
     identity : int
         Never the same for two of them.
     """
@@ -122,11 +130,20 @@ class GpuScene:
         first[[gpu.cut_out for gpu in self.meshes]] |= np.uint32(CUT_OUT)
         self.packed_first = [number.tobytes() for number in first]
         self.origin: Array = np.median(self._sample(1024), axis=0)
-        self.boxes, self.corners = scene.boxes, scene.corners
+        self.smooth = any(gpu.smooth for gpu in self.meshes)
         planes = np.zeros((self.count, 4), dtype=np.float32)
+        rounded = np.zeros((self.count, 4), dtype=np.uint32) if self.smooth else None
+        self.lifts = np.zeros(len(counts))
         for group in self._instances():
             rows = self.first[group][:, None] + np.arange(self.meshes[group[0]].count)
-            planes[rows] = self._planes(group)
+            planes[rows] = found = self._planes(group)
+            if rounded is not None and self.meshes[group[0]].smooth:
+                rounded[rows] = self._rounded(group, found[..., :3])
+        self.boxes, self.corners = scene.boxes, scene.corners
+        self.raised_corners = self._raised(*scene.boxes) if self.lifts.any() else scene.corners
+        self.rounded = None
+        if rounded is not None and rounded[:, 3].any():
+            self.rounded = texture_buffer(context, rounded, RGBA32UI)
         owners = np.repeat(np.arange(len(counts), dtype=np.uint32), counts)
         colors = np.array([node.mesh.material.color for node in self.nodes], dtype=np.float32)
         self.planes = texture_buffer(context, planes, RGBA32F)
@@ -134,7 +151,6 @@ class GpuScene:
         self.colors = texture_buffer(context, colors, RGBA32F)
         context.check_errors(f"uploading the planes of {self.count} triangles")
         self.textured = any(gpu.textured or gpu.colored for gpu in self.meshes)
-        self.smooth = any(gpu.smooth for gpu in self.meshes)
         one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())
         self.color: tuple[float, float, float] | None = tuple(float(c) for c in colors[0, :3]) if one else None  # type: ignore[assignment]
 
@@ -201,10 +217,36 @@ class GpuScene:
         corner = _placed(self.world_from_origin[group], drawn) - self.origin
         return np.concatenate([normals, np.einsum("nij,nij->ni", normals, corner)[..., None]], axis=-1)
 
+    def _rounded(self, group: NDArray[np.int64], faces: Array) -> NDArray[np.uint32]:
+        """Rows of `rounded` (N, T, 4) of instances whose triangles have unit normals (N, T, 3); sets their `lifts`."""
+        mesh = self.nodes[group[0]].mesh
+        assert mesh.normals is not None
+        rows = np.zeros((len(group), len(mesh.triangles), 4), dtype=np.uint32)
+        for k, node in enumerate(group):
+            normals = unit_vectors(mesh.normals @ self.normal_from_mesh[node].T)
+            corners = normals[mesh.triangles]
+            side = sides(faces[k], corners)
+            bent = np.flatnonzero(side)
+            if len(bent) == 0:
+                continue
+            places = mesh.positions @ self.world_from_origin[node, :3, :3].T
+            most, share = heights(places[mesh.triangles[bent]], corners[bent])
+            self.lifts[node] = most.max()
+            rows[k, bent, :3] = pack_octahedral(normals)[mesh.triangles[bent]]
+            rows[k, bent, 3] = 1 + 2 * (side[bent] < 0) + (np.rint(share * 65535.0).astype(np.uint32) << 16)
+        return rows
+
+    def _raised(self, bounds: Array, matrices: Array) -> Array:
+        """World corners (N, 8, 3) of boxes that also hold the points that see lights."""
+        inverse = np.linalg.pinv(matrices[:, :3, :3])
+        margin = self.lifts[:, None] * np.linalg.norm(inverse, axis=2)  # in mesh space, along each axis
+        return box_corners(np.stack([bounds[:, 0] - margin, bounds[:, 1] + margin], axis=1), matrices)
+
     def release(self) -> None:
         """Free the GPU memory; the meshes stay."""
-        for texture in (self.planes, self.owners, self.colors):
-            texture.release()
+        for texture in (self.planes, self.owners, self.colors, self.rounded):
+            if texture is not None:
+                texture.release()
         if self._world is not None:
             self._world.release()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -83,13 +84,14 @@ def resolve(work: Work, share: Share, dense: Dense | None = None) -> None:
             "GLS_CATCHES": int(scene.catches),
             "GLS_COOKIE": int(_cookie_of(light) is not None),
             **(share.panes.defines if share.panes else {}),
+            "GLS_ROUNDED": int(scene.rounded is not None),
             "GLS_DENSE": int(dense is not None),
             **(dense.defines if dense else {}),
         },
     )
     # each pixel shows the surface of one of its samples, and is shaded where that lies
     _set(program, work, share, (0.0, 0.0) if dense else targets.aside)
-    program.bind(**surface_textures(work.samplers, scene, targets), **asked.textures)
+    program.bind(**_surface(work), **asked.textures)
     if (cookie := _cookie_of(light)) is not None:
         program.bind(u_cookie=work.cookies.get(cookie))
     if share.panes is not None:
@@ -121,6 +123,7 @@ def count_seen(work: Work, light: Light, asked: Receiver, dense: Dense | None, w
             "GLS_SUN": int(isinstance(light, DirectionalLight)),
             "GLS_ALONE": 1,
             "GLS_WEIGHED": int(weighed),
+            "GLS_ROUNDED": int(scene.rounded is not None),
             "GLS_DENSE": int(dense is not None),
             **(dense.defines if dense else {}),
         },
@@ -128,12 +131,18 @@ def count_seen(work: Work, light: Light, asked: Receiver, dense: Dense | None, w
     none = np.zeros(3)
     share = Share(light, asked, 0, 1, np.zeros((2, 3)), none)
     _set(program, work, share, (0.0, 0.0) if dense else targets.aside)
-    program.bind(**surface_textures(work.samplers, scene, targets), **asked.textures)
+    program.bind(**_surface(work), **asked.textures)
     if dense is not None:
         _draw_dense(program, work, dense)
     else:
         draw_over(work.context, program, work.sight, added=True)
     program.unbind()
+
+
+def _surface(work: Work) -> dict[str, Any]:
+    """What passes read of the surface; of a smooth one also its triangles' vertices."""
+    vertices = {} if work.scene.rounded is None else work.scene.world.textures
+    return {**vertices, **surface_textures(work.samplers, work.scene, work.targets)}
 
 
 def _cookie_of(light: Light) -> Cookie | None:

@@ -91,6 +91,7 @@ def surface_textures(samplers: Samplers, scene: GpuScene, targets: CameraTargets
         "u_planes": scene.planes,
         "u_owners": scene.owners,
         "u_colors": scene.colors,
+        **({"u_smooth": scene.rounded} if scene.rounded is not None else {}),
     }
 
 

@@ -273,12 +273,13 @@ def _score_light(
     grain = uneven & ~edge  # what is within the first band is within the second, wider one
     grain &= ~truth.near_edge(number, (radius + 1.0) * np.sqrt(2.0) * texel, grain)
     several = has_size(truth.lights[number]) and getattr(truth, "light_samples", 1) > 1
-    # a point sees all of the light, no edge is near, and yet texels of the kernel shadow it: the surface's own
+    # of a light that is all seen, and no edge or wall within the kernel, texels are shadowed: by the surface itself
     partly = grain & (difference < 0.0) & (exact == 1.0) & (not several)
-    acne, leak = wrong & ~edge & (difference < 0.0), wrong & ~edge & (difference > 0.0)
+    reach = (radius + 1.0) * np.sqrt(2.0) * texel / np.maximum(truth.cosine[number], LEAST_COSINE)
+    partly &= ~truth.near_foot(reach, partly)
+    acne, leak = partly | (wrong & ~edge & (difference < 0.0)), wrong & ~edge & (difference > 0.0)
     contact = truth.near_foot(CONTACT_TEXELS * texel, leak)
     kinds = np.full(exact.shape, Outcome.NO_SURFACE, dtype=np.uint8)
-    acne |= partly
     marks = ((surface, Outcome.NOT_COUNTED), (counted, Outcome.GOOD), (grain, Outcome.GRAIN), (edge, Outcome.EDGE))
     for mask, kind in (*marks, (acne, Outcome.ACNE), (leak, Outcome.LEAK)):
         kinds[mask] = kind

@@ -43,8 +43,8 @@ class Score:
         Wrong within (filter radius + 1/2) sqrt(2) texels of the true boundary: the price of the resolution.
     acne, leak : float
         Wrong elsewhere: lit drawn dark, dark drawn lit. Artefacts. Under a light without size, `acne` is also what is lit and drawn darker
-        by more than 1/16 beyond (filter radius + 1) sqrt(2) texels of the true boundary: a surface that shadows itself in part of the
-        kernel.
+        by more than 1/16 beyond (filter radius + 1) sqrt(2) texels of the true boundary and of whatever stands on the surface: one that
+        shadows itself in part of the kernel.
     grain : float
         |visibility - truth| > 1/16 beyond (filter radius + 1) sqrt(2) texels of the true boundary, that acne included.
     contact : float

@@ -13,6 +13,7 @@ from glshadow.core.panel import panel_axes
 from glshadow.core.spaces import Array, Bools, view_axes
 from glshadow.core.spread import GOLDEN_ANGLE, GOLDEN_SHARE
 from glshadow.reference.rays import LIFT, Ints, Rays, dot
+from glshadow.reference.receivers import Receivers
 
 TOGETHER = 2**14
 """Rays asked at once: fewer cost more for the asking than for the answer."""
@@ -43,27 +44,42 @@ class AimedLight:
         """Radius of the source as a tangent seen from the receiver (sun), or in world units."""
         return radius_of(self.light)
 
+    def receivers(self, rays: Rays, own: Ints, points: Array, side: Array, whole: bool = True) -> Receivers:
+        """What asks it: points (N, 3) on triangles (N,) seen from the side that vectors (N, 3) point to.
+
+        `whole`: all of a light that has a size is asked, else its middle.
+        """
+        spread = self.spread if whole and not isinstance(self.light, SkyLight) else 0.0
+
+        def lowest(places: Array, faces: Array) -> Array:
+            towards, distance = self.towards(places)
+            middle = dot(towards, faces)
+            away = 1.0 if self.position is None else np.maximum(distance, 1e-300)
+            return np.asarray(middle - spread / away * np.sqrt(np.maximum(1.0 - middle * middle, 0.0)))
+
+        return Receivers.of(rays, own, points, side, lowest)
+
     def visibility(
-        self, rays: Rays, own: Ints, points: Array, normals: Array, samples: int, generator: np.random.Generator
+        self, rays: Rays, own: Ints, points: Array, side: Array, samples: int, generator: np.random.Generator
     ) -> tuple[Array, Array]:
-        """Mean and variance (N,) over samples of the source seen from points (N, 3) on triangles (N,); parts of it below a point's
-        horizon count as dark."""
+        """Mean and variance (N,) over samples of the source seen from points (N, 3) on triangles (N,), from the side that vectors (N, 3)
+        point to; parts of it below their horizon count as dark."""
         many = samples > 1 and has_size(self.light)
         samples = samples if many else 1
-        count = len(own)
+        receivers = self.receivers(rays, own, points, side, many)
+        points, count = receivers.points, len(own)
         total, weights = np.zeros((2, count))
         aims = self._aims(points, samples, generator) if many else iter([self.towards(points)])
         while batch := list(islice(aims, max(TOGETHER // max(count, 1), 1))):
             aim, end = (np.concatenate(each) for each in zip(*batch, strict=True))
-            triangle, point = np.tile(own, len(batch)), np.tile(points, (len(batch), 1))
-            cosine = dot(np.tile(normals, (len(batch), 1)), aim)
-            open_to = cosine > 0.0
+            asking = receivers.tiled(len(batch))
+            cosine, open_to = dot(asking.normals, aim), asking.open_to(aim)
             if isinstance(self.light, RectLight):
-                open_to &= (point - self._place) @ np.asarray(self.light.direction) > 0.0
+                open_to &= (asking.points - self._place) @ np.asarray(self.light.direction) > 0.0
             weight = np.maximum(cosine, 0.0) if many and isinstance(self.light, SkyLight) else np.ones(len(aim))
             if self.light.shadow is not None:
-                asked = open_to & rays.receives[triangle]
-                open_to[asked] = ~rays.blocked(triangle[asked], point[asked], aim[asked], end[asked])[0]
+                asked = open_to & rays.receives[asking.own]
+                open_to[asked] = ~asking.blocked(rays, aim[asked], end[asked], asked)
             total += (weight * open_to).reshape(-1, count).sum(axis=0)
             weights += weight.reshape(-1, count).sum(axis=0)
         mean = total / np.where(weights > 0.0, weights, 1.0)
@@ -103,11 +119,13 @@ class AimedLight:
             length = np.sqrt(dot(aim, aim))
             yield aim / np.where(length > 0.0, length, 1.0)[:, None], distance if self.position is None else length
 
-    def lit(self, rays: Rays, own: Ints, points: Array) -> Bools:
-        """Whether the middle of the light sees points (N, 3) on triangles (N,), whichever side they are seen from."""
+    def lit(self, rays: Rays, own: Ints, points: Array, side: Array) -> Bools:
+        """Whether the middle of the light sees points (N, 3) on triangles (N,), also below their horizon; of smooth meshes those over
+        the side that vectors (N, 3) point to."""
         if self.light.shadow is None:
             return np.ones(len(own), dtype=bool)
-        return ~rays.blocked(own, points, *self.towards(points))[0] | ~rays.receives[own]
+        receivers = self.receivers(rays, own, points, side, False)
+        return ~receivers.blocked(rays, *self.towards(receivers.points)) | ~rays.receives[receivers.own]
 
 
 def perpendicular(directions: Array) -> tuple[Array, Array]:

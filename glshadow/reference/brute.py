@@ -9,7 +9,9 @@ from glshadow.core.spaces import Array, Bools
 from glshadow.reference.rays import Ints, Rays, dot
 
 
-def blocked(rays: Rays, light: Light, own: Ints, points: Array, bound: tuple[float, float]) -> Bools:
+def blocked(
+    rays: Rays, light: Light, own: Ints, points: Array, bound: tuple[float, float], lifted: Bools | None = None
+) -> Bools:
     """Whether a triangle other than the own one lies between points and a light.
 
     A triangle does if the ray to the light meets it (its edges included) and the point lies beyond its plane, seen from the light,
@@ -24,6 +26,8 @@ def blocked(rays: Rays, light: Light, own: Ints, points: Array, bound: tuple[flo
     bound : (2,) floats
         World units, and share of the sums of coordinates by which the point is away from both triangles' first corners, see
         `core.lists.distance_bound`.
+    lifted : (N,) bool, optional
+        Points that are off their own triangles, which then count as others do.
     """
     casting = np.flatnonzero(rays.casts)
     corners, normals = rays.corners[casting], rays.normals[casting]
@@ -31,11 +35,14 @@ def blocked(rays: Rays, light: Light, own: Ints, points: Array, bound: tuple[flo
     forward = np.asarray(light.direction) if isinstance(light, DirectionalLight) else np.zeros(3)
     source = np.zeros(3) if isinstance(light, DirectionalLight) else np.asarray(light.position) - rays.origin
     result = np.zeros(len(own), dtype=bool)
+    skipped = own if lifted is None else np.where(lifted, np.int32(-1), own)
     for number, point in enumerate(points):
         along = forward if sun else point - source
         across = _across(along)
         flat = (corners - point) @ across.T  # (T, 3, 2): the triangles seen along the ray
-        near = (flat.min(axis=1) <= 0.0).all(axis=1) & (flat.max(axis=1) >= 0.0).all(axis=1) & (casting != own[number])
+        near = (
+            (flat.min(axis=1) <= 0.0).all(axis=1) & (flat.max(axis=1) >= 0.0).all(axis=1) & (casting != skipped[number])
+        )
         few = np.flatnonzero(near)
         a, b, c = (flat[few, k] for k in range(3))
         area = np.stack([_cross(a, b), _cross(b, c), _cross(c, a)])

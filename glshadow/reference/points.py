@@ -7,6 +7,7 @@ import numpy as np
 from glshadow.core.area import points_seen
 from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.spaces import Array
+from glshadow.reference.aimed import AimedLight
 from glshadow.reference.truth import Truth
 
 
@@ -24,7 +25,9 @@ def count_points(truth: Truth, light: Light, count: int) -> Array:
     """
     known = truth.triangle >= 0
     rays, own = truth.rays, truth.triangle[known]
-    places, normals = truth.position[known], truth.normal[known]
+    source = AimedLight(light, rays.origin)
+    receivers = source.receivers(rays, own, truth.position[known] - rays.origin, truth.normal[known])
+    places = receivers.points + rays.origin
     asked = rays.receives[own]
     targets = points_seen(light, places, count)
     seen = np.zeros(len(own))
@@ -33,9 +36,9 @@ def count_points(truth: Truth, light: Light, count: int) -> Array:
         length = np.linalg.norm(aim, axis=1)
         aim = aim / length[:, None]
         far = np.full(len(own), np.inf) if isinstance(light, DirectionalLight) else length
-        open_to = (normals * aim).sum(axis=1) > 0.0
+        open_to = receivers.open_to(aim)
         rows = np.flatnonzero(open_to & asked)
-        open_to[rows] = ~rays.blocked(own[rows], places[rows] - rays.origin, aim[rows], far[rows])[0]
+        open_to[rows] = ~receivers.blocked(rays, aim[rows], far[rows], rows)
         seen += open_to
     counts = np.full(known.shape, np.nan)
     counts[known] = seen

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.spaces import Array, Bools, world_positions
+from glshadow.core.smooth import sides, unit_vectors
+from glshadow.core.spaces import Array, Bools, cofactors, world_positions
 from glshadow.errors import ReferenceUnavailable, SceneError
 from glshadow.scene.closed import welded
 from glshadow.scene.mesh import AlphaMode, Material, Scene
@@ -66,6 +67,28 @@ class Rays:
 
     def __getstate__(self) -> dict[str, Any]:
         return {k: v for k, v in self.__dict__.items() if k not in ("_drawn", "_casting")}  # Embree's cannot be pickled
+
+    @cached_property
+    def round_normals(self) -> Array | None:
+        """Unit normals (T, 3, 3) of the vertices of round triangles, on the side of its own, zero of others; None: no normals."""
+        nodes = self.scene.nodes
+        if all(node.mesh.normals is None for node in nodes):
+            return None
+        found = np.zeros_like(self.corners)
+        for node, first in zip(nodes, self.first, strict=True):
+            mesh = node.mesh
+            if mesh.normals is not None and len(mesh.triangles):
+                here = slice(first, first + len(mesh.triangles))
+                normals = unit_vectors(mesh.normals @ cofactors(node.world_from_mesh[:3, :3]).T)[mesh.triangles]
+                found[here] = normals * sides(self.normals[here], normals)[:, None, None]
+        found[~self.solid] = 0.0
+        return found
+
+    @cached_property
+    def round(self) -> Bools:
+        """Triangles (T,) that light reaches as parts of a smooth surface, see `core.smooth`."""
+        normals = self.round_normals
+        return np.zeros(len(self.node), dtype=bool) if normals is None else np.asarray(normals.any(axis=(1, 2)))
 
     @cached_property
     def masked(self) -> Bools:
@@ -216,7 +239,9 @@ class Rays:
             exists[mine] = alpha >= mesh.material.cutoff
         return exists
 
-    def blocked(self, own: Ints, points: Array, directions: Array, length: Array) -> tuple[Bools, Array]:
+    def blocked(
+        self, own: Ints, points: Array, directions: Array, length: Array, lifted: Bools | None = None
+    ) -> tuple[Bools, Array]:
         """Whether open segments from points on surfaces to the light meet a triangle that counts.
 
         A triangle counts unless it is the own one (by number), or its plane passes within PLANE_BOUND * (largest
@@ -234,6 +259,8 @@ class Rays:
             Unit vectors to the light.
         length : (N,) float64
             Distance to the light; infinite for a sun.
+        lifted : (N,) bool, optional
+            Points that are off their own triangles, which then count as others do.
 
         Returns
         -------
@@ -244,6 +271,7 @@ class Rays:
         if self._casting is None:
             return result, distance
         live = np.arange(len(own))
+        skipped = own if lifted is None else np.where(lifted, np.int32(-1), own)
         at, last, factor = self._lifted(own, points, directions), own, np.ones(len(own))
         for _ in range(MAX_PASSED):
             hit = self._casting.first(at, directions[live], length[live] - _along(directions[live], at - points[live]))
@@ -259,7 +287,7 @@ class Rays:
                 beyond = np.where(np.isinf(length[live]), np.inf, length[live] * np.abs(slope)) - away
             t = away / np.where(slope == 0.0, 1.0, np.abs(slope))
             met = start + t[:, None] * towards
-            counts = (hit != own[live]) & (away > bound) & (beyond > bound) & (slope != 0.0)
+            counts = (hit != skipped[live]) & (away > bound) & (beyond > bound) & (slope != 0.0)
             counts[counts] = self.opaque(hit[counts], met[counts])
             result[live[counts]], distance[live[counts]] = True, t[counts]
             on = ~counts

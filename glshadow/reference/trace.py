@@ -38,7 +38,8 @@ def trace(
     """Trace the exact shadows of a picture.
 
     A point is in shadow iff the open segment from it to the light meets a triangle, and unlit where the geometric
-    normal that faces the viewer points away from the light. Surfaces are two-sided. A node that does not receive is never in
+    normal that faces the viewer points away from the light. A point of a smooth mesh is asked where its vertex normals put it, see
+    `core.smooth`, and is unlit where the interpolated normal points away. Surfaces are two-sided. A node that does not receive is never in
     shadow, one that does not cast darkens nothing. Texels below the cutoff of a MASK
     material do not exist (alpha sampled bilinearly at the finest level); BLEND materials are seen but cast nothing; a
     light with `shadow=None` is not blocked by anything. Cone, range and strength do not dim visibility (see
@@ -93,7 +94,7 @@ def trace(
             spread[number, part.rows] += variance
     count = np.where(seen > 0, seen, np.nan)
     shape = (len(lights), size[1], size[0])
-    facts = [_facts(source, hits) for source in sources]
+    facts = [_facts(rays, source, hits) for source in sources]
     return Truth(
         visibility=(total / count).astype(np.float32).reshape(shape),
         cosine=np.array([cosine for cosine, _ in facts], dtype=np.float32).reshape(shape),
@@ -199,10 +200,11 @@ def _spread(hits: _Hits, values: Array) -> Array:
     return image
 
 
-def _facts(source: AimedLight, hits: _Hits) -> tuple[Array, Bools]:
+def _facts(rays: Rays, source: AimedLight, hits: _Hits) -> tuple[Array, Bools]:
     """N.L (H * W,), NaN where no surface, and whether the light reaches the point."""
-    towards, distance = source.towards(hits.points)
-    cosine = _spread(hits, dot(hits.normals, towards))
+    receivers = source.receivers(rays, hits.triangle[hits.rows], hits.points, hits.normals, False)
+    towards, distance = source.towards(receivers.points)
+    cosine = _spread(hits, dot(receivers.normals, towards))
     reached = np.zeros(len(hits.triangle), dtype=bool)
     inside = np.ones(len(hits.rows), dtype=bool)
     light = source.light

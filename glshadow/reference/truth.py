@@ -15,6 +15,7 @@ from glshadow.core.setting import as_float, as_floats, refuse, shown, whole
 from glshadow.core.spaces import FARTHEST, Array, Bools
 from glshadow.reference.aimed import AimedLight, moved_over, perpendicular
 from glshadow.reference.rays import LIFT, Ints, Rays
+from glshadow.reference.receivers import Receivers
 from glshadow.scene.mesh import Scene
 
 Floats = NDArray[np.float32]
@@ -32,7 +33,7 @@ class Truth:
     visibility : (L, H, W) float32
         1 lit, 0 dark, also where N.L <= 0; NaN where no surface; between for several samples.
     cosine : (L, H, W) float32
-        N.L of the geometric normal that faces the viewer.
+        N.L of the normal that faces the viewer: the triangle's, of a smooth mesh the interpolated one (see `core.smooth`).
     reached : (L, H, W) bool
         Inside a spot's cone and a light's range; always true for suns.
     triangle, node : (H, W) int32
@@ -74,6 +75,14 @@ class Truth:
         """(H, W) number of the connected body, welded by exact position, at the pixel's centre; -1 for none."""
         return np.where(self.triangle >= 0, self.rays.body[self.triangle], np.int32(-1))
 
+    @cached_property
+    def shading(self) -> Array:
+        """(H, W, 3) unit normals that surfaces are lit by: of smooth meshes the interpolated ones, else `normal`."""
+        known = self.triangle >= 0
+        points, own, normals = self.position[known] - self.rays.origin, self.triangle[known], self.normal.copy()
+        normals[known] = Receivers.of(self.rays, own, points, self.normal[known]).normals
+        return normals
+
     def __repr__(self) -> str:
         seen = int((self.triangle >= 0).sum())
         shares = [f"{float(np.nanmean(plane)):.2%}" for plane in self.visibility] if seen else []
@@ -109,7 +118,7 @@ class Truth:
         lit = self.visibility[light].ravel()[rows] > 0.5
         reach = self._lengths(radius).ravel()[rows]
         points = self.position.reshape(-1, 3)[rows] - self.rays.origin
-        own = self.triangle.ravel()[rows]
+        own, normal = self.triangle.ravel()[rows], self.normal.reshape(-1, 3)[rows]
         source = AimedLight(self.lights[light], self.rays.origin)
         near = np.zeros(len(rows), dtype=bool)
         for fraction in range(NEAR_RADII, 0, -1):
@@ -121,7 +130,7 @@ class Truth:
                 moved = moved_over(
                     self.rays, source, own[left], points[left], reach[left] * fraction / NEAR_RADII, angle
                 )
-                near[left] = source.lit(self.rays, *moved) != lit[left]
+                near[left] = source.lit(self.rays, *moved, normal[left]) != lit[left]
         result = np.zeros(wanted.shape, dtype=bool)
         result.ravel()[rows] = near
         return result

@@ -57,7 +57,8 @@ class AnalyticScene:
         points_w : (..., 3) array_like
             World points on the scene's surfaces.
         normals_w : (..., 3) array_like
-            Their geometric normals, facing the viewer; the default is right for points on the ground.
+            Their normals, facing the viewer, of smooth meshes the interpolated ones (`Truth.shading`); the default is right for points on
+            the ground.
 
         Returns
         -------

@@ -178,12 +178,13 @@ def _exact() -> Iterator[Variant]:
         slots = exact_slots(kind)
         for masked, huge, dialect in product((False, True), (False, True), ("core330", "core400")):
             defines = exact_defines(kind, 512, 16, masked, huge)
-            # how rays run is no concern of what is asked along them: once for each pass
-            for parallel in (0, 1):
-                yield Variant("pass/resolve.frag", dialect, slots, {**defines, "GLS_ORTHO": parallel})
-                yield Variant("pass/resolve.frag", dialect, slots, {**defines, "GLS_ORTHO": parallel, **_DENSE})
+            # how rays run and whether meshes are smooth is no concern of what is asked along them: once for each pass
+            for number, dense in product((0, 1), ({}, _DENSE)):
+                each = {**defines, "GLS_ORTHO": number, "GLS_ROUNDED": number, "GLS_SURFACE": 1 + number, **dense}
+                yield Variant("pass/resolve.frag", dialect, slots, each)
             for dense in ({}, _DENSE):
-                yield Variant("pass/resolve.frag", dialect, slots, {**defines, "GLS_ALONE": 1, **dense})
+                alone = {**defines, "GLS_ALONE": 1, "GLS_WEIGHED": int(masked), "GLS_ROUNDED": int(huge), **dense}
+                yield Variant("pass/resolve.frag", dialect, slots, alone)
         for counted in (0, 1):
             defines = {"GLS_SUN": int(kind == "directional"), "GLS_COUNTED": counted}
             yield Variant("pass/resolve.frag", "core330", given_slots(kind), defines)
@@ -221,7 +222,9 @@ def _means() -> Iterator[Variant]:
                 defines = {**mapped_defines(kind, target, bias, filter, False, True), "GLS_OUTPUT": 2}
                 yield Variant("pass/forward.frag", dialect, slots, defines)
                 if dialect != "es100":
-                    yield Variant("pass/resolve.frag", dialect, slots, defines)
+                    yield Variant(
+                        "pass/resolve.frag", dialect, slots, {**defines, "GLS_ROUNDED": int(bias is BIASES[0])}
+                    )
 
 
 def _laid_out() -> Iterator[Variant]:
@@ -256,8 +259,8 @@ def _area() -> Iterator[Variant]:
     """A light that has a size."""
     for kind in KINDS:
         defines: dict[str, int | str] = {"GLS_SUN": int(kind == "directional"), "GLS_POINT": int(kind == "point")}
-        yield Variant("pass/lists.comp", "core430", {}, {**defines, "GLS_AREA": 1})
         for outlines in (0, 1):
+            yield Variant("pass/lists.comp", "core430", {}, {**defines, "GLS_AREA": 1, "GLS_ROUNDED": outlines})
             yield Variant("pass/grown.comp", "core430", {}, {**defines, "GLS_OUTLINES": outlines})
         for (stage, between), masked, huge in product(
             enumerate(("outlines", "region", "found")), (False, True), (False, True)
@@ -268,15 +271,19 @@ def _area() -> Iterator[Variant]:
                 for panel, dither in product((0, int(kind == "point")), (0, 1)):
                     more = {**settings, "GLS_PANEL": panel, "GLS_DITHER": dither}
                     yield Variant("pass/penumbra.frag", "core430", slots, more)
-            for parallel, dense in product((0, 1), (0, 1)):
-                yield Variant(
-                    "pass/penumbra.frag", "core430", slots, {**settings, "GLS_ORTHO": parallel, "GLS_DENSE": dense}
-                )
+            for number, dense in product((0, 1), (0, 1)):
+                each = {**settings, "GLS_ORTHO": number, "GLS_ROUNDED": number, "GLS_DENSE": dense}
+                yield Variant("pass/penumbra.frag", "core430", slots, each)
     for shape in ("panel", "sky"):
         for shadow, channels, more in product(("given", "open"), (1, 2), ({}, _DENSE)):
             slots = {"light": f"light/{shape}.glsl", "shadow": f"receiver/{shadow}.glsl"}
             sky = int(shape == "sky")
-            wide: dict[str, int | str] = {"GLS_SUN": sky, "GLS_SURFACE": channels, "GLS_WEIGHED": sky}
+            wide: dict[str, int | str] = {
+                "GLS_SUN": sky,
+                "GLS_SURFACE": channels,
+                "GLS_WEIGHED": sky,
+                "GLS_ROUNDED": channels - 1,
+            }
             yield Variant("pass/resolve.frag", "core330", slots, {**wide, **more})
     yield Variant(
         "pass/resolve.frag", "core330", open_slots("directional"), {"GLS_SUN": 1, "GLS_ALONE": 1, "GLS_WEIGHED": 1}
@@ -337,4 +344,5 @@ def _resolve() -> Iterator[Variant]:
         yield Variant("pass/collect.frag", "core430", {}, {"GLS_LIGHTS": lights})
     for receiver in receivers():
         if receiver.dialect != "es100":
-            yield Variant("pass/resolve.frag", receiver.dialect, receiver.slots, receiver.defines)
+            rounded: dict[str, int | str] = {"GLS_ROUNDED": int(receiver.filter is MAPPED[0]), "GLS_SURFACE": 2}
+            yield Variant("pass/resolve.frag", receiver.dialect, receiver.slots, {**receiver.defines, **rounded})

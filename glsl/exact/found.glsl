@@ -12,6 +12,9 @@
 #ifndef GLS_DITHER
 #define GLS_DITHER 0 // 1: the points are turned from pixel to pixel
 #endif
+#ifndef GLS_ROUNDED
+#define GLS_ROUNDED 0
+#endif
 #ifndef GLS_MASKED
 #define GLS_MASKED 0 // some casters are cut out by their texture
 #endif
@@ -100,7 +103,11 @@ int seen_points(vec3 position, vec3 normal, uint list, int first, int step, ivec
 #if !GLS_SUN
         point -= position;
 #endif
-        open |= k < u_count && dot(normal, point) > 0.0 ? 1u << uint(i) : 0u; // above the horizon
+        bool above = dot(normal, point) > 0.0; // the horizon
+#if GLS_ROUNDED
+        above = above && dot(receiver_face, point) > 0.0;
+#endif
+        open |= k < u_count && above ? 1u << uint(i) : 0u;
     }
     open = list == ALL_HIDDEN ? 0u : open;
     uint link = open == 0u ? 0u : list;

@@ -41,7 +41,7 @@ bool blocked(Ray ray, vec2 cell, float face, float depth, bool asked) {
         if (entry.w != 0u && !solid(int(entry.w) - 1, area)) continue;
 #endif
         int side = behind(ray, other);
-        doubtful = doubtful || side < 0;
+        doubtful = doubtful || side < 0 && receiver_triangle >= 0;
         if (side > 0) {
             dark = true;
             link = 0u;

@@ -302,10 +302,19 @@ void insert_grown(uint item, uint rest, int face, Footprint f, bool edge) {
 #if !GLS_PLACES_GROWN
 layout(r32ui, binding = 1) uniform coherent uimage2D u_grounds; // float bits
 
-void deepen(int face, Footprint f) { // the ground of all cells in which it may be seen
+float aside_by(float lift, Footprint f) { // fine cells
+    float unit = max(u_cells.x, u_cells.y);
+#if GLS_SUN
+    return lift * unit;
+#else
+    return f.nearest > 2.0 * lift ? 2.0 * lift * f.slant / (f.nearest - lift) * unit : lift > 0.0 ? FAR_OUT : 0.0;
+#endif
+}
+
+void deepen(int face, Footprint f, float lift) { // the ground of all cells in which it may be seen, from as far off as lift
     const float scale = float(GLS_CELLS) / float(GLS_GROUNDS);
-    float deepest = max(f.depth.x, max(f.depth.y, f.depth.z));
-    Block b = block(f, scale, float(GLS_GROUNDS), 0.0);
+    float deepest = max(f.depth.x, max(f.depth.y, f.depth.z)), aside = aside_by(lift, f);
+    Block b = block(f, scale, float(GLS_GROUNDS), aside);
     vec2 x = f.p / scale, e = f.q / scale - x, g = f.r / scale - x;
 #if GLS_SUN
     vec3 d = f.depth;
@@ -319,12 +328,12 @@ void deepen(int face, Footprint f) { // the ground of all cells in which it may 
         ivec2 span = row_span(b.edges, float(row - b.first.y), ivec2(0, b.last.x - b.first.x));
         for (int column = span.x; column <= span.y; column++) {
             ivec2 cell = ivec2(b.first.x + column, row);
-            float there = d.x + dot(slope, vec2(cell) + 0.5 - x) + (0.5 + MARGIN) * dot(abs(slope), vec2(1.0));
+            float there = d.x + dot(slope, vec2(cell) + 0.5 - x) + (0.5 + MARGIN + aside / scale) * dot(abs(slope), vec2(1.0));
 #if !GLS_SUN
             there = there < 0.0 ? -1.0 / there : 1e38;
 #endif
             float depth = slanted ? min(there, deepest) : deepest;
-            depth += 1e-5 * abs(depth);
+            depth += 1e-5 * abs(depth) + lift;
             imageAtomicMax(u_grounds, cell + ivec2(0, face * GLS_GROUNDS), floatBitsToUint(max(depth - u_depths.x, 0.0)));
         }
     }

@@ -12,6 +12,9 @@
 #ifndef GLS_AREA
 #define GLS_AREA 0 // 1: the light has a size
 #endif
+#ifndef GLS_ROUNDED
+#define GLS_ROUNDED 0 // 1: some triangles are seen as parts of a smooth surface, whose points lie over them
+#endif
 #include "lib/cells.glsl"
 #include "lib/placed.glsl"
 #include "lib/traits.glsl"
@@ -25,6 +28,32 @@ uniform vec3 u_origin; // of the light's frame, relative to the scene's origin
 vec3 vertex(uint i) {
     return texelFetch(u_positions, int(i)).xyz;
 }
+
+#if GLS_AREA && GLS_ROUNDED
+#include "lib/octahedral.glsl"
+uniform usamplerBuffer u_smooth; // see lib/smooth_point.glsl
+
+// How far points may lie over it, seen from either side: nowhere where all of the light is well above it.
+float most_lift(uint triangle, vec3 normal, vec3 a, vec3 b, vec3 c) {
+#if GLS_SUN
+    float height = normal.z, reach = u_radius * length(normal.xy), far = 1.0;
+#else
+    float height = -dot(normal, a), reach = u_radius, far = max(length(a), max(length(b), length(c)));
+#endif
+    vec2 heights = vec2(height, -height);
+    bvec2 low = lessThan(heights - reach, vec2(0.11 * far));
+    uvec4 bits = texelFetch(u_smooth, int(triangle));
+    vec3 p = u_axes * unpack_octahedral(bits.x), q = u_axes * unpack_octahedral(bits.y), r = u_axes * unpack_octahedral(bits.z);
+    vec3 start = vec3(dot(a - b, p), dot(b - c, q), dot(c - a, r)), end = vec3(dot(b - a, q), dot(c - b, r), dot(a - c, p));
+    if ((bits.w & 2u) != 0u) {
+        start = -start;
+        end = -end;
+    }
+    vec3 over = max(start, end), under = max(-start, -end);
+    float most = max(low.x ? max(over.x, max(over.y, over.z)) : 0.0, low.y ? max(under.x, max(under.y, under.z)) : 0.0);
+    return 0.6667 * max(most, 0.0) * float(bits.w >> 16u) / 65535.0; // 0: flat; see glshadow.core.smooth.heights
+}
+#endif
 
 void main() {
     uint triangle = invocation();
@@ -55,13 +84,18 @@ void main() {
     bool away = (flags & CULL_BACK) != 0u && side < -edge_on || (flags & CULL_FRONT) != 0u && side > edge_on;
     bool casts = normal != vec3(0.0) && !away && (flags & CASTS) != 0u;
     if (GLS_AREA == 0 && !casts) return;
+#if GLS_AREA && GLS_ROUNDED
+    float lift = 1.001 * most_lift(triangle, normal, a, b, c);
+#else
+    const float lift = 0.0;
+#endif
     for (int face = 0; face < FACES; face++) {
         mat3 turned = face_from_lv(face);
         vec3 p = turned * a, q = turned * b, r = turned * c;
-        if (!near_window(p, q, r, 0.0)) continue;
+        if (!near_window(p, q, r, lift)) continue;
         Footprint shape = footprint(p, q, r);
 #if GLS_AREA
-        deepen(face, shape);
+        deepen(face, shape, lift);
 #endif
         if (casts) insert(triangle, mask, face, shape);
     }

@@ -27,6 +27,9 @@
 #ifndef GLS_MASKED
 #define GLS_MASKED 0
 #endif
+#ifndef GLS_ROUNDED
+#define GLS_ROUNDED 0 // 1: some triangles are seen as parts of a smooth surface
+#endif
 #ifndef GLS_PANEL
 #define GLS_PANEL 0 // 1: the light is a panel
 #endif
@@ -42,6 +45,10 @@
 #include <shadow>
 #include <between>
 #include "lib/surface_point.glsl"
+#if GLS_ROUNDED
+#include "lib/smooth_point.glsl"
+flat in mat3 v_axes_l;
+#endif
 uniform usampler2D u_surface;
 flat in vec3 v_forward_l;
 #if GLS_STAGE > 0
@@ -65,6 +72,18 @@ uniform int u_count; // points of the light
 uniform mat3 u_panel; // see exact/found.glsl
 #endif
 layout(location = 0) out uint o_seen;
+#endif
+
+#if GLS_STAGE == 0 || GLS_ROUNDED
+vec2 heights(vec3 position, vec3 normal) { // of the light's lowest and highest point over a receiver's horizon
+#if GLS_SUN
+    float middle = normal.z, reach = u_radius * length(normal.xy);
+#else
+    float near = inversesqrt(dot(position, position));
+    float middle = -dot(normal, position), reach = u_radius * sqrt(max(1.0 - middle * middle * near * near, 0.0));
+#endif
+    return vec2(middle - reach, middle + reach);
+}
 #endif
 
 void main() {
@@ -98,9 +117,26 @@ void main() {
     triangle = max(triangle, 0);
     Facet own = facet(triangle);
     vec3 position = surface_point(triangle, own, eye, ray, v_forward_l, is_missed(surface.r));
-    vec3 normal = dot(own.normal, ray) > 0.0 ? -own.normal : own.normal; // the side that is seen
+    float side = dot(own.normal, ray) > 0.0 ? -1.0 : 1.0; // the side that is seen
+    vec3 normal = side * own.normal;
     receiver_triangle = triangle;
     receiver_corner = plane_corner(own);
+    receiver_face = normal;
+#if GLS_ROUNDED
+#if GLS_SUN
+    float lowest = heights(position, normal).x;
+#else
+    float lowest = heights(position, normal).x * inversesqrt(dot(position, position));
+#endif
+    mat3 corners = mat3(own.a, own.b, own.c);
+    SmoothPoint rounded = smooth_point(triangle, position, normal, side, lowest, corners, v_axes_l, 2.0 * receiver_bound(position));
+    position = rounded.position;
+    normal = rounded.normal;
+    if (rounded.lifted) {
+        receiver_triangle = -1;
+        receiver_face = normal;
+    }
+#endif
 #if GLS_SELECTIVE
     bool asked = is_darkened(surface.r);
 #else
@@ -113,19 +149,17 @@ void main() {
     int count = beyond ? 0 : seen_points(position, normal, list, within.x + GLS_SIDE * within.y, GLS_SIDE * GLS_SIDE, texel);
     for (int i = 0; i < min(count, 1); i++) imageAtomicAdd(u_counts, fragment, uint(count));
 #else
-#if GLS_SUN
-    float middle = normal.z, reach = u_radius * length(normal.xy);
-#else
-    float near = inversesqrt(dot(position, position));
-    float middle = -dot(normal, position), reach = u_radius * sqrt(max(1.0 - middle * middle * near * near, 0.0));
+    vec2 height = heights(position, normal);
+#if GLS_ROUNDED
+    height = min(height, heights(position, receiver_face));
 #endif
 #if GLS_PANEL
     seen = seen && dot(position, u_panel[2]) > 0.0; // its back is dark
 #endif
-    bool above = middle > reach, below = middle <= -reach || !seen; // the receiver's horizon: all of the light
+    bool above = height.x > 0.0, below = height.y <= 0.0 || !seen; // the receiver's horizon: all of the light
     bool cut = !above && !below;
     if (above && asked) cut = is_cut(position);
-    float lit = above && asked && !cut ? light_visibility(position, normal, middle) : 1.0;
+    float lit = above && asked && !cut ? light_visibility(position, normal, 1.0) : 1.0;
     o_seen = below || cut ? 0u : uint(lit) * uint(u_count);
     int wanted = cut ? 1 : 0;
     for (int i = 0; i < wanted; i++) { // not an if: llvmpipe would go through the atomics of every pixel

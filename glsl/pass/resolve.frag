@@ -46,6 +46,9 @@
 #ifndef GLS_COOKIE
 #define GLS_COOKIE 0 // 1: the light projects an image
 #endif
+#ifndef GLS_ROUNDED
+#define GLS_ROUNDED 0 // 1: some triangles are seen as parts of a smooth surface, see lib/smooth_point.glsl
+#endif
 #ifndef GLS_ALONE
 #define GLS_ALONE 0 // 1: writes nothing but the visibility
 #endif
@@ -73,11 +76,18 @@
 #if GLS_EXACT
 #include "lib/surface_point.glsl"
 #endif
+#if GLS_ROUNDED
+#include "lib/smooth_point.glsl"
+#endif
 
 uniform usampler2D u_surface;
 uniform sampler2D u_camera_depth;
 #if !GLS_EXACT
 uniform samplerBuffer u_planes; // per drawn triangle: unit world normal, distance from the scene's origin
+#if GLS_ROUNDED
+uniform usamplerBuffer u_corners; // per drawn triangle: its vertices
+uniform samplerBuffer u_positions; // of vertices, in world axes relative to the scene's origin
+#endif
 #endif
 #if GLS_COLORS == 1
 uniform usamplerBuffer u_owners; // per drawn triangle: its node
@@ -172,17 +182,47 @@ void main() {
 #endif
     float side = dot(normal, ray) > 0.0 ? -1.0 : 1.0; // the side that is seen
     normal *= side;
+    vec3 lit_normal = normal;
+#if GLS_ROUNDED
+#if GLS_EXACT
+    mat3 corners = mat3(own.a, own.b, own.c);
+    float rounding = 2.0 * receiver_bound(position);
+#else
+    uvec4 vertices = texelFetch(u_corners, triangle);
+    mat3 corners = mat3(v_lv_from_l, v_lv_from_l, v_lv_from_l)
+        + v_axes_l * mat3(texelFetch(u_positions, int(vertices.x)).xyz, texelFetch(u_positions, int(vertices.y)).xyz,
+                          texelFetch(u_positions, int(vertices.z)).xyz);
+    float rounding = 1e-6 * dot(abs(position) + abs(v_lv_from_l), vec3(1.0));
+#endif
+    float turned_by = dot(normal, light_arriving(position).xyz);
+    SmoothPoint rounded = smooth_point(triangle, position, normal, side, turned_by, corners, v_axes_l, rounding);
+    position = rounded.position;
+    lit_normal = rounded.normal;
+#if GLS_EXACT
+    if (rounded.lifted) receiver_triangle = -1;
+#endif
+#endif
     vec4 arriving = light_arriving(position);
 #if GLS_WIDE
-    vec2 received = light_received(position, normal);
+    vec2 received = light_received(position, lit_normal);
     float cosine = received.x;
 #else
-    float cosine = dot(normal, arriving.xyz);
+    float cosine = dot(lit_normal, arriving.xyz);
 #endif
 #if GLS_DENSE
     cosine = seen ? cosine : 0.0; // not asked
 #endif
-    float lit = asked_visibility(surface.r, position, normal, cosine);
+    float facing = cosine; // > 0: no surface of its own hides the light
+#if GLS_ROUNDED && !GLS_WIDE
+    // a map compares with the triangle's plane, or where that is turned away under the point, with the smooth surface's; that one not quite
+    // edge-on, or its depth would be anything
+    vec3 tangent_normal = lit_normal + max(0.01 - cosine, 0.0) * arriving.xyz;
+    vec3 plane_normal = rounded.lifted && dot(normal, arriving.xyz) <= 0.0 ? tangent_normal : normal;
+    facing = min(cosine, dot(plane_normal, arriving.xyz));
+#else
+    vec3 plane_normal = normal;
+#endif
+    float lit = asked_visibility(surface.r, position, plane_normal, facing);
 #if GLS_ALONE
 #if GLS_WEIGHED
     o_seen = vec2(lit, 1.0) * max(cosine, 0.0);
@@ -192,8 +232,14 @@ void main() {
 #else
     float lambert = cosine;
     float height = normal_w.y * side;
+#if GLS_ROUNDED
+    height = rounded.smooth_ ? dot(lit_normal, v_axes_l[1]) : height;
+    bool bent = rounded.smooth_; // is shaded by its normal already
+#else
+    const bool bent = false;
+#endif
 #if GLS_SURFACE > 1
-    if (surface.g != 0u) { // an interpolated normal, on the same side
+    if (surface.g != 0u && !bent) { // an interpolated normal, on the same side
         vec3 shading = unpack_direction(surface.g);
         float turned = dot(shading, normal_w) * side < 0.0 ? -1.0 : 1.0;
 #if GLS_WIDE
@@ -206,7 +252,7 @@ void main() {
     }
 #endif
 #if GLS_WEAK
-    float share = cosine > 0.0 ? 1.0 - u_strength * (1.0 - lit) : 0.0;
+    float share = facing > 0.0 ? 1.0 - u_strength * (1.0 - lit) : 0.0;
 #else
     float share = lit;
 #endif
@@ -223,7 +269,7 @@ void main() {
     vec3 radiance = v_radiance * cookie_at(position) * transmitted(position, normal);
     vec3 light = ambient + radiance * (max(lambert, 0.0) * arriving.w * share);
 #if GLS_CATCHES
-    vec3 unshadowed = ambient + radiance * (cosine > 0.0 ? max(lambert, 0.0) * arriving.w : 0.0);
+    vec3 unshadowed = ambient + radiance * (facing > 0.0 ? max(lambert, 0.0) * arriving.w : 0.0);
 #endif
 #if GLS_VISIBILITY
 #if GLS_DENSE

@@ -33,8 +33,9 @@ uniform vec2 u_bound; // world units; share of the distances to the corners that
 uniform vec2 u_huge; // largest coordinate that u_bound covers; share of what a vertex lies beyond it
 #endif
 const float GRAZING = 0.01; // cosine below which rounding may turn a surface's own edge into its horizon for farther than a pixel
-int receiver_triangle; // set before light_visibility is called
+int receiver_triangle; // set before light_visibility is called; -1: the receiver lies on none
 vec3 receiver_corner; // a corner of it, in the light's frame
+vec3 receiver_face; // what lies below it is hidden; asked of lights that have a size
 
 struct Ray { // from a receiver to the light
     vec3 position; // in the light's frame
@@ -107,11 +108,11 @@ float receiver_bound(vec3 position_lv) { // by how much the receiver may seem to
 // Of two triangles that hang together by an edge and lie, seen from the light, on one side of it, one is before the other as a whole:
 // whether the other is before the receiver's own. The corners off the edge tell, more surely than distances near it.
 bool folds_before(Facet own, Facet other) {
-    bvec3 shared = bvec3(other.a == own.a || other.a == own.b || other.a == own.c, other.b == own.a || other.b == own.b || other.b == own.c,
+    bvec3 joint = bvec3(other.a == own.a || other.a == own.b || other.a == own.c, other.b == own.a || other.b == own.b || other.b == own.c,
                          other.c == own.a || other.c == own.b || other.c == own.c);
-    if (int(shared.x) + int(shared.y) + int(shared.z) != 2) return false;
-    vec3 p = shared.x ? other.a : other.b, q = shared.z ? other.c : other.b; // the edge
-    vec3 theirs = shared.x ? shared.y ? other.c : other.b : other.a; // corners off it
+    if (int(joint.x) + int(joint.y) + int(joint.z) != 2) return false;
+    vec3 p = joint.x ? other.a : other.b, q = joint.z ? other.c : other.b; // the edge
+    vec3 theirs = joint.x ? joint.y ? other.c : other.b : other.a; // corners off it
     vec3 mine = own.a != p && own.a != q ? own.a : own.b != p && own.b != q ? own.b : own.c;
 #if GLS_SUN
     float one = (q.x - p.x) * (mine.y - p.y) - (q.y - p.y) * (mine.x - p.x);

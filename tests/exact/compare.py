@@ -14,6 +14,7 @@ from glshadow.core.lights import Light
 from glshadow.core.lists import distance_bound
 from glshadow.core.shadow import Shadow
 from glshadow.frame import Frame
+from glshadow.reference.aimed import AimedLight
 from glshadow.reference.brute import blocked
 from glshadow.reference.trace import trace
 from glshadow.reference.truth import Truth
@@ -94,9 +95,12 @@ def _wrong(frame: Frame, truth: Truth, disputed: NDArray[np.bool_]) -> NDArray[n
     rows = np.flatnonzero(disputed)
     rows = rows[:: 1 + len(rows) // MOST_JUDGED]
     points, own = truth.position.reshape(-1, 3)[rows] - rays.origin, truth.triangle.ravel()[rows]
+    asking = AimedLight(light, rays.origin).receivers(rays, own, points, truth.normal.reshape(-1, 3)[rows], False)
     reach = rays.size + float(np.abs(getattr(light, "position", rays.origin) - rays.origin).max())
-    dark = blocked(rays, light, own, points, distance_bound(rays.size, reach)) & rays.receives[own]
-    dark |= truth.cosine[0].ravel()[rows] <= 0.0
+    dark = (
+        blocked(rays, light, own, asking.points, distance_bound(rays.size, reach), asking.lifted) & rays.receives[own]
+    )
+    dark |= ~asking.open_to(AimedLight(light, rays.origin).towards(asking.points)[0])
     result = np.zeros(disputed.shape, dtype=bool)
     result.ravel()[rows] = (frame.visibility[0].ravel()[rows] > 0.5) == dark
     return result

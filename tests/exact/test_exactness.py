@@ -85,7 +85,7 @@ def test_closed_forms(renderer: Renderer, name: str) -> None:
     built = SMALL[name]
     result = compared(renderer, built.scene, built.scene.lights[0])
     truth, seen = result.truth, result.truth.triangle >= 0
-    exact = built.exact(truth.position[seen], truth.normal[seen])
+    exact = built.exact(truth.position[seen], truth.shading[seen])
     share = float((exact != result.frame.visibility[0][seen]).mean())
     # facets of the sphere lie up to 2e-4 of its radius inside it; rods and plates: points on their own surface
     allowed = 2e-3 if name in ("sphere", "room with rods") else 1e-4

@@ -194,14 +194,14 @@ def near_crease(frame: Frame, truth: Truth, texels: float, where: Bools) -> Bool
 
 def _other_visibility(truth: Truth, source: AimedLight, rows: Ints, found: Ints, place: Array) -> Bools:
     lit = truth.visibility[0].ravel()[rows] > 0.5
-    return np.asarray(source.lit(truth.rays, found, place) != lit)
+    return np.asarray(source.lit(truth.rays, found, place, truth.normal.reshape(-1, 3)[rows]) != lit)
 
 
 def _rises(truth: Truth, source: AimedLight, rows: Ints, found: Ints, place: Array) -> Bools:
     own, rays = truth.triangle.ravel()[rows], truth.rays
     normal = truth.normal.reshape(-1, 3)[rows]
     height = dot(place - (truth.position.reshape(-1, 3)[rows] - rays.origin), normal)
-    return np.asarray((found != own) & (height > 1e-6 * rays.size) & source.lit(rays, found, place))
+    return np.asarray((found != own) & (height > 1e-6 * rays.size) & source.lit(rays, found, place, normal))
 
 
 def _around(

@@ -32,7 +32,7 @@ def test_the_truth_is_the_closed_form_and_shows_light_and_shadow(case: Case) -> 
         assert (facing & (truth.visibility[0] == 1.0)).any() == picture.lit, picture.name
         assert (facing & (truth.visibility[0] == 0.0)).any() == picture.dark, picture.name
         if picture.exact is not None:
-            exact = picture.exact(truth.position[seen], truth.normal[seen])
+            exact = picture.exact(truth.position[seen], truth.shading[seen])
             share = (exact != truth.visibility[0][seen]).mean()
             assert share <= picture.closed_form_share, f"{picture.name}: {share:.4%} of the pixels differ"
 

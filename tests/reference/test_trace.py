@@ -25,7 +25,7 @@ def settled(built, truth, distance):
     Points are moved in 8 directions and along the light back onto the plane that they lie on.
     """
     seen = truth.triangle >= 0
-    points, normals = truth.position[seen], truth.normal[seen]
+    points, normals = truth.position[seen], truth.shading[seen]
     exact = built.exact(points, normals)
     towards, _ = to_light(built.scene.lights[0], points)
     cosine = (towards * normals).sum(axis=1)

@@ -86,12 +86,9 @@ class Area(Listed):
         if not self._instead:
             return replace(used, why=f"{used.why}; {self._points} points of the light")
         used = self._accumulated.amended(used)
-        # maps have a reason of their own
-        return (
-            used
-            if used.filter is None or used.filter.has_map
-            else replace(used, why=f"{used.why}, for {self._instead}")
-        )
+        if used.filter is not None and used.filter.has_map:  # which has a reason of its own
+            return used
+        return replace(used, why=f"{used.why}, for {self._instead}")
 
     def _build(self, programs: Programs, scene: GpuScene, light: Light) -> bool:
         self.grown.begin(scene, light, self.grid)
@@ -99,11 +96,12 @@ class Area(Listed):
         textures = {"u_facets": self._facets, "u_traits": self._traits}
         if not super()._build(programs, scene, light):
             return False
-        self._overflow = ""
-        if not self.grown.build(
-            programs, scene, light, self.grid, self._limit, textures
-        ):  # no smaller on a coarser grid
-            self._overflow = f"lists of {self.grown.most} entries for its size, a buffer of this driver holds {self._limit // LINK_BYTES}"
+        most = self._limit // LINK_BYTES
+        fits = self.grown.build(programs, scene, light, self.grid, self._limit, textures)
+        # they would be no shorter on a coarser grid
+        self._overflow = (
+            "" if fits else f"lists of {self.grown.most} entries for its size, a buffer of this driver holds {most}"
+        )
         return True
 
     def _place_points(self) -> None:
@@ -215,6 +213,7 @@ class Area(Listed):
             **asked.defines,
             "GLS_ORTHO": int(not work.sight.camera.is_perspective),
             "GLS_SELECTIVE": int(scene.selective),
+            "GLS_ROUNDED": int(scene.rounded is not None),
             "GLS_DENSE": int(dense is not None),
             **DEFINES,
             "GLS_PANEL": int(isinstance(self.light, RectLight)),

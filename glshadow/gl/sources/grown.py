@@ -122,7 +122,7 @@ class Grown:
 def _depths(scene: GpuScene, grid: ListGrid) -> tuple[float, float]:
     """No caster is nearer than the first, no receiver deeper than the second, in the light's frame."""
     axes, origin = light_frame(grid, scene)
-    local = (scene.corners - scene.origin - origin) @ axes.T
+    local = (scene.raised_corners - scene.origin - origin) @ axes.T
     if grid.kind == "point":
         low, high = local.min(axis=1), local.max(axis=1)
         nearest = np.linalg.norm(np.maximum(np.maximum(low, -high), 0.0), axis=1).min() / np.sqrt(3.0)

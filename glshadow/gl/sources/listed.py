@@ -123,12 +123,15 @@ class Listed(Source):
                 **cell_defines(grid, grid.cells),
                 "GLS_AREA": int(has_size(light)),
                 "GLS_DOUBLE": int(self._context.caps.doubles),
+                "GLS_ROUNDED": int(scene.rounded is not None),
             },
         )
         axes, origin = light_frame(grid, scene)
         program.set(u_axes=axes, u_origin=tuple(origin), u_triangles=world.count, u_cells=grid.cells_from_window)
         program.set(**self._values)
         program.bind(**world.textures, u_traits=self._traits)
+        if scene.rounded is not None:
+            program.bind(u_smooth=scene.rounded)
         assert self._facets is not None
         self._facets.buffer.bind_to_storage_buffer(0)
         size = head_size(grid, grid.cells)

@@ -79,8 +79,8 @@ def usual_reach(scene: GpuScene, grid: ListGrid) -> float:
     """Largest coordinate of the usual triangles in the light's frame."""
     axes, origin = light_frame(grid, scene)
     if scene.world.huge:
-        return float(np.abs(axes @ origin).max() + np.sqrt(3.0) * scene.world.reach)
-    local = (scene.corners.reshape(-1, 3) - scene.origin) @ axes.T - axes @ origin
+        return float(np.abs(axes @ origin).max() + np.sqrt(3.0) * scene.world.reach + scene.lifts.max())
+    local = (scene.raised_corners.reshape(-1, 3) - scene.origin) @ axes.T - axes @ origin
     return float(np.abs(local).max())
 
 

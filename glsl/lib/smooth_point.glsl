@@ -1,0 +1,38 @@
+// The point over a flat triangle from which a smooth mesh sees the light, and the normal there: Hanika 2021, "Hacking the Shadow
+// Terminator", Ray Tracing Gems II, chapter 4. Over facets of a convex surface it lies outside them, elsewhere on them; all the way
+// where the facet is turned away from the light, not at all where it is well lit. Twin: glshadow.core.smooth
+#include "lib/octahedral.glsl"
+// per drawn triangle: its vertices' world normals; bits: 1 it is not flat, 2 they look against its winding, the upper 16 which share of
+// the way points are moved
+uniform usamplerBuffer u_smooth;
+
+const float SMOOTH_FADE = 0.1; // cosine to the light from which on a triangle needs no help
+
+struct SmoothPoint {
+    vec3 position;
+    vec3 normal; // unit; of a flat triangle its own
+    bool smooth_; // the triangle is not flat
+    bool lifted; // off the triangle by more than rounding: then the triangle itself may come between
+};
+
+// face: the triangle's unit normal on the side that is seen, which is side (1 or -1) times that of its winding; cosine: between it and
+// the lowest of the light; axes: from world axes
+SmoothPoint smooth_point(int triangle, vec3 position, vec3 face, float side, float cosine, mat3 corners, mat3 axes, float rounding) {
+    uvec4 bits = texelFetch(u_smooth, triangle);
+    vec3 e = corners[1] - corners[0], f = corners[2] - corners[0], p = position - corners[0];
+    float area = dot(cross(e, f), face);
+    vec2 share = vec2(dot(cross(p, f), face), dot(cross(e, p), face)) / (area == 0.0 ? 1.0 : area);
+    vec3 weight = clamp(vec3(1.0 - share.x - share.y, share), 0.0, 1.0);
+    weight /= weight.x + weight.y + weight.z;
+    mat3 normals = axes * mat3(unpack_octahedral(bits.x), unpack_octahedral(bits.y), unpack_octahedral(bits.z));
+    normals *= (bits.w & 2u) != 0u ? -side : side;
+    vec3 below = max(-vec3(dot(p, normals[0]), dot(position - corners[1], normals[1]), dot(position - corners[2], normals[2])), 0.0);
+    float moved = float(bits.w >> 16u) / 65535.0 * clamp(1.0 - cosine / SMOOTH_FADE, 0.0, 1.0);
+    vec3 offset = normals * (weight * below) * moved;
+    SmoothPoint found;
+    found.smooth_ = bits.w != 0u;
+    found.lifted = found.smooth_ && dot(offset, face) > rounding;
+    found.position = found.lifted ? position + offset : position;
+    found.normal = found.smooth_ ? normalize(normals * weight) : face;
+    return found;
+}
