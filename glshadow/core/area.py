@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from glshadow.core.lights import DirectionalLight, Light, PointLight, RectLight, SkyLight
+from glshadow.core.lights import DirectionalLight, Light, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.core.panel import panel_corners, panel_points
 from glshadow.core.spaces import Array, view_axes
 from glshadow.core.spread import ball, disc, hemisphere
@@ -56,6 +56,11 @@ def hard_lights(light: Light, count: int) -> tuple[Light, ...]:
         return tuple(replace(light, direction=tuple((-aim).tolist()), angle=0.0) for aim in aims)
     places = np.asarray(light.position) + light.radius * ball(count)
     return tuple(replace(light, position=tuple(place.tolist()), radius=0.0) for place in places)
+
+
+def without_cone(light: Light) -> Light:
+    """A spot as a point light: the cone of one of its points ends elsewhere than the light's own, which alone bounds what is lit."""
+    return PointLight(position=light.position, shadow=light.shadow) if isinstance(light, SpotLight) else light
 
 
 def extremes(light: Light) -> tuple[Light, ...]:

@@ -43,9 +43,9 @@ class Shadow(Settings):
     resolution : int, optional
         Texels along each side of a view's map, 1 to 16384. None: 2048.
     filter : Filter, optional
-        How one receiver is answered for: Hard, Pcf, ... or Exact, which has no map and asks the triangles. None: Exact() where the
-        driver builds lists of the scene's triangles; elsewhere, and where another setting asks for a map, Pcf(1), or LightSamples() for
-        a light that has a size. `Used.why` says which and why.
+        How one receiver is answered for: Hard, Pcf, ... or Exact, which has no map and asks the triangles. None: Exact() where lists
+        of the scene's triangles fit into the driver's buffers; elsewhere, and where another setting asks for a map, Pcf(1), or
+        LightSamples() for a light that has a size. `Used.why` says which and why.
     bias : optional
         None: ReceiverPlaneBias(). Also ConstantBias, SlopeScaledBias, NormalOffsetBias, ClipBias, NoBias.
     target : Target, optional

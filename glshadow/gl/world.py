@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.adjacency import neighbours
-from glshadow.core.spaces import Array, world_positions
+from glshadow.core.spaces import Array, rigid_inverse, world_positions
 from glshadow.errors import ResourceError
 from glshadow.gl.buffers import BufferTexture, texture_buffer
 from glshadow.gl.context import GLContext
@@ -227,15 +227,15 @@ class WorldTriangles:
                 texture.release()
 
 
-def local_corners(world: WorldTriangles, axes: Array, origin: Array) -> Array:
-    """Vertices (T, 3, 3) in a light's frame, rounded to float32 where pass/lists.comp rounds them.
+def local_positions(world: WorldTriangles, axes: Array, origin: Array) -> NDArray[np.float32]:
+    """Vertices (V, 3) in a light's frame, rounded to float32 where pass/lists.comp rounds them.
 
     Parameters
     ----------
-    axes : (4, 4) float64
+    axes : (3, 3) float64
         Rotation into the light's frame; float32 values.
     origin : (3,) float64
         Relative to the scene's; float32 values.
     """
-    local = world_positions(world.positions.astype(np.float64) - origin, axes, np.zeros(3))
-    return np.asarray(local.astype(np.float32).astype(np.float64)[world.triangles[:, :3]])
+    frame = rigid_inverse(axes, np.zeros(3))
+    return world_positions(world.positions.astype(np.float64) - origin, frame, np.zeros(3)).astype(np.float32)

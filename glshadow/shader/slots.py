@@ -74,18 +74,18 @@ def given_slots(kind: Kind) -> dict[str, str]:
     return {"light": light_slot(kind), "shadow": "receiver/given.glsl"}
 
 
-def exact_slots(kind: Kind, candidates: str) -> dict[str, str]:
-    """Snippets for a light whose triangles are asked; `candidates`: "lists" or "numbers"."""
+def exact_slots(kind: Kind) -> dict[str, str]:
+    """Snippets for a light whose rays are tested against the triangles of lists."""
     return {
         "light": light_slot(kind),
         "shadow": "receiver/exact.glsl",
-        "candidates": f"exact/{candidates}.glsl",
+        "candidates": "exact/lists.glsl",
     }
 
 
 def area_slots(kind: Kind, between: str) -> dict[str, str]:
     """Snippets of pass/penumbra.frag; `between`: "outlines", "region" or "found"."""
-    return {**exact_slots(kind, "lists"), "between": f"exact/{between}.glsl"}
+    return {**exact_slots(kind), "between": f"exact/{between}.glsl"}
 
 
 def exact_defines(kind: Kind, cells: int, ratio: int, masked: bool, huge: bool = False) -> dict[str, int | str]:

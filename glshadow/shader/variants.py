@@ -162,7 +162,7 @@ def _forward() -> Iterator[Variant]:
 
 def _surface() -> Iterator[Variant]:
     for channels, (textured, colored), smooth, alpha in product((1, 2, 4), _PAINTS, (0, 1), (0, 1)):
-        painted = channels == 4 or not (textured or colored) or (alpha and channels == 1)  # 1: also a map of numbers
+        painted = channels == 4 or not (textured or colored)
         if painted and smooth <= (channels >= 2):
             defines = {"GLS_SURFACE": channels, "GLS_SMOOTH": smooth, "GLS_ALPHA": alpha}
             defines |= {"GLS_TEXTURED": textured, "GLS_COLORED": colored}
@@ -176,10 +176,9 @@ def _exact() -> Iterator[Variant]:
         defines = {key: value for key, value in exact_defines(kind, 512, 16, False).items() if key != "GLS_HUGE"}
         for double in (0, 1):
             yield Variant("pass/lists.comp", "core430", {}, {**defines, "GLS_DOUBLE": double})
-        choices = product(("lists", "numbers"), (False, True), (False, True), ("core330", "core400"))
-        for candidates, masked, huge, dialect in choices:
+        slots = exact_slots(kind)
+        for masked, huge, dialect in product((False, True), (False, True), ("core330", "core400")):
             defines = exact_defines(kind, 512, 16, masked, huge)
-            slots = exact_slots(kind, candidates)
             # how rays run and whether meshes are smooth is no concern of what is asked along them: once for each pass
             for number, dense in product((0, 1), ({}, _DENSE)):
                 each = {**defines, "GLS_ORTHO": number, "GLS_ROUNDED": number, "GLS_SURFACE": 1 + number, **dense}
@@ -192,7 +191,7 @@ def _exact() -> Iterator[Variant]:
             yield Variant(
                 "pass/resolve.frag",
                 "core400",
-                exact_slots(kind, "lists"),
+                slots,
                 {**defines, "GLS_ROUNDED": parallel, "GLS_SURFACE": 1 + parallel},
             )
         plain: dict[str, int | str] = {"GLS_SUN": int(kind == "directional")}

@@ -15,7 +15,7 @@
 #define GLS_POINT 0
 #endif
 #ifndef GLS_CELLS
-#define GLS_CELLS 512 // along a side of the grid, or of the map of numbers
+#define GLS_CELLS 512 // along a side of the grid
 #endif
 #ifndef GLS_AREA
 #define GLS_AREA 0 // 1: rays go to a point of the light instead of to its middle
@@ -30,7 +30,7 @@
 #include "lib/faces.glsl"
 #endif
 #include "lib/facet.glsl"
-uniform vec4 u_cells; // cell of the lists, or texel of the map of numbers = xy (a sun) or tangent * u_cells.xy + u_cells.zw
+uniform vec4 u_cells; // cell of the lists = xy (a sun) or tangent * u_cells.xy + u_cells.zw
 uniform vec2 u_bound; // world units; share of the distances to the corners that planes are measured from
 #if GLS_HUGE
 uniform vec2 u_huge; // largest coordinate that u_bound covers; share of what a vertex lies beyond it

@@ -195,6 +195,7 @@ def limited(renderer: Renderer, texels: int) -> None:
     context.caps = replace(context.caps, max_texture_buffer_size=texels)
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("name", list(LIGHTS))
 def test_lists_that_are_too_small_grow(
     scene: Scene, expected: dict[str, tuple[np.ndarray, int]], monkeypatch: pytest.MonkeyPatch, name: str
@@ -216,6 +217,7 @@ def test_lists_that_are_too_small_grow(
     assert frame.used[0].links == expected[name][1]
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("name", list(LIGHTS))
 def test_lists_that_cannot_grow_get_a_coarser_grid(
     scene: Scene, expected: dict[str, tuple[np.ndarray, int]], monkeypatch: pytest.MonkeyPatch, name: str
@@ -244,6 +246,7 @@ SOFT: dict[str, Light] = {
 }
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("light", [*LIGHTS.values(), *SOFT.values()], ids=[*LIGHTS, *SOFT])
 def test_lists_written_in_parts_are_those_written_at_once(scene: Scene, light: Light) -> None:
     """A storage buffer holds the facets of half of the scene's triangles, and the links of fewer."""
@@ -265,6 +268,7 @@ def test_lists_written_in_parts_are_those_written_at_once(scene: Scene, light: L
     np.testing.assert_array_equal(frames[0].visibility, frames[1].visibility)
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("name", list(LIGHTS))
 def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     monkeypatch.setattr(CellLists, "reserve", _least)
@@ -291,6 +295,7 @@ def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest
         np.testing.assert_array_equal(again, usual)
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 def test_triangles_beyond_a_buffer_are_a_named_error(scene: Scene) -> None:
     with Renderer("egl") as renderer:
         limited(renderer, 3000)

@@ -38,6 +38,7 @@ MESHES: dict[str, Callable[[], Solid]] = {
 }
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", [*MESHES, "brain"])
 def test_no_ray_slips_between_triangles(
@@ -58,6 +59,7 @@ def test_no_ray_slips_between_triangles(
     assert control > RAYS // 2000
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 def test_no_ray_slips_between_a_point_lights_faces(
     glcontext: GLContext, programs: Programs, rng: np.random.Generator
 ) -> None:

@@ -40,6 +40,7 @@ def facets(renderer: gs.Renderer, scene: gs.Scene, light: gs.Light) -> NDArray[n
         return np.frombuffer(source._facets.buffer.read(), np.float32).reshape(-1, 3, 4)
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 def test_none_is_asked_for(without: gs.Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
     compute = Programs.compute
@@ -68,6 +69,7 @@ SCENES = {
 }
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("kind", ["sun", "point"])
 def test_triangles_are_the_same(without: gs.Renderer, name: str, kind: str) -> None:
@@ -89,6 +91,7 @@ def test_triangles_are_the_same(without: gs.Renderer, name: str, kind: str) -> N
     )
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 def test_slivers_and_triangles_without_area(without: gs.Renderer, rng: np.random.Generator) -> None:
     """Down to a millionth as wide as long; a point and a line have no normal."""
     ends = rng.uniform(-1.0, 1.0, (200, 2, 3))
@@ -111,6 +114,7 @@ def test_slivers_and_triangles_without_area(without: gs.Renderer, rng: np.random
     np.testing.assert_allclose(ours[..., 3], theirs[..., 3], rtol=0.0, atol=NORMALS + 2.0**-44 / 1e-6)
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 def test_a_driver_that_has_none_is_asked_for_none(tmp_path: Path) -> None:
     """Mesa is told to leave the extension out, and not to come down to OpenGL 3.3 for it, which it otherwise does."""
     code = (

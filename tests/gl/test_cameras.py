@@ -153,7 +153,9 @@ def test_without_compute_shaders(table: gs.Scene) -> None:
         frame = older.render(table, PLAN, [light], SIZE, outputs=("visibility", "triangle"))
     truth = gs.trace(table, PLAN, [light], SIZE, surface=frame.triangle)
     asked = truth.cosine[0] > 1e-3
-    assert (np.abs(frame.visibility[0] - truth.visibility[0])[asked] > 0.5).mean() < 0.02  # as in perspective
+    assert (
+        np.abs(frame.visibility[0] - truth.visibility[0])[asked] > 0.5
+    ).sum() <= 3  # silhouettes within float32's rounding
 
 
 @pytest.mark.parametrize("name", CAMERAS)

@@ -68,7 +68,7 @@ def test_a_default_that_is_written_out_gives_the_same_picture(
     assert frame.used[0].as_dict() | {"draws": 0} == used.as_dict() | {"draws": 0}
 
 
-@pytest.mark.parametrize("compute", [True, False], ids=["lists", "numbers"])
+@pytest.mark.parametrize("compute", [True, False], ids=["built on the GPU", "built on the CPU"])
 def test_exact_obeys_faces(compute: bool) -> None:
     """A single sheet over a ground, seen by the light from its front: BACK casts nothing, FRONT and BOTH the whole shadow."""
     ground = gs.Mesh(np.array([[-2, 0, 2], [2, 0, 2], [2, 0, -2], [-2, 0, -2.0]]), np.array([[0, 1, 2], [0, 2, 3]]))

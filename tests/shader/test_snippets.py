@@ -72,7 +72,7 @@ def test_files_of_a_slot_share_the_signatures_of_its_readme(slot: str) -> None:
     signatures = re.findall(r"`((?:float|void|vec[234]|bool|Receiver) \w+\([^`]*\))`", readme)
     assert f"`<{slot}>`" in readme
     assert signatures
-    assert len(slots()[slot]) > 1
+    assert len(slots()[slot]) > (slot != "candidates")  # whose other snippet is that of tests/exact/fans.py
     for name in slots()[slot]:
         code = code_of(name) + "".join(map(code_of, re.findall(r'^#include "(.+)"', source.read(name), re.MULTILINE)))
         assert all(f"{signature} {{" in code for signature in signatures), (name, signatures)

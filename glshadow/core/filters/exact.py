@@ -14,8 +14,7 @@ from glshadow.errors import SettingsError
 class Exact(Filter):
     """No map: each receiver asks the triangles themselves, sorted by where they lie seen from the light. Needs no bias.
 
-    Exact hard shadows where OpenGL 4.3 is; elsewhere the triangles nearest in a map of their numbers are asked, which misses those
-    that no texel saw (`Used.fallbacks` says so).
+    The lists of triangles are built on the GPU where OpenGL 4.3 is, else on the CPU (`Used.why` says so); the picture is the same.
 
     A light that has a size is asked at many points of it: the share of the light that is seen, without noise.
 
@@ -45,7 +44,7 @@ class Exact(Filter):
     needs = Needs.TRIANGLES
     summary = "no map: asks the triangles"
     source = "Wyman, Hoetzlein, Lefohn 2015"
-    fails = "long lists where hundreds of slivers share a cell; OpenGL 3.3 has only a map of triangle numbers"
+    fails = "long lists where hundreds of slivers share a cell; without OpenGL 4.3 the CPU builds the lists"
 
     def __repr__(self) -> str:
         usual = type(self)()
@@ -65,11 +64,6 @@ class Exact(Filter):
     def dithers(self) -> bool:
         """As was said."""
         return self.dither
-
-    @property
-    def reach_texels(self) -> float:
-        """Texels of the map of numbers that the fallback reads to each side."""
-        return 2.0
 
     def __init__(self, samples: Any = None, *, light_samples: int = 64, dither: bool = False) -> None:
         if samples is not None:

@@ -11,15 +11,15 @@ from glshadow.core.lights import Light, SkyLight
 from glshadow.core.shadow import Settled
 from glshadow.core.used import Used
 from glshadow.errors import ResourceError
-from glshadow.gl.context import Caps, GLContext
+from glshadow.gl.context import GLContext
 from glshadow.gl.receiver import Receiver
 from glshadow.gl.sources.accumulated import Accumulated
 from glshadow.gl.sources.area import Area
 from glshadow.gl.sources.listed import Listed
 from glshadow.gl.sources.mapped import Mapped
-from glshadow.gl.sources.numbered import Numbered
 from glshadow.gl.sources.prefiltered import Prefiltered
 from glshadow.gl.sources.source import Source
+from glshadow.gl.sources.uploaded import Uploaded
 from glshadow.gl.work import Work
 
 
@@ -33,7 +33,7 @@ def source_of(light: Light, shadow: Settled | None, context: GLContext) -> tuple
     kinds: dict[Needs, type[Source]] = {
         Needs.COMPARISON: Mapped,
         Needs.MOMENTS: Prefiltered,
-        Needs.TRIANGLES: Listed if context.caps.compute else Numbered,
+        Needs.TRIANGLES: Listed if context.caps.compute else Uploaded,
     }
     kind: type[Source] = kinds[shadow.filter.needs]
     if shadow.filter.points_of_light and has_size(light):
@@ -41,13 +41,6 @@ def source_of(light: Light, shadow: Settled | None, context: GLContext) -> tuple
             return "Area", lambda: Area(context)
         return f"{kind.__name__} many times", lambda: Accumulated(context, kind(context), Mapped(context))
     return kind.__name__, lambda: kind(context)
-
-
-def without_lists(caps: Caps) -> str:
-    """Why this driver has no lists of triangles; empty: it has."""
-    return (
-        "" if caps.compute else f"lists of triangles need OpenGL 4.3, {caps.renderer} has {caps.version_code / 100:.1f}"
-    )
 
 
 class Sources(dict[tuple[int, str], Source]):
@@ -64,7 +57,7 @@ class Sources(dict[tuple[int, str], Source]):
         """
         sources, ready = [], {}
         for number, light in enumerate(lights):
-            settled = settle(light, without_lists(work.caps))
+            settled = settle(light)
             source = self._claimed(work, number, light, settled)
             if settled is not None and settled.asked.filter is None and not settled.filter.has_map:
                 try:
@@ -89,5 +82,5 @@ class Sources(dict[tuple[int, str], Source]):
 
 
 __all__ = [
-    "Accumulated", "Area", "Listed", "Mapped", "Numbered", "Prefiltered", "Receiver", "Source", "Sources", "source_of", "without_lists",
+    "Accumulated", "Area", "Listed", "Mapped", "Prefiltered", "Receiver", "Source", "Sources", "Uploaded", "source_of",
 ]  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable
 from dataclasses import replace
 
-from glshadow.core.area import hard_lights
+from glshadow.core.area import hard_lights, without_cone
 from glshadow.core.decision import settle
 from glshadow.core.filters import Filter
 from glshadow.core.lights import Light, SkyLight
@@ -54,7 +54,9 @@ class Accumulated(Source):
     def _ask_of(self, one: Source, shadow: Settled) -> None:
         self._one, self._settled = one, shadow
         self._shadow, self._filter = replace(shadow, filter=shadow.filter.of_a_point), shadow.filter
-        self._points = hard_lights(self.light, shadow.filter.points_of_light)
+        points = hard_lights(self.light, shadow.filter.points_of_light)
+        self._points = points if shadow.filter.has_map else tuple(map(without_cone, points))
+        one.expect(self._points)
         self._weighed = isinstance(self.light, SkyLight)
 
     def prepare(self, work: Work) -> Used:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.area import has_size
+from glshadow.core.cells import CASTS, CULL_BACK, CULL_FRONT, CUT_OUT
 from glshadow.core.decision import ignored_size
 from glshadow.core.lights import Light
 from glshadow.core.lists import LEAST_CELLS, ListGrid, list_grid
@@ -37,8 +38,6 @@ from glshadow.gl.sources.triangles import (
 )
 from glshadow.gl.targets import release
 from glshadow.gl.work import Work
-
-_CULL_BACK, _CULL_FRONT, _CASTS, _CUT_OUT = 1, 2, 4, 8  # pass/lists.comp
 
 
 class Listed(Source):
@@ -92,7 +91,7 @@ class Listed(Source):
             return False
         self._key = None
         check_facets(scene, self._context.caps.max_texture_buffer_size)
-        traits = _traits(scene, light, casting)
+        traits = node_traits(scene, light, casting)
         self._write(scene, traits)
         corners = casting_corners(scene, casting)
         halvings = 0
@@ -156,7 +155,7 @@ class Listed(Source):
         return self._marking(work)
 
     def _walked(self, work: Work) -> Receiver:
-        return triangle_receiver(work, self.light, self.grid, "lists", self.masked, self._textures)
+        return triangle_receiver(work, self.light, self.grid, self.masked, self._textures)
 
     def _marking(self, work: Work) -> Receiver:
         receiver = self._walked(work)
@@ -184,7 +183,7 @@ class Listed(Source):
         release(self._edges, self.lists, self._facets, self._traits)
 
 
-def _traits(scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> NDArray[np.uint32]:
+def node_traits(scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> NDArray[np.uint32]:
     """Per node (N, 2): flags, and what turns a triangle's number into its mask's."""
     faces = light.shadow.faces if light.shadow else None
     solid = hides_back_faces(scene, light, faces)
@@ -194,5 +193,5 @@ def _traits(scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> NDArra
     # a mirrored node's winding is turned over by its matrix
     back, front = np.where(mirrored, front, back), np.where(mirrored, back, front)
     masked = np.array([gpu.cut_out for gpu in scene.meshes])
-    flags = _CULL_BACK * back + _CULL_FRONT * front + _CASTS * casting + _CUT_OUT * masked
+    flags = CULL_BACK * back + CULL_FRONT * front + CASTS * casting + CUT_OUT * masked
     return np.stack([flags, scene.world.mask_shift], axis=1).astype(np.int64).astype(np.uint32)

@@ -30,6 +30,9 @@ class Source:
         """Take the light with its settings, and say what room its maps need; nothing is drawn yet."""
         self.light = light
 
+    def expect(self, lights: tuple[Light, ...]) -> None:
+        """These lights are claimed in turn, again and again: what is drawn for one may be kept until its next turn."""
+
     def prepare(self, work: Work) -> Used:
         """Draw what the light needs, unless it is kept; what was really used."""
         return Used()

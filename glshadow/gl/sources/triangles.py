@@ -84,24 +84,20 @@ def usual_reach(scene: GpuScene, grid: ListGrid) -> float:
     return float(np.abs(local).max())
 
 
-def triangle_receiver(
-    work: Work, light: Light, grid: ListGrid, candidates: str, masked: bool, textures: Mapping[str, Any]
-) -> Receiver:
-    """A receiver that asks triangles.
+def triangle_receiver(work: Work, light: Light, grid: ListGrid, masked: bool, textures: Mapping[str, Any]) -> Receiver:
+    """A receiver that tests its ray against the triangles of lists.
 
     Parameters
     ----------
-    candidates : {"lists", "numbers"}
-        The snippet of slot <candidates>.
     masked : bool
         Whether some casters are cut out by their texture.
     textures : mapping
-        What that snippet reads.
+        Heads, links and facets, by the samplers that read them.
     """
     scene = work.scene
     axes, origin = light_frame(grid, scene)
     return Receiver(
-        exact_slots(kind_of(light), candidates),
+        exact_slots(kind_of(light)),
         axes,
         -axes @ origin,
         exact_defines(grid.kind, grid.cells, RATIO, masked, scene.world.huge),
