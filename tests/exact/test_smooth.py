@@ -151,3 +151,15 @@ def test_pictures_and_rays_agree(renderer, name):
             assert np.abs(soft.visibility[0] - frame.visibility[0])[seen].max() < 0.15
         else:
             assert (truth.visibility[0] != frame.visibility[0])[seen].sum() <= 2
+
+
+def test_a_point_off_its_triangle_is_hidden_by_it(renderer):
+    """A bulging sheet lit from below: rays that start over it go down through it, but near the rim past it."""
+    light = replace(LIGHTS["sun"], direction=(-1.0, 0.15, 0.0))
+    camera = PerspectiveCamera((0.0, 3.0, 2.0), (0.0, 0.0, 0.0), fov_y=40.0)
+    scene = _scene(_sheet(0.5))
+    frame = renderer.render(scene, camera, [light], SIZE, outputs=("visibility", "triangle"), samples=1)
+    truth = trace(scene, camera, [light], SIZE, surface=frame.triangle)
+    seen = truth.triangle >= 0
+    assert (truth.visibility[0] != frame.visibility[0])[seen].sum() <= 2
+    assert ((truth.cosine[0] > 0.0) & (frame.visibility[0] == 0.0))[seen].sum() > 100
