@@ -58,16 +58,19 @@ def _sheet(lean):
 
 @pytest.mark.parametrize("subdivisions", [1, 2, 3])
 @pytest.mark.parametrize(("name", "technique"), PAIRS)
-def test_a_ball_is_as_bright_as_without_its_shadow(renderer, subdivisions, name, technique):
-    """Nothing stands between a convex body's lit side and the light: 2 levels of 255 for rounding, and for what a light that has a size
-    loses below the horizon. With flat facets: up to 56 levels."""
+def test_a_ball_is_lit_wherever_its_shading_is(renderer, subdivisions, name, technique):
+    """Nothing stands between a convex body's lit side and the light. In levels of 255 of the light: 2, for what filters round. Flat
+    facets that are turned away while the shading is not: up to 82."""
     light = replace(LIGHTS[name], shadow=Shadow(filter=FILTERS[technique]))
     scene = _scene(_ball(subdivisions))
-    shadowed, open_ = (
-        renderer.render(scene, CAMERA, [each], SIZE, samples=1).image.astype(int)
-        for each in (light, replace(light, shadow=None))
-    )
-    assert np.abs(shadowed - open_).max() <= 2
+    frame = renderer.render(scene, CAMERA, [light], SIZE, outputs=("visibility", "triangle"), samples=1)
+    truth = trace(scene, CAMERA, [light], SIZE, surface=frame.triangle)
+    seen = truth.triangle >= 0
+    cosine = truth.cosine[0][seen]  # of the interpolated normal, where the point is shaded
+    below = np.sin(np.radians(0.5 * getattr(light, "angle", 0.0)))  # where some of the light is below the horizon
+    whole = cosine > below
+    assert (255.0 * cosine[whole] * (1.0 - frame.visibility[0][seen][whole])).max() <= 2.0
+    assert frame.visibility[0][seen][cosine < -below - 1e-3].max() == 0.0
 
 
 def test_inverted_normals_are_the_same_surface(renderer):
@@ -148,3 +151,18 @@ def test_pictures_and_rays_agree(renderer, name):
             assert np.abs(soft.visibility[0] - frame.visibility[0])[seen].max() < 0.15
         else:
             assert (truth.visibility[0] != frame.visibility[0])[seen].sum() <= 2
+
+
+def test_a_point_off_its_triangle_is_hidden_by_it(renderer):
+    """A long bevel, whose points do not rise as far as its normals lean: light from below its plane goes through it."""
+    light = replace(LIGHTS["sun"], direction=(-1.0, 0.15, 0.0))
+    camera = PerspectiveCamera((0.0, 1.2, 0.8), (0.0, 0.0, 0.0), fov_y=60.0)
+    sheet = _sheet(0.5)
+    normals = np.where(np.arange(3) < 2, sheet.normals, np.float32(0.0))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    scene = _scene(replace(sheet, positions=sheet.positions * (1.0, 1.0, 0.1), normals=normals))
+    frame = renderer.render(scene, camera, [light], SIZE, outputs=("visibility", "triangle"), samples=1)
+    truth = trace(scene, camera, [light], SIZE, surface=frame.triangle)
+    seen = truth.triangle >= 0
+    assert (truth.visibility[0] != frame.visibility[0])[seen].sum() <= 2
+    assert ((truth.cosine[0] > 0.0) & (frame.visibility[0] == 0.0))[seen].sum() > 100
