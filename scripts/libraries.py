@@ -20,6 +20,8 @@ PACKAGES = {  # library -> the Debian package that brings it
     "libstdc++.so.6": "libstdc++6",
     "libz.so.1": "zlib1g",
 }
+# Files that a wheel does without where their libraries are missing: numba's other ways to run threads.
+OPTIONAL = ("omppool.", "tbbpool.")
 # Parts of the C library, without which there is no Python.
 GLIBC = ("ld-linux", "libc.so", "libdl.so", "libm.so", "libpthread.so", "librt.so", "libutil.so")
 
@@ -56,7 +58,7 @@ def _entries(data: mmap.mmap, segment: tuple[int, ...]) -> Iterator[tuple[int, i
 
 def asked_of_the_system(folder: Path) -> dict[str, Path]:
     """Library -> one of the files below the folder that needs it, without what lies below the folder itself."""
-    objects = [path for path in sorted(folder.rglob("*.so*")) if path.is_file()]
+    objects = [path for path in sorted(folder.rglob("*.so*")) if path.is_file() and not path.name.startswith(OPTIONAL)]
     brought = {path.name for path in objects}
     asked: dict[str, Path] = {}
     for path in objects:

@@ -47,6 +47,16 @@ def flipped(mesh: Mesh, triangle: int) -> Mesh:
     return Mesh(mesh.positions, triangles)
 
 
+def bow_tie(end: float) -> Mesh:
+    """A prism over a quadrilateral whose sides cross where `end` is larger than -0.5."""
+    across = np.array([[-0.5, -0.5], [0.5, end], [0.5, -0.4], [-0.5, 0.5]])[::-1]
+    below, above = (np.column_stack([across[:, 0], np.full(4, y), across[:, 1]]) for y in (-0.5, 0.5))
+    sides = [[k, 4 + k, (k + 1) % 4] for k in range(4)] + [[(k + 1) % 4, 4 + k, 4 + (k + 1) % 4] for k in range(4)]
+    mesh = Mesh(np.concatenate([below, above]), np.array([[0, 1, 2], [0, 2, 3], [4, 6, 5], [4, 7, 6], *sides]))
+    a, b, c = mesh.positions[mesh.triangles].transpose(1, 0, 2)
+    return mesh if np.einsum("ij,ij->", a, np.cross(b, c)) > 0.0 else inverted(mesh)
+
+
 def scene(*meshes: Mesh) -> Scene:
     return Scene(tuple(Node(f"node{k}", mesh, np.eye(4)) for k, mesh in enumerate(meshes)))
 
@@ -61,6 +71,9 @@ CLOSED_CASES = {
     # nobody looks whether the part that is turned inward lies inside another
     "shell with an inward cavity": (joined(box(), inverted(box((0.4, 0.4, 0.4), (0.6, 0.6, 0.6)))), False),
     "box with a degenerate triangle": (Mesh(box().positions, np.vstack([BOX, [[0, 0, 1]]])), True),
+    "two boxes through each other": (joined(box(), box((0.5, 0.5, 0.5), (2, 2, 2))), True),
+    "bow tie, whose smaller side is turned inside out": (bow_tie(0.4), False),
+    "the same cut off where it crosses itself": (bow_tie(-0.6), True),
     "open box": (OPEN, False),
     "open box of separate triangles": (soup(OPEN), False),
     "inverted box": (inverted(box()), False),
