@@ -18,7 +18,8 @@ from pathlib import Path
 import click
 
 from glshadow.errors import ShaderError
-from glshadow.shader.variants import Variant, distinct
+from glshadow.shader.variant import Variant
+from glshadow.shader.variants import distinct
 
 TOOL = "glslangValidator"
 MISSING = f"{TOOL} is missing, so no shader was validated (apt-get install glslang-tools)"

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
-from typing import get_args
 
 from glshadow.core.bias import Bias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias
 from glshadow.core.filters import FILTERS, Filter, Pcss
@@ -13,20 +12,10 @@ from glshadow.core.filters.filter import Needs
 from glshadow.core.metric import Target
 from glshadow.core.sampling import SAMPLES, grid
 from glshadow.core.view import Kind
-from glshadow.shader.compose import Text, compose
-from glshadow.shader.slots import (
-    Compare,
-    area_slots,
-    exact_defines,
-    exact_slots,
-    given_slots,
-    mapped_defines,
-    mapped_slots,
-    metric_slot,
-    open_slots,
-)
+from glshadow.shader.slots import Compare, mapped_defines, mapped_slots, metric_slot, open_slots
+from glshadow.shader.variant import DENSE, KINDS, Variant
+from glshadow.shader.variants_exact import area, exact
 
-KINDS: tuple[Kind, ...] = get_args(Kind)
 TARGETS = (Target.DEPTH32F, Target.R32F, Target.RGBA8)  # the others differ in numbers, not in code
 BIASES: tuple[Bias, ...] = (ReceiverPlaneBias(), ConstantBias(0.0), NormalOffsetBias(), NoBias())  # others: as NoBias
 MAPPED: tuple[Filter, ...] = tuple(
@@ -36,7 +25,6 @@ MOMENTS: tuple[Filter, ...] = tuple(each for kind in FILTERS for each in kind.va
 _SURFACES = ((1, 0), (1, 1), (2, 0), (2, 1), (4, 2))
 """Channels of the surface buffer, and where the colour is."""
 
-_DENSE: dict[str, int | str] = {"GLS_DENSE": 1, "GLS_LAST": 0}
 _PAINTS = tuple(product((0, 1), (0, 1)))  # whether a texture, whether colours of vertices
 DIALECTS = ("core330", "core330_gather", "es100")
 # How a depth texture can be read: a comparison sampler needs a core dialect. The last: stored depth reversed.
@@ -72,27 +60,6 @@ class Receiver:
         return mapped_defines(self.kind, self.target, self.bias, self.filter, self.reversed_depth, False)
 
 
-@dataclass(frozen=True)
-class Variant:
-    """A pass in a dialect with its slots filled; defines that its snippets do not know are left out."""
-
-    name: str
-    dialect: str
-    slots: Mapping[str, str]
-    defines: Mapping[str, int | str]
-
-    @property
-    def label(self) -> str:
-        """For a report: pass, dialect, and what it is made of."""
-        parts = [self.name, self.dialect, *self.slots.values(), *(f"{k}={v}" for k, v in sorted(self.defines.items()))]
-        return " ".join(parts)
-
-    def compose(self) -> Text:
-        """The program text."""
-        known = compose(self.name, self.dialect, self.slots).declared
-        return compose(self.name, self.dialect, self.slots, {k: v for k, v in self.defines.items() if k in known})
-
-
 def receivers() -> Iterator[Receiver]:
     """Receivers in which every two settings meet.
 
@@ -113,7 +80,11 @@ def variants() -> Iterator[Variant]:
     yield from _forward()
     yield from _surface()
     yield from _resolve()
-    yield from _exact()
+    yield from exact()
+    yield from area()
+    yield from _depths_read()
+    yield from _means()
+    yield from _laid_out()
 
 
 def distinct() -> dict[str, Variant]:
@@ -169,41 +140,6 @@ def _surface() -> Iterator[Variant]:
             for name in ("pass/surface.vert", "pass/surface.frag"):
                 yield Variant(name, "core330", {}, defines)
             yield Variant("pass/surface.vert", "core330", {}, {**defines, "GLS_INSTANCED": 1})
-
-
-def _exact() -> Iterator[Variant]:
-    for kind in KINDS:
-        defines = {key: value for key, value in exact_defines(kind, 512, 16, False).items() if key != "GLS_HUGE"}
-        for double in (0, 1):
-            yield Variant("pass/lists.comp", "core430", {}, {**defines, "GLS_DOUBLE": double})
-        slots = exact_slots(kind)
-        for masked, huge, dialect in product((False, True), (False, True), ("core330", "core400")):
-            defines = exact_defines(kind, 512, 16, masked, huge)
-            # how rays run and whether meshes are smooth is no concern of what is asked along them: once for each pass
-            for number, dense in product((0, 1), ({}, _DENSE)):
-                each = {**defines, "GLS_ORTHO": number, "GLS_ROUNDED": number, "GLS_SURFACE": 1 + number, **dense}
-                yield Variant("pass/resolve.frag", dialect, slots, each)
-            for dense in ({}, _DENSE):
-                alone = {**defines, "GLS_ALONE": 1, "GLS_WEIGHED": int(masked), "GLS_ROUNDED": int(huge), **dense}
-                yield Variant("pass/resolve.frag", dialect, slots, alone)
-        for masked, huge, parallel in product((False, True), (False, True), (0, 1)):
-            defines = {**exact_defines(kind, 512, 16, masked, huge), "GLS_ORTHO": parallel, "GLS_MARKS": 1}
-            yield Variant(
-                "pass/resolve.frag",
-                "core400",
-                slots,
-                {**defines, "GLS_ROUNDED": parallel, "GLS_SURFACE": 1 + parallel},
-            )
-        plain: dict[str, int | str] = {"GLS_SUN": int(kind == "directional")}
-        yield Variant("pass/edges.comp", "core430", {}, plain)
-        yield Variant("pass/edge_lists.comp", "core430", {}, {**plain, "GLS_POINT": int(kind == "point")})
-        for counted, marks in ((0, 0), (1, 0), (1, 1)):
-            defines = {"GLS_SUN": int(kind == "directional"), "GLS_COUNTED": counted, "GLS_MARKS": marks}
-            yield Variant("pass/resolve.frag", "core330", given_slots(kind), defines)
-    yield from _area()
-    yield from _depths_read()
-    yield from _means()
-    yield from _laid_out()
 
 
 def _depths_read() -> Iterator[Variant]:
@@ -267,56 +203,12 @@ def _laid_out() -> Iterator[Variant]:
         yield Variant(name, reads[0], slots, defines)
 
 
-def _area() -> Iterator[Variant]:
-    """A light that has a size."""
-    for kind in KINDS:
-        defines: dict[str, int | str] = {"GLS_SUN": int(kind == "directional"), "GLS_POINT": int(kind == "point")}
-        for outlines in (0, 1):
-            yield Variant("pass/lists.comp", "core430", {}, {**defines, "GLS_AREA": 1, "GLS_ROUNDED": outlines})
-            yield Variant("pass/grown.comp", "core430", {}, {**defines, "GLS_OUTLINES": outlines})
-        for (stage, between), masked, huge in product(
-            enumerate(("outlines", "region", "found")), (False, True), (False, True)
-        ):
-            settings = {**exact_defines(kind, 512, 16, masked, huge), "GLS_STAGE": stage, "GLS_AREA": int(stage > 0)}
-            slots = area_slots(kind, between)
-            if between == "found" and not masked and not huge:
-                for panel, dither in product((0, int(kind == "point")), (0, 1)):
-                    more = {**settings, "GLS_PANEL": panel, "GLS_DITHER": dither}
-                    yield Variant("pass/penumbra.frag", "core430", slots, more)
-            for number, dense in product((0, 1), (0, 1)):
-                each = {**settings, "GLS_ORTHO": number, "GLS_ROUNDED": number, "GLS_DENSE": dense}
-                yield Variant("pass/penumbra.frag", "core430", slots, each)
-            if stage == 0:
-                for parallel in (0, 1):
-                    more = {**settings, "GLS_ORTHO": parallel, "GLS_ROUNDED": parallel, "GLS_MARKS": 1, "GLS_SOFT": 1}
-                    yield Variant("pass/penumbra.frag", "core430", slots, more)
-    for shape in ("panel", "sky"):
-        for shadow, channels, more in product(("given", "open"), (1, 2), ({}, _DENSE)):
-            slots = {"light": f"light/{shape}.glsl", "shadow": f"receiver/{shadow}.glsl"}
-            sky = int(shape == "sky")
-            wide: dict[str, int | str] = {
-                "GLS_SUN": sky,
-                "GLS_SURFACE": channels,
-                "GLS_WEIGHED": sky,
-                "GLS_ROUNDED": channels - 1,
-            }
-            yield Variant("pass/resolve.frag", "core330", slots, {**wide, **more})
-    yield Variant(
-        "pass/resolve.frag", "core330", open_slots("directional"), {"GLS_SUN": 1, "GLS_ALONE": 1, "GLS_WEIGHED": 1}
-    )
-    for stage in (0, 1):
-        yield Variant("pass/resolve.vert", "core330", {}, {"GLS_STAGE": stage})
-    for point in (0, 1):
-        yield Variant("pass/grounds.comp", "core430", {}, {"GLS_POINT": point})
-    yield Variant("pass/chain.comp", "core430", {}, {})
-
-
 def _resolve() -> Iterator[Variant]:
     for parallel, dense in product((0, 1), (0, 1)):
-        yield Variant("pass/resolve.vert", "core330", {}, {"GLS_ORTHO": parallel, "GLS_DENSE": dense})
+        yield Variant("pass/resolve.vert", "core330", {}, {"GLS_ORTHO": parallel, "GLSDENSE": dense})
     opened = open_slots("directional")
     yield Variant("pass/resolve.frag", "core330", opened, {"GLS_ORTHO": 1})
-    yield Variant("pass/resolve.frag", "core330", opened, {"GLS_ORTHO": 1, **_DENSE})
+    yield Variant("pass/resolve.frag", "core330", opened, {"GLS_ORTHO": 1, **DENSE})
     # where the colour is; first, last, visibility, linear sum
     for (channels, colors), (first, last, visibility, total) in product(
         _SURFACES, product((0, 1), (0, 1), (0, 1), (0, 1))
@@ -327,21 +219,21 @@ def _resolve() -> Iterator[Variant]:
             yield Variant("pass/resolve.frag", "core330", opened, defines)
     for (channels, colors), first, visibility in product(_SURFACES, (0, 1), (0, 1)):
         defines = {"GLS_SURFACE": channels, "GLS_COLORS": colors, "GLS_FIRST": first, "GLS_VISIBILITY": visibility}
-        yield Variant("pass/resolve.frag", "core330", opened, {**defines, "GLS_LAST": 0, **_DENSE})
+        yield Variant("pass/resolve.frag", "core330", opened, {**defines, "GLS_LAST": 0, **DENSE})
     # what few pictures have, with one surface
     for above, catches, dense, total in product((0, 1), (0, 1), (0, 1), (0, 1)):
         defines = {"GLS_HEMISPHERE": above, "GLS_CATCHES": catches, "GLS_SUM": total}
         if not (dense and total):
-            yield Variant("pass/resolve.frag", "core330", opened, {**defines, **(_DENSE if dense else {})})
+            yield Variant("pass/resolve.frag", "core330", opened, {**defines, **(DENSE if dense else {})})
     for kind in KINDS[:2]:
         yield Variant("pass/resolve.frag", "core330", open_slots(kind), {"GLS_COOKIE": 1})
-        yield Variant("pass/resolve.frag", "core330", open_slots(kind), {"GLS_COOKIE": 1, **_DENSE})
+        yield Variant("pass/resolve.frag", "core330", open_slots(kind), {"GLS_COOKIE": 1, **DENSE})
         for dialect in DIALECTS:
             yield Variant("pass/forward.frag", dialect, open_slots(kind), {"GLS_COOKIE": 1, "GLS_OUTPUT": 1})
     for kind, views in ((KINDS[0], 1), (KINDS[1], 1), (KINDS[2], 6)):
         glass: dict[str, int | str] = {"GLS_GLASS": views, "GLS_SUN": int(kind == KINDS[0])}
         yield Variant("pass/resolve.frag", "core330", open_slots(kind), glass)
-        yield Variant("pass/resolve.frag", "core330", open_slots(kind), {**glass, **_DENSE})
+        yield Variant("pass/resolve.frag", "core330", open_slots(kind), {**glass, **DENSE})
         for dialect in DIALECTS:
             few = glass | {"GLS_GLASS": min(views, 2 if dialect == "es100" else 6)}  # as of cascades
             yield Variant("pass/forward.frag", dialect, open_slots(kind), {**few, "GLS_OUTPUT": 1})

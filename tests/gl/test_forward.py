@@ -27,7 +27,8 @@ from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Program, Programs
 from glshadow.gl.sources.mapped import map_defines, map_slots
 from glshadow.shader.compose import Text
-from glshadow.shader.variants import BIASES, KINDS, MAPPED, Variant, distinct, receivers, variants
+from glshadow.shader.variant import KINDS, Variant
+from glshadow.shader.variants import BIASES, MAPPED, distinct, receivers, variants
 
 from .small_scene import BACKGROUND, CAMERA, SIZE, Forward, light_of, on_gpu, small_scene, views_of
 

@@ -9,7 +9,8 @@ import pytest
 
 from glshadow.gl.context import Caps
 from glshadow.shader import source
-from glshadow.shader.variants import Variant, receivers, variants
+from glshadow.shader.variant import Variant
+from glshadow.shader.variants import receivers, variants
 
 FILES = sorted(
     str(p.relative_to(source.root()))

@@ -11,7 +11,8 @@ from click.testing import CliRunner
 from glshadow.errors import ShaderError
 from glshadow.shader import validate
 from glshadow.shader.validate import TOOL, complaints, limits, main, vectors
-from glshadow.shader.variants import Variant, distinct
+from glshadow.shader.variant import Variant
+from glshadow.shader.variants import distinct
 
 
 @pytest.fixture
