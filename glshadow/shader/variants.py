@@ -205,7 +205,7 @@ def _laid_out() -> Iterator[Variant]:
 
 def _resolve() -> Iterator[Variant]:
     for parallel, dense in product((0, 1), (0, 1)):
-        yield Variant("pass/resolve.vert", "core330", {}, {"GLS_ORTHO": parallel, "GLSDENSE": dense})
+        yield Variant("pass/resolve.vert", "core330", {}, {"GLS_ORTHO": parallel, "GLS_DENSE": dense})
     opened = open_slots("directional")
     yield Variant("pass/resolve.frag", "core330", opened, {"GLS_ORTHO": 1})
     yield Variant("pass/resolve.frag", "core330", opened, {"GLS_ORTHO": 1, **DENSE})

@@ -58,7 +58,7 @@ def area() -> Iterator[Variant]:
                     more = {**settings, "GLS_PANEL": panel, "GLS_DITHER": dither}
                     yield Variant("pass/penumbra.frag", "core430", slots, more)
             for number, dense in product((0, 1), (0, 1)):
-                each = {**settings, "GLS_ORTHO": number, "GLS_ROUNDED": number, "GLSDENSE": dense}
+                each = {**settings, "GLS_ORTHO": number, "GLS_ROUNDED": number, "GLS_DENSE": dense}
                 yield Variant("pass/penumbra.frag", "core430", slots, each)
             if stage == 0:
                 for parallel in (0, 1):
