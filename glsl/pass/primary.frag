@@ -33,6 +33,12 @@ layout(location = 0) out uvec2 o_surface;
 layout(location = 0) out uvec4 o_surface;
 #endif
 
+#if __VERSION__ < 400
+int findLSB(uint bits) { // the exponent of its lowest bit
+    return int(floatBitsToUint(float(bits & (~bits + 1u))) >> 23u) - 127;
+}
+#endif
+
 // What a ray from the eye makes of a triangle. Two vectors across the ray: a vertex seen along them depends on nothing but its place, so
 // that neighbours agree.
 struct Meeting {
