@@ -126,7 +126,8 @@ def test_picture_is_the_same_in_both_dialects(
         *itertools.product([ReceiverPlaneBias()], FILTERS if target is not Target.R8 else ()),
     }
     drawn = es_map(glcontext, *gpu, kind, Shadow(filter=Pcf(), bias=NoBias(), target=target), "es100")
-    for bias, kernel in sorted(pairs, key=repr):
+    for each, kernel in sorted(pairs, key=repr):
+        bias = each.derived(kernel.reach_texels)
         light = light_of(kind, Shadow(bias=bias, target=target, filter=kernel))
         shadow_map = replace(drawn, settings=CasterSettings(target, bias, None), filter=kernel)
         slots, defines = map_slots(light, shadow_map, glcontext.caps), map_defines(light, shadow_map)

@@ -6,6 +6,7 @@ Every pixel with N.L > 0 for the geometric normal counts, and not one may be dar
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -52,7 +53,10 @@ def plane() -> Scene:
 
 @pytest.fixture(scope="module")
 def ball() -> Scene:
-    return builtin.ball().scene
+    """Of flat facets: what is smooth is lit by its smooth normal."""
+    scene = builtin.ball().scene
+    (node,) = scene.nodes
+    return replace(scene, nodes=(replace(node, mesh=replace(node.mesh, normals=None)),))
 
 
 def lights(towards: Array, distance: float, resolution: int, kernel: Filter) -> dict[str, Light]:
