@@ -67,7 +67,7 @@ def _casters(scene: GpuScene, light: Light) -> Casters:
         if triangles is None:
             continue
         placed = transform(scene.nodes[i].world_from_mesh, triangles)
-        if darkens(placed, np.delete(scene.raised_corners, i, axis=0), light, scene.origin):
+        if darkens(placed, np.delete(scene.corners, i, axis=0), light, scene.origin):
             continue
         body = convex(placed, scene.origin) if mesh.closed and not scene.meshes[i].cut_out else None
         if body is not None:

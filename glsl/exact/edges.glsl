@@ -14,6 +14,12 @@
 #ifndef GLS_SOFT
 #define GLS_SOFT 0
 #endif
+#ifndef GLS_MASKED
+#define GLS_MASKED 0
+#endif
+#ifndef GLS_EDGE_CELLS
+#define GLS_EDGE_CELLS 512
+#endif
 #include "lib/edge_grids.glsl"
 uniform usampler2D u_edge_heads;
 uniform usamplerBuffer u_edge_links;

@@ -1,5 +1,14 @@
 // Silhouette edges into grids of lists, one invocation per edge: into each cell of each grid that it comes nearer to than half a cell. So a
 // footprint that reaches no further than half a cell from its middle meets only edges of its middle's cell. See exact/edges.glsl.
+#ifndef GLS_SUN
+#define GLS_SUN 0
+#endif
+#ifndef GLS_CELLS
+#define GLS_CELLS 512
+#endif
+#ifndef GLS_EDGE_CELLS
+#define GLS_EDGE_CELLS 512
+#endif
 #include "lib/edge_grids.glsl"
 #include "lib/cells.glsl"
 #include "lib/facet.glsl"

@@ -40,6 +40,9 @@
 #ifndef GLS_CATCHES
 #define GLS_CATCHES 0
 #endif
+#ifndef GLS_SELECTIVE
+#define GLS_SELECTIVE 0 // 1: some triangles are not darkened
+#endif
 #ifndef GLS_MARKS
 #define GLS_MARKS 0 // 1: marks pixels whose samples may see the light differently, by 2 on top of the visibility
 #endif

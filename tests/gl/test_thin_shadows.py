@@ -160,13 +160,14 @@ def test_fewer_grids_where_memory_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = wires(0.02, 0.3)
     pictures, grids = [], []
     fill = Edges._fill
-    for limit in (1 << 27, 1 << 22, 1 << 4):
+    for limit in (1 << 23, 1 << 18, 1):  # links
         with gs.Renderer() as renderer, monkeypatch.context() as patch:
 
-            def limited(
-                self: Edges, programs: Any, grid: Any, edges: Any, textures: Any, _: int, limit: int = limit
-            ) -> bool:
-                fits = fill(self, programs, grid, edges, textures, limit)
+            def limited(self: Edges, *arguments: Any, limit: int = limit) -> bool:
+                caps = self._context.caps
+                self._context.caps = replace(caps, max_texture_buffer_size=limit)
+                fits = fill(self, *arguments)
+                self._context.caps = caps
                 grids.append(self._grids if fits else 0)
                 return fits
 

@@ -241,7 +241,7 @@ CASES = (
     Case(19, "planes before and behind a spot", "square of half-side 1; no light behind", projections),
     Case(20, "spots of 160 to 180 degrees", "square of half-side 1.667; 180 is an error", openings),
     Case(21, "point light in a room", "all lit; rods unbroken", rooms, skips=AS_DEFAULT,
-         findings=(crease("room"),)),
+         findings=(crease("room", "room with rods"),)),
     Case(22, "light in a closed shell", "all dark", shells),
     Case(23, "caster far above the view", "its shadow", towers),
     Case(24, "beam across the near plane", "its projection", beams,

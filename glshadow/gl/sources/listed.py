@@ -165,9 +165,13 @@ class Listed(Source):
             receiver,
             textures={**receiver.textures, **self._edges.textures},
             marks={"GLS_MARKS": 1, **self._edges.defines},
-            # where a surface turns away beyond a spot's window, or casts nothing, it has no edge in the lists
-            collected={"GLS_MARKED": 1, "GLS_NEIGHBORS": int(self.grid.kind == "spot" or not work.scene.casts.all())},
+            collected={"GLS_MARKED": 1, "GLS_NEIGHBORS": int(self._turns_unlisted(work.scene))},
         )
+
+    def _turns_unlisted(self, scene: GpuScene) -> bool:
+        """Whether surfaces may turn away from the light where no edge is listed: beyond a spot's window, on what casts nothing, on
+        smooth meshes between their edges."""
+        return self.grid.kind == "spot" or not scene.casts.all() or scene.rounded is not None
 
     def _find_edges(self, work: Work) -> bool:
         """Make lists of silhouette edges, unless they are there; whether they fit into the driver's buffers."""
