@@ -273,7 +273,7 @@ class Renderer:
         self._context.check_errors("rendering")
         if not store.something:
             warn(nothing_in_view(scene, sight))
-        fallbacks = sight.fallbacks
+        fallbacks = sight.fallbacks + ((store.missed,) if store.missed else ())
         if spread != (1, 1):
             fallbacks += (_EVERY_SAMPLE.format(look.samples, caps.renderer, caps.version_code / 100),)
         used = tuple(
@@ -294,7 +294,7 @@ class Renderer:
         with clock("surface"), store.covered:
             draw_surface(work.context, work.programs, work.scene, work.sight, work.targets.fine.drawing, samples)
         with clock("surface"):
-            find_primary(work, work.targets.fine)
+            store.missed = find_primary(work, work.targets.fine)
         if work.targets.samples > 1:
             with clock("samples"):
                 store.several(work).fill(work)

@@ -10,6 +10,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.adjacency import neighbours
 from glshadow.core.clusters import Clusters, make_clusters
 from glshadow.core.spaces import Array
 from glshadow.gl.context import GLContext
@@ -59,6 +60,7 @@ class Shape:
                 closed = beside.submit(lambda: mesh.closed)
                 self._upload()
                 self.closed = closed.result()
+        self._neighbours: NDArray[np.uint32] | None = None
         self._shared: moderngl.Buffer | None = None
         self._averaged: moderngl.Buffer | None = None
         self._clusters: Clusters | None = None
@@ -76,6 +78,13 @@ class Shape:
         if self._clusters is None:
             self._clusters = make_clusters(self._drawn(), self._triangles)
         return self._clusters
+
+    @property
+    def neighbours(self) -> NDArray[np.uint32]:
+        """The triangles (T, 3) across each triangle's edges: see `core.adjacency`. Made when first asked for."""
+        if self._neighbours is None:
+            self._neighbours = neighbours(self._drawn(), self._triangles.view(np.uint32))
+        return self._neighbours
 
     @property
     def shared(self) -> moderngl.Buffer:

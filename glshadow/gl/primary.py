@@ -6,15 +6,24 @@ import math
 
 import numpy as np
 
+from glshadow.errors import ResourceError
 from glshadow.gl.buffers import BufferTexture
 from glshadow.gl.screen import camera_uniforms, draw_over, pixel_axes
 from glshadow.gl.targets import SurfaceTargets
 from glshadow.gl.work import Work
 
+NOT_FOUND = "pixels show the triangles that GL drew, not those that their rays meet: {}"
+"""The fallback where the pass cannot run."""
 
-def find_primary(work: Work, targets: SurfaceTargets) -> None:
-    """Fill `targets.surface` from what was drawn."""
+
+def find_primary(work: Work, targets: SurfaceTargets) -> str:
+    """Fill `targets.surface` from what was drawn; why it is just that, where the driver's buffers do not hold the scene's triangles."""
     scene, sight, context = work.scene, work.sight, work.context
+    try:
+        world: dict[str, BufferTexture] = {**scene.world.textures, "u_neighbours": scene.world.neighbours}
+    except ResourceError as error:
+        context.ctx.copy_framebuffer(targets.framebuffer, targets.drawing)
+        return NOT_FOUND.format(error)
     program = work.programs.get(
         "pass/resolve.vert",
         "pass/primary.frag",
@@ -28,9 +37,9 @@ def find_primary(work: Work, targets: SurfaceTargets) -> None:
     near = sight.near if sight.camera.is_perspective else 0.0  # an orthographic camera's rays start there
     unit = math.ldexp(1.0, -math.frexp(sight.reach)[1])
     program.set(**camera, **pixel_axes(camera, targets.surface.size), u_near=near * unit, u_unit=unit)
-    world: dict[str, BufferTexture] = {**scene.world.textures, "u_neighbours": scene.world.neighbours}
     program.bind(u_surface=targets.drawn, u_camera_depth=(targets.depth, work.samplers.plain), **world)
     targets.framebuffer.use()
     context.gl.clear_unsigned(0, (0, 0, 0, 0))
     draw_over(context, program, sight)
     program.unbind()
+    return ""

@@ -41,6 +41,8 @@ class Store:
         What the surface buffer holds.
     something : bool
         Whether that is anything.
+    missed : str
+        Why it shows what GL drew, not what rays meet; empty: it shows what rays meet.
     """
 
     def __init__(self, context: GLContext) -> None:
@@ -54,6 +56,7 @@ class Store:
         self.scene: Kept[GpuScene] = Kept()
         self.seen: tuple[Sight, int, int] | None = None
         self.something = False
+        self.missed = ""
         self._samplers = Samplers.make(ctx)
         self.atlases = Atlases(context)
         self.cookies = Cookies(context)

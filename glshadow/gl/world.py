@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.adjacency import neighbours
+from glshadow.core.adjacency import NONE
 from glshadow.core.spaces import Array, rigid_inverse, world_positions
 from glshadow.errors import ResourceError
 from glshadow.gl.buffers import BufferTexture, texture_buffer
@@ -116,6 +116,7 @@ class WorldTriangles:
         self.reach, self.huge = _reach(*self._arrays, nearest)
         self._context = context
         self._neighbours: BufferTexture | None = None
+        self._shapes, self._first = [gpu.shape for gpu in scene.meshes], scene.first.tolist()
         self._buffers: tuple[BufferTexture, BufferTexture] | None = None
         self.masks: BufferTexture | None = None
         self.alphas: BufferTexture | None = None
@@ -169,12 +170,14 @@ class WorldTriangles:
 
     @property
     def neighbours(self) -> BufferTexture:
-        """Per triangle those across its edges (RGBA32UI): see `core.adjacency`."""
+        """Per triangle those across its edges, of its node (RGBA32UI): see `core.adjacency`."""
         if self._neighbours is None:
-            places, corners = self._placed()
-            across = neighbours(places[:, :3], corners[:, :3])
-            padded = np.concatenate([across, np.zeros((self.count, 1), dtype=np.uint32)], axis=1)
-            self._neighbours = texture_buffer(self._context, padded, RGBA32UI)
+            across = np.full((self.count, 4), NONE, dtype=np.uint32)
+            for shape, first in zip(self._shapes, self._first, strict=True):
+                of_mesh = shape.neighbours
+                rows = across[first : first + len(of_mesh), :3]
+                np.add(of_mesh, np.uint32(first), out=rows, where=of_mesh != NONE)
+            self._neighbours = texture_buffer(self._context, across, RGBA32UI)
             self._context.check_errors(f"uploading the neighbours of {self.count} triangles")
         return self._neighbours
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import datetime
 import json
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -47,7 +48,10 @@ def circumstances() -> dict[str, str]:
     with gs.Renderer() as renderer:
         here = machine(renderer.info)
     git = ("git", "-C", str(ROOT), "rev-parse", "--short", "HEAD")
-    commit = subprocess.run(git, capture_output=True, text=True, check=False).stdout.strip()
+    # without git, and in a checkout from an archive, there is none
+    commit = (
+        subprocess.run(git, capture_output=True, text=True, check=False).stdout.strip() if shutil.which("git") else ""
+    )
     return {
         "on": datetime.datetime.now(datetime.UTC).date().isoformat(),
         "commit": commit or f"of version {here['glshadow']}",

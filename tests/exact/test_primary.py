@@ -126,3 +126,18 @@ def test_where_a_ray_misses_what_was_drawn_the_point_lies_on_it(renderer: gs.Ren
     view = View(scene, camera, size)
     np.testing.assert_array_equal(frame.triangle.ravel() >= 0, view.triangle >= 0)
     np.testing.assert_array_equal(frame.node.ravel(), view.node[view.triangle])
+
+
+def test_where_triangles_do_not_fit_into_buffers_pixels_show_what_was_drawn(rng: np.random.Generator) -> None:
+    scene = hills(rng)
+    mesh = scene.nodes[0].mesh
+    soup = gs.Mesh(mesh.positions[mesh.triangles.ravel()], np.arange(3 * len(mesh.triangles)).reshape(-1, 3))
+    scene = gs.Scene((gs.Node("hills", soup, np.eye(4)),), camera=scene.camera)
+    lights = [gs.DirectionalLight(direction=(-1.0, -0.3, 0.3), shadow=gs.Shadow(filter=gs.Pcf(1)))]
+    with gs.Renderer() as usual, gs.Renderer() as small:
+        small._context.caps = replace(small._context.caps, max_texture_buffer_size=2 * len(mesh.triangles))
+        frames = [each.render(scene, None, lights, SIZE, outputs=("triangle", "visibility")) for each in (usual, small)]
+    assert frames[0].used[0].fallbacks == ()
+    assert [line for line in frames[1].used[0].fallbacks if "pixels show the triangles that GL drew" in line]
+    differs = frames[0].triangle != frames[1].triangle
+    assert 20 < differs.sum() < 0.03 * differs.size
