@@ -50,15 +50,20 @@ def depth_range(
     nearest, farthest = float(depth.min()), float(depth.max())
     if not camera.is_perspective:
         _, _, bottom, top = camera.window(size)
-        return _linear(camera, nearest, farthest, top - bottom)
+        return _linear(camera, size, nearest, farthest, top - bottom)
     far = camera.far if camera.far is not None else 1.001 * farthest
     if far <= 0.0 or (camera.near is not None and far <= camera.near):
         far = 2.0 * (camera.near or 1.0)
     near = camera.near if camera.near is not None else max(0.999 * nearest, USUAL_SHARE * far)
     if clip_control:
+        cut: tuple[str, ...] = ()
         if camera.near is None and near == USUAL_SHARE * far:
             near = min(near, max(BEFORE * _nearest_seen(camera, size, boxes, far), NEAREST_SHARE * far))
-        return DepthRange(min(near, 0.999 * far), far)
+            if near == NEAREST_SHARE * far:
+                cut = (
+                    f"the camera is inside of what it sees as far as {far:g}: nothing nearer than {near:.2g} is drawn",
+                )
+        return DepthRange(min(near, 0.999 * far), far, cut)
     return _coarse(camera, size, boxes, min(near, 0.999 * far), far)
 
 
@@ -75,13 +80,17 @@ def view_depth(camera: Camera, points: Array) -> Array:
     return np.asarray(-(points @ row[:3] + row[3]))
 
 
-def _linear(camera: Camera, nearest: float, farthest: float, height: float) -> DepthRange:
+def _linear(camera: Camera, size: tuple[int, int], nearest: float, farthest: float, height: float) -> DepthRange:
     """Of an orthographic camera: what lies behind its position is not seen, unless it was given a near plane there."""
     pad = max(1e-3 * (farthest - nearest), 1e-6 * max(abs(nearest), abs(farthest), height))
     near = camera.near if camera.near is not None else max(nearest - pad, 0.0)
     far = camera.far if camera.far is not None else farthest + pad
     if far <= near:  # the whole scene is behind what was given: any range will do
         near, far = (near, near + max(pad, abs(near))) if camera.far is None else (far - max(pad, abs(far)), far)
+    step = 2.0**-23 * (far - near)  # of what is interpolated and stored
+    if step > height / size[1]:
+        coarse = f"an orthographic camera's depth is off by up to {step:.2g} where it reaches from {near:g} to {far:g}; give near and far"
+        return DepthRange(near, far, (coarse,))
     return DepthRange(near, far)
 
 

@@ -96,7 +96,8 @@ def read_middles(outputs: Collection[str], scene: GpuScene, sight: Sight, target
     if len(moved) or not {"normal", "position"}.isdisjoint(outputs):
         planes = np.frombuffer(scene.planes.buffer.read(), np.float32).reshape(-1, 4)
     if len(moved) and planes is not None:
-        depth.ravel()[moved] = _ray_depth(scene, sight, planes, triangle.ravel()[moved], moved)
+        found = _ray_depth(scene, sight, planes, triangle.ravel()[moved], moved)
+        depth.ravel()[moved] = np.clip(found, sight.near, sight.far)  # of a triangle seen edge-on it may be anything
     results: dict[str, Any] = {}
     if "depth" in outputs:
         results["depth"] = np.where(nothing, np.inf, depth).astype(np.float32)

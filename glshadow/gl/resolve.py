@@ -123,6 +123,7 @@ def count_seen(work: Work, light: Light, asked: Receiver, dense: Dense | None, w
             "GLS_ORTHO": int(not work.sight.camera.is_perspective),
             "GLS_SUN": int(isinstance(light, DirectionalLight)),
             "GLS_ALONE": 1,
+            "GLS_SELECTIVE": int(scene.selective),
             "GLS_WEIGHED": int(weighed),
             "GLS_ROUNDED": int(scene.rounded is not None),
             "GLS_DENSE": int(dense is not None),

@@ -273,3 +273,21 @@ def test_a_light_on_a_vertex_or_inside_a_triangle(renderer: Renderer, corner: tu
     plate = Mesh(*shapes.rectangle((-1.0, 1.0, 1.0), (2.0, 0.0, 0.0), (0.0, 0.0, -2.0)))
     result = compared(renderer, scene_of(Node("plate", plate, np.eye(4))), gs.PointLight(position=corner))
     assert result.wrong.sum() <= WRONG, str(result)
+
+
+@pytest.mark.parametrize(
+    "light",
+    [gs.SkyLight(), gs.DirectionalLight(angle=5.0), gs.PointLight(position=(1.0, 4.0, 1.0), radius=0.3,
+     shadow=gs.Shadow(filter=gs.LightSamples(16, of=gs.Pcf(1))))],
+    ids=["sky", "sun", "lamp of maps"],
+)  # fmt: skip
+def test_what_receives_nothing_sees_all_of_a_light_that_has_a_size(renderer: Renderer, light: Light) -> None:
+    ground = Mesh(*shapes.rectangle((-4.0, 0.0, 4.0), (8.0, 0.0, 0.0), (0.0, 0.0, -8.0)))
+    body = Mesh(*shapes.box((2.0, 1.0, 2.0), (0.0, 1.0, 0.0)))
+    camera = gs.PerspectiveCamera(position=(3.0, 4.0, 6.0), target=(0.0, 0.5, 0.0))
+    for receives in (True, False):
+        nodes = (Node("ground", ground, np.eye(4), receives=receives), Node("body", body, np.eye(4)))
+        frame = renderer.render(gs.Scene(nodes, camera=camera), None, [light], (80, 45), outputs=("visibility", "node"))
+        seen = frame.visibility[0][frame.node == 0]
+        assert (seen < 0.99).any() == receives
+        assert receives or (seen > 0.999).all()

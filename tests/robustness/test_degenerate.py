@@ -29,6 +29,7 @@ def test_a_surface_seen_edge_on_at_the_clear_depth_is_nothing(renderer):
         (-half, 4.282950519132855e-05, -5.475211350190919e-05),
         up=(0.7232112427580216, 0.0891171367717086, 0.7034480689858998),
         fov_y=75.27758405774615,
+        near=2.002e-5 * half,  # a derived one would show the sides from within
     )
     with pytest.warns(gs.GlshadowWarning, match="nothing is in view"):
         frame = renderer.render(scene, camera, (), (17, 63), outputs=("depth",))

@@ -23,7 +23,8 @@ SECONDS = 5.0
 """Of processor time for one load and one picture of 96 x 64 on a quiet core."""
 BUSY = 4.0
 """By which other processes on the same cores lengthen processor time; measured: 7.5 seconds at most beside eight of them."""
-MEMORY = 2**30
+MEMORY = 1_400_000_000
+"""Bytes: six million triangles, the most that a group draws, of 200 each, and Python with its libraries."""
 
 
 @pytest.mark.parametrize("name", costly.GROUPS)

@@ -31,6 +31,7 @@ from glshadow.gl.sources.triangles import (
     casting_corners,
     cell_defines,
     check_facets,
+    far_away,
     head_size,
     light_frame,
     made_for,
@@ -80,7 +81,7 @@ class Listed(Source):
         """
         shadow = self._shadow
         built = self._update(work.programs, work.scene, self.light, casters_seen(work.scene, self.light, work.sight))
-        fallbacks = ignored_size(self.light, shadow.filter)
+        fallbacks = ignored_size(self.light, shadow.filter) + far_away(work, self.grid)
         return Used(filter=shadow.filter, faces=shadow.asked.faces, draws=int(built), links=self.lists.count, fallbacks=fallbacks,
                     why=shadow.why)  # fmt: skip
 

@@ -75,6 +75,19 @@ def rounding_bound(scene: GpuScene, sight: Sight, grid: ListGrid) -> tuple[float
     return distance_bound(scene.world.reach, max(usual_reach(scene, grid), float(np.abs(eye).max()) + sight.spread))
 
 
+_ROUGH = 1e-4
+"""Of the scene's size: by how much shadows may be off without a word."""
+
+
+def far_away(work: Work, grid: ListGrid) -> tuple[str, ...]:
+    """The fallback of a camera or a light so far away that float32 holds places in the scene coarsely."""
+    size = float(np.linalg.norm(np.ptp(work.scene.corners.reshape(-1, 3), axis=0)))
+    bound = rounding_bound(work.scene, work.sight, grid)[0]
+    if bound <= _ROUGH * size:
+        return ()
+    return (f"camera or light is so far from a scene of {size:g} that shadows are right to {bound:.2g} only",)
+
+
 def usual_reach(scene: GpuScene, grid: ListGrid) -> float:
     """Largest coordinate of the usual triangles in the light's frame."""
     axes, origin = light_frame(grid, scene)

@@ -24,7 +24,14 @@ from glshadow.gl.geometry import GpuScene
 from glshadow.gl.receiver import Receiver
 from glshadow.gl.sources.listed import node_traits
 from glshadow.gl.sources.source import Source
-from glshadow.gl.sources.triangles import casting_corners, check_facets, light_frame, made_for, triangle_receiver
+from glshadow.gl.sources.triangles import (
+    casting_corners,
+    check_facets,
+    far_away,
+    light_frame,
+    made_for,
+    triangle_receiver,
+)
 from glshadow.gl.targets import release, released_on_error
 from glshadow.gl.work import Work
 from glshadow.gl.world import local_positions
@@ -135,7 +142,7 @@ class Uploaded(Source):
         built = self._update(work.scene, self.light, casters_seen(work.scene, self.light, work.sight))
         why = f"{shadow.why}; {_WHY.format(caps.renderer, caps.version_code / 100)}"
         return Used(filter=shadow.filter, faces=shadow.asked.faces, draws=int(built), links=self.lists.count,
-                    fallbacks=ignored_size(self.light, shadow.filter), why=why)  # fmt: skip
+                    fallbacks=ignored_size(self.light, shadow.filter) + far_away(work, self.lists.grid), why=why)  # fmt: skip
 
     def _update(self, scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> bool:
         """Whether they had to be built."""
