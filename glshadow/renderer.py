@@ -294,7 +294,7 @@ class Renderer:
         with clock("surface"), store.covered:
             draw_surface(work.context, work.programs, work.scene, work.sight, work.targets.fine.drawing, samples)
         with clock("surface"):
-            store.missed = find_primary(work, work.targets.fine)
+            store.missed = find_primary(work, work.targets.fine, work.targets.samples)
         if work.targets.samples > 1:
             with clock("samples"):
                 store.several(work).fill(work)

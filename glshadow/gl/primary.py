@@ -16,8 +16,11 @@ NOT_FOUND = "pixels show the triangles that GL drew, not those that their rays m
 """The fallback where the pass cannot run."""
 
 
-def find_primary(work: Work, targets: SurfaceTargets) -> str:
-    """Fill `targets.surface` from what was drawn; why it is just that, where the driver's buffers do not hold the scene's triangles."""
+def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
+    """Fill `targets.surface` from what was drawn; why it is just that, where the driver's buffers do not hold the scene's triangles.
+
+    `samples`: in a pixel, each of them a texel of the targets.
+    """
     scene, sight, context = work.scene, work.sight, work.context
     try:
         world: dict[str, BufferTexture] = {**scene.world.textures, "u_neighbours": scene.world.neighbours}
@@ -31,6 +34,7 @@ def find_primary(work: Work, targets: SurfaceTargets) -> str:
         defines={
             "GLS_ORTHO": int(not sight.camera.is_perspective),
             "GLS_SURFACE": targets.surface.components,
+            "GLS_SILHOUETTES": int(samples == 1),
         },
     )
     camera = camera_uniforms(scene, sight, np.eye(3), np.zeros(3))

@@ -8,6 +8,9 @@
 #ifndef GLS_ORTHO
 #define GLS_ORTHO 0
 #endif
+#ifndef GLS_SILHOUETTES
+#define GLS_SILHOUETTES 1 // 0: does not look for what lies before a triangle that the ray meets: of one of several samples nobody sees it
+#endif
 #include "lib/sight.glsl"
 #include "lib/surface_number.glsl"
 uniform usampler2D u_surface; // as GL drew it
@@ -73,9 +76,11 @@ Meeting meet(uvec4 corners, vec3 ray, vec3 right, vec3 up, vec3 hang, vec3 hang_
     return m;
 }
 
+#if GLS_SILHOUETTES
 float depth_key(ivec2 pixel) { // 1 / depth, GLS_ORTHO: depth
     return v_unproject.x + v_unproject.y * texelFetch(u_camera_depth, clamp(pixel, ivec2(0), textureSize(u_surface, 0) - 1), 0).r;
 }
+#endif
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy), last = textureSize(u_surface, 0) - 1;
@@ -110,6 +115,7 @@ void main() {
         starts = inside ? 0u : 1u << uint(OWN);
         found = inside ? drawn : -1;
         nearest = inside ? m.along : nearest;
+#if GLS_SILHOUETTES
         float key = depth_key(pixel), step_ = STEEP * length(u_right_l);
 #if GLS_ORTHO
         float limit = key - step_;
@@ -119,6 +125,7 @@ void main() {
 #define BEFORE(x, y) (depth_key(pixel + ivec2(x, y)) > limit)
 #endif
         starts |= (BEFORE(0, -1) ? 2u : 0u) | (BEFORE(0, 1) ? 0x80u : 0u) | (BEFORE(-1, 0) ? 8u : 0u) | (BEFORE(1, 0) ? 0x20u : 0u);
+#endif
     }
     int triangle = -1, came_from = -1, left = 0;
     uint node = 0u;
