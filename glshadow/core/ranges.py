@@ -14,6 +14,7 @@ from glshadow.core.spaces import Array
 # NEAREST_SHARE: 10 micrometres before 10 km. Reversed 0..1 float depth is near / depth, whose rounding, relative to itself, does not
 # depend on near; but a triangle is clipped there to 2^-24 of its length, which must not be seen: so at BEFORE of the nearest depth.
 USUAL_SHARE, NEAREST_SHARE, BEFORE = 1e-5, 2.0**-30, 0.25
+SMALL = 1e-3  # of the smallest body: of an eye inside of a larger one, a near plane that is nearer cuts nothing that matters
 # Without reversed 0..1 depth the numbers lie closest at the near plane and 2^-24 apart everywhere else. Rounding in clip space, in
 # its division by w and in the window adds up to two of them (2.1 measured on llvmpipe), and with d(window) / d(depth) = near / depth^2
 # to 2^-23 depth^2 / near of depth: an eighth of a pixel, which is depth * (tangent of a pixel), if near is 2^-20 depth / tangent.
@@ -59,7 +60,8 @@ def depth_range(
         cut: tuple[str, ...] = ()
         if camera.near is None and near == USUAL_SHARE * far:
             near = min(near, max(BEFORE * _nearest_seen(camera, size, boxes, far), NEAREST_SHARE * far))
-            if near == NEAREST_SHARE * far:
+            smallest = float(np.linalg.norm(np.ptp(corners, axis=1), axis=1).min())
+            if near == NEAREST_SHARE * far and near > SMALL * smallest:
                 cut = (
                     f"the camera is inside of what it sees as far as {far:g}: nothing nearer than {near:.2g} is drawn",
                 )

@@ -151,13 +151,15 @@ def test_what_an_orthographic_camera_sees_of_a_box() -> None:
 def test_what_a_depth_range_costs_is_said() -> None:
     """An eye inside of a huge box, and an orthographic camera whose depth is linear over all of one."""
     half = 1e7
-    bounds = np.array([[[-half, -0.3 * half, -half], [half, 0.3 * half, half]]])
-    matrices, corners = np.eye(4)[None], box_corners(bounds, np.eye(4)[None])
+    bounds = np.array([[[-half, -0.3 * half, -half], [half, 0.3 * half, half]], [[-0.1, 0.0, -3.0], [0.1, 0.2, -2.8]]])
+    matrices = np.tile(np.eye(4), (2, 1, 1))
+    corners = box_corners(bounds, matrices)
     inside = PerspectiveCamera(position=(0.0, 0.5, 0.0), target=(0.0, 0.0, -1.0))
     found = depth_range(inside, (64, 48), (bounds, matrices), corners, True)
     assert found.fallbacks[0].endswith(f"nothing nearer than {found.near:.2g} is drawn")
     plan = OrthographicCamera(position=(0.0, 0.5, 0.0), target=(0.0, 0.0, -1.0), height=3.0)
     found = depth_range(plan, (64, 48), (bounds, matrices), corners, True)
     assert "orthographic" in found.fallbacks[0]
-    small = depth_range(plan, (64, 48), (bounds / half, matrices), corners / half, True)
-    assert small.fallbacks == ()
+    room = np.concatenate([bounds[:1] / half, bounds[1:]])
+    for camera in (inside, plan):
+        assert depth_range(camera, (64, 48), (room, matrices), box_corners(room, matrices), True).fallbacks == ()
