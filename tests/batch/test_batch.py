@@ -142,6 +142,8 @@ def test_a_process_that_dies_takes_one_job(tmp_path: Path, monkeypatch: pytest.M
     begun = run._Worker.begin
 
     def begin(worker: Any, job: Any) -> None:
+        if job.output == "1.png":
+            os.kill(worker._process.pid, signal.SIGSTOP)  # so that it cannot be done before it is killed
         begun(worker, job)
         if job.output == "1.png":
             os.kill(worker._process.pid, signal.SIGKILL)
