@@ -10,14 +10,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from glshadow.core.area import has_size
-from glshadow.core.filters import Exact, Filter, Gaussian, Hard, Pcf
 from glshadow.core.lights import DirectionalLight, Light, SpotLight, to_light
 from glshadow.core.setting import Settings, number, optional, setting
-from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Bools
 from glshadow.frame import Frame
-from glshadow.measure.error import LEAST_COSINE, WRONG, smooth_pixels
 from glshadow.scene.mesh import Scene
+from glshadow.scoring.error import LEAST_COSINE, WRONG, smooth_pixels
+from glshadow.shadows.filters import Exact, Filter, Gaussian, Hard, Pcf
+from glshadow.shadows.shadow import Shadow
 
 FILTERS: tuple[Filter, ...] = (Hard(), Pcf(0), Pcf(1), Gaussian(2))
 RESOLUTIONS = (512, 1024, 2048, 4096)

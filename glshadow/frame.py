@@ -15,7 +15,7 @@ from glshadow.core.lights import Light
 from glshadow.core.setting import as_path, one_of, several, shown
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import linear_from_srgb
-from glshadow.core.used import Used
+from glshadow.derive.used import Used
 from glshadow.errors import MissingOutput, SettingsError
 from glshadow.scene.mesh import Scene
 

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from glshadow.core.lights import DirectionalLight, Light, SpotLight
 from glshadow.core.setting import one_of, refuse, several
 from glshadow.core.spaces import Array, project, view_axes
-from glshadow.core.view import ShadowView
 from glshadow.errors import SettingsError
 from glshadow.frame import Frame
 from glshadow.lines import Canvas, Color
+from glshadow.shadows.view import ShadowView
 
 if TYPE_CHECKING:
-    from glshadow.core.used import Used
+    from glshadow.derive.used import Used
 
 __all__ = ["OVERLAYS", "light_color", "overlay", "required_outputs"]
 

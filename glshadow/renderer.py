@@ -10,26 +10,26 @@ from typing import Any, Self
 import moderngl
 from numpy.typing import ArrayLike
 
+from glshadow.arguments import as_scene, picture_arguments
 from glshadow.budget import Budget, Choices
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import DirectionalLight, Light, Lights
-from glshadow.core.look import AMBIENT, BACKGROUND, Ambient, Look, look_of
 from glshadow.core.sampling import grid
 from glshadow.core.setting import as_path, instance, optional, shown
+from glshadow.derive.look import AMBIENT, BACKGROUND, Ambient, Look, look_of
 from glshadow.errors import GlshadowError, GlshadowWarning, ResourceError, SettingsError, unexpected, warn
 from glshadow.frame import Frame, checked_outputs
-from glshadow.gl.camera import draw_surface, nothing_in_view
-from glshadow.gl.clock import Clock
-from glshadow.gl.context import Backend, backend_of, open_context
-from glshadow.gl.glass import Panes, untinted
-from glshadow.gl.primary import find_primary
-from glshadow.gl.resolve import Share, resolve
-from glshadow.gl.sources import Source
-from glshadow.gl.sources.source import open_receiver
-from glshadow.gl.store import Store
-from glshadow.gl.targets import clear_outputs
-from glshadow.gl.work import Work
-from glshadow.scene.arguments import as_scene, picture_arguments
+from glshadow.gl.driver.clock import Clock
+from glshadow.gl.driver.context import Backend, backend_of, open_context
+from glshadow.gl.driver.targets import clear_outputs
+from glshadow.gl.frame_context import Work
+from glshadow.gl.passes.camera import draw_surface, nothing_in_view
+from glshadow.gl.passes.primary import find_primary
+from glshadow.gl.passes.resolve import Share, resolve
+from glshadow.gl.passes.translucent import Panes, untinted
+from glshadow.gl.resources import Store
+from glshadow.gl.techniques import Source
+from glshadow.gl.techniques.technique import open_receiver
 from glshadow.scene.mesh import Scene
 
 _EVERY_SAMPLE = "all {} samples of every pixel are shaded: collecting those that differ needs OpenGL 4.3, {} has {:.1f}"

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from glshadow.core.look import AMBIENT, BACKGROUND, Ambient
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import srgb_from_linear
+from glshadow.derive.look import AMBIENT, BACKGROUND, Ambient
 
 if TYPE_CHECKING:
     from glshadow.frame import Frame
-    from glshadow.measure.error import ShadowError
     from glshadow.reference.truth import Truth
     from glshadow.renderer import Renderer
+    from glshadow.scoring.error import ShadowError
 
 GAP, GAP_COLOR = 4, (255, 255, 255)  # pixels between the pictures
 

@@ -16,7 +16,7 @@ from PIL import Image
 
 import glshadow as gs
 from glshadow.inline import SKY, visibility_picture
-from glshadow.measure.score import COLORS, Outcome
+from glshadow.scoring.score import COLORS, Outcome
 
 SIZE = (96, 54)
 VOID = {"img", "br"}

@@ -7,7 +7,6 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.spaces import CLIP_SPACES, project
-from glshadow.core.view import shadow_views
 from glshadow.frame import Frame, Used
 from glshadow.lines import HIDDEN, Canvas
 from glshadow.overlay import (
@@ -22,6 +21,7 @@ from glshadow.overlay import (
     required_outputs,
     round_step,
 )
+from glshadow.shadows.view import shadow_views
 
 SIZE = (320, 180)
 LIGHTS = (gs.DirectionalLight(direction=(-0.55, -0.8, -0.25)), gs.PointLight(position=(-2, 3, -1)))

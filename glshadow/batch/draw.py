@@ -9,9 +9,9 @@ from typing import Any
 
 from glshadow.batch.job import Job
 from glshadow.core.orbit import orbit
-from glshadow.core.shadow import Shadow
 from glshadow.errors import listening
 from glshadow.scene.mesh import Scene
+from glshadow.shadows.shadow import Shadow
 
 
 @dataclass(frozen=True)
@@ -76,9 +76,9 @@ class Drawer:
 
 
 def _load(job: Job) -> Scene:
+    from glshadow import scenes as builtin
     from glshadow.batch.job import BUILTIN
-    from glshadow.scene import builtin
-    from glshadow.scene.load import load
+    from glshadow.io.load import load
 
     if job.scene not in BUILTIN:
         return load(job.scene, ground=job.ground, up_axis=job.up_axis)

@@ -10,18 +10,18 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from glshadow.core.bias import BIASES
+from glshadow.arguments import pixels
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
-from glshadow.core.filters import FILTERS
-from glshadow.core.fits import FITS
 from glshadow.core.lights import DirectionalLight, Light, PointLight, RectLight, SkyLight, SpotLight
-from glshadow.core.look import BACKGROUND, look_of
-from glshadow.core.metric import Target
 from glshadow.core.setting import as_path, flag, one_of, optional, shown, text, whole
-from glshadow.core.shadow import Shadow
 from glshadow.core.spelling import parse
+from glshadow.derive.look import BACKGROUND, look_of
 from glshadow.errors import GlshadowError, SettingsError
-from glshadow.scene.arguments import pixels
+from glshadow.shadows.bias import BIASES
+from glshadow.shadows.filters import FILTERS
+from glshadow.shadows.fits import FITS
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import Shadow
 
 CAMERAS = {"perspective": PerspectiveCamera, "orthographic": OrthographicCamera, "intrinsics": IntrinsicsCamera}
 LIGHTS = {"sun": DirectionalLight, "spot": SpotLight, "point": PointLight, "rect": RectLight, "sky": SkyLight}

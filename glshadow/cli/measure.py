@@ -66,7 +66,7 @@ def _measure(work: Work, wanted: Request) -> None:
 
             truth = trace(scene, camera, lights, wanted.size, light_samples=traced_points(lights))
         with work.stage("measure", "measuring"):
-            from glshadow.measure.error import measure
+            from glshadow.scoring.error import measure
 
             error = measure(frame, truth)
         if wanted.output is not None:

@@ -8,16 +8,16 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from glshadow.core.bias import BIASES, Bias
-from glshadow.core.filters import FILTERS, Filter
-from glshadow.core.fits import FITS, Fit
 from glshadow.core.spelling import parse
 from glshadow.errors import SettingsError
+from glshadow.shadows.bias import BIASES, Bias
+from glshadow.shadows.filters import FILTERS, Filter
+from glshadow.shadows.fits import FITS, Fit
 
 if TYPE_CHECKING:
-    from glshadow.core.cookie import Cookie
     from glshadow.core.lights import Light
     from glshadow.core.spaces import ClipSpace, Triple
+    from glshadow.shadows.cookie import Cookie
 
 
 # Listed here, not taken from their classes, so that --help needs no numpy; a test compares them.
@@ -137,7 +137,7 @@ def plane(text: str) -> float:
 
 def resolution(text: str) -> int:
     """Texels."""
-    from glshadow.core.shadow import Shadow
+    from glshadow.shadows.shadow import Shadow
 
     try:
         value = int(text)
@@ -149,7 +149,7 @@ def resolution(text: str) -> int:
 
 def strength(text: str) -> float:
     """0 to 1."""
-    from glshadow.core.shadow import Shadow
+    from glshadow.shadows.shadow import Shadow
 
     return Shadow(strength=number(text)).strength
 
@@ -273,8 +273,8 @@ def light(text: str) -> Light:
 
 def _cookie(kind: str, path: str | None, size: float) -> Cookie:
     """An image file; of a sun it is repeated."""
-    from glshadow.core.cookie import Cookie
     from glshadow.image import read
+    from glshadow.shadows.cookie import Cookie
 
     if path is None:
         raise SettingsError("cookie_size needs a cookie: cookie=FILE")
@@ -291,7 +291,7 @@ def _key(kind: str, text: str) -> tuple[str, Any]:
         return key, value
     if key != "shadow":
         return key, number(value)
-    from glshadow.core.shadow import Shadow
+    from glshadow.shadows.shadow import Shadow
 
     if value not in ("on", "off"):
         raise SettingsError(f"shadow must be on or off, got {value!r}")

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.smooth import sides, unit_vectors
 from glshadow.core.spaces import Array, Bools, cofactors, world_positions
-from glshadow.core.welding import welded
 from glshadow.errors import ReferenceUnavailable, SceneError
+from glshadow.geometry.smooth import sides, unit_vectors
+from glshadow.geometry.welding import welded
 from glshadow.scene.mesh import AlphaMode, Material, Scene
 
 Ints = NDArray[np.int32]

@@ -8,6 +8,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.arguments import picture_arguments
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import Lights, PointLight, RectLight, SpotLight
 from glshadow.core.sampling import offsets, traced
@@ -17,7 +18,6 @@ from glshadow.errors import SettingsError
 from glshadow.reference.aimed import AimedLight
 from glshadow.reference.rays import Ints, Rays, dot
 from glshadow.reference.truth import Truth
-from glshadow.scene.arguments import picture_arguments
 from glshadow.scene.mesh import Scene
 
 SAMPLES = whole(1, 1 << 16)

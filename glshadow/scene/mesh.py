@@ -32,9 +32,9 @@ from glshadow.core.setting import (
 )
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError
+from glshadow.geometry.closed import is_closed
 from glshadow.scene import summary
 from glshadow.scene.box import box_corners, check_place, default_camera, default_sun
-from glshadow.scene.closed import is_closed
 
 F = TypeVar("F", bound=np.floating[Any])
 

@@ -15,16 +15,16 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.culling import seen_by
 from glshadow.core.lights import to_light
-from glshadow.core.metric import Target
 from glshadow.core.spaces import Array, ClipSpace
-from glshadow.core.view import ShadowView, camera_view
-from glshadow.gl.drawing import draw_nodes
-from glshadow.gl.geometry import pack_matrices
-from glshadow.gl.targets import depth_texture
+from glshadow.derive.culling import seen_by
+from glshadow.gl.driver.targets import depth_texture
+from glshadow.gl.scene.drawing import draw_nodes
+from glshadow.gl.scene.geometry import pack_matrices
 from glshadow.scene.box import box_corners
 from glshadow.scene.mesh import AlphaMode, Mesh, Scene
+from glshadow.shadows.metric import Target
+from glshadow.shadows.view import ShadowView, camera_view
 from glshadow.signals import undisturbed
 
 if TYPE_CHECKING:

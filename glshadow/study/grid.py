@@ -10,17 +10,17 @@ from typing import Self
 
 import numpy as np
 
+from glshadow.arguments import checked_scene
 from glshadow.core.area import has_size
-from glshadow.core.bias import Bias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
-from glshadow.core.filters import FILTERS, Filter, Hard, Pcf
-from glshadow.core.fits import ViewFit
 from glshadow.core.lights import LIGHTS, Light
-from glshadow.core.metric import Target
 from glshadow.core.setting import Settings, instance, optional, setting, several, whole
-from glshadow.core.shadow import MAX_RESOLUTION, Shadow
 from glshadow.errors import SettingsError
-from glshadow.scene.arguments import checked_scene
 from glshadow.scene.mesh import Scene
+from glshadow.shadows.bias import Bias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
+from glshadow.shadows.filters import FILTERS, Filter, Hard, Pcf
+from glshadow.shadows.fits import ViewFit
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import MAX_RESOLUTION, Shadow
 
 SIDES = several(whole(1, MAX_RESOLUTION, unit="texels"), "resolutions")
 CHOSEN = several(instance(Filter), "filters")

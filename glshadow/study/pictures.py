@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.frame import Frame
-from glshadow.measure.error import ShadowError
-from glshadow.measure.score import Outcome
 from glshadow.reference.truth import Truth
 from glshadow.renderer import Renderer
+from glshadow.scoring.error import ShadowError
+from glshadow.scoring.score import Outcome
 from glshadow.triptych import GAP, triptych
 
 Image = NDArray[np.uint8]

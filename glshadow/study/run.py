@@ -1,7 +1,7 @@
 """One picture at work: settings of one light timed and scored, through the journal.
 
 Speed is a ratio: a setting's frame time over the floor of the same round (see `floor`), since absolute times on a shared machine drift
-by more than settings differ. Error is `glshadow.measure` against one trace per light.
+by more than settings differ. Error is `glshadow.scoring` against one trace per light.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ from typing import Any
 
 import numpy as np
 
+from glshadow.arguments import as_scene, picture_arguments
 from glshadow.core.area import traced_points
 from glshadow.core.cameras import Camera
-from glshadow.core.filters import Pcf
 from glshadow.core.lights import DirectionalLight, Light, Lights
 from glshadow.core.setting import as_path, optional, refuse, whole
-from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
 from glshadow.frame import Frame
-from glshadow.gl.context import Backend
+from glshadow.gl.driver.context import Backend
 from glshadow.inline import notebook_bar
-from glshadow.measure.error import ShadowError, measure
-from glshadow.measure.score import Score
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
-from glshadow.scene.arguments import as_scene, picture_arguments
 from glshadow.scene.mesh import Scene
+from glshadow.scoring.error import ShadowError, measure
+from glshadow.scoring.score import Score
+from glshadow.shadows.filters import Pcf
+from glshadow.shadows.shadow import Shadow
 from glshadow.study.floor import FLOOR_RESOLUTION, Floor
 from glshadow.study.grid import setting_name
 from glshadow.study.journal import Journal, fingerprint, result_key

@@ -1,7 +1,7 @@
 """Error of the shadows of real models at the default settings, against rays, beside that of maps.
 
 Every picture is 1280 x 720 with the scene's own camera, and its own sun unless the line says otherwise. A pixel that shows another
-triangle than the exact ray meets does not count (see glshadow.measure). The limits: acne 0, leak and grain 0.005 % of the counted
+triangle than the exact ray meets does not count (see glshadow.scoring). The limits: acne 0, leak and grain 0.005 % of the counted
 pixels, wrong 0.3 % of them and 5 % of what drawing no shadow at all scores. A line that misses one is marked with its name. Maps of 2048
 and 4096 texels with 3 x 3 comparisons follow: what falls with the texel, or faster, is the price of the resolution.
 """
@@ -22,7 +22,7 @@ import numpy as np
 from frame import MODELS, SIZE, models_in
 
 import glshadow as gs
-from glshadow.measure.score import Outcome
+from glshadow.scoring.score import Outcome
 from glshadow.study.formats import RANGES, foot_gap
 
 MAPS = {"2048": gs.Shadow(filter=gs.Pcf(1)), "4096": gs.Shadow(resolution=4096)}

@@ -22,11 +22,11 @@ from frame import MODELS, SIZE, models_in, one_draw
 
 import glshadow as gs
 from glshadow.core.spaces import Array
-from glshadow.gl.sources import Listed
-from glshadow.gl.sources.triangles import rounding_bound
-from glshadow.measure.score import Outcome
-from glshadow.reference import brute
+from glshadow.gl.techniques import Listed
+from glshadow.gl.techniques.triangles import rounding_bound
+from glshadow.scoring.score import Outcome
 from glshadow.study.floor import Floor
+from tests.exact import brute
 
 PARTS = ("wrong", "moving", "still", "build", "embree", "growth", "samples")
 EXACT = gs.Shadow(filter=gs.Exact())

@@ -18,9 +18,9 @@ from frame import SIZE, plain, turned_sun
 from sections import Scenes, command
 
 import glshadow as gs
-from glshadow.core.filters import FILTERS
-from glshadow.gl.program import Program
+from glshadow.gl.driver.program import Program
 from glshadow.shader.compose import Text, compose
+from glshadow.shadows.filters import FILTERS
 from scripts.pages.techniques import tried
 
 HAND = Path(__file__).with_name("by_hand.frag")

@@ -20,7 +20,7 @@ from filters import alternated
 from frame import models_in, turned_sun
 
 import glshadow as gs
-from glshadow.core.filters import FILTERS
+from glshadow.shadows.filters import FILTERS
 from glshadow.study import pareto_front
 from scripts.pages.techniques import tried
 

@@ -17,7 +17,7 @@ from exact import sized
 from frame import SIZE, models_in
 
 import glshadow as gs
-from glshadow.gl import runs
+from glshadow.gl.scene import runs
 
 NEVER = 1 << 60
 

@@ -20,7 +20,7 @@ from sections import Scenes, command
 
 import glshadow as gs
 from glshadow.core.area import hard_lights
-from glshadow.gl.sources.area import Area
+from glshadow.gl.techniques.area import Area
 from glshadow.reference.points import count_points
 
 SMALL = (640, 360)  # of wrong points

@@ -17,7 +17,8 @@ from exact import lights_of, moved, sized
 from frame import MODELS, SIZE, models_in
 
 import glshadow as gs
-from glshadow.gl import runs, sparing
+from glshadow.gl.scene import occlusion as sparing
+from glshadow.gl.scene import runs
 
 NEVER = 1 << 60
 WAYS = {

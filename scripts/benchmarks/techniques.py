@@ -15,7 +15,7 @@ from accuracy import scored
 from frame import SIZE, measure
 
 import glshadow as gs
-from glshadow.core.filters import FILTERS
+from glshadow.shadows.filters import FILTERS
 from scripts.pages.techniques import measured
 
 

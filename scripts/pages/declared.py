@@ -6,11 +6,11 @@ import inspect
 from collections.abc import Iterable
 from dataclasses import fields
 
-from glshadow.core.bias import BIASES
-from glshadow.core.fits import FITS
 from glshadow.core.spelling import Spelled
+from glshadow.io.limits import Limits
 from glshadow.public import MODULES
-from glshadow.scene.limits import Limits
+from glshadow.shadows.bias import BIASES
+from glshadow.shadows.fits import FITS
 from scripts.pages.markdown import Blocks, table
 
 

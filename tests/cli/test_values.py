@@ -5,9 +5,9 @@ import pytest
 import glshadow as gs
 from glshadow import image, overlay
 from glshadow.cli import main, values
-from glshadow.core.metric import Target
 from glshadow.core.spaces import CLIP_SPACES
 from glshadow.errors import SettingsError
+from glshadow.shadows.metric import Target
 
 
 def test_lists_for_help_are_those_of_the_settings():

@@ -9,17 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.filters import Exact
 from glshadow.core.lights import Light
-from glshadow.core.lists import distance_bound
-from glshadow.core.shadow import Shadow
+from glshadow.derive.lists import distance_bound
 from glshadow.frame import Frame
 from glshadow.reference.aimed import AimedLight
-from glshadow.reference.brute import blocked
 from glshadow.reference.trace import trace
 from glshadow.reference.truth import Truth
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import Scene
+from glshadow.shadows.filters import Exact
+from glshadow.shadows.shadow import Shadow
+
+from .brute import blocked
 
 SIZE = (640, 360)
 

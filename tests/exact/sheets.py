@@ -8,7 +8,7 @@ import glshadow as gs
 from glshadow.core.lights import Light
 from glshadow.core.spaces import Array, transform
 from glshadow.scene.mesh import Mesh, Node, Scene
-from glshadow.scene.shapes import Solid
+from glshadow.scenes.shapes import Solid
 
 from .turned import rotation
 

@@ -12,8 +12,8 @@ import pytest
 import glshadow as gs
 from glshadow.core.lights import Light
 from glshadow.errors import ContextError
-from glshadow.gl.entry_points import EntryPoints
-from glshadow.gl.state import read_state
+from glshadow.gl.driver.entry_points import EntryPoints
+from glshadow.gl.driver.state import read_state
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import Node, Scene
 

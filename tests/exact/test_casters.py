@@ -11,8 +11,8 @@ import glshadow as gs
 from glshadow.core.lights import Light
 from glshadow.core.spaces import Array, translation
 from glshadow.renderer import Renderer
-from glshadow.scene import shapes
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+from glshadow.scenes import shapes
 
 from ..tolerances import WEIGHT
 from .compare import WRONG, Compared, compared

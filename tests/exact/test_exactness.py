@@ -12,8 +12,8 @@ import glshadow as gs
 from glshadow.core.lights import Light
 from glshadow.core.spaces import Array
 from glshadow.renderer import Renderer
-from glshadow.scene import analytic
 from glshadow.scene.mesh import Scene
+from glshadow.scenes import analytic
 
 from .compare import WRONG, compared
 

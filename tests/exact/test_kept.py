@@ -10,12 +10,12 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.lights import Light
-from glshadow.core.lists import CELLS, LEAST_CELLS
 from glshadow.core.spaces import translation
-from glshadow.gl.sources.cells import CellLists
+from glshadow.derive.lists import CELLS, LEAST_CELLS
+from glshadow.gl.techniques.cells import CellLists
 from glshadow.renderer import Renderer
-from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scenes import shapes
 
 from ..robustness.gl_objects import counted
 from .test_casters import CAMERA, LIGHTS, ground, leaf, leaves

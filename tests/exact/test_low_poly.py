@@ -12,8 +12,8 @@ import glshadow as gs
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import Light
 from glshadow.renderer import Renderer
-from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scenes import shapes
 
 from ..tracer import Tracer, View, pixel_rays, scene_triangles
 from .low_poly import camera, light, low_poly_scene

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core import shadow as shadow_module
 from glshadow.core.area import hard_lights
 from glshadow.core.lights import Light
 from glshadow.core.spaces import translation
-from glshadow.gl.sources.grown import Grown
-from glshadow.gl.sources.listed import Listed
-from glshadow.gl.store import Store
+from glshadow.gl.resources import Store
+from glshadow.gl.techniques.grown import Grown
+from glshadow.gl.techniques.listed import Listed
 from glshadow.renderer import Renderer
-from glshadow.scene import shapes
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+from glshadow.scenes import shapes
+from glshadow.shadows import shadow as shadow_module
 
 from .test_casters import CAMERA, ground, leaf, leaves, placed
 

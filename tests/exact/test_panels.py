@@ -10,9 +10,9 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.panel import panel_factor
-from glshadow.core.spread import hemisphere, square
+from glshadow.core.sample_patterns import hemisphere, square
 from glshadow.reference.points import count_points
-from glshadow.scene import shapes
+from glshadow.scenes import shapes
 
 SIZE = (120, 90)
 OUTPUTS = ("visibility", "triangle", "linear", "position", "normal")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.scene.shapes import box, rectangle
+from glshadow.scenes.shapes import box, rectangle
 from tests.tracer import View
 
 SIZE = (320, 180)

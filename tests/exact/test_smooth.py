@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.filters import Evsm, Pcf
 from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SpotLight
-from glshadow.core.shadow import Shadow
 from glshadow.reference.points import count_points
 from glshadow.reference.trace import trace
-from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scenes import shapes
+from glshadow.shadows.filters import Evsm, Pcf
+from glshadow.shadows.shadow import Shadow
 
 SIZE = (160, 120)
 AIM = (-1.0, -0.6, -0.3)

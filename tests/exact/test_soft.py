@@ -11,7 +11,7 @@ import pytest
 import glshadow as gs
 from glshadow.core.area import hard_lights
 from glshadow.reference.points import count_points
-from glshadow.scene import shapes
+from glshadow.scenes import shapes
 
 SIZE = (160, 120)
 OUTPUTS = ("visibility", "triangle", "image")
@@ -113,7 +113,7 @@ def test_a_light_that_lies_in_the_floor(renderer: gs.Renderer, height: float) ->
 def test_lights_too_large_are_asked_one_point_after_another(
     renderer: gs.Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from glshadow.gl.sources import area
+    from glshadow.gl.techniques import area
 
     scene, light = gs.scenes.box().scene, LIGHTS["sun"]
     usual = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
@@ -203,7 +203,7 @@ def test_samples_of_pixels_and_points_of_lights_go_together(
 
 @pytest.mark.usefixtures("built_on_the_gpu")
 def test_still_pictures_count_once(renderer: gs.Renderer, scene: gs.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    from glshadow.gl.sources.area import Area
+    from glshadow.gl.techniques.area import Area
 
     times, original = [], Area._classify
 

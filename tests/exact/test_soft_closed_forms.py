@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import quad
 
 import glshadow as gs
-from glshadow.scene import shapes
+from glshadow.scenes import shapes
 
 POINTS, RAYS = 1024, 16384
 SIZE = (48, 4)

@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 import glshadow as gs
 from glshadow.core.lights import Light
-from glshadow.core.lists import RATIO, ListGrid
 from glshadow.core.spaces import Array, translation
-from glshadow.core.view import FACES
-from glshadow.gl.sources import Listed, Source, Uploaded, uploaded
+from glshadow.derive.lists import RATIO, ListGrid
+from glshadow.gl.techniques import Listed, Source, Uploaded, uploaded
 from glshadow.reference.points import count_points
 from glshadow.renderer import Renderer
-from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scenes import shapes
+from glshadow.shadows.view import FACES
 
 from ..cell_lists import Walked, held, walked
 from ..unit.test_cells import scattered

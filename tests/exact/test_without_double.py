@@ -15,8 +15,8 @@ import pytest
 from numpy.typing import NDArray
 
 import glshadow as gs
-from glshadow.gl.program import Programs
-from glshadow.gl.sources.listed import Listed
+from glshadow.gl.driver.program import Programs
+from glshadow.gl.techniques.listed import Listed
 
 SIZE = (160, 90)
 NORMALS = 2.0**-24

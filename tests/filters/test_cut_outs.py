@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.scene import shapes
+from glshadow.scenes import shapes
 
 SIDE, REPEATS = 64, 6  # texels of the image, and how often the leaf repeats it
 SUN = gs.DirectionalLight(direction=(1.0, -1.0, 0.0))

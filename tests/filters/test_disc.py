@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.filters.disc import MAX_TAPS
-from glshadow.core.spread import disc
+from glshadow.core.sample_patterns import disc
+from glshadow.shadows.filters.disc import MAX_TAPS
 
 from .images import along_x, seen, vertical_edge
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.scene import shapes
+from glshadow.scenes import shapes
 
 SIZE = (96, 8)
 HALF = 0.05  # of the sun, as a tangent

@@ -13,18 +13,18 @@ from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
-from glshadow.core.metric import Target
-from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, ClipSpace, perspective
-from glshadow.core.view import Kind, ShadowView, shadow_views
-from glshadow.gl.caster import Map
-from glshadow.gl.context import GLContext
-from glshadow.gl.forward import bind_map, light_uniforms, lv_from_world, receiver_uniforms, rounding_of
-from glshadow.gl.geometry import GpuScene
-from glshadow.gl.meshes import Meshes
-from glshadow.gl.program import Program, Programs
-from glshadow.scene import shapes
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.program import Program, Programs
+from glshadow.gl.foreign.forward import bind_map, light_uniforms, lv_from_world, receiver_uniforms, rounding_of
+from glshadow.gl.passes.caster import Map
+from glshadow.gl.scene.geometry import GpuScene
+from glshadow.gl.scene.meshes import Meshes
 from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scenes import shapes
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import Shadow
+from glshadow.shadows.view import Kind, ShadowView, shadow_views
 
 SIZE = (192, 128)
 REACH = 20.0  # no coordinate of the scene, in any frame, is larger

@@ -12,19 +12,19 @@ import moderngl
 import numpy as np
 import pytest
 
-from glshadow.core.fits import SceneFit
+from glshadow import scenes as builtin
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
-from glshadow.core.metric import Target
-from glshadow.core.shadow import Shadow
 from glshadow.errors import ContextError
 from glshadow.frame import Frame
-from glshadow.gl.backends import OSMESA_LIBRARIES
-from glshadow.gl.current import current
-from glshadow.gl.entry_points import EntryPoints
-from glshadow.gl.state import read_state
+from glshadow.gl.driver.backends import OSMESA_LIBRARIES
+from glshadow.gl.driver.current import current
+from glshadow.gl.driver.entry_points import EntryPoints
+from glshadow.gl.driver.state import read_state
 from glshadow.renderer import Renderer
-from glshadow.scene import builtin
 from glshadow.scene.mesh import Scene
+from glshadow.shadows.fits import SceneFit
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import Shadow
 
 SIZE = (96, 64)
 OUTPUTS = ("image", "visibility", "depth", "linear", "shadow_maps")
@@ -254,6 +254,6 @@ def test_unknown_backend(backend: Any) -> None:
 
 
 def test_no_context_is_a_named_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("glshadow.gl.context.LOADERS", {})
+    monkeypatch.setattr("glshadow.gl.driver.context.LOADERS", {})
     with pytest.raises(ContextError, match="no backend gives"):
         Renderer()

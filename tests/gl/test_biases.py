@@ -9,7 +9,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.spaces import Array
-from glshadow.scene import shapes
+from glshadow.scenes import shapes
 
 SIZE = (64, 48)
 CAMERA = gs.PerspectiveCamera(position=(0.0, 6.0, 8.0), target=(0.0, 0.0, 0.0), fov_y=50.0)

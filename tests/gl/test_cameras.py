@@ -10,11 +10,11 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.lights import to_light
-from glshadow.core.ranges import view_depth
 from glshadow.core.spaces import Array, project
 from glshadow.frame import Frame
+from glshadow.geometry.ranges import view_depth
 from glshadow.renderer import Renderer
-from glshadow.scene import shapes
+from glshadow.scenes import shapes
 
 from ..tolerances import POSITION_ROUNDINGS, UNIT
 

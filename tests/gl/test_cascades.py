@@ -10,7 +10,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.spaces import Array
-from glshadow.scene import shapes
+from glshadow.scenes import shapes
 
 SIZE = (256, 144)
 CAMERA = gs.PerspectiveCamera(position=(0.0, 1.7, 4.0), target=(0.0, 1.0, -10.0), fov_y=45.0)

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.cookie import cookie_from_world
 from glshadow.core.spaces import Array, project, view_axes
 from glshadow.core.srgb import linear_from_srgb
+from glshadow.shadows.cookie import cookie_from_world
 
 SIZE = (200, 120)
 SCENE = gs.scenes.courtyard()

@@ -12,8 +12,8 @@ import glshadow as gs
 from glshadow.core.spaces import translation
 from glshadow.frame import Frame
 from glshadow.renderer import Renderer
-from glshadow.scene import shapes
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+from glshadow.scenes import shapes
 
 SIZE = (96, 64)
 CAMERA = gs.PerspectiveCamera((2.0, 3.0, 4.0), (0.0, 0.3, 0.0))

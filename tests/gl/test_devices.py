@@ -11,8 +11,8 @@ from click.testing import CliRunner
 
 import glshadow as gs
 from glshadow.cli import main
-from glshadow.gl.backends import EGL_LIBRARY
-from glshadow.gl.egl import load_egl
+from glshadow.gl.driver.backends import EGL_LIBRARY
+from glshadow.gl.driver.egl import load_egl
 
 SCENE = gs.scenes.box().scene
 SIZE = (64, 48)

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.gl import backends, egl
-from glshadow.gl.context import open_context
-from glshadow.gl.current import current
+from glshadow.gl.driver import backends, egl
+from glshadow.gl.driver.context import open_context
+from glshadow.gl.driver.current import current
 
 PYRENDER_CHECKS = Path(__file__).with_name("pyrender_checks.py")
 SIZE = (48, 32)
@@ -118,8 +118,8 @@ def test_own_display_on_the_first_device() -> None:
 
 
 ONLY_DEFAULT = """
-from glshadow.gl import backends
-from glshadow.gl.egl import Egl
+from glshadow.gl.driver import backends
+from glshadow.gl.driver.egl import Egl
 class Old(Egl):
     def __init__(self, library):
         super().__init__(library)

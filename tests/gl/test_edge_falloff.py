@@ -10,7 +10,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.spaces import project
-from glshadow.scene import shapes
+from glshadow.scenes import shapes
 
 SIZE = (160, 120)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.gl.store import Store
+from glshadow.gl.resources import Store
 from glshadow.renderer import Renderer
 
 SIZE = (64, 48)
@@ -55,9 +55,9 @@ def kept_after(
     return renderer._store is store
 
 
-FITTED = "glshadow.core.fits.ViewFit.fitted"  # before anything is drawn
-DRAWN = "glshadow.gl.caster.draw_nodes"  # a map that is begun, in a state of its own
-READ = "glshadow.gl.store.read_means"
+FITTED = "glshadow.shadows.fits.ViewFit.fitted"  # before anything is drawn
+DRAWN = "glshadow.gl.passes.caster.draw_nodes"  # a map that is begun, in a state of its own
+READ = "glshadow.gl.resources.read_means"
 
 
 @pytest.mark.parametrize("where", [FITTED, DRAWN, READ])

@@ -10,7 +10,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.spaces import Array
-from glshadow.scene import shapes
+from glshadow.scenes import shapes
 
 SIZE = (160, 120)
 RED, BLUE = (1.0, 0.1, 0.05, 0.6), (0.1, 0.2, 1.0, 0.3)

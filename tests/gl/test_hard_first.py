@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from glshadow import scenes as builtin
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.filters import Filter, Hard
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
-from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array
 from glshadow.frame import Frame
 from glshadow.renderer import Renderer
-from glshadow.scene import builtin
 from glshadow.scene.mesh import Scene
+from glshadow.shadows.filters import Filter, Hard
+from glshadow.shadows.shadow import Shadow
 
 from ..tolerances import WEIGHT
 

@@ -9,10 +9,10 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.spaces import translation
-from glshadow.gl import drawing, runs
+from glshadow.gl.scene import drawing, runs
 from glshadow.renderer import Renderer
-from glshadow.scene import shapes
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+from glshadow.scenes import shapes
 
 OUTPUTS = ("image", "visibility", "triangle", "node", "normal")
 

@@ -7,7 +7,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.cameras import pixel_rays
-from glshadow.scene import shapes
+from glshadow.scenes import shapes
 
 SIZE = (320, 180)
 CAMERA = gs.PerspectiveCamera((2.5, 1.6, 3.0), (0.0, 0.9, -2.0), fov_y=50.0)

@@ -10,12 +10,12 @@ import pytest
 from numpy.typing import NDArray
 
 import glshadow as gs
-from glshadow.core.bias import FACET_SLOPE
-from glshadow.core.filters.moments import MomentFilter, spread
 from glshadow.core.spaces import Array, transform
-from glshadow.gl.readback import pixels
-from glshadow.gl.sources import Prefiltered
+from glshadow.gl.passes.readback import pixels
+from glshadow.gl.techniques import Prefiltered
 from glshadow.shader import variants
+from glshadow.shadows.bias import FACET_SLOPE
+from glshadow.shadows.filters.moments import MomentFilter, spread
 
 SIZE = (240, 136)
 SCENE = gs.scenes.courtyard()

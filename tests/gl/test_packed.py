@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.channel import Channel
-from glshadow.gl.sources import Mapped
+from glshadow.gl.techniques import Mapped
+from glshadow.shadows.channel import Channel
 
 SIZE = (240, 136)
 SCENE = gs.scenes.courtyard()

@@ -11,19 +11,20 @@ import numpy as np
 import pytest
 
 from glshadow import image
-from glshadow.core.bias import NoBias, SlopeScaledBias
+from glshadow import scenes as builtin
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.filters import Hard, Pcf
-from glshadow.core.fits import SceneFit, ViewFit
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
-from glshadow.core.metric import Target
-from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import CLIP_SPACES, Array, translation
 from glshadow.errors import GlshadowError, GlshadowWarning, MissingOutput, SceneError, SettingsError
 from glshadow.frame import OUTPUTS, Frame, decoded
 from glshadow.renderer import Renderer, render
-from glshadow.scene import builtin, shapes
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+from glshadow.scenes import shapes
+from glshadow.shadows.bias import NoBias, SlopeScaledBias
+from glshadow.shadows.filters import Hard, Pcf
+from glshadow.shadows.fits import SceneFit, ViewFit
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import Faces, Shadow
 
 from ..tolerances import PICTURE_CHANNELS, PICTURE_SHARE, WEIGHT
 

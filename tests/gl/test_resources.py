@@ -12,16 +12,16 @@ import moderngl
 import numpy as np
 import pytest
 
+from glshadow import scenes as builtin
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.filters import Hard
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
-from glshadow.core.metric import Target
-from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import translation
 from glshadow.errors import ResourceError, SettingsError
 from glshadow.renderer import Renderer
-from glshadow.scene import builtin
 from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.shadows.filters import Hard
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import Shadow
 
 SIZE = (64, 48)
 MAKERS = (

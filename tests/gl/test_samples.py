@@ -12,7 +12,7 @@ import glshadow as gs
 from glshadow.core.lights import Light
 from glshadow.core.sampling import SAMPLES
 from glshadow.core.srgb import linear_from_srgb
-from glshadow.scene import shapes
+from glshadow.scenes import shapes
 
 from ..exact.test_casters import LIGHTS as LEAF_LIGHTS
 from ..exact.test_casters import leaf, leaves, placed, scene_of
@@ -198,7 +198,7 @@ def test_more_samples_than_fit_at_once_are_shaded_in_turn(
 ) -> None:
     lights = list(LIGHTS.values())
     whole = renderer.render(courtyard, None, lights, SIZE, outputs=OUTPUTS, samples=16)
-    monkeypatch.setattr("glshadow.gl.samples.MOST_DENSE", 16 * 777)
+    monkeypatch.setattr("glshadow.gl.passes.samples.MOST_DENSE", 16 * 777)
     parts = renderer.render(courtyard, None, lights, SIZE, outputs=OUTPUTS, samples=16)
     for name in OUTPUTS:
         np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))

@@ -13,8 +13,8 @@ import pytest
 import glshadow as gs
 from glshadow.core.lights import to_light
 from glshadow.core.spaces import ClipSpace, perspective
-from glshadow.gl.shaders import _renamed
-from glshadow.gl.state import read_state
+from glshadow.gl.driver.state import read_state
+from glshadow.gl.foreign.shaders import _renamed
 
 SIZE = (240, 160)
 SCENE = gs.scenes.courtyard()

@@ -10,10 +10,11 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.spaces import Array, translation
-from glshadow.gl import runs, sparing
+from glshadow.gl.scene import occlusion as sparing
+from glshadow.gl.scene import runs
 from glshadow.renderer import Renderer
-from glshadow.scene import shapes
 from glshadow.scene.mesh import Material, Mesh, Node, Scene
+from glshadow.scenes import shapes
 
 SIZE = (96, 64)
 LIGHTS = {

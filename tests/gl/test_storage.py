@@ -7,19 +7,19 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from glshadow.core.bias import NoBias
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.fits import SceneFit
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
-from glshadow.core.metric import Target, metric_range, projected_metric, radial_metric, unpack
-from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import CLIP_SPACES, Array, ClipSpace
 from glshadow.errors import SettingsError
-from glshadow.reference import model
 from glshadow.renderer import Renderer
-from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scenes import shapes
+from glshadow.shadows.bias import NoBias
+from glshadow.shadows.fits import SceneFit
+from glshadow.shadows.metric import Target, metric_range, projected_metric, radial_metric, unpack
+from glshadow.shadows.shadow import Faces, Shadow
 
+from .. import model
 from ..tolerances import depth_tolerance, precision
 
 RESOLUTION = 48

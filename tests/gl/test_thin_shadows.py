@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 import glshadow as gs
 from glshadow.core.lights import Light
-from glshadow.gl.sources.edges import Edges
-from glshadow.gl.sources.mapped import Mapped
-from glshadow.scene import shapes
+from glshadow.gl.techniques.edges import Edges
+from glshadow.gl.techniques.mapped import Mapped
+from glshadow.scenes import shapes
 
 from ..exact.test_casters import LIGHTS as LEAF_LIGHTS
 from ..exact.test_casters import leaf, leaves, placed, scene_of

@@ -10,7 +10,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.srgb import linear_from_srgb
-from glshadow.scene import shapes
+from glshadow.scenes import shapes
 
 SIZE = (200, 150)
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])

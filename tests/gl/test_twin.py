@@ -14,7 +14,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from glshadow.core.bias import (
+from glshadow.core.cameras import PerspectiveCamera, pixel_rays
+from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
+from glshadow.core.spaces import CLIP_SPACES, Array, ClipSpace
+from glshadow.frame import Frame
+from glshadow.renderer import Renderer
+from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scenes import shapes
+from glshadow.shadows.bias import (
     Bias,
     ClipBias,
     ConstantBias,
@@ -23,20 +30,13 @@ from glshadow.core.bias import (
     ReceiverPlaneBias,
     SlopeScaledBias,
 )
-from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.filters import Filter, Hard, Pcf
-from glshadow.core.fits import SceneFit
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
-from glshadow.core.metric import Target
-from glshadow.core.shadow import Faces, Shadow
-from glshadow.core.spaces import CLIP_SPACES, Array, ClipSpace
-from glshadow.frame import Frame
-from glshadow.reference import model
-from glshadow.renderer import Renderer
-from glshadow.scene import shapes
-from glshadow.scene.mesh import Mesh, Node, Scene
-from glshadow.shader.variants import MAPPED
+from glshadow.shadows.filters import Filter, Hard, Pcf
+from glshadow.shadows.fits import SceneFit
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import Faces, Shadow
+from scripts.shaders.variants import MAPPED
 
+from .. import model
 from ..tolerances import WEIGHT, precision
 
 SIZE = (72, 54)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
-from glshadow.scene import analytic, shapes
-from glshadow.scene.analytic import AnalyticScene
 from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scenes import analytic, shapes
+from glshadow.scenes.analytic import AnalyticScene
 
 from .registry import Case, Known, Picture, overhead, picture_of, sun_direction
 

@@ -9,7 +9,7 @@ import numpy as np
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.spaces import Array
-from glshadow.scene import analytic
+from glshadow.scenes import analytic
 
 from .registry import AS_DEFAULT, Case, Picture, crease, overhead, picture_of, sun_direction
 from .solids import bars, heights_at, level, posts, ribbons, scene_of, terrain, turned_y

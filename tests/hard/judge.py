@@ -16,7 +16,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.bias import (
+from glshadow.core.lights import DirectionalLight, to_light
+from glshadow.core.spaces import Array, ClipSpace, transform
+from glshadow.frame import Frame
+from glshadow.reference.aimed import AimedLight, moved_over, perpendicular
+from glshadow.reference.rays import dot
+from glshadow.reference.trace import trace
+from glshadow.reference.truth import Truth
+from glshadow.renderer import Renderer
+from glshadow.shadows.bias import (
     FACET_SLOPE,
     ClipBias,
     ConstantBias,
@@ -25,17 +33,9 @@ from glshadow.core.bias import (
     ReceiverPlaneBias,
     SlopeScaledBias,
 )
-from glshadow.core.filters import Exact, Filter
-from glshadow.core.lights import DirectionalLight, to_light
-from glshadow.core.metric import Target, metric_range
-from glshadow.core.spaces import Array, ClipSpace, transform
-from glshadow.core.view import ShadowView
-from glshadow.frame import Frame
-from glshadow.reference.aimed import AimedLight, moved_over, perpendicular
-from glshadow.reference.rays import dot
-from glshadow.reference.trace import trace
-from glshadow.reference.truth import Truth
-from glshadow.renderer import Renderer
+from glshadow.shadows.filters import Exact, Filter
+from glshadow.shadows.metric import Target, metric_range
+from glshadow.shadows.view import ShadowView
 
 from .registry import Picture, Technique
 

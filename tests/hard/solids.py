@@ -10,9 +10,9 @@ import numpy as np
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import Light
 from glshadow.core.spaces import Array
-from glshadow.scene import shapes
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
-from glshadow.scene.shapes import Solid
+from glshadow.scenes import shapes
+from glshadow.scenes.shapes import Solid
 
 
 def scene_of(

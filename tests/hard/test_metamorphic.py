@@ -10,14 +10,14 @@ from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.filters import Exact, Filter, Pcf
-from glshadow.core.fits import SceneFit
 from glshadow.core.lights import DirectionalLight, Light, PointLight
-from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, transform, translation
 from glshadow.renderer import Renderer
-from glshadow.scene import analytic, shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scenes import analytic, shapes
+from glshadow.shadows.filters import Exact, Filter, Pcf
+from glshadow.shadows.fits import SceneFit
+from glshadow.shadows.shadow import Shadow
 
 from .cases_contact import lamp_towards
 from .judge import judge

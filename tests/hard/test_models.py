@@ -9,10 +9,10 @@ import pytest
 
 from glshadow.core.lights import DirectionalLight
 from glshadow.errors import GlshadowWarning
-from glshadow.measure.error import measure
+from glshadow.io.load import load
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
-from glshadow.scene.load import load
+from glshadow.scoring.error import measure
 
 from ..exact.compare import WRONG, compared
 

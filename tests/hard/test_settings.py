@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.filters import Exact, Hard, Pcf
-from glshadow.core.fits import SceneFit, ViewFit
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
-from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array
 from glshadow.errors import ResourceError, SceneError, SettingsError
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
-from glshadow.scene import analytic, shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scenes import analytic, shapes
+from glshadow.shadows.filters import Exact, Hard, Pcf
+from glshadow.shadows.fits import SceneFit, ViewFit
+from glshadow.shadows.shadow import Shadow
 
 from . import cases_fine, cases_views
 from .judge import SAME, judge

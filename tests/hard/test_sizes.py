@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from glshadow.core.bias import ConstantBias, NormalOffsetBias
-from glshadow.core.filters import Hard, Pcf
 from glshadow.core.lights import DirectionalLight, SpotLight
-from glshadow.core.metric import Target
-from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, ClipSpace
-from glshadow.core.view import ShadowView
 from glshadow.frame import Frame
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
-from glshadow.scene import analytic
+from glshadow.scenes import analytic
+from glshadow.shadows.bias import ConstantBias, NormalOffsetBias
+from glshadow.shadows.filters import Hard, Pcf
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import Shadow
+from glshadow.shadows.view import ShadowView
 
 from . import cases_contact, cases_fine
 from .judge import SAME, default_allowance, judge, truth_of

@@ -7,16 +7,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from glshadow.core.filters import Pcf
+from glshadow import scenes as builtin
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
-from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
-from glshadow.measure import measure
-from glshadow.measure.error import texel_size
-from glshadow.measure.score import COLORS, Outcome
 from glshadow.reference import trace
 from glshadow.renderer import Renderer
-from glshadow.scene import builtin
+from glshadow.scoring import measure
+from glshadow.scoring.error import texel_size
+from glshadow.scoring.score import COLORS, Outcome
+from glshadow.shadows.filters import Pcf
+from glshadow.shadows.shadow import Shadow
 
 SIZE = (480, 270)
 

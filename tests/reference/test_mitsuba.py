@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from glshadow import scenes as builtin
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, Light, PointLight
 from glshadow.reference import trace
-from glshadow.scene import builtin
 from glshadow.scene.mesh import Scene
 
 SIZE = (320, 180)

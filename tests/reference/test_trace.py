@@ -7,13 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from glshadow import scenes as builtin
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight, to_light
 from glshadow.errors import ReferenceUnavailable, SettingsError
 from glshadow.reference import trace
 from glshadow.reference.rays import PLANE_BOUND, Rays, world_positions
-from glshadow.scene import builtin, shapes
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+from glshadow.scenes import shapes
 
 SIZE = (320, 180)
 DOWN = DirectionalLight(direction=(0, -1, 0))

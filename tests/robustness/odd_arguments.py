@@ -18,7 +18,7 @@ import numpy as np
 
 import glshadow as gs
 from glshadow import image, overlay, study
-from glshadow.core.filters import FILTERS
+from glshadow.shadows.filters import FILTERS
 
 
 class Raising:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import glshadow as gs
-from glshadow.scene import shapes
+from glshadow.scenes import shapes
 
 Rng = np.random.Generator
 

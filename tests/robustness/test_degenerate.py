@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.scene import shapes
+from glshadow.scenes import shapes
 
 from . import mutated_files, verdict
 

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.scene import shapes
+from glshadow.scenes import shapes
 
 from .gl_objects import counted, resident_mib
 from .interrupted import interrupt
@@ -131,7 +131,7 @@ def _spawned(queue, _):
 FORK = """
 import os, signal, sys
 import glshadow as gs
-from glshadow.scene import shapes
+from glshadow.scenes import shapes
 import numpy as np
 scene = gs.Scene((gs.Node("box", gs.Mesh(*shapes.box((1, 1, 1))), np.eye(4)),))
 when = sys.argv[1]
@@ -179,7 +179,7 @@ sys.path.insert(0, {folder!r})
 from gl_objects import counted
 import numpy as np
 import glshadow as gs
-from glshadow.scene import shapes
+from glshadow.scenes import shapes
 scene = gs.Scene((gs.Node("box", gs.Mesh(*shapes.box((1, 1, 1))), np.eye(4)),))
 with gs.Renderer() as renderer:
     before = renderer.render(scene, size=(64, 64)).image

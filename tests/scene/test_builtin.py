@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 import trimesh
 
+from glshadow import scenes as builtin
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight
 from glshadow.errors import SettingsError
-from glshadow.scene import builtin, shapes
+from glshadow.scenes import shapes
 
 MODELS = Path(os.environ.get("GLSHADOW_MODELS", Path(__file__).parents[3] / "shared" / "models"))
 BENCH = MODELS.parent / "bench" / "courtyard.py"

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from glshadow.errors import GlshadowWarning, SceneError
-from glshadow.scene.load import load
+from glshadow.io.load import load
 
 LOADS = "loads"
 DRACO = importlib.util.find_spec("DracoPy") is not None

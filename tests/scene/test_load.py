@@ -15,8 +15,8 @@ from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.core.spaces import orthographic
 from glshadow.errors import GlshadowWarning, SceneError, SettingsError
+from glshadow.io.load import load
 from glshadow.scene.box import default_sun
-from glshadow.scene.load import load
 from glshadow.scene.mesh import AlphaMode, Scene
 
 # name: (drawn triangles, nodes, distinct meshes, world extents, distinct pictures): what the models' README states
@@ -400,7 +400,7 @@ def test_gltf_wide_spot_is_narrowed(tmp_path):
 def test_gltf_needs_no_trimesh(models):
     """Importing trimesh takes a second, more than rendering a small model."""
     path = str(models / "chess_board.glb")
-    code = f"import sys; from glshadow.scene.load import load; load({path!r}); sys.exit('trimesh' in sys.modules)"
+    code = f"import sys; from glshadow.io.load import load; load({path!r}); sys.exit('trimesh' in sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
 

@@ -5,9 +5,9 @@ import time
 import numpy as np
 import pytest
 
-from glshadow.scene.limits import Budget
-from glshadow.scene.polygons import MANY, MOST, triangulated
-from glshadow.scene.sweep import swept
+from glshadow.io.limits import Budget
+from glshadow.io.polygons import MANY, MOST, triangulated
+from glshadow.io.sweep import swept
 
 
 def ring(radii):

@@ -12,17 +12,17 @@ import pytest
 import trimesh
 
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.filters import Exact, Hard
 from glshadow.core.lights import DirectionalLight
-from glshadow.core.metric import Target
-from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, translation
 from glshadow.errors import GlshadowWarning, SceneError
+from glshadow.io.load import load
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
-from glshadow.scene import shapes
-from glshadow.scene.load import load
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+from glshadow.scenes import shapes
+from glshadow.shadows.filters import Exact, Hard
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import Shadow
 
 from .glb import Glb
 

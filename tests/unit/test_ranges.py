@@ -8,9 +8,17 @@ import numpy as np
 import pytest
 
 from glshadow.core.cameras import OrthographicCamera, PerspectiveCamera
-from glshadow.core.fit import frustum_of, visible_corners
-from glshadow.core.ranges import COARSE_STEP, MOST_CUT, NEAREST_SHARE, USUAL_SHARE, DepthRange, depth_range, view_depth
 from glshadow.core.spaces import Array
+from glshadow.geometry.fitting import frustum_of, visible_corners
+from glshadow.geometry.ranges import (
+    COARSE_STEP,
+    MOST_CUT,
+    NEAREST_SHARE,
+    USUAL_SHARE,
+    DepthRange,
+    depth_range,
+    view_depth,
+)
 from glshadow.scene.mesh import box_corners
 
 SIZE = (1280, 720)

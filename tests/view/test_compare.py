@@ -98,7 +98,7 @@ def test_while_it_moves_it_is_half_as_large_and_then_whole() -> None:
     """In an event loop, as a notebook's kernel has one."""
     import asyncio
 
-    from glshadow.view.explore import REST
+    from glshadow.ui.explore import REST
 
     async def dragged() -> tuple[tuple[int, int], tuple[int, int], str]:
         explorer = gs.explore(gs.scenes.courtyard(), size=SIZE)

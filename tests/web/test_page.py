@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 import glshadow as gs
 from glshadow.cli import main
-from glshadow.core.metric import unpack
+from glshadow.shadows.metric import unpack
 
 from ..view.screen import kept
 from .browser import pixels_of
