@@ -187,9 +187,11 @@ def make_context(backend: str) -> tuple[moderngl.Context, Loader]:
             settings: dict[str, Any] = {"context": loader}
             with undisturbed():
                 ctx = moderngl.create_context(standalone=True, require=330, **settings)
-        except Exception as error:
+        except BaseException as error:
             loader.release()
-            raise BackendUnavailable(str(error), "install a driver with OpenGL 3.3 core or newer") from error
+            if isinstance(error, moderngl.Error | ValueError):  # the rest comes from signal handlers
+                raise BackendUnavailable(str(error), "install a driver with OpenGL 3.3 core or newer") from error
+            raise
         return ctx, loader
     finally:
         make_current(before)

@@ -19,6 +19,7 @@ from glshadow.gl.driver.current import Switch, address, current, make_current
 from glshadow.gl.driver.entry_points import EntryPoints
 from glshadow.gl.driver.queries import ANY_SAMPLES_PASSED, has_timestamps
 from glshadow.gl.driver.state import default_state, preserved_state, write_state
+from glshadow.signals import undisturbed
 
 Backend = Literal["auto", "egl", "osmesa", "window"]
 
@@ -225,7 +226,8 @@ class GLContext:
             return
         self.released = True
         if self.owned:
-            self.ctx.release()
+            with undisturbed():
+                self.ctx.release()
 
 
 def backend_of(backend: Any, device: Any) -> Any:

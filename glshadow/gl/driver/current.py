@@ -10,6 +10,7 @@ import ctypes as C
 import os
 import sys
 from collections.abc import Mapping
+from functools import partial
 from typing import Any, Self
 
 from glshadow.errors import ContextError
@@ -138,7 +139,7 @@ def _find(kind: type[_Library]) -> None:
 
 
 class _PhdrInfo(C.Structure):
-    """Head of glibc's struct dl_phdr_info."""
+    """Head of glibc's struct dl_phdr_info, with room for the rest."""
 
     _fields_ = (
         ("addr", C.c_void_p),
@@ -146,28 +147,20 @@ class _PhdrInfo(C.Structure):
         ("phdr", C.c_void_p),
         ("phnum", C.c_uint16),
         ("adds", C.c_ulonglong),
+        ("rest", C.c_ubyte * 216),
     )
 
 
-_Visit = C.CFUNCTYPE(C.c_int, C.POINTER(_PhdrInfo), C.c_size_t, C.POINTER(C.c_ulonglong))
-
-
-def _visit(info: Any, size: int, adds: Any) -> int:
-    adds[0] = info[0].adds
-    return 1
-
-
-_visit_first = _Visit(_visit)
-
-
 if sys.platform == "linux":
+    _first = _PhdrInfo()
+    _copy = C.CFUNCTYPE(C.c_void_p, C.c_void_p, C.c_void_p, C.c_size_t)(("memmove", C.CDLL(None)))
+    # Called by C: in a function of ours a signal handler could run, and what it raises would be printed and lost.
+    _visit = C.CFUNCTYPE(C.c_int, C.c_void_p, C.c_size_t, C.c_void_p)(partial(_copy, C.addressof(_first)))
     _iterate = C.CDLL(None).dl_iterate_phdr
-    _iterate.argtypes = (_Visit, C.POINTER(C.c_ulonglong))
 
     def _load_count() -> int:
-        adds = C.c_ulonglong()
-        _iterate(_visit_first, C.byref(adds))
-        return adds.value
+        _iterate(_visit, None)
+        return int(_first.adds)
 else:
 
     def _load_count() -> int:
