@@ -63,9 +63,9 @@ class Renderer:
     def __init__(
         self, backend: Backend = "auto", context: moderngl.Context | None = None, device: int | None = None
     ) -> None:
-        backend = backend_of(backend, device)
+        self._backend = backend_of(backend, device)
         self._choices = Choices()
-        self._context = open_context(backend, optional(instance(moderngl.Context))("context", context))
+        self._context = open_context(self._backend, optional(instance(moderngl.Context))("context", context))
         self._store: Store | None = None
         with self._context.drawing():
             self._store = Store(self._context)
@@ -77,7 +77,10 @@ class Renderer:
         self.release()
 
     def release(self) -> None:
-        """Free what the renderer owns on the GPU, and its context if it is its own. May be called twice."""
+        """Free what the renderer owns on the GPU, and its context if it is its own. May be called twice.
+
+        One with a context of its own that is dropped without it is freed by Python's garbage collector.
+        """
         if self._context.released:
             return
         if self._context.lost:  # and everything in it
@@ -150,24 +153,24 @@ class Renderer:
             last = partial(draw, samples=samples)
             return self._choices.render(draw, last, scene, lights, size, budget, tuple(outputs))
         with self._context.drawing():
-            if self._store is None:  # making it was interrupted
-                self._store = Store(self._context)
             try:
+                if self._store is None:  # the last frame was interrupted
+                    self._store = Store(self._context)
                 return self._frame(self._store, scene, camera, lights, size, frozenset(outputs), look)
             except (GlshadowError, GlshadowWarning):
                 self._context.recover()
                 raise
-            except _OF_NUMBERS as error:
-                self._context.recover()
-                raise unexpected(error, f"scene {scene.name}, {camera}, lights {list(lights)}, size {size}") from error
             except BaseException as error:
-                self._start_over()
+                if isinstance(error, _OF_NUMBERS):
+                    self._context.recover()
+                else:
+                    self._start_over(interrupted=not isinstance(error, (MemoryError, *_DEFECTS)))
                 if isinstance(error, MemoryError):
                     raise ResourceError(
                         f"there is not enough memory for {size[0]} x {size[1]} pixels of {', '.join(outputs)}; "
                         "use a smaller picture"
                     ) from error
-                if isinstance(error, _DEFECTS):
+                if isinstance(error, _OF_NUMBERS + _DEFECTS):
                     raise unexpected(
                         error, f"scene {scene.name}, {camera}, lights {list(lights)}, size {size}"
                     ) from error
@@ -223,9 +226,14 @@ class Renderer:
 
         return frames()
 
-    def _start_over(self) -> None:
+    def _start_over(self, interrupted: bool = False) -> None:
         """After Ctrl-C, which may come at any line, and where memory was short: nothing half made is kept."""
         old, self._store = self._store, None
+        if interrupted and self._context.owned:
+            # what was made and not yet noted goes with the context alone
+            spoilt, self._context = self._context, open_context(self._backend)
+            spoilt.release()
+            return
         self._context.recover()
         self._context.gl.failed = False
         self._store = Store(self._context)

@@ -85,9 +85,13 @@ def test_another_thread_leaves_handlers_alone() -> None:
 
 
 def test_every_handler_runs_also_after_one_that_raises(handlers: list[int]) -> None:
-    with pytest.raises(KeyboardInterrupt), undisturbed():
-        os.kill(os.getpid(), signal.SIGINT)
-        os.kill(os.getpid(), signal.SIGTERM)
+    def interrupted_and_ended() -> None:
+        with undisturbed():
+            os.kill(os.getpid(), signal.SIGINT)
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted_and_ended()
     assert handlers == [signal.SIGTERM]
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 

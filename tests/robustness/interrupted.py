@@ -13,8 +13,8 @@ import moderngl
 import glshadow
 
 _WATCHED = tuple(str(Path(module.__file__).resolve().parent) for module in (glshadow, moderngl))
-# Python only prints what is raised in a finaliser or in a function that C calls
-_UNHEARD = {"__del__", "_visit"}
+# Python only prints what is raised in a finaliser
+_UNHEARD = {"__del__"}
 
 
 class Interrupted(KeyboardInterrupt):

@@ -303,6 +303,58 @@ def test_renderers_give_their_memory_back():
     assert resident_mib() - before < 32.0
 
 
+def test_dropped_renderers_give_their_memory_back():
+    """Without release; the scene, which outlives them, must not hold them."""
+    scene, count = box(), 8
+    for _ in range(3):
+        alone()
+    before = resident_mib()
+    held = [gs.Renderer() for _ in range(count)]
+    for renderer in held:
+        picture(renderer, scene)
+    size = resident_mib() - before
+    contexts = [weakref.ref(renderer._context) for renderer in held]
+    del held, renderer
+    gc.collect()
+    assert [ref() for ref in contexts] == [None] * count
+    before = resident_mib()
+    for _ in range(2 * count):
+        picture(gs.Renderer(), scene)
+        gc.collect()
+    assert resident_mib() - before < size / 4, f"{count} renderers at once take {size:.0f} MiB"
+
+
+@pytest.mark.parametrize(
+    ("name", "at_least"),
+    [
+        *((name, 3) for name in ("program", "buffer", "texture", "framebuffer", "vertex_array")),
+        *((name, 1) for name in ("compute_shader", "depth_texture")),
+    ],
+)
+def test_interrupted_when_a_gpu_object_is_made_and_not_yet_noted(monkeypatch, expected, name, at_least):
+    """What nobody has noted goes with its context."""
+    make = getattr(moderngl.Context, name)
+    with gs.Renderer() as renderer:
+        picture(renderer)
+        held = counted(renderer)
+
+    def made(*arguments, **options):
+        nonlocal left
+        thing = make(*arguments, **options)
+        left -= 1
+        if left == 0:
+            raise KeyboardInterrupt
+        return thing
+
+    for left in range(1, at_least + 1):
+        with gs.Renderer() as renderer:
+            with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+                patch.setattr(moderngl.Context, name, made)
+                picture(renderer)
+            np.testing.assert_array_equal(picture(renderer), expected)
+            assert counted(renderer) == held
+
+
 def test_a_released_renderer_leaves_nothing_with_the_meshes():
     """A scene outlives many renderers: what each of them computed of its meshes must go with it."""
     scene = gs.scenes.courtyard()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import threading
 import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -122,6 +123,7 @@ def _after_fork() -> None:
     """The driver's threads stay behind: whatever is asked of it in the child waits for ever."""
     for context in _contexts:
         context.released = True
+        context._end.detach()
 
 
 if hasattr(os, "register_at_fork"):
@@ -134,6 +136,8 @@ class GLContext:
     `with glcontext:` makes it current on this thread and afterwards puts back what was current before; the blocks nest
     in any order, also with other contexts between. Everything that touches OpenGL belongs into such a block: object ids
     of two contexts collide, and an object of the wrong context is read without an error.
+
+    One that is owned and dropped without `release` is destroyed by Python's garbage collector, on whatever thread that runs.
 
     Attributes
     ----------
@@ -151,6 +155,8 @@ class GLContext:
         _contexts.add(self)
         _used_in[:] = [os.getpid()]
         self._switch = switch
+        self._end = weakref.finalize(self, _destroy, ctx if owned else None, backend)
+        self._end.atexit = False  # the driver frees all when the process ends
         with switch:
             self.gl = EntryPoints(_loader_of(ctx))
             self.caps = Caps.probe(backend, ctx, self.gl)
@@ -225,9 +231,16 @@ class GLContext:
         if self.released:
             return
         self.released = True
-        if self.owned:
-            with undisturbed():
-                self.ctx.release()
+        self._end()
+
+
+def _destroy(ctx: moderngl.Context | None, backend: str) -> None:
+    if ctx is None:
+        return
+    if backend == "window" and threading.current_thread() is not threading.main_thread():
+        return  # glfw's windows belong to the main thread
+    with undisturbed():
+        ctx.release()
 
 
 def backend_of(backend: Any, device: Any) -> Any:

@@ -11,7 +11,7 @@ import os
 import sys
 from collections.abc import Mapping
 from functools import partial
-from typing import Any, Self
+from typing import Self
 
 from glshadow.errors import ContextError
 

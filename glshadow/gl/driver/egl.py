@@ -60,11 +60,13 @@ class Egl:
         )  # the one that other programs take too: a GPU where there is one
         self._displays: dict[int | None, int] = {}  # by device; None: the first that works
         self._choosing = Lock()
+        self._addresses: dict[str, int] = {}
 
     def address(self, name: str) -> int:
-        """Address of an OpenGL function; 0 where the driver has none."""
-        found: int | None = self._calls["eglGetProcAddress"](name.encode())
-        return found or 0
+        """Address of an OpenGL function, of every context the same; 0 where the driver has none."""
+        if name not in self._addresses:
+            self._addresses[name] = self._calls["eglGetProcAddress"](name.encode()) or 0
+        return self._addresses[name]
 
     @property
     def devices(self) -> list[str]:

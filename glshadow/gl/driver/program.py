@@ -84,12 +84,11 @@ def set_uniform(member: Any, value: Any) -> None:
 
 
 class Program(_Linked):
-    """A linked vertex and fragment pass."""
+    """A linked vertex and fragment pass. Make it `undisturbed`."""
 
     def __init__(self, context: GLContext, vertex: Text, fragment: Text) -> None:
         try:
-            with undisturbed():
-                linked = context.ctx.program(vertex.code, fragment.code)
+            linked = context.ctx.program(vertex.code, fragment.code)
         except moderngl.Error as error:
             message = str(error)
             raise _rejected(vertex if "\nvertex_shader\n" in message else fragment, message) from error
@@ -104,12 +103,11 @@ class Program(_Linked):
 
 
 class ComputeProgram(_Linked):
-    """A linked compute pass."""
+    """A linked compute pass. Make it `undisturbed`."""
 
     def __init__(self, context: GLContext, text: Text) -> None:
         try:
-            with undisturbed():
-                linked = context.ctx.compute_shader(text.code)
+            linked = context.ctx.compute_shader(text.code)
         except moderngl.Error as error:
             raise _rejected(text, str(error)) from error
         super().__init__(context, linked, text)
@@ -150,7 +148,8 @@ class Programs:
             texts = []
             for name, spoken in ((vertex, plain), (fragment, dialect)):
                 texts.append(compose(name, spoken, slots, _declared(name, spoken, slots, defines)))
-            self._programs[key] = Program(self._context, *texts)
+            with undisturbed():  # until it is noted: what is not would never be deleted
+                self._programs[key] = Program(self._context, *texts)
         return self._programs[key]
 
     def compute(self, name: str, slots: Slots | None = None, defines: Defines | None = None) -> ComputeProgram:
@@ -158,7 +157,9 @@ class Programs:
         slots, defines = slots or {}, defines or {}
         key = (name, tuple(sorted(slots.items())), tuple(sorted(defines.items())))
         if key not in self._computes:
-            self._computes[key] = ComputeProgram(self._context, compose(name, "core430", slots, defines))
+            text = compose(name, "core430", slots, defines)
+            with undisturbed():
+                self._computes[key] = ComputeProgram(self._context, text)
         return self._computes[key]
 
     def release(self) -> None:

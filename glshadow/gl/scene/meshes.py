@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, Literal
+from typing import Literal
 
 import moderngl
 import numpy as np
@@ -286,30 +286,29 @@ class Meshes:
         self._shapes: Shared[Shape] = Shared()
         self._textures: Shared[moderngl.Texture] = Shared()
         self._meshes: weakref.WeakKeyDictionary[Mesh, GpuMesh] = weakref.WeakKeyDictionary()
-        self._finalizers: weakref.WeakKeyDictionary[Mesh, Any] = weakref.WeakKeyDictionary()
-        self._dead: list[GpuMesh] = []
+        self._uploaded: list[GpuMesh] = []
 
     def get(self, mesh: Mesh) -> GpuMesh:
         """The GPU side of a mesh, uploaded the first time."""
         gpu = self._meshes.get(mesh)
         if gpu is None:
             gpu = self._meshes[mesh] = GpuMesh(self._context, mesh, self._shapes, self._textures)
-            # Deleting needs the context to be current, which a finaliser cannot know: collect now, delete in `sweep`.
-            self._finalizers[mesh] = finalizer = weakref.finalize(mesh, self._dead.append, gpu)
-            finalizer.atexit = False
+            self._uploaded.append(gpu)
         return gpu
 
     def sweep(self) -> None:
-        """Free what belonged to meshes that are gone."""
-        while self._dead:
-            self._dead.pop().release()
+        """Free what belonged to meshes that are gone; a finaliser of the mesh could not: the context may not be current there."""
+        if len(self._uploaded) == len(self._meshes):
+            return
+        held = set(map(id, self._meshes.values()))
+        gone = [gpu for gpu in self._uploaded if id(gpu) not in held]
+        self._uploaded = [gpu for gpu in self._uploaded if id(gpu) in held]
+        for gpu in gone:
+            gpu.release()
 
     def release(self) -> None:
         """Free everything."""
-        for gpu in (*self._meshes.values(), *self._dead):
+        for gpu in self._uploaded:
             gpu.release()
-        for finalizer in self._finalizers.values():
-            finalizer.detach()  # it holds the GpuMesh as long as the Mesh lives
+        self._uploaded.clear()
         self._meshes.clear()
-        self._finalizers.clear()
-        self._dead.clear()
