@@ -1,6 +1,7 @@
 """Renderers come and go, in turn, at once, in threads and processes, out of memory and interrupted; what stays is right, and little."""
 
 import gc
+import itertools
 import multiprocessing as mp
 import os
 import signal
@@ -338,19 +339,20 @@ def test_interrupted_when_a_gpu_object_is_made_and_not_yet_noted(monkeypatch, ex
         picture(renderer)
         held = counted(renderer)
 
-    def made(*arguments, **options):
-        nonlocal left
-        thing = make(*arguments, **options)
-        left -= 1
-        if left == 0:
-            raise KeyboardInterrupt
-        return thing
+    for number in range(at_least):
+        calls = itertools.count()
 
-    for left in range(1, at_least + 1):
+        def made(*arguments, calls=calls, number=number, **options):
+            thing = make(*arguments, **options)
+            if next(calls) == number:
+                raise KeyboardInterrupt
+            return thing
+
         with gs.Renderer() as renderer:
-            with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
-                patch.setattr(moderngl.Context, name, made)
+            monkeypatch.setattr(moderngl.Context, name, made)
+            with pytest.raises(KeyboardInterrupt):
                 picture(renderer)
+            monkeypatch.undo()
             np.testing.assert_array_equal(picture(renderer), expected)
             assert counted(renderer) == held
 
