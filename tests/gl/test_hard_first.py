@@ -22,6 +22,7 @@ from glshadow.scene.mesh import Scene
 from glshadow.shadows.filters import Filter, Hard
 from glshadow.shadows.shadow import Shadow
 
+from ..pairwise import every_pair
 from ..tolerances import WEIGHT
 
 SIZE = (320, 240)
@@ -84,11 +85,13 @@ def assert_lit(frame: Frame, counted: Array) -> None:
     )
 
 
-@pytest.mark.parametrize("view", PLANE_VIEWS)
-@pytest.mark.parametrize("theta", [0.0, 45.0, 80.0, 89.0, 89.9, 89.99])
-@pytest.mark.parametrize("resolution", [2048, 512])
-@pytest.mark.parametrize("kernel", [DEFAULT, Hard()], ids=str)
-@pytest.mark.parametrize("kind", KINDS)
+@every_pair(
+    kind=KINDS,
+    kernel=(DEFAULT, Hard()),
+    resolution=(2048, 512),
+    theta=(0.0, 45.0, 80.0, 89.0, 89.9, 89.99),
+    view=list(PLANE_VIEWS),
+)
 def test_empty_plane(
     renderer: Renderer, plane: Scene, kind: str, kernel: Filter, resolution: int, theta: float, view: str
 ) -> None:
@@ -105,9 +108,7 @@ def test_empty_plane(
     assert_lit(frame, counted)
 
 
-@pytest.mark.parametrize("height", [5.0, 1.0, 0.1, 0.01])
-@pytest.mark.parametrize("kind", ["spot", "point"])
-@pytest.mark.parametrize("kernel", [DEFAULT, Hard()], ids=str)
+@every_pair(kernel=(DEFAULT, Hard()), kind=("spot", "point"), height=(5.0, 1.0, 0.1, 0.01))
 def test_lamp_just_above_the_plane(renderer: Renderer, plane: Scene, kernel: Filter, kind: str, height: float) -> None:
     """Every angle up to grazing in one picture."""
     shadow = Shadow(filter=kernel)
@@ -154,11 +155,9 @@ def facets(ball: Scene) -> Facets:
     return Facets(ball)
 
 
-@pytest.mark.parametrize("view", BALL_VIEWS)
-@pytest.mark.parametrize("elevation", [0.0, 30.0, 75.0])
-@pytest.mark.parametrize("resolution", [2048, 512])
-@pytest.mark.parametrize("kernel", [DEFAULT, Hard()], ids=str)
-@pytest.mark.parametrize("kind", KINDS)
+@every_pair(
+    kind=KINDS, kernel=(DEFAULT, Hard()), resolution=(2048, 512), elevation=(0.0, 30.0, 75.0), view=list(BALL_VIEWS)
+)
 def test_convex_body_alone(
     renderer: Renderer,
     ball: Scene,

@@ -1,4 +1,4 @@
-"""What a shadow map stores: every cell of light x clip convention x format against the float64 formula."""
+"""What a shadow map stores: light x clip convention x format against the float64 formula."""
 
 from __future__ import annotations
 
@@ -20,15 +20,14 @@ from glshadow.shadows.metric import Target, metric_range, projected_metric, radi
 from glshadow.shadows.shadow import Faces, Shadow
 
 from .. import model
+from ..pairwise import every_pair
 from ..tolerances import depth_tolerance, precision
 
 RESOLUTION = 48
 CAMERA = PerspectiveCamera(position=(4.0, 6.0, 7.0), target=(0.0, 0.5, 0.0))
 KINDS = ("directional", "spot", "point")
 
-cells = pytest.mark.parametrize("target", list(Target), ids=lambda target: target.value)
-conventions = pytest.mark.parametrize("clip", CLIP_SPACES, ids=str)
-lights = pytest.mark.parametrize("kind", KINDS)
+CELLS = {"kind": KINDS, "clip": CLIP_SPACES, "target": list(Target)}
 
 
 @pytest.fixture(scope="module")
@@ -75,9 +74,7 @@ def stored_bounds(renderer: Renderer, light: Light, clip: ClipSpace, target: Tar
     return frame.shadow_maps[0].astype(np.float64), low, high
 
 
-@lights
-@conventions
-@cells
+@every_pair(**CELLS)
 def test_every_texel_holds_the_formula(renderer: Renderer, kind: str, clip: ClipSpace, target: Target) -> None:
     """Near and far cut through the scene: the map also holds what is nearer, what is beyond, and nothing."""
     near, far = (-1.0, 0.3) if kind == "directional" else (2.8, 4.4)
@@ -96,9 +93,7 @@ def test_every_texel_holds_the_formula(renderer: Renderer, kind: str, clip: Clip
         assert (stored == nearest).any(), "nothing is clamped to near"
 
 
-@lights
-@conventions
-@cells
+@every_pair(**CELLS)
 def test_derived_range_holds_the_whole_scene(renderer: Renderer, kind: str, clip: ClipSpace, target: Target) -> None:
     stored, low, high = stored_bounds(renderer, light_of(kind, clip=clip, target=target), clip, target)
     assert ((stored >= low) & (stored <= high)).all()
@@ -113,10 +108,7 @@ def facing_square(distance: float, half: float = 40.0) -> shapes.Solid:
     return shapes.rectangle((-half, -distance, half), (2.0 * half, 0.0, 0.0), (0.0, 0.0, -2.0 * half))
 
 
-@pytest.mark.parametrize("share", [-0.5, 0.0, 0.25, 1.0, 1.5])
-@lights
-@conventions
-@cells
+@every_pair(**CELLS, share=(-0.5, 0.0, 0.25, 1.0, 1.5))
 def test_near_far_and_beyond(renderer: Renderer, kind: str, clip: ClipSpace, target: Target, share: float) -> None:
     """A plane across the light's axis at near, between, at far and beyond either: one known number in the middle."""
     near, far = 2.0, 6.0
@@ -150,7 +142,7 @@ def closed_form(kind: str, clip: ClipSpace, target: Target, d: float, n: float, 
     return (d - n) / (f - n)  # clip z is linear in d: the metric is the same line in every convention
 
 
-@conventions
+@pytest.mark.parametrize("clip", CLIP_SPACES, ids=str)
 def test_camera_depth_and_metric(renderer: Renderer, clip: ClipSpace) -> None:
     """The camera's own depth against rays, and its metric against the formula of a spot light in its convention."""
     scene, triangles = plane_and_box()

@@ -37,6 +37,7 @@ from glshadow.shadows.shadow import Faces, Shadow
 from scripts.shaders.variants import MAPPED
 
 from .. import model
+from ..pairwise import every_pair
 from ..tolerances import WEIGHT, precision
 
 SIZE = (72, 54)
@@ -168,34 +169,24 @@ def test_filters(check: Checker, kind: str, target: Target, kernel: Filter) -> N
     check(light_of(kind, settings(64, kernel, DERIVED, target)), 0.5)
 
 
-@pytest.mark.parametrize("bias", BIASES, ids=named)
-@pytest.mark.parametrize("kernel", [Hard(), Pcf(1)], ids=named)
-@pytest.mark.parametrize("target", [DEPTH, METRIC], ids=named)
-@pytest.mark.parametrize("kind", KINDS)
+@every_pair(kind=KINDS, target=(DEPTH, METRIC), kernel=(Hard(), Pcf(1)), bias=BIASES)
 def test_biases(check: Checker, kind: str, target: Target, kernel: Filter, bias: Bias) -> None:
     # without a bias a surface lit head-on is one single tie
     check(light_of(kind, settings(48, kernel, bias, target)), 0.4 if bias == NoBias() else 0.5)
 
 
-@pytest.mark.parametrize("clip", CLIP_SPACES, ids=str)
-@pytest.mark.parametrize("target", [Target.DEPTH16, Target.DEPTH24, Target.DEPTH32F], ids=named)
-@pytest.mark.parametrize("kind", KINDS)
+@every_pair(kind=KINDS, target=(Target.DEPTH16, Target.DEPTH24, Target.DEPTH32F), clip=CLIP_SPACES)
 def test_slope_scaled(check: Checker, kind: str, target: Target, clip: Any) -> None:
     # ties: 1.1 slopes are just short of what a bilinear tap needs
     check(light_of(kind, settings(64, Pcf(0), CASTER, target, clip=clip)), 0.4)
 
 
-@pytest.mark.parametrize("clip", CLIP_SPACES, ids=str)
-@pytest.mark.parametrize("target", list(Target), ids=named)
-@pytest.mark.parametrize("kind", KINDS)
+@every_pair(kind=KINDS, target=list(Target), clip=CLIP_SPACES)
 def test_every_format_and_convention(check: Checker, kind: str, target: Target, clip: Any) -> None:
     check(light_of(kind, settings(32, Pcf(1), DERIVED, target, clip=clip)), 0.3)
 
 
-@pytest.mark.parametrize("resolution", [3, 5, 8, 13, 33])
-@pytest.mark.parametrize("kernel", [Hard(), Pcf(0), Pcf(1)], ids=named)
-@pytest.mark.parametrize("target", [DEPTH, METRIC], ids=named)
-@pytest.mark.parametrize("kind", KINDS)
+@every_pair(kind=KINDS, target=(DEPTH, METRIC), kernel=(Hard(), Pcf(0), Pcf(1)), resolution=(3, 5, 8, 13, 33))
 def test_tiny_maps(check: Checker, kind: str, target: Target, kernel: Filter, resolution: int) -> None:
     if kind == "point" and resolution < 2 * kernel.reach_texels + 1:
         resolution = 2 * int(kernel.reach_texels) + 1  # a smaller tile has no room for the guard band of its neighbours
