@@ -1,4 +1,4 @@
-"""Fixtures for every room: one OpenGL context per process, a seeded generator, the models, and no silent skip."""
+"""Fixtures for all tests: one OpenGL context per process, a seeded generator, the models, and no silent skip."""
 
 import itertools
 import os
@@ -34,6 +34,28 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Modules that take long first: the last one to be begun is then a short one, for which no other process waits."""
     long = {item.path for item in items if item.get_closest_marker("slow")}
     items.sort(key=lambda item: item.path not in long)
+
+
+_left_out: set[str] = set()
+
+
+def pytest_deselected(items: list[pytest.Item]) -> None:
+    _left_out.update(item.nodeid for item in items if item.get_closest_marker("exhaustive"))
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    if hasattr(session.config, "workeroutput"):  # of pytest-xdist
+        session.config.workeroutput["left_out"] = sorted(_left_out)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    _left_out.update(getattr(node, "workeroutput", {}).get("left_out", ()))
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    if _left_out:
+        terminalreporter.write_line(f"{len(_left_out)} exhaustive tests were left out: scripts/test --all runs them")
 
 
 def _skip_is_failure(report: Any) -> bool:

@@ -124,14 +124,15 @@ def test_tests_get_the_tools_and_the_arguments(sandbox: Sandbox, tmp_path: Path)
     ]
 
 
-def test_without_arguments_everything_is_checked_first(sandbox: Sandbox) -> None:
-    sandbox.run("test")
+@pytest.mark.parametrize(("arguments", "chosen"), [([], " -m not exhaustive"), (["--all"], "")], ids=str)
+def test_without_arguments_everything_is_checked_first(sandbox: Sandbox, arguments: list[str], chosen: str) -> None:
+    sandbox.run("test", *arguments)
     calls = sandbox.calls()
     ran = [call.split()[1] for call in calls[3:]]
     assert ran[0] == "ruff"
     assert ran[-1] == "pytest"
-    assert {"ruff", "mypy", "codespell_lib", "--check"} <= set(ran)
-    assert calls[-1].startswith("-m pytest -n 2")
+    assert {"ruff", "mypy", "codespell_lib", "--check", "scripts.shaders.validate"} <= set(ran)
+    assert calls[-1] == f"-m pytest -n 2 --dist loadscope --no-loadscope-reorder{chosen}"
 
 
 def test_a_failed_check_fails_after_all_checks_ran(sandbox: Sandbox) -> None:

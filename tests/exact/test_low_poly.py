@@ -83,6 +83,7 @@ def test_no_shadow_is_missing(renderer: Renderer) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.filterwarnings("ignore:nothing is in view")
 def test_no_shadow_is_missing_in_400_more(renderer: Renderer) -> None:
     assert sum(check(renderer, seed) for seed in range(100, 500)) > 400_000

@@ -17,7 +17,9 @@ NOTEBOOKS = Path(__file__).parents[2] / "examples"
 OTHERS = ("bias_exercise", "depth_metrics", "soft_light", "speed_against_error")
 
 
-@pytest.fixture(scope="module", params=OTHERS)
+@pytest.fixture(
+    scope="module", params=[OTHERS[0], *(pytest.param(name, marks=pytest.mark.exhaustive) for name in OTHERS[1:])]
+)
 def executed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, dict[str, Any]]:
     folder = tmp_path_factory.mktemp(request.param)
     result = folder / "executed.ipynb"

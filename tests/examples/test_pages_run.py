@@ -36,7 +36,7 @@ def given(page: str, folder: Path, models: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", PAGES)
+@pytest.mark.parametrize("page", [PAGES[0], *(pytest.param(page, marks=pytest.mark.exhaustive) for page in PAGES[1:])])
 def test_what_a_page_says_to_type_works(page: str, sessions: ModuleType, models: Path, tmp_path: Path) -> None:
     given(page, tmp_path, models)
     for block in sessions.blocks_of((CHECKOUT / page).read_text()):

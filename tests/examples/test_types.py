@@ -43,6 +43,8 @@ def check(*files: Path) -> str:
     return "" if done.returncode == 0 else done.stdout + done.stderr
 
 
+@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_blocks_of_the_readme_and_examples(tmp_path: Path) -> None:
     blocks = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     assert blocks
@@ -57,6 +59,7 @@ def test_blocks_of_the_readme_and_examples(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_check_can_fail(tmp_path: Path) -> None:
     (tmp_path / "wrong.py").write_text(WRONG)
     said = check(tmp_path / "wrong.py")

@@ -13,9 +13,9 @@ import glshadow as gs
 from glshadow.core.spaces import Array, transform
 from glshadow.gl.passes.readback import pixels
 from glshadow.gl.techniques import Prefiltered
-from glshadow.shader import variants
 from glshadow.shadows.bias import FACET_SLOPE
 from glshadow.shadows.filters.moments import MomentFilter, spread
+from scripts.shaders import variants
 
 SIZE = (240, 136)
 SCENE = gs.scenes.courtyard()

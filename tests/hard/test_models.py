@@ -20,7 +20,9 @@ SIZE = (256, 256)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["brain_cortex.ply", "dungeon_instances.glb"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("brain_cortex.ply", marks=pytest.mark.exhaustive), "dungeon_instances.glb"]
+)
 def test_n36_large_models(renderer: Renderer, models: Path, name: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GlshadowWarning)

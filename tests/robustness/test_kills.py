@@ -121,6 +121,7 @@ def test_an_error_inside_leaves_nothing(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 def test_commands_killed_at_any_moment(tmp_path):
     """SIGTERM and SIGKILL in turn, spread over the command's whole life: the picture is whole or not there."""
     command = [sys.executable, "-m", "glshadow", "render", *SMALL, "-o", "a.png"]

@@ -272,7 +272,14 @@ def test_ctrl_c_in_a_picture_leaves_a_working_renderer(expected):
 
 # what is interrupted while moderngl makes it may lack what its __del__ asks for
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-@pytest.mark.parametrize(("warm", "stride"), [(False, 1999), (True, 701)])
+@pytest.mark.parametrize(
+    ("warm", "stride"),
+    [
+        (False, 4999),
+        (True, 3001),
+        *(pytest.param(*each, marks=pytest.mark.exhaustive) for each in ((False, 1999), (True, 701))),
+    ],
+)
 def test_ctrl_c_at_any_step_leaves_a_working_renderer(warm, stride):
     """A picture has some 27,000 steps, a warm one 7,000."""
     scene = box()

@@ -30,7 +30,9 @@ LIGHTS: dict[str, gs.Light] = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", list(LIGHTS))
+@pytest.mark.parametrize(
+    "name", ["point", *(pytest.param(name, marks=pytest.mark.exhaustive) for name in ("sun", "spot"))]
+)
 def test_a_browser_shows_what_we_render(browser: Callable[[Path, str], str], tmp_path: Path, name: str) -> None:
     light = replace(
         LIGHTS[name], shadow=gs.Shadow(filter=gs.Pcf(1), resolution=256, target=gs.Target.RGBA8, fit=gs.SceneFit())
@@ -60,6 +62,7 @@ def test_a_browser_shows_what_we_render(browser: Callable[[Path, str], str], tmp
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 def test_one_byte_shows_much_the_same(browser: Callable[[Path, str], str], tmp_path: Path) -> None:
     pages = {
         target: browser(
