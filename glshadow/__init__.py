@@ -25,8 +25,9 @@ from glshadow.errors import (
     ShaderError,
 )
 from glshadow.io.limits import Limits
-from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
-from glshadow.scoring.error import ShadowError, measure  # now: the function must hide the room of its name
+from glshadow.scene.mesh import AlphaMode, Material, Mesh
+from glshadow.scene.nodes import Node, Scene
+from glshadow.scoring.error import Measurement, measure
 from glshadow.scoring.score import Score
 from glshadow.shadows import filters as _filters
 from glshadow.shadows.bias import (
@@ -48,7 +49,7 @@ if TYPE_CHECKING:
     from glshadow import batch, image, overlay, scenes, study
     from glshadow.derive.used import Used
     from glshadow.frame import Frame
-    from glshadow.gl.foreign import forward, shaders
+    from glshadow.gl.foreign import shaders
     from glshadow.gl.foreign.shaders import Caster, ShadowMap
     from glshadow.io.load import load
     from glshadow.offscreen import PyrenderRenderer
@@ -89,7 +90,6 @@ _LAZY = {
 }
 _MODULES = {
     "batch": "glshadow.batch",
-    "forward": "glshadow.gl.foreign.forward",
     "image": "glshadow.image",
     "overlay": "glshadow.overlay",
     "scenes": "glshadow.scenes",
@@ -138,6 +138,7 @@ __all__ = [
     "Limits",
     "Lispsm",
     "Material",
+    "Measurement",
     "Mesh",
     "MissingOutput",
     "NoBias",
@@ -160,7 +161,6 @@ __all__ = [
     "SettingsError",
     "ShaderError",
     "Shadow",
-    "ShadowError",
     "ShadowMap",
     "ShadowView",
     "SkyLight",
@@ -176,7 +176,6 @@ __all__ = [
     "explore",
     "export_page",
     "flip",
-    "forward",
     "image",
     "load",
     "measure",

@@ -8,20 +8,23 @@ from glshadow.core.cameras import Camera
 from glshadow.core.lights import LIGHTS, Light, Lights
 from glshadow.core.setting import instance, optional, refuse, several, shown, whole
 from glshadow.errors import SceneError
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
+
+USUAL_SIZE = (1280, 720)
+"""Of an image where nothing is said, pixels."""
 
 LARGEST_SIDE = 1 << 15  # pixels; the driver's own limit is checked when the picture is made
 
 CAMERA = optional(instance(Camera), "the scene's own")
 
 
-def as_scene(source: Any) -> Scene:
-    """A scene as it is, so that what is kept of it stays; of anything else what `load` makes of it."""
-    if isinstance(source, Scene):
+def as_scene(source: Any, ground: bool | str = False) -> Scene:
+    """A scene itself, so that what is kept of it stays; `load` makes one of anything else. With the ground that `load` describes."""
+    if isinstance(source, Scene) and ground is False:
         return source
     from glshadow.io.load import load  # which takes its time
 
-    return load(source)
+    return load(source, ground=ground)
 
 
 def picture_arguments(

@@ -1,24 +1,26 @@
-"""Renderer: the one place where a picture comes together: what the camera sees, each light's map, then light by light resolved."""
+"""Renderer: one frame from beginning to end: the camera pass, the shadow of each light, lighting, read-back."""
 
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, Self
+from os import PathLike
+from typing import Any, Self, TypedDict, Unpack
 
 import moderngl
 from numpy.typing import ArrayLike
 
-from glshadow.arguments import as_scene, picture_arguments
+from glshadow.arguments import USUAL_SIZE, as_scene, picture_arguments
 from glshadow.budget import Budget, Choices
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import DirectionalLight, Light, Lights
-from glshadow.core.sampling import grid
-from glshadow.core.setting import as_path, instance, optional, shown
+from glshadow.core.outputs import checked_outputs
+from glshadow.core.sampling import USUAL, grid
+from glshadow.core.setting import instance, optional, shown
 from glshadow.derive.look import AMBIENT, BACKGROUND, Ambient, Look, look_of
 from glshadow.errors import GlshadowError, GlshadowWarning, ResourceError, SettingsError, unexpected, warn
-from glshadow.frame import Frame, checked_outputs
+from glshadow.frame import Frame
 from glshadow.gl.driver.clock import Clock
 from glshadow.gl.driver.context import Backend, backend_of, open_context
 from glshadow.gl.driver.targets import clear_outputs
@@ -30,7 +32,8 @@ from glshadow.gl.passes.translucent import Panes, untinted
 from glshadow.gl.resources import Store
 from glshadow.gl.techniques import Source
 from glshadow.gl.techniques.technique import open_receiver
-from glshadow.scene.mesh import Scene
+from glshadow.image import image_path
+from glshadow.scene.nodes import Scene
 
 _EVERY_SAMPLE = "all {} samples of every pixel are shaded: collecting those that differ needs OpenGL 4.3, {} has {:.1f}"
 
@@ -38,6 +41,20 @@ _OF_NUMBERS = (ArithmeticError, LookupError, ValueError)
 """What formulas raise where they are wrong. What is kept gets its key once it is whole, so that they leave nothing half made."""
 _DEFECTS = (AssertionError, AttributeError, TypeError, moderngl.Error)
 """What else only a defect raises; signal handlers may raise the rest, at any line."""
+
+
+DEFAULT_OUTPUTS = ("image", "visibility")
+
+
+class RenderOptions(TypedDict, total=False):
+    """What `Renderer.render` takes beside scene, camera, lights and size; described there."""
+
+    ambient: Ambient
+    background: ArrayLike | None
+    outputs: str | Sequence[str]
+    samples: int
+    max_wrong: float | None
+    max_ms: float | None
 
 
 class Renderer:
@@ -98,11 +115,11 @@ class Renderer:
         scene: Scene,
         camera: Camera | None = None,
         lights: Lights = None,
-        size: tuple[int, int] = (1280, 720),
+        size: tuple[int, int] = USUAL_SIZE,
         ambient: Ambient = AMBIENT,
         background: ArrayLike | None = BACKGROUND,
-        outputs: Sequence[str] = ("image", "visibility"),
-        samples: int = 1,
+        outputs: str | Sequence[str] = DEFAULT_OUTPUTS,
+        samples: int = USUAL,
         max_wrong: float | None = None,
         max_ms: float | None = None,
     ) -> Frame:
@@ -120,8 +137,8 @@ class Renderer:
             from below, blended by the height of the normal.
         background : (3,) floats or None
             sRGB, each from 0 to 1; None: transparent.
-        outputs : sequence of str
-            What to read back: see `Frame`.
+        outputs : str or sequence of str
+            What to read back: names of properties of `Frame`, or "all".
         samples : int
             1, 4, 8 or 16 in each pixel, a grid. Image, linear and alpha are their mean in linear light, visibility the mean of those
             that see a surface; the other outputs are those of the pixel's middle. Pixels whose samples all see one smooth surface,
@@ -183,16 +200,16 @@ class Renderer:
         scene: Scene,
         cameras: Iterable[Camera],
         lights: Lights = None,
-        size: tuple[int, int] = (1280, 720),
-        **options: Any,
+        size: tuple[int, int] = USUAL_SIZE,
+        **options: Unpack[RenderOptions],
     ) -> Generator[Frame]:
-        """One picture after another of the same scene: each as `render` gives it. What does not depend on the camera is made once.
+        """Frames of one scene, one after another, each as `render` gives it. What does not depend on the camera is made once.
 
         Parameters
         ----------
         scene : Scene
         cameras : iterable of cameras
-            Taken one by one, when the next picture is asked for.
+            Taken one by one, when the next frame is needed.
         lights, size, **options
             As in `render`.
 
@@ -203,13 +220,13 @@ class Renderer:
         Raises
         ------
         SettingsError, SceneError
-            At once, but for a camera that is none: when its turn comes, with its number.
+            Raised immediately; a bad camera is reported with its index when it is reached.
         """
-        if unknown := set(options) - {"ambient", "background", "outputs", "samples", "max_wrong", "max_ms"}:
+        if unknown := set(options) - set(RenderOptions.__annotations__):
             raise SettingsError(f"sequence has no {', '.join(sorted(map(repr, unknown)))}: it takes what render takes")
         _, lights, size = picture_arguments(scene, None, lights, size)
-        look_of(options.get("ambient", AMBIENT), options.get("background", BACKGROUND), options.get("samples", 1))
-        checked_outputs(options.get("outputs", ("image",)))
+        look_of(options.get("ambient", AMBIENT), options.get("background", BACKGROUND), options.get("samples", USUAL))
+        checked_outputs(options.get("outputs", DEFAULT_OUTPUTS))
         try:
             views = iter(cameras)
         except TypeError:
@@ -283,7 +300,7 @@ class Renderer:
         if clock.wanted:
             results["timings"] = clock.times()
         return Frame(scene=scene, camera=camera, lights=lights, size=size, near=sight.near, far=sight.far, used=used,
-                     outputs=results, samples=look.samples, origin=work.scene.origin)  # fmt: skip
+                     outputs=results, samples=look.samples)  # fmt: skip
 
     def _see(self, store: Store, work: Work, samples: int, clock: Clock) -> None:
         """Draw what the camera sees, unless it is there from the last frame."""
@@ -324,11 +341,12 @@ def render(
     scene: Any,
     camera: Camera | None = None,
     lights: Lights = None,
-    size: tuple[int, int] = (1280, 720),
-    path: Any = None,
-    **options: Any,
+    size: tuple[int, int] = USUAL_SIZE,
+    path: str | PathLike[str] | None = None,
+    ground: bool | str = False,
+    **options: Unpack[RenderOptions],
 ) -> Frame:
-    """One picture by a renderer of its own.
+    """One frame by a renderer of its own.
 
     Parameters
     ----------
@@ -337,14 +355,16 @@ def render(
     camera, lights, size
         As in Renderer.render.
     path : optional
-        Also save it there.
+        Also save the image there. Its ending and its folder are checked before anything is rendered.
+    ground : bool or "catcher"
+        As in `glshadow.load`.
     **options
         Further arguments of Renderer.render.
     """
-    path = optional(as_path, "it is not saved")("path", path)
-    scene = as_scene(scene)
+    target = optional(image_path, "it is not saved")("path", path)
+    scene = as_scene(scene, ground)
     with Renderer() as renderer:
         frame = renderer.render(scene, camera, lights, size, **options)
-    if path is not None:
-        frame.save(path)
+    if target is not None:
+        frame.save(target)
     return frame

@@ -6,6 +6,7 @@ import weakref
 from typing import Any
 
 from glshadow.core.cameras import Camera
+from glshadow.core.outputs import CENTRES
 from glshadow.derive.look import Look
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.kept import Kept
@@ -17,7 +18,7 @@ from glshadow.gl.passes.atlases import Atlases
 from glshadow.gl.passes.camera import Sight, draw_surface
 from glshadow.gl.passes.camera import look as seen_by
 from glshadow.gl.passes.primary import find_primary
-from glshadow.gl.passes.readback import MIDDLES, average_samples, read_means, read_middles
+from glshadow.gl.passes.readback import average_samples, read_means, read_middles
 from glshadow.gl.passes.samples import Samples
 from glshadow.gl.passes.screen import Samplers
 from glshadow.gl.passes.translucent import Glasses
@@ -25,7 +26,7 @@ from glshadow.gl.scene.cookies import Cookies
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.scene.meshes import Meshes
 from glshadow.gl.techniques import Sources
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
 
 
 class Store:
@@ -112,7 +113,7 @@ class Store:
         else:
             fine = read_means(outputs | {"linear", "alpha"}, targets, lights, transparent)
             results = average_samples(outputs, fine, spread, transparent)
-        if outputs.isdisjoint(MIDDLES):
+        if outputs.isdisjoint(CENTRES):
             return results
         if look.samples == 1:
             return results | read_middles(outputs, work.scene, work.sight, targets.fine)

@@ -17,7 +17,8 @@ from glshadow.core.spaces import orthographic
 from glshadow.errors import GlshadowWarning, SceneError, SettingsError
 from glshadow.io.load import load
 from glshadow.scene.box import default_sun
-from glshadow.scene.mesh import AlphaMode, Scene
+from glshadow.scene.mesh import AlphaMode
+from glshadow.scene.nodes import Scene
 
 # name: (drawn triangles, nodes, distinct meshes, world extents, distinct pictures): what the models' README states
 MODELS = {
