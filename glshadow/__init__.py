@@ -53,9 +53,10 @@ if TYPE_CHECKING:
     from glshadow.gl.foreign.shaders import Caster, ShadowMap
     from glshadow.io.load import load
     from glshadow.offscreen import PyrenderRenderer
+    from glshadow.once import render
     from glshadow.reference.trace import trace
     from glshadow.reference.truth import Truth
-    from glshadow.renderer import Renderer, render
+    from glshadow.renderer import Renderer
     from glshadow.scoring.flip import Flip, flip
     from glshadow.shadows.view import ShadowView
     from glshadow.ui.compare import Compared, Comparison, compare
@@ -84,7 +85,7 @@ _LAZY = {
     "export_page": "glshadow.web.export",
     "flip": "glshadow.scoring.flip",
     "load": "glshadow.io.load",
-    "render": "glshadow.renderer",
+    "render": "glshadow.once",
     "show": "glshadow.ui.window",
     "trace": "glshadow.reference.trace",
 }

@@ -55,6 +55,18 @@ def _grey(view: NDArray[np.float32]) -> NDArray[np.uint8]:
     return np.repeat(grey[..., None], 3, axis=-1)
 
 
+@dataclass(frozen=True)
+class LeftBehind:
+    """In the place of a scene that a pickled frame left behind: its name."""
+
+    name: str
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        raise GlshadowError(f"a frame that was pickled holds no scene: keep scene {self.name!r} beside it")
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Frame:
     """One rendered picture and what is known about it. Row 0 is the top.
@@ -160,12 +172,9 @@ class Frame:
 
     def __repr__(self) -> str:
         lights = f"{len(self.lights)} light{'' if len(self.lights) == 1 else 's'}"
-        return f"Frame({self.name!r}, {self.size[0]} x {self.size[1]}, {lights}, outputs {', '.join(self.outputs)})"
-
-    @property
-    def name(self) -> str:
-        """Of the scene."""
-        return str(vars(self).get("_name") or self.scene.name)
+        return (
+            f"Frame({self.scene.name!r}, {self.size[0]} x {self.size[1]}, {lights}, outputs {', '.join(self.outputs)})"
+        )
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
         """The image, for numpy and matplotlib."""
@@ -173,12 +182,7 @@ class Frame:
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the scene, which may be a thousand times larger than the image."""
-        return {name: value for name, value in vars(self).items() if name != "scene"} | {"_name": self.name}
-
-    def __getattr__(self, name: str) -> Any:  # reached for what is missing alone
-        if name == "scene":
-            raise GlshadowError("a frame that was pickled holds no scene: keep the scene beside it")
-        raise AttributeError(f"Frame has no {name!r}")
+        return {**vars(self), "scene": LeftBehind(self.scene.name)}
 
     def show(self) -> None:
         """The image in a notebook, and elsewhere in the system's image viewer.

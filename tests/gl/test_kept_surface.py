@@ -25,16 +25,16 @@ def renderer() -> Iterator[gs.Renderer]:
 @pytest.fixture
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """One entry for each time that the surface is drawn."""
-    from glshadow import renderer
+    from glshadow.gl import draw
 
     times: list[int] = []
-    original = renderer.draw_surface
+    original = draw.draw_surface
 
     def counted(*arguments: Any) -> None:
         times.append(len(times))
         original(*arguments)
 
-    monkeypatch.setattr(renderer, "draw_surface", counted)
+    monkeypatch.setattr(draw, "draw_surface", counted)
     return times
 
 

@@ -18,7 +18,8 @@ from glshadow.core.outputs import NAMES as OUTPUTS
 from glshadow.core.spaces import CLIP_SPACES, Array, translation
 from glshadow.errors import GlshadowError, GlshadowWarning, MissingOutput, SceneError, SettingsError
 from glshadow.frame import Frame, decoded
-from glshadow.renderer import Renderer, render
+from glshadow.once import render
+from glshadow.renderer import Renderer
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
