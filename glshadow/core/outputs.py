@@ -78,10 +78,11 @@ def checked_outputs(outputs: Any) -> tuple[str, ...]:
     SettingsError
         For a name that is not in the table, or none at all.
     """
+    wanted = outputs
     if isinstance(outputs, str):
-        outputs = NAMES if outputs == ALL else (outputs,)
+        wanted = NAMES if outputs == ALL else (outputs,)
     try:
-        names: tuple[str, ...] = several(one_of(*NAMES), "outputs")("outputs", outputs)
+        names: tuple[str, ...] = several(one_of(*NAMES), "outputs")("outputs", wanted)
     except SettingsError:
         names = ()
     if not names:

@@ -49,7 +49,7 @@ def test_against_rays(renderer: gs.Renderer, name: str) -> None:
     assert np.quantile(off, 0.99) < 2e-4
     assert np.isnan(frame.normal[~np.isfinite(frame.depth)]).all()
     assert np.isnan(frame.position[~np.isfinite(frame.depth)]).all()
-    assert (frame.node.dtype, frame.normal.dtype, frame.position.dtype) == (np.int32, np.float32, np.float32)
+    assert (frame.node.dtype, frame.normal.dtype, frame.position.dtype) == (np.int32, np.float32, np.float64)
     names = {built.nodes[i].name for i in np.unique(frame.node) if i >= 0}
     assert "empty" not in names
     assert len(names) > 3

@@ -21,7 +21,7 @@ def test_a_mesh_is_enough_for_a_node_and_for_a_scene() -> None:
     scene = gs.Scene([mesh, node])
     assert [each.mesh for each in scene.nodes] == [mesh, mesh]
     assert [each.name for each in scene.nodes] == ["node", "node 2"]
-    with pytest.raises(gs.SceneError, match="Node or Mesh"):
+    with pytest.raises(gs.SceneError, match=r"nodes\[1\] must be Node"):
         gs.Scene([mesh, "mesh"])  # type: ignore[list-item]
 
 
