@@ -14,7 +14,7 @@ from glshadow.core.lights import DirectionalLight, Light, SpotLight, to_light
 from glshadow.core.setting import Settings, number, optional, setting
 from glshadow.core.spaces import Bools
 from glshadow.frame import Frame
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
 from glshadow.scoring.error import LEAST_COSINE, WRONG, smooth_pixels
 from glshadow.shadows.filters import Exact, Filter, Gaussian, Hard, Pcf
 from glshadow.shadows.shadow import Shadow
@@ -168,7 +168,7 @@ def _counted(frame: Frame, lights: Sequence[Light]) -> list[Bools]:
     """Of each light the pixels that count (H, W), as `measure` counts them."""
     smooth = smooth_pixels(frame.node, np.nan_to_num(frame.normal.astype(np.float64)))
     seen = frame.node >= 0
-    points = np.nan_to_num(frame.position.astype(np.float64)) + frame.origin
+    points = np.nan_to_num(frame.position)
     masks = []
     for light in lights:
         towards, distance = to_light(light, points)

@@ -18,7 +18,7 @@ from glshadow.gl.driver.context import Backend
 from glshadow.io.from_pyrender import Made, placed_nodes, read_pyrender
 from glshadow.renderer import Renderer
 from glshadow.scene.checks import check_scene
-from glshadow.scene.mesh import Node, Scene
+from glshadow.scene.nodes import Node, Scene
 from glshadow.shadows.shadow import Shadow
 
 DEPTH_ONLY, OFFSCREEN, ALL_SOLID = 1, 2, 16
@@ -152,7 +152,7 @@ class PyrenderRenderer:
         if ours is None:
             return _nothing(scene, size, flags)
         if flags & (DEPTH_ONLY | SEG):
-            frame = self._renderer.render(ours, lights=[], size=size, outputs=("depth", "node"))
+            frame = self._renderer.render(ours, lights=[], size=size, outputs=("depth", "node"), samples=1)
             depth = _depth(frame)
             if flags & DEPTH_ONLY and not flags & SEG:
                 return depth

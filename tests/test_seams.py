@@ -90,7 +90,7 @@ def test_a_filter_without_a_snippet_is_refused_not_replaced() -> None:
 
     light = glshadow.DirectionalLight(shadow=glshadow.Shadow(filter=Unfinished()))
     with glshadow.Renderer() as renderer, pytest.raises(glshadow.SettingsError, match=r"Unfinished\(\) has no snippet"):
-        renderer.render(glshadow.scenes.courtyard(), lights=[light], size=(32, 18))
+        renderer.render(glshadow.scenes.courtyard(), lights=[light], size=(32, 18), samples=1)
 
 
 def test_what_is_shaped_for_drivers_on_the_cpu_is_listed_with_its_reason() -> None:

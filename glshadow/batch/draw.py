@@ -10,7 +10,7 @@ from typing import Any
 from glshadow.batch.job import Job
 from glshadow.core.orbit import orbit
 from glshadow.errors import listening
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
 from glshadow.shadows.shadow import Shadow
 
 

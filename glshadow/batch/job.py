@@ -10,13 +10,15 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from glshadow.arguments import pixels
+from glshadow.arguments import USUAL_SIZE, pixels
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, Light, PointLight, RectLight, SkyLight, SpotLight
+from glshadow.core.sampling import PICTURE, USUAL
 from glshadow.core.setting import as_path, flag, one_of, optional, shown, text, whole
 from glshadow.core.spelling import parse
 from glshadow.derive.look import BACKGROUND, look_of
 from glshadow.errors import GlshadowError, SettingsError
+from glshadow.image import SUFFIXES
 from glshadow.shadows.bias import BIASES
 from glshadow.shadows.filters import FILTERS
 from glshadow.shadows.fits import FITS
@@ -26,7 +28,6 @@ from glshadow.shadows.shadow import Shadow
 CAMERAS = {"perspective": PerspectiveCamera, "orthographic": OrthographicCamera, "intrinsics": IntrinsicsCamera}
 LIGHTS = {"sun": DirectionalLight, "spot": SpotLight, "point": PointLight, "rect": RectLight, "sky": SkyLight}
 BUILTIN = ("courtyard", "outdoors", "street", "landscape:1", "landscape:2", "landscape:3")
-ENDINGS = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
 MOST_LINE = 2**20  # characters
 
 
@@ -59,8 +60,8 @@ class Job:
     orbit: int | None = None
     lights: tuple[Light, ...] | None = None
     shadow: Shadow | None = None
-    size: tuple[int, int] = (1280, 720)
-    samples: int = 4
+    size: tuple[int, int] = USUAL_SIZE
+    samples: int = USUAL
     background: tuple[float, float, float] | None = BACKGROUND
     ground: bool = False
     up_axis: str | None = None
@@ -149,7 +150,7 @@ def parse_job(line: str, base: Path) -> Job:
         raise SettingsError("cameras and orbit do not go together")
     several = kept.get("orbit") is not None or len(kept.get("cameras", ())) > 1
     _check_field(kept["output"], several)
-    look_of(0.0, kept.get("background", BACKGROUND), kept.get("samples", 4))
+    look_of(0.0, kept.get("background", BACKGROUND), kept.get("samples", USUAL))
     stamp = json.dumps(given, sort_keys=True)
     if kept["scene"] not in BUILTIN:  # another file of the same name is another job
         facts = Path(kept["scene"]).stat()
@@ -167,8 +168,8 @@ def _check_field(output: str, several: bool) -> None:
     if not several and first != output:
         raise SettingsError(f"output {output!r} has a field for a number, and there is one picture")
     path = Path(first)
-    if path.suffix.lower() not in ENDINGS:
-        raise SettingsError(f"output must end in one of {', '.join(ENDINGS)}, got {output!r}")
+    if path.suffix.lower() not in SUFFIXES:
+        raise SettingsError(f"output must end in one of {', '.join(SUFFIXES)}, got {output!r}")
     if path.is_absolute() or ".." in path.parts:
         raise SettingsError(f"output must stay in the batch's folder, got {output!r}")
 
@@ -231,7 +232,7 @@ RULES: dict[str, Callable[[str, Any], Any]] = {
     "lights": optional(_each(_made(LIGHTS, "sun")), "the scene's own"),
     "shadow": optional(_shadow, "derived"),
     "size": lambda name, value: pixels(name, tuple(value) if isinstance(value, list) else value),
-    "samples": one_of(1, 4, 8, 16),
+    "samples": PICTURE,
     "background": _color,
     "ground": flag(),
     "up_axis": optional(one_of("x", "y", "z"), "y"),

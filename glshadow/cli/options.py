@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from glshadow.arguments import USUAL_SIZE
 from glshadow.cli import values
 from glshadow.cli.running import Work
 from glshadow.core.spaces import Triple
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from glshadow.core.cameras import Camera
     from glshadow.core.lights import Light
     from glshadow.frame import Frame
-    from glshadow.scene.mesh import Scene
+    from glshadow.scene.nodes import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -88,7 +89,13 @@ common = _all(
 )
 
 size_option = option(
-    "Picture", "--size", metavar="WxH", read=values.size, default="1280x720", show_default=True, help="Pixels."
+    "Picture",
+    "--size",
+    metavar="WxH",
+    read=values.size,
+    default="{}x{}".format(*USUAL_SIZE),
+    show_default=True,
+    help="Pixels.",
 )
 
 driver_options = _all(
@@ -178,7 +185,7 @@ class Request:
     far: float | None
     lights: tuple[Light, ...]
     sky: float | None = None
-    size: tuple[int, int] = (1280, 720)
+    size: tuple[int, int] = USUAL_SIZE
     backend: Any = "auto"
     device: int | None = None
     output: Path | None = None

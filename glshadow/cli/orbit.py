@@ -17,7 +17,7 @@ from glshadow.cli.running import Work
 if TYPE_CHECKING:
     from glshadow.core.cameras import Camera
     from glshadow.core.lights import Light
-    from glshadow.scene.mesh import Scene
+    from glshadow.scene.nodes import Scene
 
 
 MOST_PICTURES = 100_000

@@ -24,10 +24,11 @@ from glshadow.cli.options import (
 )
 from glshadow.cli.orbit import MOST_PICTURES, Kept, make_all, named_after, pattern, refuse_field, request_of
 from glshadow.cli.running import Work
+from glshadow.core.sampling import USUAL
 
 if TYPE_CHECKING:
     from glshadow.frame import Frame
-    from glshadow.scene.mesh import Scene
+    from glshadow.scene.nodes import Scene
 
 EXAMPLES = """
 \b
@@ -61,7 +62,7 @@ Examples:
     "--samples",
     metavar="N",
     read=values.samples,
-    default="4",
+    default=str(USUAL),
     show_default=True,
     help="1, 4, 8 or 16 in each pixel, for smooth edges of surfaces and shadows.",
 )

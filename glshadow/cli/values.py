@@ -8,11 +8,14 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from glshadow.core.spaces import CLIP_SPACES
 from glshadow.core.spelling import parse
 from glshadow.errors import SettingsError
+from glshadow.image import image_path
 from glshadow.shadows.bias import BIASES, Bias
 from glshadow.shadows.filters import FILTERS, Filter
 from glshadow.shadows.fits import FITS, Fit
+from glshadow.shadows.metric import Target
 
 if TYPE_CHECKING:
     from glshadow.core.lights import Light
@@ -20,11 +23,14 @@ if TYPE_CHECKING:
     from glshadow.shadows.cookie import Cookie
 
 
-# Listed here, not taken from their classes, so that --help needs no numpy; a test compares them.
-TARGETS = ("depth16", "depth24", "depth32f", "r32f", "r16f", "r8", "rgba8")
-CLIPS = ("-1..1", "-1..1,reversed", "0..1", "0..1,reversed")
-IMAGES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
-OVERLAYS = ("map", "lights", "axes", "grid")
+TARGETS = tuple(target.value for target in Target)
+CLIPS = tuple(map(str, CLIP_SPACES))
+OVERLAYS = (
+    "map",
+    "lights",
+    "axes",
+    "grid",
+)  # named here too: the module that draws them takes long to import; a test compares them
 LARGEST_SIDE = 16384  # pixels; the driver's own limit is checked when the picture is made
 
 LIGHTS = (
@@ -200,8 +206,6 @@ def fit(text: str) -> Fit:
 
 def clip(text: str) -> ClipSpace:
     """One of `CLIPS`."""
-    from glshadow.core.spaces import CLIP_SPACES
-
     found = next((space for space in CLIP_SPACES if str(space) == text.replace(" ", "")), None)
     if found is None:
         raise SettingsError(f"{text!r} is none of: {'  '.join(CLIPS)}")
@@ -218,12 +222,8 @@ def overlays(text: str) -> tuple[str, ...]:
 
 def picture(text: str) -> Path:
     """A file that an image can be written to."""
-    path = Path(text)
-    if path.suffix.lower() not in IMAGES:
-        raise SettingsError(f"{text!r} must end in one of {' '.join(IMAGES)}")
     try:
-        if not path.parent.is_dir():
-            raise SettingsError(f"there is no folder {str(path.parent)!r}")
+        path = image_path("-o", text)
         if path.is_dir():
             raise SettingsError(f"{text!r} is a folder")
     except OSError as error:

@@ -13,7 +13,8 @@ from glshadow.core.lights import Light
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import linear_from_srgb
 from glshadow.errors import SceneError
-from glshadow.scene.mesh import AlphaMode, Material, Node
+from glshadow.scene.mesh import AlphaMode, Material
+from glshadow.scene.nodes import Node
 
 WIDEST_CONE = 89.0  # degrees from the axis; SpotLight needs less than 90
 

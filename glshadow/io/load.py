@@ -18,7 +18,7 @@ from glshadow.errors import SceneError, SettingsError, warn
 from glshadow.io.imported import Imported
 from glshadow.io.limits import Budget, Limits
 from glshadow.scene.checks import check_scene
-from glshadow.scene.mesh import Node, Scene
+from glshadow.scene.nodes import Node, Scene
 
 FORMATS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
 
@@ -156,7 +156,7 @@ def _turned(found: Imported, turn: Array, name: str) -> Scene:
     if not np.array_equal(turn, np.eye(3)):
         matrix = np.eye(4)
         matrix[:3, :3] = turn
-        nodes = [Node(node.name, node.mesh, matrix @ node.world_from_mesh) for node in nodes]
+        nodes = [Node(node.mesh, matrix @ node.world_from_mesh, node.name) for node in nodes]
         camera = None if camera is None else _turned_camera(camera, turn)
         lights = None if lights is None else [_turned_light(light, turn) for light in lights]
     return Scene(tuple(nodes), camera, None if lights is None else tuple(lights), name)  # type: ignore[arg-type]

@@ -18,7 +18,8 @@ from glshadow.core.lights import DirectionalLight, Light, PointLight, to_light
 from glshadow.core.setting import as_floats, flag, number, optional, refuse, vector, whole
 from glshadow.core.spaces import Array, Bools
 from glshadow.errors import SettingsError
-from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 from glshadow.scenes.shapes import Solid
 
@@ -309,7 +310,7 @@ def _camera(target: ArrayLike, away: ArrayLike, distance: float) -> PerspectiveC
 
 def _scene(name: str, parts: dict[str, Solid], camera: PerspectiveCamera, light: Light, smooth: str = "") -> Scene:
     nodes = tuple(
-        Node(part, Mesh(*solid, normals=shapes.vertex_normals(solid) if part == smooth else None), np.eye(4))
+        Node(Mesh(*solid, normals=shapes.vertex_normals(solid) if part == smooth else None), np.eye(4), part)
         for part, solid in parts.items()
     )
     return Scene(nodes, camera, (light,), name=name)

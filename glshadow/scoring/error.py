@@ -20,7 +20,7 @@ from glshadow.core.setting import refuse, whole
 from glshadow.core.spaces import Array, Bools, view_axes
 from glshadow.errors import GlshadowError, SettingsError
 from glshadow.geometry.fitting import minimum_rectangle
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
 from glshadow.scoring.html import error_html
 from glshadow.scoring.score import COLORS, DARK, LIT, Outcome, Score
 from glshadow.scoring.windows import window_sums
@@ -67,7 +67,7 @@ class Truth(Frame, Protocol):
 
 
 @dataclass(frozen=True, repr=False)
-class ShadowError(Score):
+class Measurement(Score):
     """Score of a frame over all its lights, with that of each light.
 
     Attributes
@@ -85,7 +85,7 @@ class ShadowError(Score):
     def __repr__(self) -> str:
         kinds = ", ".join(f"{name} {getattr(self, name):.4%}" for name in ("wrong", "edge", "acne", "leak", "grain"))
         lights = f"{len(self.lights)} light{'' if len(self.lights) == 1 else 's'}"
-        return f"ShadowError({lights}: {kinds}, window {self.window:.5f})"
+        return f"Measurement({lights}: {kinds}, window {self.window:.5f})"
 
     def __str__(self) -> str:
         return "\n".join(f"light {number}: {score}" for number, score in enumerate(self.lights))
@@ -125,7 +125,7 @@ def _plain(score: Score) -> dict[str, object]:
     return {name: value if np.isfinite(value) else None for name, value in numbers.items()}
 
 
-def measure(frame: Frame, truth: Truth) -> ShadowError:
+def measure(frame: Frame, truth: Truth) -> Measurement:
     """Score a frame's visibility against the truth of the same picture.
 
     Counted are pixels that see a surface with N.L > 0.05 which the light reaches (cone and range), and whose 3 x 3
@@ -155,7 +155,7 @@ def measure(frame: Frame, truth: Truth) -> ShadowError:
         amounts.append(amount)
     total = _Tally(*(sum(values) for values in zip(*(asdict(tally).values() for tally in tallies), strict=True)))
     shape = truth.visibility.shape
-    return ShadowError(
+    return Measurement(
         **asdict(total.score(np.concatenate(amounts))),
         lights=tuple(tally.score(amount) for tally, amount in zip(tallies, amounts, strict=True)),
         kinds=np.array(kinds, dtype=np.uint8).reshape(shape),

@@ -63,7 +63,7 @@ def foot_gap(renderer: Renderer, light: str, target: Target) -> Gap:
     """The gap that a format leaves at the foot of a wall; `light` is "sun", "spot" or "point"."""
     scene = analytic.wall(elevation=40.0, height=2.0, half=8.0).scene
     lamp = _light(light, target)
-    frame = renderer.render(scene, CAMERA, [lamp], SIZE, outputs=("visibility", "depth"))
+    frame = renderer.render(scene, CAMERA, [lamp], SIZE, outputs=("visibility", "depth"), samples=1)
     foot = np.zeros(3)
     towards, _ = to_light(lamp, foot[None])
     step = step_along_ray(frame.used[0].views, target, foot)

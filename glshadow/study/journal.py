@@ -14,7 +14,7 @@ from glshadow import __version__
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import Light
 from glshadow.errors import GlshadowError, SettingsError
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
 from glshadow.shadows.shadow import Shadow
 
 

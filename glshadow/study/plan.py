@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from glshadow.arguments import USUAL_SIZE
 from glshadow.core.area import has_size
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import Lights
@@ -141,7 +142,7 @@ def run_plan(
     wrong: float | None = None,
     camera: Camera | None = None,
     lights: Lights = None,
-    size: tuple[int, int] = (1280, 720),
+    size: tuple[int, int] = USUAL_SIZE,
     filters: Sequence[Filter] = RUNGS,
     resolutions: Sequence[int] = RESOLUTIONS,
     repeats: int = 7,

@@ -24,7 +24,7 @@ from glshadow.gl.driver.context import Backend
 from glshadow.inline import notebook_bar
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
-from glshadow.scoring.error import ShadowError, measure
+from glshadow.scoring.error import Measurement, measure
 from glshadow.scoring.score import COLORS, Outcome
 from glshadow.shadows.filters import FILTERS, Filter
 from glshadow.shadows.shadow import Shadow
@@ -47,7 +47,7 @@ class Compared:
     name : str
     shadow : Shadow
     frame : Frame
-    error : ShadowError
+    error : Measurement
     ms : float
         Median time of a picture in which everything is drawn.
     """
@@ -55,7 +55,7 @@ class Compared:
     name: str
     shadow: Shadow
     frame: Frame = field(repr=False)
-    error: ShadowError = field(repr=False)
+    error: Measurement = field(repr=False)
     ms: float
     pictures: tuple[Picture, ...] = field(repr=False)
 
@@ -179,15 +179,15 @@ def compare(
             if bar:
                 bar(number, len(named), name)
             frame = renderer.render(
-                scene, camera, lit_by(shadow), size, outputs=("image", "visibility", "triangle", "linear")
+                scene, camera, lit_by(shadow), size, outputs=("image", "visibility", "triangle", "linear"), samples=1
             )
             if truth is None:
                 points = traced_points(casting)
-                truth = trace(scene, camera, casting, size, light_samples=points, surface=frame.triangle)
+                truth = trace(scene, camera, casting, size, light_samples=points, surface=frame.triangle, samples=1)
             drawn.append((name, shadow, frame))
 
         def draw(moved: Sequence[Light], outputs: tuple[str, ...]) -> Frame:
-            return renderer.render(scene, camera, moved, size, outputs=outputs)
+            return renderer.render(scene, camera, moved, size, outputs=outputs, samples=1)
 
         bare = lit_by(Shadow())
         times = times_of(draw, bare, [shadow for _, shadow, _ in drawn], ROUNDS)

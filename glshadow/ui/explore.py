@@ -22,9 +22,7 @@ from glshadow.ui.showing import STEEPEST, Showing
 from glshadow.ui.viewer import ASKING, View, Viewer
 
 DERIVED = "derived"
-CHOICES = (
-    "hard", "pcf:0", "pcf:1", "pcf:2", "pcf:4", "gaussian:2", "poisson:1", "disc:4,16", "pcss", "esm", "vsm", "evsm:2", "msm:2", "exact",
-)  # fmt: skip
+CHOICES = tuple(dict.fromkeys(str(each) for kind in FILTERS for each in (*kind.rungs(), *kind.studied(), *kind.soft())))
 BIAS_CHOICES = ("receiver-plane", "slope", "normal-offset", "constant:0.05", "none")
 RESOLUTIONS = (256, 512, 1024, 2048, 4096, 8192)
 REST = 0.25  # seconds without a change: then the picture is drawn whole

@@ -11,7 +11,7 @@ from glshadow.arguments import picture_arguments
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera
 from glshadow.core.lights import DirectionalLight, Light, Lights, RectLight, SpotLight
 from glshadow.core.spaces import Array
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
 from glshadow.shadows.bias import Bias
 from glshadow.shadows.filters import Filter
 from glshadow.shadows.shadow import Shadow
@@ -78,7 +78,7 @@ class Showing:
     @property
     def size(self) -> float:
         """Of the scene: the diagonal of its box."""
-        low, high = self.scene.bounds
+        low, high = self.scene.extent
         return float(np.linalg.norm(high - low)) or 1.0
 
     # -- the camera

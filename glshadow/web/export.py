@@ -24,7 +24,7 @@ from glshadow.files import replacing
 from glshadow.gl.passes.atlases import layout
 from glshadow.gl.passes.caster import metric_uniform
 from glshadow.gl.passes.lighting import light_uniforms, light_view
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
 from glshadow.shader.compose import compose
 from glshadow.shader.slots import mapped_defines, mapped_slots, metric_slot
 from glshadow.shadows.bias import ReceiverPlaneBias
@@ -113,7 +113,7 @@ def export_page(
 def _described(
     scene: Scene, camera: Camera, light: Light, resolution: int, filter: Filter, target: Target
 ) -> dict[str, Any]:
-    low, high = scene.bounds
+    low, high = scene.extent
     origin = 0.5 * (low + high)  # what the page's numbers count from: its floats are 32 bits
     corners, normals, nodes, first = [], [], [], 0
     for node in scene.nodes:

@@ -114,12 +114,14 @@ class Outcome:
 
 @cache
 def truth_of(picture: Picture) -> Truth:
-    return trace(picture.scene, picture.camera, [picture.light], picture.size)
+    return trace(picture.scene, picture.camera, [picture.light], picture.size, samples=1)
 
 
 def judge(renderer: Renderer, picture: Picture, technique: Technique) -> Outcome:
     light = replace(picture.light, shadow=technique.shadow(picture))
-    frame = renderer.render(picture.scene, picture.camera, [light], picture.size, outputs=("visibility", "triangle"))
+    frame = renderer.render(
+        picture.scene, picture.camera, [light], picture.size, outputs=("visibility", "triangle"), samples=1
+    )
     truth = truth_of(picture)
     judged = (
         (truth.cosine[0] > LEAST_COSINE)
@@ -154,7 +156,7 @@ def _excused(frame: Frame, truth: Truth, where: Bools) -> Bools:
     result = truth.near_edge(0, radius, where)
     other = where & (frame.triangle != truth.triangle)
     if other.any():
-        shown = trace(frame.scene, frame.camera, frame.lights, frame.size, surface=frame.triangle)
+        shown = trace(frame.scene, frame.camera, frame.lights, frame.size, surface=frame.triangle, samples=1)
         result |= other & (shown.visibility[0] == frame.visibility[0])
     return result
 

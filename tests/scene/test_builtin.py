@@ -83,7 +83,7 @@ def test_courtyard_facts():
 
 def test_courtyard_starts_without_trimesh_or_scipy():
     code = (
-        "import sys; from glshadow.scene import builtin; builtin.courtyard();"
+        "import sys; from glshadow import scenes; scenes.courtyard();"
         "sys.exit('heavy' if {'trimesh', 'scipy', 'embreex'} & set(sys.modules) else 0)"
     )
     root = Path(__file__).parents[2]

@@ -24,7 +24,7 @@ from glshadow.gl.scene.drawing import draw_nodes
 from glshadow.gl.scene.geometry import GpuScene, pack_matrices
 from glshadow.gl.scene.meshes import GpuMesh
 from glshadow.gl.scene.runs import Whole
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
 from glshadow.shadows.view import ShadowView, camera_view
 
 # GL clips a triangle in float32, to 2^-24 of its length: where that is seen, against a volume three times as wide and high as the picture,

@@ -16,12 +16,6 @@ from glshadow.gl.passes.camera import Sight
 from glshadow.gl.scene.geometry import MOVED, TRIANGLES, GpuScene
 from glshadow.shadows.metric import metric_range, projected_metric
 
-MEANS = ("image", "alpha", "linear", "visibility")
-"""Outputs that are means over a pixel's samples."""
-
-MIDDLES = ("depth", "depth_metric", "triangle", "node", "normal", "position")
-"""Outputs that are those of a pixel's middle."""
-
 
 def read_means(outputs: Collection[str], targets: CameraTargets, lights: int, transparent: bool) -> dict[str, Any]:
     """Means over each pixel's samples, by name; row 0 at the top."""
@@ -141,20 +135,20 @@ def _surface(
     planes = planes[triangle[seen]].astype(np.float64)
     starts, directions = (each[seen] for each in sight.camera.rays(sight.size))
     normal, height = planes[:, :3], planes[:, 3]
-    results = {}
+    results: dict[str, Any] = {}
     if "normal" in outputs:
         away = np.einsum("ij,ij->i", normal, directions) > 0.0
-        results["normal"] = _placed(np.where(away[:, None], -normal, normal), seen)
+        results["normal"] = _placed(np.where(away[:, None], -normal, normal), seen, np.float32)
     if "position" in outputs:
         point = starts - scene.origin + depth[seen][:, None] * directions
         # depth was interpolated between snapped vertices: back on the plane, as pass/resolve.frag does
         point += normal * (height - np.einsum("ij,ij->i", normal, point))[:, None]
-        results["position"] = _placed(point, seen)
+        results["position"] = _placed(point + scene.origin, seen, np.float64)
     return results
 
 
-def _placed(values: Array, seen: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Values of the pixels that see a surface in a picture; NaN elsewhere."""
-    picture = np.full((*seen.shape, values.shape[-1]), np.nan, dtype=np.float32)
-    picture[seen] = values
-    return picture
+def _placed(values: Array, seen: NDArray[np.bool_], dtype: Any) -> NDArray[Any]:
+    """Values of the pixels that see a surface as an image; NaN elsewhere."""
+    image = np.full((*seen.shape, values.shape[-1]), np.nan, dtype=dtype)
+    image[seen] = values
+    return image

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import Any
 
@@ -178,11 +178,9 @@ class Glasses(dict[int, Glass]):
         super().__init__()
         self._context = context
 
-    def panes(self, work: Work, lights: Sequence[Light]) -> tuple[Panes | None, ...]:
-        """Those of each light."""
-        return tuple(
-            self.setdefault(number, Glass(self._context)).panes(work, light) for number, light in enumerate(lights)
-        )
+    def panes(self, work: Work, number: int, light: Light) -> Panes | None:
+        """Those of the light of that number."""
+        return self.setdefault(number, Glass(self._context)).panes(work, light)
 
     def release(self) -> None:
         """Free them all."""

@@ -22,7 +22,8 @@ from glshadow.gl.driver.targets import release
 from glshadow.gl.scene.meshes import Meshes
 from glshadow.gl.scene.world import WorldTriangles
 from glshadow.scene.box import box_corners
-from glshadow.scene.mesh import AlphaMode, Node, Scene
+from glshadow.scene.mesh import AlphaMode
+from glshadow.scene.nodes import Node, Scene
 
 if TYPE_CHECKING:
     from glshadow.gl.scene.bodies import Casters
