@@ -134,7 +134,7 @@ import os, signal, sys
 import glshadow as gs
 from glshadow.scenes import shapes
 import numpy as np
-scene = gs.Scene((gs.Node("box", gs.Mesh(*shapes.box((1, 1, 1))), np.eye(4)),))
+scene = gs.Scene((gs.Node(gs.Mesh(*shapes.box((1, 1, 1)))),))
 when = sys.argv[1]
 used = gs.Renderer() if when != "before" else None
 if used:
@@ -181,7 +181,7 @@ from gl_objects import counted
 import numpy as np
 import glshadow as gs
 from glshadow.scenes import shapes
-scene = gs.Scene((gs.Node("box", gs.Mesh(*shapes.box((1, 1, 1))), np.eye(4)),))
+scene = gs.Scene((gs.Node(gs.Mesh(*shapes.box((1, 1, 1)))),))
 with gs.Renderer() as renderer:
     before = renderer.render(scene, size=(64, 64)).image
     held = counted(renderer)
