@@ -183,19 +183,19 @@ import glshadow as gs
 from glshadow.scenes import shapes
 scene = gs.Scene((gs.Node(gs.Mesh(*shapes.box((1, 1, 1)))),))
 with gs.Renderer() as renderer:
-    before = renderer.render(scene, size=(64, 64)).image
+    before = renderer.render(scene, size=(64, 64), samples=1).image
     held = counted(renderer)
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (used + (256 << 20), resource.RLIM_INFINITY))
     sun = [gs.DirectionalLight(shadow=gs.Shadow(resolution=12000, target=target)) for target in (None, gs.Target.RGBA8)]
     for options in (dict(lights=sun[:1]), dict(size=(9000, 9000)), dict(size=(3000, 3000)), dict(lights=sun[1:])) * 2:
         try:
-            renderer.render(scene, **(dict(size=(64, 64)) | options))
+            renderer.render(scene, **(dict(size=(64, 64), samples=1) | options))
             if options != dict(size=(3000, 3000)):  # on the edge of what is left: moderngl's own allocations fail there
                 sys.exit("rendered")
         except gs.ResourceError as error:
             assert "memory" in str(error), error
-        again = renderer.render(scene, size=(64, 64)).image
+        again = renderer.render(scene, size=(64, 64), samples=1).image
         assert np.array_equal(before, again), "the picture after it is wrong"
         assert counted(renderer) == held, f"left behind after {{options}}: {{held}} -> {{counted(renderer)}}"
 """
