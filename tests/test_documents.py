@@ -10,6 +10,8 @@ from types import ModuleType
 import pytest
 from click.testing import CliRunner
 
+from .tolerances import PATIENCE_S
+
 CHECKOUT = Path(__file__).resolve().parents[1]
 PAGES = sorted(path.relative_to(CHECKOUT).as_posix() for path in (CHECKOUT / "docs").glob("*.md"))
 DOCUMENTS = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", *PAGES)
@@ -99,7 +101,7 @@ def test_every_page_is_listed() -> None:
 def test_the_documentation_is_built_whole(tmp_path: Path) -> None:
     """By the command itself, of one example; all examples, guides and notebooks run in tests of their own."""
     command = [CHECKOUT / "scripts" / "docs", tmp_path / "site", "--only", "01_first_picture"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=1800)  # a hang
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S)
     assert done.returncode == 0, done.stderr
     site = tmp_path / "site"
     pages = sorted(site.rglob("*.html"))

@@ -39,3 +39,8 @@ def precision(texels: int, perspective: bool, reach: float) -> Precision:
         texels=depth_tolerance(texels, perspective) * texels,
         world=POSITION_ROUNDINGS * UNIT * reach,
     )
+
+
+PATIENCE_S = 900.0
+"""How long a test waits for what another process or thread does, before it says that this hangs. A test that passes waits for the event
+alone; where ten processes share two processors, that comes after a minute or two."""

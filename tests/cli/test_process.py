@@ -6,6 +6,8 @@ import signal
 import subprocess
 import sys
 
+from ..tolerances import PATIENCE_S
+
 SMALL = ("--size", "96x54", "--resolution", "256")
 STALLED = """
 import sys, time
@@ -23,7 +25,13 @@ main(sys.argv[1:])
 
 def run(*arguments, cwd, **options):
     return subprocess.run(
-        [sys.executable, *arguments], cwd=cwd, capture_output=True, text=True, timeout=120, check=False, **options
+        [sys.executable, *arguments],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
+        **options,
     )
 
 
@@ -51,7 +59,7 @@ def test_ctrl_c(tmp_path):
         assert process.stdout is not None
         assert process.stdout.readline() == "ready\n"
         process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=30)
+        _, errors = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 130
     assert errors == "error: interrupted\n"
     assert list(tmp_path.iterdir()) == []

@@ -6,13 +6,15 @@ from pathlib import Path
 
 import pytest
 
+from ..tolerances import PATIENCE_S
+
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("[0-9]*.py"))
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
 def test_example_runs(example: Path, headless: dict[str, str], tmp_path: Path) -> None:
     command = [sys.executable, str(example)]
-    done = subprocess.run(command, cwd=tmp_path, env=headless, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(command, cwd=tmp_path, env=headless, capture_output=True, text=True, timeout=PATIENCE_S)
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     if ".png" in example.read_text():

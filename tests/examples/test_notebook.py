@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+from ..tolerances import PATIENCE_S
+
 NOTEBOOK = Path(__file__).parents[2] / "examples" / "visual_check.ipynb"
 
 # In a process of its own: the Jupyter machinery warns about its own affairs, and pytest here turns warnings into errors.
@@ -19,7 +21,7 @@ sys.modules["rfc3987_syntax"] = None
 import nbformat
 from nbclient import NotebookClient
 notebook = nbformat.read(sys.argv[1], as_version=4)
-NotebookClient(notebook, timeout=120, kernel_name="python3").execute(cwd=sys.argv[2])
+NotebookClient(notebook, timeout=900, kernel_name="python3").execute(cwd=sys.argv[2])
 nbformat.write(notebook, sys.argv[3])
 """
 
@@ -30,7 +32,7 @@ def executed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     folder = tmp_path_factory.mktemp("notebook")
     result = folder / "executed.ipynb"
     command = [sys.executable, "-c", RUN, str(NOTEBOOK), str(folder), str(result)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert done.returncode == 0, done.stderr[-3000:]
     notebook: dict[str, Any] = json.loads(result.read_text())
     return notebook

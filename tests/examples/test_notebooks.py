@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from ..tolerances import PATIENCE_S
 from .test_notebook import RUN
 
 NOTEBOOKS = Path(__file__).parents[2] / "examples"
@@ -24,7 +25,7 @@ def executed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
     folder = tmp_path_factory.mktemp(request.param)
     result = folder / "executed.ipynb"
     command = [sys.executable, "-c", RUN, str(NOTEBOOKS / f"{request.param}.ipynb"), str(folder), str(result)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert done.returncode == 0, done.stderr[-3000:]
     notebook: dict[str, Any] = json.loads(result.read_text())
     return request.param, notebook

@@ -15,6 +15,7 @@ from types import ModuleType
 
 import pytest
 
+from ..tolerances import PATIENCE_S
 from ..view.screen import pressed
 
 CHECKOUT = Path(__file__).resolve().parents[2]
@@ -94,7 +95,7 @@ def test_a_window_opens_as_pages_say(arguments: list[str], screen: str, models: 
     ) as process:
         try:
             _press_q(process, screen)
-            _, said = process.communicate(timeout=30)
+            _, said = process.communicate(timeout=PATIENCE_S)
         finally:
             process.kill()
     assert process.returncode == 0, said
@@ -103,7 +104,7 @@ def test_a_window_opens_as_pages_say(arguments: list[str], screen: str, models: 
 
 def _press_q(process: subprocess.Popen[str], screen: str) -> None:
     """When the window is there."""
-    until = time.monotonic() + 30.0
+    until = time.monotonic() + PATIENCE_S
     while time.monotonic() < until and process.poll() is None:
         if pressed(screen, "search", "--name", "^glshadow$").strip():
             time.sleep(1.0)

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from ..tolerances import PATIENCE_S
+
 CHECKOUT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((CHECKOUT / "examples").glob("*.py"))
 README = (CHECKOUT / "README.md").read_text()
@@ -37,7 +39,7 @@ def check(*files: Path) -> str:
         cwd=CHECKOUT,
         capture_output=True,
         text=True,
-        timeout=600,
+        timeout=PATIENCE_S,
         check=False,
     )
     return "" if done.returncode == 0 else done.stdout + done.stderr

@@ -26,6 +26,8 @@ from glshadow.shadows.fits import SceneFit
 from glshadow.shadows.metric import Target
 from glshadow.shadows.shadow import Shadow
 
+from ..tolerances import PATIENCE_S
+
 SIZE = (96, 64)
 OUTPUTS = ("image", "visibility", "depth", "linear", "shadow_maps")
 
@@ -114,7 +116,7 @@ def test_one_renderer_per_thread(scene: Scene, expected: Frame) -> None:
     start = threading.Barrier(3)
 
     def work(_: int) -> list[Frame]:
-        start.wait(timeout=60.0)
+        start.wait(timeout=PATIENCE_S)
         with Renderer("egl") as renderer:
             return [picture(renderer, scene) for _ in range(3)]
 
@@ -127,7 +129,7 @@ def test_one_renderer_per_thread(scene: Scene, expected: Frame) -> None:
 def test_renderer_moves_to_another_thread(scene: Scene, expected: Frame) -> None:
     with Renderer("egl") as renderer, ThreadPoolExecutor(1) as pool:
         assert_identical(picture(renderer, scene), expected)
-        assert_identical(pool.submit(picture, renderer, scene).result(timeout=60.0), expected)
+        assert_identical(pool.submit(picture, renderer, scene).result(timeout=PATIENCE_S), expected)
         assert_identical(picture(renderer, scene), expected)
 
 

@@ -30,6 +30,8 @@ from glshadow.gl.driver.entry_points import (
 )
 from glshadow.gl.driver.state import read_state
 
+from ..tolerances import PATIENCE_S
+
 # One triangle over the whole target at NDC depth z.
 TRIANGLE = """#version 330
 void main() {{ gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, {z}, 1.0); }}"""
@@ -80,7 +82,7 @@ def run_python(*arguments: str, **environment: str) -> str:
     """Run a fresh interpreter; its standard output."""
     env = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)} | environment
     done = subprocess.run(
-        [sys.executable, "-W", "error", *arguments], env=env, capture_output=True, text=True, timeout=120
+        [sys.executable, "-W", "error", *arguments], env=env, capture_output=True, text=True, timeout=PATIENCE_S
     )
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -225,7 +227,7 @@ def test_ids_of_two_contexts_do_not_mix(pair: tuple[GLContext, GLContext]) -> No
 
 def test_one_context_per_thread() -> None:
     found: dict[int, list[int]] = {}
-    barrier = threading.Barrier(3, timeout=60)
+    barrier = threading.Barrier(3, timeout=PATIENCE_S)
 
     def work(value: int) -> None:
         context = open_context("egl")

@@ -16,6 +16,8 @@ from glshadow.gl.driver import backends, egl
 from glshadow.gl.driver.context import open_context
 from glshadow.gl.driver.current import current
 
+from ..tolerances import PATIENCE_S
+
 PYRENDER_CHECKS = Path(__file__).with_name("pyrender_checks.py")
 SIZE = (48, 32)
 
@@ -26,7 +28,7 @@ def run_python(*arguments: str, **environment: str) -> None:
         env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)} | environment,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=PATIENCE_S,
         check=False,
     )
     assert done.returncode == 0, done.stderr

@@ -13,6 +13,8 @@ import pytest
 
 import glshadow as gs
 
+from ..tolerances import PATIENCE_S
+
 CHECKS = Path(__file__).with_name("offscreen_checks.py")
 
 
@@ -20,7 +22,7 @@ CHECKS = Path(__file__).with_name("offscreen_checks.py")
 def found() -> dict[str, Any]:
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path), "PYOPENGL_PLATFORM": "egl"}
     done = subprocess.run(
-        [sys.executable, str(CHECKS)], env=environment, capture_output=True, text=True, timeout=120, check=False
+        [sys.executable, str(CHECKS)], env=environment, capture_output=True, text=True, timeout=PATIENCE_S, check=False
     )
     assert done.returncode == 0, done.stderr[-3000:]
     read: dict[str, Any] = json.loads(done.stdout)

@@ -15,6 +15,8 @@ from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.current import current
 from glshadow.signals import undisturbed
 
+from ..tolerances import PATIENCE_S
+
 
 @pytest.fixture
 def handlers() -> Iterator[list[int]]:
@@ -143,7 +145,7 @@ except Late:
 def test_no_handler_raises_inside_moderngl(place: str) -> None:
     """It comes out of glshadow, and the process goes on."""
     done = subprocess.run(
-        [sys.executable, "-c", RAISES, place], capture_output=True, text=True, timeout=300, check=False
+        [sys.executable, "-c", RAISES, place], capture_output=True, text=True, timeout=PATIENCE_S, check=False
     )
     assert done.returncode == 42, f"{done.returncode} (-11: a segmentation fault)\n{done.stderr}"
     assert done.stderr == ""

@@ -9,6 +9,8 @@ import pytest
 
 from glshadow import image
 
+from ..tolerances import PATIENCE_S
+
 SMALL = ("--size", "32x24", "--resolution", "32")
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
@@ -28,7 +30,7 @@ def ended(process):
     """Exit code and what was said, which is no traceback and no apology."""
     said = process.stderr.read().decode()
     process.stderr.close()
-    code = process.wait(timeout=60)
+    code = process.wait(timeout=PATIENCE_S)
     assert "Traceback" not in said
     assert "Exception ignored" not in said
     assert "unexpected" not in said
@@ -57,7 +59,7 @@ def test_closed_streams_are_no_error(folder):
         os.close(2)
 
     command = [sys.executable, "-m", "glshadow", "render", "tri.obj", *SMALL, "--json"]
-    assert subprocess.run(command, cwd=folder, preexec_fn=close, timeout=60, check=False).returncode == 0
+    assert subprocess.run(command, cwd=folder, preexec_fn=close, timeout=PATIENCE_S, check=False).returncode == 0
     assert (folder / "tri.png").exists()
 
 
@@ -79,7 +81,7 @@ def test_a_full_disk_leaves_no_half_picture(tmp_path, rng, ending):
         preexec_fn=limit,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE_S,
         check=False,
     )
     assert (done.returncode, done.stderr) == (0, "")

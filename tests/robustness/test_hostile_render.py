@@ -16,6 +16,7 @@ import glshadow as gs
 from glshadow import image
 from glshadow.cli import main
 
+from ..tolerances import PATIENCE_S
 from . import mutated_files, verdict
 
 MODELS = Path(os.environ.get("GLSHADOW_MODELS", Path(__file__).resolve().parents[3] / "shared" / "models"))
@@ -86,7 +87,7 @@ def test_references_that_leave_the_folder_are_refused(uri, tmp_path):
 @pytest.mark.parametrize("name", ["BoxMeshopt.glb", "made_nan.stl"])
 def test_as_a_process(models, name, tmp_path):
     command = [sys.executable, "-m", "glshadow", "render", models / "hostile" / name, "-o", tmp_path / "x.png", *SMALL]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     refused = name == "BoxMeshopt.glb"
     assert done.returncode == int(refused)
     assert done.stdout == ""

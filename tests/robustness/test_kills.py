@@ -11,6 +11,8 @@ import pytest
 
 from glshadow import files, image
 
+from ..tolerances import PATIENCE_S
+
 PIXELS = np.zeros((32, 32, 3), dtype=np.uint8)
 SMALL = ("--size", "96x54", "--resolution", "256")
 
@@ -22,7 +24,7 @@ whole = image._write_file
 def half(path, *rest):
     path.write_bytes(b"half")
     print("ready", flush=True)
-    time.sleep(60)
+    time.sleep(900)
     whole(path, *rest)
 image._write_file = half
 from glshadow.cli import main
@@ -38,7 +40,7 @@ def half(suffix):
     with whole(suffix) as path:
         path.write_bytes(b"half")
         print("ready", flush=True)
-        time.sleep(60)
+        time.sleep(900)
         yield path
 image.temporary = half
 image.read(open("picture.png", "rb").read())
@@ -59,7 +61,7 @@ def killed(tmp_path, code, number, *arguments):
         assert process.stdout is not None
         assert process.stdout.readline() == "ready\n"
         process.send_signal(number)
-        _, errors = process.communicate(timeout=30)
+        _, errors = process.communicate(timeout=PATIENCE_S)
     return process.returncode, errors
 
 
@@ -93,7 +95,7 @@ def test_a_killed_reader_is_cleaned_up_after(tmp_path, monkeypatch, number):
 
 def test_what_belongs_to_the_living_and_to_strangers_stays(tmp_path):
     machine = files._MACHINE
-    with subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"]) as other:
+    with subprocess.Popen([sys.executable, "-c", "import time; time.sleep(900)"]) as other:
         stay = [f".glshadow-{machine}-{other.pid}-0.png", ".glshadow-0badcafe-1-0.png", ".glshadow.png", ".other"]
         for name in stay:
             (tmp_path / name).touch()
@@ -135,7 +137,7 @@ def test_commands_killed_at_any_moment(tmp_path):
         with subprocess.Popen(command, cwd=tmp_path, env=environment, stderr=subprocess.PIPE) as process:
             time.sleep(seconds * (0.3 + 0.7 * turn / 7))
             process.send_signal(signal.SIGKILL if turn % 2 else signal.SIGTERM)
-            process.communicate(timeout=30)
+            process.communicate(timeout=PATIENCE_S)
         assert process.returncode in (0, 143, -signal.SIGTERM, -signal.SIGKILL)
         if (tmp_path / "a.png").exists():
             assert (tmp_path / "a.png").read_bytes() == whole

@@ -19,11 +19,11 @@ import pytest
 import glshadow as gs
 from glshadow.scenes import shapes
 
+from ..tolerances import PATIENCE_S
 from .gl_objects import counted, resident_mib
 from .interrupted import interrupt
 
 SIZE = (48, 32)
-PATIENCE_S = 60.0
 
 
 def box(height=1.0):

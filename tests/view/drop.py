@@ -8,6 +8,8 @@ from pathlib import Path
 from Xlib import X, Xatom, display
 from Xlib.protocol import event
 
+from ..tolerances import PATIENCE_S
+
 
 def dropped(name: str, path: Path, title: str) -> None:
     """Drop a file on the middle of the window of that title on a display.
@@ -48,7 +50,7 @@ def _drop(screen: display.Display, path: Path, title: str) -> None:
     x, y = place.x + place.width // 2, place.y + place.height // 2
     tell("XdndEnter", 5 << 24, atom["text/uri-list"])
     tell("XdndPosition", 0, x << 16 | y, X.CurrentTime, atom["XdndActionCopy"])
-    until = time.monotonic() + 20.0
+    until = time.monotonic() + PATIENCE_S
     while time.monotonic() < until:
         if not screen.pending_events():
             time.sleep(0.02)

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from ..tolerances import PATIENCE_S
 from .screen import kept, pressed, seen_on
 
 SKY = (206, 208, 214)  # of a picture's upper corners, which JPEG moves by 3
@@ -62,7 +63,7 @@ def page(screen: str, headless: dict[str, str], optional: Callable[[str, str], N
 
 
 def _answers(port: int, server: subprocess.Popen[bytes]) -> None:
-    until = time.monotonic() + 60.0
+    until = time.monotonic() + PATIENCE_S
     while time.monotonic() < until and server.poll() is None:
         with socket.socket() as asked:
             if asked.connect_ex(("127.0.0.1", port)) == 0:
@@ -80,7 +81,7 @@ def picture_in(seen: NDArray[np.uint8]) -> tuple[int, int] | None:
 
 
 def waits_for(display: str, folder: Path, what: str, true: Callable[[NDArray[np.uint8]], bool]) -> NDArray[np.uint8]:
-    until = time.monotonic() + 60.0
+    until = time.monotonic() + PATIENCE_S
     while time.monotonic() < until:
         seen = seen_on(display, folder)
         if true(seen):

@@ -10,6 +10,8 @@ from shutil import which
 
 import pytest
 
+from ..tolerances import PATIENCE_S
+
 
 @pytest.fixture
 def browser(optional: Callable[[str, str], None], tmp_path: Path) -> Callable[[Path, str], str]:
@@ -22,7 +24,7 @@ def browser(optional: Callable[[str, str], None], tmp_path: Path) -> Callable[[P
             str(program), "--headless", "--no-sandbox", "--disable-gpu-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
             f"--user-data-dir={tmp_path / 'profile'}", "--virtual-time-budget=20000", "--dump-dom", f"{page.resolve().as_uri()}#{fragment}",
         ]  # fmt: skip
-        done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
         assert 'id="error"' not in done.stdout, re.findall(r'id="error">(.*?)<', done.stdout)
         return done.stdout
 
