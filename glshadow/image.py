@@ -63,7 +63,10 @@ def header(source: str | os.PathLike[str] | bytes) -> Header:
     SceneError
         If it is not a readable image.
     """
-    data = bytes(source) if isinstance(source, bytes | bytearray | memoryview) else _bytes(as_path("image", source))
+    if isinstance(source, bytes | bytearray | memoryview):
+        data = bytes(source)
+    else:
+        data = _bytes(as_path("image", source), MAGIC_JPEG)
     if data.startswith(MAGIC_JPEG):
         width, height = _jpeg_size(data)
         return Header((width, height), width * height * (3 + data.count(SCAN)))
@@ -73,10 +76,13 @@ def header(source: str | os.PathLike[str] | bytes) -> Header:
         return Header((spec.width, spec.height * spec.depth), pixels * max(4, spec.pixel_bytes(True)))
 
 
-def _bytes(path: Path) -> bytes:
+def _bytes(path: Path, magic: bytes = b"") -> bytes:
+    """Of a file that begins in another way than with `magic` only as many as that has."""
     if not path.is_file():
         raise SceneError(f"{path}: there is no such image file")
-    return path.read_bytes()
+    with path.open("rb") as file:
+        head = file.read(len(magic))
+        return head + file.read() if head == magic else head
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int]:

@@ -81,7 +81,14 @@ def load(
     ground, up_axis = _ground("ground", ground), optional(one_of(*TURNS), "y")("up_axis", up_axis)
     name = optional(text(), "that of the file")("name", name)
     limits = optional(instance(Limits), "the defaults")("limits", limits)
-    label, title, read, stored = _reader(source, Budget(limits or Limits()))
+    return read_scene(source, Budget(limits or Limits()), ground, up_axis, name)
+
+
+def read_scene(
+    source: Any, budget: Budget, ground: bool | str = False, up_axis: str | None = None, name: str | None = None
+) -> Scene:
+    """As `load`, whose arguments are checked; afterwards `budget.files` are those that were read."""
+    label, title, read, stored = _reader(source, budget)
     try:
         found = read()
         notes = found.notes + check_scene(found.nodes, stored=stored)
@@ -93,7 +100,7 @@ def load(
         cause = f"{type(error).__name__}: {error}"
         raise SceneError(f"{label} cannot be read ({cause}); it is broken or not of its format") from error
     for note in notes:
-        warn(f"{label}: {note}")
+        warn(f"{label}: {note}", stacklevel=4)  # whoever called `load`
     scene = _turned(found, TURNS[up_axis or "y"], name or title)
     return scene.with_ground(ground == "catcher") if ground else scene
 

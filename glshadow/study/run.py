@@ -26,6 +26,7 @@ from glshadow.errors import SettingsError
 from glshadow.frame import Frame
 from glshadow.gl.context import Backend
 from glshadow.inline import notebook_bar
+from glshadow.journal import Journal
 from glshadow.measure.error import ShadowError, measure
 from glshadow.measure.score import Score
 from glshadow.reference.trace import trace
@@ -34,7 +35,7 @@ from glshadow.scene.arguments import as_scene, picture_arguments
 from glshadow.scene.mesh import Scene
 from glshadow.study.floor import FLOOR_RESOLUTION, Floor
 from glshadow.study.grid import setting_name
-from glshadow.study.journal import Journal, fingerprint, result_key
+from glshadow.study.fingerprint import fingerprint, result_key
 from glshadow.study.machine import machine
 from glshadow.study.pictures import Panel, panel
 from glshadow.study.remembered import RememberedTruth
