@@ -42,7 +42,7 @@ class Limits(Settings):
     texture_pixels: int = setting(whole(1, _MOST), 2**26, help="pixels of one decoded image")
     triangles: int = setting(whole(1, _MOST), 2 * 10**7, help="triangles of all placed meshes")
     nodes: int = setting(whole(1, _MOST), 10**5, help="placed meshes, and nodes of the tree")
-    lights: int = setting(whole(1, _MOST), 1000, help="placed lights")
+    lights: int = setting(whole(1, _MOST), 256, help="placed lights")
     draws: int = setting(whole(1, _MOST), 3 * 10**5, help="placed meshes times lights")
     file_bytes: int = setting(whole(1, _MOST), 2**31, help="bytes of the file and of those that it names")
     expansion: float = setting(number(1.0, 1e12), 200.0, help="bytes of memory per byte read, above the first 128 MiB")

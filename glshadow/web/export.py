@@ -28,6 +28,7 @@ from glshadow.files import replacing
 from glshadow.gl.atlases import layout
 from glshadow.gl.caster import metric_uniform
 from glshadow.gl.lighting import light_uniforms, light_view
+from glshadow.inline import words
 from glshadow.scene.arguments import as_scene, picture_arguments
 from glshadow.scene.mesh import Scene
 from glshadow.shader.compose import compose
@@ -104,7 +105,7 @@ def export_page(
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ResourceError(f"{path.parent} cannot be made: {error.strerror}") from None
-    page = text.replace("$NAME$", _safe(scene.name)).replace('"$DATA$"', json.dumps(data).replace("</", "<\\/"))
+    page = text.replace("$NAME$", words(scene.name)).replace('"$DATA$"', json.dumps(data).replace("</", "<\\/"))
     with replacing(path) as temporary:
         temporary.write_text(page, encoding="utf-8")
     return path
@@ -208,9 +209,3 @@ def _plain(value: Any) -> Any:
 
 def _encoded(values: Array) -> str:
     return base64.b64encode(values.astype("<f4").tobytes()).decode()
-
-
-def _safe(name: str) -> str:
-    from html import escape
-
-    return escape(name)
