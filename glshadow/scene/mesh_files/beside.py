@@ -120,7 +120,7 @@ class Beside:
                 if part not in names and part.casefold() not in names:
                     self.budget.files.add(self.folder / local)  # missing: if it comes, the scene is another
                     return None
-                part = part if part in names else names[part.casefold()]
+                part = names.get(part) or names[part.casefold()]
             found = f"{found}/{part}" if found else part
         return found if (self.folder / found).is_file() else None
 
