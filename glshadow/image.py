@@ -63,10 +63,11 @@ def header(source: str | os.PathLike[str] | bytes) -> Header:
     SceneError
         If it is not a readable image.
     """
-    if isinstance(source, bytes | bytearray | memoryview):
-        data = bytes(source)
-    else:
-        data = _bytes(as_path("image", source), MAGIC_JPEG)
+    data = (
+        bytes(source)
+        if isinstance(source, bytes | bytearray | memoryview)
+        else _bytes(as_path("image", source), MAGIC_JPEG)
+    )
     if data.startswith(MAGIC_JPEG):
         width, height = _jpeg_size(data)
         return Header((width, height), width * height * (3 + data.count(SCAN)))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.lights import DirectionalLight, Light, SpotLight
-from glshadow.core.setting import one_of, refuse, several
+from glshadow.core.setting import one_of, refuse, several, whole
 from glshadow.core.spaces import Array, project, view_axes
 from glshadow.core.view import ShadowView
 from glshadow.errors import SettingsError
@@ -108,7 +108,7 @@ def overlay(frame: Frame, names: Sequence[str] = OVERLAYS) -> NDArray[np.uint8]:
 
 def light_color(number: int) -> Color:
     """The colour of a light's gizmo, frustum and maps."""
-    return LIGHT_COLORS[number % len(LIGHT_COLORS)]
+    return LIGHT_COLORS[whole(0, 1 << 31)("number", number) % len(LIGHT_COLORS)]
 
 
 def _checked(names: Sequence[str]) -> tuple[str, ...]:

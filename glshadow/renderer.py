@@ -212,7 +212,7 @@ class Renderer:
         checked_outputs(options.get("outputs", ("image",)))
         try:
             views = iter(cameras)
-        except TypeError:
+        except Exception:  # a foreign __iter__, or none
             raise SettingsError(f"cameras must be a sequence of cameras, got {shown(cameras)}") from None
 
         def frames() -> Generator[Frame]:

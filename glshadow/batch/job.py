@@ -102,9 +102,7 @@ class Job(Settings):
         if self.orbit and self.cameras:
             raise SettingsError("Job cameras and orbit do not go together")
         if not self._several and has_field(self.output):
-            raise SettingsError(
-                f"Job output {shown(self.output)} has a field for a number, and there is one picture"
-            )
+            raise SettingsError(f"Job output {shown(self.output)} has a field for a number, and there is one picture")
         path = as_path("Job output", self._name(self.pictures - 1))
         if path.suffix.lower() not in ENDINGS:
             raise SettingsError(f"Job output must end in one of {', '.join(ENDINGS)}, got {shown(self.output)}")
@@ -260,7 +258,7 @@ def _shadow(name: str, value: Any) -> Shadow:
         "filter": lambda each: parse(str(each), FILTERS, "filter"),
         "bias": lambda each: parse(str(each), BIASES, "bias"),
         "fit": lambda each: parse(str(each), FITS, "fit"),
-        "target": lambda each: Target(each) if each in {t.value for t in Target} else each,
+        "target": lambda each: next((known for known in Target if known.value == each), each),
     }
     known = {*read, "resolution", "strength", "edge_falloff"}
     if unknown := set(value) - known:

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from glshadow.core.compare import rounding_of
 from glshadow.core.decision import decide
 from glshadow.core.lights import Light, RectLight, SkyLight
-from glshadow.core.setting import as_floats, instance, refuse, shown
+from glshadow.core.setting import as_floats, flag, instance, refuse, shown, text, whole
 from glshadow.core.spaces import Array
 from glshadow.core.view import ShadowView, shadow_views
 from glshadow.errors import SettingsError
@@ -193,6 +193,8 @@ class ShadowMap:
         """
         if self._map is None or self._released:
             raise SettingsError("this ShadowMap was released: make a new one")
+        if not callable(casters):
+            raise refuse("casters", "a callable that takes a Caster", casters)
         context, ctx, shadow_map = self._context, self._context.ctx, self._map
         atlas, settings = shadow_map.atlas, shadow_map.settings
         with context.drawing():
@@ -227,15 +229,14 @@ class ShadowMap:
         version : bool
             Whether `#version` comes first; False for `context.includes` and for what follows another text.
         """
-        if not isinstance(name, str) or not _NAME.fullmatch(name):
-            raise refuse("name", "lower case letters and digits, words joined by _", name)
+        name, version = _name(name), flag()("version", version)
         head, _, body = receiver_text(self._context.caps, self.light, self._asked).partition("\n")
         body = _renamed(body + _DRAWN, name)
         return f"{head}\n{body}" if version else body
 
     def include(self, name: str = "shadow") -> str:
         """Put the text under `NAME.glsl` into the context's includes, for `#include "NAME.glsl"`; returns that name."""
-        key = f"{name}.glsl"
+        key = f"{_name(name)}.glsl"
         self._context.ctx.includes[key] = self.source(name, version=False)
         return key
 
@@ -244,6 +245,8 @@ class ShadowMap:
 
         To be called after every `draw` and `fit`, and when another texture was bound to the unit.
         """
+        program, name = instance(moderngl.Program)("program", program), _name(name)
+        unit = whole(0, self._context.ctx.max_texture_units - 1)("unit", unit)
         shadow_map = self._asked
         reach = float(np.abs(self._bounds).max()) + float(np.linalg.norm(self._bounds[-1] - self._bounds[0]))
         values = {
@@ -293,9 +296,16 @@ _GLOBAL = re.compile(r"^(?:uniform\s+|const\s+)?(?:highp\s+)?\w+\s+(\w+)(?:\[[^\
 _LIST = re.compile(r"^\w+\s+(\w+(?:\s*,\s*\w+)+)\s*;", re.MULTILINE)
 
 
-def _renamed(text: str, name: str) -> str:
+def _name(name: str) -> str:
+    kept: str = text()("name", name)
+    if not _NAME.fullmatch(kept):
+        raise refuse("name", "lower case letters and digits, words joined by _", name)
+    return kept
+
+
+def _renamed(code: str, name: str) -> str:
     """Every name that the text declares, and every macro, with NAME_ before it."""
-    plain = re.sub(r"//[^\n]*", "", text)
+    plain = re.sub(r"//[^\n]*", "", code)
     found = {*_FUNCTION.findall(plain), *_STRUCT.findall(plain), *_GLOBAL.findall(plain)}
     found |= {each.strip() for group in _LIST.findall(plain) for each in group.split(",")}
     found |= set(re.findall(r"#define\s+(\w+)", plain)) | set(re.findall(r"\bGLS_\w+", plain))

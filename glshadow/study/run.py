@@ -33,9 +33,9 @@ from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
 from glshadow.scene.arguments import as_scene, picture_arguments
 from glshadow.scene.mesh import Scene
+from glshadow.study.fingerprint import fingerprint, result_key
 from glshadow.study.floor import FLOOR_RESOLUTION, Floor
 from glshadow.study.grid import setting_name
-from glshadow.study.fingerprint import fingerprint, result_key
 from glshadow.study.machine import machine
 from glshadow.study.pictures import Panel, panel
 from glshadow.study.remembered import RememberedTruth

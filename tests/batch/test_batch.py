@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import os
+import random
 import signal
 import subprocess
 import sys
 import time
 import tracemalloc
+from contextlib import suppress
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -80,10 +83,12 @@ WRONG: list[tuple[dict[str, Any] | str, str]] = [
     ({"output": "a.bmp"}, "must end in one of"), ({"output": "../a.png"}, "must stay in"), ({"output": "/a.png"}, "must stay in"),
     ({"output": "a_{}.png"}, "there is one picture"), ({"orbit": 3}, "one field for the picture's number"),
     *(({"orbit": 3, "output": each}, "one field for the picture's number") for each in (
-        "{x}.png", "{0.foo}.png", "{0[a]}.png", "{0!s:{0:c}>{0}.0}tmp/evil.png", "{:c}.png", "{:.0e}.png", "{}{}.png", "{:999}.png", "{.png")),
+        "{x}.png", "{0.foo}.png",
+        "{0[a]}.png", "{0!s:{0:c}>{0}.0}tmp/evil.png", "{:c}.png", "{:.0e}.png", "{}{}.png", "{:999}.png", "{.png")),
     ({"output": "a{{}}.png"}, "there is one picture"), ({"orbit": 3, "output": "../{}.png"}, "must stay in"),
     ({"orbit": 3, "output": "/{}.png"}, "must stay in"), ({"output": "x" * 300 + ".png"}, "bytes long"),
-    ({"output": "a\0.png"}, "without NUL"), ({"scene": "a\0.glb"}, "no such file"), ({"orbit": 100_001, "output": "{}.png"}, "orbit must be"),
+    ({"output": "a\0.png"}, "without NUL"), ({"scene": "a\0.glb"}, "no such file"),
+    ({"orbit": 100_001, "output": "{}.png"}, "orbit must be"),
     ({"size": [0, 3]}, "size must be"), ({"size": "big"}, "size must be"), ({"samples": 3}, "samples must be"),
     ({"lights": [{"kind": "lamp"}]}, r"lights\[0\].kind must be one of"), ({"lights": [{"kind": "point"}]}, r"lights\[0\]: .*position"),
     ({"lights": [{"kind": "sun", "colour": 3}]}, r"lights\[0\]: .*colour"), ({"lights": {}}, "lights must be a list"),
@@ -104,6 +109,44 @@ def test_what_is_no_job_is_said(tmp_path: Path, line: dict[str, Any] | str, said
         line = json.dumps(whole)
     with pytest.raises(gs.GlshadowError, match=said):
         parse_job(line, tmp_path)
+
+
+ODD = [None, True, 0, -1, 3, 1e308, float("nan"), 10**400, "x", "", "a.png", "{}.png", "\ud800", "\0", [], [1], [None], {}, [[[]]],
+       {"kind": "sun"}, {"kind": [1]}, {"filter": [1]}, {"target": [1]}, {"target": {}}, [{"shadow": {"target": [1]}}]]  # fmt: skip
+INNER = [
+    "kind",
+    "position",
+    "fov_y",
+    "direction",
+    "shadow",
+    "filter",
+    "target",
+    "bias",
+    "fit",
+    "strength",
+    "color",
+    "self",
+    "",
+]
+
+
+def test_whatever_json_says_is_a_job_or_a_named_error(tmp_path: Path) -> None:
+    rng = random.Random(1)
+
+    def value(depth: int) -> Any:
+        if depth < 3 and rng.random() < 0.5:
+            inner = [value(depth + 1) for _ in range(rng.randint(0, 3))]
+            return inner if rng.random() < 0.5 else dict(zip(rng.choices(INNER, k=len(inner)), inner, strict=True))
+        return rng.choice(ODD)
+
+    keys = [each.name for each in fields(gs.batch.Job)]
+    jobs = 0
+    for _ in range(5000):
+        job = {"scene": "courtyard", "output": "a.png"} | {rng.choice(keys): value(0) for _ in range(rng.randint(1, 3))}
+        with suppress(gs.GlshadowError):
+            parse_job(json.dumps(job), tmp_path)
+            jobs += 1
+    assert jobs > 50, "or all were refused"
 
 
 def test_all_lines_are_checked_before_any_work(tmp_path: Path) -> None:
@@ -138,7 +181,9 @@ def test_names_are_made_one_at_a_time_and_counted(tmp_path: Path) -> None:
     """A line of a million characters asks for a hundred thousand names; eleven lines for more pictures than a file may."""
     path = tmp_path / "jobs.jsonl"
     long = "x/" * 400_000 + "{}.png"
-    path.write_text(json.dumps({"scene": "courtyard", "output": long, "orbit": 100_000}) + "\n" + "y" * (3 << 20) + "\n")
+    path.write_text(
+        json.dumps({"scene": "courtyard", "output": long, "orbit": 100_000}) + "\n" + "y" * (3 << 20) + "\n"
+    )
     tracemalloc.start()
     with pytest.raises(gs.SettingsError, match="has 2 lines that are no jobs") as raised:
         read_jobs(path)
@@ -153,7 +198,9 @@ def test_names_are_made_one_at_a_time_and_counted(tmp_path: Path) -> None:
 
 
 def test_names_are_compared_as_files(tmp_path: Path) -> None:
-    path = written(tmp_path / "jobs.jsonl", {"output": "a//b.png"}, {"output": "./a/b.png"}, {"output": "{:x}.png", "orbit": 11})
+    path = written(
+        tmp_path / "jobs.jsonl", {"output": "a//b.png"}, {"output": "./a/b.png"}, {"output": "{:x}.png", "orbit": 11}
+    )
     with pytest.raises(gs.SettingsError, match="has 1 line that is no job") as raised:
         read_jobs(path)
     assert "line 2: output 'a/b.png' is also that of line 1" in raised.value.__notes__[0]
@@ -203,7 +250,9 @@ def test_every_file_of_a_model_counts(tmp_path: Path, monkeypatch: pytest.Monkey
     model.parent.mkdir()
     model.write_text(TRIANGLES)
     materials.write_text("newmtl m\nmap_Kd a.png\n")
-    written(path, {"scene": "models/a.obj", "output": "a.png"}, {"scene": "models/a.obj", "output": "b.png", "ground": True})
+    written(
+        path, {"scene": "models/a.obj", "output": "a.png"}, {"scene": "models/a.obj", "output": "b.png", "ground": True}
+    )
     assert outcomes(path, out) == (2, 0), "without its texture"
     assert outcomes(path, out) == (0, 2)
     image.write(texture, np.full((2, 2, 3), 200, np.uint8))
@@ -255,7 +304,8 @@ def test_jobs_of_python_are_checked_and_kept_apart(tmp_path: Path) -> None:
 
 def test_arguments_of_a_batch_are_checked(tmp_path: Path) -> None:
     jobs = [gs.batch.Job("courtyard", "a.png")]
-    for wrong in ({"jobs": 3}, {"jobs": ["a.png"]}, {"processes": 0}, {"processes": "2"}, {"backend": "vulkan"}, {"fresh": 1}, {"progress": 3},
+    for wrong in ({"jobs": 3}, {"jobs": ["a.png"]}, {"processes": 0}, {"processes": "2"}, {"backend": "vulkan"}, {"fresh": 1},
+                  {"progress": 3},
                   {"dask": 3}, {"folder": 3}):  # fmt: skip
         with pytest.raises(gs.SettingsError, match=next(iter(wrong))):
             run_batch(**{"jobs": jobs, "folder": tmp_path / "out", **wrong})

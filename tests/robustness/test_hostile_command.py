@@ -84,7 +84,9 @@ def test_a_full_disk_leaves_no_half_picture(tmp_path, ending, room):
         check=False,
     )
     assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout == f"x{ending} cannot be written: File too large\n", "the system's own word, and no temporary name"
+    assert done.stdout == f"x{ending} cannot be written: File too large\n", (
+        "the system's own word, and no temporary name"
+    )
     assert list(tmp_path.iterdir()) == []
 
 

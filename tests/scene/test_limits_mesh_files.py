@@ -243,10 +243,12 @@ def test_small_files_cost_little(group, tmp_path, plain, unit):
 
 @pytest.mark.slow
 def test_a_file_that_costs_too_much_is_found(tmp_path, unit):
-    """Where each material is a body of its own: what the 20,000 of above would be, if they were not drawn together."""
+    """One that is read forty times instead of once."""
     path = tmp_path / statements("usemtl", 500, 500)(tmp_path)
     dear = CHILD.replace("scene = gs.load(sys.argv[1])", "scene = [gs.load(sys.argv[1]) for _ in range(40)][0]")
-    run = subprocess.run([sys.executable, "-c", dear, str(path)], capture_output=True, text=True, timeout=600, check=True)
+    run = subprocess.run(
+        [sys.executable, "-c", dear, str(path)], capture_output=True, text=True, timeout=600, check=True
+    )
     assert json.loads(run.stdout)["cpu"] > TIMES * unit
 
 

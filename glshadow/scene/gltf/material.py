@@ -98,20 +98,23 @@ class Surfaces:
         try:
             source = self._source(given, where)
         except SceneError as error:
-            return self._without(error)
+            self._note(error)
+            return None
         if isinstance(source, Path):
             budget.announce(source, where)
         try:
             header = image.header(source)
         except SceneError as error:
-            return self._without(error)
+            self._note(error)
+            return None
         budget.take_image(header, where)
         try:
             return image.read(source)
         except SceneError as error:
-            return self._without(error)
+            self._note(error)
+            return None
 
-    def _without(self, error: SceneError) -> None:
+    def _note(self, error: SceneError) -> None:
         self.document.notes.append(f"{error}; drawn without this texture")
 
     def _source(self, given: dict[str, Any], where: str) -> bytes | Path:
