@@ -8,26 +8,11 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from glshadow.core import filters as _filters
-from glshadow.core.bias import (
-    Bias,
-    ClipBias,
-    ConstantBias,
-    NoBias,
-    NormalOffsetBias,
-    ReceiverPlaneBias,
-    SlopeScaledBias,
-)
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
-from glshadow.core.cookie import Cookie
-from glshadow.core.filters import *  # noqa: F403  # every filter there is
-from glshadow.core.fits import Cascades, Fit, Lispsm, SceneFit, ViewFit
 from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
-from glshadow.core.metric import Target
 from glshadow.core.orbit import orbit
-from glshadow.core.packed import PackedShadow
-from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import ClipSpace
+from glshadow.derive.packed import PackedShadow
 from glshadow.errors import (
     ContextError,
     GlshadowError,
@@ -39,62 +24,77 @@ from glshadow.errors import (
     SettingsError,
     ShaderError,
 )
-from glshadow.measure.error import ShadowError, measure  # now: the function must hide the room of its name
-from glshadow.measure.score import Score
-from glshadow.scene.limits import Limits
-from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+from glshadow.io.limits import Limits
+from glshadow.scene.mesh import AlphaMode, Material, Mesh
+from glshadow.scene.nodes import Node, Scene
+from glshadow.scoring.error import Measurement, measure
+from glshadow.scoring.score import Score
+from glshadow.shadows import filters as _filters
+from glshadow.shadows.bias import (
+    Bias,
+    ClipBias,
+    ConstantBias,
+    NoBias,
+    NormalOffsetBias,
+    ReceiverPlaneBias,
+    SlopeScaledBias,
+)
+from glshadow.shadows.cookie import Cookie
+from glshadow.shadows.filters import *  # noqa: F403  # every filter there is
+from glshadow.shadows.fits import Cascades, Fit, Lispsm, SceneFit, ViewFit
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import Faces, Shadow
 
 if TYPE_CHECKING:
-    from glshadow import batch, image, overlay, study
-    from glshadow.core.used import Used
-    from glshadow.core.view import ShadowView
+    from glshadow import batch, image, overlay, scenes, study
+    from glshadow.derive.used import Used
     from glshadow.frame import Frame
-    from glshadow.gl import forward, shaders
-    from glshadow.gl.shaders import Caster, ShadowMap
-    from glshadow.measure.flip import Flip, flip
+    from glshadow.gl.foreign import shaders
+    from glshadow.gl.foreign.shaders import Caster, ShadowMap
+    from glshadow.io.load import load
     from glshadow.offscreen import PyrenderRenderer
+    from glshadow.once import render
     from glshadow.reference.trace import trace
     from glshadow.reference.truth import Truth
-    from glshadow.renderer import Renderer, render
-    from glshadow.scene import builtin as scenes
-    from glshadow.scene.load import load
-    from glshadow.view.compare import Compared, Comparison, compare
-    from glshadow.view.explore import Explorer, explore
-    from glshadow.view.window import show
+    from glshadow.renderer import Renderer
+    from glshadow.scoring.flip import Flip, flip
+    from glshadow.shadows.view import ShadowView
+    from glshadow.ui.compare import Compared, Comparison, compare
+    from glshadow.ui.explore import Explorer, explore
+    from glshadow.ui.window import show
     from glshadow.web.export import export_page
 
 __version__ = "0.1.0"  # here only: pyproject.toml reads it
 
 # Imported when first asked for: OpenGL, file loading and ray tracing are not needed by everyone, and cost time.
 _LAZY = {
-    "Compared": "glshadow.view.compare",
-    "Comparison": "glshadow.view.compare",
-    "Explorer": "glshadow.view.explore",
-    "Flip": "glshadow.measure.flip",
+    "Compared": "glshadow.ui.compare",
+    "Comparison": "glshadow.ui.compare",
+    "Explorer": "glshadow.ui.explore",
+    "Flip": "glshadow.scoring.flip",
     "Frame": "glshadow.frame",
     "PyrenderRenderer": "glshadow.offscreen",
     "Renderer": "glshadow.renderer",
-    "Caster": "glshadow.gl.shaders",
-    "ShadowMap": "glshadow.gl.shaders",
-    "ShadowView": "glshadow.core.view",
+    "Caster": "glshadow.gl.foreign.shaders",
+    "ShadowMap": "glshadow.gl.foreign.shaders",
+    "ShadowView": "glshadow.shadows.view",
     "Truth": "glshadow.reference.truth",
-    "Used": "glshadow.core.used",
-    "compare": "glshadow.view.compare",
-    "explore": "glshadow.view.explore",
+    "Used": "glshadow.derive.used",
+    "compare": "glshadow.ui.compare",
+    "explore": "glshadow.ui.explore",
     "export_page": "glshadow.web.export",
-    "flip": "glshadow.measure.flip",
-    "load": "glshadow.scene.load",
-    "render": "glshadow.renderer",
-    "show": "glshadow.view.window",
+    "flip": "glshadow.scoring.flip",
+    "load": "glshadow.io.load",
+    "render": "glshadow.once",
+    "show": "glshadow.ui.window",
     "trace": "glshadow.reference.trace",
 }
 _MODULES = {
     "batch": "glshadow.batch",
-    "forward": "glshadow.gl.forward",
     "image": "glshadow.image",
     "overlay": "glshadow.overlay",
-    "scenes": "glshadow.scene.builtin",
-    "shaders": "glshadow.gl.shaders",
+    "scenes": "glshadow.scenes",
+    "shaders": "glshadow.gl.foreign.shaders",
     "study": "glshadow.study",
 }
 
@@ -139,6 +139,7 @@ __all__ = [
     "Limits",
     "Lispsm",
     "Material",
+    "Measurement",
     "Mesh",
     "MissingOutput",
     "NoBias",
@@ -161,7 +162,6 @@ __all__ = [
     "SettingsError",
     "ShaderError",
     "Shadow",
-    "ShadowError",
     "ShadowMap",
     "ShadowView",
     "SkyLight",
@@ -177,7 +177,6 @@ __all__ = [
     "explore",
     "export_page",
     "flip",
-    "forward",
     "image",
     "load",
     "measure",

@@ -10,14 +10,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from glshadow.core.area import has_size
-from glshadow.core.filters import Exact, Filter, Gaussian, Hard, Pcf
 from glshadow.core.lights import DirectionalLight, Light, SpotLight, to_light
 from glshadow.core.setting import Settings, number, optional, setting
-from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Bools
 from glshadow.frame import Frame
-from glshadow.measure.error import LEAST_COSINE, WRONG, smooth_pixels
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
+from glshadow.scoring.error import LEAST_COSINE, WRONG, smooth_pixels
+from glshadow.shadows.filters import Exact, Filter, Gaussian, Hard, Pcf
+from glshadow.shadows.shadow import Shadow
 
 FILTERS: tuple[Filter, ...] = (Hard(), Pcf(0), Pcf(1), Gaussian(2))
 RESOLUTIONS = (512, 1024, 2048, 4096)
@@ -168,7 +168,7 @@ def _counted(frame: Frame, lights: Sequence[Light]) -> list[Bools]:
     """Of each light the pixels that count (H, W), as `measure` counts them."""
     smooth = smooth_pixels(frame.node, np.nan_to_num(frame.normal.astype(np.float64)))
     seen = frame.node >= 0
-    points = np.nan_to_num(frame.position.astype(np.float64)) + frame.origin
+    points = np.nan_to_num(frame.position)
     masks = []
     for light in lights:
         towards, distance = to_light(light, points)

@@ -13,9 +13,9 @@ from typing import Any
 
 from glshadow import __version__
 from glshadow.errors import ContextError
-from glshadow.gl.backends import LOADERS, BackendUnavailable
-from glshadow.gl.context import GLContext, open_context
-from glshadow.gl.entry_points import DEPTH_COMPONENT16, DEPTH_COMPONENT24, DEPTH_COMPONENT32F
+from glshadow.gl.driver.backends import LOADERS, BackendUnavailable
+from glshadow.gl.driver.context import GLContext, open_context
+from glshadow.gl.driver.entry_points import DEPTH_COMPONENT16, DEPTH_COMPONENT24, DEPTH_COMPONENT32F
 
 DEPTH_FORMATS = {"DEPTH16": DEPTH_COMPONENT16, "DEPTH24": DEPTH_COMPONENT24, "DEPTH32F": DEPTH_COMPONENT32F}
 COLOR_FORMATS = {"R32F": (1, "f4"), "R16F": (1, "f2"), "R8": (1, "f1"), "RGBA8": (4, "f1")}
@@ -73,8 +73,8 @@ def examine() -> dict[str, Any]:
 
 def _devices() -> list[dict[str, Any]]:
     """EGL's devices in its order: what EGL calls them, and which driver draws on each."""
-    names = _answer("import json, sys; from glshadow.gl.backends import EGL_LIBRARY as L; from glshadow.gl.egl import load_egl as l; "
-                    "print(json.dumps({'names': l(L).devices}))")  # fmt: skip
+    code = "from glshadow.gl.driver import backends, egl; names = egl.load_egl(backends.EGL_LIBRARY).devices"
+    names = _answer(f"import json; {code}; print(json.dumps({{'names': names}}))")
     found = []
     for number, name in enumerate(names.get("names", [])):
         report = _in_own_process(f"egl:{number}")

@@ -181,6 +181,18 @@ def _rgba(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return result
 
 
+def image_path(name: str, value: Any) -> Path:
+    """The rule of a file that an image is written to: a known ending, in a folder that exists."""
+    path = as_path(name, value)
+    if path.suffix.lower() not in SUFFIXES:
+        raise SettingsError(
+            f"{path}: an image file must end in one of {', '.join(SUFFIXES)}, got {path.suffix or 'no ending'!r}"
+        )
+    if not path.parent.is_dir():
+        raise SettingsError(f"{path}: there is no folder {str(path.parent)!r}")
+    return path
+
+
 def write(path: str | os.PathLike[str], image: Pixels | Mapping[str, Pixels]) -> None:
     """Write an image; the file appears complete or not at all, and equal pixels give equal bytes.
 
@@ -201,12 +213,8 @@ def write(path: str | os.PathLike[str], image: Pixels | Mapping[str, Pixels]) ->
     GlshadowError
         If the file cannot be written.
     """
-    path = as_path("path", path)
+    path = image_path("path", path)
     suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise SettingsError(
-            f"{path}: an image file must end in one of {', '.join(SUFFIXES)}, got {path.suffix or 'no ending'!r}"
-        )
     names, pixels = _channels(path, image)
     if pixels.dtype != np.uint8 and suffix not in FLOAT_SUFFIXES:
         raise SettingsError(

@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import DirectionalLight, Light, SpotLight
 from glshadow.core.setting import instance, number, optional, refuse, shown, whole
-from glshadow.core.shadow import Shadow
 from glshadow.errors import SceneError, SettingsError
 from glshadow.frame import Frame
-from glshadow.gl.context import Backend
+from glshadow.gl.driver.context import Backend
+from glshadow.io.from_pyrender import Made, placed_nodes, read_pyrender
 from glshadow.renderer import Renderer
 from glshadow.scene.checks import check_scene
-from glshadow.scene.from_pyrender import Made, placed_nodes, read_pyrender
-from glshadow.scene.mesh import Node, Scene
+from glshadow.scene.nodes import Node, Scene
+from glshadow.shadows.shadow import Shadow
 
 DEPTH_ONLY, OFFSCREEN, ALL_SOLID = 1, 2, 16
 SHADOWS_DIRECTIONAL, SHADOWS_POINT, SHADOWS_SPOT = 32, 64, 128
@@ -152,7 +152,7 @@ class PyrenderRenderer:
         if ours is None:
             return _nothing(scene, size, flags)
         if flags & (DEPTH_ONLY | SEG):
-            frame = self._renderer.render(ours, lights=[], size=size, outputs=("depth", "node"))
+            frame = self._renderer.render(ours, lights=[], size=size, outputs=("depth", "node"), samples=1)
             depth = _depth(frame)
             if flags & DEPTH_ONLY and not flags & SEG:
                 return depth

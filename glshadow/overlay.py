@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from glshadow.core.lights import DirectionalLight, Light, SpotLight
 from glshadow.core.setting import one_of, refuse, several, whole
 from glshadow.core.spaces import Array, project, view_axes
-from glshadow.core.view import ShadowView
 from glshadow.errors import SettingsError
 from glshadow.frame import Frame
 from glshadow.lines import Canvas, Color
+from glshadow.shadows.view import ShadowView
 
 if TYPE_CHECKING:
-    from glshadow.core.used import Used
+    from glshadow.derive.used import Used
 
 __all__ = ["OVERLAYS", "light_color", "overlay", "required_outputs"]
 
@@ -123,7 +123,7 @@ def _checked(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def _extent(frame: Frame) -> float:
-    return float(np.linalg.norm(frame.scene.bounds[1] - frame.scene.bounds[0]))
+    return float(np.linalg.norm(frame.scene.extent[1] - frame.scene.bounds[0]))
 
 
 def round_step(length: float) -> float:
@@ -134,7 +134,7 @@ def round_step(length: float) -> float:
 
 def floor_height(canvas: Canvas, frame: Frame) -> float:
     """The scene's lowest y; or, if a fifth of what is seen is level within its lowest tenth, that ground's height."""
-    low, high = frame.scene.bounds[:, 1]
+    low, high = frame.scene.extent[:, 1]
     rows, columns = (np.arange(0, n, max(1, n // 180)) for n in frame.depth.shape)
     depth = frame.depth[np.ix_(rows, columns)].astype(np.float64)
     places = np.stack(np.meshgrid(columns + 0.5, rows + 0.5), axis=-1)
@@ -152,7 +152,7 @@ def floor_height(canvas: Canvas, frame: Frame) -> float:
 
 
 def _draw_grid(canvas: Canvas, frame: Frame) -> None:
-    low, high = frame.scene.bounds
+    low, high = frame.scene.extent
     width = max(float(high[0] - low[0]), float(high[2] - low[2])) or _extent(frame)
     step, y = round_step(width / GRID_CELLS), floor_height(canvas, frame)
     fine: list[Segment] = []
@@ -168,7 +168,7 @@ def _draw_grid(canvas: Canvas, frame: Frame) -> None:
 
 
 def _draw_axes(canvas: Canvas, frame: Frame) -> None:
-    low, high = frame.scene.bounds
+    low, high = frame.scene.extent
     y, length = floor_height(canvas, frame), 0.12 * _extent(frame)
     corners = np.array([[x, y, z] for x in (low[0], high[0]) for z in (low[2], high[2])])
     tips = corners[:, None] + length * np.eye(3)
@@ -239,7 +239,7 @@ def _draw_sun(canvas: Canvas, frame: Frame, light: DirectionalLight, used: Used,
         view = used.views[0]
         middle, reach = -view.view_from_world[:3, :3].T @ view.view_from_world[:3, 3], -view.near
     else:
-        middle, reach = frame.scene.bounds.mean(axis=0), 0.5 * _extent(frame)
+        middle, reach = frame.scene.extent.mean(axis=0), 0.5 * _extent(frame)
     reach = max(reach, 0.25 * _extent(frame))
     places = middle - direction * np.linspace(1.0, 0.0, 65)[:, None] * reach
     seen = canvas.inside(places, 32.0 * canvas.unit)

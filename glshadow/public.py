@@ -6,12 +6,11 @@ with an entry in the change log. The API reference (scripts/docs) and its tests 
 
 MODULES = {
     "glshadow": "scenes, lights, cameras, settings; render, trace, measure",
-    "glshadow.scene.builtin": "the built-in scenes, as glshadow.scenes",
+    "glshadow.scenes": "the built-in scenes, as glshadow.scenes",
     "glshadow.study": "speed against error over a grid of settings, and the cheapest for a budget",
     "glshadow.batch": "many pictures from a file of jobs, in processes or on a cluster",
     "glshadow.overlay": "maps, lights, axes and a grid drawn on top of a picture",
     "glshadow.image": "pictures read from files and written to them",
-    "glshadow.gl.shaders": "a light's shadow in moderngl programs of others, as glshadow.shaders",
-    "glshadow.gl.forward": "a light's map, and the GLSL that asks it, in programs of others",
+    "glshadow.gl.foreign.shaders": "a light's shadow in moderngl programs of others, as glshadow.shaders",
 }
 """Module -> what it is for."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.lists import RATIO, ListGrid
-from glshadow.core.view import FACES
+from glshadow.derive.lists import RATIO, ListGrid
+from glshadow.shadows.view import FACES
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from glshadow.gl.context import GLContext, open_context
+from glshadow.gl.driver.context import GLContext, open_context
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 IN_CI = os.environ.get("CI") == "true"

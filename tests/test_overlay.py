@@ -7,7 +7,6 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.spaces import CLIP_SPACES, project
-from glshadow.core.view import shadow_views
 from glshadow.frame import Frame, Used
 from glshadow.lines import HIDDEN, Canvas
 from glshadow.overlay import (
@@ -22,6 +21,7 @@ from glshadow.overlay import (
     required_outputs,
     round_step,
 )
+from glshadow.shadows.view import shadow_views
 
 SIZE = (320, 180)
 LIGHTS = (gs.DirectionalLight(direction=(-0.55, -0.8, -0.25)), gs.PointLight(position=(-2, 3, -1)))
@@ -31,7 +31,9 @@ LIGHTS = (gs.DirectionalLight(direction=(-0.55, -0.8, -0.25)), gs.PointLight(pos
 def frame():
     lights = [replace(light, shadow=gs.Shadow(resolution=256)) for light in LIGHTS]
     with gs.Renderer() as renderer:
-        return renderer.render(gs.scenes.courtyard(), lights=lights, size=SIZE, outputs=required_outputs(OVERLAYS))
+        return renderer.render(
+            gs.scenes.courtyard(), lights=lights, size=SIZE, outputs=required_outputs(OVERLAYS), samples=1
+        )
 
 
 def without(frame, name):
@@ -189,7 +191,9 @@ def test_frustum_edges(light, clip):
 @pytest.mark.parametrize("size", [(1, 1), (7, 5), (5, 40)])
 def test_tiny_pictures(size):
     with gs.Renderer() as renderer:
-        small = renderer.render(gs.scenes.courtyard(), lights=LIGHTS, size=size, outputs=required_outputs(OVERLAYS))
+        small = renderer.render(
+            gs.scenes.courtyard(), lights=LIGHTS, size=size, outputs=required_outputs(OVERLAYS), samples=1
+        )
     assert overlay(small).shape == (size[1], size[0], 3)
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from glshadow.core.filters import FILTERS
+from glshadow.shadows.filters import FILTERS
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 

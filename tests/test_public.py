@@ -23,19 +23,11 @@ INNER = {
     "BaseLight": "what the three kinds of light share",
     "Needs": "how a filter chooses its source",
     "Rays": "what a Truth asks when it is measured",
+    "RenderOptions": "the keywords of `render`, for type checkers",
     "Frame": "a protocol: what `measure` needs of a frame",
     "Truth": "a protocol: what `measure` needs of a truth",
     "Pictured": "a protocol: what `flip` needs of a frame",
-    "BufferTexture": "planes and owners that a GpuScene keeps for the passes",
-    "Atlas": "a Map's texture, to be bound and released",
-    "CasterSettings": "how a Map was drawn",
-    "GpuMesh": "what Meshes keep",
-    "Program": "what Programs keep",
-    "ComputeProgram": "what Programs keep",
-    "Placed": "clusters that a GpuScene keeps",
     "Settled": "a Shadow with what it derives, for the passes",
-    "Switch": "how `open_context` makes a context current",
-    "WorldTriangles": "what a GpuScene hands to the exact filter",
 }
 
 

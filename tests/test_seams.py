@@ -9,22 +9,22 @@ from pathlib import Path
 import pytest
 
 import glshadow
-from glshadow.core.bias import BIASES
-from glshadow.core.filters import FILTERS
-from glshadow.core.filters.filter import Needs
-from glshadow.core.fits import FITS
-from glshadow.gl import sources
+from glshadow.gl import techniques as sources
+from glshadow.shadows.bias import BIASES
+from glshadow.shadows.filters import FILTERS
+from glshadow.shadows.filters.filter import Needs
+from glshadow.shadows.fits import FITS
 
 PACKAGE = Path(glshadow.__file__).parent
-FAMILIES = {kind.__name__: "core/filters" for kind in FILTERS}
-FAMILIES |= {kind.__name__: "core/bias.py" for kind in BIASES}
-FAMILIES |= {kind.__name__: "core/fits.py" for kind in FITS}
-FAMILIES |= {name: "gl/sources" for name in sources.__all__ if name[0].isupper()}
-FAMILIES |= {"Filter": "core/filters", "Bias": "core/bias.py", "Fit": "core/fits.py"}
+FAMILIES = {kind.__name__: "shadows/filters" for kind in FILTERS}
+FAMILIES |= {kind.__name__: "shadows/bias.py" for kind in BIASES}
+FAMILIES |= {kind.__name__: "shadows/fits.py" for kind in FITS}
+FAMILIES |= {name: "gl/techniques" for name in sources.__all__ if name[0].isupper()}
+FAMILIES |= {"Filter": "shadows/filters", "Bias": "shadows/bias.py", "Fit": "shadows/fits.py"}
 
 # Places that may ask all the same: (file, class), with the reason.
 ALLOWED: dict[tuple[str, str], str] = {
-    ("view/compare.py", "Filter"): "any filter stands for the Shadow that has it",
+    ("ui/compare.py", "Filter"): "any filter stands for the Shadow that has it",
 }
 
 
@@ -81,7 +81,7 @@ def test_a_filter_without_a_snippet_is_refused_not_replaced() -> None:
     """A technique that is only added to the list must not draw another one's picture."""
     from dataclasses import dataclass
 
-    from glshadow.core.filters.filter import Needs
+    from glshadow.shadows.filters.filter import Needs
 
     @dataclass(frozen=True)
     class Unfinished(glshadow.Filter):
@@ -90,7 +90,7 @@ def test_a_filter_without_a_snippet_is_refused_not_replaced() -> None:
 
     light = glshadow.DirectionalLight(shadow=glshadow.Shadow(filter=Unfinished()))
     with glshadow.Renderer() as renderer, pytest.raises(glshadow.SettingsError, match=r"Unfinished\(\) has no snippet"):
-        renderer.render(glshadow.scenes.courtyard(), lights=[light], size=(32, 18))
+        renderer.render(glshadow.scenes.courtyard(), lights=[light], size=(32, 18), samples=1)
 
 
 def test_what_is_shaped_for_drivers_on_the_cpu_is_listed_with_its_reason() -> None:

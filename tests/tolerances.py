@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from glshadow.reference.model import Precision
+from .model import Precision
 
 UNIT = 2.0**-24
 """Relative rounding of one float32 operation."""

@@ -10,11 +10,11 @@ from typing import Any
 
 from glshadow.batch.job import BUILTIN, Job
 from glshadow.core.orbit import orbit
-from glshadow.core.shadow import Shadow
 from glshadow.errors import GlshadowError, listening
 from glshadow.files import inside
 from glshadow.journal import digest_of_file
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
+from glshadow.shadows.shadow import Shadow
 
 Inputs = tuple[tuple[str, str | None], ...]
 
@@ -107,9 +107,9 @@ def _inside(folder: Path, name: str) -> Path:
 
 
 def _load(job: Job) -> tuple[Scene, Inputs]:
-    from glshadow.scene import builtin
-    from glshadow.scene.limits import Budget
-    from glshadow.scene.load import read_scene
+    from glshadow import scenes as builtin
+    from glshadow.io.limits import Budget
+    from glshadow.io.load import read_scene
 
     if job.scene not in BUILTIN:
         budget = Budget()

@@ -11,14 +11,10 @@ from itertools import count
 from pathlib import Path
 from typing import Any, TextIO
 
-from glshadow.core.bias import BIASES
+from glshadow.arguments import USUAL_SIZE, pixels
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
-from glshadow.core.filters import FILTERS
-from glshadow.core.fits import FITS
 from glshadow.core.lights import LIGHTS, DirectionalLight, Light, PointLight, RectLight, SkyLight, SpotLight
-from glshadow.core.look import BACKGROUND, look_of
-from glshadow.core.metric import Target
-from glshadow.core.sampling import PICTURE
+from glshadow.core.sampling import PICTURE, USUAL
 from glshadow.core.setting import (
     Settings,
     as_path,
@@ -32,16 +28,20 @@ from glshadow.core.setting import (
     text,
     whole,
 )
-from glshadow.core.shadow import Shadow
 from glshadow.core.spelling import parse
+from glshadow.derive.look import BACKGROUND, look_of
 from glshadow.errors import GlshadowError, SettingsError
+from glshadow.image import SUFFIXES
 from glshadow.numbered import MOST_IMAGES, has_field, numbered
-from glshadow.scene.arguments import pixels
+from glshadow.shadows.bias import BIASES
+from glshadow.shadows.filters import FILTERS
+from glshadow.shadows.fits import FITS
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import Shadow
 
 CAMERAS = {"perspective": PerspectiveCamera, "orthographic": OrthographicCamera, "intrinsics": IntrinsicsCamera}
 KINDS = {"sun": DirectionalLight, "spot": SpotLight, "point": PointLight, "rect": RectLight, "sky": SkyLight}
 BUILTIN = ("courtyard", "outdoors", "street", "landscape:1", "landscape:2", "landscape:3")
-ENDINGS = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
 MOST_LINE = 2**20  # characters
 MOST_PICTURES = 1_000_000  # of one file of jobs
 MOST_SAID = 20  # lines that are no jobs, one by one
@@ -91,8 +91,8 @@ class Job(Settings):
     orbit: int | None = setting(optional(whole(1, MOST_IMAGES), "no orbit"), None)
     lights: tuple[Light, ...] | None = setting(optional(LIGHTS, "the scene's own"), None)
     shadow: Shadow | None = setting(optional(instance(Shadow)), None)
-    size: tuple[int, int] = setting(pixels, (1280, 720))
-    samples: int = setting(PICTURE, 4)
+    size: tuple[int, int] = setting(pixels, USUAL_SIZE)
+    samples: int = setting(PICTURE, USUAL)
     background: tuple[float, float, float] | None = setting(_background, BACKGROUND)
     ground: bool = setting(flag(), False)
     up_axis: str | None = setting(optional(one_of("x", "y", "z"), "y"), None)
@@ -104,8 +104,8 @@ class Job(Settings):
         if not self._several and has_field(self.output):
             raise SettingsError(f"Job output {shown(self.output)} has a field for a number, and there is one picture")
         path = as_path("Job output", self._name(self.pictures - 1))
-        if path.suffix.lower() not in ENDINGS:
-            raise SettingsError(f"Job output must end in one of {', '.join(ENDINGS)}, got {shown(self.output)}")
+        if path.suffix.lower() not in SUFFIXES:
+            raise SettingsError(f"Job output must end in one of {', '.join(SUFFIXES)}, got {shown(self.output)}")
         if path.is_absolute() or ".." in path.parts:
             raise SettingsError(f"Job output must stay in the batch's folder, got {shown(self.output)}")
         object.__setattr__(self, "output", Path(self.output).as_posix())  # ./a.png is a.png

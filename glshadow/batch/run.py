@@ -16,7 +16,7 @@ from glshadow.batch.inputs import Models, request_of
 from glshadow.batch.job import MOST_PICTURES, Job
 from glshadow.core.setting import as_path, flag, instance, optional, refuse, several, text, whole
 from glshadow.errors import GlshadowError, ResourceError
-from glshadow.gl.context import Backend, backend_of
+from glshadow.gl.driver.context import Backend, backend_of
 from glshadow.journal import Journal, Kept
 
 JOURNAL = ".glshadow-batch.jsonl"

@@ -12,7 +12,7 @@ from glshadow.cli.options import Command, common, option
 from glshadow.cli.running import FAILED, Work
 
 if TYPE_CHECKING:
-    from glshadow.gl.context import Backend
+    from glshadow.gl.driver.context import Backend
 
 EXAMPLES = """
 \b

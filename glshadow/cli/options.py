@@ -9,18 +9,19 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from glshadow.arguments import USUAL_SIZE
 from glshadow.cli import values
 from glshadow.cli.running import Work
-from glshadow.core.bias import BIASES
-from glshadow.core.fits import FITS
 from glshadow.core.spaces import Triple
 from glshadow.errors import SettingsError
+from glshadow.shadows.bias import BIASES
+from glshadow.shadows.fits import FITS
 
 if TYPE_CHECKING:
     from glshadow.core.cameras import Camera
     from glshadow.core.lights import Light
     from glshadow.frame import Frame
-    from glshadow.scene.mesh import Scene
+    from glshadow.scene.nodes import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -88,7 +89,13 @@ common = _all(
 )
 
 size_option = option(
-    "Picture", "--size", metavar="WxH", read=values.size, default="1280x720", show_default=True, help="Pixels."
+    "Picture",
+    "--size",
+    metavar="WxH",
+    read=values.size,
+    default="{}x{}".format(*USUAL_SIZE),
+    show_default=True,
+    help="Pixels.",
 )
 
 driver_options = _all(
@@ -178,7 +185,7 @@ class Request:
     far: float | None
     lights: tuple[Light, ...]
     sky: float | None = None
-    size: tuple[int, int] = (1280, 720)
+    size: tuple[int, int] = USUAL_SIZE
     backend: Any = "auto"
     device: int | None = None
     output: Path | None = None
@@ -189,7 +196,7 @@ class Request:
     @property
     def driver(self) -> Any:
         """The backend, or EGL on the device that was asked for."""
-        from glshadow.gl.context import backend_of
+        from glshadow.gl.driver.context import backend_of
 
         return backend_of(self.backend, self.device)
 
@@ -206,12 +213,12 @@ class Request:
     def load(self) -> Scene:
         """The scene with the ground it was asked for."""
         if self.model is None and self.up_axis is None:
-            from glshadow.scene.builtin import courtyard
+            from glshadow.scenes import courtyard
 
             return courtyard().with_ground(self.catcher) if self.ground or self.catcher else courtyard()
         if self.model is None:
             raise click.UsageError("--up-axis is a property of a MODEL, and none is given")
-        from glshadow.scene.load import load
+        from glshadow.io.load import load
 
         return load(self.model, ground="catcher" if self.catcher else self.ground, up_axis=self.up_axis)
 
@@ -264,8 +271,8 @@ def request(
     click.UsageError
         If shadow settings cannot work together.
     """
-    from glshadow.core.metric import Target
-    from glshadow.core.shadow import Faces, Shadow
+    from glshadow.shadows.metric import Target
+    from glshadow.shadows.shadow import Faces, Shadow
 
     shadow = {name: options.pop(name) for name in ("resolution", "bias", "clip", "strength")}
     shadow["filter"] = filter_

@@ -18,7 +18,7 @@ from glshadow.numbered import has_field, numbered
 if TYPE_CHECKING:
     from glshadow.core.cameras import Camera
     from glshadow.core.lights import Light
-    from glshadow.scene.mesh import Scene
+    from glshadow.scene.nodes import Scene
 
 
 def pattern(path: Path) -> Callable[[int], Path]:

@@ -16,7 +16,7 @@ from glshadow.cli.running import FAILED, Work
 from glshadow.errors import printable
 
 if TYPE_CHECKING:
-    from glshadow.core.shadow import Shadow
+    from glshadow.shadows.shadow import Shadow
     from glshadow.study import Plan
 
 GIVEN = "glshadow.given"  # key of Context.meta

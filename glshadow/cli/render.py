@@ -24,11 +24,12 @@ from glshadow.cli.options import (
 )
 from glshadow.cli.orbit import kept_beside, make_all, named_after, pattern, refuse_field, request_of
 from glshadow.cli.running import Work
+from glshadow.core.sampling import USUAL
 from glshadow.numbered import MOST_IMAGES
 
 if TYPE_CHECKING:
     from glshadow.frame import Frame
-    from glshadow.scene.mesh import Scene
+    from glshadow.scene.nodes import Scene
 
 EXAMPLES = """
 \b
@@ -62,7 +63,7 @@ Examples:
     "--samples",
     metavar="N",
     read=values.samples,
-    default="4",
+    default=str(USUAL),
     show_default=True,
     help="1, 4, 8 or 16 in each pixel, for smooth edges of surfaces and shadows.",
 )

@@ -8,23 +8,29 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from glshadow.core.bias import BIASES, Bias
-from glshadow.core.filters import FILTERS, Filter
-from glshadow.core.fits import FITS, Fit
+from glshadow.core.spaces import CLIP_SPACES
 from glshadow.core.spelling import parse
 from glshadow.errors import SettingsError
+from glshadow.image import image_path
+from glshadow.shadows.bias import BIASES, Bias
+from glshadow.shadows.filters import FILTERS, Filter
+from glshadow.shadows.fits import FITS, Fit
+from glshadow.shadows.metric import Target
 
 if TYPE_CHECKING:
-    from glshadow.core.cookie import Cookie
     from glshadow.core.lights import Light
     from glshadow.core.spaces import ClipSpace, Triple
+    from glshadow.shadows.cookie import Cookie
 
 
-# Listed here, not taken from their classes, so that --help needs no numpy; a test compares them.
-TARGETS = ("depth16", "depth24", "depth32f", "r32f", "r16f", "r8", "rgba8")
-CLIPS = ("-1..1", "-1..1,reversed", "0..1", "0..1,reversed")
-IMAGES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
-OVERLAYS = ("map", "lights", "axes", "grid")
+TARGETS = tuple(target.value for target in Target)
+CLIPS = tuple(map(str, CLIP_SPACES))
+OVERLAYS = (
+    "map",
+    "lights",
+    "axes",
+    "grid",
+)  # named here too: the module that draws them takes long to import; a test compares them
 LARGEST_SIDE = 16384  # pixels; the driver's own limit is checked when the picture is made
 
 LIGHTS = (
@@ -137,7 +143,7 @@ def plane(text: str) -> float:
 
 def resolution(text: str) -> int:
     """Texels."""
-    from glshadow.core.shadow import Shadow
+    from glshadow.shadows.shadow import Shadow
 
     try:
         value = int(text)
@@ -149,7 +155,7 @@ def resolution(text: str) -> int:
 
 def strength(text: str) -> float:
     """0 to 1."""
-    from glshadow.core.shadow import Shadow
+    from glshadow.shadows.shadow import Shadow
 
     return Shadow(strength=number(text)).strength
 
@@ -200,8 +206,6 @@ def fit(text: str) -> Fit:
 
 def clip(text: str) -> ClipSpace:
     """One of `CLIPS`."""
-    from glshadow.core.spaces import CLIP_SPACES
-
     found = next((space for space in CLIP_SPACES if str(space) == text.replace(" ", "")), None)
     if found is None:
         raise SettingsError(f"{text!r} is none of: {'  '.join(CLIPS)}")
@@ -218,12 +222,8 @@ def overlays(text: str) -> tuple[str, ...]:
 
 def picture(text: str) -> Path:
     """A file that an image can be written to."""
-    path = Path(text)
-    if path.suffix.lower() not in IMAGES:
-        raise SettingsError(f"{text!r} must end in one of {' '.join(IMAGES)}")
     try:
-        if not path.parent.is_dir():
-            raise SettingsError(f"there is no folder {str(path.parent)!r}")
+        path = image_path("-o", text)
         if path.is_dir():
             raise SettingsError(f"{text!r} is a folder")
     except OSError as error:
@@ -273,8 +273,8 @@ def light(text: str) -> Light:
 
 def _cookie(kind: str, path: str | None, size: float) -> Cookie:
     """An image file; of a sun it is repeated."""
-    from glshadow.core.cookie import Cookie
     from glshadow.image import read
+    from glshadow.shadows.cookie import Cookie
 
     if path is None:
         raise SettingsError("cookie_size needs a cookie: cookie=FILE")
@@ -291,7 +291,7 @@ def _key(kind: str, text: str) -> tuple[str, Any]:
         return key, value
     if key != "shadow":
         return key, number(value)
-    from glshadow.core.shadow import Shadow
+    from glshadow.shadows.shadow import Shadow
 
     if value not in ("on", "off"):
         raise SettingsError(f"shadow must be on or off, got {value!r}")

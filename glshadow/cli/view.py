@@ -12,8 +12,8 @@ from glshadow.cli.options import Command, Request, common, scene_options, size_o
 from glshadow.cli.running import Work
 
 if TYPE_CHECKING:
-    from glshadow.scene.mesh import Scene
-    from glshadow.view.showing import Showing
+    from glshadow.scene.nodes import Scene
+    from glshadow.ui.showing import Showing
 
 EXAMPLES = """
 \b
@@ -40,7 +40,7 @@ def command(as_json: bool, debug: bool, **options: Any) -> None:
         with work.stage("load", f"loading {wanted.name}"):
             scene = wanted.load()
         with work.stage("open", "opening a window"):
-            from glshadow.view.window import Window
+            from glshadow.ui.window import Window
 
             window = Window(_showing(wanted, scene), _opener(wanted), wanted.size)
         work.progress.end()
@@ -49,7 +49,7 @@ def command(as_json: bool, debug: bool, **options: Any) -> None:
 
 
 def _showing(wanted: Request, scene: Scene) -> Showing:
-    from glshadow.view.showing import Showing
+    from glshadow.ui.showing import Showing
 
     return Showing(scene, wanted.camera(scene), wanted.lit(scene))
 

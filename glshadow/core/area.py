@@ -9,8 +9,8 @@ import numpy as np
 
 from glshadow.core.lights import DirectionalLight, Light, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.core.panel import panel_corners, panel_points
+from glshadow.core.sample_patterns import ball, disc, hemisphere
 from glshadow.core.spaces import Array, view_axes
-from glshadow.core.spread import ball, disc, hemisphere
 
 TRACED = 256
 """Points of a light that has a size which the tools ask of a truth: off by 1 / (2 sqrt(TRACED)) in a penumbra, at most."""

@@ -8,11 +8,11 @@ from typing import get_args
 
 import numpy as np
 
-from glshadow.core.cookie import Cookie
 from glshadow.core.setting import Settings, instance, number, optional, setting, several, vector
-from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import FARTHEST, NEAREST, Array, Triple, direction
 from glshadow.errors import SettingsError
+from glshadow.shadows.cookie import Cookie
+from glshadow.shadows.shadow import Shadow
 
 BRIGHTEST = 1e38  # what float32 holds
 

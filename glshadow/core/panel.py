@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from glshadow.core.lights import RectLight
+from glshadow.core.sample_patterns import square
 from glshadow.core.spaces import Array
-from glshadow.core.spread import square
 
 _RING = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
 

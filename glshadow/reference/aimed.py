@@ -10,8 +10,8 @@ import numpy as np
 from glshadow.core.area import cap_tangents, has_size, radius_of
 from glshadow.core.lights import DirectionalLight, Light, RectLight, SkyLight, to_light
 from glshadow.core.panel import panel_axes
+from glshadow.core.sample_patterns import GOLDEN_ANGLE, GOLDEN_SHARE
 from glshadow.core.spaces import Array, Bools, view_axes
-from glshadow.core.spread import GOLDEN_ANGLE, GOLDEN_SHARE
 from glshadow.reference.rays import LIFT, Ints, Rays, dot
 from glshadow.reference.receivers import Receivers
 

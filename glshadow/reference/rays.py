@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.smooth import sides, unit_vectors
 from glshadow.core.spaces import Array, Bools, cofactors, world_positions
-from glshadow.core.welding import welded
 from glshadow.errors import ReferenceUnavailable, SceneError
-from glshadow.scene.mesh import AlphaMode, Material, Scene
+from glshadow.geometry.smooth import sides, unit_vectors
+from glshadow.geometry.welding import welded
+from glshadow.scene.mesh import AlphaMode, Material
+from glshadow.scene.nodes import Scene
 
 Ints = NDArray[np.int32]
 

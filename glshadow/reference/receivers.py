@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.smooth import heights, lift, unit_vectors
 from glshadow.core.spaces import Array, Bools
+from glshadow.geometry.smooth import heights, lift, unit_vectors
 from glshadow.reference.rays import PLANE_BOUND, Ints, Rays, dot
 
 Lowest = Callable[[Array, Array], Array]

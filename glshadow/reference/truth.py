@@ -16,7 +16,7 @@ from glshadow.core.spaces import FARTHEST, Array, Bools
 from glshadow.reference.aimed import AimedLight, moved_over, perpendicular
 from glshadow.reference.rays import LIFT, Ints, Rays
 from glshadow.reference.receivers import Receivers
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
 
 Floats = NDArray[np.float32]
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Literal
 
-from glshadow.core.bias import Bias
-from glshadow.core.filters import Filter
 from glshadow.core.lights import Light, RectLight, SkyLight
-from glshadow.core.metric import Target
-from glshadow.core.view import Kind
 from glshadow.errors import SettingsError
+from glshadow.shadows.bias import Bias
+from glshadow.shadows.filters import Filter
+from glshadow.shadows.metric import Target
+from glshadow.shadows.view import Kind
 
 Compare = Literal["metric", "depth_taps", "depth_taps_raw", "depth_gather", "depth_gather_raw"]
 

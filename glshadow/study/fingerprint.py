@@ -9,9 +9,9 @@ import numpy as np
 from glshadow import __version__
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import Light
-from glshadow.core.shadow import Shadow
 from glshadow.journal import digest_of
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
+from glshadow.shadows.shadow import Shadow
 
 
 def fingerprint(scene: Scene) -> str:

@@ -16,14 +16,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.filters import Hard
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
-from glshadow.core.metric import Target, metric_range
-from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, transform
-from glshadow.core.view import ShadowView
 from glshadow.renderer import Renderer
-from glshadow.scene import analytic
+from glshadow.scenes import analytic
+from glshadow.shadows.filters import Hard
+from glshadow.shadows.metric import Target, metric_range
+from glshadow.shadows.shadow import Shadow
+from glshadow.shadows.view import ShadowView
 
 SIZE = (256, 256)
 # half a metre of ground
@@ -63,7 +63,7 @@ def foot_gap(renderer: Renderer, light: str, target: Target) -> Gap:
     """The gap that a format leaves at the foot of a wall; `light` is "sun", "spot" or "point"."""
     scene = analytic.wall(elevation=40.0, height=2.0, half=8.0).scene
     lamp = _light(light, target)
-    frame = renderer.render(scene, CAMERA, [lamp], SIZE, outputs=("visibility", "depth"))
+    frame = renderer.render(scene, CAMERA, [lamp], SIZE, outputs=("visibility", "depth"), samples=1)
     foot = np.zeros(3)
     towards, _ = to_light(lamp, foot[None])
     step = step_along_ray(frame.used[0].views, target, foot)

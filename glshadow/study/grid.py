@@ -10,17 +10,17 @@ from typing import Self
 
 import numpy as np
 
+from glshadow.arguments import checked_scene
 from glshadow.core.area import has_size
-from glshadow.core.bias import Bias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
-from glshadow.core.filters import FILTERS, Filter, Hard, Pcf
-from glshadow.core.fits import ViewFit
 from glshadow.core.lights import LIGHTS, Light
-from glshadow.core.metric import Target
 from glshadow.core.setting import Settings, instance, optional, setting, several, whole
-from glshadow.core.shadow import MAX_RESOLUTION, Shadow
 from glshadow.errors import SettingsError
-from glshadow.scene.arguments import checked_scene
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
+from glshadow.shadows.bias import Bias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
+from glshadow.shadows.filters import FILTERS, Filter, Hard, Pcf
+from glshadow.shadows.fits import ViewFit
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import MAX_RESOLUTION, Shadow
 
 SIDES = several(whole(1, MAX_RESOLUTION, unit="texels"), "resolutions")
 CHOSEN = several(instance(Filter), "filters")
@@ -71,7 +71,7 @@ class Grid(Settings):
         lights : optional
             The scene's own if None. For those that have a size also the filters that obey it.
         """
-        low, high = checked_scene(scene).bounds
+        low, high = checked_scene(scene).extent
         constant = ConstantBias(float(f"{CONSTANT_SHARE * np.linalg.norm(high - low):.1g}"))
         formats = tuple(Shadow(target=target) for target in (Target.DEPTH16, Target.R32F, Target.RGBA8))
         others = (each for kind in FILTERS for each in kind.studied() if each not in MAPPED)

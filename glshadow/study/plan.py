@@ -11,14 +11,15 @@ from typing import Any
 
 import numpy as np
 
+from glshadow.arguments import USUAL_SIZE
 from glshadow.core.area import has_size
 from glshadow.core.cameras import Camera
-from glshadow.core.filters import FILTERS, Filter
 from glshadow.core.lights import Lights
 from glshadow.core.setting import number, optional
-from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
-from glshadow.gl.context import Backend
+from glshadow.gl.driver.context import Backend
+from glshadow.shadows.filters import FILTERS, Filter
+from glshadow.shadows.shadow import Shadow
 from glshadow.study.grid import CHOSEN, SIDES, setting_name
 from glshadow.study.result import Result, decisive_error
 from glshadow.study.run import Progress, Run, open_run
@@ -141,7 +142,7 @@ def run_plan(
     wrong: float | None = None,
     camera: Camera | None = None,
     lights: Lights = None,
-    size: tuple[int, int] = (1280, 720),
+    size: tuple[int, int] = USUAL_SIZE,
     filters: Sequence[Filter] = RUNGS,
     resolutions: Sequence[int] = RESOLUTIONS,
     repeats: int = 7,

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from glshadow.core.bias import ReceiverPlaneBias
-from glshadow.core.shadow import Shadow
+from glshadow.shadows.bias import ReceiverPlaneBias
+from glshadow.shadows.shadow import Shadow
 from glshadow.study.floor import FLOOR_RESOLUTION
 from glshadow.study.result import Result, Study
 

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.bias import ReceiverPlaneBias
 from glshadow.core.setting import as_path, instance
 from glshadow.errors import GlshadowError, printable
 from glshadow.files import replacing
 from glshadow.inline import PAGE_LEVEL, address, jpeg, png
-from glshadow.measure.flip import flip
+from glshadow.scoring.flip import flip
+from glshadow.shadows.bias import ReceiverPlaneBias
 from glshadow.study.cases import read_cases
 from glshadow.study.floor import FLOOR_RESOLUTION
 from glshadow.study.grid import DEFAULT

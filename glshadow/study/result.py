@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from glshadow.core.cameras import Camera
 from glshadow.core.lights import Light
 from glshadow.core.setting import as_floats, numbers_in, shown
-from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError, printable
-from glshadow.measure.score import Score
+from glshadow.scoring.score import Score
+from glshadow.shadows.shadow import Shadow
 from glshadow.study.grid import setting_name
 from glshadow.study.pictures import Panel
 

@@ -1,7 +1,7 @@
 """One picture at work: settings of one light timed and scored, through the journal.
 
 Speed is a ratio: a setting's frame time over the floor of the same round (see `floor`), since absolute times on a shared machine drift
-by more than settings differ. Error is `glshadow.measure` against one trace per light.
+by more than settings differ. Error is `glshadow.scoring` against one trace per light.
 """
 
 from __future__ import annotations
@@ -16,23 +16,23 @@ from typing import Any
 
 import numpy as np
 
+from glshadow.arguments import USUAL_SIZE, as_scene, picture_arguments
 from glshadow.core.area import traced_points
 from glshadow.core.cameras import Camera
-from glshadow.core.filters import Pcf
 from glshadow.core.lights import DirectionalLight, Light, Lights
 from glshadow.core.setting import as_path, optional, refuse, whole
-from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
 from glshadow.frame import Frame
-from glshadow.gl.context import Backend
+from glshadow.gl.driver.context import Backend
 from glshadow.inline import notebook_bar
 from glshadow.journal import Journal
-from glshadow.measure.error import ShadowError, measure
-from glshadow.measure.score import Score
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
-from glshadow.scene.arguments import as_scene, picture_arguments
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
+from glshadow.scoring.error import Measurement, measure
+from glshadow.scoring.score import Score
+from glshadow.shadows.filters import Pcf
+from glshadow.shadows.shadow import Shadow
 from glshadow.study.fingerprint import fingerprint, result_key
 from glshadow.study.floor import FLOOR_RESOLUTION, Floor
 from glshadow.study.grid import setting_name
@@ -53,7 +53,7 @@ def open_run(
     scene: Any,
     camera: Camera | None = None,
     lights: Lights = None,
-    size: tuple[int, int] = (1280, 720),
+    size: tuple[int, int] = USUAL_SIZE,
     repeats: int = 7,
     resume: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
@@ -158,7 +158,7 @@ class Run:
             self._say(f"light {number}: tracing the truth")
             light = self.lights[number]
             points = traced_points([light])
-            truth = trace(self.scene, self.camera, [light], self.size, light_samples=points)
+            truth = trace(self.scene, self.camera, [light], self.size, light_samples=points, samples=1)
             self._truths[number] = RememberedTruth.of(truth)
         return self._truths[number]
 
@@ -176,9 +176,9 @@ class Run:
         return self.journal.records.get(self._key(number, shadow), {})
 
     def _frame(self, light: Light, *outputs: str) -> Frame:
-        return self.renderer.render(self.scene, self.camera, [light], self.size, outputs=outputs)
+        return self.renderer.render(self.scene, self.camera, [light], self.size, outputs=outputs, samples=1)
 
-    def _measured(self, number: int, shadow: Shadow) -> tuple[Frame, ShadowError]:
+    def _measured(self, number: int, shadow: Shadow) -> tuple[Frame, Measurement]:
         frame = self._frame(replace(self.lights[number], shadow=shadow), "visibility", "triangle")
         return frame, measure(frame, self.truth(number))
 
@@ -215,6 +215,6 @@ def _moved(light: Light, k: int, scene: Scene) -> Light:
         across = np.cross(direction, np.eye(3)[np.abs(direction).argmin()])
         x, y, z = direction + STEP_RAD * k * across / np.linalg.norm(across)
         return replace(light, direction=(float(x), float(y), float(z)))
-    low, high = scene.bounds
+    low, high = scene.extent
     step = 0.1 * STEP_RAD * k * float(np.linalg.norm(high - low))
     return replace(light, position=(light.position[0], light.position[1] + step, light.position[2]))

@@ -12,27 +12,27 @@ from typing import Any
 
 import numpy as np
 
-from glshadow.core.bias import ReceiverPlaneBias
+from glshadow.arguments import as_scene, picture_arguments
 from glshadow.core.cameras import Camera
-from glshadow.core.compare import map_uniforms, rounding_of
-from glshadow.core.filters import FILTERS, Filter, Pcf
 from glshadow.core.lights import DirectionalLight, Light, Lights, RectLight, SkyLight
-from glshadow.core.look import BACKGROUND
-from glshadow.core.metric import Target
 from glshadow.core.setting import as_path, instance, one_of, optional, whole
-from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, ClipSpace, world_positions
-from glshadow.core.view import ShadowView, kind_of, shadow_views
+from glshadow.derive.compare import map_uniforms, rounding_of
+from glshadow.derive.look import BACKGROUND
 from glshadow.errors import ResourceError, SettingsError, warn
 from glshadow.files import replacing
-from glshadow.gl.atlases import layout
-from glshadow.gl.caster import metric_uniform
-from glshadow.gl.lighting import light_uniforms, light_view
+from glshadow.gl.passes.atlases import layout
+from glshadow.gl.passes.caster import metric_uniform
+from glshadow.gl.passes.lighting import light_uniforms, light_view
 from glshadow.inline import words
-from glshadow.scene.arguments import as_scene, picture_arguments
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
 from glshadow.shader.compose import compose
 from glshadow.shader.slots import mapped_defines, mapped_slots, metric_slot
+from glshadow.shadows.bias import ReceiverPlaneBias
+from glshadow.shadows.filters import FILTERS, Filter, Pcf
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import Shadow
+from glshadow.shadows.view import ShadowView, kind_of, shadow_views
 
 MOST_TRIANGLES = 2_000_000  # 144 bytes each as text in the page
 AMBIENT = 0.2  # linear, from everywhere
@@ -114,7 +114,7 @@ def export_page(
 def _described(
     scene: Scene, camera: Camera, light: Light, resolution: int, filter: Filter, target: Target
 ) -> dict[str, Any]:
-    low, high = scene.bounds
+    low, high = scene.extent
     origin = 0.5 * (low + high)  # what the page's numbers count from: its floats are 32 bits
     corners, normals, nodes, first = [], [], [], 0
     for node in scene.nodes:

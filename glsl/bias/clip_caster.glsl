@@ -1,6 +1,6 @@
 // Babylon's caster-side bias: clip z += s * bias * w * factor (0.5 for NDC 0..1), vertex -= N * amount * sin(angle to the light).
 // Mesh space in, mesh space out; u_light is the light's position (w = 1) or the way to it (w = 0) there.
-// Twins: glshadow.core.bias.normal_bias, bias_factor. Source: Babylon.js shadowMapVertexNormalBias, shadowMapVertexMetric
+// Twins: glshadow.shadows.bias.normal_bias, bias_factor. Source: Babylon.js shadowMapVertexNormalBias, shadowMapVertexMetric
 GLS_ATTRIBUTE vec3 a_normal;
 uniform float u_clip_bias; // s * bias * factor
 uniform float u_normal_bias; // mesh units

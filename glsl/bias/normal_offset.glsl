@@ -1,6 +1,6 @@
 // The receiver moved along its normal N, in the axes of the map, by u_bias * length(N.x * texel width, N.y * texel height): where texels
 // are square, u_bias texels * sin(angle to a sun); of a light with a position at least so much by the angle to it. Holbert 2011.
-// Twin: glshadow.core.bias.NormalOffsetBias
+// Twin: glshadow.shadows.bias.NormalOffsetBias
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif

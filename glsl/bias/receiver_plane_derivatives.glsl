@@ -1,7 +1,7 @@
 // A planar receiver from screen derivatives, for programs without face normals. In a forward pass only: a buffer's neighbour may be
 // another surface. ES 1.00 needs GLS_DERIVATIVES, which asks for GL_OES_standard_derivatives.
 //   n = dP/dx x dP/dy;   gradient of depth over (u, v) = -(n.u, n.v) / n.depth, from P in light view or in map space
-// Tuft 2010, "Cascaded Shadow Maps"; Luna 2016, section 20.5. Twin: glshadow.core.bias.receiver_plane_from_derivatives
+// Tuft 2010, "Cascaded Shadow Maps"; Luna 2016, section 20.5. Twin: glshadow.shadows.bias.receiver_plane_from_derivatives
 
 // Gradient from the derivatives of (u, v, depth); 0 where the plane is edge-on to the light.
 vec2 receiver_plane_from_derivatives(vec3 duvz_dx, vec3 duvz_dy) {

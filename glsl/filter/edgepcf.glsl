@@ -1,5 +1,5 @@
 // Percentage closer filtering where an edge is: five of the blocks that filter/pcf.glsl reads decide whether the rest is read too.
-// Isidoro 2006, "Shadow Mapping: GPU-based Tips and Techniques". Twin: glshadow.core.filters.edge_pcf
+// Isidoro 2006, "Shadow Mapping: GPU-based Tips and Techniques". Twin: glshadow.shadows.filters.edge_pcf
 #ifndef GLS_PCF_RADIUS
 #define GLS_PCF_RADIUS 1
 #endif

@@ -1,7 +1,7 @@
 // Exponential variance shadow map: Chebyshev of bent depth; GLS_COMPONENTS 4: bent both ways, the smaller share.
 // Over the receiver's own plane the mean of exp(c x) is at least that of its middle; that of -exp(-c x) lies nearer, as if x were nearer by
 // c s^2 / 2, s the deviation over the kernel, and by no more than the plane's extent: so much is taken off.
-// Lauritzen, McCool 2008. Twin: glshadow.core.filters.evsm
+// Lauritzen, McCool 2008. Twin: glshadow.shadows.filters.evsm
 #include "moments/evsm.glsl"
 #include "lib/chebyshev.glsl"
 #include "lib/plane_spread.glsl"

@@ -1,6 +1,6 @@
 // Percentage closer filtering under a bell: bilinear comparisons a texel apart, weighed 1 2 1, 1 3 4 3 1 or 1 5 12 16 12 5 1 along each axis,
 // fetched as (R + 1)^2 blocks of 2 x 2 texels.
-// Castano 2013, "Shadow Mapping Summary": what others fetch in R + 1 taps that the hardware filters. Twin: glshadow.core.filters.gaussian
+// Castano 2013, "Shadow Mapping Summary": what others fetch in R + 1 taps that the hardware filters. Twin: glshadow.shadows.filters.gaussian
 #ifndef GLS_GAUSSIAN_RADIUS
 #define GLS_GAUSSIAN_RADIUS 1
 #endif

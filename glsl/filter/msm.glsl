@@ -1,6 +1,6 @@
 // Moment shadow map: the least shadow that four moments allow.
 // On the receiver's own plane its own depth less one deviation over the kernel casts no shadow on itself: there the other two lie beyond.
-// Peters, Klein 2015, algorithm 3 and section 3.3. Twin: glshadow.core.filters.msm
+// Peters, Klein 2015, algorithm 3 and section 3.3. Twin: glshadow.shadows.filters.msm
 #include "moments/msm.glsl"
 #include "lib/least_shadow.glsl"
 #include "lib/plane_spread.glsl"

@@ -1,5 +1,5 @@
 // Percentage closer filtering: the mean of (2 R + 1)^2 bilinear comparisons a texel apart, fetched as (R + 1)^2 blocks of 2 x 2 texels.
-// Reeves, Salesin, Cook 1987. Twin: glshadow.core.filters.pcf
+// Reeves, Salesin, Cook 1987. Twin: glshadow.shadows.filters.pcf
 #ifndef GLS_PCF_RADIUS
 #define GLS_PCF_RADIUS 1
 #endif

@@ -1,5 +1,5 @@
 // Variance shadow map: the most light that mean and variance of what is stored allow. Over the receiver's own plane the mean is its depth.
-// Donnelly, Lauritzen 2006. Twin: glshadow.core.filters.vsm
+// Donnelly, Lauritzen 2006. Twin: glshadow.shadows.filters.vsm
 #include "lib/chebyshev.glsl"
 #ifndef GLS_ROUNDING
 #define GLS_ROUNDING 2.4e-7 // of a stored square

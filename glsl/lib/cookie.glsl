@@ -1,4 +1,4 @@
-// What a light's cookie lets through: an image across the light. Twin: glshadow.core.cookie
+// What a light's cookie lets through: an image across the light. Twin: glshadow.shadows.cookie
 #ifndef GLS_COOKIE
 #define GLS_COOKIE 0
 #endif

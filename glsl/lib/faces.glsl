@@ -1,5 +1,5 @@
 // The six faces of a point light, +x -x +y -y +z -z: right, up and backward axis of the face along s * axis (0 x, 1 y, 2 z) are
-// signed world axes, so that a face changes no coordinate's bits. Twin: glshadow.core.view.FACES
+// signed world axes, so that a face changes no coordinate's bits. Twin: glshadow.shadows.view.FACES
 float face_axis(vec3 direction) { // the longest one; the first of equal ones
     vec3 size = abs(direction);
     return size.x >= size.y && size.x >= size.z ? 0.0 : size.y >= size.z ? 1.0 : 2.0;

@@ -1,6 +1,6 @@
 // The least share before x of any distribution with four moments b: that of three depths, x among them, that has them.
 // GLS_HAUSDORFF: depths beyond -1 and 1 are none, so that where one would lie there, the ends take part.
-// Peters, Klein 2015, algorithm 3 and section 3.3. Twin: glshadow.core.filters.msm.least_before
+// Peters, Klein 2015, algorithm 3 and section 3.3. Twin: glshadow.shadows.filters.msm.least_before
 #ifndef GLS_HAUSDORFF
 #define GLS_HAUSDORFF 0
 #endif

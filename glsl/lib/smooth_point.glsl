@@ -1,6 +1,6 @@
 // The point over a flat triangle from which a smooth mesh sees the light, and the normal there: Hanika 2021, "Hacking the Shadow
 // Terminator", Ray Tracing Gems II, chapter 4. Over facets of a convex surface it lies outside them, elsewhere on them; all the way
-// where the facet is turned away from the light, not at all where it is well lit. Twin: glshadow.core.smooth
+// where the facet is turned away from the light, not at all where it is well lit. Twin: glshadow.geometry.smooth
 #include "lib/octahedral.glsl"
 // per drawn triangle: its vertices' world normals; bits: 1 it is not flat, 2 they look against its winding, the upper 16 which share of
 // the way points are moved

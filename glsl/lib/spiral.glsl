@@ -1,5 +1,5 @@
 // Points of the unit disc, each for an equal share of its area: i of n at sqrt((i + 1/2) / n), turned by i golden angles (Vogel 1979).
-// Twin: glshadow.core.spread.disc
+// Twin: glshadow.core.sample_patterns.disc
 vec2 spiral(int i, int count) {
     float angle = float(i) * 2.3999632;
     return vec2(cos(angle), sin(angle)) * sqrt((float(i) + 0.5) / float(count));

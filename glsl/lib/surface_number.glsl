@@ -1,5 +1,5 @@
 // What a pixel of the surface buffer says of its triangle: they are numbered from 1; above the number there are marks. Twin:
-// glshadow.gl.geometry
+// glshadow.gl.scene.geometry
 const uint TRIANGLE_BITS = 0x07ffffffu;
 const uint CUT_OUT_NODE = 0x08000000u; // a texture cuts it out
 const uint MISSED = 0x10000000u; // the pixel's ray meets neither it nor one near it: see pass/primary.frag

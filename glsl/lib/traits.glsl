@@ -1,4 +1,4 @@
-// What a light knows of a scene's nodes, for passes over all triangles. Twin: glshadow.gl.sources.listed
+// What a light knows of a scene's nodes, for passes over all triangles. Twin: glshadow.gl.techniques.listed
 const uint CULL_BACK = 1u, CULL_FRONT = 2u, CASTS = 4u, CUT_OUT = 8u; // flags
 uniform usamplerBuffer u_corners; // per triangle: vertices, node
 uniform usamplerBuffer u_traits; // per node: flags, what turns a triangle's number into its mask's: 1 + that among masked triangles

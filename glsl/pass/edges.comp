@@ -9,7 +9,7 @@
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) writeonly buffer Edges { uint edges[]; }; // 4 * triangle + 0 to 2: edge ab, bc, ca; + 3: all of it
 layout(std430, binding = 1) buffer Counter { uint edge_count; }; // runs on where the buffer is full
-uniform usamplerBuffer u_neighbours; // per triangle: across its edges ab, bc, ca; see glshadow.core.adjacency
+uniform usamplerBuffer u_neighbours; // per triangle: across its edges ab, bc, ca; see glshadow.geometry.adjacency
 uniform uint u_capacity;
 uniform float u_radius; // radius of the light: a tangent (a sun), or world units; 0: none
 const uint NONE = 0xffffffffu, TURNED = 0x80000000u, WHOLE = 3u;

@@ -21,7 +21,7 @@
 #include "lib/facet.glsl"
 #include "lib/traits.glsl"
 layout(local_size_x = 64) in;
-uniform usamplerBuffer u_neighbours; // per triangle: across its edges ab, bc, ca; see glshadow.core.adjacency
+uniform usamplerBuffer u_neighbours; // per triangle: across its edges ab, bc, ca; see glshadow.geometry.adjacency
 const uint NONE = 0xffffffffu, TURNED = 0x80000000u;
 const uint WHOLE = 3u; // in place of an edge's number
 const float SLACK = 1e-5; // in sines: rounding decides which side is seen

@@ -51,7 +51,7 @@ float most_lift(uint triangle, vec3 normal, vec3 a, vec3 b, vec3 c) {
     }
     vec3 over = max(start, end), under = max(-start, -end);
     float most = max(low.x ? max(over.x, max(over.y, over.z)) : 0.0, low.y ? max(under.x, max(under.y, under.z)) : 0.0);
-    return 0.6667 * max(most, 0.0) * float(bits.w >> 16u) / 65535.0; // 0: flat; see glshadow.core.smooth.heights
+    return 0.6667 * max(most, 0.0) * float(bits.w >> 16u) / 65535.0; // 0: flat; see glshadow.geometry.smooth.heights
 }
 #endif
 

@@ -17,7 +17,7 @@ uniform usampler2D u_surface; // as GL drew it
 uniform sampler2D u_camera_depth;
 uniform usamplerBuffer u_corners; // per triangle: vertices, node
 uniform samplerBuffer u_positions; // world axes, relative to the scene's origin
-uniform usamplerBuffer u_neighbours; // per triangle: across its edges ab, bc, ca; see glshadow.core.adjacency
+uniform usamplerBuffer u_neighbours; // per triangle: across its edges ab, bc, ca; see glshadow.geometry.adjacency
 uniform vec3 u_right_l; // how rays, or GLS_ORTHO their starts, change from pixel to pixel; here axes are the world's
 uniform vec3 u_up_l;
 uniform float u_near; // in the unit

@@ -1,5 +1,5 @@
 // A point light: the face is chosen by the longest axis, then as for a spot. position_lv is relative to the light, in world axes.
-// Faces +x -x +y -y +z -z are signed permutations of the axes. Twin: glshadow.core.view.FACES
+// Faces +x -x +y -y +z -z are signed permutations of the axes. Twin: glshadow.shadows.view.FACES
 #include "lib/faces.glsl"
 uniform vec4 u_texel_from_lv; // texel in its tile = xy * tangent + zw
 uniform vec3 u_base;           // depth as the map stores it = a constant + base: its factor, and that of its slope along x and y

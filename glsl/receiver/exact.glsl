@@ -7,7 +7,7 @@
 //
 // No self-shadow: the receiver's own triangle is left out by its number; of another one, the receiver's distance to its plane must be
 // larger than the rounding of that distance, u_bound. Distance to the occluder's plane, not along the ray: it does not grow at grazing
-// light. Twin and derivation: glshadow.core.lists.distance_bound
+// light. Twin and derivation: glshadow.derive.lists.distance_bound
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif

@@ -1,7 +1,7 @@
 """Error of the shadows of real models at the default settings, against rays, beside that of maps.
 
 Every picture is 1280 x 720 with the scene's own camera, and its own sun unless the line says otherwise. A pixel that shows another
-triangle than the exact ray meets does not count (see glshadow.measure). The limits: acne 0, leak and grain 0.005 % of the counted
+triangle than the exact ray meets does not count (see glshadow.scoring). The limits: acne 0, leak and grain 0.005 % of the counted
 pixels, wrong 0.3 % of them and 5 % of what drawing no shadow at all scores. A line that misses one is marked with its name. Maps of 2048
 and 4096 texels with 3 x 3 comparisons follow: what falls with the texel, or faster, is the price of the resolution.
 """
@@ -22,7 +22,7 @@ import numpy as np
 from frame import MODELS, SIZE, models_in
 
 import glshadow as gs
-from glshadow.measure.score import Outcome
+from glshadow.scoring.score import Outcome
 from glshadow.study.formats import RANGES, foot_gap
 
 MAPS = {"2048": gs.Shadow(filter=gs.Pcf(1)), "4096": gs.Shadow(resolution=4096)}
@@ -74,7 +74,7 @@ def lines(name: str, scene: gs.Scene) -> Iterator[tuple[str, gs.Light]]:
 def scored(renderer: gs.Renderer, truth: gs.Truth, shadow: gs.Shadow) -> dict[str, float]:
     """The errors of one picture, as fractions; `none` is what drawing no shadow at all would score as wrong."""
     light = replace(truth.lights[0], shadow=shadow)
-    frame = renderer.render(truth.scene, truth.camera, [light], SIZE, outputs=("visibility", "triangle"))
+    frame = renderer.render(truth.scene, truth.camera, [light], SIZE, outputs=("visibility", "triangle"), samples=1)
     error = gs.measure(frame, truth)
     none = float((truth.visibility[0][error.kinds[0] >= Outcome.GOOD] < 0.5).mean())
     ratio = error.wrong / none if none else np.inf if error.wrong else 0.0
@@ -97,7 +97,7 @@ def cost_of_truth(path: Path, up: str) -> dict[str, float]:
     warnings.simplefilter("ignore", gs.GlshadowWarning)
     scene = gs.load(path, up_axis=up)
     start = time.perf_counter()
-    gs.trace(scene, size=SIZE)
+    gs.trace(scene, size=SIZE, samples=1)
     seconds = time.perf_counter() - start
     status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
     return {"trace_s": seconds, "peak_bytes": 1024.0 * float(status["VmHWM"].split()[0])}
@@ -106,7 +106,7 @@ def cost_of_truth(path: Path, up: str) -> dict[str, float]:
 def measured_lines(name: str, scene: gs.Scene, results: dict[str, Any]) -> None:
     """Print and collect the lines of one scene."""
     for line, light in lines(name, scene):
-        truth = gs.trace(scene, None, [light], SIZE)
+        truth = gs.trace(scene, None, [light], SIZE, samples=1)
         with gs.Renderer() as renderer:
             row = results[line] = scored(renderer, truth, gs.Shadow())
             click.echo(printed(line, row))

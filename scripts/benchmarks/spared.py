@@ -17,7 +17,8 @@ from exact import lights_of, moved, sized
 from frame import MODELS, SIZE, models_in
 
 import glshadow as gs
-from glshadow.gl import runs, sparing
+from glshadow.gl.scene import occlusion as sparing
+from glshadow.gl.scene import runs
 
 NEVER = 1 << 60
 WAYS = {
@@ -68,7 +69,7 @@ def compare(name: str, kind: str, scene: gs.Scene, light: gs.Light, rounds: int)
             start, cpu = time.perf_counter(), time.process_time()
             lamp = replace(moved(light, k), shadow=gs.Shadow())
             asked = ("image", "timings", "triangle", "shadow_maps") if k < 0 else ("image", "timings")
-            frame = frames[way] = renderer.render(scene, None, [lamp], SIZE, outputs=asked)
+            frame = frames[way] = renderer.render(scene, None, [lamp], SIZE, outputs=asked, samples=1)
             times = [time.perf_counter() - start, time.process_time() - cpu]
             if k >= 0:
                 spent[way].append([frame.timings["surface"], frame.timings["shadow"], *times])

@@ -19,10 +19,10 @@ import numpy as np
 from frame import models_in
 
 import glshadow as gs
-from glshadow.gl.context import open_context
-from glshadow.gl.program import Programs
-from glshadow.scene import shapes
-from glshadow.scene.shapes import Solid
+from glshadow.gl.driver.context import open_context
+from glshadow.gl.driver.program import Programs
+from glshadow.scenes import shapes
+from glshadow.scenes.shapes import Solid
 from tests.exact import fans, sheets
 
 PICTURE = (1280, 720)

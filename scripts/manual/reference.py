@@ -53,4 +53,4 @@ def build(folder: Path) -> None:
             raise ValueError(f"without a docstring: {', '.join(bare)}")
         pdoc.render.configure(docformat="numpy", show_source=False, include_undocumented=False)
         # pdoc finds by itself what `glshadow` lists and holds; `measure` is the function.
-        pdoc.pdoc(*(name for name in MODULES if name.count(".") != 1), "!glshadow.measure", output_directory=folder)
+        pdoc.pdoc(*(name for name in MODULES if name.count(".") != 1), "!glshadow.scoring", output_directory=folder)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import fields
 
-from glshadow.core.filters import FILTERS, Filter
 from glshadow.shader.source import root
+from glshadow.shadows.filters import FILTERS, Filter
 from scripts.pages.markdown import Blocks, Numbers, Part, fixed, percent, table
 
 NUMBERS = ("cost", "wrong", "acne", "leak", "grain")

@@ -263,7 +263,7 @@ def test_each_warning_once(folder, monkeypatch):
             warn(message)
         raise gs.SceneError("and\nthen it failed")
 
-    monkeypatch.setattr("glshadow.scene.load.load", noisy)
+    monkeypatch.setattr("glshadow.io.load.load", noisy)
     result = run("render", "x.glb", code=1)
     assert result.stderr == "warning: two lines\nwarning: another\nerror: and then it failed\n"
 

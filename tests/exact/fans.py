@@ -14,16 +14,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.lists import CELLS, facets
 from glshadow.core.spaces import Array
-from glshadow.core.view import Kind
-from glshadow.gl.buffers import texture_buffer
-from glshadow.gl.context import GLContext
-from glshadow.gl.entry_points import RGBA32F
-from glshadow.gl.program import Programs
-from glshadow.scene import shapes
-from glshadow.scene.shapes import Solid
+from glshadow.derive.lists import CELLS, facets
+from glshadow.gl.driver.buffers import texture_buffer
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.entry_points import RGBA32F
+from glshadow.gl.driver.program import Programs
+from glshadow.scenes import shapes
+from glshadow.scenes.shapes import Solid
 from glshadow.shader import source
+from glshadow.shadows.view import Kind
 
 from .turned import rotation
 

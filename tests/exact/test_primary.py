@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.scene.shapes import box, rectangle
+from glshadow.scenes.shapes import box, rectangle
 from tests.tracer import View
 
 SIZE = (320, 180)
@@ -27,7 +27,7 @@ def hills(rng: np.random.Generator, height: float = 0.04) -> gs.Scene:
     second = np.stack([corner + 1, corner + CELLS + 2, corner + CELLS + 1], axis=1)
     mesh = gs.Mesh(positions, np.concatenate([first, second]).astype(np.int32))
     camera = gs.PerspectiveCamera(position=(0.4, 2.0, 0.9), target=(0.0, 0.0, 0.0), fov_y=40.0)
-    return gs.Scene((gs.Node("hills", mesh, np.eye(4)),), camera=camera)
+    return gs.Scene((gs.Node(mesh, np.eye(4), "hills"),), camera=camera)
 
 
 def edge_distance(view: View, rows: np.ndarray, triangle: np.ndarray) -> np.ndarray:
@@ -53,8 +53,8 @@ def test_every_pixel_of_a_height_field_shows_the_triangle_that_its_ray_meets(
     scene = hills(rng)
     mesh = scene.nodes[0].mesh
     camera = replace(scene.camera, position=tuple(scale * x for x in scene.camera.position))
-    scene = gs.Scene((gs.Node("hills", gs.Mesh(mesh.positions * scale, mesh.triangles), np.eye(4)),), camera=camera)
-    frame = renderer.render(scene, size=SIZE, outputs=("triangle",))
+    scene = gs.Scene((gs.Node(gs.Mesh(mesh.positions * scale, mesh.triangles), np.eye(4), "hills"),), camera=camera)
+    frame = renderer.render(scene, size=SIZE, outputs=("triangle",), samples=1)
     view = View(scene, scene.camera, SIZE)
     other = np.flatnonzero(frame.triangle.ravel() != view.triangle)
     assert (view.triangle >= 0).sum() > 20_000
@@ -96,13 +96,13 @@ def test_no_pixel_of_a_height_field_under_grazing_light_is_wrong(
 
 def test_position_depth_and_normal_are_those_of_the_ray(rng: np.random.Generator, renderer: gs.Renderer) -> None:
     scene = hills(rng)
-    frame = renderer.render(scene, size=SIZE, outputs=("triangle", "position", "normal", "depth"))
+    frame = renderer.render(scene, size=SIZE, outputs=("triangle", "position", "normal", "depth"), samples=1)
     view = View(scene, scene.camera, SIZE)
     assert view.tracer is not None
     rows = view.rows[frame.triangle.ravel()[view.rows] == view.triangle[view.rows]]
     points = np.full((SIZE[0] * SIZE[1], 3), np.nan)
     points[view.rows] = view.points
-    position = frame.position.reshape(-1, 3)[rows] + frame.origin
+    position = frame.position.reshape(-1, 3)[rows]
     assert (
         np.abs(position - points[rows]).max() < 2e-5
     )  # depths are interpolated between vertices snapped to 1/256 pixel
@@ -121,8 +121,8 @@ def test_where_a_ray_misses_what_was_drawn_the_point_lies_on_it(renderer: gs.Ren
         *rectangle((-10.5 * pixel, -10.5 * pixel, 1.0), (10.5 * pixel + edge, 0.0, 0.0), (0.0, 21.0 * pixel, 0.0))
     )
     wall = gs.Mesh(*box((4.0, 4.0, 0.2), (0.0, 0.0, 0.0)))
-    scene = gs.Scene((gs.Node("leaf", leaf, np.eye(4)), gs.Node("wall", wall, np.eye(4))), camera=camera)
-    frame = renderer.render(scene, size=size, outputs=("triangle", "node"))
+    scene = gs.Scene((gs.Node(leaf, np.eye(4), "leaf"), gs.Node(wall, np.eye(4), "wall")), camera=camera)
+    frame = renderer.render(scene, size=size, outputs=("triangle", "node"), samples=1)
     view = View(scene, camera, size)
     np.testing.assert_array_equal(frame.triangle.ravel() >= 0, view.triangle >= 0)
     np.testing.assert_array_equal(frame.node.ravel(), view.node[view.triangle])
@@ -132,11 +132,14 @@ def test_where_triangles_do_not_fit_into_buffers_pixels_show_what_was_drawn(rng:
     scene = hills(rng)
     mesh = scene.nodes[0].mesh
     soup = gs.Mesh(mesh.positions[mesh.triangles.ravel()], np.arange(3 * len(mesh.triangles)).reshape(-1, 3))
-    scene = gs.Scene((gs.Node("hills", soup, np.eye(4)),), camera=scene.camera)
+    scene = gs.Scene((gs.Node(soup, np.eye(4), "hills"),), camera=scene.camera)
     lights = [gs.DirectionalLight(direction=(-1.0, -0.3, 0.3), shadow=gs.Shadow(filter=gs.Pcf(1)))]
     with gs.Renderer() as usual, gs.Renderer() as small:
         small._context.caps = replace(small._context.caps, max_texture_buffer_size=2 * len(mesh.triangles))
-        frames = [each.render(scene, None, lights, SIZE, outputs=("triangle", "visibility")) for each in (usual, small)]
+        frames = [
+            each.render(scene, None, lights, SIZE, outputs=("triangle", "visibility"), samples=1)
+            for each in (usual, small)
+        ]
     assert frames[0].used[0].fallbacks == ()
     assert [line for line in frames[1].used[0].fallbacks if "pixels show the triangles that GL drew" in line]
     differs = frames[0].triangle != frames[1].triangle

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.view import Kind
-from glshadow.gl.context import GLContext
-from glshadow.gl.program import Programs
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.program import Programs
 from glshadow.renderer import Renderer
-from glshadow.scene import shapes
-from glshadow.scene.shapes import Solid
+from glshadow.scenes import shapes
+from glshadow.scenes.shapes import Solid
+from glshadow.shadows.view import Kind
 
 from .compare import with_exact
 from .fans import KINDS, MOST, closed_box, fans_of, rays_at, rays_on_seams, slipped

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from glshadow.core.filters import Filter
 from glshadow.core.spaces import Array
+from glshadow.shadows.filters import Filter
 
 
 def seen(kind: Filter, lit: ArrayLike, positions: ArrayLike) -> Array:

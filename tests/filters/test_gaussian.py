@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.filters.gaussian import BELLS, bell_weights
+from glshadow.shadows.filters.gaussian import BELLS, bell_weights
 
 from .images import along_x, seen, vertical_edge
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.filters.moments import MomentFilter, spread
-from glshadow.core.filters.msm import least_before
 from glshadow.core.spaces import Array
-from glshadow.shader.variants import MOMENTS
+from glshadow.shadows.filters.moments import MomentFilter, spread
+from glshadow.shadows.filters.msm import least_before
+from scripts.shaders.variants import MOMENTS
 
 BOUNDS = tuple(each for each in MOMENTS if not isinstance(each, gs.BabylonEsm))
 PLANES = (1e-5, 1e-3, 1e-2, 0.05)  # depth from near to far that a plane rises per texel

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from glshadow.core.filters import Hard, Pcf
-from glshadow.core.filters.pcf import MAX_RADIUS, box_weights
 from glshadow.errors import SettingsError
+from glshadow.shadows.filters import Hard, Pcf
+from glshadow.shadows.filters.pcf import MAX_RADIUS, box_weights
 
 from .images import along_x, seen, vertical_edge
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.filters.poisson import PLACES
+from glshadow.shadows.filters.poisson import PLACES
 
 from .images import along_x, seen, vertical_edge
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import glshadow as gs
-from glshadow.gl.current import current
+from glshadow.gl.driver.current import current
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
 from peers import pyrender_module, pyrender_scene

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 import pytest
 
 import glshadow as gs
-from glshadow.gl.clock import Clock
-from glshadow.gl.context import GLContext
-from glshadow.gl.queries import Timestamp, has_timestamps
+from glshadow.gl.driver.clock import Clock
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.queries import Timestamp, has_timestamps
 
 
 @pytest.fixture

@@ -14,12 +14,12 @@ import pytest
 
 from glshadow import doctor
 from glshadow.errors import ContextError, GlshadowError, ResourceError, SettingsError
-from glshadow.gl import backends
-from glshadow.gl.backends import OSMESA_LIBRARIES, BackendUnavailable
-from glshadow.gl.buffers import BufferTexture
-from glshadow.gl.context import GLContext, open_context
-from glshadow.gl.current import current
-from glshadow.gl.entry_points import (
+from glshadow.gl.driver import backends
+from glshadow.gl.driver.backends import OSMESA_LIBRARIES, BackendUnavailable
+from glshadow.gl.driver.buffers import BufferTexture
+from glshadow.gl.driver.context import GLContext, open_context
+from glshadow.gl.driver.current import current
+from glshadow.gl.driver.entry_points import (
     DEPTH_COMPONENT16,
     DEPTH_COMPONENT24,
     DEPTH_COMPONENT32F,
@@ -28,7 +28,7 @@ from glshadow.gl.entry_points import (
     RGBA32F,
     RGBA32UI,
 )
-from glshadow.gl.state import read_state
+from glshadow.gl.driver.state import read_state
 
 # One triangle over the whole target at NDC depth z.
 TRIANGLE = """#version 330
@@ -172,7 +172,7 @@ def test_missing_library_names_the_package(monkeypatch: pytest.MonkeyPatch) -> N
 def test_egl_needs_no_libgl() -> None:
     """libGL.so.1 is not among the packages that the README asks for; the default of moderngl would load it."""
     code = (
-        "from glshadow.gl.context import open_context\n"
+        "from glshadow.gl.driver.context import open_context\n"
         "from pathlib import Path\n"
         "with open_context('egl') as c:\n"
         "    f = c.ctx.simple_framebuffer((4, 4)); f.clear(1, 1, 1, 1); assert f.read()[0] == 255\n"
@@ -424,7 +424,7 @@ def test_window(check: str, screen: str) -> None:
 def test_window_without_display() -> None:
     environment = {"DISPLAY": "", "WAYLAND_DISPLAY": ""}
     code = (
-        "from glshadow.gl.context import open_context\n"
+        "from glshadow.gl.driver.context import open_context\n"
         "try: open_context('window')\n"
         "except Exception as e: print(type(e).__name__, e)"
     )
@@ -508,7 +508,7 @@ def test_clip_control(glcontext: GLContext, zero_to_one: bool) -> None:
 
 
 def test_missing_function_is_named() -> None:
-    from glshadow.gl.entry_points import EntryPoints
+    from glshadow.gl.driver.entry_points import EntryPoints
 
     with pytest.raises(ContextError, match="no glClipControl"):
         EntryPoints(lambda name: 0).clip_control(zero_to_one=True)

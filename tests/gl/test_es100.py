@@ -11,26 +11,26 @@ import moderngl
 import numpy as np
 import pytest
 
-from glshadow.core.bias import Bias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias
-from glshadow.core.cookie import Cookie, cookie_from_world
-from glshadow.core.decision import CasterSettings
-from glshadow.core.filters import Filter, Pcf
 from glshadow.core.lights import DirectionalLight, SpotLight
-from glshadow.core.metric import Target
-from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import ClipSpace
-from glshadow.core.view import Kind
+from glshadow.derive.resolved import CasterSettings
 from glshadow.errors import SettingsError
-from glshadow.gl.atlases import Atlas, layout
-from glshadow.gl.caster import Map, metric_uniform
-from glshadow.gl.context import GLContext
-from glshadow.gl.forward import draw_map, receiver_source
-from glshadow.gl.geometry import GpuScene, pack_matrices
-from glshadow.gl.glass import Panes
-from glshadow.gl.program import Programs
-from glshadow.gl.sources.mapped import map_defines, map_slots
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.program import Programs
+from glshadow.gl.foreign.forward import draw_map, receiver_source
+from glshadow.gl.passes.atlases import Atlas, layout
+from glshadow.gl.passes.caster import Map, metric_uniform
+from glshadow.gl.passes.translucent import Panes
+from glshadow.gl.scene.geometry import GpuScene, pack_matrices
+from glshadow.gl.techniques.mapped import map_defines, map_slots
 from glshadow.shader.slots import metric_slot, open_slots
-from glshadow.shader.variants import MAPPED, MOMENTS
+from glshadow.shadows.bias import Bias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias
+from glshadow.shadows.cookie import Cookie, cookie_from_world
+from glshadow.shadows.filters import Filter, Pcf
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import Shadow
+from glshadow.shadows.view import Kind
+from scripts.shaders.variants import MAPPED, MOMENTS
 
 from .small_scene import Forward, light_of, on_gpu, small_scene, stored, views_of
 

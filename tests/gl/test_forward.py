@@ -12,23 +12,23 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from glshadow.core.bias import ReceiverPlaneBias
-from glshadow.core.filters import Hard, Pcf
 from glshadow.core.lights import DirectionalLight, Light
-from glshadow.core.metric import Target
-from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, ClipSpace
-from glshadow.core.view import Kind
 from glshadow.errors import SettingsError
-from glshadow.gl.caster import Map
-from glshadow.gl.context import GLContext
-from glshadow.gl.forward import draw_map, receiver_source
-from glshadow.gl.geometry import GpuScene
-from glshadow.gl.program import Program, Programs
-from glshadow.gl.sources.mapped import map_defines, map_slots
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.program import Program, Programs
+from glshadow.gl.foreign.forward import draw_map, receiver_source
+from glshadow.gl.passes.caster import Map
+from glshadow.gl.scene.geometry import GpuScene
+from glshadow.gl.techniques.mapped import map_defines, map_slots
 from glshadow.shader.compose import Text
-from glshadow.shader.variant import KINDS, Variant
-from glshadow.shader.variants import BIASES, MAPPED, distinct, receivers, variants
+from glshadow.shadows.bias import ReceiverPlaneBias
+from glshadow.shadows.filters import Hard, Pcf
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import Shadow
+from glshadow.shadows.view import Kind
+from scripts.shaders.variant import KINDS, Variant
+from scripts.shaders.variants import BIASES, MAPPED, distinct, receivers, variants
 
 from .small_scene import BACKGROUND, CAMERA, SIZE, Forward, light_of, on_gpu, small_scene, views_of
 

@@ -14,7 +14,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from glshadow.core.bias import (
+from glshadow.core.cameras import PerspectiveCamera, pixel_rays
+from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
+from glshadow.core.spaces import CLIP_SPACES, Array, ClipSpace
+from glshadow.frame import Frame
+from glshadow.renderer import Renderer
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node, Scene
+from glshadow.scenes import shapes
+from glshadow.shadows.bias import (
     Bias,
     ClipBias,
     ConstantBias,
@@ -23,20 +31,13 @@ from glshadow.core.bias import (
     ReceiverPlaneBias,
     SlopeScaledBias,
 )
-from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.filters import Filter, Hard, Pcf
-from glshadow.core.fits import SceneFit
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
-from glshadow.core.metric import Target
-from glshadow.core.shadow import Faces, Shadow
-from glshadow.core.spaces import CLIP_SPACES, Array, ClipSpace
-from glshadow.frame import Frame
-from glshadow.reference import model
-from glshadow.renderer import Renderer
-from glshadow.scene import shapes
-from glshadow.scene.mesh import Mesh, Node, Scene
-from glshadow.shader.variants import MAPPED
+from glshadow.shadows.filters import Filter, Hard, Pcf
+from glshadow.shadows.fits import SceneFit
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import Faces, Shadow
+from scripts.shaders.variants import MAPPED
 
+from .. import model
 from ..tolerances import WEIGHT, precision
 
 SIZE = (72, 54)
@@ -73,7 +74,7 @@ def scene() -> Scene:
     plate = shapes.rectangle((-1.6, 1.1, 1.2), (1.3, 0.2, 0.1), (0.1, 0.3, -1.1))
     ground = shapes.rectangle((-2.5, 0.0, 2.5), (5.0, 0.0, 0.0), (0.0, 0.0, -5.0))
     solids = (ground, shapes.box((0.9, 1.3, 0.8), (0.5, 0.65, -0.4)), plate)
-    return Scene(tuple(Node(f"part {i}", Mesh(*solid), np.eye(4)) for i, solid in enumerate(solids)), CAMERA)
+    return Scene(tuple(Node(Mesh(*solid), np.eye(4), f"part {i}") for i, solid in enumerate(solids)), CAMERA)
 
 
 def light_of(kind: str, shadow: Shadow) -> Light:
@@ -126,7 +127,7 @@ def check(renderer: Renderer, scene: Scene, hits: tuple[Array, Array, Array]) ->
 def _check(
     renderer: Renderer, scene: Scene, hits: tuple[Array, Array, Array], light: Light, least_known: float
 ) -> None:
-    frame = renderer.render(scene, lights=[light], size=SIZE, outputs=("visibility", "depth", "shadow_maps"))
+    frame = renderer.render(scene, lights=[light], size=SIZE, outputs=("visibility", "depth", "shadow_maps"), samples=1)
     used = frame.used[0]
     assert used.target is not None
     assert used.bias is not None
@@ -217,7 +218,7 @@ def test_all_ways_to_compare_agree(renderer: Renderer, scene: Scene, kind: str, 
         try:
             for change in ({}, {"software": False}, {"texture_gather": False}):
                 context.caps = replace(own, **change)
-                frames.append(renderer.render(scene, lights=[light], size=SIZE))
+                frames.append(renderer.render(scene, lights=[light], size=SIZE, samples=1))
         finally:
             context.caps = own
         for other in frames[1:]:

@@ -7,12 +7,12 @@ import pytest
 from numpy.typing import NDArray
 
 import glshadow as gs
-from glshadow.core.bias import receiver_plane_from_derivatives
-from glshadow.core.filters.moments import chebyshev, spread
-from glshadow.core.filters.msm import least_before
-from glshadow.core.metric import unpack
-from glshadow.gl.context import GLContext
+from glshadow.gl.driver.context import GLContext
 from glshadow.shader.source import read
+from glshadow.shadows.bias import receiver_plane_from_derivatives
+from glshadow.shadows.filters.moments import chebyshev, spread
+from glshadow.shadows.filters.msm import least_before
+from glshadow.shadows.metric import unpack
 
 
 def evaluated(
@@ -37,7 +37,7 @@ def evaluated(
         program, [(buffer, form, f"a_{key}") for buffer, form, key in zip(buffers, formats, inputs, strict=True)]
     )
     framebuffer.use()
-    array.render(ctx.POINTS)
+    array.render(ctx.POINTS, samples=1)
     found = np.frombuffer(texture.read(), np.float32).reshape(count, 4)
     before.use()
     for thing in (array, *buffers, framebuffer, texture, program):

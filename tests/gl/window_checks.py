@@ -5,9 +5,9 @@ import sys
 import glfw
 import moderngl
 
-from glshadow.gl.context import GLContext, open_context
-from glshadow.gl.current import current
-from glshadow.gl.state import read_state
+from glshadow.gl.driver.context import GLContext, open_context
+from glshadow.gl.driver.current import current
+from glshadow.gl.driver.state import read_state
 
 
 def paint(glcontext: GLContext, value: int) -> int:

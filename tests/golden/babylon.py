@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from glshadow.core.bias import bias_factor
-from glshadow.core.metric import metric_range, projected_metric, radial_metric, window_depth
 from glshadow.core.spaces import Array, ClipSpace, look_at, orthographic, perspective, project
+from glshadow.shadows.bias import bias_factor
+from glshadow.shadows.metric import metric_range, projected_metric, radial_metric, window_depth
 
 FILE_NAME = "babylon_depth_metric.json"
 FACE_DIRECTIONS = np.array([[1, 0, 0], [-1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.float64)

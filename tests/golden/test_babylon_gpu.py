@@ -10,14 +10,14 @@ import moderngl
 import numpy as np
 import pytest
 
-from glshadow.core.bias import bias_factor
-from glshadow.core.metric import Target, unpack
 from glshadow.core.spaces import Array, project, translation
-from glshadow.gl.atlases import Atlas
-from glshadow.gl.caster import metric_uniform
-from glshadow.gl.context import GLContext
-from glshadow.gl.program import Program, Programs
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.program import Program, Programs
+from glshadow.gl.passes.atlases import Atlas
+from glshadow.gl.passes.caster import metric_uniform
 from glshadow.shader.slots import metric_slot
+from glshadow.shadows.bias import bias_factor
+from glshadow.shadows.metric import Target, unpack
 
 from .babylon import F32_TOLERANCE, Reading, load_readings
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from glshadow.core.bias import normal_bias
-from glshadow.core.metric import metric_range, pack, unpack
 from glshadow.core.spaces import CLIP_SPACES, Array, project
+from glshadow.shadows.bias import normal_bias
+from glshadow.shadows.metric import metric_range, pack, unpack
 
 from .babylon import F32_TOLERANCE, FILE_NAME, MATRIX_TOLERANCE, Reading, golden_path, load_readings
 

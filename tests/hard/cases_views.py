@@ -7,9 +7,9 @@ import numpy as np
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.spaces import Array
-from glshadow.scene import analytic, shapes
-from glshadow.scene.analytic import AnalyticScene
 from glshadow.scene.mesh import Mesh
+from glshadow.scenes import analytic, shapes
+from glshadow.scenes.analytic import AnalyticScene
 
 from .registry import AS_DEFAULT, Case, Picture, crease, overhead, picture_of, sun_direction
 from .solids import checker, level, posts, scene_of

@@ -16,7 +16,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.bias import (
+from glshadow.core.lights import DirectionalLight, to_light
+from glshadow.core.spaces import Array, ClipSpace, transform
+from glshadow.frame import Frame
+from glshadow.reference.aimed import AimedLight, moved_over, perpendicular
+from glshadow.reference.rays import dot
+from glshadow.reference.trace import trace
+from glshadow.reference.truth import Truth
+from glshadow.renderer import Renderer
+from glshadow.shadows.bias import (
     FACET_SLOPE,
     ClipBias,
     ConstantBias,
@@ -25,17 +33,9 @@ from glshadow.core.bias import (
     ReceiverPlaneBias,
     SlopeScaledBias,
 )
-from glshadow.core.filters import Exact, Filter
-from glshadow.core.lights import DirectionalLight, to_light
-from glshadow.core.metric import Target, metric_range
-from glshadow.core.spaces import Array, ClipSpace, transform
-from glshadow.core.view import ShadowView
-from glshadow.frame import Frame
-from glshadow.reference.aimed import AimedLight, moved_over, perpendicular
-from glshadow.reference.rays import dot
-from glshadow.reference.trace import trace
-from glshadow.reference.truth import Truth
-from glshadow.renderer import Renderer
+from glshadow.shadows.filters import Exact, Filter
+from glshadow.shadows.metric import Target, metric_range
+from glshadow.shadows.view import ShadowView
 
 from .registry import Picture, Technique
 
@@ -114,12 +114,14 @@ class Outcome:
 
 @cache
 def truth_of(picture: Picture) -> Truth:
-    return trace(picture.scene, picture.camera, [picture.light], picture.size)
+    return trace(picture.scene, picture.camera, [picture.light], picture.size, samples=1)
 
 
 def judge(renderer: Renderer, picture: Picture, technique: Technique) -> Outcome:
     light = replace(picture.light, shadow=technique.shadow(picture))
-    frame = renderer.render(picture.scene, picture.camera, [light], picture.size, outputs=("visibility", "triangle"))
+    frame = renderer.render(
+        picture.scene, picture.camera, [light], picture.size, outputs=("visibility", "triangle"), samples=1
+    )
     truth = truth_of(picture)
     judged = (
         (truth.cosine[0] > LEAST_COSINE)
@@ -154,7 +156,7 @@ def _excused(frame: Frame, truth: Truth, where: Bools) -> Bools:
     result = truth.near_edge(0, radius, where)
     other = where & (frame.triangle != truth.triangle)
     if other.any():
-        shown = trace(frame.scene, frame.camera, frame.lights, frame.size, surface=frame.triangle)
+        shown = trace(frame.scene, frame.camera, frame.lights, frame.size, surface=frame.triangle, samples=1)
         result |= other & (shown.visibility[0] == frame.visibility[0])
     return result
 

@@ -8,16 +8,16 @@ from enum import Enum
 
 import numpy as np
 
-from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, SlopeScaledBias
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.filters import FILTERS, Exact, Filter, Hard, Pcf
-from glshadow.core.fits import SceneFit
 from glshadow.core.lights import Light
-from glshadow.core.metric import Target
-from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import Array, ClipSpace
-from glshadow.scene.analytic import AnalyticScene
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
+from glshadow.scenes.analytic import AnalyticScene
+from glshadow.shadows.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, SlopeScaledBias
+from glshadow.shadows.filters import FILTERS, Exact, Filter, Hard, Pcf
+from glshadow.shadows.fits import SceneFit
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import Faces, Shadow
 
 SIZE = (192, 192)
 

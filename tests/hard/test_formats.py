@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from glshadow.core.metric import Target
 from glshadow.renderer import Renderer
+from glshadow.shadows.metric import Target
 from glshadow.study.formats import RANGES, foot_gap
 
 TIMES = 2.0

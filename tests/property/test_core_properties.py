@@ -10,12 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from glshadow.core.bias import normal_bias, receiver_plane_from_derivatives, receiver_plane_from_normal
-from glshadow.core.filters import FILTERS, Filter, Pcf
-from glshadow.core.filters.filter import Needs
-from glshadow.core.filters.pcf import MAX_RADIUS, box_weights
 from glshadow.core.lights import PointLight, SpotLight, cone, to_light
-from glshadow.core.metric import metric_range, pack, projected_metric, radial_metric, unpack, window_depth
 from glshadow.core.spaces import (
     CLIP_SPACES,
     Array,
@@ -27,6 +22,11 @@ from glshadow.core.spaces import (
     project,
     translation,
 )
+from glshadow.shadows.bias import normal_bias, receiver_plane_from_derivatives, receiver_plane_from_normal
+from glshadow.shadows.filters import FILTERS, Filter, Pcf
+from glshadow.shadows.filters.filter import Needs
+from glshadow.shadows.filters.pcf import MAX_RADIUS, box_weights
+from glshadow.shadows.metric import metric_range, pack, projected_metric, radial_metric, unpack, window_depth
 
 from ..filters.images import seen
 

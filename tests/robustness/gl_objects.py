@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 import glshadow as gs
-from glshadow.gl.current import address
+from glshadow.gl.driver.current import address
 
 KINDS = ("Texture", "Buffer", "Framebuffer", "VertexArray", "Program", "Shader", "Sampler", "Query", "Renderbuffer")
 NAMES = 4096  # asked one by one, at least; a driver that gives the lowest free name needs no more

@@ -18,7 +18,7 @@ import numpy as np
 
 import glshadow as gs
 from glshadow import batch, image, overlay, study
-from glshadow.core.filters import FILTERS
+from glshadow.shadows.filters import FILTERS
 
 
 class Raising:
@@ -225,7 +225,7 @@ def given(value: Any) -> Callable[[], Any]:
 
 
 MESH = gs.Mesh(np.eye(3), np.array([[0, 1, 2]]))
-NODE = gs.Node("a", MESH, np.eye(4))
+NODE = gs.Node(MESH, np.eye(4), "a")
 SCENE = gs.Scene((NODE,))
 # What has no default, by the parameter's name.
 REQUIRED: dict[str, Any] = {
@@ -237,7 +237,7 @@ REQUIRED: dict[str, Any] = {
 }  # fmt: skip
 # Made by glshadow, not by its callers; and what raises, names or draws. The renderer's arguments have tests of their own.
 NOT_BUILT = {
-    "AlphaMode", "Camera", "Faces", "Flip", "Frame", "Renderer", "Score", "ShadowError", "ShadowView", "Target", "Truth", "Used", "flip",
+    "AlphaMode", "Camera", "Faces", "Flip", "Frame", "Renderer", "Score", "Measurement", "ShadowView", "Target", "Truth", "Used", "flip",
     "Caster", "Compared", "Comparison", "PyrenderRenderer", "ShadowMap", "Explorer", "compare", "explore", "export_page",
     "measure", "render", "show", "trace",
 }  # fmt: skip
@@ -333,7 +333,7 @@ def in_use(value: Any) -> dict[str, Any] | None:
     if isinstance(value, gs.Node | gs.Mesh | gs.Material):
         material = value if isinstance(value, gs.Material) else gs.Material()
         mesh = value if isinstance(value, gs.Mesh) else gs.Mesh(np.eye(3), np.array([[0, 1, 2]]), material=material)
-        node = value if isinstance(value, gs.Node) else gs.Node("a", mesh, np.eye(4))
+        node = value if isinstance(value, gs.Node) else gs.Node(mesh, np.eye(4), "a")
         return {"scene": gs.Scene((node,))}
     if isinstance(value, gs.Camera):
         return {"scene": SCENE, "camera": value}

@@ -86,7 +86,7 @@ def renderer() -> Iterator[gs.Renderer]:
 @pytest.fixture(scope="module")
 def results(renderer: gs.Renderer) -> tuple[gs.Frame, gs.Truth]:
     outputs = ("image", "visibility", "depth", "shadow_maps")
-    return renderer.render(SCENE, size=SIZE, outputs=outputs), gs.trace(SCENE, size=SIZE)
+    return renderer.render(SCENE, size=SIZE, outputs=outputs, samples=1), gs.trace(SCENE, size=SIZE, samples=1)
 
 
 RENDER = {
@@ -138,7 +138,7 @@ RESULTS: dict[str, dict[str, Any]] = {
     "image.write channel": {"value": np.zeros((2, 2))},
     "Truth.near_edge": {"light": 0, "radius": 0.1, "where": None},
     "Truth.near_foot": {"radius": 0.1, "where": np.ones(SIZE[::-1], dtype=bool)},
-    "ShadowError.picture": {"light": 0},
+    "Measurement.picture": {"light": 0},
 }  # fmt: skip
 
 
@@ -157,7 +157,7 @@ def test_results(
         "overlay.light_color": overlay.light_color,
         "Frame.save": frame.save, "Frame.save exr": frame.save, "image.write": image.write, "image.write exr": image.write,
         "image.write channel": lambda value: image.write("a.exr", {"x": value}), "Truth.near_edge": truth.near_edge,
-        "Truth.near_foot": truth.near_foot, "ShadowError.picture": gs.measure(frame, truth).picture,
+        "Truth.near_foot": truth.near_foot, "Measurement.picture": gs.measure(frame, truth).picture,
     }  # fmt: skip
     made = {"frame": frame, "truth": truth, "ours": frame, "reference": frame}
     arguments = {other: given(made.get(other, value)) for other, value in RESULTS[key].items()}

@@ -192,7 +192,7 @@ def main(path: str) -> None:
     warnings.simplefilter("ignore")
     try:
         with gs.Renderer() as renderer:
-            renderer.render(gs.load(path), size=(96, 64))
+            renderer.render(gs.load(path), size=(96, 64), samples=1)
         outcome = "drawn"
     except gs.GlshadowError as error:
         outcome = f"{type(error).__name__}: {error}"

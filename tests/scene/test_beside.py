@@ -17,9 +17,9 @@ import pytest
 
 import glshadow as gs
 from glshadow import image
-from glshadow.scene.limits import Budget, Limits
-from glshadow.scene.load import read_scene
-from glshadow.scene.mesh_files.beside import Beside
+from glshadow.io.limits import Budget, Limits
+from glshadow.io.load import read_scene
+from glshadow.io.mesh_files.beside import Beside
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1]], dtype="<f4").tobytes()
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 3/3 2/2\n"
@@ -158,7 +158,7 @@ def test_a_huge_file_is_refused_before_it_is_read(folder: Path, name: str) -> No
     make, said = HUGE[name]
     path = make(folder)
     code = (
-        "import resource, sys\nimport glshadow as gs\nfrom glshadow.scene.load import load\n"
+        "import resource, sys\nimport glshadow as gs\nfrom glshadow.io.load import load\n"
         "resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))\n"
         "try: load(sys.argv[1])\nexcept gs.SceneError as error: print(error)\n"
     )

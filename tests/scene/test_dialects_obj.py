@@ -8,7 +8,7 @@ from PIL import Image
 
 from glshadow.core.srgb import linear_from_srgb
 from glshadow.errors import GlshadowWarning, SceneError
-from glshadow.scene.load import load
+from glshadow.io.load import load
 from glshadow.scene.mesh import AlphaMode
 
 from .test_dialects import ARROW, SQUARE, area, colors, loaded

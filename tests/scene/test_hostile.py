@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from glshadow.errors import GlshadowWarning, SceneError
-from glshadow.scene.load import load
+from glshadow.io.load import load
 
 from ..pace import at_most
 

@@ -13,8 +13,8 @@ import pytest
 
 import glshadow as gs
 from glshadow.errors import SceneError, SettingsError
-from glshadow.scene.limits import Budget, Limits
-from glshadow.scene.load import load
+from glshadow.io.limits import Budget, Limits
+from glshadow.io.load import load
 
 from ..pace import pace
 from . import costly

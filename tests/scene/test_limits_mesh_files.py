@@ -11,9 +11,9 @@ import pytest
 from PIL import Image
 
 from glshadow.errors import GlshadowWarning, SceneError
-from glshadow.scene.limits import Budget, Limits
-from glshadow.scene.load import load
-from glshadow.scene.mesh_files import read_mesh_file
+from glshadow.io.limits import Budget, Limits
+from glshadow.io.load import load
+from glshadow.io.mesh_files import read_mesh_file
 
 # of load and one picture of 96 x 64, the interpreter and its imports too; measured: 2.2 times the plain file's, .29 GB at most
 TIMES, MEMORY = 5.0, 1 << 30

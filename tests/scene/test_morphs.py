@@ -10,7 +10,7 @@ import pytest
 
 from glshadow.core.spaces import Array
 from glshadow.errors import GlshadowWarning, SceneError
-from glshadow.scene.load import load
+from glshadow.io.load import load
 from glshadow.scene.mesh import Mesh
 
 from .glb import Glb

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from glshadow.scene.limits import Budget
-from glshadow.scene.polygons import MANY, MOST, triangulated
-from glshadow.scene.sweep import swept
+from glshadow.io.limits import Budget
+from glshadow.io.polygons import MANY, MOST, triangulated
+from glshadow.io.sweep import swept
 
 from ..pace import at_most
 

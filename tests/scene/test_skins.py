@@ -10,9 +10,10 @@ import pytest
 
 from glshadow.core.spaces import Array, translation
 from glshadow.errors import GlshadowWarning, SceneError
-from glshadow.scene import shapes
-from glshadow.scene.load import load
-from glshadow.scene.mesh import Mesh, Scene
+from glshadow.io.load import load
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Scene
+from glshadow.scenes import shapes
 
 from .glb import Glb
 
@@ -146,9 +147,9 @@ def test_a_mesh_with_joints_but_without_a_skin_is_placed_by_its_node(tmp_path: P
 
 def test_cesium_man_stands_as_his_nodes_say(models: Path) -> None:
     """Extents by an independent rule: vertex by vertex, in plain Python, from the file's numbers."""
-    from glshadow.scene.gltf.accessor import read_floats, read_whole
-    from glshadow.scene.gltf.document import open_document
-    from glshadow.scene.limits import Budget
+    from glshadow.io.gltf.accessor import read_floats, read_whole
+    from glshadow.io.gltf.document import open_document
+    from glshadow.io.limits import Budget
 
     document = open_document(models / "cesium_man.glb", Budget())
     nodes, skin = document.json["nodes"], document.json["skins"][0]
@@ -253,7 +254,7 @@ def test_without_inverse_bind_matrices_joints_place_vertices_directly(tmp_path: 
 
 
 def test_vertices_by_blocks_are_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from glshadow.scene.gltf import skin
+    from glshadow.io.gltf import skin
 
     monkeypatch.setattr(skin, "BLOCK", 2)
     np.testing.assert_allclose(

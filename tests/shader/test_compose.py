@@ -8,8 +8,8 @@ from collections.abc import Callable
 import pytest
 
 from glshadow.errors import ShaderError
-from glshadow.gl.context import GLContext
-from glshadow.gl.program import Programs
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.program import Programs
 from glshadow.shader import source
 from glshadow.shader.compose import compose
 

@@ -7,10 +7,10 @@ from functools import cache
 
 import pytest
 
-from glshadow.gl.context import Caps
+from glshadow.gl.driver.context import Caps
 from glshadow.shader import source
-from glshadow.shader.variant import Variant
-from glshadow.shader.variants import receivers, variants
+from scripts.shaders.variant import Variant
+from scripts.shaders.variants import receivers, variants
 
 FILES = sorted(
     str(p.relative_to(source.root()))
@@ -92,11 +92,11 @@ def test_every_slot_is_known_and_every_snippet_used() -> None:
 
 
 def test_slots_are_those_of_the_renderer() -> None:
-    """The rules of shader.slots and of gl.sources.mapped are one."""
+    """The rules of shader.slots and of gl.techniques.mapped are one."""
     from types import SimpleNamespace
     from typing import Any, cast
 
-    from glshadow.gl.sources.mapped import map_defines, map_slots
+    from glshadow.gl.techniques.mapped import map_defines, map_slots
 
     from ..gl.small_scene import light_of
 

@@ -9,10 +9,10 @@ import pytest
 from click.testing import CliRunner
 
 from glshadow.errors import ShaderError
-from glshadow.shader import validate
-from glshadow.shader.validate import TOOL, complaints, limits, main, vectors
-from glshadow.shader.variant import Variant
-from glshadow.shader.variants import distinct
+from scripts.shaders import validate
+from scripts.shaders.validate import TOOL, complaints, limits, main, vectors
+from scripts.shaders.variant import Variant
+from scripts.shaders.variants import distinct
 
 
 @pytest.fixture

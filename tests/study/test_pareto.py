@@ -7,7 +7,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.cli import values
-from glshadow.measure.score import Outcome, Score
+from glshadow.scoring.score import Outcome, Score
 from glshadow.study import Grid, pareto_front
 from glshadow.study.grid import setting_name
 from glshadow.study.pictures import REGION_SHARE, worst_regions

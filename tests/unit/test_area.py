@@ -7,7 +7,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.area import hard_lights, has_size, points_seen
-from glshadow.core.spread import ball, disc
+from glshadow.core.sample_patterns import ball, disc
 
 COUNTS = [16, 64, 256, 1024]
 

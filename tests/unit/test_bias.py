@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from glshadow.core.bias import (
+from glshadow.core.spaces import CLIP_SPACES, Array, ClipSpace
+from glshadow.errors import SettingsError
+from glshadow.shadows.bias import (
     SNAP_TEXELS,
     ClipBias,
     ConstantBias,
@@ -18,10 +20,8 @@ from glshadow.core.bias import (
     receiver_plane_from_derivatives,
     receiver_plane_from_normal,
 )
-from glshadow.core.filters import Disc, Filter, Gaussian, Hard, Pcf, Poisson
-from glshadow.core.metric import window_depth
-from glshadow.core.spaces import CLIP_SPACES, Array, ClipSpace
-from glshadow.errors import SettingsError
+from glshadow.shadows.filters import Disc, Filter, Gaussian, Hard, Pcf, Poisson
+from glshadow.shadows.metric import window_depth
 
 COUNT = 400
 

@@ -7,7 +7,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.area import hard_lights
-from glshadow.core.casting import convex, darkens
+from glshadow.derive.casting import convex, darkens
 from glshadow.scene.box import box_corners
 
 FACES = [

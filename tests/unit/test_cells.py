@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from glshadow.core.cells import CASTS, CULL_BACK, CULL_FRONT, CellLists, cell_lists
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
-from glshadow.core.lists import LEAST_CELLS, MOST, RATIO, ListGrid, facets, list_grid
 from glshadow.core.spaces import Array, transform
+from glshadow.derive.cells import CASTS, CULL_BACK, CULL_FRONT, CellLists, cell_lists
+from glshadow.derive.lists import LEAST_CELLS, MOST, RATIO, ListGrid, facets, list_grid
 
 from ..cell_lists import held, receiver_cells, walked
 

@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from glshadow.core.clusters import LEAST, SIZE, Placed, make_clusters, place
-from glshadow.core.hidden import BLOCK, behind, farthest
-from glshadow.core.showing import extents, in_frustum
 from glshadow.core.spaces import CLIP_SPACES, Array, ClipSpace, orthographic, rigid_inverse, view_axes
-from glshadow.core.view import FACES, ShadowView
-from glshadow.gl.runs import runs_of
-from glshadow.scene import shapes
+from glshadow.derive.occlusion import BLOCK, behind, farthest
+from glshadow.geometry.clusters import LEAST, SIZE, Placed, make_clusters, place
+from glshadow.geometry.frustum import extents, in_frustum
+from glshadow.gl.scene.runs import runs_of
+from glshadow.scenes import shapes
+from glshadow.shadows.view import FACES, ShadowView
 
 
 def soup(rng: np.random.Generator, count: int) -> tuple[NDArray[np.float32], NDArray[np.int32]]:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight, cone, to_light
-from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
+from glshadow.shadows.shadow import Shadow
 
 SPOT = {"position": (0.0, 4.0, 0.0)}
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from glshadow.core.bias import NoBias, ReceiverPlaneBias
-from glshadow.core.filters import FILTERS, Exact
 from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
-from glshadow.core.lists import CELLS, LEAST_CELLS, RATIO, ListGrid, distance_bound, facets, list_grid
-from glshadow.core.metric import Target
-from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import Array, transform
 from glshadow.core.spelling import parse
+from glshadow.derive.lists import CELLS, LEAST_CELLS, RATIO, ListGrid, distance_bound, facets, list_grid
 from glshadow.errors import SettingsError
+from glshadow.shadows.bias import NoBias, ReceiverPlaneBias
+from glshadow.shadows.filters import FILTERS, Exact
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import Faces, Shadow
 
 from ..tolerances import RTOL_FLOAT64, UNIT
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from glshadow.core import fit
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.spaces import Array
+from glshadow.geometry import fitting as fit
 
 CLOUDS = {
     "round": lambda rng, n: rng.normal(size=(n, 2)),

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from glshadow.core.metric import (
+from glshadow.core.spaces import CLIP_SPACES, Array, ClipSpace, orthographic, perspective, project
+from glshadow.errors import SettingsError
+from glshadow.shadows.metric import (
     Target,
     metric_range,
     pack,
@@ -14,8 +16,6 @@ from glshadow.core.metric import (
     unpack,
     window_depth,
 )
-from glshadow.core.spaces import CLIP_SPACES, Array, ClipSpace, orthographic, perspective, project
-from glshadow.errors import SettingsError
 
 NEAR, FAR = 2.0, 20.0
 CLIP_IDS = [str(clip) for clip in CLIP_SPACES]

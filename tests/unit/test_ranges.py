@@ -8,10 +8,18 @@ import numpy as np
 import pytest
 
 from glshadow.core.cameras import OrthographicCamera, PerspectiveCamera
-from glshadow.core.fit import frustum_of, visible_corners
-from glshadow.core.ranges import COARSE_STEP, MOST_CUT, NEAREST_SHARE, USUAL_SHARE, DepthRange, depth_range, view_depth
 from glshadow.core.spaces import Array
-from glshadow.scene.mesh import box_corners
+from glshadow.geometry.fitting import frustum_of, visible_corners
+from glshadow.geometry.ranges import (
+    COARSE_STEP,
+    MOST_CUT,
+    NEAREST_SHARE,
+    USUAL_SHARE,
+    DepthRange,
+    depth_range,
+    view_depth,
+)
+from glshadow.scene.box import box_corners
 
 SIZE = (1280, 720)
 PIXEL = 2.0 * np.tan(np.radians(25.0)) / 720  # tangent of a pixel of a picture 720 high with fov_y 50

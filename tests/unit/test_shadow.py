@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
-from glshadow.core.decision import settle
-from glshadow.core.filters import Exact, Hard, Pcf
-from glshadow.core.fits import SceneFit, ViewFit
 from glshadow.core.lights import DirectionalLight
-from glshadow.core.metric import Target
-from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import ClipSpace
+from glshadow.derive.resolved import settle
 from glshadow.errors import SettingsError
+from glshadow.shadows.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
+from glshadow.shadows.filters import Exact, Hard, Pcf
+from glshadow.shadows.fits import SceneFit, ViewFit
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import Faces, Shadow
 
 
 def test_defaults_derive_what_they_can() -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from glshadow.core.smooth import FADE, heights, lift, pack_octahedral, sides, unit_vectors
-from glshadow.scene.shapes import icosphere
+from glshadow.geometry.smooth import FADE, heights, lift, pack_octahedral, sides, unit_vectors
+from glshadow.scenes.shapes import icosphere
 
 RNG = np.random.default_rng(4)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from glshadow.core.metric import window_depth
 from glshadow.core.spaces import (
     CLIP_SPACES,
     Array,
@@ -23,6 +22,7 @@ from glshadow.core.spaces import (
     view_axes,
 )
 from glshadow.errors import GlshadowError, SettingsError
+from glshadow.shadows.metric import window_depth
 
 RTOL = 1e-12
 NEAR, FAR = 0.5, 40.0

@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 import glshadow as gs
-from glshadow.core.bias import BIASES
-from glshadow.core.filters import FILTERS
-from glshadow.core.fits import FITS
 from glshadow.core.spelling import Spelled, parse
 from glshadow.errors import SettingsError
+from glshadow.shadows.bias import BIASES
+from glshadow.shadows.filters import FILTERS
+from glshadow.shadows.fits import FITS
 
 SPELLED: dict[str, Spelled] = {
     "hard": gs.Hard(), "pcf:1": gs.Pcf(), "disc:2,16": gs.Disc(), "disc:0.5,64,rotate": gs.Disc(0.5, 64, True),
@@ -52,7 +52,7 @@ def test_what_is_left_out_has_its_default() -> None:
     [
         (
             "magic",
-            r"'magic' is no filter; there are: hard, poisson\[:RADIUS_TEXELS,rotate\], pcf\[:RADIUS\], edgepcf\[:RADIUS\], gauss",
+            "'magic' is no filter; there are: " + ".*".join(kind.spelling for kind in FILTERS),
         ),
         ("disc:1,2,3,4", r"'3' is not understood; it is spelled disc\["),
         ("disc:spin", "'spin' is not understood"),

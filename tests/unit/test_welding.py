@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from glshadow.core import welding
-from glshadow.core.adjacency import NONE, TURNED, neighbours
-from glshadow.core.welding import welded
-from glshadow.scene import shapes
+from glshadow.geometry import welding
+from glshadow.geometry.adjacency import NONE, TURNED, neighbours
+from glshadow.geometry.welding import welded
 from glshadow.scene.mesh import Mesh
+from glshadow.scenes import shapes
 
 
 def same(numbers: np.ndarray) -> np.ndarray:

@@ -22,7 +22,7 @@ def compared() -> gs.Comparison:
 def test_errors_are_those_that_measure_finds(compared: gs.Comparison) -> None:
     scene = gs.scenes.courtyard()
     (sun,) = scene.lights or ()
-    truth = gs.trace(scene, size=SIZE, surface=compared["coarse"].frame.triangle)
+    truth = gs.trace(scene, size=SIZE, surface=compared["coarse"].frame.triangle, samples=1)
     for entry in compared.entries:
         frame = entry.frame
         assert entry.error.wrong == gs.measure(frame, truth).wrong if frame.scene is scene else entry.error.wrong >= 0.0
@@ -98,7 +98,7 @@ def test_while_it_moves_it_is_half_as_large_and_then_whole() -> None:
     """In an event loop, as a notebook's kernel has one."""
     import asyncio
 
-    from glshadow.view.explore import REST
+    from glshadow.ui.explore import REST
 
     async def dragged() -> tuple[tuple[int, int], tuple[int, int], str]:
         explorer = gs.explore(gs.scenes.courtyard(), size=SIZE)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.view.controls import CHOICES, HELP, SIZES, Controls, landscapes
-from glshadow.view.showing import STEEPEST, Showing, angles_of, direction_of
+from glshadow.ui.controls import CHOICES, HELP, SIZES, Controls, landscapes
+from glshadow.ui.showing import STEEPEST, Showing, angles_of, direction_of
 
 SCENE = gs.scenes.courtyard()
 CAMERA = gs.PerspectiveCamera(position=(0.0, 1.0, 5.0), target=(0.0, 1.0, 0.0))

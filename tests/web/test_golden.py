@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.metric import unpack
 from glshadow.core.spaces import Array, project, translation
-from glshadow.gl.caster import metric_uniform
+from glshadow.gl.passes.caster import metric_uniform
+from glshadow.shadows.metric import unpack
 
 from ..golden.babylon import F32_TOLERANCE, PACKING_TOLERANCE, Reading, load_readings
 from .browser import pixels_of

@@ -1,0 +1,97 @@
+"""The arguments that all who make a picture share, checked alike: scene, camera, lights and size."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, get_args
+
+from glshadow.core.cameras import Camera
+from glshadow.core.lights import LIGHTS, Light, Lights
+from glshadow.core.outputs import checked_outputs
+from glshadow.core.setting import instance, optional, refuse, several, shown, whole
+from glshadow.derive.look import Look, look_of
+from glshadow.errors import SceneError
+from glshadow.scene.nodes import Scene
+
+USUAL_SIZE = (1280, 720)
+"""Of an image where nothing is said, pixels."""
+
+LARGEST_SIDE = 1 << 15  # pixels; the driver's own limit is checked when the picture is made
+
+CAMERA = optional(instance(Camera), "the scene's own")
+
+
+@dataclass(frozen=True, eq=False)
+class FrameRequest:
+    """All that a frame depends on, checked."""
+
+    scene: Scene
+    camera: Camera
+    lights: tuple[Light, ...]
+    size: tuple[int, int]
+    outputs: frozenset[str]
+    look: Look
+
+    def __str__(self) -> str:
+        return f"scene {self.scene.name}, {self.camera}, lights {list(self.lights)}, size {self.size}"
+
+
+def frame_request(
+    scene: Scene,
+    camera: Camera | None,
+    lights: Lights,
+    size: tuple[int, int],
+    outputs: Any,
+    ambient: Any,
+    background: Any,
+    samples: Any,
+) -> FrameRequest:
+    """What `Renderer.render` is given, checked: SettingsError or SceneError."""
+    camera, lights, size = picture_arguments(scene, camera, lights, size)
+    names = frozenset(checked_outputs(outputs))
+    return FrameRequest(scene, camera, lights, size, names, look_of(ambient, background, samples))
+
+
+def as_scene(source: Any, ground: bool | str = False) -> Scene:
+    """A scene itself, so that what is kept of it stays; `load` makes one of anything else. With the ground that `load` describes."""
+    if isinstance(source, Scene) and ground is False:
+        return source
+    from glshadow.io.load import load  # which takes its time
+
+    return load(source, ground=ground)
+
+
+def picture_arguments(
+    scene: Scene, camera: Camera | None, lights: Lights, size: tuple[int, int]
+) -> tuple[Camera, tuple[Light, ...], tuple[int, int]]:
+    """The camera and the lights, the scene's own for None, and the size.
+
+    Raises
+    ------
+    SceneError
+        If the scene is none.
+    SettingsError
+        If something else is none.
+    """
+    scene = checked_scene(scene)
+    if isinstance(lights, get_args(Light)):
+        lights = (lights,)
+    camera = CAMERA("camera", camera)
+    chosen = scene.lights if lights is None else LIGHTS("lights", lights)
+    return scene.camera if camera is None else camera, chosen, pixels("size", size)
+
+
+def checked_scene(scene: Scene) -> Scene:
+    """The scene, or a SceneError."""
+    if not isinstance(scene, Scene):
+        raise SceneError(f"a glshadow.Scene is needed (see glshadow.load), got {shown(scene)}")
+    return scene
+
+
+def pixels(name: str, value: Any) -> tuple[int, int]:
+    """The rule of a size: width and height in pixels, integers of at least 1."""
+    try:
+        width, height = several(whole(1, LARGEST_SIDE), "pixels", 2)(name, value)
+    except ValueError:  # too few, or SettingsError
+        raise refuse(name, f"two integers in [1, {LARGEST_SIDE}] (width, height in pixels)", value) from None
+    return width, height

@@ -1,0 +1,89 @@
+"""What a fit is asked, and what it answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from glshadow.core.cameras import Camera
+from glshadow.core.spaces import Array, ClipSpace
+
+if TYPE_CHECKING:  # lights have shadows, which have fits, which know this
+    from glshadow.core.lights import Light
+    from glshadow.shadows.view import ShadowView
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """What a camera was found to see: for each block of pixels that shows a surface, how near and how far that is.
+
+    Parameters
+    ----------
+    starts, rays : (B, 4, 3) float64
+        World; through the corners of each block, rays of unit view depth.
+    nearest, farthest : (B,) float64
+        View depths.
+    """
+
+    starts: Array
+    rays: Array
+    nearest: Array
+    farthest: Array
+
+    def between(self, near: float, far: float) -> Array:
+        """World points (N, 3) around what lies between two depths."""
+        low, high = np.maximum(self.nearest, near), np.minimum(self.farthest, far)
+        some = low <= high
+        depths = np.stack([low[some], high[some]], axis=1)[:, :, None, None]
+        points = self.starts[some][:, None] + depths * self.rays[some][:, None]
+        return np.asarray(points.reshape(-1, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """What a fit is asked for.
+
+    Parameters
+    ----------
+    scene : (N, 8, 3) float64
+        World corners of all bodies' boxes; `boxes`: the same as bounds and matrices.
+    seen : list of N arrays (M, 3)
+        World corners of what the camera sees of each.
+    casters : (K, 3) float64
+        World corners of everything that casts.
+    size : (2,) ints
+        Of the picture.
+    near, far : float
+        Of the camera.
+    guard : int
+        Texels around what is covered that a filter may reach into.
+    fine : bool
+        Whether the map's depth rounds relative to 1 / depth, see `view.fine_depth`.
+    blocks : Blocks, optional
+        What is really seen, where that was found out.
+    """
+
+    light: Light
+    scene: Array
+    boxes: tuple[Array, Array]
+    seen: list[Array]
+    casters: Array
+    camera: Camera
+    size: tuple[int, int]
+    near: float
+    far: float
+    clip: ClipSpace
+    resolution: int
+    guard: int
+    fine: bool = False
+    blocks: Blocks | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """Views of a light; `shaded`: world points around the receivers they are for, where these are not all that are seen."""
+
+    views: tuple[ShadowView, ...]
+    shaded: Array | None = field(default=None, repr=False)

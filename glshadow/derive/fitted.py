@@ -1,0 +1,229 @@
+"""Views of a light, fitted to what its maps have to cover. Pure functions of scene, light and camera, float64."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from glshadow.core.cameras import Camera
+from glshadow.core.lights import DirectionalLight
+from glshadow.core.spaces import Array, project, rigid_inverse, transform, view_axes
+from glshadow.derive.fit_request import Asked, Fitted
+from glshadow.geometry.fitting import shaded_receivers
+from glshadow.geometry.ranges import view_depth
+from glshadow.shadows.fits import Cascades, Lispsm
+from glshadow.shadows.view import Cascade, ShadowView, shadow_views, sun_range
+
+
+def around(asked: Asked, receivers: list[Array]) -> Fitted:
+    """Views around receivers, or around what casters can shade of them where that is little."""
+    light, shaded = asked.light, None
+    if isinstance(light, DirectionalLight) and any(len(points) for points in receivers):
+        shaded = shaded_receivers(np.asarray(light.direction), receivers, asked.casters, *asked.boxes)
+    receivers, inside = (receivers, True) if shaded is None else (shaded, False)
+    found = shadow_views(
+        light, receivers, asked.casters, asked.clip, asked.resolution, asked.guard, fine=asked.fine, all_inside=inside
+    )
+    return Fitted(found, None if shaded is None else np.concatenate(shaded))
+
+
+STABLE_SHARE = 1e-3
+"""Of the distance that stable cascades reach: the first begins no nearer."""
+
+LEAST_SHARE = 1e-6
+"""Of the extent of what a view is for: the least width of its window."""
+
+
+def cascades(asked: Asked, settings: Cascades) -> Fitted:
+    """One view for each slice; none is left out, so that their tiles stay where they are."""
+    light = asked.light
+    assert isinstance(light, DirectionalLight)
+    if settings.stable:
+        return Fitted(_snapped(asked, settings, light), asked.scene.reshape(-1, 3))
+    if asked.blocks is None or not len(asked.blocks.nearest):  # not known yet: as many
+        one = around(asked, asked.seen).views[:1]
+        return Fitted(tuple(replace(each, inset=_inset(asked), gutter=0) for each in one * settings.count))
+    blocks = asked.blocks
+    ends = split(settings, float(blocks.nearest.min()), float(blocks.farthest.max()), asked.camera.is_perspective)
+    slices = [blocks.between(near, far) for near, far in pairwise(ends)]
+    points = np.concatenate(slices)
+    origin = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    axes = _along_view(light, asked.camera)
+    shade = (asked.casters - origin) @ axes[:2].T
+    depth = sun_range(light, points, asked.casters, axes, origin)
+    least = LEAST_SHARE * max(float(np.ptp(points, axis=0).max()), 1e-300)
+    found = []
+    for number, inside in enumerate(slices):
+        flat = (inside - origin) @ axes[:2].T if len(inside) else np.zeros((1, 2))
+        low, high = (
+            np.maximum(flat.min(axis=0), shade.min(axis=0)),
+            np.minimum(flat.max(axis=0), shade.max(axis=0)),
+        )
+        if (low >= high).any():  # nothing casts there
+            low, high = flat.min(axis=0), flat.max(axis=0)
+        half = 0.5 * np.maximum(high - low, least) * _widened(asked)
+        found.append(
+            _cascade(asked, settings, rigid_inverse(axes, origin), 0.5 * (low + high), half, depth, ends, number)
+        )
+    return Fitted(tuple(found), points)
+
+
+def split(settings: Cascades, near: float, far: float, perspective: bool = True) -> list[float]:
+    """Where slices begin and end; of an orthographic camera they are equal."""
+    share = np.arange(settings.count + 1) / settings.count
+    even = near + (far - near) * share
+    if perspective and near > 0.0:
+        even = settings.split * near * (far / near) ** share + (1.0 - settings.split) * even
+    return [near, *(float(each) for each in even[1:-1]), far]
+
+
+def _snapped(asked: Asked, settings: Cascades, light: DirectionalLight) -> tuple[ShadowView, ...]:
+    """Squares of a size that depends on the camera's lens alone, at whole texels of a lattice that depends on the scene alone."""
+    camera, corners = asked.camera, asked.scene.reshape(-1, 3)
+    origin = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+    last = settings.distance or _power_of_two(asked.far, 1.0)
+    first = min(max(_power_of_two(asked.near, 0.0), STABLE_SHARE * last), 0.5 * last)
+    ends = split(settings, first, last, camera.is_perspective)
+    axes = view_axes(np.asarray(light.direction))
+    depth = sun_range(light, corners, asked.casters, axes, origin)
+    left, right, bottom, top = camera.window(asked.size)
+    window = np.array([(x, y) for x in (left, right) for y in (bottom, top)])
+    found = []
+    for number, (start, end) in enumerate(pairwise(ends)):
+        scales = (start, end) if camera.is_perspective else (1.0, 1.0)
+        local = np.concatenate(
+            [np.column_stack([window * s, np.full(4, -d)]) for s, d in zip(scales, (start, end), strict=True)]
+        )
+        centre = local.mean(axis=0)
+        reach = float(np.linalg.norm(local - centre, axis=1).max())
+        # of seven bits, so that whole texels, and sums of them, are exact; and one more for the step from `centre` to the lattice
+        texel = _rounded_up(2.0 * (1.0 + 2.0 / asked.resolution) * reach * _widened(asked) / asked.resolution)
+        half = 0.5 * texel * asked.resolution
+        world = camera.view_from_world[:3, :3].T @ (centre - camera.view_from_world[:3, 3])
+        middle = np.floor((world - origin) @ axes[:2].T / texel) * texel
+        view = rigid_inverse(axes, origin)
+        found.append(_cascade(asked, settings, view, middle, np.full(2, half), depth, ends, number))
+    return tuple(found)
+
+
+def warped(asked: Asked, settings: Lispsm) -> Fitted:
+    """One view in perspective along the camera's view, or as for one cascade where that is no better."""
+    plain = cascades(asked, Cascades(1, blend=0.0))
+    if not plain.views:
+        return plain
+    view = replace(plain.views[0], cascade=None)
+    blocks, camera = asked.blocks, asked.camera
+    if blocks is None or not len(blocks.nearest) or not camera.is_perspective:
+        return Fitted((view,), plain.shaded)
+    axes, origin = view.view_from_world[:3, :3], -view.view_from_world[:3, :3].T @ view.view_from_world[:3, 3]
+    near, far = float(blocks.nearest.min()), float(blocks.farthest.max())
+    local = _inside(view, transform(view.view_from_world, blocks.between(near, far)).reshape(-1, 8, 3))
+    sine = float(np.linalg.norm(axes[:2] @ camera.view_from_world[2, :3]))
+    if not len(local) or sine < 1e-3:
+        return Fitted((view,), plain.shaded)
+    depth = np.clip(view_depth(camera, local @ axes + origin), near, far)
+    low, high = float(local[:, 1].min()), float(local[:, 1].max())
+    start = float(depth.min())
+    distance = (start if settings.psm else start + np.sqrt(start * (start + (high - low) * sine))) / sine
+    casters = (asked.casters - origin) @ axes.T
+    made = _in_perspective(asked, view, local, float(casters[:, 2].max()), low, float(distance))
+    better = _texels(made, local, depth) < _texels(view, local, depth)
+    return Fitted((made if better else view,), plain.shaded)
+
+
+def _inside(view: ShadowView, blocks: Array) -> Array:
+    """Corners (M * 8, 3) of boxes around what lies in a view's window of blocks (B, 8, 3), given by their corners in the view.
+
+    Of what lies outside nothing is shaded. Boxes, not the corners inside: a block may cover the window with none of its corners in it.
+    """
+    left, right, bottom, top = view.window
+    low = np.maximum(blocks.min(axis=1), (left, bottom, -np.inf))
+    high = np.minimum(blocks.max(axis=1), (right, top, np.inf))
+    held = (low <= high).all(axis=1)
+    ends = np.stack([low[held], high[held]], axis=1)
+    return np.stack([ends[:, [i, j, k], [0, 1, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)], axis=1).reshape(
+        -1, 3
+    )
+
+
+def _in_perspective(
+    asked: Asked, view: ShadowView, local: Array, highest: float, low: float, distance: float
+) -> ShadowView:
+    """A view around points (N, 3) in it, its centre of projection `distance` before the nearest, at y = `low`.
+
+    w = 1 + (y - low) / distance; x / w, -distance / w and z / w: where w = 1 as large as before. Casters as high as `highest` are held.
+    """
+    warp = np.array(
+        [[1, 0, 0, 0], [0, 0, 0, -distance], [0, 0, 1, 0], [0, 1 / distance, 0, 1 - low / distance]], dtype=np.float64
+    )
+    ahead = project(warp, local)
+    flat, w = ahead[:, :3] / ahead[:, 3:], ahead[:, 3]
+    ends = np.concatenate([-flat[:, 2], -highest / np.array([w.min(), w.max()])])
+    pad = 1e-3 * float(np.ptp(ends))
+    lowest, greatest = flat[:, :2].min(axis=0), flat[:, :2].max(axis=0)
+    least = LEAST_SHARE * max(float(np.ptp(local, axis=0).max()), distance)
+    half, middle = 0.5 * np.maximum(greatest - lowest, least) * _widened(asked), 0.5 * (greatest + lowest)
+    left, bottom, right, top = map(float, (*(middle - half), *(middle + half)))
+    near, far = float(ends.min()) - pad, float(ends.max()) + pad
+    return replace(view, window=(left, right, bottom, top), near=near, far=far, warp=warp)
+
+
+def _texels(view: ShadowView, local: Array, depth: Array) -> float:
+    """Mean over points of a texel's larger side for each unit of their depth: about how many pixels it is wide."""
+    x, y = view.texel
+    if view.warp is None:
+        return float((max(x, y) / depth).mean())
+    w = local @ view.warp[3, :3] + view.warp[3, 3]
+    return float((np.maximum(x * w, y * w**2) / depth).mean())
+
+
+def _inset(asked: Asked) -> int:
+    return asked.guard if asked.resolution > 4 * asked.guard else 0
+
+
+def _widened(asked: Asked) -> float:
+    """What a window grows by for two guard bands: one is answered for, one only read."""
+    room = asked.resolution - 4 * asked.guard
+    return asked.resolution / room if room > 0 else 1.0
+
+
+def _along_view(light: DirectionalLight, camera: Camera) -> Array:
+    """Axes of a sun, the second along the camera's view: slices of a frustum are narrow across it."""
+    axes = view_axes(np.asarray(light.direction))
+    forward = axes[:2] @ -camera.view_from_world[2, :3]
+    if np.linalg.norm(forward) < 1e-6:
+        forward = axes[:2] @ camera.view_from_world[1, :3]
+    x, y = forward / np.linalg.norm(forward)
+    return np.asarray(np.array([[y, -x, 0.0], [x, y, 0.0], [0.0, 0.0, 1.0]]) @ axes)
+
+
+def _cascade(
+    asked: Asked,
+    settings: Cascades,
+    view: Array,
+    middle: Array,
+    half: Array,
+    depth: tuple[float, float],
+    ends: list[float],
+    number: int,
+) -> ShadowView:
+    depth_of = -asked.camera.view_from_world[2]
+    cascade = Cascade(ends[number], ends[number + 1], settings.blend, settings.by_depth, depth_of)
+    left, bottom, right, top = map(float, (*(middle - half), *(middle + half)))
+    return ShadowView(
+        "directional", 0, view, (left, right, bottom, top), *depth, asked.clip, asked.resolution,
+        inset=_inset(asked), cascade=cascade,
+    )  # fmt: skip
+
+
+def _power_of_two(value: float, up: float) -> float:
+    """The next below, or above (`up` 1): what a moving camera changes rarely."""
+    return float(2.0 ** (np.floor(np.log2(max(value, 1e-30))) + up))
+
+
+def _rounded_up(value: float) -> float:
+    """To the next of 64 steps between powers of two: what rounding moves stays the same number."""
+    step = 2.0 ** (np.floor(np.log2(value)) - 6.0)
+    return float(np.ceil(value / step) * step)

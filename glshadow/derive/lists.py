@@ -1,0 +1,188 @@
+"""Triangle lists: the grid in which a light sorts its casters, and the bound below which a distance is rounding."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from glshadow.core.area import radius_of
+from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
+from glshadow.core.spaces import Array, rigid_inverse, view_axes
+from glshadow.geometry.fitting import minimum_rectangle
+from glshadow.shadows.view import Kind
+
+# Cells along a side of the fine grid: one grid for a sun or a spot, one per face for a point light.
+CELLS: dict[Kind, int] = {"directional": 512, "spot": 512, "point": 256}
+RATIO = 16  # fine cells along a side of a coarse one
+MOST = 256  # fine cells that one triangle may touch; more, and it goes to coarse ones
+LEAST_CELLS = 32  # two coarse cells along a side
+_GROWN = 1.0005
+_FAR_RADII = 4.0  # of the light, to the nearest caster
+_FAR_COSINE = 0.5  # casters within 60 degrees of the axis: tangents to 1.7
+_UNIT = 2.0**-24  # float32's relative rounding
+
+
+@dataclass(frozen=True, eq=False)
+class ListGrid:
+    """The grid of a light's triangle lists. Follows from what casts and from the light, not from the camera.
+
+    Parameters
+    ----------
+    kind : str
+        How it projects: a point light far from all casters has one grid, as a spot has.
+    view_from_world : (4, 4) float64
+        Rigid: a spot's view, a sun's about the middle of what casts; for the six faces of a point light with world axes.
+    window : (4,) floats
+        Left, right, bottom, top: world units for a sun, else tangents.
+    cells : int
+        Along a side of the fine grid.
+    """
+
+    kind: Kind
+    view_from_world: Array
+    window: tuple[float, float, float, float]
+    cells: int
+
+    @property
+    def faces(self) -> int:
+        """How many grids there are."""
+        return 6 if self.kind == "point" else 1
+
+    @property
+    def cells_from_window(self) -> tuple[float, float, float, float]:
+        """(x, y, z, w) with fine cell = xy or tangent * (x, y) + (z, w)."""
+        left, right, bottom, top = self.window
+        x, y = self.cells / (right - left), self.cells / (top - bottom)
+        return (x, y, -left * x, -bottom * y)
+
+
+def list_grid(light: Light, casters: Array, halvings: int = 0, receivers: Array | None = None) -> ListGrid:
+    """The grid of a light: of one that has a size so large that all its shadow is inside.
+
+    Parameters
+    ----------
+    casters : (K, 3) float64
+        World points whose convex hull holds everything that casts.
+    halvings : int
+        How often the usual number of cells is halved.
+    receivers : (K, 3) float64, optional
+        The same of everything that is seen; the casters if None.
+    """
+    seen = casters if receivers is None else receivers
+    if isinstance(light, DirectionalLight):
+        # numpy reduces columns much faster than rows of three
+        middle = 0.5 * np.array([x.min() + x.max() for x in casters.T])
+        axes = view_axes(np.asarray(light.direction))
+        depth = max(0.0, float(((casters - middle) @ axes[2]).max() - ((seen - middle) @ axes[2]).min()))
+        spread = radius_of(light) * depth
+        return _grid("directional", axes, middle, (casters - middle) @ axes[:2].T, halvings, spread)
+    position = np.asarray(light.position)
+    offset = casters - position
+    if isinstance(light, SpotLight):
+        forward, edge = np.asarray(light.direction), float(np.tan(np.radians(light.outer_angle)))
+    else:
+        forward = _unit_or_x(0.5 * (offset.min(axis=0) + offset.max(axis=0)))
+        edge = np.inf
+    axes = view_axes(forward)
+    local = offset @ axes.T
+    nearest = float(-local[:, 2].max())
+    # so far away that no caster comes near the light's plane
+    far = nearest > _FAR_RADII * radius_of(light)
+    if far and (local[:, 2] < -_FAR_COSINE * np.sqrt((local * local).sum(axis=1))).all():
+        tangents = local[:, :2] / -local[:, 2:]
+        spread = lamp_spread(radius_of(light), tangents, nearest, float(((seen - position) @ -axes[2]).max()))
+        if np.abs(tangents).max() + spread <= edge:
+            return _grid("spot", axes, position, tangents, halvings, spread)
+        low, high = np.clip([tangents.min(axis=0), tangents.max(axis=0)], -edge, edge)
+        if (low < high).all():
+            window = _grown(np.stack([low - spread, high + spread]))
+            return ListGrid("spot", rigid_inverse(axes, position), window, CELLS["spot"] >> halvings)
+    if isinstance(light, PointLight) or radius_of(light) > 0.0:
+        window = (-1.0, 1.0, -1.0, 1.0)
+        return ListGrid("point", rigid_inverse(np.eye(3), position), window, CELLS["point"] >> halvings)
+    return ListGrid("spot", rigid_inverse(axes, position), (-edge, edge, -edge, edge), CELLS["spot"] >> halvings)
+
+
+def _unit_or_x(vector: Array) -> Array:
+    """A vector scaled to length 1; the x axis for none."""
+    length = float(np.sqrt(vector @ vector))
+    return vector / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
+
+
+def lamp_spread(radius: float, tangents: Array, nearest: float, deepest: float) -> float:
+    """By how much a light's radius moves shadows, in tangents: of something at the least depth, on receivers at the largest."""
+    slant = float(np.sqrt(1.0 + (tangents * tangents).sum(axis=1).max()))
+    return (
+        radius * slant * max(1.0 - nearest / max(deepest, nearest), 0.0) / (nearest - radius) if radius > 0.0 else 0.0
+    )
+
+
+def _grid(kind: Kind, axes: Array, origin: Array, points: Array, halvings: int, spread: float) -> ListGrid:
+    """The grid on the smallest rectangle round points (K, 2) of the window, and `spread` more, its axes turned into the view's."""
+    angle, rectangle = minimum_rectangle(points)
+    rectangle = rectangle + spread * np.array([[-1.0], [1.0]])
+    cosine, sine = np.cos(angle), np.sin(angle)
+    axes = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]]) @ axes
+    if kind == "directional":  # centred: coordinates stay small
+        origin = origin + rectangle.mean(axis=0) @ axes[:2]
+        rectangle = rectangle - rectangle.mean(axis=0)
+    return ListGrid(kind, rigid_inverse(axes, origin), _grown(rectangle), CELLS[kind] >> halvings)
+
+
+def _grown(rectangle: Array) -> tuple[float, float, float, float]:
+    """Left, right, bottom, top of corners (K, 2), and a little more, so that nothing touches the border."""
+    low, high = rectangle.min(axis=0), rectangle.max(axis=0)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    half = _GROWN * np.maximum(half, max(1e-6 * float(half.max()), 1e-6 * float(np.abs(middle).max()), 1e-300))
+    (left, bottom), (right, top) = middle - half, middle + half
+    return (float(left), float(right), float(bottom), float(top))
+
+
+def distance_bound(world: float, local: float) -> tuple[float, float]:
+    """How far from another triangle's plane a receiver may seem to be that lies on it: (a, b) with |gap| <= a + b (|p| + |q|).
+
+    p and q are the receiver's offsets from the corners that its own plane and the other's are measured from, u = 2^-24, and the gap
+    is dot(normal, q). A ray from the receiver meets the other triangle, both being parts of one plane:
+
+    - vertices are rounded to float32 relative to the scene's origin, then in the light's frame: each is off by at most
+      sqrt(3) u (world + local), and so are both triangles where the ray meets them: 2 sqrt(3) u (world + local);
+    - the receiver, put on its plane by a Newton step, is rounded once more: sqrt(3) u local, and is off its plane by 6 u |p|: rounding
+      of the normal (1), of the axes that turn normal and vertices, which are not quite orthogonal (2), of the offset (1) and of the three
+      products and two sums (2, in the sum of their sizes);
+    - the gap is rounded alike: 6 u |q|.
+
+    What this does not cover: triangles thinner than their vertices' rounding, whose normals are arbitrary.
+
+    Parameters
+    ----------
+    world : float
+        Largest coordinate of a vertex relative to the scene's origin.
+    local : float
+        Largest coordinate of a vertex, or of the eye, in the light's frame.
+    """
+    root = float(np.sqrt(3.0))
+    return _UNIT * (2.0 * root * world + 3.0 * root * local), 6.0 * _UNIT
+
+
+HUGE_SHARE = (2.0 * 3.0**0.5 * 3.0**0.5 + 3.0 * 3.0**0.5) * _UNIT
+"""By which the bound grows with a vertex's coordinate beyond those it is made for: `distance_bound` of world = sqrt(3) local."""
+
+
+def facets(corners: Array, world: Array, axes: Array) -> Array:
+    """What pass/lists.comp writes of triangles: (T, 3, 4) vertices in the light's frame, and in the last column the unit normal.
+
+    Parameters
+    ----------
+    corners : (T, 3, 3) float64
+        Vertices in the light's frame, already rounded to float32.
+    world : (T, 3, 3) float64
+        The same in world axes, as float32: what normals follow from, so that the rounding of turned vertices does not decide on which
+        side of a triangle a sun lies that shines along it.
+    axes : (3, 3) float64
+        The light's axes, float32 values.
+    """
+    normal = np.cross(world[:, 1] - world[:, 0], world[:, 2] - world[:, 0])
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = normal / np.where(length > 0.0, length, 1.0) @ axes.T
+    return np.concatenate([corners, normal[:, :, None]], axis=2)

@@ -1,0 +1,102 @@
+"""Decision: the settings of one light's shadow with every None decided."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from glshadow.core.area import has_size
+from glshadow.core.lights import DirectionalLight, Light
+from glshadow.core.spaces import ClipSpace
+from glshadow.shadows.bias import Bias, ReceiverPlaneBias
+from glshadow.shadows.channel import Channel
+from glshadow.shadows.filters import Filter
+from glshadow.shadows.fits import Fit, ViewFit
+from glshadow.shadows.metric import Target
+from glshadow.shadows.shadow import Faces, Settled, Shadow
+from glshadow.shadows.view import fine_depth
+
+
+@dataclass(frozen=True)
+class CasterSettings:
+    """What a light's maps are drawn with."""
+
+    target: Target
+    bias: Bias
+    faces: Faces | None
+    channel: Channel | None = None
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What a light's map is drawn and asked with; `fallbacks`: every request that could not be met, with its reason."""
+
+    filter: Filter
+    fit: Fit
+    caster: CasterSettings
+    clip: ClipSpace
+    fallbacks: tuple[str, ...]
+
+    @property
+    def fine(self) -> bool:
+        """Whether the map's depth rounds relative to 1 / depth."""
+        return fine_depth(self.caster.target, self.clip)
+
+
+def settle(light: Light, without_map: str = "") -> Settled | None:
+    """Filter, resolution and fit of a light's shadow; None: it casts nothing.
+
+    Parameters
+    ----------
+    without_map : str
+        Why triangles cannot be asked; empty: they can.
+    """
+    if light.shadow is None:
+        return None
+    planes = light.near is not None or light.far is not None
+    return light.shadow.settled(without_map, "the light's near and far" if planes else "", has_size(light))
+
+
+def decide(light: Light, settled: Settled, clip_control: bool, driver: str) -> Decision:
+    """The settings of a light with a map.
+
+    Parameters
+    ----------
+    clip_control : bool
+        Whether the driver has 0..1 depth.
+    driver : str
+        Its name, for the reason of a fallback.
+    """
+    shadow = settled.asked
+    target = shadow.target or Target.DEPTH32F
+    clip, fallbacks = _clip(light, shadow, target, clip_control, driver)
+    bias = (shadow.bias or ReceiverPlaneBias()).derived(settled.filter.reach_texels)
+    settings = CasterSettings(target, bias, shadow.faces, shadow.channel)
+    fit = settled.fit
+    if fit.for_suns and not isinstance(light, DirectionalLight):
+        fallbacks += (f"fit {fit} became {ViewFit()}: only the map of a sun can be fitted so",)
+        fit = ViewFit()
+    if fit.warps and (not target.is_depth or settled.filter.encoding or bias.shift_texels > 0.0):
+        fallbacks += (
+            f"fit {fit} became {ViewFit()}: in perspective only depth textures that are compared are right, and no bias of so many texels",
+        )
+        fit = ViewFit()
+    return Decision(settled.filter, fit, settings, clip, fallbacks + ignored_size(light, settled.filter))
+
+
+def ignored_size(light: Light, filter_: Filter) -> tuple[str, ...]:
+    """The fallback of a light that has a size, if it has."""
+    if not has_size(light) or filter_.obeys_size:
+        return ()
+    return (f"the light's size is ignored: {filter_!r} knows only points, so its shadow is hard",)
+
+
+def _clip(
+    light: Light, shadow: Shadow, target: Target, clip_control: bool, driver: str
+) -> tuple[ClipSpace, tuple[str, ...]]:
+    """Reversed 0..1 pays for perspective views in float depth only; a sun's depth is linear."""
+    reversed_pays = not isinstance(light, DirectionalLight) and target is Target.DEPTH32F
+    wanted = shadow.clip or ClipSpace(True, reversed_pays)
+    if not wanted.zero_to_one or clip_control:
+        return wanted, ()
+    have = ClipSpace(False, wanted.reversed if shadow.clip else False)
+    return have, (f"clip {wanted} became {have}: this driver has no glClipControl ({driver})",)

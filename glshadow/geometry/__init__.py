@@ -1,0 +1,1 @@
+"""Geometry in float64: fitting, clusters of triangles, frustums, adjacency, closed meshes, smooth surfaces."""

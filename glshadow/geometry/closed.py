@@ -1,0 +1,95 @@
+"""Whether a mesh is closed: vertices welded by position, every edge met by its twin, every part turned outward everywhere."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.spaces import Array
+from glshadow.geometry.welding import DOWN, ends, packed_edges, welded
+
+_AT_ONCE = 1 << 14  # triangles: what is known of them then stays in the cache
+_PAIRS = 1 << 14
+"""Of triangles, for which it is tested whether a part that goes through itself is turned inside out somewhere: all of 128, some of more."""
+
+
+def is_closed(positions: Array, triangles: NDArray[np.int32]) -> bool:
+    """Whether triangles (T, 3) are watertight once welded, consistently wound, and every part of them turned outward.
+
+    A part that goes through itself may be turned inside out in places (a bow tie): found by the winding number about the middles of
+    triangles, of all where there are few, of some of larger meshes.
+    """
+    if len(triangles) < 4:  # a tetrahedron has four
+        return False
+    number = welded(positions)
+    corners = np.ascontiguousarray(triangles.T)
+    if number.max() + 1 < len(number):  # else each position is one vertex's
+        corners = number.astype(np.int32)[corners]
+    a, b, c = corners
+    whole = (a != b) & (b != c) & (c != a)
+    if not whole.all():
+        triangles, corners = triangles[whole], corners[:, whole]
+    if corners.size == 0 or corners.size % 2:  # every edge has its twin
+        return False
+    edges = packed_edges(corners)
+    edges.sort()
+    upward, downward = edges[::2], edges[1::2]
+    # each upward once, and after it its twin
+    if not np.array_equal(upward | DOWN, downward) or (upward & DOWN).any():
+        return False
+    low, high = ends(upward)
+    del edges, upward, downward
+    if not _turned_outward(positions, triangles, _parts(low, high, len(number))[corners[0]]):
+        return False
+    return not _inside_out(positions[triangles])
+
+
+def _parts(low: NDArray[np.int32], high: NDArray[np.int32], count: int) -> NDArray[np.int32]:
+    """For each of `count` vertices one of its connected part, the same for all of it; edges lead from `low` to `high` > `low`.
+
+    Every vertex hangs on a lower neighbour, if it has one, and is moved up to the root of what it hangs on; edges between different
+    roots, a few per cent of them, are left for the next round.
+    """
+    root = np.arange(count, dtype=np.int32)
+    while len(low):
+        root[high] = low
+        above = root[root]
+        while not np.array_equal(above, root):
+            root, above = above, above[above]
+        low, high = root[low], root[high]
+        apart = low != high
+        low, high = low[apart], high[apart]
+        low, high = np.minimum(low, high), np.maximum(low, high)
+    return root
+
+
+def _inside_out(corners: Array) -> bool:
+    """Whether some triangle (T, 3, 3) has a winding number below 0 on its outer side, that of the mesh at its middle.
+
+    References
+    ----------
+    Van Oosterom, Strackee 1983, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30.
+    """
+    step = -(-(len(corners) ** 2) // _PAIRS)
+    tested = np.arange(step // 2, len(corners), step)
+    middles = corners[tested].mean(axis=1)
+    a, b, c = (corners[None, :, k] - middles[:, None] for k in range(3))
+    sizes = [np.sqrt((each * each).sum(axis=-1)) for each in (a, b, c)]
+    volume = (a * np.cross(b, c)).sum(axis=-1)
+    rest = sizes[0] * sizes[1] * sizes[2] + (a * b).sum(axis=-1) * sizes[2] + (b * c).sum(axis=-1) * sizes[0]
+    rest += (c * a).sum(axis=-1) * sizes[1]
+    angle = 2.0 * np.arctan2(volume, rest)
+    angle[np.arange(len(tested)), tested] = 0.0  # the triangle itself is seen edge-on: half of its side's 1 is missing
+    return bool((angle.sum(axis=1) < 0.0).any())
+
+
+def _turned_outward(positions: Array, triangles: NDArray[np.int32], part: NDArray[np.int32]) -> bool:
+    """Whether every connected part, not only the sum of them, has a positive volume; `part` (T,): which a triangle belongs to."""
+    middle = positions - positions.mean(axis=0)
+    volume = np.zeros(len(triangles))
+    for k in range(0, len(triangles), _AT_ONCE):
+        points = middle.take(triangles[k : k + _AT_ONCE], axis=0)
+        (ax, ay, az), (bx, by, bz), (cx, cy, cz) = points.transpose(1, 2, 0)
+        volume[k : k + _AT_ONCE] = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+    total = np.bincount(part, volume)
+    return bool((total[part] > 0.0).all())

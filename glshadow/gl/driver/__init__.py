@@ -1,0 +1,1 @@
+"""OpenGL itself: contexts, entry points, state, programs, buffers, render targets and queries."""

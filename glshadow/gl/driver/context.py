@@ -1,0 +1,322 @@
+"""One OpenGL context, made here or adopted: current inside `with`, what it can do, what it reports, and its release."""
+
+from __future__ import annotations
+
+import os
+import re
+import weakref
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, Literal, Self, get_args
+
+import moderngl
+
+from glshadow.core.setting import one_of, optional, whole
+from glshadow.errors import ContextError, GlshadowError, SettingsError
+from glshadow.gl.driver.backends import LOADERS, Loader, make_context
+from glshadow.gl.driver.current import Switch, address, current, make_current
+from glshadow.gl.driver.entry_points import EntryPoints
+from glshadow.gl.driver.queries import ANY_SAMPLES_PASSED, has_timestamps
+from glshadow.gl.driver.state import default_state, preserved_state, write_state
+
+Backend = Literal["auto", "egl", "osmesa", "window"]
+
+MIN_VERSION = 330
+"""OpenGL 3.3 core, as moderngl counts: texture samplers, integer targets, buffer textures."""
+
+DEVICE = re.compile(r"egl:\d{1,3}")
+"""A backend that names one of EGL's devices."""
+
+_SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software rasterizer", "swiftshader")
+
+
+@dataclass(frozen=True)
+class Caps:
+    """What a context can do, asked once.
+
+    Attributes
+    ----------
+    backend
+        "egl", "osmesa", "window", or "foreign" for an adopted context.
+    version_code
+        330 for OpenGL 3.3.
+    max_texture_size, max_renderbuffer_size
+        Pixels along one side.
+    max_texture_buffer_size
+        Elements of one buffer texture.
+    doubles
+        Shaders may compute in double.
+    max_storage_block
+        Bytes of one storage buffer; 0 where there is none.
+    clip_control
+        NDC depth 0..1 can be had.
+    texture_gather
+        textureGather of a depth texture with comparison.
+    compute
+        Compute passes with storage buffers and images: OpenGL 4.3.
+    software
+        The driver draws on the CPU.
+    timestamps
+        A GPU counts the time that it takes.
+    """
+
+    backend: str
+    renderer: str
+    vendor: str
+    version: str
+    version_code: int
+    max_texture_size: int
+    max_renderbuffer_size: int
+    max_texture_buffer_size: int
+    max_viewport: tuple[int, int]
+    max_color_attachments: int
+    max_texture_units: int
+    clip_control: bool
+    texture_gather: bool
+    depth_clamp: bool
+    compute: bool
+    doubles: bool
+    max_storage_block: int
+    software: bool
+    timestamps: bool
+
+    @classmethod
+    def probe(cls, backend: str, ctx: moderngl.Context, gl: EntryPoints) -> Caps:
+        """Ask the current context; leaves no OpenGL error behind."""
+        info, version, extensions = ctx.info, ctx.version_code, ctx.extensions
+        renderer = str(info["GL_RENDERER"])
+        software = any(name in renderer.lower() for name in _SOFTWARE)
+        width, height = gl.integers(0x0D3A, 2)
+        caps = cls(
+            backend=backend,
+            renderer=renderer,
+            vendor=str(info["GL_VENDOR"]),
+            version=str(info["GL_VERSION"]),
+            version_code=version,
+            max_texture_size=gl.integer(0x0D33),
+            max_renderbuffer_size=gl.integer(0x84E8),
+            max_texture_buffer_size=gl.integer(0x8C2B),
+            max_viewport=(width, height),
+            max_color_attachments=gl.integer(0x8CDF),
+            max_texture_units=gl.integer(0x8872),
+            clip_control=(version >= 450 or "GL_ARB_clip_control" in extensions) and gl.has("glClipControl"),
+            texture_gather=version >= 400 or {"GL_ARB_texture_gather", "GL_ARB_gpu_shader5"} <= extensions,
+            depth_clamp=version >= 320 or "GL_ARB_depth_clamp" in extensions,
+            compute=version >= 430,
+            doubles="GL_ARB_gpu_shader_fp64" in extensions,
+            max_storage_block=gl.integer(0x90DE) if version >= 430 else 0,
+            software=software,
+            timestamps=not software and has_timestamps(gl),
+        )
+        gl.errors()
+        return caps
+
+
+_contexts: weakref.WeakSet[GLContext] = weakref.WeakSet()
+_used_in: list[int] = []  # process in which OpenGL was first used
+
+
+def _after_fork() -> None:
+    """The driver's threads stay behind: whatever is asked of it in the child waits for ever."""
+    for context in _contexts:
+        context.released = True
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork)
+
+
+class GLContext:
+    """A moderngl context with the entry points it lacks; made by `open_context`.
+
+    `with glcontext:` makes it current on this thread and afterwards puts back what was current before; the blocks nest
+    in any order, also with other contexts between. Everything that touches OpenGL belongs into such a block: object ids
+    of two contexts collide, and an object of the wrong context is read without an error.
+
+    Attributes
+    ----------
+    ctx : moderngl.Context
+    gl : EntryPoints
+    caps : Caps
+    owned : bool
+        Whether `release` destroys the context; false for an adopted one.
+    """
+
+    def __init__(self, ctx: moderngl.Context, backend: str, switch: Switch, owned: bool) -> None:
+        self.ctx = ctx
+        self.owned = owned
+        self.released = False
+        _contexts.add(self)
+        _used_in[:] = [os.getpid()]
+        self._switch = switch
+        with switch:
+            self.gl = EntryPoints(_loader_of(ctx))
+            self.caps = Caps.probe(backend, ctx, self.gl)
+            self.trusts_timestamps = self.caps.timestamps  # until they are seen to be wrong
+            if owned:
+                write_state(self.gl, default_state(ctx, self.gl))
+                self.gl.check("setting the default state of a new context")
+
+    @property
+    def lost(self) -> bool:
+        """Whether other code of the process has destroyed the context: nothing in it can be used or freed any more."""
+        return self._switch.lost
+
+    def __enter__(self) -> Self:
+        self._switch.__enter__()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._switch.__exit__()
+
+    @contextmanager
+    def drawing(self) -> Iterator[Self]:
+        """Current, and in the renderer's default state; an adopted context gets back the state that it had."""
+        with self:
+            if self.owned:
+                yield self
+            else:
+                with preserved_state(self.ctx, self.gl):
+                    yield self
+
+    def recover(self) -> None:
+        """After an interruption or an error: the state in which drawing begins, no open query, no pending error."""
+        self.gl.call("glEndQuery", ANY_SAMPLES_PASSED)
+        write_state(self.gl, default_state(self.ctx, self.gl))
+        self.gl.errors()
+
+    def check_errors(self, what: str) -> None:
+        """Raise if OpenGL reported an error since the last check; moderngl does not.
+
+        Parameters
+        ----------
+        what
+            The action for the message: "allocating the 4096 x 4096 shadow map".
+
+        Raises
+        ------
+        ResourceError
+            If the driver ran out of memory.
+        GlshadowError
+            On any other error.
+        """
+        self.gl.check(what)
+
+    def check_size(self, size: tuple[int, int], what: str) -> None:
+        """Refuse a texture or a framebuffer that is larger than the driver's limits.
+
+        Raises
+        ------
+        SettingsError
+            If a side is over the limit; the message names it.
+        """
+        width, height = size
+        limit = min(self.caps.max_texture_size, self.caps.max_renderbuffer_size, *self.caps.max_viewport)
+        if not (1 <= width <= limit and 1 <= height <= limit):
+            raise SettingsError(
+                f"{what} must be 1 to {limit} pixels wide and high on this driver ({self.caps.renderer}), "
+                f"got {width} x {height}"
+            )
+
+    def release(self) -> None:
+        """Destroy an owned context and everything in it; an adopted one is only let go. May be called twice."""
+        if self.released:
+            return
+        self.released = True
+        if self.owned:
+            self.ctx.release()
+
+
+def backend_of(backend: Any, device: Any) -> Any:
+    """A backend, or EGL on one of its devices.
+
+    Raises
+    ------
+    SettingsError
+        For another name, a device that is no number, and one of another backend than EGL.
+    """
+    if not (isinstance(backend, str) and DEVICE.fullmatch(backend)):
+        backend = one_of(*get_args(Backend))("backend", backend)
+    number = optional(whole(0, 999), "the first")("device", device)
+    if number is None:
+        return backend
+    if backend not in ("auto", "egl"):
+        raise SettingsError(f"device={number} is one of EGL's: leave backend out, got backend={backend!r}")
+    return f"egl:{number}"
+
+
+def open_context(backend: Backend = "auto", context: moderngl.Context | None = None) -> GLContext:
+    """Make a headless OpenGL 3.3 context, or adopt one. What was current before is current afterwards.
+
+    Parameters
+    ----------
+    backend
+        "egl", "osmesa" or "window" (hidden); "auto" takes the first of these that works; "egl:1" is EGL on its second device.
+    context
+        A moderngl context of the calling program: used, given back its state after every picture, never released.
+
+    Raises
+    ------
+    SettingsError
+        If the backend has another name.
+    ContextError
+        If no backend works: every attempt, its reason and what to do about it. If the given context is too old or is
+        not usable on this thread.
+    """
+    if not isinstance(backend, str) or (backend not in get_args(Backend) and not DEVICE.fullmatch(backend)):
+        names = ", ".join(repr(name) for name in get_args(Backend))
+        raise SettingsError(f"backend must be one of {names}, got {backend!r}")
+    if _used_in and _used_in[0] != os.getpid():
+        raise ContextError(
+            "this process was forked from one that had already used OpenGL, and the driver's threads do not survive that: make "
+            'the first Renderer after the fork, or start processes with multiprocessing.get_context("spawn")'
+        )
+    if context is not None:
+        return _adopt(context)
+    if backend != "auto":
+        try:
+            return _own(backend)
+        except ContextError as error:
+            raise ContextError(f"backend {backend!r} gives no OpenGL context: {error}") from error
+    attempts = []
+    for name in LOADERS:
+        try:
+            return _own(name)
+        except ContextError as error:
+            attempts.append(f"  {name}: {error}")
+    raise ContextError("no backend gives an OpenGL 3.3 context; one of these must be mended:\n" + "\n".join(attempts))
+
+
+def _own(backend: str) -> GLContext:
+    ctx, loader = make_context(backend)
+    try:
+        return GLContext(ctx, backend, loader.switch, owned=True)
+    except GlshadowError:
+        ctx.release()
+        raise
+
+
+def _loader_of(ctx: moderngl.Context) -> Callable[[str], int]:
+    # `_context` is private to moderngl 5.13; another version may name it otherwise.
+    loader = getattr(ctx.mglo, "_context", None)
+    load: Callable[[str], int] = getattr(loader, "load_opengl_function", address)
+    return load
+
+
+def _adopt(ctx: moderngl.Context) -> GLContext:
+    if not isinstance(ctx, moderngl.Context):
+        raise SettingsError(f"context must be a moderngl.Context, got {type(ctx).__name__}")
+    if ctx.version_code < MIN_VERSION:
+        raise ContextError(f"the given context has OpenGL {ctx.version_code / 100:.1f}; 3.3 or newer is needed")
+    loader = getattr(ctx.mglo, "_context", None)
+    if isinstance(loader, Loader):
+        return GLContext(ctx, "foreign", loader.switch, owned=False)
+    before = current()
+    # Not `with ctx`: moderngl keeps one predecessor, and this may be inside such a block of the calling program.
+    ctx.mglo.__enter__()
+    try:
+        place = current()
+    finally:
+        make_current(before)
+    return GLContext(ctx, "foreign", Switch(place), owned=False)

@@ -1,0 +1,211 @@
+"""Where passes draw to: depth textures of any format, and the camera's buffers."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from glshadow.core.sampling import grid
+from glshadow.core.spaces import Array
+from glshadow.core.srgb import srgb_from_linear
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.entry_points import DEPTH_COMPONENT16, DEPTH_COMPONENT24, DEPTH_COMPONENT32F
+from glshadow.shadows.metric import Target
+
+DEPTH_FORMATS = {
+    Target.DEPTH16: DEPTH_COMPONENT16,
+    Target.DEPTH24: DEPTH_COMPONENT24,
+    Target.DEPTH32F: DEPTH_COMPONENT32F,
+}
+
+
+def depth_texture(context: GLContext, size: tuple[int, int], target: Target, what: str) -> moderngl.Texture:
+    """A depth texture of any of the three formats.
+
+    Raises
+    ------
+    ResourceError
+        If its memory is not to be had. One that is larger than the driver allows is a SettingsError.
+    """
+    context.check_size(size, what)
+    texture = context.ctx.depth_texture(size)
+    with released_on_error([texture]):
+        if target is not Target.DEPTH24:
+            context.gl.specify_depth(texture.glo, size, DEPTH_FORMATS[target])
+        context.check_errors(f"allocating {what}, {size[0]} x {size[1]} {target.value}")
+    return texture
+
+
+@contextmanager
+def released_on_error(things: Sequence[Any]) -> Iterator[None]:
+    """Free what was made so far where making the rest fails: moderngl deletes nothing by itself."""
+    try:
+        yield
+    except BaseException:
+        for thing in things:
+            thing.release()
+        raise
+
+
+def release(*things: Any) -> None:
+    """Free those that are there."""
+    for thing in things:
+        if thing is not None:
+            thing.release()
+
+
+def succeed(framebuffer: moderngl.Framebuffer, *old: Any) -> None:
+    """Bind what takes the place of a framebuffer and its textures, then free these: else moderngl would bind the old one again."""
+    framebuffer.use()
+    release(*old)
+
+
+def clear_outputs(context: GLContext, targets: CameraTargets, background: Array, transparent: bool) -> None:
+    """Background colour (linear) everywhere, and NaN where no light can be asked; alpha is 0 where nothing is seen."""
+    color = (0.0,) * 4 if transparent else (*background, 0.0)
+    for i in reversed(range(max(len(targets.visibility), 1))):  # the first light's last: it is drawn to next
+        targets.framebuffer(targets.image, i).use()
+        if targets.visibility:
+            context.gl.clear_floats(1, (np.nan,) * 4)
+    context.gl.clear_floats(0, tuple(srgb_from_linear(color)))
+    if targets.linear is not None:
+        context.gl.clear_floats(2, color)
+
+
+class SurfaceTargets:
+    """What the camera pass draws to, and the primary pass after it.
+
+    Attributes
+    ----------
+    drawn, surface, depth : moderngl.Texture
+        As GL drew it, and with the triangle that each ray meets; depth is that of what was drawn.
+    drawing, framebuffer : moderngl.Framebuffer
+        To draw with depth, and to fill `surface` where something was drawn.
+    """
+
+    def __init__(self, context: GLContext, size: tuple[int, int], channels: int, what: str) -> None:
+        context.check_size(size, what)
+        ctx = context.ctx
+        self.depth = depth_texture(context, size, Target.DEPTH32F, what)
+        made: list[Any] = [self.depth]
+        with released_on_error(made):
+            for _ in range(2):
+                made.append(ctx.texture(size, channels, dtype="u4"))
+                made[-1].filter = (moderngl.NEAREST, moderngl.NEAREST)
+            context.check_errors(f"allocating {what}, {size[0]} x {size[1]}")
+            self.drawn, self.surface = made[1:]
+            self.drawing = ctx.framebuffer([self.drawn], self.depth)
+            self.framebuffer = ctx.framebuffer([self.surface], self.depth)
+            self.framebuffer.depth_mask = False
+        self._made = (self.drawing, self.framebuffer, *made)
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        release(*self._made)
+
+
+class CameraTargets:
+    """What the camera pass and the resolve passes draw to, for one image size; `identity`: never the same for two of them.
+
+    Attributes
+    ----------
+    size : (2,) ints
+        Of the image.
+    samples : int
+        In a pixel.
+    block : (2,) ints
+        Their columns and rows.
+    surface, depth : moderngl.Texture
+        What each pixel sees.
+    fine : SurfaceTargets
+        What each sample sees; where a pixel has one, `surface` and `depth` are its.
+    mixed : moderngl.Texture, optional
+        1 where a pixel's samples see several surfaces.
+    """
+
+    _count = itertools.count()
+
+    def __init__(
+        self,
+        context: GLContext,
+        size: tuple[int, int],
+        samples: int,
+        channels: int,
+        lights: int,
+        visibility: bool,
+        linear: bool,
+    ) -> None:
+        self.identity = next(self._count)
+        self.size, self.samples, self.block = size, samples, grid(samples)
+        ctx = context.ctx
+        what = "the image" if samples == 1 else f"{samples} samples of the image's pixels"
+        self.fine = SurfaceTargets(context, (size[0] * self.block[0], size[1] * self.block[1]), channels, what)
+        made: list[Any] = [self.fine]
+
+        def texture(components: int, dtype: str) -> moderngl.Texture:
+            made.append(ctx.texture(size, components, dtype=dtype))
+            context.check_errors(f"allocating {what}, {size[0]} x {size[1]}")
+            kept: moderngl.Texture = made[-1]
+            return kept
+
+        with released_on_error(made):
+            self.surface, self.depth = self.fine.surface, self.fine.depth
+            if samples > 1:
+                self.depth = depth_texture(context, size, Target.DEPTH32F, what)
+                made.append(self.depth)
+                self.surface = texture(channels, "u4")
+                self.surface.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self.mixed = texture(1, "u1") if samples > 1 else None
+            if self.mixed is not None:
+                self.mixed.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self.image = texture(4, "f1")
+            self.sums = [texture(4, "f4") for _ in range(min(lights - 1, 2))]  # read one, write the other
+            self.visibility = [texture(1, "f4") for _ in range(lights if visibility else 0)]
+            for each in self.visibility:  # beyond the image its border is repeated
+                each.repeat_x = each.repeat_y = False
+            self.linear = texture(4, "f4") if linear else None
+            self.spare = texture(1, "f1") if linear and not self.visibility else None
+            self.depth_framebuffer = ctx.framebuffer(depth_attachment=self.depth)
+            self.depth_framebuffer.depth_mask = False
+        self._made = made
+        self._framebuffers: dict[tuple[int, int], moderngl.Framebuffer] = {}
+        self._context = context
+
+    @property
+    def aside(self) -> tuple[float, float]:
+        """Where the sample lies that a pixel's surface is taken from, right and up of its middle, in pixels."""
+        columns, rows = self.block
+        return (0.0, 0.0) if self.samples == 1 else (0.5 / columns, 0.5 / rows)
+
+    @property
+    def sampled(self) -> tuple[float, float, float, float]:
+        """Half of what the samples of a pixel span, right and up, and `aside`; pixels."""
+        columns, rows = self.block
+        return (0.5 - 0.5 / columns, 0.5 - 0.5 / rows, *self.aside)
+
+    def framebuffer(self, color: moderngl.Texture, light: int) -> moderngl.Framebuffer:
+        """Framebuffer of a colour texture, the visibility of one light and the linear sum, where they are wanted, and the camera's
+        depth, which is not written. Their places are fixed: colour 0, visibility 1, linear 2."""
+        key = (color.glo, light)
+        if key not in self._framebuffers:
+            textures = [color]
+            if light < len(self.visibility):
+                textures.append(self.visibility[light])
+            if self.linear is not None and color is self.image:
+                if self.spare is not None:
+                    textures.append(self.spare)  # keeps place 1
+                textures.append(self.linear)
+            framebuffer = self._context.ctx.framebuffer(textures, self.depth)
+            framebuffer.depth_mask = False
+            self._framebuffers[key] = framebuffer
+        return self._framebuffers[key]
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        for thing in (self.depth_framebuffer, *self._framebuffers.values(), *self._made):
+            thing.release()

@@ -1,0 +1,1 @@
+"""Shadows for moderngl programs of others."""

@@ -1,0 +1,148 @@
+"""The receiver for other people's programs: a light's map, and the GLSL and the uniforms that ask it in an own shader.
+
+::
+
+    context = open_context(context=ctx)
+    programs, meshes = Programs(context), Meshes(context)
+    views = shadow_views(light, ...)  # or a frame's used[i].views
+    shadow_map = draw_map(context, programs, GpuScene(context, meshes, scene), light, views)
+    program = ctx.program(MY_VERTEX_SHADER, receiver_source(context, light, shadow_map) + MY_DECLARATIONS_AND_MAIN)
+    values = receiver_uniforms(light, shadow_map, rounding_of(reach))
+    sampler = bind_map(ctx, shadow_map, unit)
+
+MAIN calls light_visibility(position_lv, normal_lv, cosine), its arguments in the frame of `lv_from_world`. The caller
+writes those uniforms that the program has, and u_map = unit. glsl/pass/forward.vert and .frag are such a program.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import moderngl
+
+from glshadow.core.lights import Light
+from glshadow.core.spaces import Array
+from glshadow.derive.compare import rounding_of
+from glshadow.derive.resolved import decide
+from glshadow.errors import SettingsError
+from glshadow.gl.driver.context import Caps, GLContext, open_context
+from glshadow.gl.driver.program import Programs
+from glshadow.gl.passes.atlases import Atlas, layout
+from glshadow.gl.passes.caster import Map, draw_casters
+from glshadow.gl.passes.lighting import light_uniforms, light_view
+from glshadow.gl.passes.moments import Moments
+from glshadow.gl.passes.screen import comparison_sampler
+from glshadow.gl.scene.bodies import casters_seen
+from glshadow.gl.scene.geometry import GpuScene
+from glshadow.gl.scene.meshes import Meshes
+from glshadow.gl.techniques.mapped import map_defines, map_slots, uniforms_of
+from glshadow.shader.compose import compose
+from glshadow.shader.slots import open_slots
+from glshadow.shadows.view import ShadowView, kind_of, shadow_views
+
+# Also what its functions take, which comes from elsewhere.
+__all__ = [
+    "GLContext", "GpuScene", "Map", "Meshes", "Programs", "bind_map", "draw_map", "light_uniforms", "lv_from_world", "open_context",
+    "receiver_source", "receiver_uniforms", "rounding_of", "shadow_views",
+]  # fmt: skip
+
+
+def draw_map(context: GLContext, programs: Programs, scene: GpuScene, light: Light, views: Sequence[ShadowView]) -> Map:
+    """One light's map in an atlas of its own, drawn with the settings of `light.shadow`.
+
+    Parameters
+    ----------
+    views : sequence of ShadowView
+        What `glshadow.shadows.view.shadow_views` gives, or a frame's `used[i].views`.
+
+    Returns
+    -------
+    Map
+        The caller releases its `atlas`.
+
+    Raises
+    ------
+    SettingsError
+        If the light casts nothing, or there is no view.
+    """
+    shadow = light.shadow
+    if shadow is None or not views:
+        raise SettingsError(
+            f"a map needs a light with a Shadow and at least one view, got {light!r} and {len(views)} views"
+        )
+    settled = shadow.settled(with_map="a forward pass")
+    decision = decide(light, settled, context.caps.clip_control, context.caps.renderer)
+    placed, size = layout(views, context.caps.max_texture_size)
+    shadow_map = Map(placed, Atlas(context, decision.caster.target, size), decision.caster, decision.filter)
+    casting = casters_seen(scene, light, None) if decision.caster.bias.certain else scene.casts
+    bound = context.ctx.fbo
+    draw_casters(context, programs, scene, light, casting, shadow_map)
+    if shadow_map.filter.encoding:
+        depths = shadow_map.atlas
+        shadow_map = Moments(context).filled(programs, shadow_map)
+        depths.release()
+    if bound is not None:
+        bound.use()
+    return shadow_map
+
+
+def receiver_source(context: GLContext, light: Light, shadow_map: Map | None, dialect: str = "core330") -> str:
+    """GLSL of `light_arriving` and `light_visibility` (glsl/light, glsl/receiver), `#version` first.
+
+    Parameters
+    ----------
+    shadow_map : Map or None
+        None: the light casts nothing.
+    dialect : {"core330", "core330_gather", "es100"}
+        GLSL 3.30, the same with textureGather on comparison samplers, or GLSL ES 1.00 (metric targets only).
+
+    Raises
+    ------
+    SettingsError
+        For an unknown dialect, and a depth target in GLSL ES 1.00, which has no comparison sampler.
+    """
+    if dialect not in ("core330", "core330_gather", "es100"):
+        raise SettingsError(f'dialect must be "core330", "core330_gather" or "es100", got {dialect!r}')
+    compares = shadow_map is not None and shadow_map.settings.target.is_depth and not shadow_map.filter.encoding
+    if shadow_map is not None and compares and dialect == "es100":
+        raise SettingsError(
+            f"GLSL ES 1.00 cannot compare with target {shadow_map.settings.target.value}: use R32F, R16F, R8 or RGBA8"
+        )
+    if shadow_map is not None and shadow_map.filter.reads_depths and shadow_map.settings.target.is_depth:
+        raise SettingsError(
+            f"{shadow_map.filter!r} reads depths, and `bind_map` binds a sampler that only compares: use target R32F, R16F, R8 or RGBA8"
+        )
+    return receiver_text(context.caps, light, shadow_map, dialect)
+
+
+def receiver_text(caps: Caps, light: Light, shadow_map: Map | None, dialect: str = "core330") -> str:
+    """The same of whatever the dialect can ask; depth formats by comparison samplers, where the filter does not read depths."""
+    caps = replace(caps, texture_gather=dialect == "core330_gather", software=False)
+    slots = map_slots(light, shadow_map, caps) if shadow_map else open_slots(kind_of(light))
+    known = compose("pass/include.frag", dialect, slots).declared
+    # a stranger's receivers may lie anywhere
+    wanted = {**(map_defines(light, shadow_map) if shadow_map else {}), "GLS_BOUNDED": 1}
+    defines = {key: value for key, value in wanted.items() if key in known}
+    return compose("pass/include.frag", dialect, slots, defines).code
+
+
+def lv_from_world(light: Light, shadow_map: Map) -> Array:
+    """(4, 4) float64 into the frame that `light_visibility` expects; multiply it with other matrices in float64."""
+    return light_view(light, shadow_map.views)
+
+
+def receiver_uniforms(light: Light, shadow_map: Map, rounding: float) -> dict[str, Any]:
+    """Uniforms of the receiver contract, see `glshadow.derive.compare.map_uniforms`."""
+    return uniforms_of(shadow_map, rounding)
+
+
+def bind_map(ctx: moderngl.Context, shadow_map: Map, unit: int = 0) -> moderngl.Sampler | None:
+    """The map at a texture unit; a depth target also gets its comparison sampler, which is returned for release."""
+    shadow_map.atlas.texture.use(unit)
+    if shadow_map.filter.encoding or not shadow_map.settings.target.is_depth:
+        return None
+    sampler = comparison_sampler(ctx, shadow_map.views[0].clip.reversed)
+    sampler.use(unit)
+    return sampler

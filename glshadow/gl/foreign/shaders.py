@@ -1,0 +1,314 @@
+"""A light's shadow in programs of others: `ShadowMap` draws what their code draws, and hands out the GLSL that asks it.
+
+What a program includes keeps its names and meanings within a major version: NAME_visibility, NAME_towards, NAME_arriving, and `ShadowMap`.
+Everything else in the text (its functions, uniforms and macros, all of which begin with NAME_) may change with any version: write them with
+`ShadowMap.apply` only.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import moderngl
+import numpy as np
+from numpy.typing import ArrayLike
+
+from glshadow.core.lights import Light, RectLight, SkyLight
+from glshadow.core.setting import as_floats, flag, instance, refuse, shown, text, whole
+from glshadow.core.spaces import Array
+from glshadow.derive.compare import rounding_of
+from glshadow.derive.resolved import decide
+from glshadow.errors import SettingsError
+from glshadow.gl.driver.context import open_context
+from glshadow.gl.driver.program import Programs, set_uniform
+from glshadow.gl.foreign.forward import receiver_text
+from glshadow.gl.passes.atlases import Atlas, layout
+from glshadow.gl.passes.caster import Map, begin_view
+from glshadow.gl.passes.lighting import light_uniforms, light_view
+from glshadow.gl.passes.moments import Moments
+from glshadow.gl.techniques.mapped import uniforms_of
+from glshadow.shadows.view import ShadowView, shadow_views
+
+__all__ = ["Caster", "ShadowMap"]
+
+_NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
+_DRAWN = """
+uniform mat4 u_lv_from_world;
+// The share of the light that reaches a point of a surface, 0 to 1; 0 where the surface faces away.
+float visibility_of(vec3 position_w, vec3 normal_w) {
+    vec3 position = (u_lv_from_world * vec4(position_w, 1.0)).xyz, normal = mat3(u_lv_from_world) * normal_w;
+    float cosine = dot(normal, light_arriving(position).xyz);
+    return cosine > 0.0 ? light_visibility(position, normal, cosine) : 0.0;
+}
+// From a point to the light, unit length.
+vec3 towards_of(vec3 position_w) {
+    return light_arriving((u_lv_from_world * vec4(position_w, 1.0)).xyz).xyz * mat3(u_lv_from_world);
+}
+// What the light's range, falloff and cone leave of its intensity at a point.
+float arriving_of(vec3 position_w) {
+    return light_arriving((u_lv_from_world * vec4(position_w, 1.0)).xyz).w;
+}
+"""
+_PUBLIC = {"visibility_of": "visibility", "towards_of": "towards", "arriving_of": "arriving"}
+_CASTER = """#version 330
+uniform mat4 u_clip_from_model;
+in vec3 in_position;
+void main() {
+    gl_Position = u_clip_from_model * vec4(in_position, 1.0);
+}
+"""
+_NOTHING = "#version 330\nvoid main() {}\n"
+
+
+@dataclass(frozen=True, eq=False)
+class Caster:
+    """One view of a light, for code that draws what casts into it.
+
+    Attributes
+    ----------
+    clip_from_world : (4, 4) float64
+        Row-major, as everywhere in Python.
+    program : moderngl.Program
+        Draws depth: attribute `in_position` (3 floats), uniform `u_clip_from_model`. A program of one's own does as well.
+    """
+
+    clip_from_world: Array
+    program: moderngl.Program = field(repr=False)
+
+    def place(self, world_from_model: ArrayLike | None = None) -> None:
+        """Set the matrix of `program` for what is drawn next, at its place in the world (4, 4); None: given in world positions."""
+        member: Any = self.program["u_clip_from_model"]
+        member.write(self.bytes_from(world_from_model))
+
+    def bytes_from(self, world_from_model: ArrayLike | None = None) -> bytes:
+        """The matrix that a vertex shader multiplies a model's positions with, float32, as OpenGL stores it; None: world positions."""
+        matrix = self.clip_from_world
+        if world_from_model is not None:
+            given = as_floats(world_from_model, (4, 4))
+            if given is None:
+                raise refuse("world_from_model", "a 4 x 4 matrix, row-major", world_from_model)
+            matrix = matrix @ given
+        return np.ascontiguousarray(matrix.T, dtype=np.float32).tobytes()
+
+
+class ShadowMap:
+    """A light's shadow map in somebody else's moderngl program.
+
+    ::
+
+        shadow = ShadowMap(ctx, gs.DirectionalLight(), bounds)
+        program = ctx.program(VERTEX, shadow.source("sun") + FRAGMENT)  # FRAGMENT asks sun_visibility(position, normal)
+        ...
+        shadow.draw(casters)  # def casters(caster): caster.place(world_from_model); vertex_array_of(caster.program).render()
+        shadow.apply(program, "sun", unit=3)
+
+    State of the context that this changes is given back.
+
+    Parameters
+    ----------
+    context : moderngl.Context
+        Of the calling program; OpenGL 3.3.
+    light : DirectionalLight, SpotLight or PointLight
+        Its `shadow` says how; a filter that has no map becomes Pcf(1).
+    bounds : (2, 3) array_like
+        Least and greatest corner, world units, of what casts and receives.
+
+    Attributes
+    ----------
+    light : Light
+        What was drawn last, and is asked.
+
+    Raises
+    ------
+    SettingsError
+        For a light without shadow, a panel or the sky, a metric target, bounds that are none.
+    """
+
+    def __init__(self, context: moderngl.Context, light: Light, bounds: ArrayLike) -> None:
+        self._context = open_context(context=instance(moderngl.Context)("context", context))
+        with self._context.drawing():
+            self._programs = Programs(self._context)
+            self._caster = context.program(vertex_shader=_CASTER, fragment_shader=_NOTHING)
+        self._moments: Moments | None = None
+        self._map: Map | None = None
+        self._asked: Map
+        self._released = False
+        self.light: Light
+        self.fit(light, bounds)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
+
+    def fit(self, light: Light, bounds: ArrayLike | None = None) -> None:
+        """Another light of the same kind and settings, or other bounds: nothing is drawn until `draw`, and the text stays good."""
+        shadow = getattr(light, "shadow", None)
+        if shadow is None or isinstance(light, RectLight | SkyLight):
+            raise SettingsError(f"a ShadowMap needs a sun, a spot or a point light with a Shadow, got {shown(light)}")
+        if bounds is not None or self._map is None:
+            corners = as_floats(bounds, (2, 3))
+            if corners is None or not np.isfinite(corners).all() or not (corners[0] <= corners[1]).all():
+                raise refuse("bounds", "the least and the greatest corner, 2 x 3 finite numbers", bounds)
+            low, high = corners
+            self._bounds = np.array(
+                [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
+            )
+        caps = self._context.caps
+        settled = shadow.settled(with_map="a program of one's own")
+        decision = decide(light, settled, caps.clip_control, caps.renderer)
+        if not decision.caster.target.is_depth:
+            raise SettingsError(
+                f"a ShadowMap draws depth, got target {decision.caster.target}: use DEPTH32F, DEPTH24 or DEPTH16"
+            )
+        guard = int(np.ceil(decision.filter.reach_texels + decision.caster.bias.shift_texels)) + 1
+        views = shadow_views(
+            light, [self._bounds], self._bounds, decision.clip, shadow.resolution or 2048, guard, fine=decision.fine,
+            all_inside=False,
+        )  # fmt: skip
+        if not views:
+            raise SettingsError(
+                "nothing within the bounds can be lit by this light: give the bounds of what it shines on"
+            )
+        placed, size = layout(views, caps.max_texture_size)
+        with self._context.drawing():
+            if self._map is None or (self._map.atlas.size, self._map.settings) != (size, decision.caster):
+                if self._map is not None:
+                    self._map.atlas.release()
+                atlas = Atlas(self._context, decision.caster.target, size)
+            else:
+                atlas = self._map.atlas
+        self.light = light
+        self._map = self._asked = Map(placed, atlas, decision.caster, decision.filter)
+
+    def draw(self, casters: Callable[[Caster], Any]) -> None:
+        """Draw what casts: `casters` is called once for every view (six of a point light), with the view's framebuffer bound.
+
+        It sets what it needs and draws; depth test, depth function and clip control are set already. Its errors are its own, and leave
+        the map to be drawn again.
+        """
+        if self._map is None or self._released:
+            raise SettingsError("this ShadowMap was released: make a new one")
+        if not callable(casters):
+            raise refuse("casters", "a callable that takes a Caster", casters)
+        context, ctx, shadow_map = self._context, self._context.ctx, self._map
+        atlas, settings = shadow_map.atlas, shadow_map.settings
+        with context.drawing():
+            try:
+                for view in shadow_map.views:
+                    begin_view(context, atlas, view, settings, view.clip.clear_depth)
+                    atlas.framebuffer.use()
+                    casters(Caster(view.clip_from_world, self._caster))
+                    context.check_errors("drawing casters into a shadow map")
+            finally:
+                ctx.polygon_offset = (0.0, 0.0)
+                ctx.depth_clamp_range = None
+            self._asked = shadow_map
+            atlas.drawn[tuple(view.tile for view in shadow_map.views)] = (object(),)
+            if shadow_map.filter.encoding:
+                self._moments = self._moments or Moments(context)
+                self._asked = self._moments.filled(self._programs, shadow_map)
+
+    def source(self, name: str = "shadow", version: bool = True) -> str:
+        """GLSL 3.30 of three functions, to stand before the rest of a fragment shader.
+
+        ::
+
+            float NAME_visibility(vec3 position_w, vec3 normal_w)   share of the light that arrives, 0 where the normal faces away
+            vec3  NAME_towards(vec3 position_w)                     unit vector to the light
+            float NAME_arriving(vec3 position_w)                    what range, falloff and cone leave of its intensity
+
+        Parameters
+        ----------
+        name : str
+            What every name in it begins with, so that several lights go into one shader: lower case, as "sun".
+        version : bool
+            Whether `#version` comes first; False for `context.includes` and for what follows another text.
+        """
+        name, version = _name(name), flag()("version", version)
+        head, _, body = receiver_text(self._context.caps, self.light, self._asked).partition("\n")
+        body = _renamed(body + _DRAWN, name)
+        return f"{head}\n{body}" if version else body
+
+    def include(self, name: str = "shadow") -> str:
+        """Put the text under `NAME.glsl` into the context's includes, for `#include "NAME.glsl"`; returns that name."""
+        key = f"{_name(name)}.glsl"
+        self._context.ctx.includes[key] = self.source(name, version=False)
+        return key
+
+    def apply(self, program: moderngl.Program, name: str = "shadow", unit: int = 0) -> None:
+        """Write a program's uniforms and bind the map to a texture unit; what the compiler dropped is left out.
+
+        To be called after every `draw` and `fit`, and when another texture was bound to the unit.
+        """
+        program, name = instance(moderngl.Program)("program", program), _name(name)
+        unit = whole(0, self._context.ctx.max_texture_units - 1)("unit", unit)
+        shadow_map = self._asked
+        reach = float(np.abs(self._bounds).max()) + float(np.linalg.norm(self._bounds[-1] - self._bounds[0]))
+        values = {
+            **light_uniforms(self.light),
+            **uniforms_of(shadow_map, rounding_of(reach)),
+            "u_lv_from_world": light_view(self.light, shadow_map.views),
+            "u_falloff": self.light.shadow.edge_falloff if self.light.shadow else 0.0,
+            "u_map": unit,
+        }
+        for key, value in values.items():
+            member = program.get(f"{name}_{key}", None)
+            if isinstance(member, moderngl.Uniform):
+                set_uniform(member, value)
+        texture = shadow_map.atlas.texture
+        if not shadow_map.filter.encoding:
+            # of the texture itself: no sampler object stays behind on the unit
+            raw = shadow_map.filter.reads_depths
+            texture.compare_func = "" if raw else ">=" if shadow_map.views[0].clip.reversed else "<="
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        texture.use(unit)
+
+    @property
+    def views(self) -> Sequence[ShadowView]:
+        """Where the map looks: one view, six of a point light."""
+        return self._asked.views
+
+    def release(self) -> None:
+        """Free the GPU memory. May be called twice."""
+        if self._released:
+            return
+        self._released = True
+        with self._context.drawing():
+            if self._map is not None:
+                self._map.atlas.release()
+            if self._moments is not None:
+                self._moments.release()
+            self._programs.release()
+            self._caster.release()
+
+
+_KEPT = {"main", "GLS_VERTEX"}
+_FUNCTION = re.compile(
+    r"^(?:const\s+)?(?:void|bool|int|uint|float|[biu]?vec[234]|mat[234]|[A-Z]\w*)\s+(\w+)\s*\(", re.MULTILINE
+)
+_STRUCT = re.compile(r"^struct\s+(\w+)", re.MULTILINE)
+_GLOBAL = re.compile(r"^(?:uniform\s+|const\s+)?(?:highp\s+)?\w+\s+(\w+)(?:\[[^\]]*\])?\s*(?:=[^;]*)?;", re.MULTILINE)
+_LIST = re.compile(r"^\w+\s+(\w+(?:\s*,\s*\w+)+)\s*;", re.MULTILINE)
+
+
+def _name(name: str) -> str:
+    kept: str = text()("name", name)
+    if not _NAME.fullmatch(kept):
+        raise refuse("name", "lower case letters and digits, words joined by _", name)
+    return kept
+
+
+def _renamed(code: str, name: str) -> str:
+    """Every name that the text declares, and every macro, with NAME_ before it."""
+    plain = re.sub(r"//[^\n]*", "", code)
+    found = {*_FUNCTION.findall(plain), *_STRUCT.findall(plain), *_GLOBAL.findall(plain)}
+    found |= {each.strip() for group in _LIST.findall(plain) for each in group.split(",")}
+    found |= set(re.findall(r"#define\s+(\w+)", plain)) | set(re.findall(r"\bGLS_\w+", plain))
+    names = {each: f"{name}_{_PUBLIC.get(each, each)}" for each in found - _KEPT}
+    pattern = re.compile(r"(?<![.\w])(" + "|".join(sorted(map(re.escape, names), key=len, reverse=True)) + r")\b")
+    return pattern.sub(lambda match: names[match[1]], plain)

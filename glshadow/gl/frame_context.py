@@ -1,0 +1,33 @@
+"""Work: all that the passes of one frame share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from glshadow.gl.driver.context import Caps, GLContext
+from glshadow.gl.driver.program import Programs
+from glshadow.gl.driver.targets import CameraTargets
+from glshadow.gl.passes.atlases import Atlases
+from glshadow.gl.passes.camera import Sight
+from glshadow.gl.passes.screen import Samplers
+from glshadow.gl.scene.cookies import Cookies
+from glshadow.gl.scene.geometry import GpuScene
+
+
+@dataclass(frozen=True, eq=False)
+class Work:
+    """One frame's scene, camera and buffers, and what the context keeps from frame to frame."""
+
+    context: GLContext
+    programs: Programs
+    samplers: Samplers
+    atlases: Atlases
+    cookies: Cookies
+    scene: GpuScene
+    sight: Sight
+    targets: CameraTargets
+
+    @property
+    def caps(self) -> Caps:
+        """What the driver can do."""
+        return self.context.caps

@@ -1,0 +1,1 @@
+"""Passes of a frame: camera, shadow casters, lighting, antialiasing, read-back."""

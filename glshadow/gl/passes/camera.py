@@ -1,0 +1,262 @@
+"""The camera pass: which triangle is seen at each pixel, and how far away."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.cameras import Camera
+from glshadow.core.spaces import Array, ClipSpace
+from glshadow.derive.culling import seen_by
+from glshadow.geometry.fitting import frustum_of, visible_corners
+from glshadow.geometry.ranges import USUAL_SHARE, depth_range, view_depth
+from glshadow.gl.driver.buffers import texture_buffer
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.entry_points import RGBA32UI
+from glshadow.gl.driver.program import Program, Programs
+from glshadow.gl.scene.drawing import draw_nodes
+from glshadow.gl.scene.geometry import GpuScene, pack_matrices
+from glshadow.gl.scene.meshes import GpuMesh
+from glshadow.gl.scene.runs import Whole
+from glshadow.scene.nodes import Scene
+from glshadow.shadows.view import ShadowView, camera_view
+
+# GL clips a triangle in float32, to 2^-24 of its length: where that is seen, against a volume three times as wide and high as the picture,
+# so that what is rounded lies outside.
+_MIDDLE_THIRD = np.diag([1.0 / 3.0, 1.0 / 3.0, 1.0, 1.0])
+_CUBE = np.array([[i, j, k] for i in (-1.0, 1.0) for j in (-1.0, 1.0) for k in (-1.0, 1.0)])
+_INSTANCE_TEXELS = 7  # pass/surface.vert
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """What a camera at one size sees of a scene: everything that does not depend on the light.
+
+    Parameters
+    ----------
+    near, far : float
+        Depth range, as given or derived.
+    view : ShadowView
+        The same as a view.
+    boxes : (N, 2, 3), (N, 4, 4) float64
+        As `Scene.boxes`.
+    lifts : (N,) float64
+        See `GpuScene.lifts`.
+    drawn : (K,) int64
+        Nodes that may be in the picture.
+    clip_from_mesh : (N, 4, 4) float32
+        Per node, in GL's column order.
+    outside : (N,) bool
+        Whether a node's box is wholly beyond the near plane, so that no back face of it is seen if it is closed.
+    fallbacks : tuple of str
+        What the driver's depth costs.
+    """
+
+    camera: Camera
+    size: tuple[int, int]
+    near: float
+    far: float
+    clip: ClipSpace
+    view: ShadowView
+    boxes: tuple[Array, Array]
+    lifts: Array
+    drawn: NDArray[np.int64]
+    clip_from_mesh: NDArray[np.float32]
+    outside: NDArray[np.bool_]
+    fallbacks: tuple[str, ...] = ()
+
+    @cached_property
+    def receivers(self) -> list[Array]:
+        """Per node the corners (M, 3) of what is seen of its box."""
+        view = self.view
+        frustum = frustum_of(view.window, self.near, self.far, view.view_from_world, self.camera.is_perspective)
+        seen = visible_corners(*self.boxes, frustum)
+        return [_raised(points, lift) for points, lift in zip(seen, self.lifts, strict=True)]
+
+    @property
+    def reaches_far(self) -> bool:
+        """Whether triangles may be so much longer than they are near that clipping them is seen."""
+        return self.camera.is_perspective and self.near < USUAL_SHARE * self.far
+
+    @property
+    def far_z(self) -> float:
+        """NDC z of the far plane."""
+        return (0.0 if self.clip.zero_to_one else -1.0) if self.clip.reversed else 1.0
+
+    @property
+    def eye(self) -> Array:
+        """(3,) world point that depths of the resolve passes count from: the eye, or the middle of an orthographic near plane."""
+        position = np.asarray(self.camera.position)
+        return position if self.camera.is_perspective else position - self.near * self.camera.view_from_world[2, :3]
+
+    @property
+    def near_corners(self) -> Array:
+        """(4, 3) world points: the corners of what is seen of the near plane, where all rays begin."""
+        ndc = np.array([(-1.0, -1.0, 1.0), (1.0, -1.0, 1.0), (1.0, 1.0, 1.0), (-1.0, 1.0, 1.0)])
+        starts = ndc @ self.rays.T @ self.camera.view_from_world[:3, :3]
+        return np.asarray(self.eye + starts * (self.near if self.camera.is_perspective else 1.0))
+
+    @property
+    def rays(self) -> Array:
+        """(3, 3) matrix whose product with (NDC x, NDC y, 1) is, in view axes, the ray of unit view depth through the eye; of an
+        orthographic camera the ray's start, from the eye."""
+        left, right, bottom, top = self.camera.window(self.size)
+        x, y = 0.5 * (right - left), 0.5 * (top - bottom)
+        return np.array([[x, 0.0, left + x], [0.0, y, bottom + y], [0.0, 0.0, -float(self.camera.is_perspective)]])
+
+    def pixel(self, depth: float) -> float:
+        """Height of a pixel at a view depth, world units."""
+        _, _, bottom, top = self.camera.window(self.size)
+        return (top - bottom) / self.size[1] * (depth if self.camera.is_perspective else 1.0)
+
+    @property
+    def spread(self) -> float:
+        """How far from the eye rays start; world units."""
+        return 0.0 if self.camera.is_perspective else float(np.linalg.norm(np.abs(self.rays).sum(axis=1)))
+
+    @property
+    def reach(self) -> float:
+        """How far from the eye a point may lie that is seen; world units."""
+        if self.camera.is_perspective:
+            return self.far * float(np.linalg.norm(np.abs(self.rays).sum(axis=1)))
+        return self.spread + self.far - self.near
+
+    @property
+    def unproject(self) -> tuple[float, float]:
+        """(x, y) with x + y * window depth = 1 / depth from the eye, or that depth itself if orthographic; in every clip convention."""
+        if not self.camera.is_perspective:
+            span = self.far - self.near
+            return (span, -span) if self.clip.reversed else (0.0, span)
+        matrix = self.view.clip_from_view
+        # ndc = low + span * window = -m22 + m23 / depth
+        low, span = (0.0, 1.0) if self.clip.zero_to_one else (-1.0, 2.0)
+        return (low + matrix[2, 2]) / matrix[2, 3], span / matrix[2, 3]
+
+    def depth(self, window: Array) -> Array:
+        """View depth of window depths, any shape."""
+        x, y = self.unproject
+        return 1.0 / (x + y * window) if self.camera.is_perspective else self.near + (x + y * window)
+
+
+def look(scene: Scene, gpu: GpuScene, camera: Camera, size: tuple[int, int], clip_control: bool) -> Sight:
+    """Decide a camera's depth range and what it sees. Reversed 0..1 depth where the driver can, -1..1 elsewhere."""
+    found = depth_range(camera, size, scene.boxes, scene.corners, clip_control)
+    near, far = found.near, found.far
+    clip = ClipSpace(True, True) if clip_control else ClipSpace(False, False)
+    view = camera_view(camera, size, near, far, clip)
+    corners = scene.corners
+    return Sight(
+        camera, size, near, far, clip, view,
+        boxes=scene.boxes,
+        lifts=gpu.lifts,
+        drawn=np.flatnonzero(seen_by(view.clip_from_world, corners, view) & ~gpu.copies),
+        clip_from_mesh=pack_matrices(view.clip_from_world @ gpu.world_from_origin),
+        outside=view_depth(camera, corners).min(axis=1) > near,
+        fallbacks=found.fallbacks,
+    )  # fmt: skip
+
+
+def _raised(points: Array, lift: float) -> Array:
+    """Points (M, 3) round which a hull also holds what lies as far as `lift` from theirs."""
+    return (points[:, None] + lift * _CUBE).reshape(-1, 3) if lift > 0.0 else points
+
+
+def draw_surface(
+    context: GLContext,
+    programs: Programs,
+    scene: GpuScene,
+    sight: Sight,
+    framebuffer: moderngl.Framebuffer,
+    samples: int = 1,
+) -> None:
+    """Draw the triangle's number, and what else the scene needs, into a surface buffer, with depth; `samples`: it has in a pixel."""
+    ctx = context.ctx
+    if context.caps.clip_control:
+        context.gl.clip_control(sight.clip.zero_to_one)
+    clip_from_mesh, (width, height) = sight.clip_from_mesh, framebuffer.size
+    wide = sight.reaches_far and all(np.less_equal((3 * width, 3 * height), context.caps.max_viewport))
+    if wide:
+        framebuffer.viewport = (-width, -height, 3 * width, 3 * height)
+        clip_from_mesh = pack_matrices(_MIDDLE_THIRD @ sight.view.clip_from_world @ scene.world_from_origin)
+    framebuffer.use()
+    ctx.depth_func = ">" if sight.clip.reversed else "<"  # an equal depth would be that of "nothing there"
+    ctx.enable_only(moderngl.DEPTH_TEST)
+    framebuffer.clear(depth=sight.clip.clear_depth)
+    # nobody outside a closed mesh sees its back faces
+    hidden = [
+        "back" if closed and outside else None for closed, outside in zip(scene.closed, sight.outside, strict=True)
+    ]
+
+    def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
+        gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
+        program = _program(programs, scene, gpu, samples)
+        program.set(u_color=material.color, u_cutoff=gpu.cutoff)
+        if gpu.texture is not None:
+            program.bind(u_texture=gpu.texture)
+
+        def place(i: int) -> None:
+            program.write("u_clip_from_mesh", clip_from_mesh[i])
+            program.write("u_first_triangle", scene.packed_first[i])
+            program.write("u_normal_from_mesh", scene.packed_normals[i])
+
+        return place, gpu.vertex_array(program, "numbered")
+
+    whole = Whole(context, scene.count)
+
+    def crowd(nodes: NDArray[np.int64]) -> None:
+        gpu, material = scene.meshes[nodes[0]], scene.nodes[nodes[0]].mesh.material
+        program = _program(programs, scene, gpu, samples, GLS_INSTANCED=1)
+        program.set(u_color=material.color, u_cutoff=gpu.cutoff)
+        array = gpu.vertex_array(program, "numbered")
+        most = context.caps.max_texture_buffer_size // _INSTANCE_TEXELS
+        for some in np.split(nodes, range(most, len(nodes), most)):
+            instances = texture_buffer(context, _instances(scene, clip_from_mesh, some), RGBA32UI)
+            program.bind(u_instances=instances, u_texture=gpu.texture)
+            whole.instances(array, len(some), lambda first: program.set(u_first_instance=first))
+            instances.release()
+
+    draw_nodes(ctx, scene, sight.drawn, hidden, begin, whole, crowd)
+    ctx.enable_only(moderngl.DEPTH_TEST)
+    if wide:
+        framebuffer.viewport = (0, 0, width, height)
+        framebuffer.use()
+
+
+def _instances(scene: GpuScene, clip_from_mesh: NDArray[np.float32], nodes: NDArray[np.int64]) -> NDArray[np.uint32]:
+    """What pass/surface.vert reads of nodes (N, 7, 4)."""
+    data = np.zeros((len(nodes), _INSTANCE_TEXELS, 4), dtype=np.uint32)
+    data[:, :4] = clip_from_mesh[nodes].view(np.uint32)
+    data[:, 4:, :3] = scene.packed_normals[nodes].view(np.uint32)
+    data[:, 4, 3] = scene.packed_first[nodes, 0]
+    return data
+
+
+def _program(programs: Programs, scene: GpuScene, gpu: GpuMesh, samples: int, **more: int) -> Program:
+    return programs.get(
+        "pass/surface.vert",
+        "pass/surface.frag",
+        defines={
+            "GLS_SURFACE": 4 if scene.textured else 2 if scene.smooth else 1,
+            "GLS_SMOOTH": int(gpu.smooth),
+            "GLS_TEXTURED": int(gpu.textured),
+            "GLS_COLORED": int(gpu.colored),
+            "GLS_ALPHA": int(gpu.cut_out),
+            "GLS_LOD": f"{0.5 * math.log2(samples):.1f}",
+            **more,
+        },
+    )
+
+
+def nothing_in_view(scene: Scene, sight: Sight) -> str:
+    """What is said of a picture without a surface."""
+    low, high = ("(" + ", ".join(f"{x:.6g}" for x in point) + ")" for point in scene.bounds)
+    return (
+        f"nothing is in view: {scene.name} lies between {low} and {high}, and the camera {sight.camera}, "
+        f"near {sight.near:g}, far {sight.far:g}"
+    )

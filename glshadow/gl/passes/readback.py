@@ -1,0 +1,154 @@
+"""From textures to numpy: GL's rows are turned over here, once."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.spaces import Array
+from glshadow.core.srgb import srgb_from_linear
+from glshadow.gl.driver.targets import CameraTargets, SurfaceTargets
+from glshadow.gl.passes.camera import Sight
+from glshadow.gl.scene.geometry import MOVED, TRIANGLES, GpuScene
+from glshadow.shadows.metric import metric_range, projected_metric
+
+
+def read_means(outputs: Collection[str], targets: CameraTargets, lights: int, transparent: bool) -> dict[str, Any]:
+    """Means over each pixel's samples, by name; row 0 at the top."""
+    results: dict[str, Any] = {}
+    shown = 4 if transparent else 3
+    if "image" in outputs:
+        results["image"] = pixels(targets.image, np.uint8)[..., :shown]
+    if "visibility" in outputs:
+        planes = np.zeros((lights, targets.size[1], targets.size[0]), dtype=np.float32)
+        for plane, texture in zip(planes, targets.visibility[:lights], strict=True):
+            plane[:] = pixels(texture, np.float32)[..., 0]
+        results["visibility"] = planes
+    if targets.linear is not None:
+        light = pixels(targets.linear, np.float32)
+        if "linear" in outputs:
+            results["linear"] = light[..., :shown]
+        if "alpha" in outputs:
+            results["alpha"] = np.ascontiguousarray(light[..., 3])
+    return results
+
+
+def average_samples(
+    outputs: Collection[str], fine: dict[str, Any], block: tuple[int, int], transparent: bool
+) -> dict[str, Any]:
+    """What `read_means` gives of a picture whose every sample was drawn as a pixel, as the picture itself; `fine` has linear and alpha."""
+    light = _box_mean(np.concatenate([fine["linear"][..., :3], fine["alpha"][..., None]], axis=-1), block)
+    alpha = light[..., 3]
+    straight = light[..., :3] / np.maximum(alpha, 1e-6)[..., None] if transparent else light[..., :3]
+    display = np.concatenate([srgb_from_linear(np.clip(straight, 0.0, 1.0)), alpha[..., None]], axis=-1)
+    shown = 4 if transparent else 3
+    results: dict[str, Any] = {
+        "image": np.rint(255.0 * display[..., :shown]).astype(np.uint8),
+        "linear": light[..., :shown].astype(np.float32),
+        "alpha": alpha.astype(np.float32),
+    }
+    if "visibility" in outputs:
+        seen = ~np.isnan(fine["visibility"])
+        total = _box_mean(np.where(seen, fine["visibility"], 0.0)[..., None], block)[..., 0]
+        share = _box_mean(seen.astype(np.float64)[..., None], block)[..., 0]
+        results["visibility"] = np.where(share > 0.0, total / np.where(share > 0.0, share, 1.0), np.nan).astype(
+            np.float32
+        )
+    return {name: value for name, value in results.items() if name in outputs}
+
+
+def _box_mean(values: NDArray[Any], block: tuple[int, int]) -> Array:
+    """Over blocks of columns and rows, of (..., H, W, C)."""
+    *front, height, width, channels = values.shape
+    columns, rows = block
+    shape = (*front, height // rows, rows, width // columns, columns, channels)
+    return np.asarray(values.reshape(shape).mean(axis=(-4, -2), dtype=np.float64))
+
+
+def pixels(texture: moderngl.Texture, dtype: Any) -> NDArray[Any]:
+    """A texture's pixels (H, W, C)."""
+    width, height = texture.size
+    # not texture.read(): moderngl 5.13 does not check its own allocation, and without memory the process would end here
+    data = np.zeros((height, width, texture.components), dtype=dtype)
+    texture.read_into(data)
+    return np.ascontiguousarray(data[::-1])
+
+
+def read_middles(outputs: Collection[str], scene: GpuScene, sight: Sight, targets: SurfaceTargets) -> dict[str, Any]:
+    """What is seen at each pixel's middle, by name; row 0 at the top."""
+    window = pixels(targets.depth, np.float32)[..., 0]
+    nothing = window == sight.clip.clear_depth
+    depth = sight.depth(np.where(nothing, 0.5, window.astype(np.float64)))
+    number = pixels(targets.surface, np.uint32)[..., 0].astype(np.int64)
+    triangle = np.where(nothing, -1, (number & TRIANGLES) - 1).astype(np.int32)
+    planes = None
+    moved = np.flatnonzero((number & MOVED) != 0)
+    if len(moved) or not {"normal", "position"}.isdisjoint(outputs):
+        planes = np.frombuffer(scene.planes.buffer.read(), np.float32).reshape(-1, 4)
+    if len(moved) and planes is not None:
+        found = _ray_depth(scene, sight, planes, triangle.ravel()[moved], moved)
+        depth.ravel()[moved] = np.clip(found, sight.near, sight.far)  # of a triangle seen edge-on it may be anything
+    results: dict[str, Any] = {}
+    if "depth" in outputs:
+        results["depth"] = np.where(nothing, np.inf, depth).astype(np.float32)
+    if "depth_metric" in outputs:
+        matrix, kind = sight.view.clip_from_view, sight.view.kind
+        metric = projected_metric(
+            matrix[2, 3] - matrix[2, 2] * depth, sight.clip, *metric_range(kind, sight.clip, sight.near, sight.far)
+        )
+        results["depth_metric"] = np.where(nothing, 1.0, metric).astype(np.float32)
+    if "triangle" in outputs:
+        results["triangle"] = triangle
+    seen = ~nothing
+    if "node" in outputs:
+        owners = scene.scene_numbers[np.frombuffer(scene.owners.buffer.read(), np.uint32)]
+        results["node"] = np.where(seen, owners[triangle], -1).astype(np.int32)
+    if planes is not None:
+        results.update(_surface(outputs, scene, sight, planes, triangle, depth, seen))
+    return results
+
+
+def _ray_depth(
+    scene: GpuScene, sight: Sight, planes: NDArray[np.float32], triangle: NDArray[np.int32], pixel: NDArray[np.int64]
+) -> Array:
+    """View depths (N,) at which the rays of pixels meet the planes of triangles: those that GL did not draw there."""
+    starts, directions = (each.reshape(-1, 3)[pixel] for each in sight.camera.rays(sight.size))
+    plane = planes[triangle].astype(np.float64)
+    slant = np.einsum("ij,ij->i", plane[:, :3], directions)
+    gap = plane[:, 3] - np.einsum("ij,ij->i", plane[:, :3], starts - scene.origin)
+    return np.asarray(gap / np.where(slant == 0.0, 1.0, slant))
+
+
+def _surface(
+    outputs: Collection[str],
+    scene: GpuScene,
+    sight: Sight,
+    planes: NDArray[np.float32],
+    triangle: NDArray[np.int32],
+    depth: Array,
+    seen: NDArray[np.bool_],
+) -> dict[str, Any]:
+    planes = planes[triangle[seen]].astype(np.float64)
+    starts, directions = (each[seen] for each in sight.camera.rays(sight.size))
+    normal, height = planes[:, :3], planes[:, 3]
+    results: dict[str, Any] = {}
+    if "normal" in outputs:
+        away = np.einsum("ij,ij->i", normal, directions) > 0.0
+        results["normal"] = _placed(np.where(away[:, None], -normal, normal), seen, np.float32)
+    if "position" in outputs:
+        point = starts - scene.origin + depth[seen][:, None] * directions
+        # depth was interpolated between snapped vertices: back on the plane, as pass/resolve.frag does
+        point += normal * (height - np.einsum("ij,ij->i", normal, point))[:, None]
+        results["position"] = _placed(point + scene.origin, seen, np.float64)
+    return results
+
+
+def _placed(values: Array, seen: NDArray[np.bool_], dtype: Any) -> NDArray[Any]:
+    """Values of the pixels that see a surface as an image; NaN elsewhere."""
+    image = np.full((*seen.shape, values.shape[-1]), np.nan, dtype=dtype)
+    image[seen] = values
+    return image

@@ -1,0 +1,117 @@
+"""Passes over the picture: what they all know of the camera, what they read of the surface, and how they are drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from glshadow.core.spaces import Array
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.entry_points import BLEND
+from glshadow.gl.driver.program import Program
+from glshadow.gl.driver.targets import CameraTargets
+from glshadow.gl.passes.camera import Sight
+from glshadow.gl.scene.geometry import GpuScene
+
+
+@dataclass(frozen=True)
+class Samplers:
+    """How maps are read: nearest comparison, normal and reversed, and plain numbers."""
+
+    nearer: moderngl.Sampler
+    nearer_reversed: moderngl.Sampler
+    plain: moderngl.Sampler
+
+    @classmethod
+    def make(cls, ctx: moderngl.Context) -> Samplers:
+        """Nearest texel, edges repeated outwards."""
+        plain = ctx.sampler(repeat_x=False, repeat_y=False)
+        plain.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        return cls(comparison_sampler(ctx, False), comparison_sampler(ctx, True), plain)
+
+    def release(self) -> None:
+        """Delete them."""
+        for sampler in (self.nearer, self.nearer_reversed, self.plain):
+            sampler.release()
+
+
+def comparison_sampler(ctx: moderngl.Context, reversed_depth: bool) -> moderngl.Sampler:
+    """1 where the reference is not farther than the nearest texel's depth; edges repeated outwards."""
+    sampler = ctx.sampler(compare_func=">=" if reversed_depth else "<=", repeat_x=False, repeat_y=False)
+    sampler.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return sampler
+
+
+def camera_uniforms(
+    scene: GpuScene, sight: Sight, axes: Array, offset: Array, aside: tuple[float, float] = (0.0, 0.0)
+) -> dict[str, Any]:
+    """Uniforms of pass/resolve.vert that say where the camera is in a light's frame.
+
+    Parameters
+    ----------
+    axes : (3, 3) float64
+        Of the frame.
+    offset : (3,) float64
+        Where the scene's origin lies in it.
+    aside : (2,) floats
+        Where in a pixel rays go through it, right and up of its middle, in pixels.
+    """
+    camera = sight.camera
+    rays = sight.rays
+    rays[:, 2] += rays[:, :2] @ (2.0 * np.array(aside) / sight.size)
+    eye = sight.eye - scene.origin
+    return {
+        "u_far_z": sight.far_z,
+        "u_unproject": sight.unproject,
+        "u_ray_l": axes @ camera.view_from_world[:3, :3].T @ rays,
+        "u_eye_l": tuple(axes @ eye),
+        "u_forward_l": tuple(-axes @ camera.view_from_world[2, :3]),
+        "u_lv_from_l": tuple(offset),
+        "u_axes_l": axes,
+        "u_towards_w": tuple(axes[2]),
+    }
+
+
+def pixel_axes(camera: Mapping[str, Any], size: tuple[int, int]) -> dict[str, Any]:
+    """By how much rays, or an orthographic camera's starts, change from pixel to pixel of a picture: of its `camera_uniforms`."""
+    right, up = (2.0 / side * axis for side, axis in zip(size, camera["u_ray_l"].T[:2], strict=True))
+    return {"u_right_l": tuple(right), "u_up_l": tuple(up)}
+
+
+def surface_textures(samplers: Samplers, scene: GpuScene, targets: CameraTargets) -> dict[str, Any]:
+    """What the camera sees, by the samplers that read it."""
+    return {
+        "u_surface": targets.surface,
+        **({} if targets.mixed is None else {"u_mixed": targets.mixed}),
+        "u_camera_depth": (targets.depth, samplers.plain),
+        "u_planes": lambda: scene.planes,
+        "u_owners": lambda: scene.owners,
+        "u_colors": scene.colors,
+        **({"u_smooth": scene.rounded} if scene.rounded is not None else {}),
+    }
+
+
+def draw_over(context: GLContext, program: Program, sight: Sight, added: bool = False) -> None:
+    """A pass over all pixels that see a surface: one triangle at the far plane, the camera's depth attached. `added`: to colour 0."""
+    if context.caps.clip_control:
+        context.gl.clip_control(sight.clip.zero_to_one)
+    context.ctx.enable_only(moderngl.DEPTH_TEST)
+    context.ctx.depth_func = "<" if sight.clip.reversed else ">"
+    with blended(context) if added else nullcontext():
+        program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
+
+
+@contextmanager
+def blended(context: GLContext) -> Iterator[None]:
+    """What is drawn inside is added to colour 0."""
+    context.ctx.blend_func = moderngl.ONE, moderngl.ONE
+    context.gl.call("glEnablei", BLEND, 0)
+    try:
+        yield
+    finally:
+        context.gl.call("glDisablei", BLEND, 0)

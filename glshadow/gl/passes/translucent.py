@@ -1,0 +1,188 @@
+"""Glass: what casters that blend let through of one light, as a map of colours beside a map of the nearest of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.lights import Light, RectLight, SkyLight, geometry_of
+from glshadow.core.spaces import Array, ClipSpace, bias_matrix
+from glshadow.derive.fit_request import Asked
+from glshadow.derive.fitted import around
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.targets import depth_texture, release, released_on_error
+from glshadow.gl.frame_context import Work
+from glshadow.gl.passes.atlases import layout
+from glshadow.gl.scene.drawing import draw_nodes
+from glshadow.gl.scene.geometry import GpuScene, pack_matrices
+from glshadow.shadows.metric import Target
+from glshadow.shadows.view import ShadowView
+
+RESOLUTION = 1024
+UNTINTED = "{} passes casters that blend untinted: the map of their colours is that of one point, which stands for no wide light"
+_GUARD = 2
+_WIDE = RectLight | SkyLight
+
+
+@dataclass(frozen=True, eq=False)
+class Panes:
+    """A light's two maps, and how its receivers find their place on them."""
+
+    views: tuple[ShadowView, ...]
+    colors: moderngl.Texture
+    depths: moderngl.Texture
+
+    @property
+    def defines(self) -> dict[str, int | str]:
+        """Of lib/glass.glsl."""
+        return {"GLS_GLASS": len(self.views)}
+
+    def uniforms(self, axes: Array, offset: Array, origin: Array) -> dict[str, Any]:
+        """Of lib/glass.glsl, for receivers in a frame: its axes, and where the scene's origin lies in it."""
+        world_from_lv = np.eye(4)
+        world_from_lv[:3, :3], world_from_lv[:3, 3] = axes.T, origin - axes.T @ offset
+        matrices, tiles = [], []
+        for view in self.views:
+            side, (x, y) = float(view.resolution), view.tile
+            place = np.array([[side, 0, 0, x], [0, side, 0, y], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+            matrix = place @ bias_matrix(view.clip) @ view.clip_from_world @ world_from_lv
+            matrices.append(np.ascontiguousarray(matrix.T, dtype=np.float32).tobytes())
+            tiles.append((x, y, x + side, y + side))
+        return {
+            "u_glass_from_lv": b"".join(matrices),
+            "u_glass_size": (1.0 / self.colors.width, 1.0 / self.colors.height),
+            "u_glass_tile": np.array(tiles, dtype=np.float32).tobytes(),
+            "u_glass_texel": max(self.views[0].texel),
+        }
+
+
+def untinted(scene: GpuScene, light: Light) -> tuple[str, ...]:
+    """The fallback of a light that casters which blend should tint and do not."""
+    if light.shadow is None or not isinstance(light, _WIDE) or not scene.blends.any():
+        return ()
+    return (UNTINTED.format(type(light).__name__),)
+
+
+class Glass:
+    """The panes of one light, kept while the light, the scene and what is seen of it stay."""
+
+    def __init__(self, context: GLContext) -> None:
+        self._context = context
+        self._key: Hashable = None
+        self._panes: Panes | None = None
+        self._size = (0, 0)
+        self._owned: list[Any] = []
+
+    def panes(self, work: Work, light: Light) -> Panes | None:
+        """What tints the light; None: nothing does."""
+        scene = work.scene
+        if light.shadow is None or isinstance(light, _WIDE) or not scene.blends.any():
+            return None
+        key = (scene.identity, geometry_of(light), light.near, light.far, work.sight)
+        if key != self._key:
+            self._key = None
+            self._panes = self._drawn(work, light)
+            self._key = key
+        return self._panes
+
+    def _drawn(self, work: Work, light: Light) -> Panes | None:
+        scene, sight, ctx = work.scene, work.sight, work.context.ctx
+        clip = ClipSpace(work.caps.clip_control, reversed=False)
+        asked = Asked(
+            light, scene.corners, scene.boxes, sight.receivers, scene.corners[scene.blends].reshape(-1, 3), sight.camera, sight.size,
+            sight.near, sight.far, clip, RESOLUTION, _GUARD,
+        )  # fmt: skip
+        found = around(asked, sight.receivers).views
+        if not found:
+            return None
+        views, size = layout(found, work.caps.max_texture_size)
+        self._make(size)
+        colors, depths, framebuffer = self._owned
+        matrices = [pack_matrices(view.clip_from_world @ scene.world_from_origin) for view in views]
+        framebuffer.use()
+        work.context.gl.clip_control(clip.zero_to_one) if work.caps.clip_control else None
+        nodes, hidden = np.flatnonzero(scene.blends), [None] * len(scene.nodes)
+        # first the nearest, then the colours of all
+        for depth in (True, False):
+            framebuffer.depth_mask = depth
+            framebuffer.color_mask = (not depth,) * 4
+            framebuffer.viewport = (0, 0, *size)
+            framebuffer.use()
+            framebuffer.clear(1.0, 1.0, 1.0, 1.0, depth=1.0)
+            for view, clip_from_mesh in zip(views, matrices, strict=True):
+                framebuffer.viewport = (*view.tile, view.resolution, view.resolution)
+                ctx.enable_only(moderngl.DEPTH_TEST if depth else moderngl.BLEND)
+                ctx.depth_func = "<="
+                ctx.depth_clamp_range = (0.0, 1.0)
+                ctx.blend_func = moderngl.ZERO, moderngl.SRC_COLOR
+                draw_nodes(ctx, scene, nodes, hidden, self._begin(work, clip_from_mesh))
+        ctx.enable_only(moderngl.NOTHING)
+        ctx.blend_func = moderngl.ONE, moderngl.ONE
+        ctx.depth_clamp_range = None
+        framebuffer.depth_mask, framebuffer.color_mask = True, (True, True, True, True)
+        return Panes(views, colors, depths)
+
+    def _begin(
+        self, work: Work, clip_from_mesh: NDArray[np.float32]
+    ) -> Callable[[int], tuple[Callable[[int], None], moderngl.VertexArray]]:
+        scene = work.scene
+
+        def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
+            gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
+            program = work.programs.get(
+                "pass/glass.vert",
+                "pass/glass.frag",
+                defines={"GLS_TEXTURED": int(gpu.textured), "GLS_COLORED": int(gpu.colored)},
+            )
+            program.set(u_color=material.color)
+            if gpu.texture is not None:
+                program.bind(u_texture=gpu.texture)
+
+            def place(i: int) -> None:
+                program.write("u_clip_from_mesh", clip_from_mesh[i])
+
+            return place, gpu.vertex_array(program)
+
+        return begin
+
+    def _make(self, size: tuple[int, int]) -> None:
+        if self._owned and self._size == size:
+            return
+        self.release()
+        ctx, what = self._context.ctx, "the map of what light passes through"
+        depths = depth_texture(self._context, size, Target.DEPTH32F, what)
+        depths.compare_func = ""
+        made: list[Any] = [depths]
+        with released_on_error(made):
+            colors = ctx.texture(size, 4, dtype="f2")
+            made.append(colors)
+            self._context.check_errors(f"allocating {what}, {size[0]} x {size[1]}")
+            framebuffer = ctx.framebuffer([colors], depths)
+        self._owned, self._size = [colors, depths, framebuffer], size
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        release(*reversed(self._owned))
+        self._owned, self._key, self._panes = [], None, None
+
+
+class Glasses(dict[int, Glass]):
+    """What tints the lights, by their number; kept from frame to frame."""
+
+    def __init__(self, context: GLContext) -> None:
+        super().__init__()
+        self._context = context
+
+    def panes(self, work: Work, number: int, light: Light) -> Panes | None:
+        """Those of the light of that number."""
+        return self.setdefault(number, Glass(self._context)).panes(work, light)
+
+    def release(self) -> None:
+        """Free them all."""
+        for glass in self.values():
+            glass.release()

@@ -1,0 +1,107 @@
+"""What a light makes of a scene's bodies: which darken anything, and whose back faces may be left out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.area import radius_of
+from glshadow.core.lights import DirectionalLight, Light, geometry_of
+from glshadow.core.spaces import Array, transform
+from glshadow.derive.casting import Convex, convex, darkens
+from glshadow.gl.passes.camera import Sight
+from glshadow.gl.scene.geometry import GpuScene
+from glshadow.scene.mesh import Mesh
+from glshadow.shadows.shadow import Faces
+
+_FEW = 12  # triangles of a body that is tested for whether it darkens anything
+_FLAT = 1e-9  # of its size: thickness up to which a body is a plane
+_TESTED = 64  # bodies: each is tested against all others
+_KEPT = 64  # lights for which the answers are kept
+
+
+@dataclass(frozen=True, eq=False)
+class Casters:
+    """Which bodies darken anything that a camera may see.
+
+    Attributes
+    ----------
+    always : (N,) bool
+        Whatever the camera.
+    inside : dict of int to Convex
+        Closed convex bodies that darken nothing but their own inner side, which only a camera inside sees.
+    """
+
+    always: NDArray[np.bool_]
+    inside: dict[int, Convex]
+
+
+def casters_seen(scene: GpuScene, light: Light, sight: Sight | None) -> NDArray[np.bool_]:
+    """Which nodes (N,) darken anything that a camera sees, or any camera if None: not a floor under everything, whose rasterising would
+    cost as much as all the rest.
+    """
+    key = geometry_of(light)
+    casters = scene.casting.get(key)
+    if casters is None:
+        if len(scene.casting) >= _KEPT:
+            scene.casting.clear()
+        casters = scene.casting[key] = _casters(scene, light)
+    casting = casters.always.copy()
+    for i, body in casters.inside.items():
+        casting[i] = sight is None or not (sight.outside[i] or body.excludes(sight.near_corners))
+    return casting
+
+
+def _casters(scene: GpuScene, light: Light) -> Casters:
+    """Leave out large bodies of few triangles that certainly darken no other body, nor themselves."""
+    casting, inside = scene.casts.copy(), {}
+    size = np.linalg.norm(np.ptp(scene.corners, axis=1), axis=1)
+    whole = float(np.linalg.norm(np.ptp(scene.corners.reshape(-1, 3), axis=0)))
+    # from smooth surfaces rays start outside their triangles, which may then lie between
+    large = casting & (size > 0.5 * whole) & (scene.lifts == 0.0)
+    for i in np.flatnonzero(large)[:_TESTED] if len(scene.nodes) > 1 else ():
+        mesh = scene.nodes[i].mesh
+        triangles = _outline(mesh)
+        if triangles is None:
+            continue
+        placed = transform(scene.nodes[i].world_from_mesh, triangles)
+        if darkens(placed, np.delete(scene.corners, i, axis=0), light, scene.origin):
+            continue
+        body = convex(placed, scene.origin) if mesh.closed and not scene.meshes[i].cut_out else None
+        if body is not None:
+            inside[int(i)] = body
+        elif darkens(placed, placed, light, scene.origin):
+            continue
+        casting[i] = False
+    return Casters(casting, inside)
+
+
+def _outline(mesh: Mesh) -> Array | None:
+    """Few triangles (T, 3, 3) that darken all that a mesh darkens: its own, or of a flat one the rectangle round it; None: many."""
+    if len(mesh.triangles) <= _FEW:
+        return np.asarray(mesh.positions[mesh.triangles])
+    low, high = mesh.bounds
+    thin = int(np.argmin(high - low))
+    if high[thin] - low[thin] > _FLAT * (high - low).max():
+        return None
+    x, y = ((thin + k) % 3 for k in (1, 2))
+    corners = np.tile(low, (4, 1))
+    corners[[1, 2], x], corners[[2, 3], y] = high[x], high[y]
+    return corners[[[0, 1, 2], [0, 2, 3]]]
+
+
+def hides_back_faces(scene: GpuScene, light: Light, faces: Faces | None) -> NDArray[np.bool_]:
+    """Which nodes (N,) may be drawn without their back faces: closed ones that do not contain the light.
+
+    On its way from such a light to a receiver, wherever that lies and on whatever side of the body it is seen, a ray enters a closed
+    body before it leaves it: where it meets a back face it has met a front face.
+    """
+    closed = scene.closed
+    if faces is not None or isinstance(light, DirectionalLight):
+        return closed
+    position = np.asarray(light.position)
+    low, high = scene.corners.min(axis=1) - radius_of(light), scene.corners.max(axis=1) + radius_of(light)
+    inside = ((low <= position) & (position <= high)).all(axis=1)
+    return np.asarray(closed & ~inside)

@@ -1,0 +1,289 @@
+"""A scene on the GPU: its draws, and what passes read of its triangles."""
+
+from __future__ import annotations
+
+import itertools
+import weakref
+from collections.abc import Hashable, Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.spaces import Array
+from glshadow.errors import ResourceError
+from glshadow.geometry.clusters import Placed, place
+from glshadow.geometry.smooth import heights, pack_octahedral, sides, unit_vectors
+from glshadow.geometry.welding import welded
+from glshadow.gl.driver.buffers import BufferTexture, texture_buffer
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.entry_points import R32UI, RGBA32F, RGBA32UI
+from glshadow.gl.driver.targets import release
+from glshadow.gl.scene.meshes import Meshes
+from glshadow.gl.scene.world import WorldTriangles
+from glshadow.scene.box import box_corners
+from glshadow.scene.mesh import AlphaMode
+from glshadow.scene.nodes import Node, Scene
+
+if TYPE_CHECKING:
+    from glshadow.gl.scene.bodies import Casters
+
+# marks of triangles' numbers, see lib/surface_number.glsl
+NOT_RECEIVING = 1 << 31
+CATCHING = 1 << 30
+MOVED = 1 << 29
+CUT_OUT = 1 << 27
+TRIANGLES = CUT_OUT - 1
+"""The bits of a triangle's number, from 1."""
+_AT_ONCE = 1 << 18  # triangles whose planes are computed together
+
+
+class GpuScene:
+    """A scene on the GPU: its draws, and per drawn triangle its plane and its node, read by the resolve pass.
+
+    Attributes
+    ----------
+    nodes : tuple of Node
+        Those that have triangles, in the scene's order.
+    scene_numbers : (N,) int
+        Where they are in the scene.
+    meshes : list of GpuMesh
+        One per node, shared by instances.
+    count : int
+        Triangles of all nodes.
+    first : (N,) int
+        Number of each node's first triangle, from 0, over the whole scene.
+    world_from_mesh : (N, 4, 4) float64
+    world_from_origin : (N, 4, 4) float64
+        Places the float32 vertices: world_from_mesh after the mesh's origin.
+    origin : (3,) float64
+        World point that the planes are relative to: the median corner, where most of the scene is even if a stray triangle is not.
+    color : (3,) floats or None
+        The base colour, where all nodes share one and none has a texture or vertex colours.
+    textured : bool
+        Whether some base colour changes from pixel to pixel: a texture's, or that of vertices.
+    selective : bool
+        Whether shadows leave out some nodes.
+    catches : bool
+        Whether some nodes show nothing but the shadow that falls on them.
+    copies : (N,) bool
+        Nodes that lie exactly on another one and need not be drawn: the same triangles at the same place, whatever their colour.
+    casts : (N,) bool
+        All but copies, blended nodes and those that are told not to.
+    closed : (N,) bool
+        Whether back faces are seen by nobody outside.
+    blends : (N,) bool
+        Which nodes tint what light passes through them.
+    casting : dict
+        Which nodes darken anything, by `core.lights.geometry_of`: see `gl.bodies`.
+    rounded : BufferTexture or None
+        Per drawn triangle its vertices' normals, see lib/smooth_point.glsl; None where all triangles are flat.
+    lifts : (N,) float64
+        How far off each node's triangles points may lie that see a light, world units; 0 where all are flat.
+    raised_corners : (N, 8, 3) float64
+        World corners of boxes that hold these points.
+    identity : int
+        Never the same for two of them.
+    """
+
+    _count = itertools.count()
+
+    def __init__(self, context: GLContext, meshes: Meshes, scene: Scene) -> None:
+        self.scene = weakref.ref(scene)
+        self.identity = next(self._count)
+        self._context = context
+        self._world: WorldTriangles | None = None
+        self._clusters: Placed | None = None
+        self.casting: dict[tuple[Hashable, ...], Casters] = {}
+        self.nodes: tuple[Node, ...] = tuple(node for node in scene.nodes if len(node.mesh.triangles))
+        self.scene_numbers = np.flatnonzero([len(node.mesh.triangles) > 0 for node in scene.nodes])
+        different = list(dict.fromkeys(node.mesh for node in self.nodes))
+        numbers = {id(mesh): k for k, mesh in enumerate(different)}
+        self.mesh_number = [numbers[id(node.mesh)] for node in self.nodes]
+        on_gpu = [meshes.get(mesh) for mesh in different]
+        self.meshes = [on_gpu[number] for number in self.mesh_number]
+        blended = np.array([mesh.material.alpha_mode is AlphaMode.BLEND for mesh in different])[self.mesh_number]
+        casts = np.array([node.casts for node in self.nodes])
+        self.casts: NDArray[np.bool_] = casts & ~blended
+        self.blends: NDArray[np.bool_] = casts & blended
+        self.closed: NDArray[np.bool_] = np.array([gpu.closed for gpu in on_gpu])[self.mesh_number]
+        counts = np.array([gpu.count for gpu in on_gpu])[self.mesh_number]
+        self.count = int(counts.sum())
+        self.first = np.concatenate([[0], np.cumsum(counts)[:-1]])
+        limit = context.caps.max_texture_buffer_size
+        if self.count > limit:
+            raise ResourceError(
+                f"the scene draws {self.count} triangles; this driver's texture buffers hold {limit}: split the scene"
+            )
+        matrices = self.world_from_mesh = scene.boxes[1]
+        self.copies = self._copies(matrices)
+        self.casts &= ~self.copies
+        origins = np.stack([gpu.origin for gpu in on_gpu])[self.mesh_number]
+        self.world_from_origin: Array = matrices.copy()
+        self.world_from_origin[:, :3, 3] += np.einsum("nij,nj->ni", matrices[:, :3, :3], origins)
+        self.mirrored: list[bool] = (np.linalg.det(matrices[:, :3, :3]) < 0.0).tolist()
+        self.normal_from_mesh = _cofactors(matrices[:, :3, :3])
+        self.packed_normals = pack_matrices(self.normal_from_mesh)
+        first = (self.first + 1).astype(np.uint32)  # as shaders count, 0 being none
+        receives = np.array([node.receives for node in self.nodes])
+        self.selective = not receives.all()
+        first[~receives] |= np.uint32(NOT_RECEIVING)
+        catching = np.array([node.catches for node in self.nodes])
+        self.catches = bool(catching.any())
+        first[catching] |= np.uint32(CATCHING)
+        first[[gpu.cut_out for gpu in self.meshes]] |= np.uint32(CUT_OUT)
+        self.packed_first = first[:, None]
+        self.origin: Array = np.median(self._sample(1024), axis=0)
+        self.smooth = any(gpu.smooth for gpu in on_gpu)
+        self.lifts = np.zeros(len(counts))
+        self.rounded = self._rounded() if self.smooth else None
+        self.boxes, self.corners = scene.boxes, scene.corners
+        self.raised_corners = self._raised(*scene.boxes) if self.lifts.any() else scene.corners
+        self._planes: BufferTexture | None = None
+        self._owners: BufferTexture | None = None
+        colors = np.array([mesh.material.color for mesh in different], dtype=np.float32)[self.mesh_number]
+        self.colors = texture_buffer(context, colors, RGBA32F)
+        context.check_errors(f"uploading {len(colors)} colours")
+        self.textured = any(gpu.textured or gpu.colored for gpu in on_gpu)
+        one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())
+        self.color: tuple[float, float, float] | None = tuple(float(c) for c in colors[0, :3]) if one else None  # type: ignore[assignment]
+
+    @property
+    def planes(self) -> BufferTexture:
+        """Per triangle its unit world normal and distance from `origin`, zero without area (RGBA32F). Made when first asked for."""
+        if self._planes is None:
+            planes = np.zeros((self.count, 4), dtype=np.float32)
+            for group in self._instances():
+                count = self.meshes[group[0]].count
+                for k in range(0, count, _AT_ONCE):
+                    chosen = slice(k, min(k + _AT_ONCE, count))
+                    rows = self.first[group][:, None] + np.arange(chosen.start, chosen.stop)
+                    planes[rows] = self._planes_of(group, chosen)
+            self._planes = texture_buffer(self._context, planes, RGBA32F)
+            self._context.check_errors(f"uploading the planes of {self.count} triangles")
+        return self._planes
+
+    @property
+    def owners(self) -> BufferTexture:
+        """Per triangle its node (R32UI). Made when first asked for."""
+        if self._owners is None:
+            counts = [gpu.count for gpu in self.meshes]
+            owners = np.repeat(np.arange(len(counts), dtype=np.uint32), counts)
+            self._owners = texture_buffer(self._context, owners, R32UI)
+            self._context.check_errors(f"uploading the nodes of {self.count} triangles")
+        return self._owners
+
+    @property
+    def clusters(self) -> Placed:
+        """The clusters of all nodes, made when first asked for."""
+        if self._clusters is None:
+            meshes = {id(gpu): gpu for gpu in self.meshes}
+            place_of = {key: k for k, key in enumerate(meshes)}
+            relative = self.world_from_origin.copy()
+            relative[:, :3, 3] -= self.origin
+            bodies = [gpu.shape.clusters for gpu in meshes.values()]
+            number = [place_of[id(gpu)] for gpu in self.meshes]
+            self._clusters = place(bodies, number, relative, self.normal_from_mesh)
+        return self._clusters
+
+    @property
+    def world(self) -> WorldTriangles:
+        """All triangles in one frame, made when first asked for."""
+        if self._world is None:
+            self._world = WorldTriangles(self._context, self)
+        return self._world
+
+    def _sample(self, count: int) -> Array:
+        """World corners (about `count` or one per node, 3) of triangles all over the scene."""
+        step = max(1, int(self.first[-1] + self.meshes[-1].count) // count)
+        corners = []
+        for group in self._instances():
+            mesh = self.nodes[group[0]].mesh
+            matrices = np.stack([self.nodes[i].world_from_mesh for i in group])
+            corners.append(_placed(matrices, mesh.positions[mesh.triangles[::step, 0]]).reshape(-1, 3))
+        return np.concatenate(corners)
+
+    def _copies(self, matrices: Array) -> NDArray[np.bool_]:
+        copies = np.zeros(len(self.nodes), dtype=bool)
+        seen: set[tuple[object, ...]] = set()
+        # only what lies where another one does
+        place = welded(matrices[:, :3, 3])
+        crowded = np.bincount(place)[place] > 1
+        order = np.argsort(self.mesh_number, kind="stable")  # the first that is drawn wins, as in the depth test
+        for i in order[crowded[order]].tolist():
+            gpu, node, casts = self.meshes[i], self.nodes[i], bool(self.casts[i])
+            if gpu.cut_out:
+                continue
+            key = (gpu.shape, matrices[i].tobytes(), casts, node.receives, node.catches, gpu.closed)
+            copies[i] = key in seen
+            seen.add(key)
+        return copies
+
+    def _instances(self) -> Iterator[NDArray[np.int64]]:
+        """Numbers of nodes that share a mesh, some at a time where it is large."""
+        order = np.argsort(self.mesh_number, kind="stable")
+        starts = np.flatnonzero(np.diff(np.asarray(self.mesh_number)[order], prepend=-1))
+        for group in np.split(order, starts[1:]):
+            most = max(1, _AT_ONCE // self.meshes[group[0]].count)
+            yield from (group[k : k + most] for k in range(0, len(group), most))
+
+    def _planes_of(self, group: NDArray[np.int64], chosen: slice) -> Array:
+        """Planes (N, T, 4) of some triangles of instances."""
+        gpu, mesh = self.meshes[group[0]], self.nodes[group[0]].mesh
+        normals = gpu.shape.face_normals(chosen) @ self.normal_from_mesh[group].transpose(0, 2, 1)
+        length = np.linalg.norm(normals, axis=-1, keepdims=True)
+        normals = normals / np.where(length > 0.0, length, 1.0)
+        # from the vertices that the GPU draws, rounded to float32 as they are
+        drawn = (mesh.positions.take(mesh.triangles[chosen, 0], axis=0) - gpu.origin).astype(np.float32)
+        corner = _placed(self.world_from_origin[group], drawn.astype(np.float64)) - self.origin
+        return np.concatenate([normals, np.einsum("nij,nij->ni", normals, corner)[..., None]], axis=-1)
+
+    def _rounded(self) -> BufferTexture | None:
+        """Per drawn triangle its vertices' normals, see lib/smooth_point.glsl; sets `lifts`. None where all triangles are flat."""
+        rows = np.zeros((self.count, 4), dtype=np.uint32)
+        for group in self._instances():
+            mesh = self.nodes[group[0]].mesh
+            if not self.meshes[group[0]].smooth or mesh.normals is None:
+                continue
+            faces = self._planes_of(group, slice(0, len(mesh.triangles)))[..., :3]
+            for node, face in zip(group, faces, strict=True):
+                normals = unit_vectors(mesh.normals @ self.normal_from_mesh[node].T)
+                corners = normals[mesh.triangles]
+                side = sides(face, corners)
+                bent = np.flatnonzero(side)
+                if len(bent) == 0:
+                    continue
+                places = mesh.positions @ self.world_from_origin[node, :3, :3].T
+                most, share = heights(places[mesh.triangles[bent]], corners[bent])
+                self.lifts[node] = most.max()
+                into = self.first[node] + bent
+                rows[into, :3] = pack_octahedral(normals)[mesh.triangles[bent]]
+                rows[into, 3] = 1 + 2 * (side[bent] < 0) + (np.rint(share * 65535.0).astype(np.uint32) << 16)
+        return texture_buffer(self._context, rows, RGBA32UI) if rows[:, 3].any() else None
+
+    def _raised(self, bounds: Array, matrices: Array) -> Array:
+        """World corners (N, 8, 3) of boxes that also hold the points that see lights."""
+        inverse = np.linalg.pinv(matrices[:, :3, :3])
+        margin = self.lifts[:, None] * np.linalg.norm(inverse, axis=2)  # in mesh space, along each axis
+        return box_corners(np.stack([bounds[:, 0] - margin, bounds[:, 1] + margin], axis=1), matrices)
+
+    def release(self) -> None:
+        """Free the GPU memory; the meshes stay."""
+        release(self._planes, self._owners, self.colors, self.rounded, self._world)
+
+
+def _placed(matrices: Array, points: Array) -> Array:
+    """Points (T, 3) at the places (N, 4, 4) of instances: (N, T, 3)."""
+    return np.asarray(points @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3])
+
+
+def _cofactors(linear: Array) -> Array:
+    """Matrices (N, 3, 3) that carry normals: cofactors, det * inverse transpose, also for singular ones; scaled to size 1."""
+    rows = np.stack([np.cross(linear[:, (i + 1) % 3], linear[:, (i + 2) % 3]) for i in range(3)], axis=1)
+    size = np.abs(rows).max(axis=(1, 2), keepdims=True)
+    return np.asarray(rows / np.where(size > 0.0, size, 1.0))
+
+
+def pack_matrices(matrices: Array) -> NDArray[np.float32]:
+    """float64 matrices (N, k, k) as float32 in GL's column order, one per draw."""
+    return np.ascontiguousarray(matrices.transpose(0, 2, 1), dtype=np.float32)

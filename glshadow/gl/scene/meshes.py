@@ -1,0 +1,315 @@
+"""Meshes on the GPU: uploaded once, shared by all their instances, forgotten with them."""
+
+from __future__ import annotations
+
+import weakref
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Literal
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.spaces import Array
+from glshadow.geometry.adjacency import neighbours
+from glshadow.geometry.clusters import Clusters, make_clusters
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.program import Program
+from glshadow.gl.driver.shared import Shared
+from glshadow.scene.mesh import AlphaMode, Mesh
+
+_SRGB8_ALPHA8 = 0x8C43
+_FAR_FROM_ORIGIN = 16.0
+"""A mesh further from its origin than this many extents is stored relative to its middle (4 bits of float32)."""
+_LARGE = 1 << 18
+"""Triangles from which on a thread pays."""
+_FORMATS = {"a_position": "3f", "a_normal": "3f", "a_uv": "2f", "a_color": "4f"}
+Order = Literal["numbered", "shared", "clustered"]
+"""How a mesh's triangles follow each other, and what their vertices are."""
+_INTERPOLATED = 2.0**-20
+"""What interpolating an alpha of 1 between vertices may cost it, a few roundings of float32."""
+
+
+class Shape:
+    """Triangles on the GPU, whatever their material: positions, indices, and what follows from them.
+
+    Positions are float32 relative to `origin`, so that a mesh baked far from zero keeps what float64 knew of it.
+
+    Attributes
+    ----------
+    origin : (3,) float64
+        In mesh space.
+    closed : bool
+        See `Mesh.closed`.
+    positions, numbered : moderngl.Buffer
+        Vertices and indices: see `numbered_triangles`.
+    """
+
+    def __init__(self, context: GLContext, mesh: Mesh) -> None:
+        low, high = mesh.bounds
+        far = max(np.abs(low).max(), np.abs(high).max()) > _FAR_FROM_ORIGIN * (high - low).max()
+        self.origin: Array = 0.5 * (low + high) if far else np.zeros(3)
+        # the arrays alone: holding the mesh would keep it, and with it this, alive
+        self._triangles, self._positions = mesh.triangles, mesh.positions
+        self._context, self._vertices = context, len(mesh.positions)
+        if len(mesh.triangles) < _LARGE:
+            self.closed = mesh.closed
+            self._upload()
+        else:  # numpy lets go of the interpreter: what takes as long as all the rest is done beside it
+            with ThreadPoolExecutor(1) as beside:
+                closed = beside.submit(lambda: mesh.closed)
+                self._upload()
+                self.closed = closed.result()
+        self._neighbours: NDArray[np.uint32] | None = None
+        self._shared: moderngl.Buffer | None = None
+        self._averaged: moderngl.Buffer | None = None
+        self._clusters: Clusters | None = None
+        self._clustered: moderngl.Buffer | None = None
+
+    def _upload(self) -> None:
+        numbered, self._others = numbered_triangles(self._triangles, self._vertices)
+        self.numbered = self._context.ctx.buffer(numbered)
+        del numbered
+        self.positions = self._context.ctx.buffer(self.ordered(self._drawn()))
+
+    @property
+    def clusters(self) -> Clusters:
+        """Its triangles in groups. Made when first asked for: 0.3 s for a million triangles."""
+        if self._clusters is None:
+            self._clusters = make_clusters(self._drawn(), self._triangles)
+        return self._clusters
+
+    @property
+    def neighbours(self) -> NDArray[np.uint32]:
+        """The triangles (T, 3) across each triangle's edges: see `core.adjacency`. Made when first asked for."""
+        if self._neighbours is None:
+            self._neighbours = neighbours(self._drawn(), self._triangles.view(np.uint32))
+        return self._neighbours
+
+    @property
+    def shared(self) -> moderngl.Buffer:
+        """Indices over one copy of each vertex. Made when first asked for."""
+        if self._shared is None:
+            self._shared = self._context.ctx.buffer(self._over_one_copy())
+        return self._shared
+
+    @property
+    def clustered(self) -> moderngl.Buffer:
+        """The indices of `shared`, cluster after cluster."""
+        if self._clustered is None:
+            self._clustered = self._context.ctx.buffer(self._over_one_copy()[self.clusters.order])
+        return self._clustered
+
+    @property
+    def averaged_normals(self) -> moderngl.Buffer:
+        """Per vertex the mean of its triangles' normals, unit length; zero where there is none. Made when first asked for."""
+        if self._averaged is None:
+            corners = self._triangles.ravel()
+            total = np.stack(
+                [np.bincount(corners, np.repeat(column, 3), self._vertices) for column in self.face_normals().T],
+                axis=-1,
+            )
+            length = np.linalg.norm(total, axis=1, keepdims=True)
+            mean = np.asarray(total / np.where(length > 0.0, length, 1.0), dtype=np.float32)
+            self._averaged = self._context.ctx.buffer(self.ordered(mean))
+        return self._averaged
+
+    def ordered(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+        """What vertices (V, k) have, in the order in which they lie on the GPU (W, k)."""
+        return np.concatenate([values.take(self._triangles[:, 2], axis=0), values[self._others]])
+
+    def face_normals(self, chosen: slice = slice(None)) -> Array:
+        """Normals (T, 3) float64 of some triangles, unit length; zero for those without area."""
+        a, b, c = (self._positions.take(self._triangles[chosen, k], axis=0) for k in range(3))
+        normal = np.cross(b - a, c - a)
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        return np.asarray(normal / np.where(length > 0.0, length, 1.0))
+
+    def _drawn(self) -> NDArray[np.float32]:
+        return (self._positions - self.origin).astype(np.float32)
+
+    def _over_one_copy(self) -> NDArray[np.int32]:
+        """Triangles (T, 3) of vertices on the GPU."""
+        return _first_copies(self._triangles, self._others, self._vertices)[self._triangles]
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        for buffer in (self.positions, self.numbered, self._shared, self._averaged, self._clustered):
+            if buffer is not None:
+                buffer.release()
+
+
+class GpuMesh:
+    """A mesh as passes draw it: its shape, what its vertices carry beside, and its base colour texture.
+
+    Attributes
+    ----------
+    shape : Shape
+    textured, colored : bool
+        Whether it has a texture with coordinates, whether it has vertex colours.
+    cut_out : bool
+        Whether alpha decides where it exists: MASK, and an alpha that may be below the cutoff.
+    cutoff : float
+        What alpha is compared with.
+    """
+
+    def __init__(
+        self, context: GLContext, mesh: Mesh, shapes: Shared[Shape], textures: Shared[moderngl.Texture]
+    ) -> None:
+        ctx, material = context.ctx, mesh.material
+        self._ctx, self._shapes, self._textures = ctx, shapes, textures
+        self.textured = material.texture is not None and mesh.uv is not None
+        self.texture: moderngl.Texture | None = None
+        self._pixels = material.texture if self.textured else None
+        if self._pixels is not None:  # first: it is what a driver may refuse
+            pixels = self._pixels
+            self.texture = textures.take(lambda: color_texture(context, pixels), pixels)
+        self._key = (mesh.positions, mesh.triangles)
+        self.shape = shapes.take(lambda: Shape(context, mesh), *self._key)
+        self.origin = self.shape.origin
+        self.count = len(mesh.triangles)
+        self.closed = self.shape.closed and material.alpha_mode is not AlphaMode.MASK and not material.double_sided
+        self.smooth = mesh.normals is not None
+        self.colored = mesh.colors is not None
+        self.cut_out = material.alpha_mode is AlphaMode.MASK and (
+            self.textured or self.colored or material.color[3] < material.cutoff
+        )
+        self.cutoff = material.cutoff - (_INTERPOLATED if self.colored else 0.0)
+        self._arrays: dict[tuple[int, Order], moderngl.VertexArray] = {}
+        beside = {"a_normal": mesh.normals, "a_uv": mesh.uv if self.textured else None, "a_color": mesh.colors}
+        self._beside = {name: ctx.buffer(self.shape.ordered(v)) for name, v in beside.items() if v is not None}
+        context.check_errors(f"uploading a mesh of {self.count} triangles")
+
+    @property
+    def alpha_test(self) -> dict[str, int]:
+        """Defines of a pass that asks no colour, only whether the surface exists."""
+        tested = self.cut_out
+        return {
+            "GLS_ALPHA": int(tested),
+            "GLS_TEXTURED": int(tested and self.textured),
+            "GLS_COLORED": int(tested and self.colored),
+        }
+
+    def vertex_array(self, program: Program, order: Order = "shared") -> moderngl.VertexArray:
+        """The mesh as input of a program: the attributes that both have.
+
+        Parameters
+        ----------
+        order : {"numbered", "shared", "clustered"}
+            numbered: gl_VertexID of a triangle's last vertex is the triangle's number; shared: vertices are shared by as many triangles
+            as can be; clustered: these, cluster after cluster.
+        """
+        key = (program.gl.glo, order)
+        array = self._arrays.get(key)
+        if array is None:
+            buffers = {"a_position": self.shape.positions, **self._beside}
+            if "a_normal" in program and "a_normal" not in buffers:  # a bias along the normal asks even flat meshes
+                buffers["a_normal"] = self.shape.averaged_normals
+            content = [(buffers[name], kind, name) for name, kind in _FORMATS.items() if name in program]
+            array = self._arrays[key] = self._ctx.vertex_array(program.gl, content, getattr(self.shape, order))
+        return array
+
+    def release(self) -> None:
+        """Free the GPU memory that is not shared with others."""
+        for array in self._arrays.values():
+            array.release()
+        for buffer in self._beside.values():
+            buffer.release()
+        self._shapes.give_back(*self._key)
+        if self._pixels is not None:
+            self._textures.give_back(self._pixels)
+
+
+def numbered_triangles(triangles: NDArray[np.int32], vertices: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Vertices in an order in which the last vertex of triangle k is vertex k.
+
+    A flat gl_VertexID then names the triangle, where gl_PrimitiveID would make llvmpipe take every triangle apart (7 of 21 ms on the
+    courtyard).
+
+    Parameters
+    ----------
+    triangles : (T, 3) int32
+    vertices : int
+        V, how many there are.
+
+    Returns
+    -------
+    numbered : (T, 3) int32
+        Triangles over the new vertices, the last index of triangle k being k. The first T of them are the triangles' last vertices.
+    others : (M,) int32
+        Which of the old vertices the rest are: those that are no triangle's last.
+    """
+    copies = _first_copies(triangles, np.zeros(0, dtype=np.int32), vertices)
+    missing = np.zeros(vertices, dtype=bool)
+    missing[triangles[:, :2]] = True
+    missing &= copies < 0
+    others = np.flatnonzero(missing).astype(np.int32)
+    copies[others] = len(triangles) + np.arange(len(others), dtype=np.int32)
+    last = copies.copy()
+    number = np.arange(len(triangles), dtype=np.int32)
+    last[triangles[:, 2]] = number
+    numbered = np.zeros_like(triangles)
+    # the last copy if it comes before, else the first: what was drawn of late is in the vertex cache
+    for k in range(2):
+        latest = last.take(triangles[:, k])
+        numbered[:, k] = np.where(latest < number, latest, copies.take(triangles[:, k]))
+    numbered[:, 2] = number
+    return numbered, others
+
+
+def _first_copies(triangles: NDArray[np.int32], others: NDArray[np.int32], vertices: int) -> NDArray[np.int32]:
+    """For each of the old vertices (V,) the first of the new ones that is it; -1 where there is none."""
+    copies = np.full(vertices, -1, dtype=np.int32)
+    copies[triangles[::-1, 2]] = np.arange(len(triangles), dtype=np.int32)[::-1]
+    copies[others] = len(triangles) + np.arange(len(others), dtype=np.int32)
+    return copies
+
+
+def color_texture(
+    context: GLContext, pixels: NDArray[np.uint8], what: str = "a base colour texture"
+) -> moderngl.Texture:
+    """sRGB pixels (H, W, 4) as a texture that is read as linear light."""
+    height, width = pixels.shape[:2]
+    context.check_size((width, height), what)
+    # v up, as uv counts: row 0 of the file is the top
+    texture = context.ctx.texture((width, height), 4, pixels[::-1].tobytes(), internal_format=_SRGB8_ALPHA8)
+    texture.build_mipmaps()
+    texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+    return texture
+
+
+class Meshes:
+    """The GPU meshes of a context, kept as long as their Mesh lives."""
+
+    def __init__(self, context: GLContext) -> None:
+        self._context = context
+        self._shapes: Shared[Shape] = Shared()
+        self._textures: Shared[moderngl.Texture] = Shared()
+        self._meshes: weakref.WeakKeyDictionary[Mesh, GpuMesh] = weakref.WeakKeyDictionary()
+        self._finalizers: weakref.WeakKeyDictionary[Mesh, Any] = weakref.WeakKeyDictionary()
+        self._dead: list[GpuMesh] = []
+
+    def get(self, mesh: Mesh) -> GpuMesh:
+        """The GPU side of a mesh, uploaded the first time."""
+        gpu = self._meshes.get(mesh)
+        if gpu is None:
+            gpu = self._meshes[mesh] = GpuMesh(self._context, mesh, self._shapes, self._textures)
+            # Deleting needs the context to be current, which a finaliser cannot know: collect now, delete in `sweep`.
+            self._finalizers[mesh] = finalizer = weakref.finalize(mesh, self._dead.append, gpu)
+            finalizer.atexit = False
+        return gpu
+
+    def sweep(self) -> None:
+        """Free what belonged to meshes that are gone."""
+        while self._dead:
+            self._dead.pop().release()
+
+    def release(self) -> None:
+        """Free everything."""
+        for gpu in (*self._meshes.values(), *self._dead):
+            gpu.release()
+        for finalizer in self._finalizers.values():
+            finalizer.detach()  # it holds the GpuMesh as long as the Mesh lives
+        self._meshes.clear()
+        self._finalizers.clear()
+        self._dead.clear()

@@ -1,0 +1,187 @@
+"""Sparing: a map that is drawn again and again is drawn with fewer triangles, those of clusters that can be in it.
+
+Clusters outside the view or behind others change nothing in a depth map, whatever is drawn first. What was behind others in the last
+map of a moving light is mostly so in the next: the rest is drawn, its depth is read, and of what was left out only those clusters
+follow that are not behind that depth. Reading pays where OpenGL runs on the CPU; elsewhere nothing is asked to be hidden. That a
+cluster turns its back to the light is not asked: what is turned away costs a tenth of what is drawn, as much as asking.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.spaces import Array, translation
+from glshadow.derive.occlusion import behind, farthest
+from glshadow.derive.resolved import CasterSettings
+from glshadow.geometry.frustum import Bools, Extents, extents, in_frustum
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.passes.atlases import Atlas
+from glshadow.gl.scene.drawing import Begin, draw_nodes
+from glshadow.gl.scene.geometry import GpuScene
+from glshadow.gl.scene.runs import Runs, Whole
+from glshadow.shadows.metric import Target
+from glshadow.shadows.view import ShadowView
+
+LEAST_TRIANGLES = 1 << 17
+"""Scenes of fewer are drawn faster than they are asked."""
+_FEWER = 0.8  # of the time must remain, or less: vertices are shared less along the curve (10 % on a brain)
+# Seconds on llvmpipe (Mesa 22.3, two cores), tuned with scripts/benchmarks/spared.py: they decide how a map is drawn, not what is in it.
+_FRONT, _BACK = 1e-7, 1e-8  # a triangle that is drawn, and one that turns the side that is left out
+_TEXEL, _CLUSTER = 1.2e-9, 2e-7  # of asking
+_STEPS = {Target.DEPTH32F: 0.0}
+_STEP = 2.0**-15  # of other depth formats, at most
+_FIRST_PAUSE = 3  # draws before clusters are made: that takes as long as two or three
+_PAUSE, _LONGEST_PAUSE = 16, 1024  # draws after which it is tried again whether it is worth its time
+
+
+def sparable(scene: GpuScene, settings: CasterSettings, views: Sequence[ShadowView]) -> bool:
+    """Whether maps can be drawn with fewer triangles.
+
+    Not in perspective. Of equal depths of a metric the last that is drawn wins, so that all must be drawn, and in order. Casters that are
+    moved leave their clusters.
+    """
+    warped = any(view.warp is not None for view in views)
+    return (
+        not warped and settings.target.is_depth and settings.bias.of_caster is None and scene.count >= LEAST_TRIANGLES
+    )
+
+
+@dataclass
+class Patience:
+    """When something is tried again that did not bring what it cost: after 16 draws, then 32, and so on."""
+
+    left: int = 0
+    waits: int = 0
+
+    def tries(self) -> bool:
+        """Whether it is time."""
+        self.left -= 1
+        return self.left < 0
+
+    def learn(self, worth: bool) -> None:
+        """What came of it."""
+        self.left = self.waits = 0 if worth else min(max(2 * self.waits, _PAUSE), _LONGEST_PAUSE)
+
+
+@dataclass
+class Shown:
+    """What is known of a view from its last maps.
+
+    Attributes
+    ----------
+    scene : int
+        Identity.
+    clusters : (C,) bool or None
+        Which were not hidden; None: not known.
+    choosing, asking : Patience
+        With choosing clusters at all, and with asking which are hidden.
+    """
+
+    scene: int
+    choosing: Patience
+    asking: Patience
+    clusters: Bools | None = None
+
+
+class Sparing:
+    """How one light's maps are drawn with fewer triangles.
+
+    Parameters
+    ----------
+    hidden : sequence of {"back", "front", None}
+        Per node the side that is left out.
+    """
+
+    def __init__(
+        self, context: GLContext, scene: GpuScene, atlas: Atlas, settings: CasterSettings, hidden: Sequence[str | None]
+    ) -> None:
+        self._context, self._scene, self._atlas, self._settings, self._hidden = context, scene, atlas, settings, hidden
+        self._triangles = np.array([gpu.count for gpu in scene.meshes])
+        self._side = np.array([{"back": 1.0, "front": -1.0, None: 0.0}[side] for side in hidden])
+        offset = settings.bias.polygon_offset
+        self._reads = context.caps.software and min(offset) >= 0.0
+
+    def draw(self, view: ShadowView, chosen: NDArray[np.int64], whole: Begin, clustered: Begin) -> int:
+        """Draw nodes into a view's tile, which is clear; returns how many.
+
+        Parameters
+        ----------
+        chosen : (K,) int64
+            Nodes that may be in it.
+        whole, clustered : Begin
+            For meshes in their own order, and cluster after cluster.
+        """
+        seen = self._seen(view)
+        if not seen.choosing.tries():
+            self._draw_whole(chosen, whole)
+            return len(chosen)
+        bounds, shows, mine = self._shows(view, chosen)
+        work = self._work(view)
+        reading, testing = _TEXEL * view.resolution**2, _CLUSTER * len(work)
+        asks = self._reads and 0.5 * work[shows].sum() > reading and seen.asking.tries()
+        now = shows & seen.clusters if asks and seen.clusters is not None else shows
+        if work[now].sum() > _FEWER * work[mine].sum():
+            self._draw_whole(chosen, whole)
+            now = mine
+        else:
+            self._draw(now, clustered)
+        needed = shows
+        if asks:
+            seen.clusters = ~self._behind(view, bounds)
+            needed = shows & seen.clusters
+            self._draw(needed & ~now, clustered)
+            seen.asking.learn(work[shows & ~needed].sum() > reading)
+        fewer = work[needed].sum() <= _FEWER * work[mine].sum()
+        seen.choosing.learn(fewer and work[mine & ~needed].sum() > testing)
+        return len(chosen)
+
+    def _work(self, view: ShadowView) -> Array:
+        """Seconds (C,) that clusters take, about: by how much of each is turned to the light."""
+        placed = self._scene.clusters
+        backward = view.view_from_world[2, :3]
+        towards = backward[:, None]
+        if view.kind != "directional":
+            eye = -view.view_from_world[:3, :3].T @ view.view_from_world[:3, 3] - self._scene.origin
+            towards = eye[:, None] - placed.centre
+            towards /= np.maximum(np.linalg.norm(towards, axis=0), 1e-300)
+        side = self._side[placed.body]
+        front = np.clip(0.5 + side * (placed.normal * towards).sum(axis=0), 0.0, 1.0)
+        share = np.where(side == 0.0, 1.0, front)
+        each = self._triangles / np.diff(placed.first)
+        return np.asarray(each[placed.body] * (_BACK + _FRONT * share))
+
+    def _shows(self, view: ShadowView, chosen: NDArray[np.int64]) -> tuple[Extents, Bools, Bools]:
+        scene, placed = self._scene, self._scene.clusters
+        clip_from_origin = view.clip_from_world @ translation(scene.origin)
+        bounds = extents(placed, clip_from_origin, view.clip_from_world @ scene.world_from_origin)
+        nodes = np.zeros(len(scene.nodes), dtype=bool)
+        nodes[chosen] = True
+        mine = nodes[placed.body]
+        return bounds, in_frustum(placed, clip_from_origin, bounds) & mine, mine
+
+    def _seen(self, view: ShadowView) -> Shown:
+        seen = self._atlas.shown.get(view.tile)
+        if seen is None or seen.scene != self._scene.identity:
+            seen = self._atlas.shown[view.tile] = Shown(self._scene.identity, Patience(_FIRST_PAUSE), Patience())
+        return seen
+
+    def _draw_whole(self, chosen: NDArray[np.int64], begin: Begin) -> None:
+        stroke = Whole(self._context, self._scene.count)
+        draw_nodes(self._context.ctx, self._scene, chosen, self._hidden, begin, stroke)
+
+    def _draw(self, drawn: Bools, begin: Begin) -> None:
+        runs = Runs(self._context, self._scene.clusters, drawn, self._triangles)
+        draw_nodes(self._context.ctx, self._scene, runs.nodes, self._hidden, begin, runs)
+
+    def _behind(self, view: ShadowView, bounds: Extents) -> Bools:
+        side = view.resolution
+        depth = self._atlas.staging(side)
+        self._atlas.framebuffer.read_into(
+            depth, (*view.tile, side, side), components=1, attachment=-1, dtype="f4", alignment=1
+        )
+        step = _STEPS.get(self._settings.target, _STEP)
+        return behind(view, bounds, farthest(depth, view.clip.reversed), step)

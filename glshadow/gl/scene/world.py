@@ -1,0 +1,244 @@
+"""All triangles of a scene in one frame, for passes that ask triangles instead of maps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.spaces import Array, rigid_inverse, world_positions
+from glshadow.errors import ResourceError
+from glshadow.geometry.adjacency import NONE
+from glshadow.gl.driver.buffers import BufferTexture, texture_buffer
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.entry_points import R8, RGBA32F, RGBA32UI
+
+if TYPE_CHECKING:
+    from glshadow.gl.scene.geometry import GpuScene
+
+HUGE = 128.0
+"""From here on a triangle gets a rounding bound of its own. At 128 times a table's metre the common bound is 70 micrometres."""
+
+_SOLID = np.full((1, 1, 4), 255, dtype=np.uint8)  # the image of those that have none
+
+_TOGETHER = 2**15  # vertices that are placed at once: what is computed of them stays in the cache
+
+
+def _placed(scene: GpuScene) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+    """Vertices (V, 4) of all nodes, one after the other, w = 0, and triangles (T, 4): three vertices and the node."""
+    meshes = [node.mesh for node in scene.nodes]
+    vertices = np.cumsum([0, *(len(mesh.positions) for mesh in meshes)])
+    triangles = np.append(scene.first, scene.count)
+    places = np.zeros((vertices[-1], 4), dtype=np.float32)
+    corners = np.zeros((scene.count, 4), dtype=np.uint32)
+    for first, end in _blocks(vertices.tolist()):
+        into = slice(vertices[first], vertices[end])
+        faces = corners[triangles[first] : triangles[end]]
+        if end == first + 1:
+            points = meshes[first].positions
+            for k in range(0, len(points), _TOGETHER):
+                some = slice(into.start + k, min(into.start + k + _TOGETHER, into.stop))
+                places[some, :3] = world_positions(
+                    points[k : k + _TOGETHER], scene.world_from_mesh[first], scene.origin
+                )
+            np.add(meshes[first].triangles, into.start, out=faces[:, :3], casting="unsafe")
+            faces[:, 3] = first
+            continue
+        # each vertex with its node's matrix, in the sums of world_positions
+        points = np.concatenate([mesh.positions for mesh in meshes[first:end]])
+        owner = np.repeat(np.arange(first, end), np.diff(vertices[first : end + 1]))
+        matrices = scene.world_from_mesh[first:end, :3] - np.pad(scene.origin[:, None], ((0, 0), (3, 0)))
+        places[into, :3] = _each_placed(points, matrices, owner - first)
+        owner = np.repeat(np.arange(first, end), np.diff(triangles[first : end + 1]))
+        np.add(np.concatenate([mesh.triangles for mesh in meshes[first:end]]), vertices[owner, None], out=faces[:, :3],
+               casting="unsafe")  # fmt: skip
+        faces[:, 3] = owner
+    return places, corners
+
+
+def _each_placed(points: Array, matrices: Array, owner: NDArray[np.int64]) -> Array:
+    """Points (V, 3) by matrices (N, 3, 4), each by that of its owner: as `world_positions` places them, to the last bit."""
+    x, y, z = points.T
+    rows = [[matrices[:, i, k].take(owner) for k in range(4)] for i in range(3)]
+    return np.stack([a * x + b * y + c * z + d for a, b, c, d in rows], axis=-1)
+
+
+def _blocks(starts: list[int]) -> Iterator[tuple[int, int]]:
+    """Runs of nodes, first and end, of so many vertices together; a large one alone. `starts`: of each node's vertices, and the end."""
+    first = 0
+    for node in range(1, len(starts) - 1):
+        if starts[node + 1] - starts[first] > _TOGETHER:
+            yield first, node
+            first = node
+    yield first, len(starts) - 1
+
+
+def _reach(places: NDArray[np.float32], corners: NDArray[np.uint32], nearest: float) -> tuple[float, bool]:
+    """See `WorldTriangles`; `nearest`: the nearest body's farthest corner."""
+    top = np.abs(places[:, 0])
+    for k in (1, 2):
+        np.maximum(top, np.abs(places[:, k]), out=top)
+    used = np.zeros(len(top), dtype=bool)
+    for k in range(3):
+        used[corners[:, k]] = True
+    farthest = float(top[used].max())
+    if farthest <= HUGE * nearest:
+        return farthest, False
+    each = top[corners[:, :3]].max(axis=1)
+    usual = each <= HUGE * nearest
+    return (float(each[usual].max()), True) if usual.any() else (farthest, False)
+
+
+class WorldTriangles:
+    """Vertices of a scene's drawn triangles in world axes, relative to the scene's origin, float32; masks of cut-out materials.
+
+    Attributes
+    ----------
+    count : int
+        Triangles, numbered as the surface buffer numbers them, from 0.
+    reach : float
+        Largest coordinate of the usual triangles: all but those that reach HUGE times as far as the nearest body does.
+    huge : bool
+        Whether there are others.
+    mask_shift : (N,) int64
+        Per node that is cut out what turns a triangle's number into 1 + its number among masked triangles, which may be 0.
+    masks, alphas : BufferTexture or None
+        Three texels per masked triangle: the corners' texture coordinates and alpha without the texture's, the cutoff (float bits),
+        where its image begins, and its width and height in 16 bits each; and the images' alpha. None where nothing is masked.
+    """
+
+    def __init__(self, context: GLContext, scene: GpuScene) -> None:
+        self._arrays: tuple[NDArray[np.float32], NDArray[np.uint32]] | None = _placed(scene)
+        self.count = scene.count
+        nearest = float(np.abs(scene.corners - scene.origin).max(axis=(1, 2)).min())
+        self.reach, self.huge = _reach(*self._arrays, nearest)
+        self._context = context
+        self._neighbours: BufferTexture | None = None
+        self._shapes, self._first = [gpu.shape for gpu in scene.meshes], scene.first.tolist()
+        self._buffers: tuple[BufferTexture, BufferTexture] | None = None
+        self.masks: BufferTexture | None = None
+        self.alphas: BufferTexture | None = None
+        self.mask_shift = np.zeros(len(scene.nodes), dtype=np.int64)
+        masked = [k for k, gpu in enumerate(scene.meshes) if gpu.cut_out]
+        if masked:
+            self._upload_masks(scene, masked)
+        context.check_errors(f"uploading {self.count} triangles")
+
+    @property
+    def positions(self) -> NDArray[np.float32]:
+        """Vertices (V, 3)."""
+        return self._placed()[0][:, :3]
+
+    @property
+    def triangles(self) -> NDArray[np.uint32]:
+        """Three vertices and the node of each triangle, (T, 4)."""
+        return self._placed()[1]
+
+    @property
+    def corners(self) -> Array:
+        """Vertices (T, 3, 3) of all triangles."""
+        places, corners = self._placed()
+        return places[:, :3].astype(np.float64)[corners[:, :3]]
+
+    def _placed(self) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+        """What the buffers hold, read back once they are made."""
+        if self._arrays is not None:
+            return self._arrays
+        assert self._buffers is not None
+        places, corners = (texture.buffer.read() for texture in self._buffers)
+        return np.frombuffer(places, np.float32).reshape(-1, 4), np.frombuffer(corners, np.uint32).reshape(-1, 4)
+
+    @property
+    def textures(self) -> dict[str, BufferTexture]:
+        """Positions (RGBA32F), and per triangle three vertices and its node (RGBA32UI), by the samplers that read them."""
+        if self._buffers is None:
+            places, corners = self._placed()
+            limit = self._context.caps.max_texture_buffer_size
+            if len(places) > limit:
+                raise ResourceError(
+                    f"the scene has {len(places)} vertices, a texture buffer of this driver holds {limit}: split the scene, or use "
+                    "another filter than Exact()"
+                )
+            self._buffers = (
+                texture_buffer(self._context, places, RGBA32F),
+                texture_buffer(self._context, corners, RGBA32UI),
+            )
+            self._arrays = None  # they are in the buffers
+        return dict(zip(("u_positions", "u_corners"), self._buffers, strict=True))
+
+    @property
+    def neighbours(self) -> BufferTexture:
+        """Per triangle those across its edges, of its node (RGBA32UI): see `core.adjacency`."""
+        if self._neighbours is None:
+            across = np.full((self.count, 4), NONE, dtype=np.uint32)
+            for shape, first in zip(self._shapes, self._first, strict=True):
+                of_mesh = shape.neighbours
+                rows = across[first : first + len(of_mesh), :3]
+                np.add(of_mesh, np.uint32(first), out=rows, where=of_mesh != NONE)
+            self._neighbours = texture_buffer(self._context, across, RGBA32UI)
+            self._context.check_errors(f"uploading the neighbours of {self.count} triangles")
+        return self._neighbours
+
+    @property
+    def mask_textures(self) -> dict[str, BufferTexture]:
+        """Masks and alphas, where something is masked, by the samplers that read them."""
+        if self.masks is None or self.alphas is None:
+            return {}
+        return {"u_masks": self.masks, "u_alphas": self.alphas}
+
+    def _upload_masks(self, scene: GpuScene, masked: list[int]) -> None:
+        starts: dict[int, int] = {}  # an image is uploaded once, however many nodes show it
+        images: list[NDArray[np.uint8]] = []
+        texels: list[NDArray[np.uint32]] = []
+        before = end = 0
+        for k in masked:
+            mesh = scene.nodes[k].mesh
+            material, uv = mesh.material, mesh.uv
+            texture = _SOLID if material.texture is None or uv is None else material.texture
+            height, width = texture.shape[:2]
+            if id(texture) not in starts:
+                starts[id(texture)] = end
+                images.append(texture[::-1, :, 3].ravel())  # v up
+                end += width * height
+            record = np.zeros((len(mesh.triangles), 12), dtype=np.uint32)
+            if uv is not None:
+                record[:, :6] = uv[mesh.triangles].reshape(-1, 6).view(np.uint32)
+            alpha = np.full((len(record), 3), material.color[3], dtype=np.float32)
+            if mesh.colors is not None:
+                alpha *= mesh.colors[:, 3][mesh.triangles]
+            record[:, 6:9] = alpha.view(np.uint32)
+            record[:, 9] = np.float32(material.cutoff).view(np.uint32)
+            record[:, 10:] = starts[id(texture)], width | height << 16
+            self.mask_shift[k] = before + 1 - int(scene.first[k])
+            before += len(record)
+            texels.append(record)
+        limit = self._context.caps.max_texture_buffer_size
+        if max(end, 3 * before) > limit:
+            raise ResourceError(
+                f"the scene's masks have {end} texels and {before} triangles, a texture buffer of this driver holds {limit} texels: "
+                "use smaller textures, or another filter than Exact()"
+            )
+        self.masks = texture_buffer(self._context, np.concatenate(texels), RGBA32UI)
+        self.alphas = texture_buffer(self._context, np.concatenate(images), R8)
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        for texture in (*(self._buffers or ()), self._neighbours, self.masks, self.alphas):
+            if texture is not None:
+                texture.release()
+
+
+def local_positions(world: WorldTriangles, axes: Array, origin: Array) -> NDArray[np.float32]:
+    """Vertices (V, 3) in a light's frame, rounded to float32 where pass/lists.comp rounds them.
+
+    Parameters
+    ----------
+    axes : (3, 3) float64
+        Rotation into the light's frame; float32 values.
+    origin : (3,) float64
+        Relative to the scene's; float32 values.
+    """
+    frame = rigid_inverse(axes, np.zeros(3))
+    return world_positions(world.positions.astype(np.float64) - origin, frame, np.zeros(3)).astype(np.float32)

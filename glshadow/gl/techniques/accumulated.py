@@ -1,0 +1,154 @@
+"""A light that has a size, as many hard lights one after another: the count of those that are seen, for every pixel."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import replace
+
+from glshadow.core.area import hard_lights, without_cone
+from glshadow.core.lights import Light, SkyLight
+from glshadow.derive.resolved import settle
+from glshadow.derive.used import Used
+from glshadow.errors import ResourceError
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.targets import release
+from glshadow.gl.frame_context import Work
+from glshadow.gl.passes.atlases import Atlases
+from glshadow.gl.passes.per_sample import Dense
+from glshadow.gl.passes.receiver import Receiver
+from glshadow.gl.passes.resolve import count_seen
+from glshadow.gl.techniques.counts import Counts
+from glshadow.gl.techniques.technique import Source, open_receiver
+from glshadow.shader.slots import given_slots
+from glshadow.shadows.filters import Filter
+from glshadow.shadows.shadow import Settled
+from glshadow.shadows.view import kind_of
+
+
+class Accumulated(Source):
+    """One light's count of seen points, over the picture and over the samples of collected pixels.
+
+    Parameters
+    ----------
+    one : Source
+        What a single hard light is asked of, again and again.
+    maps : Source, optional
+        What it is asked of instead where `one` does not fit into the driver's buffers and the light's filter is derived.
+    """
+
+    def __init__(self, context: GLContext, one: Source, maps: Source | None = None) -> None:
+        self._context, self._first, self._maps = context, one, maps
+        self._atlases = Atlases(context)
+        self._filter: Filter
+        self._counted: tuple[Hashable, Used, Source, Settled] | None = (
+            None  # what was counted, and what was asked for it
+        )
+        self._picture, self._samples = Counts(context), Counts(context)
+
+    def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
+        """Take the light with its settings."""
+        assert shadow is not None
+        self.light, self._asked = light, shadow
+        self._ask_of(self._first, shadow)
+
+    def _ask_of(self, one: Source, shadow: Settled) -> None:
+        self._one, self._settled = one, shadow
+        self._shadow, self._filter = replace(shadow, filter=shadow.filter.of_a_point), shadow.filter
+        points = hard_lights(self.light, shadow.filter.points_of_light)
+        self._points = points if shadow.filter.has_map else tuple(map(without_cone, points))
+        one.expect(self._points)
+        self._weighed = isinstance(self.light, SkyLight)
+
+    def prepare(self, work: Work) -> Used:
+        """Make what the first point needs, unless all were counted already.
+
+        Raises
+        ------
+        ResourceError
+            If it does not fit into the driver's buffers, and there is nothing else that the light may be asked of.
+        """
+        if self._counted is not None and self._counted[0] == self._key(work):
+            _, used, one, shadow = self._counted
+            self._ask_of(one, shadow)
+            self._used = replace(used, draws=0)
+            return self._used
+        try:
+            self._used = self._prepare_first(work)
+        except ResourceError as error:
+            self._turn_to_maps(work, error)
+        return self._used
+
+    def amended(self, used: Used) -> Used:
+        """What all points were asked of: lists of one that is not the first may be those that do not fit."""
+        return self._used
+
+    def _turn_to_maps(self, work: Work, error: ResourceError) -> None:
+        """Ask maps instead, from the first point on, for this reason."""
+        shadow = settle(self.light, str(error))
+        if self._maps is None or self._one is self._maps or shadow is None or not shadow.filter.has_map:
+            raise error
+        self._ask_of(self._maps, shadow)
+        self._used = self._prepare_first(work)
+
+    def _prepare_first(self, work: Work) -> Used:
+        used = self._prepare(work, self._points[0])
+        why = f"{used.why}; {len(self._points)} points of the light, one after another"
+        return replace(used, filter=self._filter, why=why, fallbacks=used.fallbacks + undithered(self._filter))
+
+    def _prepare(self, work: Work, point: Light) -> Used:
+        """What one point needs; its maps are its own, so that the next one may draw over them."""
+        alone = replace(work, atlases=self._atlases)
+        self._atlases.begin()
+        self._one.claim(alone, point, self._shadow)
+        return self._one.prepare(alone)
+
+    def _key(self, work: Work) -> Hashable:
+        """All that the counts depend on."""
+        light = replace(self.light, color=(1.0, 1.0, 1.0), intensity=1.0)
+        return (work.scene.identity, work.sight, work.targets.identity, light, self._asked.filter)
+
+    def receiver(self, work: Work) -> Receiver:
+        """Read the counts, made anew unless light, scene and what the camera sees are those of the last frame."""
+        key = self._key(work)
+        if self._counted is None or self._counted[0] != key:
+            self._counted = None
+            try:
+                self._count(work, self._picture, None)
+            except ResourceError as error:
+                self._turn_to_maps(work, error)
+                self._count(work, self._picture, None)
+            self._counted = key, self._used, self._one, self._settled
+        return replace(self._given(work, self._picture), densely=lambda dense: self._densely(work, dense))
+
+    def _densely(self, work: Work, dense: Dense) -> Receiver:
+        self._count(work, self._samples, dense)
+        dense.framebuffer.use()
+        return self._given(work, self._samples)
+
+    def _count(self, work: Work, counts: Counts, dense: Dense | None) -> None:
+        components = 2 if self._weighed else 1
+        counts.use(work, dense, components, "f4")
+        self._context.gl.clear_floats(0, (0.0,) * 4)
+        for point in self._points:
+            self._prepare(work, point)
+            asked = self._one.receiver(replace(work, atlases=self._atlases))
+            counts.use(work, dense, components, "f4")
+            count_seen(work, point, asked, dense, self._weighed)
+
+    def _given(self, work: Work, counts: Counts) -> Receiver:
+        return replace(
+            open_receiver(work, self.light),
+            slots=given_slots(kind_of(self.light)),
+            defines={"GLS_WEIGHED": int(self._weighed)},
+            uniforms={"u_points": float(len(self._points))},
+            textures={"u_given": counts.texture},
+        )
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        release(self._first, self._maps, self._atlases, self._picture, self._samples)
+
+
+def undithered(filter_: Filter) -> tuple[str, ...]:
+    """The fallback of a filter that dithers, whose points are asked one after another."""
+    return ("no dither: the light's points are asked one after another, each of all pixels",) if filter_.dithers else ()

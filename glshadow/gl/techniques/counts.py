@@ -1,0 +1,53 @@
+"""How much of a light is seen, for each pixel or sample: a texture that passes add to, kept as long as its shape is right."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+
+import moderngl
+
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.targets import release, succeed
+from glshadow.gl.frame_context import Work
+from glshadow.gl.passes.per_sample import Dense
+
+
+class Counts:
+    """One light's counts over the picture, or over the samples of collected pixels.
+
+    Attributes
+    ----------
+    texture, framebuffer
+        To read, and to draw to.
+    """
+
+    def __init__(self, context: GLContext) -> None:
+        self._context = context
+        self._shape: Hashable = None
+        self.texture: moderngl.Texture
+        self.framebuffer: moderngl.Framebuffer
+
+    def use(self, work: Work, dense: Dense | None, components: int, dtype: str) -> None:
+        """Make them what passes draw to: over the picture, whose depth is then tested, or over collected samples."""
+        size, whose = (
+            (work.targets.depth.size, work.targets.identity) if dense is None else (dense.framebuffer.size, -1)
+        )
+        shape = (size, whose, components, dtype)
+        if self._shape != shape:
+            old = () if self._shape is None else (self.framebuffer, self.texture)
+            self._shape = None
+            self.texture = self._context.ctx.texture(size, components, dtype=dtype)
+            self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self.framebuffer = self._context.ctx.framebuffer([self.texture], None if dense else work.targets.depth)
+            self.framebuffer.depth_mask = False
+            succeed(self.framebuffer, *old)
+            self._context.check_errors(f"allocating the share of a light that is seen, {size[0]} x {size[1]}")
+            self._shape = shape
+        if dense is not None:
+            self.framebuffer.viewport = dense.viewport
+        self.framebuffer.use()
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        if self._shape is not None:
+            release(self.framebuffer, self.texture)

@@ -1,0 +1,202 @@
+"""Triangle lists of one light on the GPU: built by a compute pass, walked by glsl/exact/lists.glsl, kept while nothing changes."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.area import has_size
+from glshadow.core.lights import Light
+from glshadow.derive.cells import CASTS, CULL_BACK, CULL_FRONT, CUT_OUT
+from glshadow.derive.lists import LEAST_CELLS, ListGrid, list_grid
+from glshadow.derive.resolved import ignored_size
+from glshadow.derive.used import Used
+from glshadow.errors import ResourceError
+from glshadow.gl.driver.buffers import BufferTexture
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.driver.entry_points import RG32UI, RGBA32F
+from glshadow.gl.driver.program import Programs
+from glshadow.gl.driver.targets import release
+from glshadow.gl.frame_context import Work
+from glshadow.gl.passes.receiver import Receiver
+from glshadow.gl.scene.bodies import casters_seen, hides_back_faces
+from glshadow.gl.scene.geometry import GpuScene
+from glshadow.gl.techniques.cells import FACET_BYTES, CellLists
+from glshadow.gl.techniques.edges import Edges
+from glshadow.gl.techniques.technique import Source
+from glshadow.gl.techniques.triangles import (
+    casting_corners,
+    cell_defines,
+    check_facets,
+    far_away,
+    head_size,
+    light_frame,
+    made_for,
+    triangle_receiver,
+)
+from glshadow.shadows.shadow import Faces, Settled
+
+
+class Listed(Source):
+    """One light's triangle lists and what they were built for.
+
+    Attributes
+    ----------
+    grid : ListGrid
+    lists : CellLists
+    masked : bool
+        Whether some casters are cut out by their texture.
+    builds : int
+        How often they were built.
+    """
+
+    def __init__(self, context: GLContext) -> None:
+        self._context = context
+        self._key: tuple[Hashable, ...] | None = None
+        self._facets: BufferTexture | None = None
+        self._traits: BufferTexture | None = None
+        self.lists = CellLists(context)
+        self._edges = Edges(context)
+        self._values: dict[str, Any] = {}  # what the pass must know of a light that has a size
+        self.grid: ListGrid
+        self.masked = False
+        self.builds = 0
+
+    def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
+        """Take the light with its settings."""
+        assert shadow is not None
+        self.light, self._shadow = light, shadow
+
+    def prepare(self, work: Work) -> Used:
+        """Build them, unless they are those of this scene and light already.
+
+        Raises
+        ------
+        ResourceError
+            If the scene does not fit into the driver's buffers on any grid.
+        """
+        shadow = self._shadow
+        built = self._update(work.programs, work.scene, self.light, casters_seen(work.scene, self.light, work.sight))
+        fallbacks = ignored_size(self.light, shadow.filter) + far_away(work, self.grid)
+        return Used(filter=shadow.filter, faces=shadow.asked.faces, draws=int(built), links=self.lists.count, fallbacks=fallbacks,
+                    why=shadow.why)  # fmt: skip
+
+    def _update(self, programs: Programs, scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> bool:
+        """Whether they had to be built."""
+        key = made_for(scene, light, casting)
+        if key == self._key:
+            return False
+        self._key = None
+        check_facets(scene, self._context.caps.max_texture_buffer_size)
+        traits = node_traits(scene, light, casting)
+        self._write(scene, traits)
+        corners = casting_corners(scene, casting)
+        halvings = 0
+        while True:
+            self.grid = list_grid(light, corners, halvings, scene.corners.reshape(-1, 3))
+            if self._build(programs, scene, light):
+                break
+            if self.grid.cells <= LEAST_CELLS:
+                raise ResourceError(
+                    f"Exact() needs {self.lists.count} list entries even on its coarsest grid, a texture buffer of this driver holds "
+                    f"{self._context.caps.max_texture_buffer_size}: split the scene, or use another filter"
+                )
+            halvings += 1
+        self.masked = scene.world.masks is not None
+        self._key = key
+        self.builds += 1
+        return True
+
+    def _build(self, programs: Programs, scene: GpuScene, light: Light) -> bool:
+        """One pass over all triangles; whether the links fit."""
+        grid, world = self.grid, scene.world
+        program = programs.compute(
+            "pass/lists.comp",
+            defines={
+                **cell_defines(grid, grid.cells),
+                "GLS_AREA": int(has_size(light)),
+                "GLS_DOUBLE": int(self._context.caps.doubles),
+                "GLS_ROUNDED": int(scene.rounded is not None),
+            },
+        )
+        axes, origin = light_frame(grid, scene)
+        program.set(u_axes=axes, u_origin=tuple(origin), u_cells=grid.cells_from_window)
+        program.set(**self._values)
+        program.bind(**world.textures, u_traits=self._traits)
+        if scene.rounded is not None:
+            program.bind(u_smooth=scene.rounded)
+        assert self._facets is not None
+        size = head_size(grid, grid.cells)
+        return self.lists.fill(program, size, world.count, self._context.caps.max_texture_buffer_size, self._facets)
+
+    def _write(self, scene: GpuScene, traits: NDArray[np.uint32]) -> None:
+        """Room for the facets, and what the pass knows of the nodes."""
+        if self._traits is None or self._traits.buffer.size != traits.nbytes:
+            self._traits = self._buffer(self._traits, traits.nbytes, RG32UI)
+        self._traits.buffer.write(traits.tobytes())
+        if self._facets is None or self._facets.buffer.size != scene.world.count * FACET_BYTES:
+            self._facets = self._buffer(self._facets, scene.world.count * FACET_BYTES, RGBA32F)
+        self._context.check_errors(f"allocating the facets of {scene.world.count} triangles")
+
+    def _buffer(self, old: BufferTexture | None, size: int, internal_format: int) -> BufferTexture:
+        if old is not None:
+            old.release()
+        return BufferTexture(self._context.gl, self._context.ctx.buffer(reserve=size), internal_format)
+
+    def receiver(self, work: Work) -> Receiver:
+        """Walk them."""
+        return self._walked(work)
+
+    def marking_receiver(self, work: Work) -> Receiver:
+        """With the silhouette edges of its casters; where these are too many, all samples of every pixel are shaded."""
+        return self._marking(work)
+
+    def _walked(self, work: Work) -> Receiver:
+        return triangle_receiver(work, self.light, self.grid, self.masked, self._textures)
+
+    def _marking(self, work: Work) -> Receiver:
+        receiver = self._walked(work)
+        if not self._find_edges(work):
+            return replace(receiver, collected={"GLS_EVERY": 1, "GLS_NEIGHBORS": 0})
+        return replace(
+            receiver,
+            textures={**receiver.textures, **self._edges.textures},
+            marks={"GLS_MARKS": 1, **self._edges.defines},
+            collected={"GLS_MARKED": 1, "GLS_NEIGHBORS": int(self._turns_unlisted(work.scene))},
+        )
+
+    def _turns_unlisted(self, scene: GpuScene) -> bool:
+        """Whether surfaces may turn away from the light where no edge is listed: beyond a spot's window, on what casts nothing, on
+        smooth meshes between their edges."""
+        return self.grid.kind == "spot" or not scene.casts.all() or scene.rounded is not None
+
+    def _find_edges(self, work: Work) -> bool:
+        """Make lists of silhouette edges, unless they are there; whether they fit into the driver's buffers."""
+        textures = {"u_facets": self._facets, "u_traits": self._traits}
+        return self._edges.update(work.programs, work.scene, self.light, self.grid, self.builds, textures)
+
+    @property
+    def _textures(self) -> dict[str, Any]:
+        return {"u_heads": self.lists.heads, "u_links": self.lists.links, "u_facets": self._facets}
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        release(self._edges, self.lists, self._facets, self._traits)
+
+
+def node_traits(scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> NDArray[np.uint32]:
+    """Per node (N, 2): flags, and what turns a triangle's number into its mask's."""
+    faces = light.shadow.faces if light.shadow else None
+    solid = hides_back_faces(scene, light, faces)
+    mirrored = np.array(scene.mirrored)
+    back = solid if faces is None else np.full(len(casting), faces is Faces.FRONT)
+    front = np.full(len(casting), faces is Faces.BACK)
+    # a mirrored node's winding is turned over by its matrix
+    back, front = np.where(mirrored, front, back), np.where(mirrored, back, front)
+    masked = np.array([gpu.cut_out for gpu in scene.meshes])
+    flags = CULL_BACK * back + CULL_FRONT * front + CASTS * casting + CUT_OUT * masked
+    return np.stack([flags, scene.world.mask_shift], axis=1).astype(np.int64).astype(np.uint32)

@@ -1,0 +1,269 @@
+"""A light's shadow map: fitted, drawn, kept, compared with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.area import radius_of
+from glshadow.core.lights import Light
+from glshadow.core.spaces import Array, transform
+from glshadow.derive.compare import map_uniforms, rounding_of
+from glshadow.derive.fit_request import Asked
+from glshadow.derive.resolved import Decision, decide
+from glshadow.derive.used import Used
+from glshadow.errors import warn
+from glshadow.gl.driver.context import Caps, GLContext
+from glshadow.gl.frame_context import Work
+from glshadow.gl.passes.atlases import Place
+from glshadow.gl.passes.caster import Map, draw_casters
+from glshadow.gl.passes.depth_tiles import seen_blocks
+from glshadow.gl.passes.lighting import light_view
+from glshadow.gl.passes.readback import pixels
+from glshadow.gl.passes.receiver import Receiver
+from glshadow.gl.scene.bodies import casters_seen
+from glshadow.gl.techniques.technique import Source, fetching_dialect, frame_of, open_receiver
+from glshadow.shader.slots import Compare, Shape, mapped_defines, mapped_slots
+from glshadow.shadows.filters import Filter
+from glshadow.shadows.metric import Target, unpack
+from glshadow.shadows.shadow import Settled
+from glshadow.shadows.view import ShadowView, kind_of
+
+MOST_PIXELS = 2.0**16
+"""Side of a map in pixels of the nearest receiver from which on it is said: a texel of a 2048 map is then 32 of them."""
+
+
+class Mapped(Source):
+    """One light's map; none where no receiver of it is seen."""
+
+    def __init__(self, context: GLContext) -> None:
+        self.map: Map | None = None
+        self._place: Place | None = None
+        self._decision: Decision
+        self._asked: Asked
+        self._casting: NDArray[np.bool_]
+        self._shaded: Array | None = None
+        self._looked_at = -1  # scene whose texels were looked at
+
+    def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
+        """Decide the settings and fit the views."""
+        assert shadow is not None
+        self.light, self._why = light, shadow.why
+        caps, scene = work.caps, work.scene
+        self._decision = decision = decide(light, shadow, caps.clip_control, caps.renderer)
+        self._casting = scene.casts
+        if decision.caster.bias.certain:  # no surface shadows itself: what darkens nothing else need not be drawn
+            self._casting = casters_seen(scene, light, work.sight)
+        self._place = self.map = None
+        if not self._casting.any():
+            return
+        sight, reach = work.sight, shadow.filter.reach_texels + decision.caster.bias.shift_texels
+        self._asked = Asked(
+            light, scene.corners, scene.boxes, sight.receivers, scene.corners[self._casting].reshape(-1, 3), sight.camera, sight.size,
+            sight.near, sight.far, decision.clip, shadow.resolution, int(np.ceil(reach)) + 1, decision.fine,
+        )  # fmt: skip
+        fitted = decision.fit.fitted(self._asked)
+        self._shaded = fitted.shaded
+        if fitted.views:
+            self._place = work.atlases.claim(decision.caster.target, fitted.views, decision.caster.channel)
+
+    def prepare(self, work: Work) -> Used:
+        """Draw the map."""
+        draws, decision, caster = 0, self._decision, self._decision.caster
+        if self._place is not None:
+            views, atlas = self._place()
+            if decision.fit.measures:
+                views = self._measured(work, views)
+            self.map = Map(views, atlas, caster, decision.filter)
+            draws = draw_casters(work.context, work.programs, work.scene, self.light, self._casting, self.map)
+            if self._looked_at != work.scene.identity:
+                self._looked_at = work.scene.identity
+                self._warn_of_large_texels(work, self.map.views[0])
+        views = self.map.views if self.map else ()
+        return Used(
+            views,
+            decision.filter,
+            caster.bias,
+            caster.target,
+            decision.clip,
+            caster.faces,
+            draws,
+            decision.fallbacks + self._too_small(),
+            why=self._why,
+        )
+
+    def _too_small(self) -> tuple[str, ...]:
+        """The fallback of a bias under which planes shadow themselves, if that can be told."""
+        if self.map is None or self._decision.filter.encoding:  # the mean of a plane's depths lies on it
+            return ()
+        texel = max(max(view.texel) * (1.0 if view.kind == "directional" else view.far) for view in self.map.views)
+        said = self._decision.caster.bias.shortfall(self._decision.filter.reach_texels, texel)
+        return (said,) if said else ()
+
+    def _measured(self, work: Work, placed: tuple[ShadowView, ...]) -> tuple[ShadowView, ...]:
+        """Views fitted to what is really seen, in the places of those that were claimed."""
+        fitted = self._decision.fit.fitted(replace(self._asked, blocks=seen_blocks(work)))
+        self._shaded = fitted.shaded
+        return tuple(view.placed(there.tile) for view, there in zip(fitted.views, placed, strict=False)) or placed
+
+    def _warn_of_large_texels(self, work: Work, view: ShadowView) -> None:
+        """Said once for a scene: where a map covers so much that what casts near the camera may fall between its texels."""
+        bodies = [points for points in work.sight.receivers if len(points)]
+        if not bodies:
+            return
+        seen = np.concatenate(bodies)
+        camera = work.sight.camera.view_from_world
+        least = max(float((-(seen @ camera[2, :3] + camera[2, 3])).min()), work.sight.near)
+        if _side(work, view, seen, least) <= MOST_PIXELS:
+            return
+        window = pixels(work.targets.depth, np.float32)  # boxes may come nearer than what is in them: ask the picture
+        surface = window != work.sight.clip.clear_depth
+        if not surface.any():
+            return
+        side = _side(work, view, seen, float(np.quantile(work.sight.depth(window[surface].astype(np.float64)), 0.01)))
+        if side > MOST_PIXELS:
+            warn(
+                f"a texel of the light's {view.resolution} map is as wide as {side / view.resolution:.0f} pixels of what is nearest to the "
+                "camera: shadows there may be lost; use Exact(), a larger resolution, or a smaller scene",
+                stacklevel=6,
+            )
+
+    def receiver(self, work: Work) -> Receiver:
+        """Compare with it."""
+        if self.map is None:
+            return open_receiver(work, self.light)
+        scene, caps = work.scene, work.caps
+        axes, offset = frame_of(light_view(self.light, self.map.views), scene.origin)
+        reach = max(self._reach(work), float(np.abs(offset).max()))
+        compared = work.samplers.nearer_reversed if self.map.views[0].clip.reversed else work.samplers.nearer
+        raw = (caps.texture_gather and caps.software) or self.map.filter.reads_depths
+        sampler = work.samplers.plain if raw else compared
+        plain = self.map.filter.encoding or not self.map.settings.target.is_depth
+        return Receiver(
+            map_slots(self.light, self.map, caps),
+            axes,
+            offset,
+            map_defines(self.light, self.map),
+            fetching_dialect(caps.texture_gather),
+            {
+                **uniforms_of(self.map, rounding_of(reach)),
+                "u_size": size_in_texels(self.light, self.map),
+                "u_falloff": falloff_of(self.light),
+            },
+            {"u_map": (self.map.atlas.texture, None if plain else sampler)},
+        )
+
+    def marking_receiver(self, work: Work) -> Receiver:
+        """A map's texels may be smaller than a pixel; prefiltered ones are read from a mip map of the pixel's size."""
+        receiver = self.receiver(work)
+        if self.map is None or self.map.filter.encoding:
+            return receiver
+        return replace(receiver, marks={"GLS_MARKS": 1}, collected={"GLS_MARKED": 1})
+
+    def _reach(self, work: Work) -> float:
+        """Largest coordinate on the way to the position of a receiver that the map answers for: eye, ray x depth, their sum."""
+        sight, origin = work.sight, work.scene.origin
+        eye = float(np.abs(sight.eye - origin).max())
+        if self._shaded is None:
+            return eye + sight.reach
+        return 2.0 * eye + float(np.abs(self._shaded - origin).max())
+
+    def stored(self) -> NDArray[np.float32]:
+        """Its views; RGBA8 is unpacked."""
+        return super().stored() if self.map is None else stored_values(self.map)
+
+
+def _side(work: Work, view: ShadowView, seen: Array, depth: float) -> float:
+    """How many pixels at a view depth a map is wide where it is nearest to the light, or anywhere under a sun."""
+    away = 1.0
+    if view.kind != "directional":
+        away = float(np.linalg.norm(transform(view.view_from_world, seen), axis=1).min())
+    return max(view.texel) * away * view.resolution / work.sight.pixel(depth)
+
+
+def map_slots(light: Light, shadow_map: Map, caps: Caps) -> dict[str, str]:
+    """Snippets that ask a map."""
+    settings, compare = shadow_map.settings, compared_by(shadow_map.settings.target, shadow_map.filter, caps)
+    return mapped_slots(
+        kind_of(light), settings.target, settings.bias, shadow_map.filter, compare, shape_of(shadow_map)
+    )
+
+
+def compared_by(target: Target, filter: Filter, caps: Caps) -> Compare:
+    """How a driver reads a target for a filter."""
+    if not target.is_depth:
+        return "metric"
+    if filter.reads_depths:
+        return "depth_gather_raw" if caps.texture_gather else "depth_taps_raw"
+    if not caps.texture_gather:
+        return "depth_taps"
+    return "depth_gather_raw" if caps.software else "depth_gather"
+
+
+def shape_of(shadow_map: Map) -> Shape:
+    """How a sun's map is laid out."""
+    view = shadow_map.views[0]
+    return "cascades" if view.cascade else "plain" if view.warp is None else "warped"
+
+
+def cascades_of(shadow_map: Map) -> int:
+    """How many; 0: one view, or the faces of a point light."""
+    return len(shadow_map.views) if shadow_map.views[0].cascade else 0
+
+
+def falloff_of(light: Light) -> float:
+    """From how far before its map's border a light's shadow fades; a point light's has none."""
+    return 0.0 if light.shadow is None or kind_of(light) == "point" else light.shadow.edge_falloff
+
+
+def size_in_texels(light: Light, shadow_map: Map) -> tuple[float, float]:
+    """By how many texels the edge of a shadow widens for each unit of nearness, see glsl/depth."""
+    x, y = shadow_map.views[0].texel
+    scale = abs(uniforms_of(shadow_map, 0.0)["u_base"][0])
+    return radius_of(light) / (scale * x), radius_of(light) / (scale * y)
+
+
+def map_defines(light: Light, shadow_map: Map) -> Mapping[str, int | str]:
+    """Defines that go with them."""
+    settings = shadow_map.settings
+    reversed_depth = settings.target.is_depth and shadow_map.views[0].clip.reversed  # a metric always grows away
+    bounded = shadow_map.views[0].inset > 0
+    cascade = shadow_map.views[0].cascade
+    by_depth = cascade is not None and cascade.by_depth
+    defines = mapped_defines(kind_of(light), settings.target, settings.bias, shadow_map.filter, reversed_depth, bounded)
+    if falloff_of(light) > 0.0 and cascade is None:
+        defines |= {"GLS_FALLOFF": 1, "GLS_BOUNDED": 1}
+    channel = settings.channel
+    if channel is not None:
+        return {**defines, "GLS_CHANNEL": channel.number}
+    several = {"GLS_CASCADES": cascades_of(shadow_map), "GLS_BY_DEPTH": int(by_depth)}
+    return {**defines, **several} if cascade is not None else defines
+
+
+def uniforms_of(shadow_map: Map, rounding: float) -> dict[str, Any]:
+    """Uniforms that go with them, see `core.compare.map_uniforms`."""
+    settings = shadow_map.settings
+    size = shadow_map.atlas.size
+    return map_uniforms(shadow_map.views, size, settings.target, settings.bias, shadow_map.filter, rounding)
+
+
+def stored_values(shadow_map: Map) -> NDArray[np.float32]:
+    """A map's views (V, R, R) as they are stored, row 0 at v = 1; RGBA8 is unpacked."""
+    texture, target = shadow_map.atlas.texture, shadow_map.settings.target
+    channel = shadow_map.settings.channel.number if shadow_map.settings.channel else 0
+    if target is Target.RGBA8:
+        values = np.minimum(unpack(pixels(texture, np.uint8) / 255.0), 1.0)
+    elif target is Target.R8:
+        values = pixels(texture, np.uint8)[..., channel] / 255.0
+    else:
+        values = pixels(texture, np.float16 if target is Target.R16F else np.float32)[..., channel]
+    height = len(values)
+    tiles = []
+    for view in shadow_map.views:
+        x, y = view.tile
+        tiles.append(values[height - y - view.resolution : height - y, x : x + view.resolution])
+    return np.stack(tiles).astype(np.float32)

@@ -1,0 +1,39 @@
+"""A light's shadow map whose means are taken before it is asked."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.derive.used import Used
+from glshadow.gl.driver.context import GLContext
+from glshadow.gl.frame_context import Work
+from glshadow.gl.passes.caster import Map
+from glshadow.gl.passes.moments import Moments
+from glshadow.gl.techniques.mapped import Mapped, stored_values
+
+
+class Prefiltered(Mapped):
+    """One light's map, and its means."""
+
+    def __init__(self, context: GLContext) -> None:
+        super().__init__(context)
+        self._moments = Moments(context)
+        self._depths: Map | None = None
+
+    def prepare(self, work: Work) -> Used:
+        """Draw the map, and take its means."""
+        used = super().prepare(work)
+        self._depths = self.map
+        if self.map is not None:
+            self.map = self._moments.filled(work.programs, self.map)
+        return used
+
+    def stored(self) -> NDArray[np.float32]:
+        """The depths that the means are of."""
+        return super().stored() if self._depths is None else stored_values(self._depths)
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        self._moments.release()
+        super().release()

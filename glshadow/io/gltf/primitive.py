@@ -1,0 +1,272 @@
+"""Primitives of glTF meshes as Meshes: each is made once per form, and shared."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.spaces import Array
+from glshadow.errors import SceneError
+from glshadow.io.gltf.accessor import Rows, read_accessor, read_floats, read_whole
+from glshadow.io.gltf.document import Document, as_object
+from glshadow.io.gltf.draco import decoded
+from glshadow.io.gltf.material import Surfaces, texture_uv
+from glshadow.io.gltf.morph import Weights, moved, targets_of
+from glshadow.io.gltf.skin import influences, posed
+from glshadow.io.imported import WHITE, linear_colors, tinted, usable_normals, used_vertices
+from glshadow.scene.mesh import Mesh
+
+TRIANGLES, STRIP, FAN = 4, 5, 6
+_DRAWN_BYTES = 50  # that drawing takes for each triangle of a mesh: vertices, two lists of indices, a normal
+
+
+@dataclass(frozen=True, eq=False)
+class Form:
+    """What a node makes of its mesh.
+
+    Parameters
+    ----------
+    weights : tuple of float
+        Of the morph targets.
+    skin : int, optional
+        Its number.
+    joints : (J, 3, 4) float64, optional
+        world_from_bind of the skin's joints.
+    """
+
+    weights: Weights = ()
+    skin: int | None = None
+    joints: Array | None = None
+
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """Equal for equal forms of one file."""
+        return (self.weights, self.skin)
+
+
+def is_surface(primitive: dict[str, Any]) -> bool:
+    """Whether it is made of triangles rather than of points or lines."""
+    return primitive.get("mode", TRIANGLES) in (TRIANGLES, STRIP, FAN)
+
+
+@dataclass
+class Primitives:
+    """Meshes of one document, by what they are made of; those that differ in their material share their arrays."""
+
+    document: Document
+    surfaces: Surfaces
+    made: dict[tuple[Any, ...], Mesh] = field(default_factory=dict)
+    bodies: dict[tuple[Any, ...], _Body] = field(default_factory=dict)
+
+    def get(self, primitive: dict[str, Any], form: Form, where: str) -> Mesh:
+        """The triangles of a primitive; in world space if the form has joints and the primitive has them too.
+
+        Raises
+        ------
+        SceneError
+            If an accessor cannot be read, POSITION is missing, an index is out of range or a coordinate is not finite.
+        """
+        shape = (json.dumps({k: v for k, v in primitive.items() if k != "material"}, sort_keys=True), *form.key)
+        key = (json.dumps(primitive.get("material")), *shape)
+        if key not in self.made:
+            self.document.budget.check_time(where)
+            if shape not in self.bodies:
+                self.bodies[shape] = _body(self.document, decoded(self.document, primitive, where), form, where)
+            self.made[key] = self._dressed(self.bodies[shape], primitive.get("material"), where)
+            self.document.budget.take(_DRAWN_BYTES * len(self.made[key].triangles), where)
+        return self.made[key]
+
+    def _dressed(self, body: _Body, material: Any, where: str) -> Mesh:
+        surface = self.surfaces.get(material, where)
+        found, uv = surface.given if body.clear else surface.material, None
+        if found.texture is not None:
+            stored = body.vertices.read(f"TEXCOORD_{surface.uv_set}", ("VEC2",))
+            uv = None if stored is None else texture_uv(stored, surface.uv_transform)
+            if uv is None or not np.isfinite(uv).all():
+                uv = None
+                self.document.notes.append(
+                    f"{where} has a texture but no usable TEXCOORD_{surface.uv_set}: drawn without it"
+                )
+                found = replace(found, texture=None)
+        found = (
+            replace(found, color=tuple((np.asarray(body.tint) * found.color).tolist()))
+            if body.tint != WHITE.color
+            else found
+        )
+        try:
+            return Mesh(body.positions, body.triangles, body.normals, uv, body.colors, found)
+        except SceneError as error:
+            raise SceneError(f"{where}: {error}; repair or remove them") from error
+
+
+@dataclass(frozen=True)
+class _Vertices:
+    """The used vertices of a primitive, morphed: the rows of its accessors that triangles ask for."""
+
+    document: Document
+    attributes: dict[str, Any]
+    targets: list[tuple[float, dict[str, Any]]]
+    count: int
+    rows: Rows
+    where: str
+
+    def read(self, name: str, types: tuple[str, ...]) -> Array | None:
+        """Values (N, columns) of an attribute; None where the primitive has none."""
+        if name not in self.attributes:
+            return None
+        values = self._rows(self.attributes[name], name, types)
+        for weight, target in self.targets:
+            if name in target:
+                values = moved(values, weight, self._rows(target[name], f"targets.{name}", types))
+        return values
+
+    def _rows(self, accessor: Any, name: str, types: tuple[str, ...]) -> Array:
+        where = f"{self.where}.{name}"
+        self._check(accessor, types, where)
+        return read_floats(self.document, accessor, types, where, self.rows)
+
+    def joints(self, number: int, notes: list[str]) -> tuple[NDArray[np.int64], Array] | None:
+        """Joints (N, K), of `number`, and their weights (N, K); None where the primitive has none."""
+        joints: list[NDArray[np.int64]] = []
+        weights: list[Array] = []
+        while f"JOINTS_{len(joints)}" in self.attributes and f"WEIGHTS_{len(joints)}" in self.attributes:
+            names = [f"{kind}_{len(joints)}" for kind in ("JOINTS", "WEIGHTS")]
+            for name in names:
+                self._check(self.attributes[name], ("VEC4",), f"{self.where}.{name}")
+            self.document.item("accessors", self.attributes[names[1]], self.where)["normalized"] = (
+                True  # or it means nothing
+            )
+            where = f"{self.where}.{names[0]}"
+            joints.append(read_whole(self.document, self.attributes[names[0]], ("VEC4",), where, self.rows))
+            weights.append(self._rows(self.attributes[names[1]], names[1], ("VEC4",)))
+        return influences(joints, weights, number, notes, self.where) if joints else None
+
+    def _check(self, accessor: Any, types: tuple[str, ...], where: str) -> None:
+        length = len(read_accessor(self.document, accessor, types, where)[0])
+        if length != self.count:
+            raise SceneError(f"{where} has {length} elements, POSITION has {self.count}")
+
+
+def is_skinned(primitive: dict[str, Any]) -> bool:
+    """Whether a skin moves its vertices."""
+    attributes = as_object(primitive.get("attributes", {}), "attributes")
+    return "JOINTS_0" in attributes and "WEIGHTS_0" in attributes
+
+
+@dataclass(frozen=True, eq=False)
+class _Body:
+    """A primitive without its material.
+
+    Parameters
+    ----------
+    vertices : _Vertices
+        For what depends on the material: texture coordinates.
+    positions, triangles, normals, colors
+        As of a Mesh.
+    tint : (4,) floats
+        Colour that all vertices share.
+    clear : bool
+        Whether some vertex is transparent.
+    """
+
+    vertices: _Vertices
+    positions: Array
+    triangles: NDArray[np.int32]
+    normals: NDArray[np.float32] | None
+    colors: NDArray[np.float32] | None
+    tint: tuple[float, float, float, float]
+    clear: bool
+
+
+def _body(document: Document, primitive: dict[str, Any], form: Form, where: str) -> _Body:
+    attributes = as_object(primitive.get("attributes", {}), f"{where}.attributes")
+    if "POSITION" not in attributes:
+        raise SceneError(f"{where} has no POSITION: there is nothing to draw")
+    count = len(read_accessor(document, attributes["POSITION"], ("VEC3",), f"{where}.POSITION")[0])
+    rows, triangles = used_vertices(_triangles(document, primitive, count, where), count)
+    vertices = _Vertices(document, attributes, targets_of(document, primitive, form.weights, where), count, rows, where)
+    positions = vertices.read("POSITION", ("VEC3",))
+    assert positions is not None
+    if not vertices.targets:
+        _check_declared(document, attributes["POSITION"], positions, where)
+    normals = vertices.read("NORMAL", ("VEC3",))
+    if form.joints is not None:
+        followed = vertices.joints(len(form.joints), document.notes)
+        if followed is not None:
+            positions, normals = posed(positions, normals, *followed, form.joints)
+    linear = _colors(vertices)
+    tint, colors = tinted(WHITE, linear)
+    return _Body(
+        vertices,
+        positions,
+        triangles.astype(np.int32),
+        usable_normals(positions, triangles, normals),
+        colors,
+        tint.color,
+        linear is not None and bool((linear[:, 3] < 1.0).any()),
+    )
+
+
+def _colors(vertices: _Vertices) -> Array | None:
+    """COLOR_0 (N, 4), linear; integers are normalised even where the file forgets to say so."""
+    if "COLOR_0" not in vertices.attributes:
+        return None
+    vertices.document.item("accessors", vertices.attributes["COLOR_0"], vertices.where)["normalized"] = True
+    colors = vertices.read("COLOR_0", ("VEC3", "VEC4"))
+    if colors is not None and vertices.targets:
+        colors = np.clip(colors, 0.0, 1.0)  # as glTF has it for colours that are morphed
+    return None if colors is None else linear_colors(colors, f"{vertices.where}.COLOR_0", vertices.document.notes)
+
+
+def _check_declared(document: Document, accessor: int, positions: Array, where: str) -> None:
+    """Note coordinates far outside the accessor's own min and max: the sign of bytes read from a wrong place."""
+    given = document.item("accessors", accessor, where)
+    try:
+        low, high = (np.asarray(given[key], dtype=np.float64) for key in ("min", "max"))
+    except (KeyError, TypeError, ValueError):
+        return
+    if (
+        low.shape != (3,)
+        or high.shape != (3,)
+        or given.get("normalized")
+        or not np.isfinite([*low, *high]).all()
+        or not np.isfinite(positions).all()
+    ):
+        return
+    slack = 1e-3 * float(np.abs([low, high]).max()) + float((high - low).max())
+    outside = int(((positions < low - slack) | (positions > high + slack)).any(axis=1).sum())
+    if outside:
+        document.notes.append(
+            f"{where}: {outside} of {len(positions)} vertices lie far outside the range {low.tolist()} to "
+            f"{high.tolist()} that the file declares"
+        )
+
+
+def _triangles(document: Document, primitive: dict[str, Any], vertices: int, where: str) -> NDArray[np.int64]:
+    mode = primitive.get("mode", TRIANGLES)
+    if "indices" in primitive:
+        indices = read_whole(document, primitive["indices"], ("SCALAR",), f"{where}.indices")[:, 0]
+        if indices.max() >= vertices:
+            raise SceneError(
+                f"{where}: index {indices.max()} is out of range, it has {vertices} vertices "
+                f"({int((indices >= vertices).sum())} of {len(indices)} indices are)"
+            )
+    else:
+        document.budget.take(8 * vertices, where)
+        indices = np.arange(vertices)
+    if mode == TRIANGLES:
+        if len(indices) % 3:
+            raise SceneError(f"{where}: {len(indices)} indices are not a multiple of 3, as triangles need")
+        return indices.reshape(-1, 3)
+    if len(indices) < 3:
+        raise SceneError(f"{where}: a strip or fan needs 3 indices, got {len(indices)}")
+    document.budget.take(24 * len(indices), where)
+    if mode == FAN:
+        return np.stack([indices[1:-1], indices[2:], np.full(len(indices) - 2, indices[0])], axis=1)
+    strip = np.stack([indices[:-2], indices[1:-1], indices[2:]], axis=1)
+    strip[1::2] = strip[1::2][:, [0, 2, 1]]  # every second triangle of a strip is wound the other way
+    return strip

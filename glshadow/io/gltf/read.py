@@ -1,0 +1,230 @@
+"""A glTF file as placed meshes, camera and lights."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from glshadow.core.cameras import Camera, OrthographicCamera, PerspectiveCamera
+from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
+from glshadow.core.setting import as_float, shown
+from glshadow.core.spaces import Array
+from glshadow.errors import SceneError
+from glshadow.io.gltf.document import Document, as_object, extensions, open_document
+from glshadow.io.gltf.graph import Graph, instances
+from glshadow.io.gltf.material import Surfaces
+from glshadow.io.gltf.morph import resting_weights
+from glshadow.io.gltf.primitive import Form, Primitives, is_skinned, is_surface
+from glshadow.io.gltf.skin import joint_matrices
+from glshadow.io.imported import WIDEST_CONE, Imported, blended
+from glshadow.io.limits import Budget
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node
+
+_PLACED_BYTES = 20  # that drawing takes for each placed triangle: a plane and the number of its node
+Named = tuple[str, int, dict[str, Any], Array]
+
+
+def read_gltf(path: Path, budget: Budget) -> Imported:
+    """Read a .glb or .gltf file.
+
+    Nodes with several materials become several Nodes of one name; nodes of one mesh share its Mesh objects. Skins and morph
+    targets are at rest: joints where the file's nodes are, weights as the file gives them. A camera's znear and zfar are left
+    out: they are derived from the scene, so that nothing is cut away. Of an orthographic one counts ymag, as of a perspective
+    one yfov: what is seen to the sides follows from the picture's size.
+
+    Raises
+    ------
+    SceneError
+        If it is broken, needs what cannot be honoured, or costs more than `budget` allows.
+    """
+    document = open_document(path, budget)
+    found = Imported(notes=document.notes)
+    graph = Graph(document)
+    named = _named(graph)
+    meshes = _Meshes(document, graph)
+    triangles = 0
+    for name, index, node, matrix in named:
+        if "mesh" not in node:
+            continue
+        budget.check_time(f"node {name!r}")
+        placements = None
+        for mesh, skinned in meshes.of(node, f"node {name!r}"):
+            if placements is None:
+                placements = instances(document, node, index, matrix)
+            places = np.eye(4)[None] if skinned else placements  # a skin's joints place it, and nothing else
+            triangles += len(mesh.triangles) * len(places)
+            budget.limits.check("triangles", triangles, f"node {name!r}")
+            budget.take(_PLACED_BYTES * len(mesh.triangles) * len(places), f"node {name!r}")
+            budget.limits.check("nodes", len(found.nodes) + len(places), f"node {name!r}")
+            titles = [name] if len(places) == 1 else [f"{name}[{copy}]" for copy in range(len(places))]
+            found.nodes += [Node(mesh, place, title) for title, place in zip(titles, places, strict=True)]
+    found.camera = _camera(document, named)
+    found.lights = _lights(document, named) or None
+    budget.limits.check("draws", len(found.nodes) * len(found.lights or ()), "the scene")
+    _note(document, meshes.lost)
+    found.notes += blended(found.nodes)
+    if not found.nodes:
+        raise SceneError(f"nothing to render: {_why_empty(document, named, meshes.lost)}")
+    return found
+
+
+def _why_empty(document: Document, named: list[Named], lost: Counter[str]) -> str:
+    if lost["points or lines"]:
+        return "it holds only points or lines, and no triangles"
+    if not named:
+        return "its scene has no nodes" if document.items("scenes") else "it has no scene"
+    return "no node of its scene has a mesh with triangles"
+
+
+def _named(graph: Graph) -> list[Named]:
+    """(unique name, index, node, world_from_node): glTF lets nodes share a name or have none."""
+    result, seen = [], set()
+    for index, matrix in zip(graph.placed, graph.matrices(graph.placed), strict=True):
+        node = graph.nodes[index]
+        name = str(node.get("name") or f"node{index}")
+        if name in seen:
+            name = f"{name}.{index}"
+        seen.add(name)
+        result.append((name, index, node, matrix))
+    return result
+
+
+class _Meshes:
+    """Meshes of a document, in the forms that nodes give them; `lost` counts what of them is not drawn."""
+
+    def __init__(self, document: Document, graph: Graph) -> None:
+        self._document, self._graph = document, graph
+        self._primitives = Primitives(document, Surfaces(document))
+        self._made: dict[tuple[Any, ...], list[tuple[Mesh, bool]]] = {}
+        self._joints: dict[int, Array] = {}
+        self.lost: Counter[str] = Counter()
+
+    def of(self, node: dict[str, Any], user: str) -> list[tuple[Mesh, bool]]:
+        """What a node draws, and whether its skin has placed it already."""
+        number = node["mesh"]
+        mesh = self._document.item("meshes", number, user)
+        form = self._form(node, mesh, user)
+        key = (number, *form.key)
+        if key not in self._made:
+            title = f"mesh {mesh['name']!r}" if mesh.get("name") else f"meshes[{number}]"
+            self._made[key] = self._make(mesh, form, title)
+        return self._made[key]
+
+    def _form(self, node: dict[str, Any], mesh: dict[str, Any], user: str) -> Form:
+        weights = resting_weights(node, mesh, user)
+        if "skin" not in node:
+            return Form(weights)
+        skin = node["skin"]
+        self._document.item("skins", skin, user)
+        if skin not in self._joints:
+            self._joints[skin] = joint_matrices(self._document, self._graph, skin, user)
+        return Form(weights, skin, self._joints[skin])
+
+    def _make(self, mesh: dict[str, Any], form: Form, title: str) -> list[tuple[Mesh, bool]]:
+        made = []
+        primitives = mesh.get("primitives", [])
+        if not isinstance(primitives, list):
+            raise SceneError(f"not valid glTF: {title}.primitives must be an array, got {type(primitives).__name__}")
+        self._document.budget.limits.check("nodes", len(primitives), title)
+        for number, given in enumerate(primitives):
+            where = f"{title} primitive {number}"
+            primitive = as_object(given, where)
+            if not is_surface(primitive):
+                self.lost["points or lines"] += 1
+                continue
+            skinned = form.joints is not None and is_skinned(primitive)
+            self.lost["skins without joints"] += form.joints is not None and not skinned
+            made.append((self._primitives.get(primitive, form, where), skinned))
+        return made
+
+
+def _note(document: Document, lost: Counter[str]) -> None:
+    if lost["skins without joints"]:
+        document.notes.append(
+            f"{lost['skins without joints']} primitive(s) of skinned nodes have no joints: drawn where their node is"
+        )
+    if lost["points or lines"]:
+        document.notes.append(
+            f"{lost['points or lines']} primitive(s) of points or lines left out: only triangles are drawn"
+        )
+    centre = extensions(document.json).get("CESIUM_RTC")
+    if centre is not None:
+        document.notes.append(
+            f"its CESIUM_RTC centre {as_object(centre, 'CESIUM_RTC').get('center')} is left out: drawn about its own "
+            "origin"
+        )
+
+
+def _camera(document: Document, named: list[Named]) -> Camera | None:
+    """The first camera of a kind that glTF knows which the scene places."""
+    for name, _, node, matrix in named:
+        if "camera" not in node:
+            continue
+        camera = document.item("cameras", node["camera"], f"node {name!r}")
+        kind = camera.get("type")
+        lens = as_object(camera.get(str(kind), {}), f"node {name!r}: its camera")
+        if kind == "perspective":
+            return PerspectiveCamera.from_pose(matrix, float(np.degrees(_size(lens, "yfov", name))))
+        if kind == "orthographic":
+            return OrthographicCamera.from_pose(matrix, 2.0 * _size(lens, "ymag", name))
+        document.notes.append(f"camera {name!r} is {kind}, which is not modelled: left out")
+    return None
+
+
+def _size(lens: dict[str, Any], key: str, name: str) -> float:
+    """A camera's number that has to be there, and must not be 0; glTF discourages negative ones, which mean the same."""
+    value = abs(as_float(lens.get(key)))
+    if not 0.0 < value < np.inf:
+        raise SceneError(
+            f"node {name!r}: {key} of its camera must be a number other than 0, got {shown(lens.get(key))}"
+        )
+    return value
+
+
+def _lights(document: Document, named: list[Named]) -> list[Light]:
+    given = as_object(extensions(document.json).get("KHR_lights_punctual", {}), "KHR_lights_punctual").get("lights", [])
+    lit = [each for each in named if "KHR_lights_punctual" in extensions(each[2])]
+    document.budget.limits.check("lights", len(lit), "the scene")
+    lights: list[Light] = []
+    for name, _, node, matrix in lit:
+        placed = extensions(node)["KHR_lights_punctual"]
+        index = as_object(placed, f"node {name!r}").get("light")
+        if not isinstance(index, int) or not 0 <= index < len(given):
+            raise SceneError(f"node {name!r} refers to light {index!r}, but the file has {len(given)} lights")
+        lights.append(_light(document, as_object(given[index], f"light {index}"), matrix, name))
+    return lights
+
+
+def _light(document: Document, light: dict[str, Any], matrix: Array, name: str) -> Light:
+    """KHR_lights_punctual: shines along -z; candela for spot and point (hence falloff 2), lux for directional."""
+    color, intensity = tuple(float(x) for x in light.get("color", (1.0, 1.0, 1.0))), float(light.get("intensity", 1.0))
+    position, direction = tuple(matrix[:3, 3].tolist()), tuple((-matrix[:3, 2]).tolist())
+    reach = None if light.get("range") is None else float(light["range"])
+    kind = light.get("type")
+    if kind == "directional":
+        return DirectionalLight(direction=direction, color=color, intensity=intensity)  # type: ignore[arg-type]
+    if kind == "point":
+        return PointLight(position=position, color=color, intensity=intensity, range=reach, falloff=2.0)  # type: ignore[arg-type]
+    if kind != "spot":
+        raise SceneError(f"light {name!r} must be directional, point or spot, got {kind!r}")
+    cone = as_object(light.get("spot", {}), f"light {name!r}")
+    inner, outer = (
+        float(np.degrees(cone.get(key, rad))) for key, rad in (("innerConeAngle", 0.0), ("outerConeAngle", np.pi / 4))
+    )
+    if outer > WIDEST_CONE:
+        document.notes.append(f"spot light {name!r} opens {outer:g} degrees from its axis: narrowed to {WIDEST_CONE:g}")
+        inner, outer = min(inner, WIDEST_CONE), WIDEST_CONE
+    return SpotLight(
+        position=position,
+        direction=direction,
+        color=color,  # type: ignore[arg-type]
+        intensity=intensity,
+        inner_angle=inner,
+        outer_angle=outer,
+        range=reach,
+        falloff=2.0,
+    )

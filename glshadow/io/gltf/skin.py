@@ -1,0 +1,98 @@
+"""Skins at rest: vertices where the joints of the file's nodes put them (glTF 2.0, 3.7.3)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.core.spaces import Array, cofactors
+from glshadow.errors import SceneError
+from glshadow.io.gltf.accessor import read_floats
+from glshadow.io.gltf.document import Document
+from glshadow.io.gltf.graph import Graph
+
+BLOCK = 1 << 16  # vertices at a time: a matrix for each of their joints is 100 times what they take themselves
+
+
+def joint_matrices(document: Document, graph: Graph, index: Any, user: str) -> Array:
+    """world_from_bind (J, 3, 4): each joint's world matrix times its inverse bind matrix, the identity where the skin has none.
+
+    Raises
+    ------
+    SceneError
+        If a joint is no node, a matrix is missing or not finite, or their product overflows.
+    """
+    where = f"skins[{index}]"
+    skin = document.item("skins", index, user)
+    joints = skin.get("joints")
+    if not isinstance(joints, list) or not joints:
+        raise SceneError(f"not valid glTF: {where}.joints must be an array of nodes, got {str(joints)[:80]}")
+    for joint in joints:
+        document.item("nodes", joint, f"{where}.joints")
+    document.budget.take(2 * 128 * len(joints), where)
+    world = np.stack(graph.matrices(joints))
+    bind = np.tile(np.eye(4), (len(joints), 1, 1))
+    if "inverseBindMatrices" in skin:
+        stored = read_floats(document, skin["inverseBindMatrices"], ("MAT4",), f"{where}.inverseBindMatrices")
+        if len(stored) < len(joints):
+            raise SceneError(f"{where} has {len(stored)} inverse bind matrices for {len(joints)} joints")
+        bind = stored[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1)
+        bad = int((~np.isfinite(bind)).any(axis=(1, 2)).sum())
+        if bad:
+            raise SceneError(f"{where}: {bad} of {len(joints)} inverse bind matrices are not finite (NaN or infinite)")
+        bind[:, 3] = (0.0, 0.0, 0.0, 1.0)  # it has to be; exporters leave rounding here
+    with np.errstate(all="ignore"):
+        matrices = (world @ bind)[:, :3]
+    if not np.isfinite(matrices).all():
+        raise SceneError(f"{where}: a joint's matrix times its inverse bind matrix overflows")
+    return np.asarray(matrices)
+
+
+def influences(
+    joints: list[NDArray[np.int64]], weights: list[Array], count: int, notes: list[str], where: str
+) -> tuple[NDArray[np.int64], Array]:
+    """Joints (N, K) of each vertex and their weights (N, K), sum 1, from all sets of four.
+
+    Raises
+    ------
+    SceneError
+        For weights that are not finite, and joints that the skin, of `count`, does not have.
+    """
+    chosen, shares = np.concatenate(joints, axis=1), np.concatenate(weights, axis=1)
+    bad = int((~np.isfinite(shares)).any(axis=1).sum())
+    if bad:
+        raise SceneError(
+            f"{where}: {bad} of {len(shares)} vertices have joint weights that are not finite (NaN or infinite)"
+        )
+    lost = (chosen >= count) & (shares != 0.0)
+    if lost.any():
+        raise SceneError(f"{where}: joint {int(chosen[lost].max())} is out of range, its skin has {count} joints")
+    chosen = np.where(shares == 0.0, 0, chosen)
+    with np.errstate(all="ignore"):
+        total = shares.sum(axis=1)
+    free = ~((total > 0.0) & np.isfinite(total))
+    if free.any():
+        notes.append(
+            f"{where}: {int(free.sum())} of {len(shares)} vertices have no joint weights: they follow the first joint"
+        )
+        shares[free] = np.eye(shares.shape[1])[0]
+        chosen[free] = 0
+        total[free] = 1.0
+    return chosen, shares / total[:, None]
+
+
+def posed(
+    positions: Array, normals: Array | None, chosen: NDArray[np.int64], shares: Array, joints: Array
+) -> tuple[Array, Array | None]:
+    """Positions and normals (N, 3) moved by the weighted sum of their joints' matrices (J, 3, 4); normals of any length."""
+    moved, turned = np.zeros_like(positions), None if normals is None else np.zeros_like(normals)
+    with np.errstate(all="ignore"):  # what overflows is refused with its vertices
+        for start in range(0, len(positions), BLOCK):
+            part = slice(start, start + BLOCK)
+            matrix = np.einsum("nk,nkij->nij", shares[part], joints[chosen[part]])
+            moved[part] = np.einsum("nij,nj->ni", matrix[..., :3], positions[part]) + matrix[..., 3]
+            if turned is not None and normals is not None:
+                turned[part] = np.einsum("nij,nj->ni", cofactors(matrix[..., :3]), normals[part])
+    return moved, turned

@@ -1,0 +1,187 @@
+"""What a reader hands to `load`: placed meshes, what the file brought beside them, and what it could not honour."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from glshadow.core.cameras import Camera
+from glshadow.core.lights import Light
+from glshadow.core.spaces import Array
+from glshadow.core.srgb import linear_from_srgb
+from glshadow.errors import SceneError
+from glshadow.scene.mesh import AlphaMode, Material
+from glshadow.scene.nodes import Node
+
+WIDEST_CONE = 89.0  # degrees from the axis; SpotLight needs less than 90
+
+
+@dataclass
+class Imported:
+    """Result of one reader.
+
+    Parameters
+    ----------
+    nodes : list of Node
+    camera : Camera, optional
+    lights : list of Light, optional
+        None: it brought none, the default sun applies.
+    notes : list of str
+        What could not be honoured; each becomes a GlshadowWarning that names the file.
+    """
+
+    nodes: list[Node] = field(default_factory=list)
+    camera: Camera | None = None
+    lights: list[Light] | None = None
+    notes: list[str] = field(default_factory=list)
+
+
+def fans(polygons: ArrayLike) -> NDArray[np.int64]:
+    """Triangles (N * (K - 2), 3) of convex polygons (N, K)."""
+    corners = np.asarray(polygons, dtype=np.int64)
+    first, count = corners[:, 0], corners.shape[1]
+    triangles = [np.stack([first, corners[:, k], corners[:, k + 1]], axis=1) for k in range(1, count - 1)]
+    return np.stack(triangles, axis=1).reshape(-1, 3)
+
+
+def reflectance(color: ArrayLike, where: str, notes: list[str]) -> tuple[float, ...]:
+    """A base colour inside 0..1, all that a surface can reflect; notes what was beyond.
+
+    Raises
+    ------
+    SceneError
+        If it is not made of finite numbers.
+    """
+    given = np.asarray(color, dtype=np.float64)
+    if not np.isfinite(given).all():
+        raise SceneError(f"{where}: its colour must be finite numbers, got {given.tolist()}")
+    if (given < 0.0).any() or (given > 1.0 + 1e-6).any():  # what rounding to float32 leaves is no news
+        notes.append(f"{where}: its colour ({', '.join(f'{x:g}' for x in given)}) is clipped to 0..1")
+    return tuple(np.clip(given, 0.0, 1.0).tolist())
+
+
+def linear_colors(given: ArrayLike, where: str, notes: list[str]) -> Array:
+    """Vertex colours (V, 3 or 4), linear, as RGBA (V, 4) inside 0..1; notes what was beyond, or not a number and is white."""
+    colors = np.asarray(given, dtype=np.float64)
+    if colors.ndim != 2 or colors.shape[1] not in (3, 4):
+        raise SceneError(f"{where}: colours must have 3 or 4 columns, got shape {colors.shape}")
+    result = np.ones((len(colors), 4))
+    result[:, : colors.shape[1]] = colors
+    lost = ~np.isfinite(result).all(axis=1)
+    if lost.any():
+        notes.append(
+            f"{where}: {int(lost.sum())} of {len(result)} colours are not finite (NaN or infinite): white there"
+        )
+        result[lost] = 1.0
+    beyond = int(((result < 0.0) | (result > 1.0 + 1e-6)).any(axis=1).sum())
+    if beyond:
+        notes.append(f"{where}: {beyond} of {len(result)} colours are clipped to 0..1")
+    return np.clip(result, 0.0, 1.0)
+
+
+def srgb_colors(given: ArrayLike, where: str, notes: list[str]) -> Array:
+    """The same of sRGB colours: bytes, 16-bit integers, or floats in 0..1; alpha is linear."""
+    stored = np.asarray(given)
+    steps = 65535.0 if stored.dtype == np.uint16 else 255.0 if stored.dtype.kind in "iu" else 1.0
+    colors = linear_colors(stored.astype(np.float64) / steps, where, notes)
+    colors[:, :3] = linear_from_srgb(colors[:, :3])
+    return colors
+
+
+def tinted(material: Material, colors: Array | None) -> tuple[Material, NDArray[np.float32] | None]:
+    """Material and vertex colours (V, 4) linear; a colour that all vertices share becomes the material's."""
+    if colors is None:
+        return material, None
+    if (colors != colors[0]).any():
+        return material, colors.astype(np.float32)
+    if (colors[0] != 1.0).any():
+        material = replace(material, color=tuple((colors[0] * material.color).tolist()))
+    return material, None
+
+
+def used_vertices(triangles: NDArray[np.int64], count: int) -> tuple[NDArray[np.int64] | slice, NDArray[np.int64]]:
+    """Numbers of the vertices, of `count`, that triangles use, in their order, and the triangles over them alone."""
+    if triangles.size < count // 8:  # a part of a large list: its length must not cost anything
+        rows, inverse = np.unique(triangles, return_inverse=True)
+        return rows, inverse.reshape(triangles.shape).astype(np.int64)
+    used = np.zeros(count, dtype=bool)
+    used[triangles.ravel()] = True
+    if used.all():
+        return slice(None), triangles
+    return np.flatnonzero(used), (np.cumsum(used) - 1)[triangles]
+
+
+def used_only(
+    positions: Array, triangles: NDArray[np.int64], *attributes: NDArray[Any] | None
+) -> tuple[Array, NDArray[np.int64], list[NDArray[Any] | None]]:
+    """The same triangles over only the vertices they use, in their old order; attributes (V, ...) follow."""
+    rows, triangles = used_vertices(triangles, len(positions))
+    return positions[rows], triangles, [None if value is None else value[rows] for value in attributes]
+
+
+def usable_normals(
+    positions: Array, triangles: NDArray[np.int64], normals: ArrayLike | None
+) -> NDArray[np.float32] | None:
+    """Unit normals (V, 3): zero or not finite ones become the mean face normal there; None if none is usable."""
+    if normals is None or np.shape(normals) != positions.shape:
+        return None
+    given = np.asarray(normals, dtype=np.float64)
+    with np.errstate(all="ignore"):
+        length = np.linalg.norm(given, axis=1)
+        good = np.isfinite(length) & (length > 1e-6)
+        if not good.any():
+            return None
+        result = given / np.where(good, length, 1.0)[:, None]
+        if good.all():
+            return result.astype(np.float32)
+        corners = positions[triangles]
+        faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        corner_of = triangles.ravel()
+        sums = np.stack([np.bincount(corner_of, np.repeat(faces[:, k], 3), len(positions)) for k in range(3)], axis=1)
+        size = np.linalg.norm(sums, axis=1)
+        mean = np.where((size > 0)[:, None], sums / np.where(size > 0, size, 1.0)[:, None], (0.0, 0.0, 1.0))
+    return np.where(good[:, None], result, mean).astype(np.float32)
+
+
+def blended(nodes: list[Node]) -> list[str]:
+    """The note on what is drawn opaque, if there is any."""
+    count = sum(node.mesh.material.alpha_mode is AlphaMode.BLEND for node in nodes)
+    return (
+        [f"{count} of {len(nodes)} placed meshes are alpha blended: drawn opaque; what passes through is tinted"]
+        if count
+        else []
+    )
+
+
+def solid(material: Material, colors: NDArray[np.float32] | None = None) -> Material:
+    """The material; BLEND where nothing is transparent, nor any vertex, is OPAQUE, its equal (pyrender and exporters write it so)."""
+    if material.alpha_mode is not AlphaMode.BLEND or material.color[3] < 1.0:
+        return material
+    if colors is not None and (colors[:, 3] < 1.0).any():
+        return material
+    if material.texture is not None and (material.texture[..., 3] < 255).any():
+        return material
+    return replace(material, alpha_mode=AlphaMode.OPAQUE)
+
+
+def of_mtl(diffuse: Array, opacity: float, texture: NDArray[np.uint8] | None) -> Material:
+    """The material of OBJ's Kd (taken as linear), d and map_Kd."""
+    if texture is not None and not diffuse.any():
+        diffuse = np.ones(3)  # exporters that write the picture alone leave Kd at zero
+    blend = 0.0 < opacity < 1.0  # "d 0" is what exporters write that mean its opposite
+    return Material(
+        color=(*diffuse.tolist(), opacity if blend else 1.0),
+        texture=texture,
+        alpha_mode=AlphaMode.BLEND if blend else AlphaMode.OPAQUE,
+    )
+
+
+def alpha_mode(name: object) -> AlphaMode:
+    """glTF's name of it; anything else is OPAQUE."""
+    return next((mode for mode in AlphaMode if mode.value == name), AlphaMode.OPAQUE)
+
+
+WHITE = Material()

@@ -1,0 +1,184 @@
+"""Anything that holds triangles -> Scene: files, trimesh, pyrender. Refuses what it cannot honour."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from glshadow.core.cameras import Camera
+from glshadow.core.lights import Light
+from glshadow.core.setting import as_path, flag, instance, one_of, optional, refuse, text
+from glshadow.core.spaces import Array
+from glshadow.errors import SceneError, SettingsError, warn
+from glshadow.io.imported import Imported
+from glshadow.io.limits import Budget, Limits
+from glshadow.scene.checks import check_scene
+from glshadow.scene.nodes import Node, Scene
+
+FORMATS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
+
+# world_from_file rotations that turn the named axis up; proper, so that nothing is mirrored
+TURNS = {
+    "x": np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
+    "y": np.eye(3),
+    "z": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]),
+}
+
+
+def load(
+    source: Any,
+    *,
+    ground: bool | str = False,
+    up_axis: str | None = None,
+    name: str | None = None,
+    limits: Limits | None = None,
+) -> Scene:
+    """A scene from a file or from another library's object.
+
+    Parameters
+    ----------
+    source : path, trimesh.Trimesh, trimesh.Scene, pyrender.Scene or Scene
+        Files: .glb, .gltf, .obj, .ply, .stl, .off. Coordinates are kept as they are, matrices are composed in float64,
+        and nodes that share geometry share one Mesh. Shading normals are used where the source brings them; without,
+        shading is flat.
+    ground : bool or "catcher"
+        Put a plane under the model to catch its shadow, see `Scene.with_ground`; "catcher": one of which nothing but the shadow is
+        seen, see `Node`.
+    up_axis : {None, "x", "y", "z"}
+        The axis that is up in the source; it is turned to y. None means "y", as glTF prescribes; STL and PLY files, and
+        whatever comes from CAD, robotics or maps, are often "z".
+    name : str, optional
+        Name of the scene; None: that of the file without its ending.
+    limits : Limits, optional
+        What a file may cost, checked before memory is taken; None: the defaults of `Limits`. Objects in memory are not limited.
+
+    Returns
+    -------
+    Scene
+        `camera` and `lights` are those of the source. Without any, they are the defaults that frame the scene. A
+        camera's clip planes are left out (derived from the scene); the default camera and lights that trimesh invents
+        are not used.
+
+    Raises
+    ------
+    SceneError
+        If the file is missing, broken, empty, needs what cannot be honoured, or costs more than its limits; the message names file
+        and cause.
+    SettingsError
+        If `up_axis` is none of the above, or another argument is not what it must be.
+
+    Warns
+    -----
+    GlshadowWarning
+        If something in it is drawn otherwise than it was meant: alpha blending, missing textures, lost
+        precision.
+    """
+    ground, up_axis = _ground("ground", ground), optional(one_of(*TURNS), "y")("up_axis", up_axis)
+    name = optional(text(), "that of the file")("name", name)
+    limits = optional(instance(Limits), "the defaults")("limits", limits)
+    return read_scene(source, Budget(limits or Limits()), ground, up_axis, name)
+
+
+def read_scene(
+    source: Any, budget: Budget, ground: bool | str = False, up_axis: str | None = None, name: str | None = None
+) -> Scene:
+    """As `load`, whose arguments are checked; afterwards `budget.files` are those that were read."""
+    label, title, read, stored = _reader(source, budget)
+    try:
+        found = read()
+        notes = found.notes + check_scene(found.nodes, stored=stored)
+    except SceneError as error:
+        raise SceneError(f"{label}: {error}") from error
+    except MemoryError as error:
+        raise SceneError(f"{label}: there is not enough memory to read it") from error
+    except Exception as error:  # whatever a reader stumbles over: the file is at fault, and its name must be said
+        cause = f"{type(error).__name__}: {error}"
+        raise SceneError(f"{label} cannot be read ({cause}); it is broken or not of its format") from error
+    for note in notes:
+        warn(f"{label}: {note}", stacklevel=4)  # whoever called `load`
+    scene = _turned(found, TURNS[up_axis or "y"], name or title)
+    return scene.with_ground(ground == "catcher") if ground else scene
+
+
+def _ground(name: str, value: Any) -> bool | str:
+    if isinstance(value, str) and value == "catcher":
+        return value
+    try:
+        return bool(flag()(name, value))
+    except SettingsError:
+        raise refuse(name, 'True, False or "catcher"', value) from None
+
+
+def _reader(source: Any, budget: Budget) -> tuple[str, str, Callable[[], Imported], bool]:
+    """What to call it in messages, the name of its scene, how to read it, and whether it was stored in a file."""
+    if isinstance(source, (str, os.PathLike)):
+        try:
+            path = as_path("source", source)
+        except SettingsError as error:
+            raise SceneError(str(error)) from None
+        return path.name or str(path), path.stem, lambda: _read_file(path, budget), True
+    if isinstance(source, Scene):
+        given = Imported(list(source.nodes), source.camera, list(source.lights))
+        return source.name, source.name, lambda: given, False
+    libraries = {str(parent.__module__).partition(".")[0] for parent in type(source).__mro__}
+    kind = f"{str(type(source).__module__).partition('.')[0]}.{type(source).__name__}"
+    if "trimesh" in libraries:
+        from glshadow.io.from_trimesh import read_trimesh
+
+        return kind, "scene", lambda: read_trimesh(source), False
+    if "pyrender" in libraries:
+        from glshadow.io.from_pyrender import read_pyrender
+
+        return kind, "scene", lambda: read_pyrender(source), False
+    raise SceneError(
+        f"load takes a path ({' '.join(FORMATS)}), a trimesh.Trimesh, a trimesh.Scene, a pyrender.Scene or a Scene, "
+        f"got {type(source).__name__}"
+    )
+
+
+def _read_file(path: Path, budget: Budget) -> Imported:
+    suffix = path.suffix.lower()
+    if suffix not in FORMATS:
+        raise SceneError(f"a model file must end in one of {', '.join(FORMATS)}, got {path.suffix or 'no ending'!r}")
+    if not path.is_file():
+        raise SceneError(f"there is no such file: {path}")
+    if path.stat().st_size == 0:
+        raise SceneError("nothing to render: the file is empty (0 bytes)")
+    if suffix in (".glb", ".gltf"):
+        from glshadow.io.gltf import read_gltf
+
+        return read_gltf(path, budget)
+    from glshadow.io.mesh_files import read_mesh_file
+
+    return read_mesh_file(path, budget)
+
+
+def _turned(found: Imported, turn: Array, name: str) -> Scene:
+    camera, lights, nodes = found.camera, found.lights, found.nodes
+    if not np.array_equal(turn, np.eye(3)):
+        matrix = np.eye(4)
+        matrix[:3, :3] = turn
+        nodes = [Node(node.mesh, matrix @ node.world_from_mesh, node.name) for node in nodes]
+        camera = None if camera is None else _turned_camera(camera, turn)
+        lights = None if lights is None else [_turned_light(light, turn) for light in lights]
+    return Scene(tuple(nodes), camera, None if lights is None else tuple(lights), name)  # type: ignore[arg-type]
+
+
+def _turn(turn: Array, vector: tuple[float, float, float]) -> Any:
+    return tuple((turn @ np.asarray(vector)).tolist())
+
+
+def _turned_camera(camera: Camera, turn: Array) -> Camera:
+    return replace(
+        camera, position=_turn(turn, camera.position), target=_turn(turn, camera.target), up=_turn(turn, camera.up)
+    )
+
+
+def _turned_light(light: Light, turn: Array) -> Light:
+    has = [name for name in ("position", "direction", "up") if hasattr(light, name)]
+    return replace(light, **{name: _turn(turn, getattr(light, name)) for name in has})

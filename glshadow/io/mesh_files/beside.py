@@ -1,0 +1,140 @@
+"""Files that a mesh file names: only those in its folder, and every failure is noted."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glshadow.errors import SceneError
+from glshadow.files import inside
+from glshadow.image import header, read
+from glshadow.io.limits import Budget
+
+MOST_NOTED = 20  # missing files named one by one; what is beyond is counted
+LONGEST = 4095  # characters of a path
+
+
+class Beside:
+    """Finds, reads and decodes them, each once.
+
+    Parameters
+    ----------
+    folder : Path
+        Nothing outside it is read.
+    notes : list of str
+        Gets one for each file that is missing, cannot be decoded, or has another name than was asked for.
+    budget : Budget
+    """
+
+    def __init__(self, folder: Path, notes: list[str], budget: Budget) -> None:
+        self.folder = folder
+        self.notes = notes
+        self.budget = budget
+        self._found: dict[str, Path | None] = {}
+        self._pictures: dict[Path, NDArray[np.uint8] | None] = {}
+        self._listed: dict[str, dict[str, str]] = {}
+        self._missing = 0
+
+    def text(self, name: str) -> bytes | None:
+        """Bytes of the file `name`; None if there is none."""
+        path = self.path(name)
+        if path is None:
+            return None
+        return self.budget.read(path, f"the file {name!r}")
+
+    def picture(self, name: str) -> NDArray[np.uint8] | None:
+        """RGBA bytes (H, W, 4) of the image `name`; None if there is none, or it cannot be decoded."""
+        path = self.path(name)
+        if path is None:
+            return None
+        if path not in self._pictures:
+            self._pictures[path] = self._decoded(path, name)
+        return self._pictures[path]
+
+    def _decoded(self, path: Path, name: str) -> NDArray[np.uint8] | None:
+        self.budget.check_time("its images")
+        self.budget.announce(path, f"the image {name!r}")
+        try:
+            stated = header(path)
+        except SceneError as error:
+            self._undecodable(name, error)
+            return None
+        self.budget.take_image(stated, f"the image {name!r}")
+        try:
+            return read(path)
+        except SceneError as error:
+            self._undecodable(name, error)
+            return None
+
+    def _undecodable(self, name: str, error: SceneError) -> None:
+        self.notes.append(f"the image {name!r} cannot be decoded ({error}): drawn without it")
+
+    def path(self, name: str) -> Path | None:
+        """The file that is meant: backslashes are slashes, a path on its author's machine is its last part, and where no name
+        fits exactly, one that differs by case only does."""
+        if name not in self._found:
+            self._found[name] = self._look(name)
+        return self._found[name]
+
+    def has(self, name: str) -> bool:
+        """Whether it is there; notes nothing."""
+        return self._resolved(_local(name)) is not None
+
+    def _look(self, name: str) -> Path | None:
+        local = _local(name)
+        if local.startswith(os.pardir):
+            self._note(name, "is outside the model's folder")
+            return None
+        found = self._resolved(local)
+        if found is None:
+            self._note(name, "is missing")
+            return None
+        path = self.folder / found
+        self.budget.files |= {path, self.folder / local}
+        if not inside(path, self.folder):
+            self._note(name, "is a link out of the model's folder")
+            return None
+        if found != local:
+            self.notes.append(f"the file {name!r} that it names is there as {found!r}: used")
+        return path
+
+    def _note(self, name: str, reason: str) -> None:
+        self._missing += 1
+        if self._missing <= MOST_NOTED:
+            self.notes.append(f"the file {name!r} that it names {reason}: drawn without it")
+        elif self._missing == MOST_NOTED + 1:
+            self.notes.append("more files that it names are missing: drawn without them")
+
+    def _resolved(self, local: str) -> str | None:
+        """A path in the folder as it is really spelled; None if no file is there."""
+        if not local or local.startswith(os.pardir) or "\0" in local or len(local) > LONGEST:
+            return None
+        found = ""
+        for part in Path(local).parts:
+            if found in self._listed or not os.path.lexists(self.folder / found / part):
+                names = self._names(found)
+                if part not in names and part.casefold() not in names:
+                    self.budget.files.add(self.folder / local)  # missing: if it comes, the scene is another
+                    return None
+                part = names.get(part) or names[part.casefold()]
+            found = f"{found}/{part}" if found else part
+        return found if (self.folder / found).is_file() else None
+
+    def _names(self, folder: str) -> dict[str, str]:
+        """Names in a folder below the model's, by themselves and by what is left of them without case."""
+        if folder not in self._listed:
+            place = self.folder / folder
+            names = sorted((entry.name for entry in place.iterdir()), reverse=True) if place.is_dir() else []
+            self._listed[folder] = {name.casefold(): name for name in names} | {name: name for name in names}
+        return self._listed[folder]
+
+
+def _local(name: str) -> str:
+    wanted = name.strip().strip('"').replace("\\", "/")
+    if wanted.startswith("/") or re.match(r"[A-Za-z]:", wanted):
+        wanted = wanted.rsplit("/", 1)[-1]  # a path on its author's machine
+    return os.path.normpath(wanted) if wanted else ""

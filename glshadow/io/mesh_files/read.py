@@ -1,0 +1,46 @@
+"""One mesh file -> placed meshes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from glshadow.errors import SceneError
+from glshadow.io.imported import Imported, blended
+from glshadow.io.limits import Budget
+from glshadow.io.mesh_files.beside import Beside
+from glshadow.io.mesh_files.obj import read_obj
+from glshadow.io.mesh_files.off import read_off
+from glshadow.io.mesh_files.ply import read_ply
+from glshadow.io.mesh_files.soup import placed
+from glshadow.io.mesh_files.stl import read_stl
+
+READERS = {".obj": read_obj, ".off": read_off, ".ply": read_ply, ".stl": read_stl}
+MOST_NOTES = 50  # said one by one
+
+
+def read_mesh_file(path: Path, budget: Budget) -> Imported:
+    """Read a .obj, .ply, .stl or .off file.
+
+    Parameters
+    ----------
+    path : Path
+    budget : Budget
+        What it may cost; the file's size is added to what was read.
+
+    Raises
+    ------
+    SceneError
+        If it is broken, declares more than it holds, or costs more than it may.
+    """
+    data = budget.read(path, "the file")
+    notes: list[str] = []
+    soup = READERS[path.suffix.lower()](data, Beside(path.parent, notes, budget), notes, budget)
+    del data  # half a gigabyte, where there are ten million facets
+    nodes = placed(soup, notes, budget)
+    if not nodes and notes and len(soup.counts):
+        raise SceneError(f"nothing to render: {'; '.join(notes[:MOST_NOTES])}")
+    if not nodes and len(soup.positions):
+        raise SceneError("nothing to render: it holds only points or lines, and no triangles")
+    if len(notes) > MOST_NOTES:
+        notes[MOST_NOTES:] = [f"{len(notes) - MOST_NOTES} more of such notes"]
+    return Imported(nodes, notes=notes + blended(nodes))

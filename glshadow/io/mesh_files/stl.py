@@ -1,0 +1,131 @@
+"""STL, binary and ASCII."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from glshadow.core.spaces import Array
+from glshadow.errors import SceneError
+from glshadow.io.limits import Budget
+from glshadow.io.mesh_files.beside import Beside
+from glshadow.io.mesh_files.soup import Part, Soup
+from glshadow.io.mesh_files.words import blocks, name_of, text_of
+
+HEADER, FACET = 84, 50  # bytes
+RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+UNCOUNTED = (0, 2**32 - 1)  # what exporters leave in the header that write before they count
+LOOKED = 100_000  # bytes of the beginning that say whether it is text
+
+STATEMENT = re.compile(
+    rb"\bvertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)|(\bend[ \t]*(?:loop|facet)\b)|^[ \t]*(solid)\b([^\n]*)",
+    re.IGNORECASE | re.MULTILINE,
+)
+
+
+def read_stl(data: bytes, _: Beside, notes: list[str], budget: Budget) -> Soup:
+    """The facets of an STL file, which share no vertices; a part for each solid of a text.
+
+    Raises
+    ------
+    SceneError
+        If it is neither kind, or cut off.
+    """
+    if _is_text(data):
+        return _text(text_of(data), notes, budget)
+    corners = _binary(data, notes, budget)
+    return _whole(Soup(corners, np.arange(len(corners)), np.full(len(corners) // 3, 3)), notes)
+
+
+def _is_text(data: bytes) -> bool:
+    """Binary files, too, may begin with 'solid': only text has no zero bytes, and says 'facet' or 'solid' soon."""
+    if len(data) >= HEADER and len(data) == HEADER + FACET * _declared(data):
+        return False
+    head = data[:LOOKED].lower()
+    return (b"facet" in head or head.lstrip().startswith(b"solid")) and b"\0" not in data.rstrip(b"\0")
+
+
+def _declared(data: bytes) -> int:
+    return int.from_bytes(data[HEADER - 4 : HEADER], "little")
+
+
+def _binary(data: bytes, notes: list[str], budget: Budget) -> Array:
+    """Corners (3 T, 3)."""
+    declared = _declared(data) if len(data) >= HEADER else 0
+    facets, left = divmod(max(len(data) - HEADER, 0), FACET)
+    if declared in UNCOUNTED and facets and not left:
+        notes.append(f"its header declares {declared} facets, the file holds {facets}: all are drawn")
+    elif 0 < declared <= facets:
+        behind = len(data) - HEADER - FACET * declared
+        if behind:
+            notes.append(f"{behind} byte(s) behind the last of {declared} facets are ignored")
+        facets = declared
+    elif declared or len(data) != HEADER:
+        raise SceneError(
+            f"broken STL: its header declares {declared} facets, {HEADER + FACET * declared} bytes, but the file has "
+            f"{len(data)}; export or download it again"
+        )
+    budget.limits.check("triangles", facets, "its facets")
+    budget.take(200 * facets, "its facets")  # 72 of coordinates, 12 of indices, twice while they are made
+    records = np.frombuffer(data, dtype=RECORD, count=facets, offset=HEADER)
+    with np.errstate(invalid="ignore"):  # a signalling NaN is one all the same
+        return records["corners"].reshape(-1, 3).astype(np.float64)
+
+
+def _whole(soup: Soup, notes: list[str]) -> Soup:
+    """Facets share no vertices: one with a coordinate that is not finite is left out alone."""
+    good = np.isfinite(soup.positions).all(axis=1)
+    if good.all():
+        return soup
+    facet = np.repeat(np.arange(len(soup.counts)), soup.counts)
+    broken = np.bincount(facet[~good], minlength=len(soup.counts)) > 0
+    notes.append(f"{int(broken.sum())} of {len(broken)} facets left out: their coordinates are not finite")
+    corners = soup.corners[~broken[facet]]
+    part = None if soup.part is None else soup.part[~broken]
+    return Soup(soup.positions, corners, soup.counts[~broken], parts=soup.parts, part=part)
+
+
+def _text(text: bytes, notes: list[str], budget: Budget) -> Soup:
+    """Corners are those of a loop, whatever stands before and behind it."""
+    solids: list[str] = []
+    tables, counts, part, corners = [], [], [], 0
+    for block in blocks(text):
+        budget.check_time("its facets")
+        # a corner of 30 letters: coordinates, indices and triangles (measured: 5)
+        budget.take(8 * len(block), "its facets")
+        words: list[bytes] = []
+        for found in STATEMENT.finditer(block):
+            x, y, z, end, solid, name = found.groups()
+            if x is not None:
+                words += (x, y, z)
+                corners += 1
+            elif end is not None and corners:
+                counts.append(corners)
+                part.append(max(len(solids) - 1, 0))
+                corners = 0
+            elif solid is not None:
+                solids.append(name_of(name.strip()) or "mesh")
+        tables.append(_numbers(words).reshape(-1, 3))
+    if corners:
+        notes.append("its last facet is cut off: left out")
+    lengths = np.array(counts, dtype=np.int64)
+    positions = np.concatenate([np.zeros((0, 3)), *tables])[: int(lengths.sum())]
+    parts = [Part(name) for name in solids] or [Part("mesh")]
+    several = np.array(part, dtype=np.int64) if len(parts) > 1 else None
+    return _whole(Soup(positions, np.arange(len(positions)), lengths, parts=parts, part=several), notes)
+
+
+def _numbers(words: list[bytes]) -> Array:
+    """Words as numbers; NaN for those that are none."""
+    try:
+        return np.array(words, dtype=np.float64)
+    except ValueError:
+        return np.concatenate([_number(word) for word in words])
+
+
+def _number(word: bytes) -> Array:
+    try:
+        return np.array([word], dtype=np.float64)
+    except ValueError:
+        return np.array([np.nan])

@@ -1,0 +1,54 @@
+"""Esm: exponential shadow maps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from glshadow.core.setting import number, setting
+from glshadow.core.spaces import Array
+from glshadow.shadows.filters.moments import MomentFilter
+
+MOST = 87.0
+"""ln of what float32 holds is 88.7."""
+
+
+@dataclass(frozen=True)
+class Esm(MomentFilter):
+    """Exponential shadow map: the mean of exp(exponent (stored depth - own depth)), at most 1.
+
+    Parameters
+    ----------
+    radius : int
+        0 to 16: texels around the receiver that count, (2 radius + 1)^2.
+    exponent : float
+        1 to 87, over the depth from near to far: a caster's shadow is dark from some 3 / exponent of that behind it.
+
+    References
+    ----------
+    Annen, Mertens, Seidel, Flerackers, Kautz 2008, "Exponential Shadow Maps", Graphics Interface.
+    """
+
+    exponent: float = setting(number(1.0, MOST), 80.0, help="1 to 87")
+
+    spelling = "esm"
+    snippet = "filter/esm.glsl"
+    encoding = "moments/esm.glsl"
+    channels = 1
+    summary = "mean of exp(EXPONENT depth) over a square, asked once"
+    source = "Annen et al. 2008"
+    fails = "light near every contact; light where a far caster lies beside a near one"
+
+    def defines(self) -> Mapping[str, int | str]:
+        """Radius and exponent."""
+        return {**super().defines(), "GLS_EXPONENT": repr(self.exponent)}
+
+    def encoded(self, depth: Array) -> Array:
+        """exp(c depth)."""
+        return np.exp(self.exponent * depth)[:, None]
+
+    def lit(self, depth: Array, means: Array, deviation: Array, extent: Array) -> Array:
+        """Their quotient."""
+        return np.minimum(means[:, 0] * np.exp(-self.exponent * depth), 1.0)

@@ -1,0 +1,188 @@
+"""Showing: what is shown, and how each hand changes it; nothing here draws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any, Self, cast
+
+import numpy as np
+
+from glshadow.arguments import picture_arguments
+from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera
+from glshadow.core.lights import DirectionalLight, Light, Lights, RectLight, SpotLight
+from glshadow.core.spaces import Array
+from glshadow.scene.nodes import Scene
+from glshadow.shadows.bias import Bias
+from glshadow.shadows.filters import Filter
+from glshadow.shadows.shadow import Shadow
+
+STEEPEST = 89.0  # degrees: a camera or a light straight above has no azimuth
+NEAREST = 1e-3  # of the scene's size, from the target
+BESIDE = 1e-6  # of a direction: where it is vertical
+
+
+@dataclass(frozen=True, eq=False)
+class Showing:
+    """What is shown.
+
+    Parameters
+    ----------
+    scene, camera, lights
+        As they were given; the settings below replace those of all lights that cast.
+    light : int
+        Which light is moved.
+    filter, resolution, bias : optional
+        None: the light's own.
+    samples : int
+        In each pixel.
+    overlays : tuple of str
+        Of `overlay.OVERLAYS`.
+    error : bool
+        Whether wrong pixels are painted over, once nothing moves.
+    """
+
+    scene: Scene
+    camera: Camera
+    lights: tuple[Light, ...]
+    light: int = 0
+    filter: Filter | None = None
+    resolution: int | None = None
+    bias: Bias | None = None
+    samples: int = 1
+    overlays: tuple[str, ...] = field(default=())
+    error: bool = False
+
+    @classmethod
+    def of(cls, scene: Scene, camera: Camera | None = None, lights: Lights = None) -> Self:
+        """A scene with what is given, else its own camera and lights."""
+        camera, lit, _ = picture_arguments(scene, camera, lights, (1, 1))
+        return cls(scene, camera, lit)
+
+    @property
+    def shadowed(self) -> tuple[Light, ...]:
+        """The lights with the settings that are chosen."""
+        return tuple(
+            each if each.shadow is None else replace(each, shadow=self._shadow(each.shadow)) for each in self.lights
+        )
+
+    def _shadow(self, own: Shadow) -> Shadow:
+        if self.filter is None and self.resolution is None and self.bias is None:
+            return own
+        chosen: dict[str, Any] = {"filter": self.filter, "resolution": self.resolution, "bias": self.bias}
+        kept = {name: value for name, value in chosen.items() if value is not None}
+        if self.filter is not None and not self.filter.has_map:
+            kept = {"filter": self.filter}  # what is said of a map is nothing to it
+            own = Shadow(strength=own.strength)
+        return replace(own, **kept, channel=None)
+
+    @property
+    def size(self) -> float:
+        """Of the scene: the diagonal of its box."""
+        low, high = self.scene.extent
+        return float(np.linalg.norm(high - low)) or 1.0
+
+    # -- the camera
+
+    def turned(self, azimuth: float, elevation: float) -> Self:
+        """The camera round its target by so many degrees: to the right, and up as far as `STEEPEST`."""
+        target = np.asarray(self.camera.target)
+        offset = np.asarray(self.camera.position) - target
+        distance = float(np.linalg.norm(offset))
+        old = angles_of(offset)
+        there = direction_of(old[0] + azimuth, float(np.clip(old[1] + elevation, -STEEPEST, STEEPEST)))
+        return self._seen_from(target + distance * there, target)
+
+    def panned(self, right: float, up: float) -> Self:
+        """Camera and target by so many distances to the target, across the view."""
+        axes = self.camera.view_from_world[:3, :3]
+        distance = np.linalg.norm(np.subtract(self.camera.position, self.camera.target))
+        step = distance * (right * axes[0] + up * axes[1])
+        return self._seen_from(np.asarray(self.camera.position) + step, np.asarray(self.camera.target) + step)
+
+    def zoomed(self, factor: float) -> Self:
+        """Nearer to the target by a factor; an orthographic camera shows so much less, one of intrinsics moves too."""
+        target = np.asarray(self.camera.target)
+        if isinstance(self.camera, OrthographicCamera):
+            return replace(self, camera=replace(self.camera, height=self.camera.height / factor))
+        offset = (np.asarray(self.camera.position) - target) / factor
+        least = NEAREST * self.size / float(np.linalg.norm(offset))
+        return self._seen_from(target + offset * max(least, 1.0), target)
+
+    def _seen_from(self, place: Array, target: Array) -> Self:
+        camera = cast(Any, self.camera)  # every kind has a position, a target and an up
+        up = (0.0, 1.0, 0.0)
+        more = {"near": None, "far": None} if not isinstance(camera, IntrinsicsCamera) else {}
+        moved = replace(camera, position=tuple(place.tolist()), target=tuple(target.tolist()), up=up, **more)
+        return replace(self, camera=moved)
+
+    # -- the light
+
+    @property
+    def aim(self) -> tuple[float, float]:
+        """Degrees: azimuth and elevation of where the light shines from, seen from the middle of the scene."""
+        light = self.lights[self.light]
+        place = -np.asarray(light.direction) if isinstance(light, DirectionalLight) else self._offset(light)
+        return angles_of(place)
+
+    def lit_from(self, azimuth: float, elevation: float) -> Self:
+        """The light there, a lamp as far from the middle as it was, turned to it as before."""
+        light = self.lights[self.light]
+        there = direction_of(azimuth, float(np.clip(elevation, -STEEPEST, STEEPEST)))
+        if isinstance(light, DirectionalLight):
+            return self._lit(replace(light, direction=tuple((-there).tolist())))
+        old = self._offset(light)
+        place = there * float(np.linalg.norm(old))
+        moved: dict[str, Any] = {"position": tuple((self._middle + place).tolist())}
+        if isinstance(light, SpotLight | RectLight):
+            turn = _rotation(old, place)
+            moved["direction"] = tuple((turn @ np.asarray(light.direction)).tolist())
+            if isinstance(light, RectLight):
+                moved["up"] = tuple((turn @ np.asarray(light.up)).tolist())
+        return self._lit(replace(light, **moved))
+
+    def sized(self, size: float) -> Self:
+        """The light as large: degrees of a sun, else a share of the scene's size; 0: a point."""
+        light = self.lights[self.light]
+        if isinstance(light, RectLight):
+            return self
+        if isinstance(light, DirectionalLight):
+            return self._lit(replace(light, angle=size)) if "angle" in vars(light) else self
+        return self._lit(replace(light, radius=size * self.size))
+
+    def _lit(self, light: Light) -> Self:
+        lights = tuple(light if number == self.light else each for number, each in enumerate(self.lights))
+        return replace(self, lights=lights)
+
+    @property
+    def _middle(self) -> Array:
+        return np.asarray(0.5 * (self.scene.bounds[0] + self.scene.bounds[1]))
+
+    def _offset(self, light: Any) -> Array:
+        return np.asarray(np.asarray(light.position) - self._middle)
+
+
+def angles_of(offset: Array) -> tuple[float, float]:
+    """(azimuth, elevation) in degrees of a direction: from +z towards +x, and above the ground."""
+    x, y, z = np.asarray(offset) / (float(np.linalg.norm(offset)) or 1.0)
+    azimuth = np.degrees(np.arctan2(x, z)) if np.hypot(x, z) > BESIDE else 0.0
+    return float(azimuth), float(np.degrees(np.arcsin(np.clip(y, -1.0, 1.0))))
+
+
+def direction_of(azimuth: float, elevation: float) -> Array:
+    """Unit vector (3,) of these angles."""
+    a, e = np.radians(azimuth), np.radians(elevation)
+    return np.array([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
+
+
+def _rotation(old: Array, new: Array) -> Array:
+    """(3, 3) about the vertical and then the level axis, from one direction to another: what stands upright stays so."""
+    (a0, e0), (a1, e1) = angles_of(old), angles_of(new)
+    return _about(a1, e1) @ _about(a0, e0).T
+
+
+def _about(azimuth: float, elevation: float) -> Array:
+    """(3, 3) whose columns are right, up and towards of a direction."""
+    towards = direction_of(azimuth, elevation)
+    a = np.radians(azimuth)
+    right = np.array([np.cos(a), 0.0, -np.sin(a)])
+    return np.stack([right, np.cross(towards, right), towards], axis=1)

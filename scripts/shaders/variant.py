@@ -1,0 +1,35 @@
+"""Variant: one program text, a pass in a dialect with its slots filled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import get_args
+
+from glshadow.shader.compose import Text, compose
+from glshadow.shadows.view import Kind
+
+KINDS: tuple[Kind, ...] = get_args(Kind)
+DENSE: dict[str, int | str] = {"GLS_DENSE": 1, "GLS_LAST": 0}
+"""Of samples of collected pixels."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A pass in a dialect with its slots filled; defines that its snippets do not know are left out."""
+
+    name: str
+    dialect: str
+    slots: Mapping[str, str]
+    defines: Mapping[str, int | str]
+
+    @property
+    def label(self) -> str:
+        """For a report: pass, dialect, and what it is made of."""
+        parts = [self.name, self.dialect, *self.slots.values(), *(f"{k}={v}" for k, v in sorted(self.defines.items()))]
+        return " ".join(parts)
+
+    def compose(self) -> Text:
+        """The program text."""
+        known = compose(self.name, self.dialect, self.slots).declared
+        return compose(self.name, self.dialect, self.slots, {k: v for k, v in self.defines.items() if k in known})

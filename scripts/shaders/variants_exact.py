@@ -1,0 +1,85 @@
+"""Every program text of lights whose shadow rays are tested against triangles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+
+from glshadow.shader.slots import area_slots, exact_defines, exact_slots, given_slots, open_slots
+from scripts.shaders.variant import DENSE, KINDS, Variant
+
+
+def exact() -> Iterator[Variant]:
+    """Lists, silhouette edges, and what walks them."""
+    for kind in KINDS:
+        defines = {key: value for key, value in exact_defines(kind, 512, 16, False).items() if key != "GLS_HUGE"}
+        for double in (0, 1):
+            yield Variant("pass/lists.comp", "core430", {}, {**defines, "GLS_DOUBLE": double})
+        slots = exact_slots(kind)
+        for masked, huge, dialect in product((False, True), (False, True), ("core330", "core400")):
+            defines = exact_defines(kind, 512, 16, masked, huge)
+            # how rays run and whether meshes are smooth is no concern of what is asked along them: once for each pass
+            for number, dense in product((0, 1), ({}, DENSE)):
+                each = {**defines, "GLS_ORTHO": number, "GLS_ROUNDED": number, "GLS_SURFACE": 1 + number, **dense}
+                yield Variant("pass/resolve.frag", dialect, slots, each)
+            for dense in ({}, DENSE):
+                alone = {**defines, "GLS_ALONE": 1, "GLS_WEIGHED": int(masked), "GLS_ROUNDED": int(huge), **dense}
+                yield Variant("pass/resolve.frag", dialect, slots, alone)
+        for masked, huge, parallel in product((False, True), (False, True), (0, 1)):
+            defines = {**exact_defines(kind, 512, 16, masked, huge), "GLS_ORTHO": parallel, "GLS_MARKS": 1}
+            yield Variant(
+                "pass/resolve.frag",
+                "core400",
+                slots,
+                {**defines, "GLS_ROUNDED": parallel, "GLS_SURFACE": 1 + parallel},
+            )
+        plain: dict[str, int | str] = {"GLS_SUN": int(kind == "directional")}
+        yield Variant("pass/edges.comp", "core430", {}, plain)
+        yield Variant("pass/edge_lists.comp", "core430", {}, {**plain, "GLS_POINT": int(kind == "point")})
+        for counted, marks in ((0, 0), (1, 0), (1, 1)):
+            defines = {"GLS_SUN": int(kind == "directional"), "GLS_COUNTED": counted, "GLS_MARKS": marks}
+            yield Variant("pass/resolve.frag", "core330", given_slots(kind), defines)
+
+
+def area() -> Iterator[Variant]:
+    """A light that has a size."""
+    for kind in KINDS:
+        defines: dict[str, int | str] = {"GLS_SUN": int(kind == "directional"), "GLS_POINT": int(kind == "point")}
+        for outlines in (0, 1):
+            yield Variant("pass/lists.comp", "core430", {}, {**defines, "GLS_AREA": 1, "GLS_ROUNDED": outlines})
+            yield Variant("pass/grown.comp", "core430", {}, {**defines, "GLS_OUTLINES": outlines})
+        for (stage, between), masked, huge in product(
+            enumerate(("outlines", "region", "found")), (False, True), (False, True)
+        ):
+            settings = {**exact_defines(kind, 512, 16, masked, huge), "GLS_STAGE": stage, "GLS_AREA": int(stage > 0)}
+            slots = area_slots(kind, between)
+            if between == "found" and not masked and not huge:
+                for panel, dither in product((0, int(kind == "point")), (0, 1)):
+                    more = {**settings, "GLS_PANEL": panel, "GLS_DITHER": dither}
+                    yield Variant("pass/penumbra.frag", "core430", slots, more)
+            for number, dense in product((0, 1), (0, 1)):
+                each = {**settings, "GLS_ORTHO": number, "GLS_ROUNDED": number, "GLS_DENSE": dense}
+                yield Variant("pass/penumbra.frag", "core430", slots, each)
+            if stage == 0:
+                for parallel in (0, 1):
+                    more = {**settings, "GLS_ORTHO": parallel, "GLS_ROUNDED": parallel, "GLS_MARKS": 1, "GLS_SOFT": 1}
+                    yield Variant("pass/penumbra.frag", "core430", slots, more)
+    for shape in ("panel", "sky"):
+        for shadow, channels, more in product(("given", "open"), (1, 2), ({}, DENSE)):
+            slots = {"light": f"light/{shape}.glsl", "shadow": f"receiver/{shadow}.glsl"}
+            sky = int(shape == "sky")
+            wide: dict[str, int | str] = {
+                "GLS_SUN": sky,
+                "GLS_SURFACE": channels,
+                "GLS_WEIGHED": sky,
+                "GLS_ROUNDED": channels - 1,
+            }
+            yield Variant("pass/resolve.frag", "core330", slots, {**wide, **more})
+    yield Variant(
+        "pass/resolve.frag", "core330", open_slots("directional"), {"GLS_SUN": 1, "GLS_ALONE": 1, "GLS_WEIGHED": 1}
+    )
+    for stage in (0, 1):
+        yield Variant("pass/resolve.vert", "core330", {}, {"GLS_STAGE": stage})
+    for point in (0, 1):
+        yield Variant("pass/grounds.comp", "core430", {}, {"GLS_POINT": point})
+    yield Variant("pass/chain.comp", "core430", {}, {})
