@@ -22,7 +22,6 @@ from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, 
 from glshadow.core.cookie import Cookie
 from glshadow.core.filters import *  # noqa: F403  # every filter there is
 from glshadow.core.fits import Cascades, Fit, Lispsm, SceneFit, ViewFit
-from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.orbit import orbit
 from glshadow.core.packed import PackedShadow
@@ -39,6 +38,7 @@ from glshadow.errors import (
     SettingsError,
     ShaderError,
 )
+from glshadow.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.measure.error import ShadowError, measure  # now: the function must hide the room of its name
 from glshadow.measure.score import Score
 from glshadow.scene.limits import Limits

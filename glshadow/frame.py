@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
 from glshadow.core.setting import as_path, one_of, several, shown
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import linear_from_srgb
 from glshadow.core.used import Used
 from glshadow.errors import MissingOutput, SettingsError
+from glshadow.lights import Light
 from glshadow.scene.mesh import Scene
 
 D = TypeVar("D", bound=np.generic)

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from glshadow.budget import Budget, Choices
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import DirectionalLight, Light, Lights
 from glshadow.core.look import AMBIENT, BACKGROUND, Ambient, Look, look_of
 from glshadow.core.sampling import grid
 from glshadow.core.setting import as_path, instance, optional, shown
@@ -29,6 +28,7 @@ from glshadow.gl.sources.source import open_receiver
 from glshadow.gl.store import Store
 from glshadow.gl.targets import clear_outputs
 from glshadow.gl.work import Work
+from glshadow.lights import DirectionalLight, Light, Lights
 from glshadow.scene.arguments import as_scene, picture_arguments
 from glshadow.scene.mesh import Scene
 

@@ -14,12 +14,13 @@ from glshadow.cli.running import Work
 from glshadow.core.bias import BIASES
 from glshadow.core.fits import FITS
 from glshadow.core.spaces import Triple
+from glshadow.core.spelling import vector
 from glshadow.errors import SettingsError
 
 if TYPE_CHECKING:
     from glshadow.core.cameras import Camera
-    from glshadow.core.lights import Light
     from glshadow.frame import Frame
+    from glshadow.lights import Light
     from glshadow.scene.mesh import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -105,11 +106,11 @@ scene_options = _all(
            help="Put a plane under the model of which nothing but the shadow is seen; with --background none for compositing."),
     option("Model", "--up-axis", type=click.Choice(["x", "y", "z"]),
            help="Axis that is up in the file. Default: y; STL and PLY files are often z."),
-    option("Camera", "--eye", metavar="X,Y,Z", read=values.vector,
+    option("Camera", "--eye", metavar="X,Y,Z", read=vector,
            help="Where the camera is. Default: the file's camera, else one that frames the model."),
-    option("Camera", "--target", metavar="X,Y,Z", read=values.vector,
+    option("Camera", "--target", metavar="X,Y,Z", read=vector,
            help="What it looks at. Default with --eye: the middle of the model."),
-    option("Camera", "--up", metavar="X,Y,Z", read=values.vector, help="What is up in the picture. Default: 0,1,0."),
+    option("Camera", "--up", metavar="X,Y,Z", read=vector, help="What is up in the picture. Default: 0,1,0."),
     option("Camera", "--fov", metavar="DEG", read=values.fov,
            help="Vertical field of view. Default: the file's, else 50."),
     option("Camera", "--ortho", metavar="HEIGHT", read=values.height,
@@ -243,7 +244,7 @@ class Request:
         """The lights that were given, or the scene's, with the shadow that was asked for."""
         lights = self.lights or scene.lights
         if self.sky is not None:
-            from glshadow.core.lights import SkyLight
+            from glshadow.lights import SkyLight
 
             lights = (*lights, SkyLight(intensity=self.sky))
         if not self.shadow:
@@ -313,12 +314,8 @@ def light_facts(light: Light, used: Any) -> dict[str, Any]:
     """For the JSON report: the light, and what was really used for its shadow."""
     from dataclasses import fields
 
-    from glshadow.core.lights import DirectionalLight, RectLight, SkyLight, SpotLight
-
-    kinds = {RectLight: "rect", SkyLight: "sky", DirectionalLight: "sun", SpotLight: "spot"}
-    kind = next((name for each, name in kinds.items() if isinstance(light, each)), "point")
     settings = {item.name: getattr(light, item.name) for item in fields(light) if item.name != "shadow"}
-    return {"kind": kind, **settings, "casts": light.shadow is not None, "used": used.as_dict()}
+    return {"kind": light.spelling, **settings, "casts": light.shadow is not None, "used": used.as_dict()}
 
 
 def warn_fallbacks(work: Work, used: tuple[Any, ...]) -> None:

@@ -11,8 +11,8 @@ from glshadow.core.cameras import Camera
 from glshadow.core.spaces import Array, ClipSpace
 
 if TYPE_CHECKING:  # lights have shadows, which have fits, which know this
-    from glshadow.core.lights import Light
     from glshadow.core.view import ShadowView
+    from glshadow.lights import Light
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ from glshadow.gl.caster import Map
 from glshadow.gl.context import GLContext
 from glshadow.gl.program import Programs
 from glshadow.gl.targets import release, released_on_error
+from glshadow.shader.slots import parallel_define
 
 _SHORT = 2  # texels: beyond, turning each depth into means many times costs more than a pass
 
@@ -82,7 +83,7 @@ class Moments:
             "pass/over.vert",
             "pass/moments.frag",
             slots={"encoding": filter_.encoding},
-            defines={"GLS_SUN": int(views[0].kind == "directional"), "GLS_ROW": row, **filter_.defines()},
+            defines={**parallel_define(views[0].projection), "GLS_ROW": row, **filter_.defines()},
         )
         for there, here in zip(drawn.views, views, strict=True):
             x, y = window_depth_line(there)

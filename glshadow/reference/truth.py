@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
 from glshadow.core.setting import as_float, as_floats, refuse, shown, whole
-from glshadow.core.spaces import FARTHEST, Array, Bools
-from glshadow.reference.aimed import AimedLight, moved_over, perpendicular
+from glshadow.core.spaces import FARTHEST, Array, Bools, perpendicular
+from glshadow.lights import Light
+from glshadow.reference.aimed import AimedLight, moved_over
 from glshadow.reference.rays import LIFT, Ints, Rays
 from glshadow.reference.receivers import Receivers
 from glshadow.scene.mesh import Scene

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import Array
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.scene.builder import Builder
 from glshadow.scene.imported import (
     WIDEST_CONE,

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, SpotLight
 from glshadow.core.setting import flag, number, whole
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import translation
+from glshadow.lights import DirectionalLight, SpotLight
 from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
 from glshadow.scene.shapes import Solid

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
 from glshadow.core.setting import as_path, flag, instance, one_of, optional, refuse, text
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError, warn
+from glshadow.lights import Light
 from glshadow.scene.checks import check_scene
 from glshadow.scene.imported import Imported
 from glshadow.scene.limits import Budget, Limits

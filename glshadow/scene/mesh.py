@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import LIGHTS, Light
 from glshadow.core.setting import (
     Numbers,
     Settings,
@@ -32,6 +31,7 @@ from glshadow.core.setting import (
 )
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError
+from glshadow.lights import Light, as_lights
 from glshadow.scene import summary
 from glshadow.scene.box import box_corners, check_place, default_camera, default_sun
 from glshadow.scene.closed import is_closed
@@ -261,7 +261,7 @@ class Scene(Settings):
 
     nodes: tuple[Node, ...] = setting(several(instance(Node), "Node", 10**8), help="what is drawn")
     camera: Camera = setting(optional(instance(Camera), "frames the scene"), None, help="the eye")
-    lights: tuple[Light, ...] = setting(optional(LIGHTS, "one sun"), None, help="what lights it")
+    lights: tuple[Light, ...] = setting(optional(as_lights, "one sun"), None, help="what lights it")
     name: str = setting(text(), "scene", help="what messages and files call it")
 
     __repr__ = summary.scene_line

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.cookie import Cookie
-from glshadow.core.lights import SpotLight
 from glshadow.core.spaces import translation
+from glshadow.lights import SpotLight
 from glshadow.scene import shapes
 from glshadow.scene.mesh import Material, Mesh, Node, Scene
 from glshadow.scene.shapes import Solid

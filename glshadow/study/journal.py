@@ -12,9 +12,9 @@ import numpy as np
 
 from glshadow import __version__
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
 from glshadow.core.shadow import Shadow
 from glshadow.errors import GlshadowError, SettingsError
+from glshadow.lights import Light
 from glshadow.scene.mesh import Scene
 
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
 from glshadow.core.setting import as_floats, numbers_in, shown
 from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError, printable
+from glshadow.lights import Light
 from glshadow.measure.score import Score
 from glshadow.study.grid import setting_name
 from glshadow.study.pictures import Panel

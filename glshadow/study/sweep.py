@@ -8,9 +8,9 @@ from collections.abc import Iterable
 from typing import Any
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Lights
 from glshadow.core.shadow import Shadow
 from glshadow.gl.context import Backend
+from glshadow.lights import Lights
 from glshadow.study.grid import DEFAULT, Grid, settings_of
 from glshadow.study.pictures import Panel
 from glshadow.study.result import Result, Study, pareto_front

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Lights
 from glshadow.errors import ContextError, GlshadowError, SettingsError
 from glshadow.gl.present import Presenter, window_context
+from glshadow.lights import Lights
 from glshadow.scene.arguments import as_scene, pixels
 from glshadow.view.controls import HELP, Controls, landscapes
 from glshadow.view.showing import Showing

@@ -232,6 +232,9 @@ void main() {
     vec3 plane_normal = normal;
 #endif
     float lit = asked_visibility(surface.r, position, plane_normal, facing);
+#if !GLS_ALONE
+    lit = light_shines_on(position) ? lit : 0.0;
+#endif
 #if GLS_ALONE
 #if GLS_WEIGHED
     o_seen = vec2(lit, 1.0) * max(cosine, 0.0);

@@ -16,10 +16,10 @@ from typing import Any
 import click
 import numpy as np
 from frame import SIZE, turned_sun
+from glshadow.core.area import hard_lights
 from sections import Scenes, command
 
 import glshadow as gs
-from glshadow.core.area import hard_lights
 from glshadow.gl.sources.area import Area
 from glshadow.reference.points import count_points
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from glshadow.core.lights import Light
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.filters import Exact
-from glshadow.core.lights import Light
 from glshadow.core.lists import distance_bound
 from glshadow.core.shadow import Shadow
 from glshadow.frame import Frame

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from glshadow.core.lights import Light
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array, translation
 from glshadow.renderer import Renderer
 from glshadow.scene import shapes

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from glshadow.core.lights import Light
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array
 from glshadow.renderer import Renderer
 from glshadow.scene import analytic

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from glshadow.core.lights import Light
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.core.lists import CELLS, LEAST_CELLS
 from glshadow.core.spaces import translation
 from glshadow.gl.sources.cells import CellLists
@@ -210,7 +210,10 @@ def test_lists_that_are_too_small_grow(
     monkeypatch.setattr(CellLists, "reserve", tight)
     with Renderer("egl") as renderer:
         frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
-        assert renderer._store.sources[0, "Listed"].grid.cells == CELLS[renderer._store.sources[0, "Listed"].grid.kind]
+        assert (
+            renderer._store.sources[0, "Listed"].grid.cells
+            == CELLS[renderer._store.sources[0, "Listed"].grid.projection]
+        )
     assert len(sizes) == 2, "grown once, to what was needed"
     assert sizes[1] >= LINK_BYTES * expected[name][1]
     np.testing.assert_array_equal(frame.visibility, expected[name][0])
@@ -227,7 +230,7 @@ def test_lists_that_cannot_grow_get_a_coarser_grid(
         limited(renderer, expected[name][1] // 2)
         frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
         grid = renderer._store.sources[0, "Listed"].grid
-        assert LEAST_CELLS <= grid.cells < CELLS[grid.kind]
+        assert LEAST_CELLS <= grid.cells < CELLS[grid.projection]
     assert 0 < frame.used[0].links <= expected[name][1] // 2
     np.testing.assert_array_equal(frame.visibility, expected[name][0])
 

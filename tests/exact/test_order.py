@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from glshadow.core.area import hard_lights
+from glshadow.core.lights import Light
 
 import glshadow as gs
 from glshadow.core import shadow as shadow_module
-from glshadow.core.area import hard_lights
-from glshadow.core.lights import Light
 from glshadow.core.spaces import translation
 from glshadow.gl.sources.grown import Grown
 from glshadow.gl.sources.listed import Listed

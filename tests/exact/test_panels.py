@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from glshadow.core.panel import panel_factor
 
 import glshadow as gs
-from glshadow.core.panel import panel_factor
 from glshadow.core.spread import hemisphere, square
 from glshadow.reference.points import count_points
 from glshadow.scene import shapes

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from glshadow.core.area import hard_lights
 
 import glshadow as gs
-from glshadow.core.area import hard_lights
 from glshadow.reference.points import count_points
 from glshadow.scene import shapes
 

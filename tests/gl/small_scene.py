@@ -9,10 +9,10 @@ from typing import Any
 
 import moderngl
 import numpy as np
+from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, ClipSpace, perspective

@@ -11,9 +11,9 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
+from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 
 from glshadow.core.fits import SceneFit
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.errors import ContextError

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from glshadow.core.lights import to_light
 
 import glshadow as gs
-from glshadow.core.lights import to_light
 from glshadow.core.ranges import view_depth
 from glshadow.core.spaces import Array, project
 from glshadow.frame import Frame

@@ -10,12 +10,12 @@ from typing import get_args
 import moderngl
 import numpy as np
 import pytest
+from glshadow.core.lights import DirectionalLight, SpotLight
 
 from glshadow.core.bias import Bias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias
 from glshadow.core.cookie import Cookie, cookie_from_world
 from glshadow.core.decision import CasterSettings
 from glshadow.core.filters import Filter, Pcf
-from glshadow.core.lights import DirectionalLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import ClipSpace

@@ -10,11 +10,11 @@ from functools import cache
 
 import numpy as np
 import pytest
+from glshadow.core.lights import DirectionalLight, Light
 from numpy.typing import NDArray
 
 from glshadow.core.bias import ReceiverPlaneBias
 from glshadow.core.filters import Hard, Pcf
-from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, ClipSpace

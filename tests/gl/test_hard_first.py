@@ -10,11 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 from scipy.spatial import cKDTree
 
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
 from glshadow.core.filters import Filter, Hard
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array
 from glshadow.frame import Frame

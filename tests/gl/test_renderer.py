@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 
 from glshadow import image
 from glshadow.core.bias import NoBias, SlopeScaledBias
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
 from glshadow.core.filters import Hard, Pcf
 from glshadow.core.fits import SceneFit, ViewFit
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import CLIP_SPACES, Array, translation

@@ -11,10 +11,10 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
+from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.filters import Hard
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import translation

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from glshadow.core.lights import Light
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.core.sampling import SAMPLES
 from glshadow.core.srgb import linear_from_srgb
 from glshadow.scene import shapes

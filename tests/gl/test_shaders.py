@@ -9,9 +9,9 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
+from glshadow.core.lights import to_light
 
 import glshadow as gs
-from glshadow.core.lights import to_light
 from glshadow.core.spaces import ClipSpace, perspective
 from glshadow.gl.shaders import _renamed
 from glshadow.gl.state import read_state

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from glshadow.core.lights import Light
 from numpy.typing import NDArray
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.gl.sources.edges import Edges
 from glshadow.gl.sources.mapped import Mapped
 from glshadow.scene import shapes

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 
 from glshadow.core.bias import (
     Bias,
@@ -26,7 +27,6 @@ from glshadow.core.bias import (
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
 from glshadow.core.filters import Filter, Hard, Pcf
 from glshadow.core.fits import SceneFit
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import CLIP_SPACES, Array, ClipSpace
@@ -138,7 +138,7 @@ def _check(
     assert (seen[certain & (cosine < -1e-6)] == 0.0).all()
     asked = certain & (cosine > 1e-4)
     assert not np.isnan(seen[asked]).any()
-    allowed = precision(used.views[0].resolution, used.views[0].kind != "directional", REACH)
+    allowed = precision(used.views[0].resolution, used.views[0].projection != "orthographic", REACH)
     if used.target is DEPTH and used.clip == ClipSpace(True, reversed=True):
         # floats round relative to their size, and 0 is far: what is stored bounds the error
         allowed = replace(allowed, stored=allowed.stored * float(frame.shadow_maps[0].max()))

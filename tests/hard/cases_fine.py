@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.spaces import Array
 from glshadow.scene import analytic
 

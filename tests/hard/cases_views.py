@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.spaces import Array
 from glshadow.scene import analytic, shapes
 from glshadow.scene.analytic import AnalyticScene

@@ -14,6 +14,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from glshadow.core.lights import DirectionalLight, to_light
 from numpy.typing import NDArray
 
 from glshadow.core.bias import (
@@ -26,7 +27,6 @@ from glshadow.core.bias import (
     SlopeScaledBias,
 )
 from glshadow.core.filters import Exact, Filter
-from glshadow.core.lights import DirectionalLight, to_light
 from glshadow.core.metric import Target, metric_range
 from glshadow.core.spaces import Array, ClipSpace, transform
 from glshadow.core.view import ShadowView
@@ -175,10 +175,10 @@ def same_surface(frame: Frame, truth: Truth) -> Bools:
 def texel_field(view: ShadowView, points: Array) -> Array:
     """Longer side of a texel in world units at world points (..., 3)."""
     texel = max(view.texel)
-    if view.kind == "directional":
+    if view.projection == "orthographic":
         return np.full(points.shape[:-1], texel)
     local = transform(view.view_from_world, points)
-    axial = np.abs(local).max(axis=-1) if view.kind == "point" else -local[..., 2]
+    axial = np.abs(local).max(axis=-1) if view.projection == "cube" else -local[..., 2]
     return np.asarray(texel * np.maximum(axial, 0.0))
 
 
@@ -221,7 +221,7 @@ def _around(
     source = AimedLight(truth.lights[0], rays.origin)
     # A straight edge at the very rim passes between two directions: circumscribed.
     texels = (texels + SNAPPED) / float(np.cos(np.pi / DIRECTIONS))
-    sun = view.kind == "directional"
+    sun = view.projection == "orthographic"
     axes = view.view_from_world[:2, :3] * np.array(view.texel)[:, None]
     size = texel_field(view, truth.position).ravel()[rows]
     u, v = _basis(truth) if sun else (np.zeros(3), np.zeros(3))
@@ -314,10 +314,10 @@ def predict(outcome: Outcome) -> Prediction:
 def _lean(view: ShadowView, points: Array, normals: Array, sine: Array) -> Array:
     """What NormalOffsetBias multiplies: texels along the way that normals lean from the map's axis, or from the light, (N,)."""
     rotation = view.view_from_world[:3, :3]
-    if view.kind == "directional":
+    if view.projection == "orthographic":
         return np.asarray(np.linalg.norm(normals @ rotation[:2].T * np.array(view.texel), axis=1))
     axis = np.broadcast_to(rotation[2], normals.shape)
-    if view.kind == "point":
+    if view.projection == "cube":
         axis = np.eye(3)[np.abs(transform(view.view_from_world, points)).argmax(axis=1)] @ rotation
     across = np.sqrt(np.maximum(1.0 - dot(normals, axis) ** 2, 0.0))
     return texel_field(view, points) * np.maximum(across, sine)
@@ -326,7 +326,7 @@ def _lean(view: ShadowView, points: Array, normals: Array, sine: Array) -> Array
 def _slope(view: ShadowView, light: object, points: Array, normals: Array) -> Array:
     """|d distance along the light ray| per texel in the map's two directions, (N, 2)."""
     rotation = view.view_from_world[:3, :3]
-    if view.kind == "directional":
+    if view.projection == "orthographic":
         n = normals @ rotation.T
         return np.abs(n[:, :2]) / np.maximum(n[:, 2:], 1e-12) * np.array(view.texel)
     towards, _ = to_light(light, points)  # type: ignore[arg-type]
@@ -368,7 +368,7 @@ def rounding(outcome: Outcome) -> float:
     reach += frame.far * np.hypot(1.0, np.abs([left, right]).max())
     view = frame.used[0].views[0]
     offset = np.asarray(getattr(frame.lights[0], "position", centre)) - centre
-    if view.kind == "directional":
+    if view.projection == "orthographic":
         offset = transform(view.view_from_world, centre)
     return float(ROUNDINGS * 2.0**-24 * max(reach, np.abs(offset).max()))
 
@@ -382,18 +382,18 @@ def _world_step(outcome: Outcome, view: ShadowView, points: Array) -> Array:
     """World units along the light per unit of what is stored, (N,)."""
     target = outcome.frame.used[0].target
     assert target is not None
-    if view.kind == "directional":
+    if view.projection == "orthographic":
         return np.full(len(points), view.far - view.near)
     depth = -transform(view.view_from_world, points)[:, 2]
-    if view.kind == "point":
+    if view.projection == "cube":
         depth = np.abs(transform(view.view_from_world, points)).max(axis=1)
     if target.is_depth:
         along = depth**2 * (view.far - view.near) / (view.far * view.near)
         if view.clip == ClipSpace(True, True) and target is Target.DEPTH32F:
             along = along * view.near / depth  # reversed floats round relative to 1 / depth
         return np.asarray(along)
-    low, high = metric_range(view.kind, view.clip, view.near, view.far)
-    if view.kind == "point":
+    low, high = metric_range(view.projection, view.clip, view.near, view.far)
+    if view.projection == "cube":
         return np.full(len(points), low + high)
     return np.full(len(points), abs((low + high) / view.clip_from_view[2, 2]))
 

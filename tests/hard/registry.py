@@ -7,12 +7,12 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
+from glshadow.core.lights import Light
 
 from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, SlopeScaledBias
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.filters import FILTERS, Exact, Filter, Hard, Pcf
 from glshadow.core.fits import SceneFit
-from glshadow.core.lights import Light
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import Array, ClipSpace

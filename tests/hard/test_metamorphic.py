@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from glshadow.core.lights import DirectionalLight, Light, PointLight
 from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.filters import Exact, Filter, Pcf
 from glshadow.core.fits import SceneFit
-from glshadow.core.lights import DirectionalLight, Light, PointLight
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, transform, translation
 from glshadow.renderer import Renderer

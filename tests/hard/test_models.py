@@ -6,8 +6,8 @@ import warnings
 from pathlib import Path
 
 import pytest
-
 from glshadow.core.lights import DirectionalLight
+
 from glshadow.errors import GlshadowWarning
 from glshadow.measure.error import measure
 from glshadow.reference.trace import trace

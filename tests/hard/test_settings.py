@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.filters import Exact, Hard, Pcf
 from glshadow.core.fits import SceneFit, ViewFit
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array
 from glshadow.errors import ResourceError, SceneError, SettingsError

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from glshadow.core.lights import DirectionalLight, SpotLight
 
 from glshadow.core.bias import ConstantBias, NormalOffsetBias
 from glshadow.core.filters import Hard, Pcf
-from glshadow.core.lights import DirectionalLight, SpotLight
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, ClipSpace

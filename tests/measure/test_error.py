@@ -6,9 +6,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 
 from glshadow.core.filters import Pcf
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
 from glshadow.measure import measure

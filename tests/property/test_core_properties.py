@@ -6,6 +6,7 @@ Deterministic (derandomize) and free of deadlines, which mean nothing on a share
 from __future__ import annotations
 
 import numpy as np
+from glshadow.core.lights import PointLight, SpotLight, cone, to_light
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -14,7 +15,6 @@ from glshadow.core.bias import normal_bias, receiver_plane_from_derivatives, rec
 from glshadow.core.filters import FILTERS, Filter, Pcf
 from glshadow.core.filters.filter import Needs
 from glshadow.core.filters.pcf import MAX_RADIUS, box_weights
-from glshadow.core.lights import PointLight, SpotLight, cone, to_light
 from glshadow.core.metric import metric_range, pack, projected_metric, radial_metric, unpack, window_depth
 from glshadow.core.spaces import (
     CLIP_SPACES,

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from glshadow.core.lights import DirectionalLight, PointLight, SpotLight, to_light
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight, to_light
 from glshadow.errors import ReferenceUnavailable, SettingsError
 from glshadow.reference import trace
 from glshadow.reference.rays import PLANE_BOUND, Rays, world_positions

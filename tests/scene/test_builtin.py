@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from glshadow.core.lights import DirectionalLight
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight
 from glshadow.errors import SettingsError
 from glshadow.scene import builtin, shapes
 

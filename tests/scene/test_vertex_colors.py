@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from glshadow.core.lights import DirectionalLight
 
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
 from glshadow.core.filters import Exact, Hard
-from glshadow.core.lights import DirectionalLight
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, translation

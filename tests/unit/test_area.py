@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from glshadow.core.area import hard_lights, has_size, points_seen
 
 import glshadow as gs
-from glshadow.core.area import hard_lights, has_size, points_seen
 from glshadow.core.spread import ball, disc
 
 COUNTS = [16, 64, 256, 1024]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from glshadow.core.area import hard_lights
 
 import glshadow as gs
-from glshadow.core.area import hard_lights
 from glshadow.core.casting import convex, darkens
 from glshadow.scene.box import box_corners
 

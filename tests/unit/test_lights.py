@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from glshadow.core.lights import DirectionalLight, PointLight, SpotLight, cone, to_light
+
 from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
 

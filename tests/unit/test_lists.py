@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 
 from glshadow.core.bias import NoBias, ReceiverPlaneBias
 from glshadow.core.filters import FILTERS, Exact
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.lists import CELLS, LEAST_CELLS, RATIO, ListGrid, distance_bound, facets, list_grid
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
@@ -32,7 +32,7 @@ def casters(rng: np.random.Generator) -> Array:
 def cells_of(grid: ListGrid, points: Array) -> Array:
     """Fine cells (N, 2), not rounded, of world points that lie before the light."""
     local = transform(grid.view_from_world, points)
-    place = local[:, :2] if grid.kind == "directional" else local[:, :2] / -local[:, 2:]
+    place = local[:, :2] if grid.projection == "orthographic" else local[:, :2] / -local[:, 2:]
     x, y, z, w = grid.cells_from_window
     return place * np.array([x, y]) + np.array([z, w])
 
@@ -62,7 +62,7 @@ def test_the_window_holds_every_caster_and_little_more(light: Light, casters: Ar
 )
 def test_kinds(casters: Array, light: Light, kind: str, faces: int) -> None:
     grid = list_grid(light, casters)
-    assert (grid.kind, grid.faces) == (kind, faces)
+    assert (grid.projection, grid.faces) == (kind, faces)
     assert grid.cells == CELLS[kind]  # type: ignore[index]
 
 

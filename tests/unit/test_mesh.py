@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from glshadow.core.lights import PointLight
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import PointLight
 from glshadow.core.spaces import Array, perspective, project, translation
 from glshadow.core.welding import welded
 from glshadow.errors import SceneError

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from glshadow.core.lights import DirectionalLight
 
 from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
 from glshadow.core.decision import settle
 from glshadow.core.filters import Exact, Hard, Pcf
 from glshadow.core.fits import SceneFit, ViewFit
-from glshadow.core.lights import DirectionalLight
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import ClipSpace

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from glshadow.core.area import has_size
 from glshadow.core.decision import settle
 from glshadow.core.filters.filter import Needs
-from glshadow.core.lights import Light, SkyLight
 from glshadow.core.shadow import Settled
 from glshadow.core.used import Used
 from glshadow.errors import ResourceError
@@ -21,6 +19,7 @@ from glshadow.gl.sources.prefiltered import Prefiltered
 from glshadow.gl.sources.source import Source
 from glshadow.gl.sources.uploaded import Uploaded
 from glshadow.gl.work import Work
+from glshadow.lights import Light
 
 
 def source_of(light: Light, shadow: Settled | None, context: GLContext) -> tuple[str, Callable[[], Source]]:
@@ -36,8 +35,8 @@ def source_of(light: Light, shadow: Settled | None, context: GLContext) -> tuple
         Needs.TRIANGLES: Listed if context.caps.compute else Uploaded,
     }
     kind: type[Source] = kinds[shadow.filter.needs]
-    if shadow.filter.points_of_light and has_size(light):
-        if kind is Listed and shadow.asked.faces is None and not isinstance(light, SkyLight):
+    if shadow.filter.points_of_light and light.has_size:
+        if kind is Listed and shadow.asked.faces is None and light.penumbra is not None:
             return "Area", lambda: Area(context)
         return f"{kind.__name__} many times", lambda: Accumulated(context, kind(context), Mapped(context))
     return kind.__name__, lambda: kind(context)

@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.lights import Light
 from glshadow.core.shadow import Settled
 from glshadow.core.spaces import Array
 from glshadow.core.used import Used
-from glshadow.core.view import kind_of
 from glshadow.gl.context import GLContext
-from glshadow.gl.lighting import light_view
 from glshadow.gl.receiver import Receiver
 from glshadow.gl.work import Work
+from glshadow.lights import Light
 from glshadow.shader.slots import open_slots
 
 
@@ -59,7 +57,7 @@ class Source:
 
 def open_receiver(work: Work, light: Light) -> Receiver:
     """A receiver that is lit."""
-    return Receiver(open_slots(kind_of(light)), *frame_of(light_view(light, (), work.scene.origin), work.scene.origin),
+    return Receiver(open_slots(light), *frame_of(light.frame((), work.scene.origin), work.scene.origin),
                     dialect=fetching_dialect(work.caps.texture_gather))  # fmt: skip
 
 

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from glshadow.core.cells import CUT_OUT, CellLists, cell_lists
 from glshadow.core.decision import ignored_size
-from glshadow.core.lights import Light
 from glshadow.core.lists import LEAST_CELLS, ListGrid, list_grid
 from glshadow.core.shadow import Settled
 from glshadow.core.used import Used
@@ -35,6 +34,7 @@ from glshadow.gl.sources.triangles import (
 from glshadow.gl.targets import release, released_on_error
 from glshadow.gl.work import Work
 from glshadow.gl.world import local_positions
+from glshadow.lights import Light
 
 _WHY = "triangle lists are built on the CPU: building them on the GPU needs OpenGL 4.3, {} has {:.1f}"
 _TEXEL = 16  # bytes

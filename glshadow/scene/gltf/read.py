@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from glshadow.core.cameras import Camera, OrthographicCamera, PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.setting import as_float, shown
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.scene.gltf.document import Document, as_object, extensions, open_document
 from glshadow.scene.gltf.graph import Graph, instances
 from glshadow.scene.gltf.material import Surfaces
