@@ -38,7 +38,7 @@ from glshadow.errors import (
     SettingsError,
     ShaderError,
 )
-from glshadow.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
+from glshadow.lights import DirectionalLight, Light, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.measure.error import ShadowError, measure  # now: the function must hide the room of its name
 from glshadow.measure.score import Score
 from glshadow.scene.limits import Limits
@@ -136,6 +136,7 @@ __all__ = [
     "GlshadowError",
     "GlshadowWarning",
     "IntrinsicsCamera",
+    "Light",
     "Limits",
     "Lispsm",
     "Material",

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from glshadow.core.lights import Light
 
 import glshadow as gs
 from glshadow import budget as module
 from glshadow.budget import Budget, Found, choose, open_to_choice
+from glshadow.lights import Light
 
 SIZE = (320, 180)
 

@@ -7,8 +7,8 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.spaces import CLIP_SPACES, project
-from glshadow.core.view import shadow_views
 from glshadow.frame import Frame, Used
+from glshadow.lights.views import shadow_views
 from glshadow.lines import HIDDEN, Canvas
 from glshadow.overlay import (
     EMPTY,

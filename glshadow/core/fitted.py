@@ -14,8 +14,9 @@ from glshadow.core.fit import shaded_receivers
 from glshadow.core.fits import Cascades, Lispsm
 from glshadow.core.ranges import view_depth
 from glshadow.core.spaces import Array, project, rigid_inverse, transform, view_axes
-from glshadow.core.view import Cascade, ShadowView, shadow_views
+from glshadow.core.view import Cascade, ShadowView
 from glshadow.lights.distant import DistantLight
+from glshadow.lights.views import shadow_views
 
 
 def around(asked: Asked, receivers: list[Array]) -> Fitted:

@@ -26,7 +26,7 @@ import numpy as np
 from glshadow.core.compare import rounding_of
 from glshadow.core.decision import decide
 from glshadow.core.spaces import Array
-from glshadow.core.view import ShadowView, shadow_views
+from glshadow.core.view import ShadowView
 from glshadow.errors import SettingsError
 from glshadow.gl.atlases import Atlas, layout
 from glshadow.gl.bodies import casters_seen
@@ -39,6 +39,7 @@ from glshadow.gl.program import Programs
 from glshadow.gl.screen import comparison_sampler
 from glshadow.gl.sources.mapped import map_defines, map_slots, uniforms_of
 from glshadow.lights import Light
+from glshadow.lights.views import shadow_views
 from glshadow.shader.compose import compose
 from glshadow.shader.slots import open_slots
 
@@ -55,7 +56,7 @@ def draw_map(context: GLContext, programs: Programs, scene: GpuScene, light: Lig
     Parameters
     ----------
     views : sequence of ShadowView
-        What `glshadow.core.view.shadow_views` gives, or a frame's `used[i].views`.
+        What `glshadow.lights.views.shadow_views` gives, or a frame's `used[i].views`.
 
     Returns
     -------

@@ -20,7 +20,7 @@ from glshadow.core.compare import rounding_of
 from glshadow.core.decision import decide
 from glshadow.core.setting import as_floats, instance, refuse, shown
 from glshadow.core.spaces import Array
-from glshadow.core.view import ShadowView, shadow_views
+from glshadow.core.view import ShadowView
 from glshadow.errors import SettingsError
 from glshadow.gl.atlases import Atlas, layout
 from glshadow.gl.caster import Map, begin_view
@@ -30,6 +30,7 @@ from glshadow.gl.moments import Moments
 from glshadow.gl.program import Programs, set_uniform
 from glshadow.gl.sources.mapped import uniforms_of
 from glshadow.lights import Light
+from glshadow.lights.views import shadow_views
 
 __all__ = ["Caster", "ShadowMap"]
 

@@ -271,7 +271,7 @@ class Light(Settings, ABC):
     def views(
         self, bodies: list[Array], casters: Array, clip: ClipSpace, resolution: int, guard: int, fine: bool
     ) -> tuple[ShadowView, ...]:
-        """The views of its map: parameters are those of `core.view.shadow_views`, `bodies` not empty; none where nothing is lit."""
+        """The views of its map: parameters are those of `lights.views.shadow_views`, `bodies` not empty; none where nothing is lit."""
 
     @abstractmethod
     def frame(self, views: Sequence[ShadowView], origin: Array) -> Array:

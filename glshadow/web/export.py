@@ -21,12 +21,13 @@ from glshadow.core.metric import Target
 from glshadow.core.setting import as_path, instance, one_of, optional, whole
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, ClipSpace, world_positions
-from glshadow.core.view import ShadowView, shadow_views
+from glshadow.core.view import ShadowView
 from glshadow.errors import ResourceError, SettingsError, warn
 from glshadow.files import replacing
 from glshadow.gl.atlases import layout
 from glshadow.gl.caster import metric_uniform
 from glshadow.lights import Light, Lights
+from glshadow.lights.views import shadow_views
 from glshadow.scene.arguments import as_scene, picture_arguments
 from glshadow.scene.mesh import Scene
 from glshadow.shader.compose import compose

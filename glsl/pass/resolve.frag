@@ -77,7 +77,7 @@
 #include "lib/cookie.glsl"
 #include "lib/glass.glsl"
 #ifndef GLS_WIDE
-#define GLS_WIDE 0 // 1: the light is no single direction, see light/panel.glsl
+#define GLS_WIDE 0 // 1: the light is no single direction, see light/rect.glsl
 #endif
 #ifndef GLS_WEIGHED
 #define GLS_WEIGHED 0 // 1, with GLS_ALONE: visibility and its weight by Lambert's law

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from glshadow.core.lights import Light
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
@@ -14,6 +13,7 @@ from glshadow.core.filters import Exact
 from glshadow.core.lists import distance_bound
 from glshadow.core.shadow import Shadow
 from glshadow.frame import Frame
+from glshadow.lights import Light
 from glshadow.reference.aimed import AimedLight
 from glshadow.reference.brute import blocked
 from glshadow.reference.trace import trace

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from glshadow.core.lists import CELLS, facets
 from glshadow.core.spaces import Array
-from glshadow.core.view import Kind
 from glshadow.gl.buffers import texture_buffer
 from glshadow.gl.context import GLContext
 from glshadow.gl.entry_points import RGBA32F
@@ -27,7 +26,7 @@ from glshadow.shader import source
 
 from .turned import rotation
 
-KINDS: tuple[Kind, ...] = ("directional", "spot", "point")
+KINDS = ("directional", "spot", "point")
 AT_VERTICES = 0.35  # share of the rays; the others pass an edge
 ULPS = 3  # how far off, in units of the last place of each coordinate; 40 % of the rays: not at all
 MOST = 24  # triangles round one edge
@@ -98,7 +97,7 @@ class Fans:
         Triangles at either end of each edge, then -1.
     """
 
-    kind: Kind
+    kind: str
     corners: Array
     edges: NDArray[np.float32]
     around: NDArray[np.int32]
@@ -115,7 +114,7 @@ def readable(snippets: Mapping[str, str]) -> Iterator[None]:
         source.read = read
 
 
-def fans_of(solid: Solid, kind: Kind, rng: np.random.Generator) -> Fans:
+def fans_of(solid: Solid, kind: str, rng: np.random.Generator) -> Fans:
     """Edges of a closed mesh whose whole surroundings face a light that stands beside it."""
     positions, triangles = solid
     size = float(np.abs(positions - positions.mean(axis=0)).max())

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from glshadow.core.lights import Light
 
 import glshadow as gs
 from glshadow.core.cameras import Camera
 from glshadow.core.spaces import Array
+from glshadow.lights import Light
 from glshadow.scene.mesh import Material, Mesh, Node, Scene
 
 Shape = tuple[Array, Array]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from glshadow.core.lights import Light
 
 import glshadow as gs
 from glshadow.core.spaces import Array, transform
+from glshadow.lights import Light
 from glshadow.scene.mesh import Mesh, Node, Scene
 from glshadow.scene.shapes import Solid
 

@@ -8,12 +8,12 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 import pytest
-from glshadow.core.lights import Light
 
 import glshadow as gs
 from glshadow.errors import ContextError
 from glshadow.gl.entry_points import EntryPoints
 from glshadow.gl.state import read_state
+from glshadow.lights import Light
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import Node, Scene
 

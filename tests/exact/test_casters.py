@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from glshadow.core.lights import Light
 
 import glshadow as gs
 from glshadow.core.spaces import Array, translation
+from glshadow.lights import Light
 from glshadow.renderer import Renderer
 from glshadow.scene import shapes
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene

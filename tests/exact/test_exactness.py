@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from glshadow.core.lights import Light
 
 import glshadow as gs
 from glshadow.core.spaces import Array
+from glshadow.lights import Light
 from glshadow.renderer import Renderer
 from glshadow.scene import analytic
 from glshadow.scene.mesh import Scene

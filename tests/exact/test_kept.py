@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from glshadow.core.lights import Light
 
 import glshadow as gs
 from glshadow.core.lists import CELLS, LEAST_CELLS
 from glshadow.core.spaces import translation
 from glshadow.gl.sources.cells import CellLists
+from glshadow.lights import Light
 from glshadow.renderer import Renderer
 from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from glshadow.core.lights import Light
 from numpy.typing import NDArray
 
 import glshadow as gs
 from glshadow.core.cameras import Camera
+from glshadow.lights import Light
 from glshadow.renderer import Renderer
 from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene

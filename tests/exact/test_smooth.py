@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SpotLight
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.filters import Evsm, Pcf
 from glshadow.core.shadow import Shadow
+from glshadow.lights import DirectionalLight, PointLight, RectLight, SpotLight
 from glshadow.reference.points import count_points
 from glshadow.reference.trace import trace
 from glshadow.scene import shapes

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from glshadow.core.area import hard_lights
 
 import glshadow as gs
 from glshadow.reference.points import count_points
@@ -129,7 +128,7 @@ def test_lights_too_large_are_asked_one_point_after_another(
 def test_chosen_faces_are_asked_one_point_after_another(renderer: gs.Renderer, scene: gs.Scene) -> None:
     light = replace(LIGHTS["sun"], shadow=gs.Shadow(faces=gs.Faces.BACK))
     frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
-    points = hard_lights(light, 64)
+    points = light.hard_lights(64)
     frames = [renderer.render(scene, None, [point], SIZE, outputs=("visibility",)).visibility[0] for point in points]
     mean = np.mean(frames, axis=0, dtype=np.float64)
     known = ~np.isnan(mean)

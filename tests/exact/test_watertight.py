@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.view import Kind
 from glshadow.gl.context import GLContext
 from glshadow.gl.program import Programs
 from glshadow.renderer import Renderer
@@ -47,7 +46,7 @@ def test_no_ray_slips_between_triangles(
     request: pytest.FixtureRequest,
     rng: np.random.Generator,
     name: str,
-    kind: Kind,
+    kind: str,
 ) -> None:
     solid = MESHES[name]() if name in MESHES else brain(request.getfixturevalue("models"))
     fans = fans_of(solid, kind, rng)

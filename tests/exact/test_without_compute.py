@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from glshadow.core.lights import Light
 from numpy.typing import NDArray
 
 import glshadow as gs
@@ -20,6 +19,7 @@ from glshadow.core.lists import RATIO, ListGrid
 from glshadow.core.spaces import Array, translation
 from glshadow.core.view import FACES
 from glshadow.gl.sources import Listed, Source, Uploaded, uploaded
+from glshadow.lights import Light
 from glshadow.reference.points import count_points
 from glshadow.renderer import Renderer
 from glshadow.scene import shapes

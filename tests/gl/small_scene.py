@@ -9,20 +9,21 @@ from typing import Any
 
 import moderngl
 import numpy as np
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, ClipSpace, perspective
-from glshadow.core.view import Kind, ShadowView, shadow_views
+from glshadow.core.view import ShadowView
 from glshadow.gl.caster import Map
 from glshadow.gl.context import GLContext
-from glshadow.gl.forward import bind_map, light_uniforms, lv_from_world, receiver_uniforms, rounding_of
+from glshadow.gl.forward import bind_map, lv_from_world, receiver_uniforms, rounding_of
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.meshes import Meshes
 from glshadow.gl.program import Program, Programs
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
+from glshadow.lights.views import shadow_views
 from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
 
@@ -45,7 +46,7 @@ def small_scene() -> Scene:
     return Scene(tuple(Node(name, Mesh(*solid), np.eye(4)) for name, solid in parts.items()), CAMERA)
 
 
-def light_of(kind: Kind, shadow: Shadow) -> Light:
+def light_of(kind: str, shadow: Shadow) -> Light:
     """A light of a kind that shadows the small scene."""
     if kind == "directional":
         return DirectionalLight(direction=(-0.55, -0.8, 0.35), shadow=shadow)
@@ -119,7 +120,7 @@ class Forward:
         view = lv_from_world(light, shadow_map) if shadow_map else np.eye(4)
         rounding = rounding_of(REACH)
         values: Mapping[str, Any] = {
-            **light_uniforms(light),
+            **light.uniforms(np.eye(3)),
             **(receiver_uniforms(light, shadow_map, rounding) if shadow_map else {}),
         }
         for name, value in values.items():

@@ -11,7 +11,6 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 
 from glshadow.core.fits import SceneFit
 from glshadow.core.metric import Target
@@ -22,6 +21,7 @@ from glshadow.gl.backends import OSMESA_LIBRARIES
 from glshadow.gl.current import current
 from glshadow.gl.entry_points import EntryPoints
 from glshadow.gl.state import read_state
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.renderer import Renderer
 from glshadow.scene import builtin
 from glshadow.scene.mesh import Scene

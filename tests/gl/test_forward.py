@@ -10,7 +10,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from glshadow.core.lights import DirectionalLight, Light
 from numpy.typing import NDArray
 
 from glshadow.core.bias import ReceiverPlaneBias
@@ -18,7 +17,6 @@ from glshadow.core.filters import Hard, Pcf
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, ClipSpace
-from glshadow.core.view import Kind
 from glshadow.errors import SettingsError
 from glshadow.gl.caster import Map
 from glshadow.gl.context import GLContext
@@ -26,6 +24,7 @@ from glshadow.gl.forward import draw_map, receiver_source
 from glshadow.gl.geometry import GpuScene
 from glshadow.gl.program import Program, Programs
 from glshadow.gl.sources.mapped import map_defines, map_slots
+from glshadow.lights import DirectionalLight, Light
 from glshadow.shader.compose import Text
 from glshadow.shader.variant import KINDS, Variant
 from glshadow.shader.variants import BIASES, MAPPED, distinct, receivers, variants
@@ -137,7 +136,7 @@ def surface() -> tuple[Array, Array, NDArray[np.int64]]:
 
 
 @cache
-def truth(kind: Kind) -> Array:
+def truth(kind: str) -> Array:
     """(H, W) 1 lit, 0 dark or turned away, NaN where there is no surface."""
     light = light_of(kind, Shadow())
     corners = np.concatenate([node.mesh.positions[node.mesh.triangles] for node in small_scene().nodes])

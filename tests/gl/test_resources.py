@@ -11,7 +11,6 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.filters import Hard
@@ -19,6 +18,7 @@ from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import translation
 from glshadow.errors import ResourceError, SettingsError
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.renderer import Renderer
 from glshadow.scene import builtin
 from glshadow.scene.mesh import Mesh, Node, Scene

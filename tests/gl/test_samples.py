@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from glshadow.core.lights import Light
 
 import glshadow as gs
 from glshadow.core.sampling import SAMPLES
 from glshadow.core.srgb import linear_from_srgb
+from glshadow.lights import Light
 from glshadow.scene import shapes
 
 from ..exact.test_casters import LIGHTS as LEAF_LIGHTS

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 
 from glshadow.core.bias import NoBias
 from glshadow.core.cameras import PerspectiveCamera
@@ -15,6 +14,7 @@ from glshadow.core.metric import Target, metric_range, projected_metric, radial_
 from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import CLIP_SPACES, Array, ClipSpace
 from glshadow.errors import SettingsError
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.reference import model
 from glshadow.renderer import Renderer
 from glshadow.scene import shapes

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from glshadow.core.lights import Light
 from numpy.typing import NDArray
 
 import glshadow as gs
 from glshadow.gl.sources.edges import Edges
 from glshadow.gl.sources.mapped import Mapped
+from glshadow.lights import Light
 from glshadow.scene import shapes
 
 from ..exact.test_casters import LIGHTS as LEAF_LIGHTS

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 
 from glshadow.core.bias import (
     Bias,
@@ -31,6 +30,7 @@ from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import CLIP_SPACES, Array, ClipSpace
 from glshadow.frame import Frame
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.reference import model
 from glshadow.renderer import Renderer
 from glshadow.scene import shapes
@@ -134,7 +134,7 @@ def _check(
     seen = frame.visibility[0].astype(np.float64)
     points, normals, certain = surface(frame, hits)
     assert certain.mean() > 0.6
-    cosine = (normals * to_light(light, points)[0]).sum(axis=-1)
+    cosine = (normals * light.to_light(points)[0]).sum(axis=-1)
     assert (seen[certain & (cosine < -1e-6)] == 0.0).all()
     asked = certain & (cosine > 1e-4)
     assert not np.isnan(seen[asked]).any()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.scene import analytic, shapes
 from glshadow.scene.analytic import AnalyticScene
 from glshadow.scene.mesh import Mesh, Node, Scene

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.spaces import Array
+from glshadow.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.scene import analytic
 
 from .registry import AS_DEFAULT, Case, Picture, crease, overhead, picture_of, sun_direction

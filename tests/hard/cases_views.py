@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.spaces import Array
+from glshadow.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.scene import analytic, shapes
 from glshadow.scene.analytic import AnalyticScene
 from glshadow.scene.mesh import Mesh

@@ -14,7 +14,6 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from glshadow.core.lights import DirectionalLight, to_light
 from numpy.typing import NDArray
 
 from glshadow.core.bias import (
@@ -31,6 +30,7 @@ from glshadow.core.metric import Target, metric_range
 from glshadow.core.spaces import Array, ClipSpace, transform
 from glshadow.core.view import ShadowView
 from glshadow.frame import Frame
+from glshadow.lights import DirectionalLight
 from glshadow.reference.aimed import AimedLight, moved_over, perpendicular
 from glshadow.reference.rays import dot
 from glshadow.reference.trace import trace
@@ -246,7 +246,7 @@ def _around(
 
 
 def _basis(truth: Truth) -> tuple[Array, Array]:
-    towards, _ = to_light(truth.lights[0], np.zeros((1, 3)))
+    towards, _ = truth.lights[0].to_light(np.zeros((1, 3)))
     u, v = perpendicular(towards)
     return u[0], v[0]
 
@@ -277,7 +277,7 @@ def predict(outcome: Outcome) -> Prediction:
     rows = np.flatnonzero(outcome.judged)
     points = truth.position.reshape(-1, 3)[rows]
     normals, own = truth.normal.reshape(-1, 3)[rows], truth.triangle.ravel()[rows]
-    towards, distance = to_light(light, points)
+    towards, distance = light.to_light(points)
     cosine = dot(normals, towards)
     sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
     slope = _slope(view, light, points, normals)
@@ -329,7 +329,7 @@ def _slope(view: ShadowView, light: object, points: Array, normals: Array) -> Ar
     if view.projection == "orthographic":
         n = normals @ rotation.T
         return np.abs(n[:, :2]) / np.maximum(n[:, 2:], 1e-12) * np.array(view.texel)
-    towards, _ = to_light(light, points)  # type: ignore[arg-type]
+    towards, _ = light.to_light(points)  # type: ignore[arg-type]
     texel = texel_field(view, points)
     cosine = np.maximum(dot(normals, towards), 1e-12)
     axis = np.cross(towards, np.eye(3)[np.abs(towards).argmin(axis=1)])
@@ -416,7 +416,7 @@ def _slope_scaled_blocked(
     assert isinstance(bias, SlopeScaledBias)
     rays = outcome.truth.rays
     blocked, gap = rays.blocked(own, start, towards, np.full(len(own), np.inf) if isinstance(
-        outcome.picture.light, DirectionalLight) else to_light(outcome.picture.light, start + rays.origin)[1])  # fmt: skip
+        outcome.picture.light, DirectionalLight) else outcome.picture.light.to_light(start + rays.origin)[1])  # fmt: skip
     result = np.zeros(len(own), dtype=bool)
     some = np.flatnonzero(blocked)
     if len(some) == 0:

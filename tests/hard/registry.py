@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
-from glshadow.core.lights import Light
 
 from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, SlopeScaledBias
 from glshadow.core.cameras import PerspectiveCamera
@@ -16,6 +15,7 @@ from glshadow.core.fits import SceneFit
 from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import Array, ClipSpace
+from glshadow.lights import Light
 from glshadow.scene.analytic import AnalyticScene
 from glshadow.scene.mesh import Scene
 

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from glshadow.core.lights import Light
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.spaces import Array
+from glshadow.lights import Light
 from glshadow.scene import shapes
 from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
 from glshadow.scene.shapes import Solid

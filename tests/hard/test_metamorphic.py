@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from glshadow.core.lights import DirectionalLight, Light, PointLight
 from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
@@ -15,6 +14,7 @@ from glshadow.core.filters import Exact, Filter, Pcf
 from glshadow.core.fits import SceneFit
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, transform, translation
+from glshadow.lights import DirectionalLight, Light, PointLight
 from glshadow.renderer import Renderer
 from glshadow.scene import analytic, shapes
 from glshadow.scene.mesh import Mesh, Node, Scene

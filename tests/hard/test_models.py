@@ -6,9 +6,9 @@ import warnings
 from pathlib import Path
 
 import pytest
-from glshadow.core.lights import DirectionalLight
 
 from glshadow.errors import GlshadowWarning
+from glshadow.lights import DirectionalLight
 from glshadow.measure.error import measure
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer

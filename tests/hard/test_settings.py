@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.filters import Exact, Hard, Pcf
@@ -14,6 +13,7 @@ from glshadow.core.fits import SceneFit, ViewFit
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array
 from glshadow.errors import ResourceError, SceneError, SettingsError
+from glshadow.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
 from glshadow.scene import analytic, shapes

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from glshadow.core.lights import DirectionalLight, SpotLight
 
 from glshadow.core.bias import ConstantBias, NormalOffsetBias
 from glshadow.core.filters import Hard, Pcf
@@ -15,6 +14,7 @@ from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, ClipSpace
 from glshadow.core.view import ShadowView
 from glshadow.frame import Frame
+from glshadow.lights import DirectionalLight, SpotLight
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
 from glshadow.scene import analytic

@@ -6,11 +6,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 
 from glshadow.core.filters import Pcf
 from glshadow.core.shadow import Shadow
 from glshadow.errors import SettingsError
+from glshadow.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.measure import measure
 from glshadow.measure.error import texel_size
 from glshadow.measure.score import COLORS, Outcome

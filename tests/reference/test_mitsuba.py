@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from glshadow.core.lights import DirectionalLight, Light, PointLight
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
+from glshadow.lights import DirectionalLight, Light, PointLight
 from glshadow.reference import trace
 from glshadow.scene import builtin
 from glshadow.scene.mesh import Scene

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from glshadow.core.lights import DirectionalLight
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.errors import SettingsError
+from glshadow.lights import DirectionalLight
 from glshadow.scene import builtin, shapes
 
 MODELS = Path(os.environ.get("GLSHADOW_MODELS", Path(__file__).parents[3] / "shared" / "models"))

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.spaces import orthographic
 from glshadow.errors import GlshadowWarning, SceneError, SettingsError
+from glshadow.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.scene.box import default_sun
 from glshadow.scene.load import load
 from glshadow.scene.mesh import AlphaMode, Scene

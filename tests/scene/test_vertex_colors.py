@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from glshadow.core.lights import DirectionalLight
 
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
 from glshadow.core.filters import Exact, Hard
@@ -18,6 +17,7 @@ from glshadow.core.metric import Target
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, translation
 from glshadow.errors import GlshadowWarning, SceneError
+from glshadow.lights import DirectionalLight
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
 from glshadow.scene import shapes

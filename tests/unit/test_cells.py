@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from numpy.typing import NDArray
 
 from glshadow.core.cells import CASTS, CULL_BACK, CULL_FRONT, CellLists, cell_lists
 from glshadow.core.lists import LEAST_CELLS, MOST, RATIO, ListGrid, facets, list_grid
 from glshadow.core.spaces import Array, transform
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 
 from ..cell_lists import held, receiver_cells, walked
 

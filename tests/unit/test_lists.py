@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 
 from glshadow.core.bias import NoBias, ReceiverPlaneBias
 from glshadow.core.filters import FILTERS, Exact
@@ -14,6 +13,7 @@ from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import Array, transform
 from glshadow.core.spelling import parse
 from glshadow.errors import SettingsError
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 
 from ..tolerances import RTOL_FLOAT64, UNIT
 
@@ -52,12 +52,12 @@ def test_the_window_holds_every_caster_and_little_more(light: Light, casters: Ar
 @pytest.mark.parametrize(
     ("light", "kind", "faces"),
     [
-        (SUN, "directional", 1),
-        (SPOT, "spot", 1),
-        (BULB, "spot", 1),  # far from all casters: one grid will do
-        (PointLight(position=(0.1, 0.2, -0.1)), "point", 6),  # among them
-        (PointLight(position=(0.0, 0.6, 0.0)), "point", 6),  # so near that they surround it
-        (PointLight(position=(1e4, 0.0, 0.0)), "spot", 1),
+        (SUN, "orthographic", 1),
+        (SPOT, "perspective", 1),
+        (BULB, "perspective", 1),  # far from all casters: one grid will do
+        (PointLight(position=(0.1, 0.2, -0.1)), "cube", 6),  # among them
+        (PointLight(position=(0.0, 0.6, 0.0)), "cube", 6),  # so near that they surround it
+        (PointLight(position=(1e4, 0.0, 0.0)), "perspective", 1),
     ],
 )
 def test_kinds(casters: Array, light: Light, kind: str, faces: int) -> None:
@@ -128,7 +128,7 @@ def test_halvings(light: Light, casters: Array) -> None:
     usual = list_grid(light, casters)
     halved = list_grid(light, casters, halvings=2)
     assert halved.cells == usual.cells // 4
-    assert (halved.window, halved.kind) == (usual.window, usual.kind)
+    assert (halved.window, halved.projection) == (usual.window, usual.projection)
     assert LEAST_CELLS % RATIO == 0
     assert usual.cells % RATIO == 0
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from glshadow.core.lights import PointLight
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.spaces import Array, perspective, project, translation
 from glshadow.core.welding import welded
 from glshadow.errors import SceneError
+from glshadow.lights import PointLight
 from glshadow.scene.box import box_corners, default_camera, default_sun
 from glshadow.scene.mesh import Mesh, Node, Scene
 

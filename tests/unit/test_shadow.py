@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from glshadow.core.lights import DirectionalLight
 
 from glshadow.core.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
 from glshadow.core.decision import settle
@@ -17,6 +16,7 @@ from glshadow.core.metric import Target
 from glshadow.core.shadow import Faces, Shadow
 from glshadow.core.spaces import ClipSpace
 from glshadow.errors import SettingsError
+from glshadow.lights import DirectionalLight
 
 
 def test_defaults_derive_what_they_can() -> None:
