@@ -118,11 +118,9 @@ scene_options = _all(
     option("Camera", "--near", metavar="D", read=values.plane, help="Nothing nearer is drawn. Default: derived."),
     option("Camera", "--far", metavar="D", read=values.plane, help="Nothing farther is drawn. Default: derived."),
     option("Lights", "--light", "lights", metavar="LIGHT", read=values.light, multiple=True,
-           help="sun:DX,DY,DZ or spot:PX,PY,PZ:DX,DY,DZ[:OUTER[:INNER]] or point:X,Y,Z. D is the way the light "
-                "travels, P where it is, OUTER and INNER degrees from the cone's axis (30, and two thirds of OUTER). "
-                "Any :key=value may follow: intensity=1 color=1,1,1 near=D far=D shadow=on|off, for spot and point "
-                "range=D falloff=0 (2: physical) radius=0, for sun angle=0 (0.53: soft as the sun's). Also a panel, "
-                "rect:PX,PY,PZ:DX,DY,DZ:WIDTH,HEIGHT. Repeat for more lights. Default: the file's lights, else one sun."),
+           help=f"{values.light_help()}. d is the way the light travels, p where it is. Any :key=value may follow: intensity=1 "
+                "color=1,1,1 shadow=on|off, near=D far=D of its map, and the settings named above. Repeat for more lights. Default: "
+                "the file's lights, else one sun."),
     option("Lights", "--sky", metavar="INTENSITY", read=values.strength_of_sky,
            help="Also the light of a whole sky, the same from everywhere: 0.4. Its shadow is ambient occlusion, at the price of "
                 "64 hard ones."),

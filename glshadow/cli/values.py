@@ -194,6 +194,13 @@ def strength_of_sky(text: str) -> float:
     return value
 
 
+def light_help() -> str:
+    """Every light with what it is."""
+    from glshadow.lights import LIGHTS
+
+    return ", ".join(f"{kind.usage} ({kind.summary})" for kind in LIGHTS)
+
+
 def light(text: str) -> Light:
     """As a light is spelled: sun:-1,-2,-1, ..."""
     from glshadow.image import read

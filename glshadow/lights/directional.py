@@ -60,6 +60,7 @@ class DirectionalLight(DistantLight):
 
     spelling: ClassVar[str] = "sun"
     usage: ClassVar[str] = "sun:dx,dy,dz"
+    summary: ClassVar[str] = "parallel light; angle=0.53 is the sun's"
     by_place: ClassVar[tuple[str, ...]] = ("direction",)
     places: ClassVar[tuple[int, int]] = (1, 1)
     snippet: ClassVar[str] = "light/directional.glsl"

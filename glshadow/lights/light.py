@@ -63,6 +63,8 @@ class Light(Settings, ABC):
         Its name on the command line, in batches and in reports.
     usage : str
         How the command line spells it.
+    summary : str
+        In a few words, for help.
     by_place : tuple of str
         Settings that the command line takes by their place; all others by `key=value`.
     places : (2,) ints
@@ -95,6 +97,7 @@ class Light(Settings, ABC):
 
     spelling: ClassVar[str]
     usage: ClassVar[str]
+    summary: ClassVar[str]
     by_place: ClassVar[tuple[str, ...]] = ()
     places: ClassVar[tuple[int, int]] = (0, 0)
     snippet: ClassVar[str]

@@ -19,6 +19,7 @@ class PointLight(SphereLight):
 
     spelling: ClassVar[str] = "point"
     usage: ClassVar[str] = "point:x,y,z"
+    summary: ClassVar[str] = "every direction; radius, range and falloff as for spot"
     by_place: ClassVar[tuple[str, ...]] = ("position",)
     places: ClassVar[tuple[int, int]] = (1, 1)
     snippet: ClassVar[str] = "light/point.glsl"

@@ -57,6 +57,7 @@ class RectLight(LocalLight):
 
     spelling: ClassVar[str] = "rect"
     usage: ClassVar[str] = "rect:px,py,pz:dx,dy,dz:width,height"
+    summary: ClassVar[str] = "one side of a rectangle"
     by_place: ClassVar[tuple[str, ...]] = ("position", "direction", "width", "height")
     places: ClassVar[tuple[int, int]] = (3, 3)
     snippet: ClassVar[str] = "light/rect.glsl"

@@ -51,6 +51,7 @@ class SkyLight(DistantLight):
 
     spelling: ClassVar[str] = "sky"
     usage: ClassVar[str] = "sky"
+    summary: ClassVar[str] = "from everywhere above"
     snippet: ClassVar[str] = "light/sky.glsl"
     most_views: ClassVar[int] = 0
     wide: ClassVar[bool] = True

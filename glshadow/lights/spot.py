@@ -62,6 +62,9 @@ class SpotLight(SphereLight):
 
     spelling: ClassVar[str] = "spot"
     usage: ClassVar[str] = "spot:px,py,pz:dx,dy,dz[:outer[:inner]]"
+    summary: ClassVar[str] = (
+        "a cone, its angles from the axis: 30, and two thirds of outer; radius=0, range, falloff=2 is physical"
+    )
     by_place: ClassVar[tuple[str, ...]] = ("position", "direction", "outer_angle", "inner_angle")
     places: ClassVar[tuple[int, int]] = (2, 4)
     snippet: ClassVar[str] = "light/spot.glsl"
