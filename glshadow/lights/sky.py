@@ -19,9 +19,10 @@ from glshadow.lights.light import Light
 
 
 def _down(name: str, value: Any) -> Triple:
+    """The rule of a direction from a zenith down: the largest component is negative, whichever axis a scene has for up."""
     kept: Triple = direction(name, value)  # type: ignore[assignment]  # of a vector of three
-    if not kept[1] < 0.0:
-        raise refuse(name, "a direction that points down (y below 0), since the sky is above", value)
+    if not max(kept, key=abs) < 0.0:
+        raise refuse(name, "a direction from the zenith down, its largest component below 0, such as (0, -1, 0)", value)
     return kept
 
 
