@@ -83,6 +83,8 @@ class Light(Settings, ABC):
         Whether its sample points count by the cosine at the receiver (Lambert's law).
     sized_by : str
         The setting that gives it a size: degrees at infinity, else world units; empty: it has none that can be changed.
+    fixed : bool
+        Whether it stays where it is when a user aims lights from elsewhere.
     beside_geometry : frozenset of str
         Settings that do not decide where its shadows fall.
     penumbra : mapping or None
@@ -107,6 +109,7 @@ class Light(Settings, ABC):
     wide: ClassVar[bool] = False
     weighted: ClassVar[bool] = False
     sized_by: ClassVar[str] = ""
+    fixed: ClassVar[bool] = False
     beside_geometry: ClassVar[frozenset[str]] = frozenset({"color", "intensity", "shadow"})
     penumbra: ClassVar[Mapping[str, int] | None] = None
 

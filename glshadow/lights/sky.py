@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -57,6 +57,7 @@ class SkyLight(DistantLight):
     most_views: ClassVar[int] = 0
     wide: ClassVar[bool] = True
     weighted: ClassVar[bool] = True
+    fixed: ClassVar[bool] = True
 
     @property
     def has_size(self) -> bool:
@@ -66,10 +67,6 @@ class SkyLight(DistantLight):
     def irradiance(self, points: Array, normals: Array) -> Array:
         """The share of the dome before the surface, weighted by Lambert's law."""
         return np.asarray(0.5 - 0.5 * (normals @ np.asarray(self.direction)))
-
-    def turned(self, turn: Array, middle: Array) -> Self:
-        """Itself: the sky stays above."""
-        return self
 
     def hard_lights(self, count: int) -> tuple[Light, ...]:
         """Directions of equal solid angle."""

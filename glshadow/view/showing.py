@@ -124,6 +124,8 @@ class Showing:
 
     def lit_from(self, azimuth: float, elevation: float) -> Self:
         """The light there, one with a position as far from the middle as it was, and all of it turned with it."""
+        if self.lights[self.light].fixed:
+            return self
         there = direction_of(azimuth, float(np.clip(elevation, -STEEPEST, STEEPEST)))
         return self._lit(self.lights[self.light].turned(_rotation(self._offset, there), self._middle))
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import glshadow as gs
+from glshadow.view.showing import Showing
 
 SIZE = (96, 54)
 
@@ -72,6 +73,7 @@ def test_it_has_no_place_in_a_pack() -> None:
         gs.PackedShadow([gs.SkyLight()])
 
 
-def test_it_stays_above_when_it_is_turned() -> None:
-    sky = gs.SkyLight()
-    assert sky.turned(np.diag([1.0, -1.0, -1.0]), np.zeros(3)) is sky
+def test_a_hand_does_not_move_it() -> None:
+    shown = Showing.of(gs.scenes.courtyard(), None, [gs.SkyLight()])
+    assert shown.lit_from(20.0, -30.0).lights == shown.lights
+    assert shown.sized(3.0).lights == shown.lights
