@@ -42,8 +42,8 @@ def trace(
     `core.smooth`, and is unlit where the interpolated normal points away. Surfaces are two-sided. A node that does not receive is never in
     shadow, one that does not cast darkens nothing. Texels below the cutoff of a MASK
     material do not exist (alpha sampled bilinearly at the finest level); BLEND materials are seen but cast nothing; a
-    light with `shadow=None` is not blocked by anything. Cone, range and strength do not dim visibility (see
-    `Truth.reached`).
+    light with `shadow=None` is not blocked by anything. Outside a spot's cone and behind a RectLight visibility is 0; range and strength
+    do not dim it (see `Truth.reached`).
 
     Parameters
     ----------

@@ -31,7 +31,8 @@ class Truth:
     Attributes
     ----------
     visibility : (L, H, W) float32
-        1 lit, 0 dark, also where N.L <= 0; NaN where no surface; between for several samples.
+        1 lit, 0 dark, also where N.L <= 0 and where the light does not shine (outside its cone, behind it); NaN where no
+        surface; between for several samples.
     cosine : (L, H, W) float32
         N.L of the normal that faces the viewer: the triangle's, of a smooth mesh the interpolated one (see `core.smooth`).
     reached : (L, H, W) bool
