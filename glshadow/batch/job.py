@@ -12,13 +12,13 @@ from typing import Any
 
 from glshadow.arguments import USUAL_SIZE, pixels
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.core.sampling import PICTURE, USUAL
 from glshadow.core.setting import as_path, flag, one_of, optional, shown, text, whole
 from glshadow.core.spelling import parse
 from glshadow.derive.look import BACKGROUND, look_of
 from glshadow.errors import GlshadowError, SettingsError
 from glshadow.image import SUFFIXES
+from glshadow.lights import LIGHTS, DirectionalLight, Light
 from glshadow.shadows.bias import BIASES
 from glshadow.shadows.filters import FILTERS
 from glshadow.shadows.fits import FITS
@@ -26,7 +26,6 @@ from glshadow.shadows.metric import Target
 from glshadow.shadows.shadow import Shadow
 
 CAMERAS = {"perspective": PerspectiveCamera, "orthographic": OrthographicCamera, "intrinsics": IntrinsicsCamera}
-LIGHTS = {"sun": DirectionalLight, "spot": SpotLight, "point": PointLight, "rect": RectLight, "sky": SkyLight}
 BUILTIN = ("courtyard", "outdoors", "street", "landscape:1", "landscape:2", "landscape:3")
 MOST_LINE = 2**20  # characters
 
@@ -194,6 +193,12 @@ def _made(kinds: Mapping[str, Callable[..., Any]], usual: str) -> Callable[[str,
     return rule
 
 
+def _light(name: str, value: Any) -> Light:
+    """The rule of a light."""
+    made: Light = _made({kind.spelling: kind for kind in LIGHTS}, DirectionalLight.spelling)(name, value)
+    return made
+
+
 def _each(rule: Callable[[str, Any], Any]) -> Callable[[str, Any], Any]:
     def several(name: str, value: Any) -> Any:
         if not isinstance(value, list):
@@ -229,7 +234,7 @@ RULES: dict[str, Callable[[str, Any], Any]] = {
     "output": text(),
     "cameras": _each(_made(CAMERAS, "perspective")),
     "orbit": optional(whole(1, 100_000), "no orbit"),
-    "lights": optional(_each(_made(LIGHTS, "sun")), "the scene's own"),
+    "lights": optional(_each(_light), "the scene's own"),
     "shadow": optional(_shadow, "derived"),
     "size": lambda name, value: pixels(name, tuple(value) if isinstance(value, list) else value),
     "samples": PICTURE,

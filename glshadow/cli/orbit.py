@@ -16,7 +16,7 @@ from glshadow.cli.running import Work
 
 if TYPE_CHECKING:
     from glshadow.core.cameras import Camera
-    from glshadow.core.lights import Light
+    from glshadow.lights import Light
     from glshadow.scene.nodes import Scene
 
 

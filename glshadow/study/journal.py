@@ -12,8 +12,8 @@ import numpy as np
 
 from glshadow import __version__
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
 from glshadow.errors import GlshadowError, SettingsError
+from glshadow.lights import Light
 from glshadow.scene.nodes import Scene
 from glshadow.shadows.shadow import Shadow
 
