@@ -62,7 +62,7 @@ class Node(Settings):
     @property
     def label(self) -> str:
         """What messages call it."""
-        return f"Node {shown(self.name)}"
+        return f"Node {shown(self.name)}" if isinstance(self.name, str) else "Node"
 
 
 def _nodes(name: str, value: Any) -> tuple[Node, ...]:

@@ -53,9 +53,9 @@ def scene() -> gs.Scene:
 
 def test_a_beam_has_the_shadow_that_rays_see(renderer: gs.Renderer, scene: gs.Scene) -> None:
     light = STRANGERS["beam"]
-    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
+    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
     assert frame.used[0].filter == gs.Exact()
-    truth = gs.trace(scene, None, [light], SIZE, surface=frame.triangle)
+    truth = gs.trace(scene, None, [light], SIZE, surface=frame.triangle, samples=1)
     known = truth.triangle >= 0
     wrong = frame.visibility[0][known] != truth.visibility[0][known]
     assert wrong.sum() <= 2  # rays within float32's rounding of an edge, of a triangle or of the pyramid
@@ -65,12 +65,14 @@ def test_a_beam_has_the_shadow_that_rays_see(renderer: gs.Renderer, scene: gs.Sc
 
 def test_a_tube_has_the_mean_shadow_of_its_points(renderer: gs.Renderer, scene: gs.Scene) -> None:
     light = replace(STRANGERS["tube"], shadow=gs.Shadow(filter=gs.Exact(light_samples=16)))
-    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
+    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
     points = light.hard_lights(16)
-    expected = np.mean([renderer.render(scene, None, [point], SIZE).visibility[0] for point in points], axis=0)
+    expected = np.mean(
+        [renderer.render(scene, None, [point], SIZE, samples=1).visibility[0] for point in points], axis=0
+    )
     known = frame.triangle >= 0
     np.testing.assert_allclose(frame.visibility[0][known], expected[known], atol=1e-6)  # sums of 16 float32 shares
-    truth = gs.trace(scene, None, [light], SIZE, light_samples=256, surface=frame.triangle)
+    truth = gs.trace(scene, None, [light], SIZE, light_samples=256, surface=frame.triangle, samples=1)
     # a share of 16 points is off by 1/32 at most where one straight edge cuts the tube, that of 256 random ones by less
     assert np.abs(frame.visibility[0] - truth.visibility[0])[known].mean() < 0.01
     soft = (truth.visibility[0] > 0.1) & (truth.visibility[0] < 0.9)
@@ -84,7 +86,12 @@ def test_with_a_map(renderer: gs.Renderer, scene: gs.Scene, name: str) -> None:
     exact = gs.Shadow(filter=gs.Exact(light_samples=16))
     mapped, traced = (
         renderer.render(
-            scene, None, [replace(light, shadow=shadow)], SIZE, outputs=("visibility", "triangle", "shadow_maps")
+            scene,
+            None,
+            [replace(light, shadow=shadow)],
+            SIZE,
+            outputs=("visibility", "triangle", "shadow_maps"),
+            samples=1,
         )
         for shadow in (settings, exact)
     )
@@ -98,10 +105,10 @@ def test_what_it_gives_is_its_twin(renderer: gs.Renderer, name: str) -> None:
     light = replace(STRANGERS[name], shadow=None, color=(1.0, 0.5, 0.25), intensity=2.0, range=20.0)
     mesh = gs.Mesh(np.array([(-3, 0, 3), (3, 0, 3), (0, 0, -3)], dtype=float), np.array([(0, 1, 2)]))
     camera = gs.PerspectiveCamera(position=(0, 6, 0.1), target=(0, 0, 0))
-    scene = gs.Scene((gs.Node("floor", mesh, np.eye(4)),), camera)
-    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, ambient=0.0)
+    scene = gs.Scene((gs.Node(mesh, np.eye(4), "floor"),), camera)
+    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, ambient=0.0, samples=1)
     known = frame.triangle >= 0
-    points = frame.position[known].astype(np.float64) + frame.origin
+    points = frame.position[known].astype(np.float64)
     given = light.irradiance(points, frame.normal[known].astype(np.float64))
     expected = np.array(mesh.material.color[:3]) * given[:, None] * 2.0 * np.array([1.0, 0.5, 0.25])
     assert (
@@ -144,7 +151,7 @@ def test_in_a_batch(name: str) -> None:
 def test_its_lines_are_in_the_overlay(renderer: gs.Renderer, scene: gs.Scene, name: str) -> None:
     light = STRANGERS[name]
     camera = gs.PerspectiveCamera(position=(0.0, 4.0, 9.0), target=(0.0, 1.5, 0.0))
-    frame = renderer.render(scene, camera, [light], SIZE, outputs=required_outputs(("lights", "map")))
+    frame = renderer.render(scene, camera, [light], SIZE, outputs=required_outputs(("lights", "map")), samples=1)
     assert (overlay(frame, ("lights",)) != frame.image).any()
     overlay(frame, ("map",))
 
@@ -157,12 +164,17 @@ def test_everything_else_takes_it(renderer: gs.Renderer, scene: gs.Scene, name: 
     light = STRANGERS[name]
     frame = renderer.render(scene, None, [light, gs.DirectionalLight()], SIZE, outputs=OUTPUTS, samples=4)
     assert np.isfinite(frame.visibility[:, frame.triangle >= 0]).all()
-    truth = gs.trace(scene, None, [light], SIZE)
+    truth = gs.trace(scene, None, [light], SIZE, samples=1)
     one = renderer.render(
-        scene, None, [replace(light, shadow=gs.Shadow(filter=gs.Hard(), resolution=256))], SIZE, outputs=OUTPUTS
+        scene,
+        None,
+        [replace(light, shadow=gs.Shadow(filter=gs.Hard(), resolution=256))],
+        SIZE,
+        outputs=OUTPUTS,
+        samples=1,
     )
     assert 0.0 < gs.measure(one, truth).lights[0].mean < 0.2
     shown = Showing.of(scene, None, [light]).lit_from(30.0, 40.0).sized(0.01)
     assert shown.aim == pytest.approx((30.0, 40.0))
     assert shown.light_size == (0.01 if light.sized_by else 0.0)
-    assert len(renderer.render(scene, None, list(STRANGERS.values()), SIZE, max_wrong=0.01).used) == 2
+    assert len(renderer.render(scene, None, list(STRANGERS.values()), SIZE, max_wrong=0.01, samples=1).used) == 2

@@ -43,7 +43,7 @@ def test_what_it_has_not_is_refused(given: dict[str, object], words: str) -> Non
 def test_a_filter_of_one_map_means_many_maps(renderer: gs.Renderer, filter: gs.Filter) -> None:
     scene = gs.scenes.courtyard()
     given, meant = (
-        renderer.render(scene, None, [gs.SkyLight(shadow=gs.Shadow(filter=each, resolution=256))], SIZE)
+        renderer.render(scene, None, [gs.SkyLight(shadow=gs.Shadow(filter=each, resolution=256))], SIZE, samples=1)
         for each in (filter, gs.LightSamples(64, of=filter))
     )
     np.testing.assert_array_equal(given.visibility, meant.visibility)
@@ -55,8 +55,8 @@ def test_a_filter_of_one_map_means_many_maps(renderer: gs.Renderer, filter: gs.F
 def test_its_maps_show_the_shadow_that_triangles_give(renderer: gs.Renderer) -> None:
     """Not the hard shadow of a sun in the zenith."""
     scene, sky = gs.scenes.courtyard(), gs.SkyLight()
-    exact = renderer.render(scene, None, [sky], SIZE)
-    mapped = renderer.render(scene, None, [replace(sky, shadow=gs.Shadow(filter=gs.Pcf(1)))], SIZE)
+    exact = renderer.render(scene, None, [sky], SIZE, samples=1)
+    mapped = renderer.render(scene, None, [replace(sky, shadow=gs.Shadow(filter=gs.Pcf(1)))], SIZE, samples=1)
     difference = mapped.visibility[0] - exact.visibility[0]
     assert abs(float(np.nanmean(difference))) < 0.005  # .08 off when it was a sun's
     assert float(np.nanmean(np.abs(difference))) < 0.02
@@ -64,7 +64,7 @@ def test_its_maps_show_the_shadow_that_triangles_give(renderer: gs.Renderer) -> 
 
 def test_a_number_of_points_is_kept(renderer: gs.Renderer) -> None:
     settings = gs.Shadow(filter=gs.LightSamples(16), resolution=256)
-    frame = renderer.render(gs.scenes.courtyard(), None, [gs.SkyLight(shadow=settings)], SIZE)
+    frame = renderer.render(gs.scenes.courtyard(), None, [gs.SkyLight(shadow=settings)], SIZE, samples=1)
     assert frame.used[0].filter == gs.LightSamples(16)
 
 

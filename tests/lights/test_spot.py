@@ -36,19 +36,21 @@ def renderer() -> Iterator[gs.Renderer]:
 def floor(*more: gs.Node) -> gs.Scene:
     mesh = gs.Mesh(*shapes.rectangle((-2.5, 0, 2.5), (5, 0, 0), (0, 0, -5)))
     camera = gs.PerspectiveCamera(position=(0.0, 5.0, 0.01), target=(0.0, 0.0, 0.0), fov_y=50.0)
-    return gs.Scene((gs.Node("floor", mesh, np.eye(4)), *more), camera)
+    return gs.Scene((gs.Node(mesh, np.eye(4), "floor"), *more), camera)
 
 
 def away(frame: gs.Frame) -> np.ndarray:
     """From the middle of the cone's circle on the floor (H, W)."""
-    position = frame.position.astype(np.float64) + frame.origin
+    position = frame.position.astype(np.float64)
     return np.hypot(position[..., 0] - SPOT.position[0], position[..., 2] - SPOT.position[2])
 
 
 @pytest.mark.parametrize("radius", [0.0, 0.1])
 @pytest.mark.parametrize("name", list(SHADOWS))
 def test_a_bare_floor_shows_the_circle_of_the_cone(renderer: gs.Renderer, name: str, radius: float) -> None:
-    frame = renderer.render(floor(), None, [replace(SPOT, shadow=SHADOWS[name], radius=radius)], SIZE, outputs=OUTPUTS)
+    frame = renderer.render(
+        floor(), None, [replace(SPOT, shadow=SHADOWS[name], radius=radius)], SIZE, outputs=OUTPUTS, samples=1
+    )
     distance, known = away(frame), frame.triangle >= 0
     np.testing.assert_array_equal(frame.visibility[0][known & (distance > RADIUS * (1.0 + 1e-5))], 0.0)
     # the weights of a kernel add up to 1 within float32's rounding
@@ -69,11 +71,11 @@ def test_several_samples_show_its_area(renderer: gs.Renderer, inner: float) -> N
 def test_rays_say_the_same(renderer: gs.Renderer, name: str) -> None:
     """With casters inside the cone, across its border and outside."""
     boxes = [
-        gs.Node(f"box {x}", gs.Mesh(*shapes.box((0.3, 0.4, 0.3), (x, 0.2, 0.3))), np.eye(4)) for x in (0.0, 1.3, 2.0)
+        gs.Node(gs.Mesh(*shapes.box((0.3, 0.4, 0.3), (x, 0.2, 0.3))), np.eye(4), f"box {x}") for x in (0.0, 1.3, 2.0)
     ]
     scene, light = floor(*boxes), replace(SPOT, shadow=SHADOWS[name])
-    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
-    truth = gs.trace(scene, None, [light], SIZE, surface=frame.triangle)
+    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
+    truth = gs.trace(scene, None, [light], SIZE, surface=frame.triangle, samples=1)
     known = frame.triangle >= 0
     wrong = frame.visibility[0][known] != truth.visibility[0][known]
     assert wrong.sum() <= 1  # a ray within float32's rounding of an edge or of the cone
@@ -86,9 +88,9 @@ def test_rays_say_the_same(renderer: gs.Renderer, name: str) -> None:
 def test_the_image_knows_the_cone_once(renderer: gs.Renderer) -> None:
     """Strength falls smoothly to 0 at the border; visibility, which jumps there, takes nothing more away."""
     light = replace(SPOT, shadow=None, range=9.0, falloff=1.0)
-    frame = renderer.render(floor(), None, [light], SIZE, outputs=(*OUTPUTS, "normal"), ambient=0.0)
+    frame = renderer.render(floor(), None, [light], SIZE, outputs=(*OUTPUTS, "normal"), ambient=0.0, samples=1)
     known = frame.triangle >= 0
-    points = frame.position[known].astype(np.float64) + frame.origin
+    points = frame.position[known].astype(np.float64)
     expected = light.irradiance(points, frame.normal[known].astype(np.float64))
     color = np.array(frame.scene.nodes[0].mesh.material.color[:3])
     np.testing.assert_allclose(frame.linear[known], expected[:, None] * color, atol=2e-6)
@@ -97,7 +99,7 @@ def test_the_image_knows_the_cone_once(renderer: gs.Renderer) -> None:
 def test_measuring_leaves_out_what_it_does_not_shine_on(renderer: gs.Renderer) -> None:
     scene = gs.scenes.box().scene
     light = gs.SpotLight(position=(2.0, 4.0, 1.5), direction=(-2.0, -3.5, -1.5), outer_angle=20.0)
-    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
-    error = gs.measure(frame, gs.trace(scene, None, [light], SIZE)).lights[0]
+    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
+    error = gs.measure(frame, gs.trace(scene, None, [light], SIZE, samples=1)).lights[0]
     assert error.wrong <= 1e-3
     assert error.counted < 0.5
