@@ -13,7 +13,6 @@ from typing import Any, TextIO
 
 from glshadow.arguments import USUAL_SIZE, pixels
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
-from glshadow.core.lights import LIGHTS, DirectionalLight, Light, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.core.sampling import PICTURE, USUAL
 from glshadow.core.setting import (
     Settings,
@@ -32,6 +31,7 @@ from glshadow.core.spelling import parse
 from glshadow.derive.look import BACKGROUND, look_of
 from glshadow.errors import GlshadowError, SettingsError
 from glshadow.image import SUFFIXES
+from glshadow.lights import LIGHTS, DirectionalLight, Light, as_lights
 from glshadow.numbered import MOST_IMAGES, has_field, numbered
 from glshadow.shadows.bias import BIASES
 from glshadow.shadows.filters import FILTERS
@@ -40,7 +40,6 @@ from glshadow.shadows.metric import Target
 from glshadow.shadows.shadow import Shadow
 
 CAMERAS = {"perspective": PerspectiveCamera, "orthographic": OrthographicCamera, "intrinsics": IntrinsicsCamera}
-KINDS = {"sun": DirectionalLight, "spot": SpotLight, "point": PointLight, "rect": RectLight, "sky": SkyLight}
 BUILTIN = ("courtyard", "outdoors", "street", "landscape:1", "landscape:2", "landscape:3")
 MOST_LINE = 2**20  # characters
 MOST_PICTURES = 1_000_000  # of one file of jobs
@@ -89,7 +88,7 @@ class Job(Settings):
     output: str = setting(text())
     cameras: tuple[Camera, ...] = setting(several(instance(Camera), "cameras", MOST_IMAGES), ())
     orbit: int | None = setting(optional(whole(1, MOST_IMAGES), "no orbit"), None)
-    lights: tuple[Light, ...] | None = setting(optional(LIGHTS, "the scene's own"), None)
+    lights: tuple[Light, ...] | None = setting(optional(as_lights, "the scene's own"), None)
     shadow: Shadow | None = setting(optional(instance(Shadow)), None)
     size: tuple[int, int] = setting(pixels, USUAL_SIZE)
     samples: int = setting(PICTURE, USUAL)
@@ -242,6 +241,12 @@ def _made(kinds: Mapping[str, Callable[..., Any]], usual: str) -> Callable[[str,
     return rule
 
 
+def _light(name: str, value: Any) -> Light:
+    """The rule of a light."""
+    made: Light = _made({kind.spelling: kind for kind in LIGHTS}, DirectionalLight.spelling)(name, value)
+    return made
+
+
 def _each(rule: Callable[[str, Any], Any]) -> Callable[[str, Any], Any]:
     def all_of(name: str, value: Any) -> Any:
         if not isinstance(value, list):
@@ -270,7 +275,7 @@ def _shadow(name: str, value: Any) -> Shadow:
 
 READ: dict[str, Callable[[str, Any], Any]] = {
     "cameras": _each(_made(CAMERAS, "perspective")),
-    "lights": _each(_made(KINDS, "sun")),
+    "lights": _each(_light),
     "shadow": _shadow,
 }
 """What JSON says in its own way; everything else is as `Job` takes it."""

@@ -17,7 +17,7 @@ from glshadow.numbered import has_field, numbered
 
 if TYPE_CHECKING:
     from glshadow.core.cameras import Camera
-    from glshadow.core.lights import Light
+    from glshadow.lights import Light
     from glshadow.scene.nodes import Scene
 
 

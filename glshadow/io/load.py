@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
 from glshadow.core.setting import as_path, flag, instance, one_of, optional, refuse, text
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError, warn
@@ -165,7 +164,7 @@ def _turned(found: Imported, turn: Array, name: str) -> Scene:
         matrix[:3, :3] = turn
         nodes = [Node(node.mesh, matrix @ node.world_from_mesh, node.name) for node in nodes]
         camera = None if camera is None else _turned_camera(camera, turn)
-        lights = None if lights is None else [_turned_light(light, turn) for light in lights]
+        lights = None if lights is None else [light.turned(turn, np.zeros(3)) for light in lights]
     return Scene(tuple(nodes), camera, None if lights is None else tuple(lights), name)  # type: ignore[arg-type]
 
 
@@ -177,8 +176,3 @@ def _turned_camera(camera: Camera, turn: Array) -> Camera:
     return replace(
         camera, position=_turn(turn, camera.position), target=_turn(turn, camera.target), up=_turn(turn, camera.up)
     )
-
-
-def _turned_light(light: Light, turn: Array) -> Light:
-    has = [name for name in ("position", "direction", "up") if hasattr(light, name)]
-    return replace(light, **{name: _turn(turn, getattr(light, name)) for name in has})

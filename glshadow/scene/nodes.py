@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import LIGHTS, Light
 from glshadow.core.setting import Settings, as_floats, flag, instance, optional, refuse, setting, several, shown, text
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError
+from glshadow.lights import Light, as_lights
 from glshadow.scene import summary
 from glshadow.scene.box import box_corners, check_place, default_camera, default_sun
 from glshadow.scene.mesh import Material, Mesh
@@ -62,7 +62,7 @@ class Node(Settings):
     @property
     def label(self) -> str:
         """What messages call it."""
-        return f"Node {shown(self.name)}"
+        return f"Node {shown(self.name)}" if isinstance(self.name, str) else "Node"
 
 
 def _nodes(name: str, value: Any) -> tuple[Node, ...]:
@@ -117,7 +117,7 @@ class Scene(Settings):
 
     nodes: tuple[Node, ...] = setting(_nodes, help="what is drawn")
     camera: Camera = setting(optional(instance(Camera), "frames the scene"), None, help="the eye")
-    lights: tuple[Light, ...] = setting(optional(LIGHTS, "one sun"), None, help="what lights it")
+    lights: tuple[Light, ...] = setting(optional(as_lights, "one sun"), None, help="what lights it")
     name: str = setting(text(), "scene", help="what messages and files call it")
 
     __repr__ = summary.scene_line

@@ -8,8 +8,8 @@ import numpy as np
 
 from glshadow import __version__
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
 from glshadow.journal import digest_of
+from glshadow.lights import Light
 from glshadow.scene.nodes import Scene
 from glshadow.shadows.shadow import Shadow
 

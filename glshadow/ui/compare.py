@@ -13,15 +13,14 @@ from numpy.typing import NDArray
 
 from glshadow.arguments import as_scene, picture_arguments
 from glshadow.budget import times_of
-from glshadow.core.area import has_size, traced_points
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light, Lights
 from glshadow.core.setting import refuse
 from glshadow.core.spelling import parse
 from glshadow.errors import SettingsError, printable
 from glshadow.frame import Frame
 from glshadow.gl.driver.context import Backend
 from glshadow.inline import notebook_bar
+from glshadow.lights import Light, Lights, traced_points
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
 from glshadow.scoring.error import Measurement, measure
@@ -62,7 +61,7 @@ class Compared:
     @property
     def caption(self) -> str:
         """Time and error in a few words."""
-        if any(map(has_size, self.frame.lights)):  # nothing of a penumbra is wrong or right
+        if any(each.has_size for each in self.frame.lights):  # nothing of a penumbra is wrong or right
             return f"{self.ms:.1f} ms, off by {self.error.mean:.4f}, in penumbrae {self.error.penumbra:.3f}"
         grain = f", grain {self.error.grain:.2%}" if self.error.grain > self.error.wrong else ""
         return f"{self.ms:.1f} ms, wrong {self.error.wrong:.3%}{grain}"

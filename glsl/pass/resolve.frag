@@ -77,7 +77,7 @@
 #include "lib/cookie.glsl"
 #include "lib/glass.glsl"
 #ifndef GLS_WIDE
-#define GLS_WIDE 0 // 1: the light is no single direction, see light/panel.glsl
+#define GLS_WIDE 0 // 1: the light is no single direction, see light/rect.glsl
 #endif
 #ifndef GLS_WEIGHED
 #define GLS_WEIGHED 0 // 1, with GLS_ALONE: visibility and its weight by Lambert's law
@@ -232,6 +232,9 @@ void main() {
     vec3 plane_normal = normal;
 #endif
     float lit = asked_visibility(surface.r, position, plane_normal, facing);
+#if !GLS_ALONE
+    lit = light_shines_on(position) ? lit : 0.0;
+#endif
 #if GLS_ALONE
 #if GLS_WEIGHED
     o_seen = vec2(lit, 1.0) * max(cosine, 0.0);

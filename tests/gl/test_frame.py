@@ -79,7 +79,7 @@ def test_samples_are_four_where_nothing_is_said(renderer: gs.Renderer, scene: gs
 def test_one_name_is_enough(renderer: gs.Renderer, scene: gs.Scene) -> None:
     frame = renderer.render(scene, size=SIZE, outputs="depth")
     assert set(frame.outputs) == {"depth"}
-    with pytest.raises(gs.SettingsError, match="or .all., got 'deep'"):
+    with pytest.raises(gs.SettingsError, match=r"or .all., got 'deep'"):
         renderer.render(scene, size=SIZE, outputs="deep")
 
 

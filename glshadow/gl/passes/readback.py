@@ -96,7 +96,7 @@ def read_middles(outputs: Collection[str], scene: GpuScene, sight: Sight, target
     if "depth" in outputs:
         results["depth"] = np.where(nothing, np.inf, depth).astype(np.float32)
     if "depth_metric" in outputs:
-        matrix, kind = sight.view.clip_from_view, sight.view.kind
+        matrix, kind = sight.view.clip_from_view, sight.view.projection
         metric = projected_metric(
             matrix[2, 3] - matrix[2, 2] * depth, sight.clip, *metric_range(kind, sight.clip, sight.near, sight.far)
         )

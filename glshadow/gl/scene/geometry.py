@@ -75,7 +75,7 @@ class GpuScene:
     blends : (N,) bool
         Which nodes tint what light passes through them.
     casting : dict
-        Which nodes darken anything, by `core.lights.geometry_of`: see `gl.bodies`.
+        Which nodes darken anything, by `Light.geometry`: see `gl.bodies`.
     rounded : BufferTexture or None
         Per drawn triangle its vertices' normals, see lib/smooth_point.glsl; None where all triangles are flat.
     lifts : (N,) float64
