@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from glshadow.core.adjacency import neighbours
 from glshadow.core.clusters import Clusters, make_clusters
 from glshadow.core.spaces import Array
+from glshadow.core.welding import welded
 from glshadow.gl.context import GLContext
 from glshadow.gl.program import Program
 from glshadow.gl.shared import Shared
@@ -41,6 +42,8 @@ class Shape:
         In mesh space.
     closed : bool
         See `Mesh.closed`.
+    neighbours : (T, 3) uint32
+        The triangles across each triangle's edges, by the positions that are drawn: see `core.adjacency`.
     positions, numbered : moderngl.Buffer
         Vertices and indices: see `numbered_triangles`.
     """
@@ -53,18 +56,28 @@ class Shape:
         self._triangles, self._positions = mesh.triangles, mesh.positions
         self._context, self._vertices = context, len(mesh.positions)
         if len(mesh.triangles) < _LARGE:
-            self.closed = mesh.closed
+            self._connect(mesh)
             self._upload()
         else:  # numpy lets go of the interpreter: what takes as long as all the rest is done beside it
             with ThreadPoolExecutor(1) as beside:
-                closed = beside.submit(lambda: mesh.closed)
+                connected = beside.submit(self._connect, mesh)
                 self._upload()
-                self.closed = closed.result()
-        self._neighbours: NDArray[np.uint32] | None = None
+                connected.result()
         self._shared: moderngl.Buffer | None = None
         self._averaged: moderngl.Buffer | None = None
         self._clusters: Clusters | None = None
         self._clustered: moderngl.Buffer | None = None
+
+    def _connect(self, mesh: Mesh) -> None:
+        self.closed, self.neighbours = mesh.closed, mesh.neighbours
+        drawn = self._drawn()
+        if np.array_equal(drawn, mesh.positions):
+            return
+        # float32 may bring together what float64 keeps apart
+        number = welded(drawn)
+        places = number.max() + 1
+        if places < len(number) and places <= welded(mesh.positions).max():
+            self.neighbours = neighbours(number.astype(np.int32)[mesh.triangles])
 
     def _upload(self) -> None:
         numbered, self._others = numbered_triangles(self._triangles, self._vertices)
@@ -78,13 +91,6 @@ class Shape:
         if self._clusters is None:
             self._clusters = make_clusters(self._drawn(), self._triangles)
         return self._clusters
-
-    @property
-    def neighbours(self) -> NDArray[np.uint32]:
-        """The triangles (T, 3) across each triangle's edges: see `core.adjacency`. Made when first asked for."""
-        if self._neighbours is None:
-            self._neighbours = neighbours(self._drawn(), self._triangles.view(np.uint32))
-        return self._neighbours
 
     @property
     def shared(self) -> moderngl.Buffer:
@@ -126,7 +132,8 @@ class Shape:
         return np.asarray(normal / np.where(length > 0.0, length, 1.0))
 
     def _drawn(self) -> NDArray[np.float32]:
-        return (self._positions - self.origin).astype(np.float32)
+        places = self._positions - self.origin if self.origin.any() else self._positions
+        return places.astype(np.float32)
 
     def _over_one_copy(self) -> NDArray[np.int32]:
         """Triangles (T, 3) of vertices on the GPU."""
