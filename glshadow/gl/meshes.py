@@ -111,8 +111,9 @@ class Shape:
         """Per vertex the mean of its triangles' normals, unit length; zero where there is none. Made when first asked for."""
         if self._averaged is None:
             corners = self._triangles.ravel()
+            faces = face_normals(*(self._positions.take(self._triangles[:, k], axis=0) for k in range(3)))
             total = np.stack(
-                [np.bincount(corners, np.repeat(column, 3), self._vertices) for column in self.face_normals().T],
+                [np.bincount(corners, np.repeat(column, 3), self._vertices) for column in faces.T],
                 axis=-1,
             )
             length = np.linalg.norm(total, axis=1, keepdims=True)
@@ -123,13 +124,6 @@ class Shape:
     def ordered(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
         """What vertices (V, k) have, in the order in which they lie on the GPU (W, k)."""
         return np.concatenate([values.take(self._triangles[:, 2], axis=0), values[self._others]])
-
-    def face_normals(self, chosen: slice = slice(None)) -> Array:
-        """Normals (T, 3) float64 of some triangles, unit length; zero for those without area."""
-        a, b, c = (self._positions.take(self._triangles[chosen, k], axis=0) for k in range(3))
-        normal = np.cross(b - a, c - a)
-        length = np.linalg.norm(normal, axis=1, keepdims=True)
-        return np.asarray(normal / np.where(length > 0.0, length, 1.0))
 
     def _drawn(self) -> NDArray[np.float32]:
         places = self._positions - self.origin if self.origin.any() else self._positions
@@ -225,6 +219,13 @@ class GpuMesh:
         self._shapes.give_back(*self._key)
         if self._pixels is not None:
             self._textures.give_back(self._pixels)
+
+
+def face_normals(a: Array, b: Array, c: Array) -> Array:
+    """Unit normals (..., 3) of triangles; zero for those without area."""
+    normal = np.cross(b - a, c - a)
+    length = np.linalg.norm(normal, axis=-1, keepdims=True)
+    return np.asarray(normal / np.where(length > 0.0, length, 1.0))
 
 
 def numbered_triangles(triangles: NDArray[np.int32], vertices: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:

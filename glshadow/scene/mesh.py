@@ -289,10 +289,17 @@ class Scene(Settings):
             object.__setattr__(self, "lights", (default_sun(),))
 
     @cached_property
+    def drawn(self) -> NDArray[np.int64]:
+        """(N,) which nodes have triangles."""
+        counts = np.fromiter((len(node.mesh.triangles) for node in self.nodes), dtype=np.int64, count=len(self.nodes))
+        return np.flatnonzero(counts)
+
+    @cached_property
     def boxes(self) -> tuple[Array, Array]:
         """Mesh bounds (N, 2, 3) and world_from_mesh (N, 4, 4) of all nodes that have triangles."""
-        nodes = [node for node in self.nodes if len(node.mesh.triangles)]
-        return np.stack([node.mesh.bounds for node in nodes]), np.stack([node.world_from_mesh for node in nodes])
+        nodes = [self.nodes[i] for i in self.drawn.tolist()]
+        bounds = np.concatenate([node.mesh.bounds for node in nodes]).reshape(-1, 2, 3)
+        return bounds, np.concatenate([node.world_from_mesh for node in nodes]).reshape(-1, 4, 4)
 
     @cached_property
     def bounds(self) -> Array:
