@@ -24,7 +24,9 @@ def neighbours(corners: NDArray[np.int32]) -> NDArray[np.uint32]:
     corners : (T, 3) int32
         Per corner the number of its position, see `core.welding.welded_corners`.
     """
-    vertices = np.ascontiguousarray(corners).ravel()  # edge k of triangle t has number 3 t + k, and begins at that vertex
+    vertices = np.ascontiguousarray(
+        corners
+    ).ravel()  # edge k of triangle t has number 3 t + k, and begins at that vertex
     across = np.full(len(vertices), NONE, dtype=np.uint32)
     keys, numbers = _keys(vertices)
     keys.sort()

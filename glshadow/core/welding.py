@@ -52,9 +52,7 @@ def welded(positions: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
     return number
 
 
-def welded_corners(
-    positions: NDArray[np.floating[Any]], triangles: NDArray[np.int32]
-) -> NDArray[np.int32]:
+def welded_corners(positions: NDArray[np.floating[Any]], triangles: NDArray[np.int32]) -> NDArray[np.int32]:
     """Triangles (T, 3) over numbers of positions: equal places are one, whatever their vertices."""
     number = welded(positions)
     if number.max(initial=-1) + 1 == len(number):  # each position is one vertex's
@@ -64,7 +62,8 @@ def welded_corners(
 
 def _first(rows: NDArray[Any]) -> NDArray[np.bool_]:
     """Which rows differ from the one before."""
-    first = np.arange(len(rows)) == 0
+    first = np.zeros(len(rows), dtype=bool)
+    first[:1] = True
     for column in rows.T:
         first[1:] |= column[1:] != column[:-1]
     return first

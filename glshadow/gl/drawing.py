@@ -17,7 +17,7 @@ class Drawn(Protocol):
     """What is drawn, per node."""
 
     @property
-    def mesh_number(self) -> Sequence[int]:
+    def mesh_number(self) -> NDArray[np.int64]:
         """Equal for instances of one mesh."""
 
     @property
@@ -59,7 +59,7 @@ def draw_nodes(
         Draws instances together; else each is drawn by itself.
     """
     chosen = np.fromiter(nodes, dtype=np.int64)
-    number = np.asarray(scene.mesh_number)
+    number = scene.mesh_number
     chosen = chosen[np.argsort(number[chosen], kind="stable")]
     side = np.array([_SIDES.index(hidden[i]) for i in chosen.tolist()], dtype=np.int64)
     turned = np.asarray(scene.mirrored)[chosen] & (side > 0)  # a mirrored node's winding is turned over by its matrix

@@ -229,7 +229,7 @@ class GpuScene:
 
     def _different(self, group: NDArray[np.int64]) -> tuple[list[Mesh], NDArray[np.int64]]:
         """The meshes of nodes, each once, and which of them is whose."""
-        numbers, first, of_node = np.unique(self.mesh_number[group], return_index=True, return_inverse=True)
+        _, first, of_node = np.unique(self.mesh_number[group], return_index=True, return_inverse=True)
         return [self.nodes[i].mesh for i in group[first].tolist()], of_node
 
     def _planes_of(self, group: NDArray[np.int64], chosen: slice) -> Array:

@@ -66,7 +66,10 @@ def _each_placed(points: Array, matrices: Array, owner: NDArray[np.int64]) -> Ar
 
 
 def _blocks(starts: list[int]) -> Iterator[tuple[int, int]]:
-    """Runs of nodes, first and end, of so many vertices (or triangles) together; a large one alone. `starts`: of each node's, and the end."""
+    """Runs of nodes, first and end, of so many vertices (or triangles) together; a large one alone.
+
+    `starts`: of each node's, and the end.
+    """
     first = 0
     for node in range(1, len(starts) - 1):
         if starts[node + 1] - starts[first] > _TOGETHER:

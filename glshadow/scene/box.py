@@ -1,8 +1,9 @@
-"""What follows from a scene's box: its corners, whether it can be drawn, the camera that frames it, and a sun."""
+"""What follows from a scene's box: its corners, whether it can be drawn, the camera that frames it, the ground under it, and a sun."""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.lights import DirectionalLight
@@ -54,6 +55,31 @@ def default_camera(bounds: Array) -> PerspectiveCamera:
     tangent = np.tan(np.radians(25.0)) / VIEW_MARGIN
     eye = centre + towards * float((z + np.maximum(np.abs(x), np.abs(y)) / tangent).max())
     return PerspectiveCamera(tuple(eye), tuple(centre))
+
+
+def lowest_of(positions: Array, triangles: NDArray[np.int32], world_from_mesh: Array) -> float:
+    """Least world y of triangles: of their vertices, where their box would be too large because it is turned."""
+    row = world_from_mesh[1]
+    used = positions[np.unique(triangles)]
+    return float((used @ row[:3]).min() + row[3])
+
+
+def ground_under(bounds: Array, lowest: float) -> tuple[Array, Array, NDArray[np.int32]]:
+    """A level square that touches the lowest point of what a box (2, 3) holds, three times as wide as that is large.
+
+    Returns
+    -------
+    world_from_mesh : (4, 4) float64
+    positions : (4, 3) float64
+    triangles : (2, 3) int32
+    """
+    low, high = bounds.copy()
+    low[1] = lowest
+    half = 1.5 * float(np.linalg.norm(high - low))
+    matrix = np.eye(4)
+    matrix[:3, 3] = (0.5 * (low[0] + high[0]), lowest, 0.5 * (low[2] + high[2]))
+    corners = np.array([[-half, 0, half], [half, 0, half], [half, 0, -half], [-half, 0, -half]])
+    return matrix, corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32)
 
 
 def default_sun() -> DirectionalLight:

@@ -33,7 +33,7 @@ from glshadow.core.setting import (
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError
 from glshadow.scene import summary
-from glshadow.scene.box import box_corners, check_place, default_camera, default_sun
+from glshadow.scene.box import box_corners, check_place, default_camera, default_sun, ground_under, lowest_of
 from glshadow.scene.closed import connected
 
 F = TypeVar("F", bound=np.floating[Any])
@@ -304,7 +304,6 @@ class Scene(Settings):
     @cached_property
     def bounds(self) -> Array:
         """(2, 3) least and greatest world corner of all nodes' boxes."""
-        # numpy reduces columns much faster than rows of three
         columns = [self.corners[..., axis] for axis in range(3)]
         return np.array([[c.min() for c in columns], [c.max() for c in columns]])
 
@@ -327,9 +326,9 @@ class Scene(Settings):
         """
         if not isinstance(matrices, Mapping):
             raise SceneError(f"moved needs a mapping from node names to matrices, got {shown(matrices)}")
-        unknown = set(matrices) - {node.name for node in self.nodes}
-        if unknown:
-            known = ", ".join(sorted({node.name for node in self.nodes})[:8])
+        names = {node.name for node in self.nodes}
+        if unknown := set(matrices) - names:
+            known = ", ".join(sorted(names)[:8])
             raise SceneError(f"no node is named {', '.join(sorted(map(shown, unknown)))}; the scene has: {known}")
         nodes = tuple(
             replace(node, world_from_mesh=matrices[node.name]) if node.name in matrices else node for node in self.nodes
@@ -344,22 +343,8 @@ class Scene(Settings):
         catches : bool
             It shows nothing but the shadow, see `Node`.
         """
-        low, high = self.bounds.copy()
-        low[1] = min(_lowest(node) for node in self.nodes if len(node.mesh.triangles))
-        size = float(np.linalg.norm(high - low))
-        half = 1.5 * size
-        x, y, z = 0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])
-        corners = np.array([[-half, 0, half], [half, 0, half], [half, 0, -half], [-half, 0, -half]])
-        ground = Mesh(
-            corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32), material=Material(color=(0.7, 0.7, 0.7, 1.0))
-        )
-        matrix = np.eye(4)
-        matrix[:3, 3] = (x, y, z)
+        nodes = [self.nodes[i] for i in self.drawn.tolist()]
+        lowest = min(lowest_of(node.mesh.positions, node.mesh.triangles, node.world_from_mesh) for node in nodes)
+        matrix, corners, triangles = ground_under(self.bounds, lowest)
+        ground = Mesh(corners, triangles, material=Material(color=(0.7, 0.7, 0.7, 1.0)))
         return replace(self, nodes=(*self.nodes, Node("ground", ground, matrix, catches=catches)))
-
-
-def _lowest(node: Node) -> float:
-    """Least world y of a node's triangles: of its vertices, where its box would be too large because it is turned."""
-    row = node.world_from_mesh[1]
-    used = node.mesh.positions[np.unique(node.mesh.triangles)]
-    return float((used @ row[:3]).min() + row[3])

@@ -20,7 +20,7 @@ import glshadow as gs
 from glshadow.scene import shapes
 
 EXACT, MAP = gs.Shadow(filter=gs.Exact()), gs.Shadow(filter=gs.Pcf(1))
-_ROUNDS = 7
+_ROUNDS = 5
 
 
 def sheet(side: int, shuffled: bool) -> gs.Mesh:
