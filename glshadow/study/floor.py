@@ -104,7 +104,7 @@ class Floor:
             uploaded: dict[int, tuple[Any, Any]] = {}
             self._drawn = [self._upload(i, uploaded) for i in range(len(self._nodes))]
         numbers = {key: number for number, key in enumerate(uploaded)}
-        self.mesh_number = [numbers[id(node.mesh)] for node in self._nodes]
+        self.mesh_number = np.array([numbers[id(node.mesh)] for node in self._nodes])
         self.mirrored = (np.linalg.det(self._world_from_mesh[:, :3, :3]) < 0.0).tolist()
         self._hidden = ["back" if drawn.solid else None for drawn in self._drawn]
 

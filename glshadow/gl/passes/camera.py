@@ -189,13 +189,15 @@ def draw_surface(
     ctx.enable_only(moderngl.DEPTH_TEST)
     framebuffer.clear(depth=sight.clip.clear_depth)
     # nobody outside a closed mesh sees its back faces
-    hidden = [
-        "back" if closed and outside else None for closed, outside in zip(scene.closed, sight.outside, strict=True)
-    ]
+    hidden = ["back" if unseen else None for unseen in (scene.closed & sight.outside).tolist()]
+    of_kind: dict[tuple[bool, ...], Program] = {}  # looked up once, not for every mesh
 
     def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
         gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
-        program = _program(programs, scene, gpu, samples)
+        kind = (gpu.smooth, gpu.textured, gpu.colored, gpu.cut_out)
+        if kind not in of_kind:
+            of_kind[kind] = _program(programs, scene, gpu, samples)
+        program = of_kind[kind]
         program.set(u_color=material.color, u_cutoff=gpu.cutoff)
         if gpu.texture is not None:
             program.bind(u_texture=gpu.texture)
