@@ -82,26 +82,27 @@ class SurfaceTargets:
 
     Attributes
     ----------
-    drawn, surface, depth : moderngl.Texture
-        As GL drew it, and with the triangle that each ray meets; depth is that of what was drawn.
+    drawn, drawn_depth : moderngl.Texture
+        As GL drew it.
+    surface, depth : moderngl.Texture
+        What each ray meets.
     drawing, framebuffer : moderngl.Framebuffer
-        To draw with depth, and to fill `surface` where something was drawn.
+        Of each pair.
     """
 
     def __init__(self, context: GLContext, size: tuple[int, int], channels: int, what: str) -> None:
         context.check_size(size, what)
         ctx = context.ctx
-        self.depth = depth_texture(context, size, Target.DEPTH32F, what)
-        made: list[Any] = [self.depth]
+        made: list[Any] = []
         with released_on_error(made):
             for _ in range(2):
+                made.append(depth_texture(context, size, Target.DEPTH32F, what))
                 made.append(ctx.texture(size, channels, dtype="u4"))
                 made[-1].filter = (moderngl.NEAREST, moderngl.NEAREST)
             context.check_errors(f"allocating {what}, {size[0]} x {size[1]}")
-            self.drawn, self.surface = made[1:]
-            self.drawing = ctx.framebuffer([self.drawn], self.depth)
+            self.drawn_depth, self.drawn, self.depth, self.surface = made
+            self.drawing = ctx.framebuffer([self.drawn], self.drawn_depth)
             self.framebuffer = ctx.framebuffer([self.surface], self.depth)
-            self.framebuffer.depth_mask = False
         self._made = (self.drawing, self.framebuffer, *made)
 
     def release(self) -> None:

@@ -18,9 +18,30 @@
 #ifndef GLS_LOD
 #define GLS_LOD 0.0 // of several samples in a pixel: the texture is that of the pixel
 #endif
+#ifndef GLS_CONSERVATIVE
+#define GLS_CONSERVATIVE 0 // 1: triangles that pass/surface.geom grew; of these, what the pixels' own rays meet
+#endif
+#ifndef GLS_ORTHO
+#define GLS_ORTHO 0
+#endif
 #include "lib/direction.glsl"
 #include "lib/color_packing.glsl"
+#if GLS_CONSERVATIVE
+#include "lib/surface_number.glsl"
+#include "lib/ray_triangle.glsl"
+uniform sampler2D u_camera_depth; // window depth of what is surely seen
+uniform float u_clear_depth; // that of nothing
+uniform vec3 u_window; // window depth of a NDC z: x z + y; z: 1 where what is nearer has more of it, else -1
+uniform vec2 u_unproject; // x + y * window depth = 1 / view depth; GLS_ORTHO: view depth
+uniform mat3 u_ray_l; // u_ray_l * (NDC x, y, 1): ray of unit view depth; GLS_ORTHO: its start, from the eye
+uniform vec3 u_eye_l; // relative to the scene's origin
+uniform vec3 u_forward_l; // the camera looks along
+uniform vec2 u_half_size; // of the image, in pixels
+flat in int t_triangle;
+flat in vec4 t_plane; // see pass/surface.geom
+#else
 flat in int v_triangle;
+#endif
 #if GLS_SURFACE == 1
 layout(location = 0) out uint o_surface;
 #elif GLS_SURFACE == 2
@@ -34,6 +55,17 @@ uniform vec4 u_color; // linear factor
 #if GLS_ALPHA
 uniform float u_cutoff;
 #endif
+#if GLS_CONSERVATIVE
+#if GLS_COLORED
+flat in vec4 t_color[3];
+#endif
+#if GLS_SMOOTH
+flat in vec3 t_normal_w[3];
+#endif
+#if GLS_TEXTURED
+flat in vec2 t_uv[3];
+#endif
+#else
 #if GLS_COLORED
 in vec4 v_color;
 #endif
@@ -42,10 +74,50 @@ in vec3 v_normal_w;
 #endif
 #if GLS_TEXTURED
 in vec2 v_uv;
+#endif
+#endif
+#if GLS_TEXTURED
 uniform sampler2D u_texture; // sRGB format: decoded before it is filtered
 #endif
 
+#if GLS_CONSERVATIVE && GLS_TEXTURED
+vec2 uv_of(vec3 weights) {
+    return weights.x * t_uv[0] + weights.y * t_uv[1] + weights.z * t_uv[2];
+}
+#endif
+
 void main() {
+#if GLS_CONSERVATIVE
+    int v_triangle = t_triangle;
+    vec2 ndc = gl_FragCoord.xy / u_half_size - 1.0;
+#if GLS_ORTHO
+    vec3 ray = u_forward_l, eye = u_eye_l + u_ray_l * vec3(ndc, 1.0);
+#else
+    vec3 ray = u_ray_l * vec3(ndc, 1.0), eye = u_eye_l;
+#endif
+    float there = texelFetch(u_camera_depth, ivec2(gl_FragCoord.xy), 0).r;
+    float here = u_window.x * (t_plane.x * ndc.x + t_plane.y * ndc.y + t_plane.z) + u_window.y;
+    float slack = u_window.x * t_plane.w + 1e-6 * abs(there); // so much may what was drawn be off
+    int tests = there == u_clear_depth || (here - there) * u_window.z > slack ? 1 : 0; // a loop: llvmpipe skips nothing else
+    Hit hit;
+    hit.met = false;
+    for (int i = 0; i < tests; i++) hit = ray_triangle(triangle_of(uint(t_triangle)), eye, ray);
+    if (!hit.met) discard;
+    float depth = hit.along / u_unit;
+#if !GLS_ORTHO
+    depth = 1.0 / depth;
+#endif
+    gl_FragDepth = (depth - u_unproject.x) / u_unproject.y;
+#if GLS_SMOOTH
+    vec3 v_normal_w = t_normal_w[0] * hit.weights.x + t_normal_w[1] * hit.weights.y + t_normal_w[2] * hit.weights.z;
+#endif
+#if GLS_COLORED
+    vec4 v_color = t_color[0] * hit.weights.x + t_color[1] * hit.weights.y + t_color[2] * hit.weights.z;
+#endif
+#if GLS_TEXTURED
+    vec2 v_uv = uv_of(hit.weights);
+#endif
+#endif
     uint triangle = uint(v_triangle);
 #if GLS_SMOOTH
     uint normal = pack_direction(v_normal_w);
@@ -64,7 +136,12 @@ void main() {
     if (color.a < u_cutoff) discard;
 #endif
 #if GLS_TEXTURED && GLS_SURFACE == 4
+#if GLS_CONSERVATIVE
+    vec2 right = uv_of(weights_beside(hit, u_right_l)) - v_uv, up = uv_of(weights_beside(hit, u_up_l)) - v_uv;
+    color *= textureGrad(u_texture, v_uv, exp2(GLS_LOD) * right, exp2(GLS_LOD) * up);
+#else
     color *= texture(u_texture, v_uv, GLS_LOD);
+#endif
 #endif
 #endif
 #if GLS_SURFACE == 1

@@ -1,0 +1,129 @@
+// Grows triangles on the screen by more than GL's rounding of vertices may move their edges, so that each reaches all pixels whose rays
+// meet it; pass/surface.frag then tests the rays. What triangles carry goes along flat, for their three corners.
+#ifndef GLS_TEXTURED
+#define GLS_TEXTURED 0
+#endif
+#ifndef GLS_COLORED
+#define GLS_COLORED 0
+#endif
+#ifndef GLS_SMOOTH
+#define GLS_SMOOTH 0
+#endif
+layout(triangles) in;
+layout(triangle_strip, max_vertices = 4) out;
+uniform vec2 u_half_size; // of the image, in pixels
+flat in int v_triangle[];
+flat out int t_triangle;
+flat out vec4 t_plane; // NDC z of its plane: x * NDC x + y * NDC y + z; w: by how much z changes within the rounding
+#if GLS_SMOOTH
+in vec3 v_normal_w[];
+flat out vec3 t_normal_w[3];
+#endif
+#if GLS_TEXTURED
+in vec2 v_uv[];
+flat out vec2 t_uv[3];
+#endif
+#if GLS_COLORED
+in vec4 v_color[];
+flat out vec4 t_color[3];
+#endif
+const float GROWN = 1.0 / 128.0; // pixels
+const float SNAP = 1.0 / 256.0;
+const float THIN = 4.0 * GROWN; // radius of the circle inside: of those that are thinner, sides moved apart would meet far away
+const float WIDE = 16.0; // NDC: what reaches farther is rounded by more than a part of a pixel
+
+vec2 corners[4];
+
+void emit(vec2 place, vec4 plane) {
+    gl_Position = vec4(place / u_half_size, 0.25, 1.0); // depth is the fragment's
+    t_triangle = v_triangle[2];
+    t_plane = plane;
+    for (int k = 0; k < 3; k++) {
+#if GLS_SMOOTH
+        t_normal_w[k] = v_normal_w[k];
+#endif
+#if GLS_TEXTURED
+        t_uv[k] = v_uv[k];
+#endif
+#if GLS_COLORED
+        t_color[k] = v_color[k];
+#endif
+    }
+    EmitVertex();
+}
+
+void main() {
+    vec4 a = gl_in[0].gl_Position, b = gl_in[1].gl_Position, c = gl_in[2].gl_Position;
+    vec3 bc = cross(b.xyw, c.xyw), ca = cross(c.xyw, a.xyw), ab = cross(a.xyw, b.xyw);
+    float volume = dot(a.xyw, bc); // more than 0: counterclockwise
+    if (volume == 0.0) return;
+    vec3 slope = (bc * a.z + ca * b.z + ab * c.z) / volume;
+    vec4 plane = vec4(slope, SNAP * dot(abs(slope.xy), 1.0 / u_half_size));
+    float least = 1e-6 * max(abs(a.w), max(abs(b.w), abs(c.w)));
+    vec2 p = a.xy / a.w, q = b.xy / b.w, r = c.xy / c.w;
+    vec2 farthest = max(abs(p), max(abs(q), abs(r)));
+    int count = 4;
+    if (min(a.w, min(b.w, c.w)) < least || !(max(farthest.x, farthest.y) < WIDE)) { // a box round what lies before the eye
+        vec2 low = vec2(1e30), high = vec2(-1e30);
+        for (int k = 0; k < 3; k++) {
+            vec4 here = gl_in[k].gl_Position, next = gl_in[k == 2 ? 0 : k + 1].gl_Position;
+            if (here.w >= least) {
+                low = min(low, here.xy / here.w);
+                high = max(high, here.xy / here.w);
+            }
+            if ((here.w >= least) != (next.w >= least)) {
+                vec2 edge = mix(here.xy, next.xy, (least - here.w) / (next.w - here.w)) / least;
+                low = min(low, edge);
+                high = max(high, edge);
+            }
+        }
+        low = max(low, vec2(-2.0)) * u_half_size - GROWN;
+        high = min(high, vec2(2.0)) * u_half_size + GROWN;
+        if (!(low.x < high.x && low.y < high.y)) return;
+        corners = vec2[4](low, vec2(high.x, low.y), vec2(low.x, high.y), high);
+    } else {
+        p *= u_half_size;
+        q *= u_half_size;
+        r *= u_half_size;
+        vec3 sides = vec3(distance(q, r), distance(r, p), distance(p, q)); // opposite p, q, r
+        float around = sides.x + sides.y + sides.z;
+        float radius = abs((q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x)) / max(around, 1e-30);
+        if (radius > THIN) { // its sides moved out
+            vec2 middle = (p * sides.x + q * sides.y + r * sides.z) / around;
+            float grown = 1.0 + GROWN / radius;
+            corners = vec2[4](middle + grown * (p - middle), middle + grown * (q - middle), middle + grown * (r - middle), vec2(0.0));
+            count = 3;
+        } else { // a rectangle along its longest side
+            vec2 start = p, end = q, apex = r;
+            if (sides.x >= sides.y && sides.x >= sides.z) {
+                start = q;
+                end = r;
+                apex = p;
+            } else if (sides.y >= sides.z) {
+                start = r;
+                end = p;
+                apex = q;
+            }
+            float length_ = max(sides.x, max(sides.y, sides.z));
+            vec2 along = length_ > 0.0 ? (end - start) / length_ : vec2(1.0, 0.0), across = vec2(-along.y, along.x);
+            float height = dot(apex - start, across);
+            vec2 low = across * (min(height, 0.0) - GROWN), high = across * (max(height, 0.0) + GROWN);
+            start -= along * GROWN;
+            end += along * GROWN;
+            corners = vec2[4](start + low, end + low, start + high, end + high);
+        }
+    }
+    vec2 low = min(corners[0], min(corners[1], corners[2])), high = max(corners[0], max(corners[1], corners[2]));
+    if (count == 4) {
+        low = min(low, corners[3]);
+        high = max(high, corners[3]);
+    }
+    // none of those that hold no pixel's middle
+    if (any(greaterThan(ceil(low + u_half_size - 0.5), floor(high + u_half_size - 0.5)))) return;
+    bool turned = count == 4 && volume < 0.0; // the winding stays
+    emit(corners[turned ? 1 : 0], plane);
+    emit(corners[turned ? 0 : 1], plane);
+    emit(corners[turned ? 3 : 2], plane);
+    if (count == 4) emit(corners[turned ? 2 : 3], plane);
+    EndPrimitive();
+}
