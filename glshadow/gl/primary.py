@@ -45,17 +45,18 @@ def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
             "u_near": (sight.near if sight.camera.is_perspective else 0.0) * unit,  # an orthographic camera's rays start there
             "u_unit": unit,
             "u_clear_depth": sight.clip.clear_depth,
-            "u_window": (1.0, 0.0, 1.0) if sight.clip.zero_to_one else (0.5, 0.5, -1.0),
+            "u_nudge": -1e-6 if sight.clip.reversed else 1e-6,
             "u_half_size": (0.5 * width, 0.5 * height),
         },
-        textures={"u_camera_depth": (targets.drawn_depth, work.samplers.plain), **world},
+        textures=dict(world),
     )
     program = work.programs.get(
         "pass/resolve.vert", "pass/primary.frag", rays.dialect,
         defines={"GLS_ORTHO": rays.defines["GLS_ORTHO"], "GLS_SURFACE": targets.surface.components},
     )  # fmt: skip
     program.set(**rays.uniforms)
-    program.bind(u_surface=targets.drawn, **rays.textures)
+    depth = (targets.drawn_depth, work.samplers.plain)
+    program.bind(u_surface=targets.drawn, u_camera_depth=depth, **rays.textures)
     targets.framebuffer.use()
     if context.caps.clip_control:
         context.gl.clip_control(sight.clip.zero_to_one)
@@ -63,6 +64,7 @@ def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
     ctx.depth_func = "1"
     program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
     program.unbind()
-    ctx.copy_framebuffer(targets.drawing, targets.framebuffer)
+    ctx.depth_clamp_range = (0.0, 1.0)
     draw_surface(context, work.programs, scene, sight, targets.framebuffer, samples, rays)
+    ctx.depth_clamp_range = None
     return ""

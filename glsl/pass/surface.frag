@@ -29,16 +29,11 @@
 #if GLS_CONSERVATIVE
 #include "lib/surface_number.glsl"
 #include "lib/ray_triangle.glsl"
-uniform sampler2D u_camera_depth; // window depth of what is surely seen
-uniform float u_clear_depth; // that of nothing
-uniform vec3 u_window; // window depth of a NDC z: x z + y; z: 1 where what is nearer has more of it, else -1
-uniform vec2 u_unproject; // x + y * window depth = 1 / view depth; GLS_ORTHO: view depth
 uniform mat3 u_ray_l; // u_ray_l * (NDC x, y, 1): ray of unit view depth; GLS_ORTHO: its start, from the eye
 uniform vec3 u_eye_l; // relative to the scene's origin
 uniform vec3 u_forward_l; // the camera looks along
 uniform vec2 u_half_size; // of the image, in pixels
 flat in int t_triangle;
-flat in vec4 t_plane; // see pass/surface.geom
 #else
 flat in int v_triangle;
 #endif
@@ -80,50 +75,33 @@ in vec2 v_uv;
 uniform sampler2D u_texture; // sRGB format: decoded before it is filtered
 #endif
 
-#if GLS_CONSERVATIVE && GLS_TEXTURED
+#if GLS_CONSERVATIVE
+// what GL would interpolate, where the ray meets the triangle
+Hit hit;
+int v_triangle;
+#if GLS_SMOOTH
+vec3 v_normal_w;
+#endif
+#if GLS_COLORED
+vec4 v_color;
+#endif
+#if GLS_TEXTURED
+vec2 v_uv;
+
 vec2 uv_of(vec3 weights) {
     return weights.x * t_uv[0] + weights.y * t_uv[1] + weights.z * t_uv[2];
 }
 #endif
+#endif
 
-void main() {
-#if GLS_CONSERVATIVE
-    int v_triangle = t_triangle;
-    vec2 ndc = gl_FragCoord.xy / u_half_size - 1.0;
-#if GLS_ORTHO
-    vec3 ray = u_forward_l, eye = u_eye_l + u_ray_l * vec3(ndc, 1.0);
-#else
-    vec3 ray = u_ray_l * vec3(ndc, 1.0), eye = u_eye_l;
-#endif
-    float there = texelFetch(u_camera_depth, ivec2(gl_FragCoord.xy), 0).r;
-    float here = u_window.x * (t_plane.x * ndc.x + t_plane.y * ndc.y + t_plane.z) + u_window.y;
-    float slack = u_window.x * t_plane.w + 1e-6 * abs(there); // so much may what was drawn be off
-    int tests = there == u_clear_depth || (here - there) * u_window.z > slack ? 1 : 0; // a loop: llvmpipe skips nothing else
-    Hit hit;
-    hit.met = false;
-    for (int i = 0; i < tests; i++) hit = ray_triangle(triangle_of(uint(t_triangle)), eye, ray);
-    if (!hit.met) discard;
-    float depth = hit.along / u_unit;
-#if !GLS_ORTHO
-    depth = 1.0 / depth;
-#endif
-    gl_FragDepth = (depth - u_unproject.x) / u_unproject.y;
-#if GLS_SMOOTH
-    vec3 v_normal_w = t_normal_w[0] * hit.weights.x + t_normal_w[1] * hit.weights.y + t_normal_w[2] * hit.weights.z;
-#endif
-#if GLS_COLORED
-    vec4 v_color = t_color[0] * hit.weights.x + t_color[1] * hit.weights.y + t_color[2] * hit.weights.z;
-#endif
-#if GLS_TEXTURED
-    vec2 v_uv = uv_of(hit.weights);
-#endif
-#endif
+bool exists(out uvec4 surface) { // false: a texture cuts it out
     uint triangle = uint(v_triangle);
 #if GLS_SMOOTH
     uint normal = pack_direction(v_normal_w);
 #else
     uint normal = 0u;
 #endif
+    surface = uvec4(triangle, normal, 0u, 0u);
 #if GLS_SURFACE == 4 || GLS_ALPHA
     vec4 color = u_color;
 #if GLS_COLORED
@@ -131,9 +109,9 @@ void main() {
 #endif
 #if GLS_ALPHA && GLS_TEXTURED
     // Alpha of the finest level, as in the caster pass: averaged levels would shrink foliage with distance.
-    if (textureLod(u_texture, v_uv, 0.0).a * color.a < u_cutoff) discard;
+    if (textureLod(u_texture, v_uv, 0.0).a * color.a < u_cutoff) return false;
 #elif GLS_ALPHA
-    if (color.a < u_cutoff) discard;
+    if (color.a < u_cutoff) return false;
 #endif
 #if GLS_TEXTURED && GLS_SURFACE == 4
 #if GLS_CONSERVATIVE
@@ -143,12 +121,40 @@ void main() {
     color *= texture(u_texture, v_uv, GLS_LOD);
 #endif
 #endif
+    surface.b = pack_color(color.rgb);
+#endif
+    return true;
+}
+
+void main() {
+    uvec4 surface = uvec4(0u);
+#if GLS_CONSERVATIVE
+    vec2 ndc = gl_FragCoord.xy / u_half_size - 1.0;
+#if GLS_ORTHO
+    vec3 ray = u_forward_l, eye = u_eye_l + u_ray_l * vec3(ndc, 1.0);
+#else
+    vec3 ray = u_ray_l * vec3(ndc, 1.0), eye = u_eye_l;
+#endif
+    v_triangle = t_triangle;
+    hit = ray_triangle(triangle_of(uint(t_triangle)), eye, ray);
+#if GLS_SMOOTH
+    v_normal_w = t_normal_w[0] * hit.weights.x + t_normal_w[1] * hit.weights.y + t_normal_w[2] * hit.weights.z;
+#endif
+#if GLS_COLORED
+    v_color = t_color[0] * hit.weights.x + t_color[1] * hit.weights.y + t_color[2] * hit.weights.z;
+#endif
+#if GLS_TEXTURED
+    v_uv = uv_of(hit.weights);
+#endif
+    if (!hit.met || !exists(surface)) discard;
+#else
+    if (!exists(surface)) discard;
 #endif
 #if GLS_SURFACE == 1
-    o_surface = triangle;
+    o_surface = surface.r;
 #elif GLS_SURFACE == 2
-    o_surface = uvec2(triangle, normal);
+    o_surface = surface.rg;
 #else
-    o_surface = uvec4(triangle, normal, pack_color(color.rgb), 0u);
+    o_surface = surface;
 #endif
 }

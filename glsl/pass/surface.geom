@@ -12,9 +12,9 @@
 layout(triangles) in;
 layout(triangle_strip, max_vertices = 4) out;
 uniform vec2 u_half_size; // of the image, in pixels
+uniform float u_nudge; // relative, away from the eye: more than depths are rounded
 flat in int v_triangle[];
 flat out int t_triangle;
-flat out vec4 t_plane; // NDC z of its plane: x * NDC x + y * NDC y + z; w: by how much z changes within the rounding
 #if GLS_SMOOTH
 in vec3 v_normal_w[];
 flat out vec3 t_normal_w[3];
@@ -28,16 +28,16 @@ in vec4 v_color[];
 flat out vec4 t_color[3];
 #endif
 const float GROWN = 1.0 / 128.0; // pixels
-const float SNAP = 1.0 / 256.0;
+const float SNAPPED = 256.0; // places in a pixel
 const float THIN = 4.0 * GROWN; // radius of the circle inside: of those that are thinner, sides moved apart would meet far away
 const float WIDE = 16.0; // NDC: what reaches farther is rounded by more than a part of a pixel
 
 vec2 corners[4];
 
-void emit(vec2 place, vec4 plane) {
-    gl_Position = vec4(place / u_half_size, 0.25, 1.0); // depth is the fragment's
+void emit(vec2 place, vec3 start, vec2 slope) { // start: in pixels and NDC z
+    place = round(place * SNAPPED) / SNAPPED; // as GL would, so that depth does not move with it
+    gl_Position = vec4(place / u_half_size, start.z + dot(slope, place - start.xy), 1.0);
     t_triangle = v_triangle[2];
-    t_plane = plane;
     for (int k = 0; k < 3; k++) {
 #if GLS_SMOOTH
         t_normal_w[k] = v_normal_w[k];
@@ -57,13 +57,16 @@ void main() {
     vec3 bc = cross(b.xyw, c.xyw), ca = cross(c.xyw, a.xyw), ab = cross(a.xyw, b.xyw);
     float volume = dot(a.xyw, bc); // more than 0: counterclockwise
     if (volume == 0.0) return;
-    vec3 slope = (bc * a.z + ca * b.z + ab * c.z) / volume;
-    vec4 plane = vec4(slope, SNAP * dot(abs(slope.xy), 1.0 / u_half_size));
+    vec3 start; // a point of its plane, in pixels and NDC z
+    vec2 slope; // of z, a pixel
     float least = 1e-6 * max(abs(a.w), max(abs(b.w), abs(c.w)));
     vec2 p = a.xy / a.w, q = b.xy / b.w, r = c.xy / c.w;
     vec2 farthest = max(abs(p), max(abs(q), abs(r)));
     int count = 4;
     if (min(a.w, min(b.w, c.w)) < least || !(max(farthest.x, farthest.y) < WIDE)) { // a box round what lies before the eye
+        vec3 plane = (bc * a.z + ca * b.z + ab * c.z) / volume;
+        start = vec3(0.0, 0.0, plane.z);
+        slope = plane.xy / u_half_size;
         vec2 low = vec2(1e30), high = vec2(-1e30);
         for (int k = 0; k < 3; k++) {
             vec4 here = gl_in[k].gl_Position, next = gl_in[k == 2 ? 0 : k + 1].gl_Position;
@@ -87,7 +90,11 @@ void main() {
         r *= u_half_size;
         vec3 sides = vec3(distance(q, r), distance(r, p), distance(p, q)); // opposite p, q, r
         float around = sides.x + sides.y + sides.z;
-        float radius = abs((q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x)) / max(around, 1e-30);
+        vec3 side = vec3(q - p, b.z / b.w - a.z / a.w), other = vec3(r - p, c.z / c.w - a.z / a.w);
+        vec3 normal = cross(side, other);
+        start = vec3(p, a.z / a.w);
+        slope = -normal.xy / (normal.z == 0.0 ? 1.0 : normal.z);
+        float radius = abs(normal.z) / max(around, 1e-30);
         if (radius > THIN) { // its sides moved out
             vec2 middle = (p * sides.x + q * sides.y + r * sides.z) / around;
             float grown = 1.0 + GROWN / radius;
@@ -120,10 +127,11 @@ void main() {
     }
     // none of those that hold no pixel's middle
     if (any(greaterThan(ceil(low + u_half_size - 0.5), floor(high + u_half_size - 0.5)))) return;
+    start.z += u_nudge * abs(start.z);
     bool turned = count == 4 && volume < 0.0; // the winding stays
-    emit(corners[turned ? 1 : 0], plane);
-    emit(corners[turned ? 0 : 1], plane);
-    emit(corners[turned ? 3 : 2], plane);
-    if (count == 4) emit(corners[turned ? 2 : 3], plane);
+    emit(corners[turned ? 1 : 0], start, slope);
+    emit(corners[turned ? 0 : 1], start, slope);
+    emit(corners[turned ? 3 : 2], start, slope);
+    if (count == 4) emit(corners[turned ? 2 : 3], start, slope);
     EndPrimitive();
 }
