@@ -9,7 +9,7 @@ import numpy as np
 
 from glshadow.errors import ResourceError
 from glshadow.gl.camera import Rays, draw_surface
-from glshadow.gl.screen import camera_uniforms, pixel_axes
+from glshadow.gl.screen import camera_uniforms, draw_over, pixel_axes
 from glshadow.gl.targets import SurfaceTargets
 from glshadow.gl.work import Work
 
@@ -18,11 +18,10 @@ NOT_FOUND = "pixels show the triangles that GL drew, not those that their rays m
 
 
 def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
-    """Fill `targets.surface` and its depth from what was drawn; why it is just that, where the driver's buffers do not hold the
-    scene's triangles.
+    """Mend what was drawn into `targets`; why it stays as it is, where the driver's buffers do not hold the scene's triangles.
 
-    First pass/primary.frag keeps the pixels that surely show what their rays meet. Then all triangles are drawn again, a little larger
-    (pass/surface.geom): where nothing was kept, or they lie before it, their fragments test the pixel's own ray.
+    First pass/primary.frag forgets the pixels that may show something else than their rays meet. Then all triangles are drawn again, a
+    little larger (pass/surface.geom), where nothing is left and where they lie before what is: there fragments test the pixel's ray.
 
     `samples`: in a pixel, each of them a texel of the targets.
     """
@@ -31,7 +30,6 @@ def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
     try:
         world = scene.world.textures
     except ResourceError as error:
-        ctx.copy_framebuffer(targets.framebuffer, targets.drawing)
         return NOT_FOUND.format(error)
     width, height = targets.surface.size
     unit = math.ldexp(1.0, -math.frexp(sight.reach)[1])
@@ -44,7 +42,6 @@ def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
             **pixel_axes(camera, targets.surface.size),
             "u_near": (sight.near if sight.camera.is_perspective else 0.0) * unit,  # an orthographic camera's rays start there
             "u_unit": unit,
-            "u_clear_depth": sight.clip.clear_depth,
             "u_nudge": -1e-6 if sight.clip.reversed else 1e-6,
             "u_half_size": (0.5 * width, 0.5 * height),
         },
@@ -52,19 +49,19 @@ def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
     )
     program = work.programs.get(
         "pass/resolve.vert", "pass/primary.frag", rays.dialect,
-        defines={"GLS_ORTHO": rays.defines["GLS_ORTHO"], "GLS_SURFACE": targets.surface.components},
+        defines={"GLS_ORTHO": rays.defines["GLS_ORTHO"]},
     )  # fmt: skip
     program.set(**rays.uniforms)
-    depth = (targets.drawn_depth, work.samplers.plain)
-    program.bind(u_surface=targets.drawn, u_camera_depth=depth, **rays.textures)
-    targets.framebuffer.use()
-    if context.caps.clip_control:
-        context.gl.clip_control(sight.clip.zero_to_one)
-    ctx.enable_only(moderngl.DEPTH_TEST)  # else no depth is written
-    ctx.depth_func = "1"
-    program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
+    program.bind(u_surface=targets.surface, **rays.textures)
+    targets.depth_alone.use()
+    draw_over(context, program, sight)
     program.unbind()
-    ctx.depth_clamp_range = (0.0, 1.0)
+    program = work.programs.get("pass/resolve.vert", "pass/nothing.frag", defines={"GLS_SURFACE": targets.surface.components})
+    program.set(**camera)
+    targets.framebuffer.use()
+    ctx.depth_func = "=="
+    program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
+    ctx.depth_clamp_range = (0.0, 1.0)  # of a plane seen edge-on the ends of a grown triangle may have any depth
     draw_surface(context, work.programs, scene, sight, targets.framebuffer, samples, rays)
     ctx.depth_clamp_range = None
     return ""

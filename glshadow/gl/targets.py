@@ -78,32 +78,28 @@ def clear_outputs(context: GLContext, targets: CameraTargets, background: Array,
 
 
 class SurfaceTargets:
-    """What the camera pass draws to, and the primary pass after it.
+    """What the camera pass draws to, and the primary passes after it.
 
     Attributes
     ----------
-    drawn, drawn_depth : moderngl.Texture
-        As GL drew it.
     surface, depth : moderngl.Texture
-        What each ray meets.
-    drawing, framebuffer : moderngl.Framebuffer
-        Of each pair.
+    framebuffer, depth_alone : moderngl.Framebuffer
+        Of both, and of depth, which is written.
     """
 
     def __init__(self, context: GLContext, size: tuple[int, int], channels: int, what: str) -> None:
         context.check_size(size, what)
         ctx = context.ctx
-        made: list[Any] = []
+        self.depth = depth_texture(context, size, Target.DEPTH32F, what)
+        made: list[Any] = [self.depth]
         with released_on_error(made):
-            for _ in range(2):
-                made.append(depth_texture(context, size, Target.DEPTH32F, what))
-                made.append(ctx.texture(size, channels, dtype="u4"))
-                made[-1].filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self.surface = ctx.texture(size, channels, dtype="u4")
+            made.append(self.surface)
+            self.surface.filter = (moderngl.NEAREST, moderngl.NEAREST)
             context.check_errors(f"allocating {what}, {size[0]} x {size[1]}")
-            self.drawn_depth, self.drawn, self.depth, self.surface = made
-            self.drawing = ctx.framebuffer([self.drawn], self.drawn_depth)
             self.framebuffer = ctx.framebuffer([self.surface], self.depth)
-        self._made = (self.drawing, self.framebuffer, *made)
+            self.depth_alone = ctx.framebuffer(depth_attachment=self.depth)
+        self._made = (self.framebuffer, self.depth_alone, *made)
 
     def release(self) -> None:
         """Free the GPU memory."""
