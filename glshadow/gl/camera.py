@@ -214,6 +214,9 @@ def draw_surface(
         "back" if closed and outside else None for closed, outside in zip(scene.closed, sight.outside, strict=True)
     ]
 
+    side = np.array([hidden[node] is not None for node in range(len(hidden))]) * np.where(scene.mirrored, -1.0, 1.0)
+    sides = side.astype(np.float32)[:, None]
+
     def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
         gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
         program = _program(programs, scene, gpu, samples, rays)
@@ -225,6 +228,7 @@ def draw_surface(
             program.write("u_clip_from_mesh", clip_from_mesh[i])
             program.write("u_first_triangle", scene.packed_first[i])
             program.write("u_normal_from_mesh", scene.packed_normals[i])
+            program.write("u_side", sides[i])
 
         return place, gpu.vertex_array(program, "numbered")
 
@@ -234,6 +238,7 @@ def draw_surface(
         gpu, material = scene.meshes[nodes[0]], scene.nodes[nodes[0]].mesh.material
         program = _program(programs, scene, gpu, samples, rays, GLS_INSTANCED=1)
         program.set(u_color=material.color, u_cutoff=gpu.cutoff)
+        program.write("u_side", sides[nodes[0]])
         array = gpu.vertex_array(program, "numbered")
         most = context.caps.max_texture_buffer_size // _INSTANCE_TEXELS
         for some in np.split(nodes, range(most, len(nodes), most)):

@@ -12,6 +12,7 @@
 layout(triangles) in;
 layout(triangle_strip, max_vertices = 4) out;
 uniform vec2 u_half_size; // of the image, in pixels
+uniform float u_side; // 1, -1: only triangles seen counterclockwise, clockwise; 0: all
 uniform float u_nudge; // relative, away from the eye: more than depths are rounded
 flat in int v_triangle[];
 flat out int t_triangle;
@@ -52,11 +53,22 @@ void emit(vec2 place, vec3 start, vec2 slope) { // start: in pixels and NDC z
     EmitVertex();
 }
 
+float left_of(vec2 place, vec2 start, vec2 end) {
+    return (end.x - start.x) * (place.y - start.y) - (end.y - start.y) * (place.x - start.x);
+}
+
+bool holds(vec2 place, int count) {
+    int after = count == 4 ? 3 : 2; // corners are in the order of a strip
+    vec3 sides = vec3(left_of(place, corners[0], corners[1]), left_of(place, corners[1], corners[after]), left_of(place, corners[2], corners[0]));
+    float last = count == 4 ? left_of(place, corners[3], corners[2]) : sides.z;
+    return min(min(sides.x, sides.y), min(sides.z, last)) >= 0.0 || max(max(sides.x, sides.y), max(sides.z, last)) <= 0.0;
+}
+
 void main() {
     vec4 a = gl_in[0].gl_Position, b = gl_in[1].gl_Position, c = gl_in[2].gl_Position;
     vec3 bc = cross(b.xyw, c.xyw), ca = cross(c.xyw, a.xyw), ab = cross(a.xyw, b.xyw);
     float volume = dot(a.xyw, bc); // more than 0: counterclockwise
-    if (volume == 0.0) return;
+    if (volume == 0.0 || volume * u_side < 0.0) return;
     vec3 start; // a point of its plane, in pixels and NDC z
     vec2 slope; // of z, a pixel
     float least = 1e-6 * max(abs(a.w), max(abs(b.w), abs(c.w)));
@@ -126,7 +138,8 @@ void main() {
         high = max(high, corners[3]);
     }
     // none of those that hold no pixel's middle
-    if (any(greaterThan(ceil(low + u_half_size - 0.5), floor(high + u_half_size - 0.5)))) return;
+    vec2 first = ceil(low + u_half_size - 0.5), last = floor(high + u_half_size - 0.5);
+    if (any(greaterThan(first, last)) || first == last && !holds(first + 0.5 - u_half_size, count)) return;
     start.z += u_nudge * abs(start.z);
     bool turned = count == 4 && volume < 0.0; // the winding stays
     emit(corners[turned ? 1 : 0], start, slope);
