@@ -42,6 +42,7 @@ def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
             **pixel_axes(camera, targets.surface.size),
             "u_near": (sight.near if sight.camera.is_perspective else 0.0) * unit,  # an orthographic camera's rays start there
             "u_unit": unit,
+            "u_least_w": 0.5 * sight.near if sight.camera.is_perspective else 0.5,
             "u_nudge": -1e-6 if sight.clip.reversed else 1e-6,
             "u_half_size": (0.5 * width, 0.5 * height),
         },

@@ -46,9 +46,11 @@ Hit ray_triangle(int triangle, vec3 eye, vec3 ray) {
     hit.c = r;
     hit.weights = area / (whole == 0.0 ? 1.0 : whole);
     hit.depths = vec3(dot(a, ray), dot(b, ray), dot(c, ray)) / length2;
-    hit.along = dot(hit.weights, hit.depths);
+    vec3 normal = cross(b - a, c - a);
+    float slant = dot(normal, ray);
+    hit.along = dot(normal, a) / (slant == 0.0 ? 1.0 : slant); // the weights of a triangle that reaches far are too coarse for it
     bool mixed = min(area.x, min(area.y, area.z)) < 0.0 && max(area.x, max(area.y, area.z)) > 0.0;
-    hit.met = !mixed && whole != 0.0 && hit.along >= u_near;
+    hit.met = !mixed && whole != 0.0 && slant != 0.0 && hit.along >= u_near;
     vec3 inside = area * (whole < 0.0 ? -1.0 : 1.0) * inversesqrt(max(vec3(dot(r - q, r - q), dot(p - r, p - r), dot(q - p, q - p)), 1e-37));
 #if GLS_ORTHO
     hit.margin = min(inside.x, min(inside.y, inside.z)) / (dot(hit.right, hit.right) * u_unit);

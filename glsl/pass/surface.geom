@@ -12,6 +12,7 @@
 layout(triangles) in;
 layout(triangle_strip, max_vertices = 4) out;
 uniform vec2 u_half_size; // of the image, in pixels
+uniform float u_least_w; // clip w of the near plane, or less
 uniform float u_side; // 1, -1: only triangles seen counterclockwise, clockwise; 0: all
 uniform float u_nudge; // relative, away from the eye: more than depths are rounded
 flat in int v_triangle[];
@@ -71,25 +72,26 @@ void main() {
     if (volume == 0.0 || volume * u_side < 0.0) return;
     vec3 start; // a point of its plane, in pixels and NDC z
     vec2 slope; // of z, a pixel
-    float least = 1e-6 * max(abs(a.w), max(abs(b.w), abs(c.w)));
+    vec3 most = max(abs(a.xyw), max(abs(b.xyw), abs(c.xyw)));
     vec2 p = a.xy / a.w, q = b.xy / b.w, r = c.xy / c.w;
     vec2 farthest = max(abs(p), max(abs(q), abs(r)));
     int count = 4;
-    if (min(a.w, min(b.w, c.w)) < least || !(max(farthest.x, farthest.y) < WIDE)) { // a box round what lies before the eye
+    if (min(a.w, min(b.w, c.w)) < u_least_w || !(max(farthest.x, farthest.y) < WIDE)) { // a box round what lies before the eye
         vec3 plane = (bc * a.z + ca * b.z + ab * c.z) / volume;
         start = vec3(0.0, 0.0, plane.z);
         slope = plane.xy / u_half_size;
         vec2 low = vec2(1e30), high = vec2(-1e30);
         for (int k = 0; k < 3; k++) {
             vec4 here = gl_in[k].gl_Position, next = gl_in[k == 2 ? 0 : k + 1].gl_Position;
-            if (here.w >= least) {
+            if (here.w >= u_least_w) {
                 low = min(low, here.xy / here.w);
                 high = max(high, here.xy / here.w);
             }
-            if ((here.w >= least) != (next.w >= least)) {
-                vec2 edge = mix(here.xy, next.xy, (least - here.w) / (next.w - here.w)) / least;
-                low = min(low, edge);
-                high = max(high, edge);
+            if ((here.w >= u_least_w) != (next.w >= u_least_w)) {
+                vec2 edge = mix(here.xy, next.xy, (u_least_w - here.w) / (next.w - here.w)) / u_least_w;
+                float rounding = 1e-6 * max(most.x, max(most.y, most.z)) / u_least_w;
+                low = min(low, edge - rounding);
+                high = max(high, edge + rounding);
             }
         }
         low = max(low, vec2(-2.0)) * u_half_size - GROWN;
