@@ -65,4 +65,5 @@ def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
     ctx.depth_clamp_range = (0.0, 1.0)  # of a plane seen edge-on the ends of a grown triangle may have any depth
     draw_surface(context, work.programs, scene, sight, targets.framebuffer, samples, rays)
     ctx.depth_clamp_range = None
+    context.gl.call("glUseProgram", 0)  # else Mesa 22.3 never deletes the program that is used after one with a geometry shader
     return ""
