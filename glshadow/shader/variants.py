@@ -142,7 +142,9 @@ def _surface() -> Iterator[Variant]:
             yield Variant("pass/surface.vert", "core330", {}, {**defines, "GLS_INSTANCED": 1})
             yield Variant("pass/surface.geom", "core330", {}, defines)
             for parallel, dialect in product((0, 1), ("core330", "core400")):
-                yield Variant("pass/surface.frag", dialect, {}, {**defines, "GLS_CONSERVATIVE": 1, "GLS_ORTHO": parallel})
+                yield Variant(
+                    "pass/surface.frag", dialect, {}, {**defines, "GLS_CONSERVATIVE": 1, "GLS_ORTHO": parallel}
+                )
 
 
 def _depths_read() -> Iterator[Variant]:
