@@ -40,7 +40,8 @@ def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
         uniforms={
             **camera,
             **pixel_axes(camera, targets.surface.size),
-            "u_near": (sight.near if sight.camera.is_perspective else 0.0) * unit,  # an orthographic camera's rays start there
+            "u_near": (sight.near if sight.camera.is_perspective else 0.0)
+            * unit,  # an orthographic camera's rays start there
             "u_unit": unit,
             "u_least_w": 0.5 * sight.near if sight.camera.is_perspective else 0.5,
             "u_nudge": -1e-6 if sight.clip.reversed else 1e-6,
@@ -57,7 +58,9 @@ def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
     targets.depth_alone.use()
     draw_over(context, program, sight)
     program.unbind()
-    program = work.programs.get("pass/resolve.vert", "pass/nothing.frag", defines={"GLS_SURFACE": targets.surface.components})
+    program = work.programs.get(
+        "pass/resolve.vert", "pass/nothing.frag", defines={"GLS_SURFACE": targets.surface.components}
+    )
     program.set(**camera)
     targets.framebuffer.use()
     ctx.depth_func = "=="
@@ -65,5 +68,7 @@ def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
     ctx.depth_clamp_range = (0.0, 1.0)  # of a plane seen edge-on the ends of a grown triangle may have any depth
     draw_surface(context, work.programs, scene, sight, targets.framebuffer, samples, rays)
     ctx.depth_clamp_range = None
-    context.gl.call("glUseProgram", 0)  # else Mesa 22.3 never deletes the program that is used after one with a geometry shader
+    context.gl.call(
+        "glUseProgram", 0
+    )  # else Mesa 22.3 never deletes the program that is used after one with a geometry shader
     return ""

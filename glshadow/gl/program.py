@@ -92,7 +92,9 @@ class Program(_Linked):
             stages["geometry_shader"] = geometry
         try:
             with undisturbed():
-                linked = context.ctx.program(**{stage: text.code for stage, text in stages.items()})
+                linked = context.ctx.program(
+                    vertex.code, fragment.code, geometry_shader=None if geometry is None else geometry.code
+                )
         except moderngl.Error as error:
             message = str(error)
             rejected = next((text for stage, text in stages.items() if f"\n{stage}\n" in message), fragment)
@@ -141,7 +143,7 @@ class Programs:
         defines: Defines | None = None,
         geometry: str | None = None,
     ) -> Program:
-        """The program of a vertex and a fragment pass, and a geometry pass between them if it is named, compiled the first time it is asked for.
+        """The program of a vertex and a fragment pass, and a geometry pass between them if it is named; compiled once.
 
         Raises
         ------
