@@ -24,7 +24,7 @@ def connected(positions: Array, triangles: NDArray[np.int32]) -> tuple[NDArray[n
     Returns
     -------
     across : (T, 3) uint32
-        See `core.adjacency.neighbours`.
+        See `geometry.adjacency.neighbours`.
     closed : bool
     """
     corners = welded_corners(positions, triangles)

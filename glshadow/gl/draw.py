@@ -99,7 +99,7 @@ def _see(store: Store, work: Work, samples: int, clock: Clock) -> None:
         return
     store.seen = None
     with clock("surface"), store.covered:
-        draw_surface(work.context, work.programs, work.scene, work.sight, work.targets.fine.drawing, samples)
+        draw_surface(work.context, work.programs, work.scene, work.sight, work.targets.fine.framebuffer, samples)
     with clock("surface"):
         store.missed = find_primary(work, work.targets.fine, work.targets.samples)
     if work.targets.samples > 1:

@@ -170,7 +170,7 @@ void main() {
 #if GLS_EXACT
     Facet own = facet(triangle);
     vec3 normal = own.normal;
-    vec3 position = surface_point(triangle, own, eye, ray, v_forward_l, is_missed(surface.r));
+    vec3 position = surface_point(triangle, own, eye, ray, v_forward_l);
     vec3 normal_w = normal * v_axes_l;
     receiver_triangle = triangle;
     receiver_corner = plane_corner(own);
@@ -182,8 +182,6 @@ void main() {
 #if !GLS_ORTHO
     depth = 1.0 / depth;
 #endif
-    float slant = dot(normal, ray);
-    depth = is_moved(surface.r) && slant != 0.0 ? (plane.w - dot(normal, eye)) / slant : depth; // GL drew another triangle there
     vec3 position = eye + ray * depth;
     // Depth was interpolated between vertices snapped to 1/256 pixel: back on the plane, without leaving the triangle's
     // depth range as ray x plane would where the ray misses the triangle by a hair.

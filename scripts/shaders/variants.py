@@ -140,6 +140,11 @@ def _surface() -> Iterator[Variant]:
             for name in ("pass/surface.vert", "pass/surface.frag"):
                 yield Variant(name, "core330", {}, defines)
             yield Variant("pass/surface.vert", "core330", {}, {**defines, "GLS_INSTANCED": 1})
+            yield Variant("pass/surface.geom", "core330", {}, defines)
+            for parallel, dialect in product((0, 1), ("core330", "core400")):
+                yield Variant(
+                    "pass/surface.frag", dialect, {}, {**defines, "GLS_CONSERVATIVE": 1, "GLS_ORTHO": parallel}
+                )
 
 
 def _depths_read() -> Iterator[Variant]:
@@ -239,9 +244,10 @@ def _resolve() -> Iterator[Variant]:
             yield Variant("pass/forward.frag", dialect, open_slots(kind), {**few, "GLS_OUTPUT": 1})
     for (textured, colored), name in product(_PAINTS, ("pass/glass.vert", "pass/glass.frag")):
         yield Variant(name, "core330", {}, {"GLS_TEXTURED": textured, "GLS_COLORED": colored})
-    for channels, parallel, every, dialect in product((1, 2, 4), (0, 1), (0, 1), ("core330", "core400")):
-        choices = {"GLS_SURFACE": channels, "GLS_ORTHO": parallel, "GLS_SILHOUETTES": every}
-        yield Variant("pass/primary.frag", dialect, {}, choices)
+    for parallel, dialect in product((0, 1), ("core330", "core400")):
+        yield Variant("pass/primary.frag", dialect, {}, {"GLS_ORTHO": parallel})
+    for channels in (1, 2, 4):
+        yield Variant("pass/nothing.frag", "core330", {}, {"GLS_SURFACE": channels})
     for samples in SAMPLES[1:]:
         columns, rows = grid(samples)
         block: dict[str, int | str] = {"GLS_COLUMNS": columns, "GLS_ROWS": rows}

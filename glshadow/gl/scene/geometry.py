@@ -31,9 +31,7 @@ if TYPE_CHECKING:
 # marks of triangles' numbers, see lib/surface_number.glsl
 NOT_RECEIVING = 1 << 31
 CATCHING = 1 << 30
-MOVED = 1 << 29
-CUT_OUT = 1 << 27
-TRIANGLES = CUT_OUT - 1
+TRIANGLES = CATCHING - 1
 """The bits of a triangle's number, from 1."""
 _AT_ONCE = 1 << 18  # triangles whose planes are computed together
 
@@ -131,7 +129,6 @@ class GpuScene:
         catching = np.array([node.catches for node in self.nodes])
         self.catches = bool(catching.any())
         first[catching] |= np.uint32(CATCHING)
-        first[[gpu.cut_out for gpu in self.meshes]] |= np.uint32(CUT_OUT)
         self.packed_first = first[:, None]
         self.origin: Array = np.median(self._sample(1024), axis=0)
         self.smooth = any(gpu.smooth for gpu in on_gpu)

@@ -43,7 +43,7 @@ class Shape:
     closed : bool
         See `Mesh.closed`.
     neighbours : (T, 3) uint32
-        The triangles across each triangle's edges, by the positions that are drawn: see `core.adjacency`.
+        The triangles across each triangle's edges, by the positions that are drawn: see `geometry.adjacency`.
     positions, numbered : moderngl.Buffer
         Vertices and indices: see `numbered_triangles`.
     """

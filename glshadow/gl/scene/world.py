@@ -173,7 +173,7 @@ class WorldTriangles:
 
     @property
     def neighbours(self) -> BufferTexture:
-        """Per triangle those across its edges, of its node (RGBA32UI): see `core.adjacency`."""
+        """Per triangle those across its edges, of its node (RGBA32UI): see `geometry.adjacency`."""
         if self._neighbours is None:
             across = np.full((self.count, 4), NONE, dtype=np.uint32)
             for first, end in _blocks(self._first.tolist()):
