@@ -9,7 +9,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.core.orbit import orbit
 from glshadow.core.spaces import ClipSpace
 from glshadow.derive.packed import PackedShadow
@@ -25,6 +24,7 @@ from glshadow.errors import (
     ShaderError,
 )
 from glshadow.io.limits import Limits
+from glshadow.lights import DirectionalLight, Light, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 from glshadow.scene.nodes import Node, Scene
 from glshadow.scoring.error import Measurement, measure
@@ -136,6 +136,7 @@ __all__ = [
     "GlshadowError",
     "GlshadowWarning",
     "IntrinsicsCamera",
+    "Light",
     "Limits",
     "Lispsm",
     "Material",

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, get_args
+from typing import Any
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import LIGHTS, Light, Lights
 from glshadow.core.outputs import checked_outputs
 from glshadow.core.setting import instance, optional, refuse, several, shown, whole
 from glshadow.derive.look import Look, look_of
 from glshadow.errors import SceneError
+from glshadow.lights import Light, Lights, as_lights
 from glshadow.scene.nodes import Scene
 
 USUAL_SIZE = (1280, 720)
@@ -74,10 +74,8 @@ def picture_arguments(
         If something else is none.
     """
     scene = checked_scene(scene)
-    if isinstance(lights, get_args(Light)):
-        lights = (lights,)
     camera = CAMERA("camera", camera)
-    chosen = scene.lights if lights is None else LIGHTS("lights", lights)
+    chosen = scene.lights if lights is None else as_lights("lights", lights)
     return scene.camera if camera is None else camera, chosen, pixels("size", size)
 
 

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
 from glshadow.core.outputs import NAMES, OUTPUTS
 from glshadow.core.setting import as_path
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import linear_from_srgb
 from glshadow.derive.used import Used
 from glshadow.errors import GlshadowError, MissingOutput
+from glshadow.lights import Light
 from glshadow.scene.nodes import Scene
 
 D = TypeVar("D", bound=np.generic)

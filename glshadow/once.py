@@ -7,10 +7,10 @@ from typing import Any, Unpack
 
 from glshadow.arguments import USUAL_SIZE, as_scene
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Lights
 from glshadow.core.setting import optional
 from glshadow.frame import Frame
 from glshadow.image import image_path
+from glshadow.lights import Lights
 from glshadow.renderer import Renderer, RenderOptions
 
 

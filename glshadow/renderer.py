@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from glshadow.arguments import USUAL_SIZE, frame_request, picture_arguments
 from glshadow.budget import Budget, Choices
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light, Lights
 from glshadow.core.outputs import NAMES, checked_outputs
 from glshadow.core.sampling import USUAL
 from glshadow.core.setting import instance, optional, shown
@@ -22,6 +21,7 @@ from glshadow.frame import Frame
 from glshadow.gl.draw import draw_frame
 from glshadow.gl.driver.context import Backend, backend_of, open_context
 from glshadow.gl.resources import Store
+from glshadow.lights import Light, Lights
 from glshadow.scene.nodes import Scene
 
 _OF_NUMBERS = (ArithmeticError, LookupError, ValueError)
@@ -218,7 +218,7 @@ class Renderer:
         checked_outputs(options.get("outputs", DEFAULT_OUTPUTS))
         try:
             views = iter(cameras)
-        except TypeError:
+        except Exception:  # a foreign __iter__, or none
             raise SettingsError(f"cameras must be a sequence of cameras, got {shown(cameras)}") from None
 
         def frames() -> Generator[Frame]:

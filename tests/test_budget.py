@@ -11,7 +11,7 @@ import pytest
 import glshadow as gs
 from glshadow import budget as module
 from glshadow.budget import Budget, Found, choose, open_to_choice
-from glshadow.core.lights import Light
+from glshadow.lights import Light
 
 SIZE = (320, 180)
 

@@ -63,7 +63,7 @@ def _measure(work: Work, wanted: Request) -> None:
         refuse_blank(frame)
         warn_fallbacks(work, frame.used)
         with work.stage("trace", "tracing the truth"):
-            from glshadow.core.area import traced_points
+            from glshadow.lights import traced_points
             from glshadow.reference.trace import trace
 
             truth = trace(scene, camera, lights, wanted.size, light_samples=traced_points(lights), samples=1)

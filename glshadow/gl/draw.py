@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from glshadow.arguments import FrameRequest
-from glshadow.core.lights import DirectionalLight
 from glshadow.core.sampling import grid
 from glshadow.derive.look import Look
 from glshadow.derive.used import Used
@@ -22,6 +21,7 @@ from glshadow.gl.passes.translucent import untinted
 from glshadow.gl.resources import Store
 from glshadow.gl.techniques import LightWork
 from glshadow.gl.techniques.technique import open_receiver
+from glshadow.lights import DirectionalLight
 
 _EVERY_SAMPLE = "all {} samples of every pixel are shaded: collecting those that differ needs OpenGL 4.3, {} has {:.1f}"
 
@@ -99,7 +99,7 @@ def _see(store: Store, work: Work, samples: int, clock: Clock) -> None:
         return
     store.seen = None
     with clock("surface"), store.covered:
-        draw_surface(work.context, work.programs, work.scene, work.sight, work.targets.fine.drawing, samples)
+        draw_surface(work.context, work.programs, work.scene, work.sight, work.targets.fine.framebuffer, samples)
     with clock("surface"):
         store.missed = find_primary(work, work.targets.fine, work.targets.samples)
     if work.targets.samples > 1:

@@ -110,7 +110,7 @@ class Store:
             return results | read_middles(outputs, work.scene, work.sight, targets.fine)
         # no sample lies in the middle of a pixel
         middle = SurfaceTargets(self.context, work.sight.size, targets.surface.components, "the pixels' middles")
-        draw_surface(self.context, work.programs, work.scene, work.sight, middle.drawing)
+        draw_surface(self.context, work.programs, work.scene, work.sight, middle.framebuffer)
         find_primary(work, middle)
         results |= read_middles(outputs, work.scene, work.sight, middle)
         self.rest()

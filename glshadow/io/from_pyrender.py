@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import Array
 from glshadow.io.builder import Builder
 from glshadow.io.imported import (
@@ -23,6 +22,7 @@ from glshadow.io.imported import (
     solid,
     tinted,
 )
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.scene.mesh import Material, Mesh
 from glshadow.scene.nodes import Node
 

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from glshadow.arguments import USUAL_SIZE, picture_arguments
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Lights, PointLight, RectLight, SpotLight
 from glshadow.core.sampling import USUAL, offsets, traced
 from glshadow.core.setting import shown, whole
 from glshadow.core.spaces import Array, Bools
 from glshadow.errors import SettingsError
+from glshadow.lights import Lights
 from glshadow.reference.aimed import AimedLight
 from glshadow.reference.rays import Ints, Rays, dot
 from glshadow.reference.truth import Truth
@@ -42,8 +42,8 @@ def trace(
     `core.smooth`, and is unlit where the interpolated normal points away. Surfaces are two-sided. A node that does not receive is never in
     shadow, one that does not cast darkens nothing. Texels below the cutoff of a MASK
     material do not exist (alpha sampled bilinearly at the finest level); BLEND materials are seen but cast nothing; a
-    light with `shadow=None` is not blocked by anything. Cone, range and strength do not dim visibility (see
-    `Truth.reached`).
+    light with `shadow=None` is not blocked by anything. Outside a spot's cone and behind a RectLight visibility is 0; range and strength
+    do not dim it (see `Truth.reached`).
 
     Parameters
     ----------
@@ -205,16 +205,8 @@ def _spread(hits: _Hits, values: Array) -> Array:
 def _facts(rays: Rays, source: AimedLight, hits: _Hits) -> tuple[Array, Bools]:
     """N.L (H * W,), NaN where no surface, and whether the light reaches the point."""
     receivers = source.receivers(rays, hits.triangle[hits.rows], hits.points, hits.normals, False)
-    towards, distance = source.towards(receivers.points)
+    towards, _ = source.towards(receivers.points)
     cosine = _spread(hits, dot(receivers.normals, towards))
     reached = np.zeros(len(hits.triangle), dtype=bool)
-    inside = np.ones(len(hits.rows), dtype=bool)
-    light = source.light
-    if isinstance(light, SpotLight):
-        inside &= -(towards @ np.asarray(light.direction)) >= np.cos(np.radians(light.outer_angle))
-    if isinstance(light, RectLight):  # its back is dark
-        inside &= towards @ np.asarray(light.direction) < 0.0
-    if isinstance(light, SpotLight | PointLight) and light.range is not None:
-        inside &= distance < light.range
-    reached[hits.rows] = inside
+    reached[hits.rows] = source.light.reaches(receivers.points)
     return cosine, reached

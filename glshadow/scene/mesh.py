@@ -26,7 +26,7 @@ from glshadow.core.setting import (
 )
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
-from glshadow.geometry.closed import is_closed
+from glshadow.geometry.closed import connected
 from glshadow.scene import summary
 
 F = TypeVar("F", bound=np.floating[Any])
@@ -170,13 +170,22 @@ class Mesh:
         columns = [self.positions[used, axis] for axis in range(3)]
         return np.array([[c.min() for c in columns], [c.max() for c in columns]])
 
-    @cached_property
+    @property
     def closed(self) -> bool:
         """Whether it is watertight once welded by exact position, consistently wound, and every part of it turned outward.
 
         Only then is it safe to cull back faces: nobody outside can see them.
         """
-        return is_closed(self.positions, self.triangles)
+        return self._connected[1]
+
+    @property
+    def neighbours(self) -> NDArray[np.uint32]:
+        """(T, 3) the triangle across each edge ab, bc, ca, welded by exact position; see `glshadow.geometry.adjacency` for its marks."""
+        return self._connected[0]
+
+    @cached_property
+    def _connected(self) -> tuple[NDArray[np.uint32], bool]:
+        return connected(self.positions, self.triangles)
 
 
 def _array(name: str, value: Any) -> Numbers:

@@ -9,12 +9,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import LIGHTS, Light
 from glshadow.core.setting import Settings, as_floats, flag, instance, optional, refuse, setting, several, shown, text
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError
+from glshadow.lights import Light, as_lights
 from glshadow.scene import summary
 from glshadow.scene.box import box_corners, check_place, default_camera, default_sun
 from glshadow.scene.mesh import Material, Mesh
@@ -62,7 +63,7 @@ class Node(Settings):
     @property
     def label(self) -> str:
         """What messages call it."""
-        return f"Node {shown(self.name)}"
+        return f"Node {shown(self.name)}" if isinstance(self.name, str) else "Node"
 
 
 def _nodes(name: str, value: Any) -> tuple[Node, ...]:
@@ -117,7 +118,7 @@ class Scene(Settings):
 
     nodes: tuple[Node, ...] = setting(_nodes, help="what is drawn")
     camera: Camera = setting(optional(instance(Camera), "frames the scene"), None, help="the eye")
-    lights: tuple[Light, ...] = setting(optional(LIGHTS, "one sun"), None, help="what lights it")
+    lights: tuple[Light, ...] = setting(optional(as_lights, "one sun"), None, help="what lights it")
     name: str = setting(text(), "scene", help="what messages and files call it")
 
     __repr__ = summary.scene_line
@@ -137,15 +138,22 @@ class Scene(Settings):
             object.__setattr__(self, "lights", (default_sun(),))
 
     @cached_property
+    def drawn(self) -> NDArray[np.int64]:
+        """(N,) which nodes have triangles."""
+        counts = np.fromiter((len(node.mesh.triangles) for node in self.nodes), dtype=np.int64, count=len(self.nodes))
+        return np.flatnonzero(counts)
+
+    @cached_property
     def boxes(self) -> tuple[Array, Array]:
         """Mesh bounds (N, 2, 3) and world_from_mesh (N, 4, 4) of all nodes that have triangles."""
-        nodes = [node for node in self.nodes if len(node.mesh.triangles)]
-        return np.stack([node.mesh.bounds for node in nodes]), np.stack([node.world_from_mesh for node in nodes])
+        nodes = [self.nodes[i] for i in self.drawn.tolist()]
+        bounds = np.concatenate([node.mesh.bounds for node in nodes]).reshape(-1, 2, 3)
+        return bounds, np.concatenate([node.world_from_mesh for node in nodes]).reshape(-1, 4, 4)
 
     @cached_property
     def bounds(self) -> Array:
         """(2, 3) least and greatest world corner of the model: of all nodes' boxes but a ground's, unless there is nothing else."""
-        model = [not node.ground for node in self.nodes if len(node.mesh.triangles)]
+        model = [not self.nodes[i].ground for i in self.drawn.tolist()]
         return self.extent if all(model) or not any(model) else _around(self.corners[model])
 
     @cached_property
@@ -172,9 +180,9 @@ class Scene(Settings):
         """
         if not isinstance(matrices, Mapping):
             raise SceneError(f"moved needs a mapping from node names to matrices, got {shown(matrices)}")
-        unknown = set(matrices) - {node.name for node in self.nodes}
-        if unknown:
-            known = ", ".join(sorted({node.name for node in self.nodes})[:8])
+        names = {node.name for node in self.nodes}
+        if unknown := set(matrices) - names:
+            known = ", ".join(sorted(names)[:8])
             raise SceneError(f"no node is named {', '.join(sorted(map(shown, unknown)))}; the scene has: {known}")
         nodes = tuple(
             replace(node, world_from_mesh=matrices[node.name]) if node.name in matrices else node for node in self.nodes
@@ -204,7 +212,8 @@ class Scene(Settings):
 
 
 def _around(corners: Array) -> Array:
-    return np.stack([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
+    columns = [corners[..., axis] for axis in range(3)]  # numpy reduces columns much faster than rows of three
+    return np.array([[c.min() for c in columns], [c.max() for c in columns]])
 
 
 def _lowest(node: Node) -> float:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, SpotLight
 from glshadow.core.setting import flag, number, whole
 from glshadow.core.spaces import translation
+from glshadow.lights import DirectionalLight, SpotLight
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes

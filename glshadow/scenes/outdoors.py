@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight
 from glshadow.core.spaces import Array, translation
+from glshadow.lights import DirectionalLight
 from glshadow.scene.mesh import Material, Mesh
 from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import SpotLight
 from glshadow.core.spaces import translation
+from glshadow.lights import SpotLight
 from glshadow.scene.mesh import Material, Mesh
 from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes

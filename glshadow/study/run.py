@@ -17,14 +17,14 @@ from typing import Any
 import numpy as np
 
 from glshadow.arguments import USUAL_SIZE, as_scene, picture_arguments
-from glshadow.core.area import traced_points
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import DirectionalLight, Light, Lights
 from glshadow.core.setting import as_path, optional, refuse, whole
 from glshadow.errors import SettingsError
 from glshadow.frame import Frame
 from glshadow.gl.driver.context import Backend
 from glshadow.inline import notebook_bar
+from glshadow.journal import Journal
+from glshadow.lights import Light, Lights, traced_points
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
 from glshadow.scene.nodes import Scene
@@ -32,9 +32,9 @@ from glshadow.scoring.error import Measurement, measure
 from glshadow.scoring.score import Score
 from glshadow.shadows.filters import Pcf
 from glshadow.shadows.shadow import Shadow
+from glshadow.study.fingerprint import fingerprint, result_key
 from glshadow.study.floor import FLOOR_RESOLUTION, Floor
 from glshadow.study.grid import setting_name
-from glshadow.study.journal import Journal, fingerprint, result_key
 from glshadow.study.machine import machine
 from glshadow.study.pictures import Panel, panel
 from glshadow.study.remembered import RememberedTruth
@@ -209,11 +209,5 @@ def _map_of(shadow: Shadow) -> tuple[int, str, str, str]:
 
 def _moved(light: Light, k: int, scene: Scene) -> Light:
     """The light at round k."""
-    if isinstance(light, DirectionalLight):
-        direction = np.asarray(light.direction)
-        across = np.cross(direction, np.eye(3)[np.abs(direction).argmin()])
-        x, y, z = direction + STEP_RAD * k * across / np.linalg.norm(across)
-        return replace(light, direction=(float(x), float(y), float(z)))
     low, high = scene.extent
-    step = 0.1 * STEP_RAD * k * float(np.linalg.norm(high - low))
-    return replace(light, position=(light.position[0], light.position[1] + step, light.position[2]))
+    return light.nudged(STEP_RAD * k, 0.1 * STEP_RAD * k * float(np.linalg.norm(high - low)))

@@ -9,8 +9,8 @@ from typing import Any
 
 from glshadow.arguments import USUAL_SIZE
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Lights
 from glshadow.gl.driver.context import Backend
+from glshadow.lights import Lights
 from glshadow.shadows.shadow import Shadow
 from glshadow.study.grid import DEFAULT, Grid, settings_of
 from glshadow.study.pictures import Panel

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.area import traced_points
 from glshadow.frame import Frame
 from glshadow.gl.driver.context import Backend
+from glshadow.lights import traced_points
 from glshadow.overlay import overlay, required_outputs
 from glshadow.reference.trace import trace
 from glshadow.reference.truth import Truth

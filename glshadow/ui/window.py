@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from glshadow.arguments import USUAL_SIZE, as_scene, pixels
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Lights
 from glshadow.errors import ContextError, GlshadowError, SettingsError
 from glshadow.gl.driver.present import Presenter, window_context
+from glshadow.lights import Lights
 from glshadow.ui.controls import HELP, Controls, landscapes
 from glshadow.ui.showing import Showing
 from glshadow.ui.viewer import ASKING, View, Viewer

@@ -23,7 +23,7 @@ from frame import MODELS, SIZE, models_in
 
 import glshadow as gs
 from glshadow.scoring.score import Outcome
-from glshadow.study.formats import RANGES, foot_gap
+from glshadow.study.formats import PROBES, foot_gap
 
 MAPS = {"2048": gs.Shadow(filter=gs.Pcf(1)), "4096": gs.Shadow(resolution=4096)}
 COLUMNS = ("counted", "wrong", "edge", "acne", "leak", "grain", "mean", "none", "ratio")
@@ -120,7 +120,7 @@ def formats() -> list[dict[str, Any]]:
     click.echo("\ngap at a wall's foot     step mm  predicted mm  measured mm  measured / predicted")
     rows = []
     with gs.Renderer() as renderer:
-        for light, target in ((light, target) for light, targets in RANGES.items() for target in targets):
+        for light, target in ((light, target) for light, (_, spans) in PROBES.items() for target in spans):
             gap = foot_gap(renderer, light, target)
             ratio = gap.measured / gap.predicted
             rows.append({**asdict(gap), "target": target.value, "ratio": ratio})

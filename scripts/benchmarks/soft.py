@@ -19,7 +19,6 @@ from frame import SIZE, turned_sun
 from sections import Scenes, command
 
 import glshadow as gs
-from glshadow.core.area import hard_lights
 from glshadow.gl.techniques.area import Area
 from glshadow.reference.points import count_points
 
@@ -212,7 +211,7 @@ def measure_frames(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[st
                 start = time.perf_counter()
                 renderer.render(scene, None, [sun], SIZE, outputs=("image",), samples=1)
                 middle = time.perf_counter()
-                for point in hard_lights(sun, 64):
+                for point in sun.hard_lights(64):
                     hard.render(scene, None, [point], SIZE, outputs=("image",), samples=1)
                 end = time.perf_counter()
                 if k >= 0:
@@ -263,7 +262,7 @@ def measure_embree(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[st
         rows = (share > 0.0) & (share < 1.0)
         points, own = truth.position[rows] - truth.rays.origin, frame.triangle[rows]
         aims = np.array(
-            [-np.asarray(point.direction) for point in hard_lights(sun, 64) if isinstance(point, gs.DirectionalLight)]
+            [-np.asarray(point.direction) for point in sun.hard_lights(64) if isinstance(point, gs.DirectionalLight)]
         )
         aims /= np.linalg.norm(aims, axis=1, keepdims=True)
         starts, owns = np.repeat(points, 64, axis=0), np.repeat(own, 64)

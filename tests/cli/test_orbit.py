@@ -67,6 +67,17 @@ def test_another_request_makes_all_anew(more: str) -> None:
     assert made("--orbit", "2", "-o", "v{}.png", *options) == [False] * 2
 
 
+def test_another_cookie_is_another_request(folder: Path) -> None:
+    """Of the same size, other in its middle alone: both print alike."""
+    request = ("--orbit", "1", "-o", "v{}.png", "--light", "sun:0,-1,0:cookie=c.png")
+    for shade in (40, 200):
+        pixels = np.full((32, 32, 3), 90, np.uint8)
+        pixels[8:24, 8:24] = shade
+        image.write(folder / "c.png", pixels)
+        assert made(*request) == [True]
+    assert made(*request) == [False]
+
+
 def test_an_interrupted_command_goes_on(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     save, count = gs.Frame.save, [0]
 

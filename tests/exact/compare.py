@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import Light
 from glshadow.derive.lists import distance_bound
 from glshadow.frame import Frame
+from glshadow.lights import Light
 from glshadow.reference.aimed import AimedLight
 from glshadow.reference.trace import trace
 from glshadow.reference.truth import Truth

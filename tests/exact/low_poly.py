@@ -6,8 +6,8 @@ import numpy as np
 
 import glshadow as gs
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array
+from glshadow.lights import Light
 from glshadow.scene.mesh import Material, Mesh
 from glshadow.scene.nodes import Node, Scene
 

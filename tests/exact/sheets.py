@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array, transform
+from glshadow.lights import Light
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes.shapes import Solid

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.errors import ContextError
 from glshadow.gl.driver.entry_points import EntryPoints
 from glshadow.gl.driver.state import read_state
+from glshadow.lights import Light
 from glshadow.renderer import Renderer
 from glshadow.scene.nodes import Node, Scene
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array, translation
+from glshadow.lights import Light
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 from glshadow.scene.nodes import Node, Scene

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array
+from glshadow.lights import Light
 from glshadow.renderer import Renderer
 from glshadow.scene.nodes import Scene
 from glshadow.scenes import analytic

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.core.spaces import translation
 from glshadow.derive.lists import CELLS, LEAST_CELLS
 from glshadow.gl.techniques.cells import CellLists
+from glshadow.lights import Light
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene
@@ -211,7 +211,8 @@ def test_lists_that_are_too_small_grow(
     monkeypatch.setattr(CellLists, "reserve", tight)
     with Renderer("egl") as renderer:
         frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",), samples=1)
-        assert renderer._store.sources[0, "Listed"].grid.cells == CELLS[renderer._store.sources[0, "Listed"].grid.kind]
+        grid = renderer._store.sources[0, "Listed"].grid
+        assert grid.cells == CELLS[grid.projection]
     assert len(sizes) == 2, "grown once, to what was needed"
     assert sizes[1] >= LINK_BYTES * expected[name][1]
     np.testing.assert_array_equal(frame.visibility, expected[name][0])
@@ -228,7 +229,7 @@ def test_lists_that_cannot_grow_get_a_coarser_grid(
         limited(renderer, expected[name][1] // 2)
         frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",), samples=1)
         grid = renderer._store.sources[0, "Listed"].grid
-        assert LEAST_CELLS <= grid.cells < CELLS[grid.kind]
+        assert LEAST_CELLS <= grid.cells < CELLS[grid.projection]
     assert 0 < frame.used[0].links <= expected[name][1] // 2
     np.testing.assert_array_equal(frame.visibility, expected[name][0])
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import glshadow as gs
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
+from glshadow.lights import Light
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene

@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.area import hard_lights
-from glshadow.core.lights import Light
 from glshadow.core.spaces import translation
 from glshadow.gl.resources import Store
 from glshadow.gl.techniques.grown import Grown
 from glshadow.gl.techniques.listed import Listed
+from glshadow.lights import Light
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 from glshadow.scene.nodes import Node, Scene
@@ -239,7 +238,7 @@ def test_a_size_whose_lists_do_not_fit_is_asked_point_by_point(
     light = replace(SIZED[name], shadow=gs.Shadow(filter=gs.Exact(light_samples=16)))
     with Renderer("egl") as renderer:
         frame = renderer.render(scene, None, [light], SIZE, samples=1)
-        expected = mean_of(renderer, scene, hard_lights(light, 16), gs.Shadow(filter=gs.Exact()))
+        expected = mean_of(renderer, scene, light.hard_lights(16), gs.Shadow(filter=gs.Exact()))
         again = renderer.render(scene, None, [light], SIZE, samples=1)
     used = frame.used[0]
     assert used.filter == light.shadow.filter
@@ -259,7 +258,7 @@ def test_a_size_without_any_lists_is_that_of_as_many_maps(
     """Also where only the lists of a point that comes late do not fit; and it is no error but where lists were asked for by name."""
     monkeypatch.setattr(shadow_module, "RESOLUTION", 128)
     light = SIZED["lamp"]
-    last = hard_lights(light, 64)[-1].position  # type: ignore[union-attr]
+    last = light.hard_lights(64)[-1].position  # type: ignore[union-attr]
     refuse(
         lambda light: (
             isinstance(light, gs.PointLight) and (which == "all points" or light.radius or light.position == last)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.panel import panel_factor
 from glshadow.core.sample_patterns import hemisphere, square
 from glshadow.reference.points import count_points
 from glshadow.scenes import shapes
@@ -37,7 +36,7 @@ def test_under_the_middle_of_a_panel(width: float, height: float, away: float) -
     x, y = 0.5 * width / away, 0.5 * height / away
     a, b = np.sqrt(1.0 + x * x), np.sqrt(1.0 + y * y)
     exact = 4.0 / (2.0 * np.pi) * (x / a * np.arctan(y / a) + y / b * np.arctan(x / b))
-    factor, above = panel_factor(light, np.zeros((1, 3)), np.array([[0.0, 1.0, 0.0]]))
+    factor, above = light.form_factor(np.zeros((1, 3)), np.array([[0.0, 1.0, 0.0]]))
     np.testing.assert_allclose(factor, exact, rtol=1e-12)
     assert above == 1.0
 
@@ -47,7 +46,7 @@ def test_factors_are_those_of_many_points(rng: np.random.Generator) -> None:
     points = rng.uniform(-3.0, 3.0, (40, 3))
     normals = rng.normal(size=(40, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    factor, above = panel_factor(PANEL, points, normals)
+    factor, above = PANEL.form_factor(points, normals)
     forward = np.asarray(PANEL.direction)
     right = np.cross(forward, PANEL.up)
     right /= np.linalg.norm(right)
@@ -69,7 +68,7 @@ def test_a_picture_has_these_factors(renderer: gs.Renderer) -> None:
     light = replace(PANEL, shadow=None)
     frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, ambient=0.0, samples=1)
     known = frame.triangle >= 0
-    factor, _ = panel_factor(light, frame.position[known], frame.normal[known].astype(np.float64))
+    factor, _ = light.form_factor(frame.position[known], frame.normal[known].astype(np.float64))
     colors = np.array([node.mesh.material.color[:3] for node in scene.nodes])
     first = np.cumsum([0] + [len(node.mesh.triangles) for node in scene.nodes])
     node = np.searchsorted(first, frame.triangle[known], side="right") - 1
@@ -84,7 +83,7 @@ def test_its_shadow_is_that_of_rays(renderer: gs.Renderer) -> None:
     frame = renderer.render(scene, None, [PANEL], SIZE, outputs=OUTPUTS, samples=1)
     expected = count_points(gs.trace(scene, None, [PANEL], SIZE, surface=frame.triangle, samples=1), PANEL, 64)
     known = ~np.isnan(expected)
-    factor, _ = panel_factor(PANEL, frame.position[known], frame.normal[known].astype(np.float64))
+    factor, _ = PANEL.form_factor(frame.position[known], frame.normal[known].astype(np.float64))
     gap = np.abs(frame.visibility[0] * 64.0 - expected)[known]
     # an edge passes a pixel nearer than float32 tells
     assert (gap[factor > 0.0] > 1.5).sum() <= 3

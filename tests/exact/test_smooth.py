@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SpotLight
+from glshadow.lights import DirectionalLight, PointLight, RectLight, SpotLight
 from glshadow.reference.points import count_points
 from glshadow.reference.trace import trace
 from glshadow.scene.mesh import Mesh

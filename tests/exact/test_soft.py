@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.area import hard_lights
 from glshadow.reference.points import count_points
 from glshadow.scenes import shapes
 
@@ -129,7 +128,7 @@ def test_lights_too_large_are_asked_one_point_after_another(
 def test_chosen_faces_are_asked_one_point_after_another(renderer: gs.Renderer, scene: gs.Scene) -> None:
     light = replace(LIGHTS["sun"], shadow=gs.Shadow(faces=gs.Faces.BACK))
     frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
-    points = hard_lights(light, 64)
+    points = light.hard_lights(64)
     frames = [
         renderer.render(scene, None, [point], SIZE, outputs=("visibility",), samples=1).visibility[0]
         for point in points

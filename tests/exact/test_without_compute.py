@@ -15,10 +15,10 @@ import pytest
 from numpy.typing import NDArray
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array, translation
 from glshadow.derive.lists import RATIO, ListGrid
 from glshadow.gl.techniques import Listed, Source, Uploaded, uploaded
+from glshadow.lights import Light
 from glshadow.reference.points import count_points
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import Mesh
@@ -217,7 +217,7 @@ def lists_of(renderer: Renderer) -> tuple[ListGrid, NDArray[np.float32], Walked]
 
 def touches(grid: ListGrid, corners: Array, x: NDArray[np.int64], y: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Whether triangles (N, 3, 3) of a face, all of them before the light, overlap its fine cells (x, y): no axis separates them."""
-    depth = np.ones(corners.shape[:2]) if grid.kind == "directional" else -corners[..., 2]
+    depth = np.ones(corners.shape[:2]) if grid.projection == "orthographic" else -corners[..., 2]
     scale = np.array(grid.cells_from_window)
     place = corners[..., :2] / depth[..., None] * scale[:2] + scale[2:] - np.stack([x, y], axis=1)[:, None]
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -262,10 +262,12 @@ def test_lists_hold_what_those_of_the_gpu_hold(
         # of a coarse cell, some fine one
         x, y = (scale * at + rng.integers(0, scale, len(at)) for at in (x, y))
         corners = facets[triangle, :, :3].astype(np.float64)
-        if grid.kind == "point":
+        if grid.projection == "cube":
             corners = np.einsum("nij,nkj->nki", FACES[face], corners)
         before = (
-            (corners[..., 2] < 0.0).all(axis=1) if grid.kind != "directional" else np.ones(len(corners), dtype=bool)
+            (corners[..., 2] < 0.0).all(axis=1)
+            if grid.projection != "orthographic"
+            else np.ones(len(corners), dtype=bool)
         )
         rows = np.flatnonzero(before)
         needed = rows[touches(grid, corners[rows], x[rows], y[rows])]

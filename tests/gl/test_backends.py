@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 from glshadow import scenes as builtin
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.errors import ContextError
 from glshadow.frame import Frame
 from glshadow.gl.driver.backends import OSMESA_LIBRARIES
 from glshadow.gl.driver.current import current
 from glshadow.gl.driver.entry_points import EntryPoints
 from glshadow.gl.driver.state import read_state
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.renderer import Renderer
 from glshadow.scene.nodes import Scene
 from glshadow.shadows.fits import SceneFit

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.lights import to_light
 from glshadow.core.spaces import Array, project
 from glshadow.frame import Frame
 from glshadow.geometry.ranges import view_depth
@@ -113,7 +112,7 @@ def test_exact_shadows_are_those_of_rays(renderer: Renderer, courtyard: gs.Scene
     wrong = asked & (np.abs(frame.visibility[0] - truth.visibility[0]) > 0.5)
     # nobody can tell closer to an edge than float32 holds a point of a scene of 20 x 20
     # on a smooth mesh a facet that is turned away hides points over it along lines as flat as this: 16 bits of a normal move their ends
-    towards, _ = to_light(lit[0], truth.position)
+    towards, _ = lit[0].to_light(truth.position)
     turned = (truth.normal * towards).sum(axis=-1) < 0.01
     assert not (wrong & ~turned & ~truth.near_edge(0, POSITION_ROUNDINGS * UNIT * 20.0, wrong)).any()
     assert wrong.sum() <= 2

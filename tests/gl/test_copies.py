@@ -11,6 +11,8 @@ import pytest
 import glshadow as gs
 from glshadow.core.spaces import translation
 from glshadow.frame import Frame
+from glshadow.geometry.adjacency import NONE
+from glshadow.gl.scene.meshes import Shape
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 from glshadow.scene.nodes import Node, Scene
@@ -107,3 +109,18 @@ def test_meshes_of_the_same_arrays_share_buffers_and_textures() -> None:
             alone = drawn(renderer, first)
         assert position.size > 0  # not freed: the other one shows it
         assert alone.image.any()
+
+
+def test_neighbours_are_those_of_the_positions_that_are_drawn() -> None:
+    """float32 brings together what float64 keeps apart: a crack of 1e-12 is none on the GPU, and the mesh is open all the same."""
+    positions, triangles = shapes.box((1.0, 1.0, 1.0))
+    apart = positions[triangles].reshape(-1, 3)
+    apart[:3] += 1e-12
+    corners = np.arange(len(apart)).reshape(-1, 3)
+    whole, cracked = Mesh(positions[triangles].reshape(-1, 3), corners), Mesh(apart, corners)
+    assert (cracked.neighbours == NONE).any()
+    with Renderer("egl") as renderer, renderer._context.drawing():
+        shape = Shape(renderer._context, cracked)
+        np.testing.assert_array_equal(shape.neighbours, whole.neighbours)
+        assert not shape.closed
+        shape.release()

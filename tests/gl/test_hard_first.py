@@ -14,9 +14,9 @@ from scipy.spatial import cKDTree
 
 from glshadow import scenes as builtin
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 from glshadow.core.spaces import Array
 from glshadow.frame import Frame
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.renderer import Renderer
 from glshadow.scene.nodes import Scene
 from glshadow.shadows.filters import Filter, Hard
@@ -102,7 +102,7 @@ def test_empty_plane(
     frame = renderer.render(plane, PLANE_VIEWS[view], [light], SIZE, outputs=("visibility", "depth"), samples=1)
     points, hit = positions(frame)
     points[..., 1] = 0.0
-    cosine = to_light(light, points)[0][..., 1]
+    cosine = light.to_light(points)[0][..., 1]
     counted = hit & (cosine > 0.0)
     assert counted.sum() > 4000
     assert_lit(frame, counted)
@@ -146,7 +146,7 @@ class Facets:
     def facing(self, view: str, points: Array, light: Light) -> Array:
         """Which points (N,) lie on facets that face the light; on an edge both must."""
         normals, own = self._around(view, points)
-        cosine = np.einsum("nki,ni->nk", normals, to_light(light, points)[0])
+        cosine = np.einsum("nki,ni->nk", normals, light.to_light(points)[0])
         return np.where(own, cosine > 1e-6, True).all(axis=1)  # float32 rounds N.L by that much
 
 

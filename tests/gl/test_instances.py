@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.spaces import translation
+from glshadow.core.spaces import transform, translation
+from glshadow.geometry.adjacency import NONE
 from glshadow.gl.scene import drawing, runs
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
@@ -65,3 +66,24 @@ def test_a_small_texture_buffer_takes_several_draws() -> None:
         again = renderer.render(scene, size=(160, 100), outputs=("triangle", "image"), samples=1)
     np.testing.assert_array_equal(again.triangle, expected.triangle)
     np.testing.assert_array_equal(again.image, expected.image)
+
+
+def test_what_is_computed_of_many_nodes_together_is_that_of_each() -> None:
+    """Planes and neighbours, of meshes of as many triangles, of more, and of instances between them, against each node's own float64."""
+    scene = crowds()
+    with Renderer("egl") as renderer:
+        renderer.render(scene, size=(16, 16), samples=1)
+        gpu = renderer._store.scene.thing
+        with renderer._context.drawing():
+            planes = np.frombuffer(gpu.planes.buffer.read(), np.float32).reshape(-1, 4)
+            across = np.frombuffer(gpu.world.neighbours.buffer.read(), np.uint32).reshape(-1, 4)[:, :3]
+    for node, first in zip(gpu.nodes, gpu.first.tolist(), strict=True):
+        rows = slice(first, first + len(node.mesh.triangles))
+        a, b, c = (transform(node.world_from_mesh, node.mesh.positions[node.mesh.triangles[:, k]]) for k in range(3))
+        normal = np.cross(b - a, c - a) * np.sign(np.linalg.det(node.world_from_mesh[:3, :3]))
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        expected = np.column_stack([normal, (normal * (a - gpu.origin)).sum(axis=1)])
+        # vertices are float32: a unit in the last place of 0.4 over edges of 0.2, and of places up to 20
+        np.testing.assert_allclose(planes[rows], expected, atol=2e-6)
+        own = node.mesh.neighbours
+        np.testing.assert_array_equal(across[rows], np.where(own == NONE, NONE, own + np.uint32(first)))

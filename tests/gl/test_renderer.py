@@ -13,11 +13,11 @@ import pytest
 from glshadow import image
 from glshadow import scenes as builtin
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 from glshadow.core.outputs import NAMES as OUTPUTS
 from glshadow.core.spaces import CLIP_SPACES, Array, translation
 from glshadow.errors import GlshadowError, GlshadowWarning, MissingOutput, SceneError, SettingsError
 from glshadow.frame import Frame, decoded
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.once import render
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
@@ -206,7 +206,7 @@ def test_unlit_side_is_dark(renderer: Renderer) -> None:
         assert frame.linear is not None
         hit = np.isfinite(frame.depth)
         points = np.asarray(frame.camera.position) + pixel_rays(frame.camera, SIZE)[hit] * frame.depth[hit][:, None]
-        cosine = (points / np.linalg.norm(points, axis=1, keepdims=True) * to_light(light, points)[0]).sum(axis=1)
+        cosine = (points / np.linalg.norm(points, axis=1, keepdims=True) * light.to_light(points)[0]).sum(axis=1)
         away = cosine < -0.02  # a facet's normal is within a degree of the radius
         assert away.any()
         assert (frame.visibility[0][hit][away] == 0.0).all()
@@ -325,7 +325,7 @@ def test_cone_range_and_falloff_are_intensity(renderer: Renderer) -> None:
     surface = np.isfinite(frame.depth)
     assert np.nanmin(frame.visibility) > 1.0 - WEIGHT  # outside the cone no caster is known
     points = np.asarray(ABOVE.position) + pixel_rays(ABOVE, SIZE)[surface] * frame.depth[surface][:, None].astype(float)
-    towards, distance = to_light(light, points)
+    towards, distance = light.to_light(points)
     inner, outer = np.cos(np.radians([10.0, 30.0]))
     x = np.clip((towards[:, 1] - outer) / (inner - outer), 0.0, 1.0)
     window = np.maximum(1.0 - (distance / 3.3) ** 4, 0.0) ** 2

@@ -14,9 +14,9 @@ import pytest
 
 from glshadow import scenes as builtin
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import translation
 from glshadow.errors import ResourceError, SettingsError
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.core.sampling import SAMPLES
 from glshadow.core.srgb import linear_from_srgb
+from glshadow.lights import Light
 from glshadow.scenes import shapes
 
 from ..exact.test_casters import LIGHTS as LEAF_LIGHTS

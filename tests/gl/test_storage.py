@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import CLIP_SPACES, Array, ClipSpace
 from glshadow.errors import SettingsError
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene
@@ -68,7 +68,7 @@ def stored_bounds(renderer: Renderer, light: Light, clip: ClipSpace, target: Tar
     assert used.target is target
     assert used.fallbacks == ()
     assert frame.shadow_maps is not None
-    kind = used.views[0].kind
+    kind = used.views[0].projection
     allowed = precision(RESOLUTION, kind != "directional", 10.0)
     twin = model.cast(used.views, triangles, target, precision=allowed)
     low, high = (np.stack(side) for side in zip(*(twin.tile(i) for i in range(len(used.views))), strict=True))

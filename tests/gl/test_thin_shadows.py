@@ -11,9 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.gl.techniques.edges import Edges
 from glshadow.gl.techniques.mapped import Mapped
+from glshadow.lights import Light
 from glshadow.scenes import shapes
 
 from ..exact.test_casters import LIGHTS as LEAF_LIGHTS

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 from glshadow.core.spaces import CLIP_SPACES, Array, ClipSpace
 from glshadow.frame import Frame
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene
@@ -136,11 +136,11 @@ def _check(
     seen = frame.visibility[0].astype(np.float64)
     points, normals, certain = surface(frame, hits)
     assert certain.mean() > 0.6
-    cosine = (normals * to_light(light, points)[0]).sum(axis=-1)
+    cosine = (normals * light.to_light(points)[0]).sum(axis=-1)
     assert (seen[certain & (cosine < -1e-6)] == 0.0).all()
     asked = certain & (cosine > 1e-4)
     assert not np.isnan(seen[asked]).any()
-    allowed = precision(used.views[0].resolution, used.views[0].kind != "directional", REACH)
+    allowed = precision(used.views[0].resolution, used.views[0].projection != "orthographic", REACH)
     if used.target is DEPTH and used.clip == ClipSpace(True, reversed=True):
         # floats round relative to their size, and 0 is far: what is stored bounds the error
         allowed = replace(allowed, stored=allowed.stored * float(frame.shadow_maps[0].max()))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import analytic, shapes

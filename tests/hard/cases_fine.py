@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.spaces import Array
+from glshadow.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.scenes import analytic
 
 from .registry import AS_DEFAULT, Case, Picture, crease, overhead, picture_of, sun_direction

@@ -9,8 +9,8 @@ from enum import Enum
 import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array, ClipSpace
+from glshadow.lights import Light
 from glshadow.scene.nodes import Scene
 from glshadow.scenes.analytic import AnalyticScene
 from glshadow.shadows.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, SlopeScaledBias

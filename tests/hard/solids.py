@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array
+from glshadow.lights import Light
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes

@@ -10,8 +10,8 @@ from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight
 from glshadow.core.spaces import Array, transform, translation
+from glshadow.lights import DirectionalLight, Light, PointLight
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from glshadow.core.lights import DirectionalLight
 from glshadow.errors import GlshadowWarning
 from glshadow.io.load import load
+from glshadow.lights import DirectionalLight
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
 from glshadow.scoring.error import measure

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.spaces import Array
 from glshadow.errors import ResourceError, SceneError, SettingsError
+from glshadow.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import Mesh

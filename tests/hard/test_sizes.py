@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from glshadow.core.lights import DirectionalLight, SpotLight
 from glshadow.core.spaces import Array, ClipSpace
 from glshadow.frame import Frame
+from glshadow.lights import DirectionalLight, SpotLight
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
 from glshadow.scenes import analytic

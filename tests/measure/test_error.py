@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from glshadow import scenes as builtin
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.errors import SettingsError
+from glshadow.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.reference import trace
 from glshadow.renderer import Renderer
 from glshadow.scoring import measure

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from glshadow import scenes as builtin
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight
+from glshadow.lights import DirectionalLight, Light, PointLight
 from glshadow.reference import trace
 from glshadow.scene.nodes import Scene
 

@@ -9,8 +9,8 @@ import pytest
 
 from glshadow import scenes as builtin
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight, to_light
 from glshadow.errors import ReferenceUnavailable, SettingsError
+from glshadow.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.reference import trace
 from glshadow.reference.rays import PLANE_BOUND, Rays, world_positions
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
@@ -29,7 +29,7 @@ def settled(built, truth, distance):
     seen = truth.triangle >= 0
     points, normals = truth.position[seen], truth.shading[seen]
     exact = built.exact(points, normals)
-    towards, _ = to_light(built.scene.lights[0], points)
+    towards, _ = built.scene.lights[0].to_light(points)
     cosine = (towards * normals).sum(axis=1)
     sure = np.abs(cosine) > 1e-6
     u = np.cross(towards, np.eye(3)[np.abs(towards).argmin(axis=1)])

@@ -12,8 +12,8 @@ import trimesh
 
 from glshadow import scenes as builtin
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight
 from glshadow.errors import SettingsError
+from glshadow.lights import DirectionalLight
 from glshadow.scenes import shapes
 
 MODELS = Path(os.environ.get("GLSHADOW_MODELS", Path(__file__).parents[3] / "shared" / "models"))

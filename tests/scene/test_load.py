@@ -12,10 +12,10 @@ import pytest
 import trimesh
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.core.spaces import orthographic
 from glshadow.errors import GlshadowWarning, SceneError, SettingsError
 from glshadow.io.load import load
+from glshadow.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.scene.box import default_sun
 from glshadow.scene.mesh import AlphaMode
 from glshadow.scene.nodes import Scene

@@ -12,10 +12,10 @@ import pytest
 import trimesh
 
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.lights import DirectionalLight
 from glshadow.core.spaces import Array, translation
 from glshadow.errors import GlshadowWarning, SceneError
 from glshadow.io.load import load
+from glshadow.lights import DirectionalLight
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import AlphaMode, Material, Mesh

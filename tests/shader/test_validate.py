@@ -29,7 +29,7 @@ def of(dialect: str, body: str, stage: str = "frag") -> dict[str, Variant]:
     return {heads[dialect] + body: Variant(f"pass/forward.{stage}", dialect, OPEN, {})}
 
 
-OPEN = {"light": "light/sun.glsl", "shadow": "receiver/open.glsl"}
+OPEN = {"light": "light/directional.glsl", "shadow": "receiver/open.glsl"}
 
 
 @pytest.mark.parametrize(

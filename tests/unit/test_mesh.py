@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import PointLight
 from glshadow.core.spaces import Array, perspective, project, translation
 from glshadow.errors import SceneError
 from glshadow.geometry.welding import welded
+from glshadow.lights import PointLight
 from glshadow.scene.box import box_corners, default_camera, default_sun
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene

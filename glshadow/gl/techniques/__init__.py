@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from glshadow.core.area import has_size
-from glshadow.core.lights import Light, SkyLight
 from glshadow.derive.resolved import settle
 from glshadow.derive.used import Used
 from glshadow.errors import ResourceError
@@ -21,6 +19,7 @@ from glshadow.gl.techniques.mapped import Mapped
 from glshadow.gl.techniques.prefiltered import Prefiltered
 from glshadow.gl.techniques.technique import Source
 from glshadow.gl.techniques.uploaded import Uploaded
+from glshadow.lights import Light
 from glshadow.shadows.filters.filter import Needs
 from glshadow.shadows.shadow import Settled
 
@@ -38,8 +37,8 @@ def source_of(light: Light, shadow: Settled | None, context: GLContext) -> tuple
         Needs.TRIANGLES: Listed if context.caps.compute else Uploaded,
     }
     kind: type[Source] = kinds[shadow.filter.needs]
-    if shadow.filter.points_of_light and has_size(light):
-        if kind is Listed and shadow.asked.faces is None and not isinstance(light, SkyLight):
+    if shadow.filter.points_of_light and light.has_size:
+        if kind is Listed and shadow.asked.faces is None and light.penumbra is not None:
             return "Area", lambda: Area(context)
         return f"{kind.__name__} many times", lambda: Accumulated(context, kind(context), Mapped(context))
     return kind.__name__, lambda: kind(context)

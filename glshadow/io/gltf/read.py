@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from glshadow.core.cameras import Camera, OrthographicCamera, PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.setting import as_float, shown
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
@@ -21,6 +20,7 @@ from glshadow.io.gltf.primitive import Form, Primitives, is_skinned, is_surface
 from glshadow.io.gltf.skin import joint_matrices
 from glshadow.io.imported import WIDEST_CONE, Imported, blended
 from glshadow.io.limits import Budget
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node
 
