@@ -228,6 +228,61 @@ def test_without_root_missing_libraries_are_named(sandbox: Sandbox) -> None:
     assert sandbox.run("render")[0] == 0
 
 
+# -- a bare machine
+
+FAKES = {
+    "debootstrap": """
+        for folder; do [[ $folder == /* ]] && break; done
+        mkdir -p "$folder"/{usr/bin,etc/apt/apt.conf.d}
+        cp "$0" "$folder/usr/bin/python3\"""",
+    "git": "tar -cT /dev/null",
+    "mount": 'echo "mount $*" >> "$FAKE_LOG"',
+    "umount": 'echo "umount $*" >> "$FAKE_LOG"',
+    "mountpoint": "true",
+    "chroot": """
+        echo "run ${@: -1}" >> "$FAKE_LOG"
+        case "$*" in
+            *scripts/render) echo picture > "$1/src/main/courtyard.png" ;;
+            *scripts/test*) echo "$FAKE_COUNTS"; exit "$FAKE_CODE" ;;
+        esac""",
+}
+
+
+@pytest.mark.parametrize(
+    ("counts", "code"),
+    [("5 passed in 1.00s", 0), ("1 failed, 4 passed in 1.00s", 1), ("4 passed, 1 skipped in 1.00s", 0)],
+)
+def test_a_bare_machine_is_unmounted_and_removed_whatever_happens(as_root: Sandbox, counts: str, code: int) -> None:
+    programs = Path(as_root.environment["PATH"].split(":")[0])
+    for name, body in FAKES.items():
+        (programs / name).write_text(f"#!/bin/bash\n{body}\n")
+        (programs / name).chmod(0o755)
+    done = subprocess.run(
+        [as_root.root / "scripts" / "bare", "--all"],
+        env=as_root.environment | {"FAKE_COUNTS": counts, "FAKE_CODE": str(code)},
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
+    )
+    assert done.returncode == (0 if counts.startswith("5") else 1), done.stderr
+    assert counts in done.stderr
+    calls = as_root.calls()
+    (folder,) = {call.split()[-1].removesuffix("/proc") for call in calls if call.endswith("/proc")}
+    assert not Path(folder).exists()
+    made = [call.split()[-1] for call in calls if call.startswith("mount") and "remount" not in call]
+    unmade = [call.split()[-1] for call in calls if call.startswith("umount")]
+    assert made == [f"{folder}/proc", f"{folder}/dev"]
+    assert unmade == made[::-1]
+    assert [call for call in calls if call.startswith("run")] == ["run scripts/render", "run --all"]
+
+
+def test_a_bare_machine_needs_root_and_debootstrap(sandbox: Sandbox) -> None:
+    code, said = sandbox.run("bare")
+    assert code == 1
+    assert "scripts/bare needs root" in said
+
+
 # -- what the wheels need
 
 

@@ -237,9 +237,9 @@ REQUIRED: dict[str, Any] = {
 }  # fmt: skip
 # Made by glshadow, not by its callers; and what raises, names or draws. The renderer's arguments have tests of their own.
 NOT_BUILT = {
-    "AlphaMode", "Camera", "Faces", "Flip", "Frame", "Light", "Renderer", "Score", "Measurement", "ShadowView", "Target", "Truth", "Used", "flip",
+    "AlphaMode", "Camera", "Faces", "Flip", "Frame", "Renderer", "Score", "Measurement", "ShadowView", "Target", "Truth", "Used", "flip",
     "Caster", "Compared", "Comparison", "PyrenderRenderer", "ShadowMap", "Explorer", "compare", "explore", "export_page",
-    "measure", "render", "show", "trace",
+    "measure", "render", "show", "trace", "Light",
 }  # fmt: skip
 
 
