@@ -12,7 +12,7 @@ from pathlib import Path
 
 ELSEWHERE = {
     r"(\.venv/bin/)?(pip|pre-commit) install": "installs: tests/examples/test_wheel.py, and the set-up of every script",
-    r"(apt-get|debootstrap|git|cp|mount|umount|chroot|rm) ": "needs root and a bare machine",
+    r"apt-get ": "needs root; scripts/bare installs all on a bare machine",
     r"scripts/": "set-up comes first: .ci/run calls these",
     r"glshadow view": "needs a screen: tests/examples/test_pages_run.py gives it one",
     r"jupyter ": "a server: tests/view/test_explorer_live.py opens a page of one",
