@@ -6,7 +6,7 @@ import json
 import re
 from pathlib import Path
 
-from scripts.pages import accuracy, declared, exact, hard_cases, means, outdoors, speed, techniques, watertight
+from scripts.pages import accuracy, declared, exact, hard_cases, means, outdoors, peers, speed, techniques, watertight
 from scripts.pages.markdown import Blocks, Part, measured_line
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -20,6 +20,7 @@ PARTS: tuple[Part, ...] = (
     watertight.PART,
     outdoors.PART,
     means.PART,
+    peers.PART,
 )
 """In the order in which they are measured."""
 

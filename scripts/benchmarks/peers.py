@@ -64,8 +64,11 @@ def glshadow_rows(stack: ExitStack, scene: gs.Scene, sun: gs.DirectionalLight) -
 
         return Row(f"glshadow, {name}", draw, lambda k: draw(k, None), visibility, shadow)
 
-    return [row("default (2048, PCF 3 x 3)", gs.Shadow()), row("2048, hard", gs.Shadow(filter=gs.Hard())),
-            row("4096, PCF 3 x 3", gs.Shadow(resolution=4096))]  # fmt: skip
+    return [
+        row("Exact(), the default", gs.Shadow()),
+        row("Pcf(1), 2048", gs.Shadow(filter=gs.Pcf(1))),
+        row("Pcf(1), 4096", gs.Shadow(filter=gs.Pcf(1), resolution=4096)),
+    ]
 
 
 def floor_row(renderer: gs.Renderer, floor: Floor, scene: gs.Scene, sun: gs.DirectionalLight, rounds: range) -> Row:
@@ -79,7 +82,7 @@ def embree_row(scene: gs.Scene, sun: gs.DirectionalLight) -> Row:
     def draw(k: int) -> gs.Truth:
         return gs.trace(scene, None, [turned(sun, k)], SIZE)
 
-    return Row("Embree: gs.trace, one ray", draw, None, lambda: gs.trace(scene, None, [sun], SIZE).visibility[0])
+    return Row("Embree, one ray a pixel (gs.trace)", draw, None, lambda: gs.trace(scene, None, [sun], SIZE).visibility[0])
 
 
 def pyrender_module() -> Any:
@@ -150,9 +153,9 @@ def pyrender_row(scene: gs.Scene, sun: gs.DirectionalLight, resolution: int) -> 
 
     draw(0)  # what does not work shall not work here
     what = "as delivered" if resolution == delivered else "map raised"
-    shadow = gs.Shadow(resolution=resolution)  # its filter too is 3 x 3 bilinear comparisons
+    shadow = gs.Shadow(filter=gs.Pcf(1), resolution=resolution)  # its filter too is 3 x 3 bilinear comparisons
     return Row(
-        f"pyrender {pyrender.__version__}, {what} ({resolution})", draw, lambda k: draw(k, False), visibility, shadow
+        f"pyrender {pyrender.__version__}, {resolution}, {what}", draw, lambda k: draw(k, False), visibility, shadow
     )
 
 
