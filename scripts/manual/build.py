@@ -19,7 +19,7 @@ import glshadow
 from scripts.manual import gallery, reference, sessions
 
 ROOT = Path(__file__).resolve().parents[2]
-GUIDES = ("tutorial", "notebooks", "window", "programs", "pyrender", "page", "batch")
+GUIDES = ("tutorial", "arrays", "notebooks", "window", "programs", "pyrender", "page", "batch")
 """Pages for one who begins, in their order."""
 INVENTORY = "objects.inv"
 """What Sphinx leaves in a folder of its pages: what has none is not replaced."""

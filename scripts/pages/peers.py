@@ -20,4 +20,4 @@ def _blocks(numbers: Numbers) -> Blocks:
     return {"peers": table(("renderer", "time over the floor", "wrong pixels, %", "mean error of visibility"), rows)}
 
 
-PART = Part("peers", ("peers",), _condensed, _blocks)
+PART = Part("peers", ("peers", "--processor-time"), _condensed, _blocks)

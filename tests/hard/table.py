@@ -99,7 +99,7 @@ ELSEWHERE: tuple[Elsewhere, ...] = (
         28, "directions at the pole and of any length", "default, hard, exact", PASS, "test_settings.py", (Hard,)
     ),
     Elsewhere(29, "flat and empty scenes", "default, hard, exact", PASS, "test_settings.py"),
-    Elsewhere(31, EDGE, "traced truth", PASS, "test_sizes.py: penumbra in closed form"),
+    Elsewhere(31, EDGE, "ray-traced reference", PASS, "test_sizes.py: penumbra in closed form"),
     Elsewhere(
         31,
         EDGE,
