@@ -130,7 +130,7 @@ def test_without_arguments_everything_is_checked_first(sandbox: Sandbox) -> None
     ran = [call.split()[1] for call in calls[3:]]
     assert ran[0] == "ruff"
     assert ran[-1] == "pytest"
-    assert {"ruff", "mypy", "codespell_lib", "--check"} <= set(ran)
+    assert {"ruff", "mypy", "codespell_lib", "scripts.words", "--check"} <= set(ran)
     assert calls[-1].startswith("-m pytest -n 2")
 
 

@@ -57,5 +57,5 @@ def default_camera(bounds: Array) -> PerspectiveCamera:
 
 
 def default_sun() -> DirectionalLight:
-    """One white directional light along SUN_DIRECTION. With the default ambient light a level white surface reaches 0.91, one that faces both 1.06."""
+    """One white directional light along SUN_DIRECTION; with the ambient light level white reaches 0.91, white that faces both 1.06."""
     return DirectionalLight(direction=SUN_DIRECTION, intensity=SUN_INTENSITY)
