@@ -134,7 +134,7 @@ def _run_page(page: Path, folder: Path) -> None:
 def _stage(page: Path, target: Path, names: set[str]) -> None:
     """A page as Sphinx reads it: with its pictures, and links to what is built with it."""
     target.parent.mkdir(exist_ok=True)
-    up = "../" if page.parent.name == "docs" else ""
+    up = "" if page.parent == ROOT else "../"
 
     def picture(found: re.Match[str]) -> str:
         name = f"{page.stem}_{Path(found[1]).name}"
