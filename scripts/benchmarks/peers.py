@@ -52,20 +52,23 @@ def turned(light: gs.DirectionalLight, k: int) -> gs.DirectionalLight:
 def glshadow_rows(stack: ExitStack, scene: gs.Scene, sun: gs.DirectionalLight) -> list[Row]:
     """Each with a renderer of its own: one for all would allocate its map anew whenever the resolution changes."""
 
-    def row(name: str, shadow: gs.Shadow) -> Row:
+    def row(name: str, shadow: gs.Shadow, samples: int = 1) -> Row:
         renderer = stack.enter_context(gs.Renderer())
 
         def draw(k: int, shadow: gs.Shadow | None = shadow) -> Any:
-            return renderer.render(scene, None, [replace(turned(sun, k), shadow=shadow)], SIZE, outputs=("image",))
+            light = replace(turned(sun, k), shadow=shadow)
+            return renderer.render(scene, None, [light], SIZE, outputs=("image",), samples=samples)
 
         def visibility() -> NDArray[np.float32]:
             frame = renderer.render(scene, None, [replace(sun, shadow=shadow)], SIZE, outputs=("visibility",))
             return frame.visibility[0]
 
-        return Row(f"glshadow, {name}", draw, lambda k: draw(k, None), visibility, shadow)
+        scored_one = visibility if samples == 1 else None  # the reference has one sample
+        return Row(f"glshadow, {name}", draw, lambda k: draw(k, None), scored_one, shadow)
 
     return [
         row("Exact(), the default", gs.Shadow()),
+        row("Exact(), 4 samples a pixel", gs.Shadow(), samples=4),
         row("Pcf(1), 2048", gs.Shadow(filter=gs.Pcf(1))),
         row("Pcf(1), 4096", gs.Shadow(filter=gs.Pcf(1), resolution=4096)),
     ]
@@ -159,7 +162,11 @@ def pyrender_row(scene: gs.Scene, sun: gs.DirectionalLight, resolution: int) -> 
     what = "as delivered" if resolution == delivered else "map raised"
     shadow = gs.Shadow(filter=gs.Pcf(1), resolution=resolution)  # its filter too is 3 x 3 bilinear comparisons
     return Row(
-        f"pyrender {pyrender.__version__}, {resolution}, {what}", draw, lambda k: draw(k, False), visibility, shadow
+        f"pyrender {pyrender.__version__}, {resolution}, {what}, 4 samples a pixel",
+        draw,
+        lambda k: draw(k, False),
+        visibility,
+        shadow,
     )
 
 
