@@ -9,7 +9,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.core.orbit import orbit
 from glshadow.core.spaces import ClipSpace
 from glshadow.derive.packed import PackedShadow
@@ -25,8 +24,10 @@ from glshadow.errors import (
     ShaderError,
 )
 from glshadow.io.limits import Limits
-from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
-from glshadow.scoring.error import ShadowError, measure  # now: the function must hide the room of its name
+from glshadow.lights import DirectionalLight, Light, PointLight, RectLight, SkyLight, SpotLight
+from glshadow.scene.mesh import AlphaMode, Material, Mesh
+from glshadow.scene.nodes import Node, Scene
+from glshadow.scoring.error import Measurement, measure
 from glshadow.scoring.score import Score
 from glshadow.shadows import filters as _filters
 from glshadow.shadows.bias import (
@@ -48,13 +49,14 @@ if TYPE_CHECKING:
     from glshadow import batch, image, overlay, scenes, study
     from glshadow.derive.used import Used
     from glshadow.frame import Frame
-    from glshadow.gl.foreign import forward, shaders
+    from glshadow.gl.foreign import shaders
     from glshadow.gl.foreign.shaders import Caster, ShadowMap
     from glshadow.io.load import load
     from glshadow.offscreen import PyrenderRenderer
+    from glshadow.once import render
     from glshadow.reference.trace import trace
     from glshadow.reference.truth import Truth
-    from glshadow.renderer import Renderer, render
+    from glshadow.renderer import Renderer
     from glshadow.scoring.flip import Flip, flip
     from glshadow.shadows.view import ShadowView
     from glshadow.ui.compare import Compared, Comparison, compare
@@ -83,13 +85,12 @@ _LAZY = {
     "export_page": "glshadow.web.export",
     "flip": "glshadow.scoring.flip",
     "load": "glshadow.io.load",
-    "render": "glshadow.renderer",
+    "render": "glshadow.once",
     "show": "glshadow.ui.window",
     "trace": "glshadow.reference.trace",
 }
 _MODULES = {
     "batch": "glshadow.batch",
-    "forward": "glshadow.gl.foreign.forward",
     "image": "glshadow.image",
     "overlay": "glshadow.overlay",
     "scenes": "glshadow.scenes",
@@ -135,9 +136,11 @@ __all__ = [
     "GlshadowError",
     "GlshadowWarning",
     "IntrinsicsCamera",
+    "Light",
     "Limits",
     "Lispsm",
     "Material",
+    "Measurement",
     "Mesh",
     "MissingOutput",
     "NoBias",
@@ -160,7 +163,6 @@ __all__ = [
     "SettingsError",
     "ShaderError",
     "Shadow",
-    "ShadowError",
     "ShadowMap",
     "ShadowView",
     "SkyLight",
@@ -176,7 +178,6 @@ __all__ = [
     "explore",
     "export_page",
     "flip",
-    "forward",
     "image",
     "load",
     "measure",

@@ -2,26 +2,63 @@
 
 from __future__ import annotations
 
-from typing import Any, get_args
+from dataclasses import dataclass
+from typing import Any
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import LIGHTS, Light, Lights
+from glshadow.core.outputs import checked_outputs
 from glshadow.core.setting import instance, optional, refuse, several, shown, whole
+from glshadow.derive.look import Look, look_of
 from glshadow.errors import SceneError
-from glshadow.scene.mesh import Scene
+from glshadow.lights import Light, Lights, as_lights
+from glshadow.scene.nodes import Scene
+
+USUAL_SIZE = (1280, 720)
+"""Of an image where nothing is said, pixels."""
 
 LARGEST_SIDE = 1 << 15  # pixels; the driver's own limit is checked when the picture is made
 
 CAMERA = optional(instance(Camera), "the scene's own")
 
 
-def as_scene(source: Any) -> Scene:
-    """A scene as it is, so that what is kept of it stays; of anything else what `load` makes of it."""
-    if isinstance(source, Scene):
+@dataclass(frozen=True, eq=False)
+class FrameRequest:
+    """All that a frame depends on, checked."""
+
+    scene: Scene
+    camera: Camera
+    lights: tuple[Light, ...]
+    size: tuple[int, int]
+    outputs: frozenset[str]
+    look: Look
+
+    def __str__(self) -> str:
+        return f"scene {self.scene.name}, {self.camera}, lights {list(self.lights)}, size {self.size}"
+
+
+def frame_request(
+    scene: Scene,
+    camera: Camera | None,
+    lights: Lights,
+    size: tuple[int, int],
+    outputs: Any,
+    ambient: Any,
+    background: Any,
+    samples: Any,
+) -> FrameRequest:
+    """What `Renderer.render` is given, checked: SettingsError or SceneError."""
+    camera, lights, size = picture_arguments(scene, camera, lights, size)
+    names = frozenset(checked_outputs(outputs))
+    return FrameRequest(scene, camera, lights, size, names, look_of(ambient, background, samples))
+
+
+def as_scene(source: Any, ground: bool | str = False) -> Scene:
+    """A scene itself, so that what is kept of it stays; `load` makes one of anything else. With the ground that `load` describes."""
+    if isinstance(source, Scene) and ground is False:
         return source
     from glshadow.io.load import load  # which takes its time
 
-    return load(source)
+    return load(source, ground=ground)
 
 
 def picture_arguments(
@@ -37,10 +74,8 @@ def picture_arguments(
         If something else is none.
     """
     scene = checked_scene(scene)
-    if isinstance(lights, get_args(Light)):
-        lights = (lights,)
     camera = CAMERA("camera", camera)
-    chosen = scene.lights if lights is None else LIGHTS("lights", lights)
+    chosen = scene.lights if lights is None else as_lights("lights", lights)
     return scene.camera if camera is None else camera, chosen, pixels("size", size)
 
 

@@ -9,12 +9,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from glshadow.core.area import has_size
-from glshadow.core.lights import DirectionalLight, Light, SpotLight, to_light
 from glshadow.core.setting import Settings, number, optional, setting
 from glshadow.core.spaces import Bools
 from glshadow.frame import Frame
-from glshadow.scene.mesh import Scene
+from glshadow.lights import Light
+from glshadow.scene.nodes import Scene
 from glshadow.scoring.error import LEAST_COSINE, WRONG, smooth_pixels
 from glshadow.shadows.filters import Exact, Filter, Gaussian, Hard, Pcf
 from glshadow.shadows.shadow import Shadow
@@ -149,7 +148,7 @@ class Choices:
         if not any(map(open_to_choice, lights)):
             return last(lights, outputs)
         kept = self._found.setdefault(scene, {})
-        key = (budget, size, tuple((type(light), has_size(light), light.shadow) for light in lights))
+        key = (budget, size, tuple((type(light), light.has_size, light.shadow) for light in lights))
         if key not in kept:
             kept[key] = choose(draw, lights, budget)
         found, missed = kept[key]
@@ -168,15 +167,12 @@ def _counted(frame: Frame, lights: Sequence[Light]) -> list[Bools]:
     """Of each light the pixels that count (H, W), as `measure` counts them."""
     smooth = smooth_pixels(frame.node, np.nan_to_num(frame.normal.astype(np.float64)))
     seen = frame.node >= 0
-    points = np.nan_to_num(frame.position.astype(np.float64)) + frame.origin
+    points = np.nan_to_num(frame.position)
     masks = []
     for light in lights:
-        towards, distance = to_light(light, points)
+        towards, _ = light.to_light(points)
         mask = smooth & seen & (np.einsum("ijk,ijk->ij", np.nan_to_num(frame.normal), towards) > LEAST_COSINE)
-        if isinstance(light, SpotLight):
-            mask &= -(towards @ np.asarray(light.direction)) >= np.cos(np.radians(light.outer_angle))
-        if not isinstance(light, DirectionalLight) and light.range is not None:
-            mask &= distance < light.range
+        mask &= light.reaches(points)
         masks.append(mask if open_to_choice(light) else np.zeros_like(mask))
     return masks
 
@@ -231,7 +227,5 @@ def _time(draw: Draw, lights: Sequence[Light], found: Sequence[Found]) -> list[F
 
 def _moved(light: Light, step: int) -> Light:
     """By a millionth, and so on."""
-    place = light.direction if isinstance(light, DirectionalLight) else light.position
-    size = float(np.linalg.norm(place)) or 1.0
-    there = tuple((np.asarray(place) + 1e-6 * step * size * np.array([1.0, 0.0, 0.0])).tolist())
-    return replace(light, direction=there) if isinstance(light, DirectionalLight) else replace(light, position=there)
+    size = float(np.linalg.norm(light.place[:3])) or 1.0
+    return light.nudged(1e-6 * step, 1e-6 * step * size)

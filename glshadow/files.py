@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all, and temporary ones: what a killed process left of them, the next one removes.
+"""Files that appear whole or not at all, temporary ones, and those of a folder. What a killed process left, the next one removes.
 
 They are named `.glshadow-<machine>-<process>-<number>` and lie beside the file that they will become, or in the system's temporary
 folder. One whose process is no more is stale.
@@ -23,6 +23,11 @@ _NAME = re.compile(rf"\.glshadow-{_MACHINE}-(\d+)-\d+(\.\w+)?")
 
 _numbers = itertools.count()
 _swept: set[Path] = set()
+
+
+def inside(path: Path, folder: Path) -> bool:
+    """Whether a path lies in a folder, all links followed."""
+    return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
 
 
 @contextmanager

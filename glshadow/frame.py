@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from os import PathLike
 from typing import Any, TypeVar
 
@@ -11,30 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
-from glshadow.core.setting import as_path, one_of, several, shown
+from glshadow.core.outputs import NAMES, OUTPUTS
+from glshadow.core.setting import as_path
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import linear_from_srgb
 from glshadow.derive.used import Used
-from glshadow.errors import MissingOutput, SettingsError
-from glshadow.scene.mesh import Scene
+from glshadow.errors import GlshadowError, MissingOutput
+from glshadow.lights import Light
+from glshadow.scene.nodes import Scene
 
 D = TypeVar("D", bound=np.generic)
-
-OUTPUTS = (
-    "image", "visibility", "linear", "alpha", "depth", "depth_metric", "triangle", "node", "normal", "position", "shadow_maps", "timings",
-)  # fmt: skip
-
-
-def checked_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
-    """Their names, each once asked for; a named error for what there is none of."""
-    try:
-        names: tuple[str, ...] = several(one_of(*OUTPUTS), "outputs")("outputs", outputs)
-    except SettingsError:
-        names = ()
-    if not names:
-        raise SettingsError(f"outputs must be some of {', '.join(OUTPUTS)}, got {shown(outputs)}")
-    return names
 
 
 class ShadowMaps(tuple[NDArray[np.float32], ...]):
@@ -69,11 +55,24 @@ def _grey(view: NDArray[np.float32]) -> NDArray[np.uint8]:
     return np.repeat(grey[..., None], 3, axis=-1)
 
 
+@dataclass(frozen=True)
+class LeftBehind:
+    """In the place of a scene that a pickled frame left behind: its name."""
+
+    name: str
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        raise GlshadowError(f"a frame that was pickled holds no scene: keep scene {self.name!r} beside it")
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Frame:
     """One rendered picture and what is known about it. Row 0 is the top.
 
-    Each output is a property; one that was not asked for raises `MissingOutput`, which says how to ask for it.
+    Each output is a property; one that was not rendered raises `MissingOutput`, which says how to render it. numpy and matplotlib take a
+    frame as its image: `np.asarray(frame)`, `plt.imshow(frame)`. A pickled frame leaves its scene behind.
 
     Parameters
     ----------
@@ -84,11 +83,9 @@ class Frame:
     used : tuple of Used
         Per light.
     outputs : mapping
-        Name -> output, of those that were asked for: `"depth" in frame.outputs`.
+        Name -> output, of those that were rendered: `"depth" in frame.outputs`.
     samples : int
-        In each pixel: image, linear, alpha and visibility are means over them, the others those of the pixel's middle.
-    origin : (3,) float64
-        What `position` counts from.
+        In each pixel: image, linear, alpha and visibility are means over them, the others those of the pixel's centre.
     """
 
     scene: Scene
@@ -100,7 +97,6 @@ class Frame:
     used: tuple[Used, ...]
     outputs: Mapping[str, Any]
     samples: int = 1
-    origin: Array = field(default_factory=lambda: np.zeros(3))
 
     @property
     def image(self) -> NDArray[np.uint8]:
@@ -149,9 +145,9 @@ class Frame:
         return self._array("normal", np.float32)
 
     @property
-    def position(self) -> NDArray[np.float32]:
-        """(H, W, 3) world point, relative to `origin`; NaN where there is no surface."""
-        return self._array("position", np.float32)
+    def position(self) -> Array:
+        """(H, W, 3) float64 world point; NaN where there is no surface."""
+        return self._array("position", np.float64)
 
     @property
     def shadow_maps(self) -> ShadowMaps:
@@ -171,7 +167,7 @@ class Frame:
         try:
             return self.outputs[name]
         except KeyError:
-            wanted = ", ".join(f'"{each}"' for each in OUTPUTS if each in self.outputs or each == name)
+            wanted = ", ".join(f'"{each}"' for each in NAMES if each in self.outputs or each == name)
             raise MissingOutput(f'this frame has no "{name}": render it with outputs=({wanted})') from None
 
     def __repr__(self) -> str:
@@ -179,6 +175,26 @@ class Frame:
         return (
             f"Frame({self.scene.name!r}, {self.size[0]} x {self.size[1]}, {lights}, outputs {', '.join(self.outputs)})"
         )
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        """The image, for numpy and matplotlib."""
+        return np.array(self.image, dtype=dtype, copy=copy)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the scene, which may be a thousand times larger than the image."""
+        return {**vars(self), "scene": LeftBehind(self.scene.name)}
+
+    def show(self) -> None:
+        """The image in a notebook, and elsewhere in the system's image viewer.
+
+        Raises
+        ------
+        GlshadowError
+            Where there is none.
+        """
+        from glshadow.inline import show
+
+        show(self.image)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the picture: .png .jpg .tif the image; .exr all float outputs as named channels.
@@ -208,16 +224,10 @@ class Frame:
             channels["RGBA"] = light
         if "alpha" in self.outputs and channels.get("RGBA", self.alpha[..., None]).shape[-1] != 4:
             channels["A"] = self.alpha
-        if "depth" in self.outputs:
-            channels["Z"] = self.depth
-        for name, letter in (("normal", "N"), ("position", "P")):
-            if name in self.outputs:
-                channels |= {f"{letter}.{axis}": self.outputs[name][..., k] for k, axis in enumerate("XYZ")}
-        if "visibility" in self.outputs:
-            channels |= {f"visibility.{i}": plane for i, plane in enumerate(self.visibility)}
-        return channels | {
-            name: self.outputs[name] for name in ("depth_metric", "triangle", "node") if name in self.outputs
-        }
+        for output in OUTPUTS:
+            if output.name in self.outputs and output.name not in ("image", "linear", "alpha") and output.channels:
+                channels |= _named(output.channels, self.outputs[output.name])
+        return channels
 
     def _repr_png_(self) -> bytes | None:
         """The picture in a notebook; without one, the visibility of every light, one below the other."""
@@ -228,6 +238,15 @@ class Frame:
         if "visibility" not in self.outputs or len(self.visibility) == 0:
             return None
         return png(np.concatenate([visibility_picture(one) for one in self.visibility]))
+
+
+def _named(names: tuple[str, ...], value: NDArray[Any]) -> dict[str, NDArray[Any]]:
+    """Planes (H, W) of an output by the names of its channels; one numbered plane a light, where there is one name for several."""
+    if value.ndim == 2:
+        return {names[0]: value}
+    if len(names) == 1:
+        return {f"{names[0]}.{number}": plane for number, plane in enumerate(value)}
+    return {name: value[..., k] for k, name in enumerate(names)}
 
 
 def decoded(image: NDArray[np.uint8]) -> NDArray[np.float32]:

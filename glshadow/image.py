@@ -63,7 +63,11 @@ def header(source: str | os.PathLike[str] | bytes) -> Header:
     SceneError
         If it is not a readable image.
     """
-    data = bytes(source) if isinstance(source, bytes | bytearray | memoryview) else _bytes(as_path("image", source))
+    data = (
+        bytes(source)
+        if isinstance(source, bytes | bytearray | memoryview)
+        else _bytes(as_path("image", source), MAGIC_JPEG)
+    )
     if data.startswith(MAGIC_JPEG):
         width, height = _jpeg_size(data)
         return Header((width, height), width * height * (3 + data.count(SCAN)))
@@ -73,10 +77,13 @@ def header(source: str | os.PathLike[str] | bytes) -> Header:
         return Header((spec.width, spec.height * spec.depth), pixels * max(4, spec.pixel_bytes(True)))
 
 
-def _bytes(path: Path) -> bytes:
+def _bytes(path: Path, magic: bytes = b"") -> bytes:
+    """Of a file that begins in another way than with `magic` only as many as that has."""
     if not path.is_file():
         raise SceneError(f"{path}: there is no such image file")
-    return path.read_bytes()
+    with path.open("rb") as file:
+        head = file.read(len(magic))
+        return head + file.read() if head == magic else head
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int]:
@@ -174,6 +181,18 @@ def _rgba(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return result
 
 
+def image_path(name: str, value: Any) -> Path:
+    """The rule of a file that an image is written to: a known ending, in a folder that exists."""
+    path = as_path(name, value)
+    if path.suffix.lower() not in SUFFIXES:
+        raise SettingsError(
+            f"{path}: an image file must end in one of {', '.join(SUFFIXES)}, got {path.suffix or 'no ending'!r}"
+        )
+    if not path.parent.is_dir():
+        raise SettingsError(f"{path}: there is no folder {str(path.parent)!r}")
+    return path
+
+
 def write(path: str | os.PathLike[str], image: Pixels | Mapping[str, Pixels]) -> None:
     """Write an image; the file appears complete or not at all, and equal pixels give equal bytes.
 
@@ -194,12 +213,8 @@ def write(path: str | os.PathLike[str], image: Pixels | Mapping[str, Pixels]) ->
     GlshadowError
         If the file cannot be written.
     """
-    path = as_path("path", path)
+    path = image_path("path", path)
     suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise SettingsError(
-            f"{path}: an image file must end in one of {', '.join(SUFFIXES)}, got {path.suffix or 'no ending'!r}"
-        )
     names, pixels = _channels(path, image)
     if pixels.dtype != np.uint8 and suffix not in FLOAT_SUFFIXES:
         raise SettingsError(
@@ -255,7 +270,18 @@ def _replace(path: Path, suffix: str, names: list[str], pixels: Pixels) -> None:
     with replacing(path) as part:
         if not _utf8(part):
             raise OSError("the name of its folder is not UTF-8; write elsewhere and move it")
-        _write_file(part, suffix, names, pixels)
+        try:
+            _write_file(part, suffix, names, pixels)
+        except OSError as error:
+            _ask_for_room(part, pixels.nbytes)
+            raise OSError(str(error).replace(str(part), path.name)) from None
+
+
+def _ask_for_room(part: Path, count: int) -> None:
+    """Raise what the system says of a file of `count` bytes: OpenImageIO does not pass on why it could not write."""
+    if hasattr(os, "posix_fallocate"):
+        with part.open("wb") as file:
+            os.posix_fallocate(file.fileno(), 0, count)
 
 
 def _utf8(path: Path) -> bool:
@@ -282,7 +308,7 @@ def _jpeg(pixels: NDArray[np.uint8]) -> bytes:
 def _check_png(path: Path) -> None:
     """OpenImageIO (3.0) does not notice a disk that was full."""
     with path.open("rb") as file:
-        file.seek(-len(PNG_END), os.SEEK_END)
+        file.seek(max(file.seek(0, os.SEEK_END) - len(PNG_END), 0))
         if file.read() != PNG_END:
             raise OSError("its end is missing; is the disk full?")
 

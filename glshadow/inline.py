@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from glshadow.errors import printable
+from glshadow.errors import GlshadowError, printable
 
 NOTEBOOK_LEVEL, PAGE_LEVEL = 1, 9  # of zlib: a cell wants its picture now, a page is written once and kept
 JPEG_QUALITY = 88
@@ -116,3 +116,18 @@ def notebook_bar() -> NotebookBar | None:
     except ImportError:
         return None
     return NotebookBar(ipywidgets, display)
+
+
+def show(image: NDArray[np.uint8]) -> None:
+    """An image (H, W, 3 or 4) in a notebook's cell, elsewhere in the system's image viewer; GlshadowError where there is none."""
+    from PIL import Image, ImageShow
+
+    picture = Image.fromarray(np.ascontiguousarray(image))
+    interactive = sys.modules.get("IPython")
+    shell = interactive.get_ipython() if interactive else None
+    if shell is not None and hasattr(shell, "kernel"):
+        from IPython.display import display
+
+        display(picture)  # type: ignore[no-untyped-call]
+    elif not ImageShow.show(picture):
+        raise GlshadowError("no image viewer was found on this machine: save the frame and open the file")

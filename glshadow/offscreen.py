@@ -10,19 +10,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import DirectionalLight, Light, SpotLight
 from glshadow.core.setting import instance, number, optional, refuse, shown, whole
 from glshadow.errors import SceneError, SettingsError
 from glshadow.frame import Frame
 from glshadow.gl.driver.context import Backend
 from glshadow.io.from_pyrender import Made, placed_nodes, read_pyrender
+from glshadow.lights import Light
 from glshadow.renderer import Renderer
 from glshadow.scene.checks import check_scene
-from glshadow.scene.mesh import Node, Scene
+from glshadow.scene.nodes import Node, Scene
 from glshadow.shadows.shadow import Shadow
+from glshadow.shadows.view import Projection
 
 DEPTH_ONLY, OFFSCREEN, ALL_SOLID = 1, 2, 16
-SHADOWS_DIRECTIONAL, SHADOWS_POINT, SHADOWS_SPOT = 32, 64, 128
+SHADOWS: dict[Projection, int] = {"orthographic": 32, "cube": 64, "perspective": 128}
+"""SHADOWS_DIRECTIONAL, SHADOWS_POINT and SHADOWS_SPOT."""
 SKIP_CULL_FACES, RGBA, FLAT, SEG = 1024, 2048, 4096, 8192
 """pyrender.RenderFlags."""
 
@@ -152,7 +154,7 @@ class PyrenderRenderer:
         if ours is None:
             return _nothing(scene, size, flags)
         if flags & (DEPTH_ONLY | SEG):
-            frame = self._renderer.render(ours, lights=[], size=size, outputs=("depth", "node"))
+            frame = self._renderer.render(ours, lights=[], size=size, outputs=("depth", "node"), samples=1)
             depth = _depth(frame)
             if flags & DEPTH_ONLY and not flags & SEG:
                 return depth
@@ -209,10 +211,8 @@ class PyrenderRenderer:
         """With pyrender's intensities, and shadows where the flags ask for them."""
         result = []
         for light in lights:
-            sun = isinstance(light, DirectionalLight)
-            asked = SHADOWS_DIRECTIONAL if sun else SHADOWS_SPOT if isinstance(light, SpotLight) else SHADOWS_POINT
-            size: dict[str, Any] = {"angle": self._angle} if sun else {"radius": self._radius}
-            shadow = self._shadow if flags & asked else None
+            size = {light.sized_by: self._angle if light.at_infinity else self._radius}
+            shadow = self._shadow if flags & SHADOWS[light.projection] else None
             result.append(replace(light, intensity=light.intensity * LAMBERT, shadow=shadow, **size))
         return tuple(result)
 

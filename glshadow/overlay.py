@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.lights import DirectionalLight, Light, SpotLight
-from glshadow.core.setting import one_of, refuse, several
-from glshadow.core.spaces import Array, project, view_axes
+from glshadow.core.setting import one_of, refuse, several, whole
+from glshadow.core.spaces import Array, project
 from glshadow.errors import SettingsError
 from glshadow.frame import Frame
+from glshadow.lights import Light
 from glshadow.lines import Canvas, Color
 from glshadow.shadows.view import ShadowView
 
@@ -108,7 +108,7 @@ def overlay(frame: Frame, names: Sequence[str] = OVERLAYS) -> NDArray[np.uint8]:
 
 def light_color(number: int) -> Color:
     """The colour of a light's gizmo, frustum and maps."""
-    return LIGHT_COLORS[number % len(LIGHT_COLORS)]
+    return LIGHT_COLORS[whole(0, 1 << 31)("number", number) % len(LIGHT_COLORS)]
 
 
 def _checked(names: Sequence[str]) -> tuple[str, ...]:
@@ -123,7 +123,7 @@ def _checked(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def _extent(frame: Frame) -> float:
-    return float(np.linalg.norm(frame.scene.bounds[1] - frame.scene.bounds[0]))
+    return float(np.linalg.norm(frame.scene.extent[1] - frame.scene.bounds[0]))
 
 
 def round_step(length: float) -> float:
@@ -134,7 +134,7 @@ def round_step(length: float) -> float:
 
 def floor_height(canvas: Canvas, frame: Frame) -> float:
     """The scene's lowest y; or, if a fifth of what is seen is level within its lowest tenth, that ground's height."""
-    low, high = frame.scene.bounds[:, 1]
+    low, high = frame.scene.extent[:, 1]
     rows, columns = (np.arange(0, n, max(1, n // 180)) for n in frame.depth.shape)
     depth = frame.depth[np.ix_(rows, columns)].astype(np.float64)
     places = np.stack(np.meshgrid(columns + 0.5, rows + 0.5), axis=-1)
@@ -152,7 +152,7 @@ def floor_height(canvas: Canvas, frame: Frame) -> float:
 
 
 def _draw_grid(canvas: Canvas, frame: Frame) -> None:
-    low, high = frame.scene.bounds
+    low, high = frame.scene.extent
     width = max(float(high[0] - low[0]), float(high[2] - low[2])) or _extent(frame)
     step, y = round_step(width / GRID_CELLS), floor_height(canvas, frame)
     fine: list[Segment] = []
@@ -168,7 +168,7 @@ def _draw_grid(canvas: Canvas, frame: Frame) -> None:
 
 
 def _draw_axes(canvas: Canvas, frame: Frame) -> None:
-    low, high = frame.scene.bounds
+    low, high = frame.scene.extent
     y, length = floor_height(canvas, frame), 0.12 * _extent(frame)
     corners = np.array([[x, y, z] for x in (low[0], high[0]) for z in (low[2], high[2])])
     tips = corners[:, None] + length * np.eye(3)
@@ -211,15 +211,13 @@ def _arrow_head(canvas: Canvas, tip: Array, towards: Array, color: Color) -> Non
 def _draw_light(canvas: Canvas, frame: Frame, light: Light, used: Used, color: Color) -> None:
     for view in used.views:
         canvas.lines(frustum_edges(view), color, 1.0, 0.55, halo=False)
-    if isinstance(light, DirectionalLight):
-        _draw_sun(canvas, frame, light, used, color)
-    elif isinstance(light, SpotLight):
-        canvas.lines(_cone(frame, light, used), color, 1.3, 0.9)
-        _draw_source(canvas, light.position, color, rays=0)
+    far = max((view.far for view in used.views), default=0.5 * _extent(frame))
+    gizmo = light.gizmo(_extent(frame), far)
+    canvas.lines(gizmo.lines, color, gizmo.width, gizmo.opacity)
+    if light.at_infinity:
+        _draw_entry(canvas, frame, light.rays_to(np.zeros(3)), used, color, gizmo.rays)
     else:
-        arms = np.asarray(light.position) + 0.03 * _extent(frame) * np.stack([np.eye(3), -np.eye(3)], axis=1)
-        canvas.lines(arms, color, 2.0)
-        _draw_source(canvas, light.position, color, rays=8)
+        _draw_source(canvas, light.place[:3], color, gizmo.rays)
 
 
 def frustum_edges(view: ShadowView) -> Array:
@@ -232,14 +230,13 @@ def frustum_edges(view: ShadowView) -> Array:
     return np.asarray([[world[a], world[b]] for a, b in _CUBE_EDGES])
 
 
-def _draw_sun(canvas: Canvas, frame: Frame, light: DirectionalLight, used: Used, color: Color) -> None:
-    """Disc and arrow where the light enters the map's box, or as far towards there as the picture reaches."""
-    direction = np.asarray(light.direction)
+def _draw_entry(canvas: Canvas, frame: Frame, direction: Array, used: Used, color: Color, rays: int) -> None:
+    """Disc and arrow where light of a direction enters the map's box, or as far towards there as the picture reaches."""
     if used.views:
         view = used.views[0]
         middle, reach = -view.view_from_world[:3, :3].T @ view.view_from_world[:3, 3], -view.near
     else:
-        middle, reach = frame.scene.bounds.mean(axis=0), 0.5 * _extent(frame)
+        middle, reach = frame.scene.extent.mean(axis=0), 0.5 * _extent(frame)
     reach = max(reach, 0.25 * _extent(frame))
     places = middle - direction * np.linspace(1.0, 0.0, 65)[:, None] * reach
     seen = canvas.inside(places, 32.0 * canvas.unit)
@@ -252,7 +249,7 @@ def _draw_sun(canvas: Canvas, frame: Frame, light: DirectionalLight, used: Used,
     away = ends[1] - ends[0]
     if np.linalg.norm(away) > 12.0 * canvas.unit:  # not if an end is behind the eye: then it is NaN
         _arrow_head(canvas, ends[1], away / np.linalg.norm(away), color)
-    _draw_source(canvas, source, color, rays=12)
+    _draw_source(canvas, source, color, rays)
 
 
 def _draw_source(canvas: Canvas, position: Sequence[float] | Array, color: Color, rays: int) -> None:
@@ -267,25 +264,12 @@ def _draw_source(canvas: Canvas, position: Sequence[float] | Array, color: Color
     canvas.disc(place, radius, color)
 
 
-def _cone(frame: Frame, light: SpotLight, used: Used, sides: int = 32) -> Array:
-    """Segments of a spot's cone: its rim, the rim of full strength, and four lines from the light."""
-    far = light.range or (max(view.far for view in used.views) if used.views else 0.5 * _extent(frame))
-    axes, apex = view_axes(np.asarray(light.direction)), np.asarray(light.position)
-    angle = 2.0 * np.pi * np.arange(sides) / sides
-    round_ = np.cos(angle)[:, None] * axes[0] + np.sin(angle)[:, None] * axes[1]
-    rims = [
-        apex + far * (-axes[2] + np.tan(np.radians(half)) * round_) for half in (light.outer_angle, light.inner_angle)
-    ]
-    segments = [np.stack([rim, np.roll(rim, -1, axis=0)], axis=1) for rim in rims]
-    segments.append(np.stack([np.broadcast_to(apex, (4, 3)), rims[0][:: sides // 4]], axis=1))
-    return np.concatenate(segments)
-
-
 # -- shadow maps
 
 
 def _draw_maps(canvas: Canvas, frame: Frame) -> None:
-    rows = [number for number, used in enumerate(frame.used) if used.views]
+    # of a light whose points are drawn one after another no map is kept
+    rows = [number for number, maps in enumerate(frame.shadow_maps) if len(maps)]
     if not rows:
         return
     gap, rim = max(2, round(8 * canvas.unit)), max(1, round(2 * canvas.unit))
@@ -334,6 +318,6 @@ def _distance(stored: NDArray[np.float32], view: ShadowView, used: Used) -> Arra
     nothing = value == view.clip.clear_depth
     ndc = value if view.clip.zero_to_one else 2.0 * value - 1.0
     scale, offset = view.clip_from_view[2, 2:]
-    if view.kind == "directional":
+    if view.projection == "orthographic":
         return np.where(nothing, np.inf, (offset - ndc) / scale)
     return np.where(nothing, np.inf, offset / np.where(nothing, 1.0, ndc + scale))

@@ -12,6 +12,5 @@ MODULES = {
     "glshadow.overlay": "maps, lights, axes and a grid drawn on top of an image",
     "glshadow.image": "images read from files and written to them",
     "glshadow.gl.foreign.shaders": "a light's shadow in moderngl programs of others, as glshadow.shaders",
-    "glshadow.gl.foreign.forward": "a light's map, and the GLSL that samples it, in programs of others",
 }
 """Module -> what it is for."""

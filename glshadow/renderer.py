@@ -1,43 +1,47 @@
-"""Renderer: the one place where a picture comes together: what the camera sees, each light's map, then light by light resolved."""
+"""Renderer: one frame from beginning to end: the camera pass, the shadow of each light, lighting, read-back."""
 
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Sequence
-from dataclasses import replace
 from functools import partial
-from typing import Any, Self
+from typing import Any, Self, TypedDict, Unpack
 
 import moderngl
 from numpy.typing import ArrayLike
 
-from glshadow.arguments import as_scene, picture_arguments
+from glshadow.arguments import USUAL_SIZE, frame_request, picture_arguments
 from glshadow.budget import Budget, Choices
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import DirectionalLight, Light, Lights
-from glshadow.core.sampling import grid
-from glshadow.core.setting import as_path, instance, optional, shown
-from glshadow.derive.look import AMBIENT, BACKGROUND, Ambient, Look, look_of
-from glshadow.errors import GlshadowError, GlshadowWarning, ResourceError, SettingsError, unexpected, warn
-from glshadow.frame import Frame, checked_outputs
-from glshadow.gl.driver.clock import Clock
+from glshadow.core.outputs import NAMES, checked_outputs
+from glshadow.core.sampling import USUAL
+from glshadow.core.setting import instance, optional, shown
+from glshadow.derive.look import AMBIENT, BACKGROUND, Ambient, look_of
+from glshadow.errors import GlshadowError, GlshadowWarning, ResourceError, SettingsError, unexpected
+from glshadow.frame import Frame
+from glshadow.gl.draw import draw_frame
 from glshadow.gl.driver.context import Backend, backend_of, open_context
-from glshadow.gl.driver.targets import clear_outputs
-from glshadow.gl.frame_context import Work
-from glshadow.gl.passes.camera import draw_surface, nothing_in_view
-from glshadow.gl.passes.primary import find_primary
-from glshadow.gl.passes.resolve import Share, resolve
-from glshadow.gl.passes.translucent import Panes, untinted
 from glshadow.gl.resources import Store
-from glshadow.gl.techniques import Source
-from glshadow.gl.techniques.technique import open_receiver
-from glshadow.scene.mesh import Scene
-
-_EVERY_SAMPLE = "all {} samples of every pixel are shaded: collecting those that differ needs OpenGL 4.3, {} has {:.1f}"
+from glshadow.lights import Light, Lights
+from glshadow.scene.nodes import Scene
 
 _OF_NUMBERS = (ArithmeticError, LookupError, ValueError)
 """What formulas raise where they are wrong. What is kept gets its key once it is whole, so that they leave nothing half made."""
 _DEFECTS = (AssertionError, AttributeError, TypeError, moderngl.Error)
 """What else only a defect raises; signal handlers may raise the rest, at any line."""
+
+
+DEFAULT_OUTPUTS = ("image", "visibility")
+
+
+class RenderOptions(TypedDict, total=False):
+    """What `Renderer.render` takes beside scene, camera, lights and size; described there."""
+
+    ambient: Ambient
+    background: ArrayLike | None
+    outputs: str | Sequence[str]
+    samples: int
+    max_wrong: float | None
+    max_ms: float | None
 
 
 class Renderer:
@@ -98,11 +102,11 @@ class Renderer:
         scene: Scene,
         camera: Camera | None = None,
         lights: Lights = None,
-        size: tuple[int, int] = (1280, 720),
+        size: tuple[int, int] = USUAL_SIZE,
         ambient: Ambient = AMBIENT,
         background: ArrayLike | None = BACKGROUND,
-        outputs: Sequence[str] = ("image", "visibility"),
-        samples: int = 1,
+        outputs: str | Sequence[str] = DEFAULT_OUTPUTS,
+        samples: int = USUAL,
         max_wrong: float | None = None,
         max_ms: float | None = None,
     ) -> Frame:
@@ -120,8 +124,8 @@ class Renderer:
             from below, blended by the height of the normal.
         background : (3,) floats or None
             sRGB, each from 0 to 1; None: transparent.
-        outputs : sequence of str
-            What to read back: see `Frame`.
+        outputs : str or sequence of str
+            What to read back: names of properties of `Frame`, or "all".
         samples : int
             1, 4, 8 or 16 in each pixel, a grid. Image, linear and alpha are their mean in linear light, visibility the mean of those
             that see a surface; the other outputs are those of the pixel's middle. Pixels whose samples all see one smooth surface,
@@ -138,61 +142,60 @@ class Renderer:
         """
         if self._context.released:
             raise GlshadowError("this renderer was released: make a new one")
-        camera, lights, size = picture_arguments(scene, camera, lights, size)
-        outputs = checked_outputs(outputs)
-        look = look_of(ambient, background, samples)
+        request = frame_request(scene, camera, lights, size, outputs, ambient, background, samples)
         budget = Budget(max_wrong=max_wrong, max_ms=max_ms)
         if budget.given:
 
             def draw(lights: Sequence[Light], outputs: tuple[str, ...], samples: int = 1) -> Frame:
-                return self.render(scene, camera, lights, size, ambient, background, outputs, samples)
+                return self.render(scene, request.camera, lights, request.size, ambient, background, outputs, samples)
 
             last = partial(draw, samples=samples)
-            return self._choices.render(draw, last, scene, lights, size, budget, tuple(outputs))
+            names = tuple(each for each in NAMES if each in request.outputs)
+            return self._choices.render(draw, last, scene, request.lights, request.size, budget, names)
         with self._context.drawing():
             if self._store is None:  # making it was interrupted
                 self._store = Store(self._context)
             try:
-                return self._frame(self._store, scene, camera, lights, size, frozenset(outputs), look)
+                drawn = draw_frame(self._store, request)
             except (GlshadowError, GlshadowWarning):
                 self._context.recover()
                 raise
             except _OF_NUMBERS as error:
                 self._context.recover()
-                raise unexpected(error, f"scene {scene.name}, {camera}, lights {list(lights)}, size {size}") from error
+                raise unexpected(error, str(request)) from error
             except BaseException as error:
                 self._start_over()
                 if isinstance(error, MemoryError):
                     raise ResourceError(
-                        f"there is not enough memory for {size[0]} x {size[1]} pixels of {', '.join(outputs)}; "
-                        "use a smaller picture"
+                        f"there is not enough memory for {request.size[0]} x {request.size[1]} pixels of "
+                        f"{', '.join(sorted(request.outputs))}; use a smaller image"
                     ) from error
                 if isinstance(error, _DEFECTS):
-                    raise unexpected(
-                        error, f"scene {scene.name}, {camera}, lights {list(lights)}, size {size}"
-                    ) from error
+                    raise unexpected(error, str(request)) from error
                 raise
             finally:
                 if self._context.gl.failed:
                     self._start_over()
                 if self._store is not None:
                     self._store.rest()
+        return Frame(scene=scene, camera=request.camera, lights=request.lights, size=request.size, near=drawn.near, far=drawn.far,
+                     used=drawn.used, outputs=drawn.outputs, samples=request.look.samples)  # fmt: skip
 
     def sequence(
         self,
         scene: Scene,
         cameras: Iterable[Camera],
         lights: Lights = None,
-        size: tuple[int, int] = (1280, 720),
-        **options: Any,
+        size: tuple[int, int] = USUAL_SIZE,
+        **options: Unpack[RenderOptions],
     ) -> Generator[Frame]:
-        """One picture after another of the same scene: each as `render` gives it. What does not depend on the camera is made once.
+        """Frames of one scene, one after another, each as `render` gives it. What does not depend on the camera is made once.
 
         Parameters
         ----------
         scene : Scene
         cameras : iterable of cameras
-            Taken one by one, when the next picture is asked for.
+            Taken one by one, when the next frame is needed.
         lights, size, **options
             As in `render`.
 
@@ -203,16 +206,16 @@ class Renderer:
         Raises
         ------
         SettingsError, SceneError
-            At once, but for a camera that is none: when its turn comes, with its number.
+            Raised immediately; a bad camera is reported with its index when it is reached.
         """
-        if unknown := set(options) - {"ambient", "background", "outputs", "samples", "max_wrong", "max_ms"}:
+        if unknown := set(options) - set(RenderOptions.__annotations__):
             raise SettingsError(f"sequence has no {', '.join(sorted(map(repr, unknown)))}: it takes what render takes")
         _, lights, size = picture_arguments(scene, None, lights, size)
-        look_of(options.get("ambient", AMBIENT), options.get("background", BACKGROUND), options.get("samples", 1))
-        checked_outputs(options.get("outputs", ("image",)))
+        look_of(options.get("ambient", AMBIENT), options.get("background", BACKGROUND), options.get("samples", USUAL))
+        checked_outputs(options.get("outputs", DEFAULT_OUTPUTS))
         try:
             views = iter(cameras)
-        except TypeError:
+        except Exception:  # a foreign __iter__, or none
             raise SettingsError(f"cameras must be a sequence of cameras, got {shown(cameras)}") from None
 
         def frames() -> Generator[Frame]:
@@ -231,120 +234,3 @@ class Renderer:
         self._store = Store(self._context)
         if old is not None:
             old.release()
-
-    def _frame(
-        self,
-        store: Store,
-        scene: Scene,
-        camera: Camera,
-        lights: tuple[Light, ...],
-        size: tuple[int, int],
-        outputs: frozenset[str],
-        look: Look,
-    ) -> Frame:
-        caps = self._context.caps
-        # without atomics every sample is shaded, as a pixel of a larger picture
-        spread = (1, 1) if caps.compute else grid(look.samples)
-        work = store.work(scene, camera, size, spread, len(lights), outputs, look.samples)
-        clock = Clock(self._context, "timings" in outputs)
-        with clock("shadow"):
-            sources, ready = store.sources.claim(work, lights)
-        targets, sight = work.targets, work.sight
-        self._see(store, work, look.samples, clock)
-        with clock("shadow"):
-            used = tuple(ready.get(number) or source.prepare(work) for number, source in enumerate(sources))
-            panes = store.glasses.panes(work, lights)
-        with clock("resolve"):
-            # here, so that tiles are cleared and drawn in one go
-            clear_outputs(self._context, targets, look.linear_background, look.background is None)
-            shares = self._shares(work, lights, sources, panes, look)
-            used = tuple(source.amended(each) for source, each in zip(sources, used, strict=True))
-            for share in shares:
-                resolve(work, share)
-        if targets.samples > 1:
-            with clock("samples"):
-                store.several(work).shade(
-                    work, shares, look.linear_background, look.background is None, "visibility" in outputs
-                )
-        with clock("read"):
-            results = store.read(work, outputs, len(lights), look, spread)
-            if "shadow_maps" in outputs:
-                results["shadow_maps"] = tuple(source.stored() for source in sources)
-        self._context.check_errors("rendering")
-        if not store.something:
-            warn(nothing_in_view(scene, sight))
-        fallbacks = sight.fallbacks + ((store.missed,) if store.missed else ())
-        if spread != (1, 1):
-            fallbacks += (_EVERY_SAMPLE.format(look.samples, caps.renderer, caps.version_code / 100),)
-        used = tuple(
-            replace(each, fallbacks=each.fallbacks + untinted(work.scene, light) + fallbacks)
-            for each, light in zip(used, lights, strict=True)
-        )
-        if clock.wanted:
-            results["timings"] = clock.times()
-        return Frame(scene=scene, camera=camera, lights=lights, size=size, near=sight.near, far=sight.far, used=used,
-                     outputs=results, samples=look.samples, origin=work.scene.origin)  # fmt: skip
-
-    def _see(self, store: Store, work: Work, samples: int, clock: Clock) -> None:
-        """Draw what the camera sees, unless it is there from the last frame."""
-        key = (work.sight, work.targets.identity, samples)
-        if store.seen == key:
-            return
-        store.seen = None
-        with clock("surface"), store.covered:
-            draw_surface(work.context, work.programs, work.scene, work.sight, work.targets.fine.drawing, samples)
-        with clock("surface"):
-            store.missed = find_primary(work, work.targets.fine, work.targets.samples)
-        if work.targets.samples > 1:
-            with clock("samples"):
-                store.several(work).fill(work)
-        store.something = store.covered.passed
-        store.seen = key
-
-    def _shares(
-        self,
-        work: Work,
-        lights: tuple[Light, ...],
-        sources: Sequence[Source],
-        panes: Sequence[Panes | None],
-        look: Look,
-    ) -> tuple[Share, ...]:
-        if not lights:
-            dark = DirectionalLight(intensity=0.0)
-            return (Share(dark, open_receiver(work, dark), 0, 1, look.ambient, look.linear_background),)
-        several = work.targets.samples > 1
-        receivers = [source.marking_receiver(work) if several else source.receiver(work) for source in sources]
-        return tuple(
-            Share(light, receiver, number, len(lights), look.ambient, look.linear_background, tint)
-            for number, (light, receiver, tint) in enumerate(zip(lights, receivers, panes, strict=True))
-        )
-
-
-def render(
-    scene: Any,
-    camera: Camera | None = None,
-    lights: Lights = None,
-    size: tuple[int, int] = (1280, 720),
-    path: Any = None,
-    **options: Any,
-) -> Frame:
-    """One picture by a renderer of its own.
-
-    Parameters
-    ----------
-    scene : Scene, path, trimesh.Trimesh, trimesh.Scene or pyrender.Scene
-        Whatever `glshadow.load` takes.
-    camera, lights, size
-        As in Renderer.render.
-    path : optional
-        Also save it there.
-    **options
-        Further arguments of Renderer.render.
-    """
-    path = optional(as_path, "it is not saved")("path", path)
-    scene = as_scene(scene)
-    with Renderer() as renderer:
-        frame = renderer.render(scene, camera, lights, size, **options)
-    if path is not None:
-        frame.save(path)
-    return frame

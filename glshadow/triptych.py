@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from glshadow.frame import Frame
     from glshadow.reference.truth import Truth
     from glshadow.renderer import Renderer
-    from glshadow.scoring.error import ShadowError
+    from glshadow.scoring.error import Measurement
 
 GAP, GAP_COLOR = 4, (255, 255, 255)  # pixels between the pictures
 
@@ -25,7 +25,7 @@ def triptych(
     renderer: Renderer,
     frame: Frame,
     truth: Truth,
-    error: ShadowError,
+    error: Measurement,
     ambient: Ambient = AMBIENT,
     background: ArrayLike | None = BACKGROUND,
 ) -> NDArray[np.uint8]:
@@ -51,7 +51,7 @@ def triptych(
         bare = replace(light, shadow=None)
         whole, direct = (
             renderer.render(
-                frame.scene, frame.camera, [bare], frame.size, level, background, outputs=("linear",)
+                frame.scene, frame.camera, [bare], frame.size, level, background, outputs=("linear",), samples=1
             ).linear
             for level in (ambient, 0.0)
         )

@@ -74,7 +74,7 @@ class Bench:
 
     def _control(self) -> np.ndarray:
         case = self.control
-        return self.renderer.render(case.scene, None, None, (32, 32)).image
+        return self.renderer.render(case.scene, None, None, (32, 32), samples=1).image
 
     def run(self, job: Job) -> Verdict:
         """Judge one case; every CONTROL cases, and after every refusal by the renderer, the control picture too."""

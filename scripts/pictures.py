@@ -57,10 +57,10 @@ MODELS = Path(os.environ.get("GLSHADOW_MODELS", ROOT.parent / "shared" / "models
 def courtyard() -> NDArray[np.uint8]:
     """Truth, ours, error: a detail of the courtyard at 1280 x 720, three times 420 x 420; one map, so that there is an error to be seen."""
     scene = gs.scenes.courtyard()
-    truth = gs.trace(scene)
+    truth = gs.trace(scene, samples=1)
     mapped = [replace(light, shadow=gs.Shadow(filter=gs.Pcf(1))) for light in scene.lights]
     with gs.Renderer() as renderer:
-        frame = renderer.render(scene, lights=mapped, outputs=("image", "visibility", "triangle"))
+        frame = renderer.render(scene, lights=mapped, outputs=("image", "visibility", "triangle"), samples=1)
         error = gs.measure(frame, truth)
         whole = triptych(renderer, frame, truth, error)
     click.echo(error)

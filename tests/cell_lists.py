@@ -85,17 +85,17 @@ def receiver_cells(
     """What glsl/receiver/exact.glsl makes of receivers (N, 3) in the light's frame, in float32: inside, face, column, row, depth."""
     face = np.zeros(len(receivers), dtype=np.int64)
     local = receivers
-    if grid.kind == "point":
+    if grid.projection == "cube":
         axis = np.abs(receivers).argmax(axis=1)
         face = 2 * axis + (receivers[np.arange(len(receivers)), axis] < 0.0)
         local = np.einsum("nij,nj->ni", FACES.astype(np.float32)[face], receivers)
     depth = -local[:, 2]
     place = local[:, :2]
-    if grid.kind != "directional":
+    if grid.projection != "orthographic":
         place = place / np.maximum(depth, np.float32(1e-30))[:, None]
     scale = np.array(grid.cells_from_window, dtype=np.float32)
     cell = place * scale[:2] + scale[2:]
-    inside = ((cell >= 0.0) & (cell < grid.cells)).all(axis=1) & ((depth > 0.0) | (grid.kind == "directional"))
-    inside |= grid.kind == "point"
+    inside = ((cell >= 0.0) & (cell < grid.cells)).all(axis=1) & ((depth > 0.0) | (grid.projection == "orthographic"))
+    inside |= grid.projection == "cube"
     x, y = np.clip(cell, 0, grid.cells - 1).astype(np.int64).T
     return inside, face, x, y, depth

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.lights import Light, to_light
 from glshadow.core.spaces import Array, transform
+from glshadow.lights import Light
 from glshadow.shadows.bias import FACET_SLOPE, SNAP_TEXELS, WINDOW_PER_CLIP, Bias
 from glshadow.shadows.filters import Filter
 from glshadow.shadows.metric import Target, metric_range, projected_metric, radial_metric, window_depth
@@ -63,12 +63,12 @@ class StoredMap:
 
 def stored_depth(view: ShadowView, target: Target, xy: Array, depth: Array) -> Array:
     """What a map stores for the point at `depth` along the view through `xy` (..., 2), world units or tangents."""
-    if view.kind == "point" and not target.is_depth:
+    if view.projection == "cube" and not target.is_depth:
         return radial_metric(depth * np.sqrt(1.0 + (xy**2).sum(axis=-1)), view.near, view.far)
     matrix = view.clip_from_view
     clip_z = -matrix[2, 2] * depth + matrix[2, 3]
     if not target.is_depth:
-        return projected_metric(clip_z, view.clip, *metric_range(view.kind, view.clip, view.near, view.far))
+        return projected_metric(clip_z, view.clip, *metric_range(view.projection, view.clip, view.near, view.far))
     return window_depth(np.stack([clip_z, -matrix[3, 2] * depth + matrix[3, 3]], axis=-1), view.clip)
 
 
@@ -107,7 +107,7 @@ def _draw(
     texel, index = np.array(view.texel), np.arange(view.resolution) + 0.5
     x, y = view.window[0] + index * texel[0], view.window[2] + index * texel[1]
     centres = np.stack(np.broadcast_arrays(x, y[:, None]), axis=-1)
-    inside, xy, depth = _rasterised(local, centres, texel, view.kind == "directional")
+    inside, xy, depth = _rasterised(local, centres, texel, view.projection == "orthographic")
     value = stored_depth(view, target, xy, depth) + _offset(view, target, bias, local)
     value = np.clip(value, 0.0, 1.0)
     least, most = value.min(axis=0), value.max(axis=0)
@@ -155,7 +155,7 @@ def _offset(view: ShadowView, target: Target, bias: Bias | None, local: Array) -
     if factor == units == 0.0:
         return 0.0
     normal = np.cross(local[1] - local[0], local[2] - local[0])
-    below = normal[2] if view.kind == "directional" else normal @ local[0]
+    below = normal[2] if view.projection == "orthographic" else normal @ local[0]
     if below == 0.0:
         return 0.0  # edge-on: covers no texel
     slope = np.abs(_window_slope(view) * normal[:2] * np.array(view.texel) / below).max()
@@ -170,7 +170,7 @@ def _offset(view: ShadowView, target: Target, bias: Bias | None, local: Array) -
 def _window_slope(view: ShadowView) -> float:
     """Window depth per unit of distance along a sun's view, or per unit of a lamp's 1 / depth."""
     at = stored_depth(view, Target.DEPTH32F, np.zeros((2, 2)), np.array([1.0, 2.0]))
-    return float(at[1] - at[0] if view.kind == "directional" else 2.0 * (at[0] - at[1]))
+    return float(at[1] - at[0] if view.projection == "orthographic" else 2.0 * (at[0] - at[1]))
 
 
 def first_hits(
@@ -220,7 +220,7 @@ def receive(
     (N,) float64, (N,) float64
     """
     precision = precision or Precision()
-    towards, distance = to_light(light, points)
+    towards, distance = light.to_light(points)
     moved = bias.moved(points, normals, towards, distance, _lean(stored.views[0], light, points, normals, towards))
     low, high = np.ones(len(points)), np.zeros(len(points))
     sure = np.zeros(len(points), dtype=bool)
@@ -241,14 +241,14 @@ def receive(
 def _lean(view: ShadowView, light: Light, points: Array, normals: Array, towards: Array) -> Array:
     """World size of a texel along the way that normals lean, times the sine of their angle to the view's axis or to the light; (N,)."""
     rotation, texel = view.view_from_world[:3, :3], np.array(view.texel)
-    if view.kind == "directional":
+    if view.projection == "orthographic":
         return np.asarray(np.linalg.norm(normals @ rotation[:2].T * texel, axis=1))
     least = texel.max() * np.sqrt(np.maximum(1.0 - (normals * towards).sum(axis=1) ** 2, 0.0))
-    if view.kind == "spot":
+    if view.projection == "perspective":
         depth = np.maximum(-transform(view.view_from_world, points)[:, 2], 0.0)
         across = np.linalg.norm(normals @ rotation[:2].T * texel, axis=1)
     else:  # faces look along the axes, and their texels are square
-        away = np.abs(points - np.asarray(light.position))  # type: ignore[union-attr]
+        away = np.abs(light.rays_to(points))
         depth, face = away.max(axis=1), away.argmax(axis=1)
         across = texel[0] * np.linalg.norm(np.where(np.arange(3) == face[:, None], 0.0, normals), axis=1)
     return np.asarray(depth * np.maximum(across, least))
@@ -256,7 +256,7 @@ def _lean(view: ShadowView, light: Light, points: Array, normals: Array, towards
 
 def _on_face(view: ShadowView, local: Array, texels: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Which points a view answers for, and for which of them that is certain."""
-    if view.kind != "point":
+    if view.projection != "cube":
         every = np.ones(len(local), dtype=bool)
         return every, every
     depth, widest = -local[:, 2], np.abs(local[:, :2]).max(axis=-1)
@@ -282,13 +282,13 @@ class _Receivers:
     def compare_depth(self, offset: Array, change: float) -> Array:
         """Depth to compare with what is stored `offset` (N, 2) texels away, the receiver moved by `change`."""
         view, texel = self.view, np.array(self.view.texel)
-        depth = self.depth * (1.0 - (0.0 if view.kind == "directional" else self.facet)) + change
+        depth = self.depth * (1.0 - (0.0 if view.projection == "orthographic" else self.facet)) + change
         along, slack = (self.slope * offset).sum(axis=-1), self.slack_texels * np.abs(self.slope).sum(axis=-1)
-        if view.kind == "directional":
+        if view.projection == "orthographic":
             depth = depth - self.facet - slack + along
         else:
             nearer = 1.0 / np.maximum(depth, 1e-30) + slack
-            if view.kind == "point" and not self.target.is_depth and self.follows:
+            if view.projection == "cube" and not self.target.is_depth and self.follows:
                 nearer = nearer * (1.0 + self.slack_texels * texel[0])  # the distance is not affine either
             depth = 1.0 / np.maximum(nearer + along, 1e-30)
         xy = self.xy + (offset * texel if self.follows else 0.0)
@@ -306,7 +306,7 @@ class _Receivers:
 
 
 def _projected(view: ShadowView, target: Target, local: Array, normal: Array, filter: Filter, bias: Bias) -> _Receivers:
-    sun, follows = view.kind == "directional", bias.follows_plane
+    sun, follows = view.projection == "orthographic", bias.follows_plane
     ahead = np.ones(len(local), dtype=bool) if sun else -local[:, 2] > 0.0
     depth = np.where(ahead, -local[:, 2], 1.0)
     xy = local[:, :2] if sun else local[:, :2] / depth[:, None]

@@ -11,7 +11,7 @@ import pytest
 import glshadow as gs
 from glshadow import budget as module
 from glshadow.budget import Budget, Found, choose, open_to_choice
-from glshadow.core.lights import Light
+from glshadow.lights import Light
 
 SIZE = (320, 180)
 
@@ -36,9 +36,9 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_cheapest_that_is_good_enough(wrong: float) -> None:
     scene = gs.scenes.courtyard()
     with gs.Renderer() as renderer:
-        frame = renderer.render(scene, size=SIZE, max_wrong=wrong, outputs=("visibility", "triangle"))
+        frame = renderer.render(scene, size=SIZE, max_wrong=wrong, outputs=("visibility", "triangle"), samples=1)
         ((found, missed),) = renderer._choices.of(scene)
-    truth = gs.trace(scene, size=SIZE)
+    truth = gs.trace(scene, size=SIZE, samples=1)
     measured = gs.measure(frame, truth).wrong
     assert missed == ""
     assert measured <= 1.2 * wrong
@@ -51,7 +51,7 @@ def test_the_cheapest_that_is_good_enough(wrong: float) -> None:
 @pytest.mark.usefixtures("clock")
 def test_what_no_map_can_do_is_asked_of_triangles() -> None:
     with gs.Renderer() as renderer:
-        frame = renderer.render(gs.scenes.courtyard(), size=SIZE, max_wrong=1e-6)
+        frame = renderer.render(gs.scenes.courtyard(), size=SIZE, max_wrong=1e-6, samples=1)
     assert frame.used[0].filter == gs.Exact()
 
 
@@ -59,9 +59,9 @@ def test_what_no_map_can_do_is_asked_of_triangles() -> None:
 def test_the_best_that_is_fast_enough() -> None:
     scene = gs.scenes.courtyard()
     with gs.Renderer() as renderer:
-        slow = renderer.render(scene, size=SIZE, max_ms=100.0)
-        fast = renderer.render(scene, size=SIZE, max_ms=9.0)
-        none = renderer.render(scene, size=SIZE, max_ms=0.5)
+        slow = renderer.render(scene, size=SIZE, max_ms=100.0, samples=1)
+        fast = renderer.render(scene, size=SIZE, max_ms=9.0, samples=1)
+        none = renderer.render(scene, size=SIZE, max_ms=0.5, samples=1)
     assert slow.used[0].filter == gs.Exact()
     assert fast.used[0].filter != gs.Exact()
     assert fast.used[0].views[0].resolution == 2048
@@ -75,16 +75,18 @@ def test_a_choice_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("glshadow.budget.choose", lambda *given: made.append(1) or choose(*given))
     scene = gs.scenes.box().scene
     with gs.Renderer() as renderer:
-        first = renderer.render(scene, size=SIZE, max_wrong=0.01)
+        first = renderer.render(scene, size=SIZE, max_wrong=0.01, samples=1)
         for k in range(3):
             moved = gs.DirectionalLight(direction=(-0.5, -0.8, 0.1 * k))
-            again = renderer.render(scene, None, [moved], size=SIZE, max_wrong=0.01)
+            again = renderer.render(scene, None, [moved], size=SIZE, max_wrong=0.01, samples=1)
             assert again.used[0].filter == first.used[0].filter
         assert sum(made) == 1
-        frames = list(renderer.sequence(scene, 2 * [scene.camera or gs.PerspectiveCamera()], size=SIZE, max_wrong=0.01))
+        frames = list(
+            renderer.sequence(scene, 2 * [scene.camera or gs.PerspectiveCamera()], size=SIZE, max_wrong=0.01, samples=1)
+        )
         assert len(frames) == 2
         assert sum(made) == 1
-        renderer.render(scene, size=SIZE, max_wrong=0.02)
+        renderer.render(scene, size=SIZE, max_wrong=0.02, samples=1)
         assert sum(made) == 2
 
 
@@ -97,7 +99,7 @@ def test_what_a_light_says_itself_stays() -> None:
     )
     assert [open_to_choice(each) for each in lights] == [False, True, False]
     with gs.Renderer() as renderer:
-        frame = renderer.render(gs.scenes.box().scene, None, lights, SIZE, max_wrong=0.01)
+        frame = renderer.render(gs.scenes.box().scene, None, lights, SIZE, max_wrong=0.01, samples=1)
     assert frame.used[0].filter == gs.Pcf(2)
     assert frame.used[0].why == "asked for"
     assert frame.lights[1].shadow is not None
@@ -107,7 +109,7 @@ def test_what_a_light_says_itself_stays() -> None:
 
 def test_no_light_is_open(monkeypatch: pytest.MonkeyPatch) -> None:
     with gs.Renderer() as renderer:
-        frame = renderer.render(gs.scenes.box().scene, None, [], SIZE, max_wrong=0.01)
+        frame = renderer.render(gs.scenes.box().scene, None, [], SIZE, max_wrong=0.01, samples=1)
     assert not np.isnan(frame.image).any()
 
 
@@ -130,5 +132,5 @@ def test_what_was_chosen_for_points_is_not_taken_for_lights_that_have_a_size(mon
     point, disc = [gs.DirectionalLight()], [gs.DirectionalLight(angle=5.0)]
     with gs.Renderer() as renderer:
         for lights in (point, disc, point, disc):
-            renderer.render(scene, None, lights, (64, 48), max_wrong=0.01)
+            renderer.render(scene, None, lights, (64, 48), max_wrong=0.01, samples=1)
     assert [list(each) for each in chosen] == [point, disc]

@@ -63,12 +63,12 @@ def scene() -> gs.Scene:
 @pytest.fixture(scope="module")
 def frame(scene: gs.Scene) -> Iterator[gs.Frame]:
     with gs.Renderer("egl") as renderer:
-        yield renderer.render(scene, size=SIZE, outputs=("image", "visibility"))
+        yield renderer.render(scene, size=SIZE, outputs=("image", "visibility"), samples=1)
 
 
 @pytest.fixture(scope="module")
 def truth(scene: gs.Scene) -> gs.Truth:
-    return gs.trace(scene, size=SIZE)
+    return gs.trace(scene, size=SIZE, samples=1)
 
 
 def test_a_frame_shows_its_picture(frame: gs.Frame) -> None:
@@ -118,8 +118,8 @@ def test_an_error_shows_its_numbers_and_where_it_is(frame: gs.Frame, truth: gs.T
 def test_where_nothing_counts_there_is_a_dash(scene: gs.Scene) -> None:
     below = [gs.DirectionalLight(direction=(0.0, 1.0, 0.0))]
     with gs.Renderer("egl") as renderer:
-        dark = renderer.render(scene, lights=below, size=SIZE, outputs=("visibility",))
-    html = gs.measure(dark, gs.trace(scene, lights=below, size=SIZE))._repr_html_()
+        dark = renderer.render(scene, lights=below, size=SIZE, outputs=("visibility",), samples=1)
+    html = gs.measure(dark, gs.trace(scene, lights=below, size=SIZE, samples=1))._repr_html_()
     assert "nan" not in html
     assert "\N{EN DASH}" in Balanced(html).text
 
@@ -145,7 +145,7 @@ def test_every_repr_is_one_short_line(scene: gs.Scene, frame: gs.Frame, truth: g
     texture = np.zeros((16, 8, 4), np.uint8)
     material = gs.Material((0.5, 0.25, 1.0, 1.0), texture, gs.AlphaMode.MASK, 0.3, True)
     mesh = gs.Mesh(np.eye(3), np.array([[0, 1, 2]]), np.eye(3), np.zeros((3, 2)), material=material)  # type: ignore[arg-type]
-    node = gs.Node("a\x1bb", mesh, np.eye(4), casts=False)
+    node = gs.Node(mesh, np.eye(4), "a\x1bb", casts=False)
     empty = gs.Mesh(np.eye(3), np.zeros((0, 3)))  # type: ignore[arg-type]
     many = gs.Scene((node,) * 500, name="many")
     error = gs.measure(frame, truth)
@@ -161,7 +161,7 @@ def test_every_repr_is_one_short_line(scene: gs.Scene, frame: gs.Frame, truth: g
     assert repr(many).endswith(", ...)")
     assert repr(frame) == "Frame('box', 96 x 54, 2 lights, outputs image, visibility)"
     assert repr(truth).startswith("Truth('box', 96 x 54, ")
-    assert repr(error).startswith("ShadowError(2 lights: wrong ")
+    assert repr(error).startswith("Measurement(2 lights: wrong ")
 
 
 def test_a_scene_shows_its_picture(scene: gs.Scene) -> None:

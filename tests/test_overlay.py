@@ -31,7 +31,9 @@ LIGHTS = (gs.DirectionalLight(direction=(-0.55, -0.8, -0.25)), gs.PointLight(pos
 def frame():
     lights = [replace(light, shadow=gs.Shadow(resolution=256)) for light in LIGHTS]
     with gs.Renderer() as renderer:
-        return renderer.render(gs.scenes.courtyard(), lights=lights, size=SIZE, outputs=required_outputs(OVERLAYS))
+        return renderer.render(
+            gs.scenes.courtyard(), lights=lights, size=SIZE, outputs=required_outputs(OVERLAYS), samples=1
+        )
 
 
 def without(frame, name):
@@ -189,7 +191,9 @@ def test_frustum_edges(light, clip):
 @pytest.mark.parametrize("size", [(1, 1), (7, 5), (5, 40)])
 def test_tiny_pictures(size):
     with gs.Renderer() as renderer:
-        small = renderer.render(gs.scenes.courtyard(), lights=LIGHTS, size=size, outputs=required_outputs(OVERLAYS))
+        small = renderer.render(
+            gs.scenes.courtyard(), lights=LIGHTS, size=size, outputs=required_outputs(OVERLAYS), samples=1
+        )
     assert overlay(small).shape == (size[1], size[0], 3)
 
 

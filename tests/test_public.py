@@ -20,22 +20,14 @@ INNER = {
     "Asked": "what a fit is asked, by the passes",
     "Fitted": "what it answers",
     "Cascade": "what tells a ShadowView of several from its neighbours",
-    "BaseLight": "what the three kinds of light share",
+    "Gizmo": "how an overlay draws a light",
     "Needs": "how a filter chooses its source",
     "Rays": "what a Truth asks when it is measured",
+    "RenderOptions": "the keywords of `render`, for type checkers",
     "Frame": "a protocol: what `measure` needs of a frame",
     "Truth": "a protocol: what `measure` needs of a truth",
     "Pictured": "a protocol: what `flip` needs of a frame",
-    "BufferTexture": "planes and owners that a GpuScene keeps for the passes",
-    "Atlas": "a Map's texture, to be bound and released",
-    "CasterSettings": "how a Map was drawn",
-    "GpuMesh": "what Meshes keep",
-    "Program": "what Programs keep",
-    "ComputeProgram": "what Programs keep",
-    "Placed": "clusters that a GpuScene keeps",
     "Settled": "a Shadow with what it derives, for the passes",
-    "Switch": "how `open_context` makes a context current",
-    "WorldTriangles": "what a GpuScene hands to the exact filter",
 }
 
 
@@ -67,7 +59,14 @@ def signatures(value: Any) -> Iterator[dict[str, Any]]:
         yield hints(value)
         for name, member in vars(value).items():
             inner = member.fget if isinstance(member, property) else getattr(member, "__func__", member)
-            if isinstance(inner, types.FunctionType) and (name == "__init__" or not name.startswith("_")):
+            generated = (
+                isinstance(inner, types.FunctionType) and inner.__code__.co_filename == "<string>"
+            )  # the class's fields
+            if (
+                isinstance(inner, types.FunctionType)
+                and not generated
+                and (name == "__init__" or not name.startswith("_"))
+            ):
                 yield hints(inner)
     elif isinstance(value, types.FunctionType):
         yield hints(value)

@@ -4,9 +4,10 @@ A stand-in for python3 notes its calls, so that nothing is installed and no netw
 """
 
 import importlib.util
+import resource
 import shutil
 import subprocess
-import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -86,6 +87,21 @@ INSTALL = "-m pip install --quiet --disable-pip-version-check --no-input --edita
 LIBRARIES = "ROOT/scripts/libraries.py"
 
 
+def _processor_time(call: Callable[[], object]) -> float:
+    """Seconds of the processes that a call starts, the least of five."""
+    taken = []
+    for _ in range(5):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        call()
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        taken.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    return min(taken)
+
+
+def _empty_shell() -> None:
+    subprocess.run(["bash", "-c", ":"], check=True)
+
+
 def test_first_call_sets_up_and_second_is_immediate(sandbox: Sandbox, tmp_path: Path) -> None:
     code, said = sandbox.run("render", "model.glb", "-o", "a b.png", cwd=tmp_path)
     assert code == 0
@@ -97,12 +113,11 @@ def test_first_call_sets_up_and_second_is_immediate(sandbox: Sandbox, tmp_path: 
         "-m glshadow render model.glb -o a b.png",
     ]
 
-    start = time.perf_counter()
-    code, said = sandbox.run("render")
-    seconds = time.perf_counter() - start
-    assert (code, said) == (0, "")
+    assert sandbox.run("render") == (0, "")
     assert sandbox.calls() == ["-m glshadow render"]
-    assert seconds < 1.0  # the promise of the README; 0.02 s on a quiet machine
+    # the promise of the README: no more processor time than some empty shells (measured: 9)
+    again, empty = (_processor_time(call) for call in (lambda: sandbox.run("render"), _empty_shell))
+    assert again < 30.0 * empty
 
 
 def test_changed_dependencies_are_installed_again(sandbox: Sandbox) -> None:

@@ -1,15 +1,18 @@
-"""A technique states itself once: no pass, command or study asks which filter, bias, fit or source it has before it."""
+"""A technique, and a light, states itself once: no pass, command or study asks which filter, bias, fit, source or light it has."""
 
 from __future__ import annotations
 
 import ast
+import inspect
 import re
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
 
 import glshadow
 from glshadow.gl import techniques as sources
+from glshadow.lights import LIGHTS, Light
 from glshadow.shadows.bias import BIASES
 from glshadow.shadows.filters import FILTERS
 from glshadow.shadows.filters.filter import Needs
@@ -21,6 +24,15 @@ FAMILIES |= {kind.__name__: "shadows/bias.py" for kind in BIASES}
 FAMILIES |= {kind.__name__: "shadows/fits.py" for kind in FITS}
 FAMILIES |= {name: "gl/techniques" for name in sources.__all__ if name[0].isupper()}
 FAMILIES |= {"Filter": "shadows/filters", "Bias": "shadows/bias.py", "Fit": "shadows/fits.py"}
+FAMILIES |= {base.__name__: "lights" for kind in LIGHTS for base in kind.__mro__ if issubclass(base, Light)}
+
+KINDS = {kind.spelling for kind in LIGHTS} | {"directional", "panel", "lamp"}
+"""What kinds of lights are called in strings."""
+
+# Places that name kinds of lights in strings all the same: (file, reason).
+NAMED = {
+    "io/gltf/read.py": "the words of KHR_lights_punctual",
+}
 
 # Places that may ask all the same: (file, class), with the reason.
 ALLOWED: dict[tuple[str, str], str] = {
@@ -54,12 +66,59 @@ def questions() -> list[tuple[str, int, str]]:
     return found
 
 
+def kind_strings() -> list[tuple[str, int, str]]:
+    """Every comparison with what a kind of light is called, and every table keyed by it, outside lights: file, line, word."""
+    found = []
+    for path in sorted(PACKAGE.rglob("*.py")):
+        name = path.relative_to(PACKAGE).as_posix()
+        if name.startswith("lights/"):
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            asked: list[ast.AST | None] = []
+            if isinstance(node, ast.Compare):
+                asked = [node.left, *node.comparators]
+            elif isinstance(node, ast.Dict):
+                asked = list(node.keys)
+            elif isinstance(node, ast.Subscript):
+                asked = [node.slice]
+            elif isinstance(node, ast.MatchValue):
+                asked = [node.value]
+            for part in filter(None, asked):
+                several = part.elts if isinstance(part, ast.Tuple | ast.List | ast.Set) else [part]
+                found += [
+                    (name, node.lineno, str(each.value))
+                    for each in several
+                    if isinstance(each, ast.Constant) and each.value in KINDS
+                ]
+    return found
+
+
 def _is_type_call(node: ast.AST) -> bool:
     return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "type"
 
 
-def test_nobody_asks_which_technique_it_is() -> None:
+def test_nobody_asks_which_technique_or_light_it_is() -> None:
     assert [each for each in questions() if (each[0], each[2]) not in ALLOWED] == []
+
+
+def test_no_string_stands_for_a_kind_of_light() -> None:
+    assert [each for each in kind_strings() if each[0] not in NAMED] == []
+
+
+@pytest.mark.parametrize("kind", LIGHTS, ids=lambda kind: kind.spelling)
+def test_a_light_says_all_of_itself(kind: type[Light]) -> None:
+    assert kind.__name__ in glshadow.__all__
+    assert getattr(glshadow, kind.__name__) is kind
+    assert kind.usage.split(":")[0] == kind.spelling
+    assert kind.summary
+    assert set(kind.by_place) <= {each.name for each in fields(kind)}
+    assert kind.beside_geometry <= {each.name for each in fields(kind)}
+    assert not kind.sized_by or kind.sized_by in {each.name for each in fields(kind)}
+    assert kind.most_views in (0, 1, 6)
+    assert kind.most_views == (6 if kind.projection == "cube" else kind.most_views)
+    assert (PACKAGE.parent / "glsl" / kind.snippet).is_file()
+    assert Path(inspect.getfile(kind)).parent == PACKAGE / "lights"
+    assert len({each.spelling for each in LIGHTS}) == len({each.snippet for each in LIGHTS}) == len(LIGHTS)
 
 
 @pytest.mark.parametrize("kind", FILTERS, ids=lambda kind: kind.spelling)
@@ -90,7 +149,7 @@ def test_a_filter_without_a_snippet_is_refused_not_replaced() -> None:
 
     light = glshadow.DirectionalLight(shadow=glshadow.Shadow(filter=Unfinished()))
     with glshadow.Renderer() as renderer, pytest.raises(glshadow.SettingsError, match=r"Unfinished\(\) has no snippet"):
-        renderer.render(glshadow.scenes.courtyard(), lights=[light], size=(32, 18))
+        renderer.render(glshadow.scenes.courtyard(), lights=[light], size=(32, 18), samples=1)
 
 
 def test_what_is_shaped_for_drivers_on_the_cpu_is_listed_with_its_reason() -> None:

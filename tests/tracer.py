@@ -14,7 +14,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.scene.mesh import AlphaMode, Scene
+from glshadow.scene.mesh import AlphaMode
+from glshadow.scene.nodes import Scene
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
@@ -283,7 +284,9 @@ class View:
         else:
             rays, most = np.asarray(position, dtype=np.float64) - self.points, 1.0 - 1e-13
         length = np.linalg.norm(rays, axis=1)
-        self.blocker, _ = self.tracer.trace(self.points, rays, self._tolerance / length, most, own, self.casts)
+        self.blocker, _ = self.tracer.trace(
+            self.points, rays, self._tolerance / length, most, own, self.casts, samples=1
+        )
         lit = (np.einsum("ij,ij->i", self.normals, rays) > 0.0) & (self.blocker < 0)
         result = np.full(len(self.triangle), np.nan, dtype=np.float32)
         result[self.rows] = lit

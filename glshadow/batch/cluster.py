@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+import uuid
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,9 +11,10 @@ from typing import Any
 from glshadow.batch.draw import Drawer, Drawn
 from glshadow.batch.job import Job
 from glshadow.batch.run import outcome
-from glshadow.errors import GlshadowError, ResourceError, SettingsError
+from glshadow.errors import GlshadowError, ResourceError, SettingsError, warn
 
 ANSWERS_S = 10.0  # seconds in which a scheduler does
+_POLL_S = 0.02
 _RETRIES = 3  # of a job whose worker went
 
 _drawers: dict[str, Drawer] = {}  # of this process: a worker keeps its context from job to job
@@ -19,6 +22,8 @@ _drawers: dict[str, Drawer] = {}  # of this process: a worker keeps its context 
 
 def on_cluster(jobs: Sequence[Job], folder: Path, address: str, backend: Any) -> Iterator[tuple[Job, Drawn | str]]:
     """Results as they come. A worker that goes takes nothing with it: its jobs go to others, and files are put in place whole.
+
+    Where there is no worker, a warning says so after ANSWERS_S, and the jobs wait for one.
 
     Raises
     ------
@@ -34,29 +39,54 @@ def on_cluster(jobs: Sequence[Job], folder: Path, address: str, backend: Any) ->
             f"--dask needs distributed ({error}); install it with: pip install 'glshadow[dask]'"
         ) from error
     library: Any = distributed
+    batch = uuid.uuid4().hex
     try:
         client = library.Client(address, timeout=ANSWERS_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise SettingsError(f"no Dask scheduler answers at {address}: {error}") from None
     with client:
+        _await_worker(library, client, address)
         blind = {name: why for name, why in client.run(_sees, str(backend)).items() if why}
         if blind:
             raise ResourceError("; ".join(f"worker {name} has no OpenGL: {why}" for name, why in sorted(blind.items())))
         futures = {
             client.submit(
-                _drawn, job, folder.resolve(), str(backend), key=f"glshadow-{job.key}", retries=_RETRIES, pure=False
+                _drawn, job, folder.resolve(), str(backend), batch,
+                key=f"glshadow-{batch}-{number}", retries=_RETRIES, pure=False,
             ): job
-            for job in jobs
-        }
-        for future in library.as_completed(futures, loop=client.loop):
+            for number, job in enumerate(jobs)
+        }  # fmt: skip
+        completed = library.as_completed(futures, loop=client.loop)
+        while not completed.is_empty():
+            _await_result(completed, client, address)
+            future = next(completed)
             job = futures[future]
             fault = future.exception() if future.status == "error" else None
             yield job, future.result() if fault is None else f"{type(fault).__name__}: {fault}"
             future.release()
 
 
-def _drawn(job: Job, folder: Path, backend: str) -> Drawn | str:
-    return outcome(_drawer(backend), job, folder)
+def _await_worker(library: Any, client: Any, address: str) -> None:
+    try:
+        client.wait_for_workers(1, timeout=ANSWERS_S)
+    except (TimeoutError, library.TimeoutError):
+        warn(f"the Dask scheduler at {address} has no worker: waiting for one")
+        client.wait_for_workers(1)
+
+
+def _await_result(completed: Any, client: Any, address: str) -> None:
+    """Until one is there; says so where every worker has gone meanwhile."""
+    since = time.monotonic()
+    while not completed.has_ready():
+        time.sleep(_POLL_S)
+        if time.monotonic() - since > ANSWERS_S:
+            since = time.monotonic()
+            if not client.nthreads():
+                warn(f"the Dask scheduler at {address} has no worker left: waiting for one")
+
+
+def _drawn(job: Job, folder: Path, backend: str, batch: str) -> Drawn | str:
+    return outcome(_drawer(backend), job, folder, batch)
 
 
 def _sees(backend: str) -> str:

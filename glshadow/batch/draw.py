@@ -2,25 +2,36 @@
 
 from __future__ import annotations
 
+import os
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from glshadow.batch.job import Job
+from glshadow.batch.job import BUILTIN, Job
 from glshadow.core.orbit import orbit
-from glshadow.errors import listening
-from glshadow.scene.mesh import Scene
+from glshadow.errors import GlshadowError, listening
+from glshadow.files import inside
+from glshadow.journal import digest_of_file
+from glshadow.scene.nodes import Scene
 from glshadow.shadows.shadow import Shadow
+
+Inputs = tuple[tuple[str, str | None], ...]
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """What a job took: seconds to load and to draw, and what was said of it."""
+    """What a job took: seconds to load and to draw, and what was said of it; hashes of what it was drawn from and of what it wrote.
+
+    `inputs`: each file that its model was read from, relative to the model's folder, with None for one that is missing. `images`: in
+    the order of the job's names.
+    """
 
     load: float
     draw: float
     warnings: tuple[str, ...]
+    inputs: Inputs
+    images: tuple[str | None, ...]
 
 
 class Drawer:
@@ -30,20 +41,20 @@ class Drawer:
         from glshadow.renderer import Renderer
 
         self._renderer = Renderer(backend)
-        self._scene: tuple[Any, Scene] | None = None
+        self._kept: tuple[Any, Scene, Inputs] | None = None
 
-    def draw(self, job: Job, folder: Path) -> Drawn:
-        """Its pictures into their files, each put in place whole.
+    def draw(self, job: Job, folder: Path, batch: str = "") -> Drawn:
+        """Its pictures into their files, each put in place whole. A scene is kept for jobs of the same `batch`.
 
         Raises
         ------
         GlshadowError
-            As of `load`, `render` and `save`.
+            As of `load`, `render` and `save`; if a link leads out of the folder.
         """
         said: list[str] = []
         with listening(said.append):
             start = time.perf_counter()
-            scene = self._loaded(job)
+            scene, inputs = self._loaded(job, batch)
             loaded = time.perf_counter()
             cameras = orbit(scene.camera, job.orbit) if job.orbit else job.cameras or (scene.camera,)
             lights = scene.lights if job.lights is None else job.lights
@@ -52,36 +63,59 @@ class Drawer:
                 lights = tuple(
                     replace(each, shadow=job.shadow) if each.shadow == own else each for each in lights or ()
                 )
-            paths = job.outputs(folder)
-            exr = paths[0].suffix.lower() == ".exr"
+            exr = job.output.lower().endswith(".exr")
             wanted = ("linear", "alpha", "depth", "normal", "position", "visibility", "node") if exr else ("image",)
-            for camera, path in zip(cameras, paths, strict=True):
+            images = []
+            for camera, name in zip(cameras, job.names(), strict=True):
+                path = _inside(folder, name)
                 frame = self._renderer.render(
                     scene, camera, lights, job.size, background=job.background, outputs=wanted, samples=job.samples
                 )
-                path.parent.mkdir(parents=True, exist_ok=True)
                 frame.save(path)
-        return Drawn(loaded - start, time.perf_counter() - loaded, tuple(dict.fromkeys(said)))
+                images.append(digest_of_file(path))
+        drawn = time.perf_counter() - loaded
+        return Drawn(loaded - start, drawn, tuple(dict.fromkeys(said)), inputs, tuple(images))
 
-    def _loaded(self, job: Job) -> Scene:
-        key = (job.scene, job.ground, job.up_axis)
-        if self._scene is None or self._scene[0] != key:
-            self._scene = None  # the old one goes before the new one comes
-            self._scene = key, _load(job)
-        return self._scene[1]
+    def _loaded(self, job: Job, batch: str) -> tuple[Scene, Inputs]:
+        key = (batch, job.scene, job.ground, job.up_axis)
+        if self._kept is None or self._kept[0] != key:
+            self._kept = None  # the old one goes before the new one comes
+            self._kept = key, *_load(job)
+        return self._kept[1:]
 
     def release(self) -> None:
         """Free the context."""
         self._renderer.release()
 
 
-def _load(job: Job) -> Scene:
+def _inside(folder: Path, name: str) -> Path:
+    """The file of that name, its folder made.
+
+    Raises
+    ------
+    GlshadowError
+        If a link leads out of the folder of the batch, or its own cannot be made.
+    """
+    path = folder / name
+    if not inside(path.parent, folder):
+        raise GlshadowError(f"{path} is outside the folder of the batch: a link leads there")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise GlshadowError(f"{path.parent} cannot be made: {error.strerror or error}") from None
+    return path
+
+
+def _load(job: Job) -> tuple[Scene, Inputs]:
     from glshadow import scenes as builtin
-    from glshadow.batch.job import BUILTIN
-    from glshadow.io.load import load
+    from glshadow.io.limits import Budget
+    from glshadow.io.load import read_scene
 
     if job.scene not in BUILTIN:
-        return load(job.scene, ground=job.ground, up_axis=job.up_axis)
+        budget = Budget()
+        scene = read_scene(job.scene, budget, job.ground, job.up_axis)
+        folder = Path(job.scene).parent
+        return scene, tuple((os.path.relpath(path, folder), digest_of_file(path)) for path in sorted(budget.files))
     name, _, number = job.scene.partition(":")
-    scene: Scene = getattr(builtin, name)(*([int(number)] if number else []))
-    return scene.with_ground() if job.ground else scene
+    scene = getattr(builtin, name)(*([int(number)] if number else []))
+    return scene.with_ground() if job.ground else scene, ()

@@ -5,18 +5,34 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
+from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
-from glshadow.arguments import pixels
+from glshadow.arguments import USUAL_SIZE, pixels
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight, RectLight, SkyLight, SpotLight
-from glshadow.core.setting import as_path, flag, one_of, optional, shown, text, whole
+from glshadow.core.sampling import PICTURE, USUAL
+from glshadow.core.setting import (
+    Settings,
+    as_path,
+    flag,
+    instance,
+    one_of,
+    optional,
+    setting,
+    several,
+    shown,
+    text,
+    whole,
+)
 from glshadow.core.spelling import parse
 from glshadow.derive.look import BACKGROUND, look_of
 from glshadow.errors import GlshadowError, SettingsError
+from glshadow.image import SUFFIXES
+from glshadow.lights import LIGHTS, DirectionalLight, Light, as_lights
+from glshadow.numbered import MOST_IMAGES, has_field, numbered
 from glshadow.shadows.bias import BIASES
 from glshadow.shadows.filters import FILTERS
 from glshadow.shadows.fits import FITS
@@ -24,14 +40,23 @@ from glshadow.shadows.metric import Target
 from glshadow.shadows.shadow import Shadow
 
 CAMERAS = {"perspective": PerspectiveCamera, "orthographic": OrthographicCamera, "intrinsics": IntrinsicsCamera}
-LIGHTS = {"sun": DirectionalLight, "spot": SpotLight, "point": PointLight, "rect": RectLight, "sky": SkyLight}
 BUILTIN = ("courtyard", "outdoors", "street", "landscape:1", "landscape:2", "landscape:3")
-ENDINGS = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
 MOST_LINE = 2**20  # characters
+MOST_PICTURES = 1_000_000  # of one file of jobs
+MOST_SAID = 20  # lines that are no jobs, one by one
+EXAMPLE = '{"scene": "courtyard", "output": "a.png", "size": [640, 360], "lights": [{"kind": "sun", "direction": [-1, -2, -1]}]}'
+
+
+def _scene(name: str, value: Any) -> str:
+    return value if isinstance(value, str) and value in BUILTIN else str(as_path(name, value))
+
+
+def _background(name: str, value: Any) -> Any:
+    return look_of(0.0, value, 1).background
 
 
 @dataclass(frozen=True)
-class Job:
+class Job(Settings):
     """One picture, or one scene from several cameras.
 
     Parameters
@@ -39,8 +64,8 @@ class Job:
     scene : str
         Path of a model, or a built-in scene: courtyard, outdoors, street, landscape:1 to 3.
     output : str
-        Path of the picture, relative to the folder of the batch: .png .jpg .tif .exr; of several cameras with a field for the number,
-        as view_{:03d}.png.
+        Path of the picture, relative to the folder of the batch: .png .jpg .tif .exr; of several pictures with one field for the
+        number, as view_{:03d}.png.
     cameras : tuple of Camera
         Empty: the scene's own.
     orbit : int
@@ -51,31 +76,55 @@ class Job:
         Of every light that casts and says nothing of its own.
     size, samples, background, ground, up_axis
         As in `render` and `load`.
+
+    Raises
+    ------
+    SettingsError
+        If one of them is not what it must be, if cameras and orbit are both given, or if the output leaves the folder, or has a field
+        and there is one picture, or none and there are several.
     """
 
-    scene: str
-    output: str
-    cameras: tuple[Camera, ...] = ()
-    orbit: int | None = None
-    lights: tuple[Light, ...] | None = None
-    shadow: Shadow | None = None
-    size: tuple[int, int] = (1280, 720)
-    samples: int = 4
-    background: tuple[float, float, float] | None = BACKGROUND
-    ground: bool = False
-    up_axis: str | None = None
-    key: str = ""
+    scene: str = setting(_scene)
+    output: str = setting(text())
+    cameras: tuple[Camera, ...] = setting(several(instance(Camera), "cameras", MOST_IMAGES), ())
+    orbit: int | None = setting(optional(whole(1, MOST_IMAGES), "no orbit"), None)
+    lights: tuple[Light, ...] | None = setting(optional(as_lights, "the scene's own"), None)
+    shadow: Shadow | None = setting(optional(instance(Shadow)), None)
+    size: tuple[int, int] = setting(pixels, USUAL_SIZE)
+    samples: int = setting(PICTURE, USUAL)
+    background: tuple[float, float, float] | None = setting(_background, BACKGROUND)
+    ground: bool = setting(flag(), False)
+    up_axis: str | None = setting(optional(one_of("x", "y", "z"), "y"), None)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.orbit and self.cameras:
+            raise SettingsError("Job cameras and orbit do not go together")
+        if not self._several and has_field(self.output):
+            raise SettingsError(f"Job output {shown(self.output)} has a field for a number, and there is one picture")
+        path = as_path("Job output", self._name(self.pictures - 1))
+        if path.suffix.lower() not in SUFFIXES:
+            raise SettingsError(f"Job output must end in one of {', '.join(SUFFIXES)}, got {shown(self.output)}")
+        if path.is_absolute() or ".." in path.parts:
+            raise SettingsError(f"Job output must stay in the batch's folder, got {shown(self.output)}")
+        object.__setattr__(self, "output", Path(self.output).as_posix())  # ./a.png is a.png
+
+    @property
+    def _several(self) -> bool:
+        return self.orbit is not None or len(self.cameras) > 1
+
+    @property
+    def _name(self) -> Callable[[int], str]:
+        return numbered("Job output", self.output) if self._several else lambda _: self.output
 
     @property
     def pictures(self) -> int:
         """How many it draws."""
         return self.orbit or max(len(self.cameras), 1)
 
-    def outputs(self, folder: Path) -> list[Path]:
-        """Where they go."""
-        several = self.orbit is not None or len(self.cameras) > 1
-        names = [self.output.format(number) for number in range(self.pictures)] if several else [self.output]
-        return [folder / name for name in names]
+    def names(self) -> Iterator[str]:
+        """Where they go, relative to the folder of the batch, one at a time."""
+        return map(self._name, range(self.pictures))
 
 
 def read_jobs(path: str | os.PathLike[str]) -> list[Job]:
@@ -84,41 +133,63 @@ def read_jobs(path: str | os.PathLike[str]) -> list[Job]:
     Raises
     ------
     SettingsError
-        If the file cannot be read or one of its lines is no job: names the lines, up to twenty of them, and what is wrong with each; if two
-        jobs write the same file.
+        If the file cannot be read; if one of its lines is no job: the error's notes name the lines, up to twenty of them, and what is
+        wrong with each; if two jobs write the same file, or all together more than a million pictures.
     """
     path = as_path("jobs", path)
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise SettingsError(f"{path}: {error}") from None
+    if path.exists() and not path.is_file():
+        raise SettingsError(f"{path} is a folder, a device or a pipe, where a file of jobs is needed")
     jobs: list[Job] = []
     wrong: list[str] = []
-    taken: dict[Path, int] = {}
-    for number, line in enumerate(lines, 1):
-        if not line.strip() or line.lstrip().startswith("#"):
-            continue
-        try:
-            job = parse_job(line, path.parent)
-            for output in job.outputs(Path()):
-                if output in taken:
-                    raise SettingsError(f"output {str(output)!r} is also that of line {taken[output]}")
-                taken[output] = number
-        except GlshadowError as error:
-            wrong.append(f"line {number}: {error}")
-            continue
-        jobs.append(job)
+    taken: dict[bytes, int] = {}  # hashes: a million long names are gigabytes
+    try:
+        with path.open(encoding="utf-8") as file:
+            for number, line in _lines(file):
+                try:
+                    job = parse_job(line, path.parent)
+                    _take(job, number, taken)
+                    jobs.append(job)
+                except GlshadowError as error:
+                    wrong.append(f"line {number}: {error}" if len(wrong) < MOST_SAID else "")
+    except (OSError, UnicodeDecodeError) as error:
+        raise SettingsError(f"{path}: {error}") from None
     if wrong:
-        more = f"\n  and {len(wrong) - 20} more" if len(wrong) > 20 else ""
-        raise SettingsError(
-            f"{path.name} has {len(wrong)} lines that are no jobs:\n  " + "\n  ".join(wrong[:20]) + more
-        )
+        lines = "1 line that is no job" if len(wrong) == 1 else f"{len(wrong)} lines that are no jobs"
+        refusal = SettingsError(f"{path.name} has {lines}")
+        for each in wrong[:MOST_SAID]:
+            refusal.add_note(each)
+        if len(wrong) > MOST_SAID:
+            refusal.add_note(f"and {len(wrong) - MOST_SAID} more")
+        raise refusal
     if not jobs:
         raise SettingsError(f"{path.name} has no job: one JSON object in each line, as {EXAMPLE}")
     return jobs
 
 
-EXAMPLE = '{"scene": "courtyard", "output": "a.png", "size": [640, 360], "lights": [{"kind": "sun", "direction": [-1, -2, -1]}]}'
+def _lines(file: TextIO) -> Iterator[tuple[int, str]]:
+    """Numbers and texts of the lines that say something, of one that is too long its beginning."""
+    for number in count(1):
+        line = file.readline(MOST_LINE + 1)
+        if not line:
+            return
+        rest = line
+        while rest and not rest.endswith("\n"):
+            rest = file.readline(MOST_LINE)
+        if line.strip() and not line.lstrip().startswith("#"):
+            yield number, line
+
+
+def _take(job: Job, number: int, taken: dict[bytes, int]) -> None:
+    """Note the files that a job writes, each with the number of its line."""
+    if len(taken) + job.pictures > MOST_PICTURES:
+        raise SettingsError(
+            f"{len(taken) + job.pictures} pictures up to here are more than a file of jobs may ask for ({MOST_PICTURES}); "
+            "give several files"
+        )
+    for name in job.names():
+        key = hashlib.blake2b(os.fsencode(name), digest_size=16).digest()
+        if taken.setdefault(key, number) != number:
+            raise SettingsError(f"output {shown(name)} is also that of line {taken[key]}")
 
 
 def parse_job(line: str, base: Path) -> Job:
@@ -131,46 +202,23 @@ def parse_job(line: str, base: Path) -> Job:
         raise SettingsError(f"it is no JSON: {error}") from None
     if not isinstance(given, dict):
         raise SettingsError(f"it must be an object, got {shown(given)}")
-    known = {item.name for item in fields(Job)} - {"key"}
+    known = {item.name for item in fields(Job)}
     if unknown := set(given) - known:
         raise SettingsError(f"{', '.join(sorted(map(repr, unknown)))}: unknown; there are {', '.join(sorted(known))}")
     for needed in ("scene", "output"):
         if needed not in given:
             raise SettingsError(f"{needed} is missing")
-    kept: dict[str, Any] = {name: RULES[name](name, value) for name, value in given.items()}
-    if kept["scene"] not in BUILTIN:
-        model = base / kept["scene"]
+    for name, read in READ.items():
+        if name in given and not (given[name] is None and name != "cameras"):
+            given[name] = read(name, given[name])
+    if isinstance(given["scene"], str) and given["scene"] not in BUILTIN:
+        model = base / given["scene"]
         if not model.is_file():
             raise SettingsError(
                 f"scene: there is no such file: {model}, and no built-in scene; those are {', '.join(BUILTIN)}"
             )
-        kept["scene"] = str(model)
-    if kept.get("orbit") and kept.get("cameras"):
-        raise SettingsError("cameras and orbit do not go together")
-    several = kept.get("orbit") is not None or len(kept.get("cameras", ())) > 1
-    _check_field(kept["output"], several)
-    look_of(0.0, kept.get("background", BACKGROUND), kept.get("samples", 4))
-    stamp = json.dumps(given, sort_keys=True)
-    if kept["scene"] not in BUILTIN:  # another file of the same name is another job
-        facts = Path(kept["scene"]).stat()
-        stamp += f" {facts.st_size} {facts.st_mtime_ns}"
-    return Job(**kept, key=hashlib.sha256(stamp.encode()).hexdigest()[:24])
-
-
-def _check_field(output: str, several: bool) -> None:
-    try:
-        first, second = output.format(0), output.format(1)
-    except (ValueError, IndexError, KeyError) as error:
-        raise SettingsError(f"output {output!r} has a field that is no number's: {error}") from None
-    if several and first == second:
-        raise SettingsError(f"output {output!r} needs a field for the picture's number, as view_{{:03d}}.png")
-    if not several and first != output:
-        raise SettingsError(f"output {output!r} has a field for a number, and there is one picture")
-    path = Path(first)
-    if path.suffix.lower() not in ENDINGS:
-        raise SettingsError(f"output must end in one of {', '.join(ENDINGS)}, got {output!r}")
-    if path.is_absolute() or ".." in path.parts:
-        raise SettingsError(f"output must stay in the batch's folder, got {output!r}")
+        given["scene"] = str(model)
+    return Job(**given)
 
 
 def _made(kinds: Mapping[str, Callable[..., Any]], usual: str) -> Callable[[str, Any], Any]:
@@ -193,13 +241,19 @@ def _made(kinds: Mapping[str, Callable[..., Any]], usual: str) -> Callable[[str,
     return rule
 
 
+def _light(name: str, value: Any) -> Light:
+    """The rule of a light."""
+    made: Light = _made({kind.spelling: kind for kind in LIGHTS}, DirectionalLight.spelling)(name, value)
+    return made
+
+
 def _each(rule: Callable[[str, Any], Any]) -> Callable[[str, Any], Any]:
-    def several(name: str, value: Any) -> Any:
+    def all_of(name: str, value: Any) -> Any:
         if not isinstance(value, list):
             raise SettingsError(f"{name} must be a list, got {shown(value)}")
         return tuple(rule(f"{name}[{number}]", each) for number, each in enumerate(value))
 
-    return several
+    return all_of
 
 
 def _shadow(name: str, value: Any) -> Shadow:
@@ -209,7 +263,7 @@ def _shadow(name: str, value: Any) -> Shadow:
         "filter": lambda each: parse(str(each), FILTERS, "filter"),
         "bias": lambda each: parse(str(each), BIASES, "bias"),
         "fit": lambda each: parse(str(each), FITS, "fit"),
-        "target": lambda each: Target(each) if each in {t.value for t in Target} else each,
+        "target": lambda each: next((known for known in Target if known.value == each), each),
     }
     known = {*read, "resolution", "strength", "edge_falloff"}
     if unknown := set(value) - known:
@@ -219,20 +273,9 @@ def _shadow(name: str, value: Any) -> Shadow:
     return Shadow(**{key: read.get(key, lambda each: each)(each) for key, each in value.items()})
 
 
-def _color(name: str, value: Any) -> Any:
-    return None if value is None else tuple(value) if isinstance(value, list) else value
-
-
-RULES: dict[str, Callable[[str, Any], Any]] = {
-    "scene": text(),
-    "output": text(),
+READ: dict[str, Callable[[str, Any], Any]] = {
     "cameras": _each(_made(CAMERAS, "perspective")),
-    "orbit": optional(whole(1, 100_000), "no orbit"),
-    "lights": optional(_each(_made(LIGHTS, "sun")), "the scene's own"),
-    "shadow": optional(_shadow, "derived"),
-    "size": lambda name, value: pixels(name, tuple(value) if isinstance(value, list) else value),
-    "samples": one_of(1, 4, 8, 16),
-    "background": _color,
-    "ground": flag(),
-    "up_axis": optional(one_of("x", "y", "z"), "y"),
+    "lights": _each(_light),
+    "shadow": _shadow,
 }
+"""What JSON says in its own way; everything else is as `Job` takes it."""

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
 from glshadow.batch.draw import Drawer, Drawn
-from glshadow.batch.job import Job
-from glshadow.core.setting import as_path, whole
+from glshadow.batch.inputs import Models, request_of
+from glshadow.batch.job import MOST_PICTURES, Job
+from glshadow.core.setting import as_path, flag, instance, optional, refuse, several, text, whole
 from glshadow.errors import GlshadowError, ResourceError
+from glshadow.gl.driver.context import Backend, backend_of
+from glshadow.journal import Journal, Kept
 
 JOURNAL = ".glshadow-batch.jsonl"
 Progress = Callable[[int, int, str], None]
@@ -59,7 +61,7 @@ def run_batch(
     jobs: Sequence[Job],
     folder: str | os.PathLike[str],
     processes: int | None = None,
-    backend: Any = "auto",
+    backend: Backend = "auto",
     fresh: bool = False,
     progress: Progress | None = None,
     dask: str | None = None,
@@ -67,6 +69,8 @@ def run_batch(
     """Draw jobs into a folder.
 
     Jobs of one scene go to one process one after the other, which loads it once. A process that dies takes one job with it and is replaced.
+    A picture is kept if its file is what was last written there, and was drawn from the same job, the same bytes of every file that its
+    model is read from, and by the same version.
 
     Parameters
     ----------
@@ -86,18 +90,34 @@ def run_batch(
 
     Raises
     ------
-    SettingsError, ResourceError
-        If the folder cannot be made; if no process gives an OpenGL context: its own words.
+    SettingsError
+        If an argument is not what it must be, or the journal holds something else; without dask.distributed, or where no scheduler answers.
+    GlshadowError
+        If the folder cannot be made or the journal not be written; before anything is drawn.
+    ResourceError
+        If no process gives an OpenGL context: its own words.
+
+    Warns
+    -----
+    GlshadowWarning
+        If the scheduler has no worker.
     """
+    jobs = several(instance(Job), "Jobs", MOST_PICTURES)("jobs", jobs)
     folder = as_path("folder", folder)
-    count = whole(1, 1024)("processes", processes if processes is not None else os.cpu_count() or 1)
+    count = optional(whole(1, 1024), "one for each core")("processes", processes) or os.cpu_count() or 1
+    backend = backend_of(backend, None)
+    fresh = flag()("fresh", fresh)
+    dask = optional(text(), "processes of this machine")("dask", dask)
+    if progress is not None and not callable(progress):
+        raise refuse("progress", "a callable (done, total, name) or None", progress)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ResourceError(f"{folder} cannot be made: {error.strerror}") from None
-    journal = folder / JOURNAL
-    there = set() if fresh else _journaled(journal)
-    open_jobs = [job for job in jobs if not (job.key in there and all(path.is_file() for path in job.outputs(folder)))]
+    journal = Journal(folder / JOURNAL)
+    journal.add()
+    models, kept_images = Models(journal), Kept(journal)
+    open_jobs = list(jobs) if fresh else [job for job in jobs if not _is_kept(job, models, kept_images)]
     kept = len(jobs) - len(open_jobs)
     failed: list[Failed] = []
     said: list[str] = []
@@ -109,31 +129,22 @@ def run_batch(
         from glshadow.batch.cluster import on_cluster
 
         results = on_cluster(ordered, folder, dask, backend)
-    with journal.open("a", encoding="utf-8") as kept_file:
-        for job, result in results:
-            if isinstance(result, Drawn):
-                drawn, pictures, seconds = drawn + 1, pictures + job.pictures, seconds + result.load + result.draw
-                said += [f"{job.output}: {each}" for each in result.warnings]
-                kept_file.write(json.dumps({"key": job.key, "output": job.output, **asdict(result)}) + "\n")
-                kept_file.flush()
-            else:
-                failed.append(Failed(job, result))
-            if progress is not None:
-                progress(kept + drawn + len(failed), len(jobs), job.output)
+    for job, result in results:
+        if isinstance(result, Drawn):
+            drawn, pictures, seconds = drawn + 1, pictures + job.pictures, seconds + result.load + result.draw
+            said += [f"{job.output}: {each}" for each in result.warnings]
+            models.add(job, result.inputs)
+            kept_images.add(request_of(job, result.inputs), dict(zip(job.names(), result.images, strict=True)))
+        else:
+            failed.append(Failed(job, result))
+        if progress is not None:
+            progress(kept + drawn + len(failed), len(jobs), job.output)
     return Done(drawn, kept, pictures, tuple(failed), tuple(dict.fromkeys(said)), seconds)
 
 
-def _journaled(path: Path) -> set[str]:
-    """Keys of jobs that are done; a last line that an interruption cut is left out."""
-    if not path.is_file():
-        return set()
-    found = set()
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        try:
-            found.add(str(json.loads(line)["key"]))
-        except (ValueError, KeyError, TypeError):
-            continue
-    return found
+def _is_kept(job: Job, models: Models, images: Kept) -> bool:
+    request = models.request(job)
+    return request is not None and all(images.has(name, request) for name in job.names())
 
 
 def _local(jobs: Sequence[Job], folder: Path, count: int, backend: Any) -> Iterator[tuple[Job, Drawn | str]]:
@@ -225,10 +236,10 @@ def _work(pipe: Connection, folder: Path, backend: Any) -> None:
     drawer.release()
 
 
-def outcome(drawer: Drawer, job: Job, folder: Path) -> Drawn | str:
+def outcome(drawer: Drawer, job: Job, folder: Path, batch: str = "") -> Drawn | str:
     """What a job took, or why it failed, in a line: one job's fault is no other's."""
     try:
-        return drawer.draw(job, folder)
+        return drawer.draw(job, folder, batch)
     except GlshadowError as error:
         return " ".join(str(error).split())
     except MemoryError:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from glshadow.cli.bar import Bar
 from glshadow.cli.options import Command, common, option
 from glshadow.cli.running import FAILED, Work
+
+if TYPE_CHECKING:
+    from glshadow.gl.driver.context import Backend
 
 EXAMPLES = """
 \b
@@ -53,7 +57,7 @@ def command(
     jobs: Path,
     folder: Path,
     processes: int | None,
-    backend: str,
+    backend: Backend,
     fresh: bool,
     check: bool,
     dask: str | None,

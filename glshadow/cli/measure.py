@@ -57,14 +57,16 @@ def _measure(work: Work, wanted: Request) -> None:
         renderer = Renderer(wanted.driver)
     with renderer:
         with work.stage("render", f"rendering {wanted.name}"):
-            frame = renderer.render(scene, camera, lights, wanted.size, outputs=("visibility", "triangle", "alpha"))
+            frame = renderer.render(
+                scene, camera, lights, wanted.size, outputs=("visibility", "triangle", "alpha"), samples=1
+            )
         refuse_blank(frame)
         warn_fallbacks(work, frame.used)
         with work.stage("trace", "tracing the truth"):
-            from glshadow.core.area import traced_points
+            from glshadow.lights import traced_points
             from glshadow.reference.trace import trace
 
-            truth = trace(scene, camera, lights, wanted.size, light_samples=traced_points(lights))
+            truth = trace(scene, camera, lights, wanted.size, light_samples=traced_points(lights), samples=1)
         with work.stage("measure", "measuring"):
             from glshadow.scoring.error import measure
 

@@ -9,18 +9,20 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from glshadow.arguments import USUAL_SIZE
 from glshadow.cli import values
 from glshadow.cli.running import Work
 from glshadow.core.spaces import Triple
+from glshadow.core.spelling import vector
 from glshadow.errors import SettingsError
 from glshadow.shadows.bias import BIASES
 from glshadow.shadows.fits import FITS
 
 if TYPE_CHECKING:
     from glshadow.core.cameras import Camera
-    from glshadow.core.lights import Light
     from glshadow.frame import Frame
-    from glshadow.scene.mesh import Scene
+    from glshadow.lights import Light
+    from glshadow.scene.nodes import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -88,7 +90,13 @@ common = _all(
 )
 
 size_option = option(
-    "Picture", "--size", metavar="WxH", read=values.size, default="1280x720", show_default=True, help="Pixels."
+    "Picture",
+    "--size",
+    metavar="WxH",
+    read=values.size,
+    default="{}x{}".format(*USUAL_SIZE),
+    show_default=True,
+    help="Pixels.",
 )
 
 driver_options = _all(
@@ -105,11 +113,11 @@ scene_options = _all(
            help="Put a plane under the model of which nothing but the shadow is seen; with --background none for compositing."),
     option("Model", "--up-axis", type=click.Choice(["x", "y", "z"]),
            help="Axis that is up in the file. Default: y; STL and PLY files are often z."),
-    option("Camera", "--eye", metavar="X,Y,Z", read=values.vector,
+    option("Camera", "--eye", metavar="X,Y,Z", read=vector,
            help="Where the camera is. Default: the file's camera, else one that frames the model."),
-    option("Camera", "--target", metavar="X,Y,Z", read=values.vector,
+    option("Camera", "--target", metavar="X,Y,Z", read=vector,
            help="What it looks at. Default with --eye: the middle of the model."),
-    option("Camera", "--up", metavar="X,Y,Z", read=values.vector, help="What is up in the picture. Default: 0,1,0."),
+    option("Camera", "--up", metavar="X,Y,Z", read=vector, help="What is up in the picture. Default: 0,1,0."),
     option("Camera", "--fov", metavar="DEG", read=values.fov,
            help="Vertical field of view. Default: the file's, else 50."),
     option("Camera", "--ortho", metavar="HEIGHT", read=values.height,
@@ -117,11 +125,9 @@ scene_options = _all(
     option("Camera", "--near", metavar="D", read=values.plane, help="Nothing nearer is drawn. Default: derived."),
     option("Camera", "--far", metavar="D", read=values.plane, help="Nothing farther is drawn. Default: derived."),
     option("Lights", "--light", "lights", metavar="LIGHT", read=values.light, multiple=True,
-           help="sun:DX,DY,DZ or spot:PX,PY,PZ:DX,DY,DZ[:OUTER[:INNER]] or point:X,Y,Z. D is the way the light "
-                "travels, P where it is, OUTER and INNER degrees from the cone's axis (30, and two thirds of OUTER). "
-                "Any :key=value may follow: intensity=1 color=1,1,1 near=D far=D shadow=on|off, for spot and point "
-                "range=D falloff=0 (2: physical) radius=0, for sun angle=0 (0.53: soft as the sun's). Also a panel, "
-                "rect:PX,PY,PZ:DX,DY,DZ:WIDTH,HEIGHT. Repeat for more lights. Default: the file's lights, else one sun."),
+           help=f"{values.light_help()}. d is the way the light travels, p where it is. Any :key=value may follow: intensity=1 "
+                "color=1,1,1 shadow=on|off, near=D far=D of its map, and the settings named above. Repeat for more lights. Default: "
+                "the file's lights, else one sun."),
     option("Lights", "--sky", metavar="INTENSITY", read=values.strength_of_sky,
            help="Also the light of a whole sky, the same from everywhere: 0.4. Its shadow is ambient occlusion, at the price of "
                 "64 hard ones."),
@@ -178,7 +184,7 @@ class Request:
     far: float | None
     lights: tuple[Light, ...]
     sky: float | None = None
-    size: tuple[int, int] = (1280, 720)
+    size: tuple[int, int] = USUAL_SIZE
     backend: Any = "auto"
     device: int | None = None
     output: Path | None = None
@@ -243,7 +249,7 @@ class Request:
         """The lights that were given, or the scene's, with the shadow that was asked for."""
         lights = self.lights or scene.lights
         if self.sky is not None:
-            from glshadow.core.lights import SkyLight
+            from glshadow.lights import SkyLight
 
             lights = (*lights, SkyLight(intensity=self.sky))
         if not self.shadow:
@@ -313,12 +319,8 @@ def light_facts(light: Light, used: Any) -> dict[str, Any]:
     """For the JSON report: the light, and what was really used for its shadow."""
     from dataclasses import fields
 
-    from glshadow.core.lights import DirectionalLight, RectLight, SkyLight, SpotLight
-
-    kinds = {RectLight: "rect", SkyLight: "sky", DirectionalLight: "sun", SpotLight: "spot"}
-    kind = next((name for each, name in kinds.items() if isinstance(light, each)), "point")
     settings = {item.name: getattr(light, item.name) for item in fields(light) if item.name != "shadow"}
-    return {"kind": kind, **settings, "casts": light.shadow is not None, "used": used.as_dict()}
+    return {"kind": light.spelling, **settings, "casts": light.shadow is not None, "used": used.as_dict()}
 
 
 def warn_fallbacks(work: Work, used: tuple[Any, ...]) -> None:

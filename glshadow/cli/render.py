@@ -22,12 +22,14 @@ from glshadow.cli.options import (
     scene_facts,
     warn_fallbacks,
 )
-from glshadow.cli.orbit import MOST_PICTURES, Kept, make_all, named_after, pattern, refuse_field, request_of
+from glshadow.cli.orbit import kept_beside, make_all, named_after, pattern, refuse_field, request_of
 from glshadow.cli.running import Work
+from glshadow.core.sampling import USUAL
+from glshadow.numbered import MOST_IMAGES
 
 if TYPE_CHECKING:
     from glshadow.frame import Frame
-    from glshadow.scene.mesh import Scene
+    from glshadow.scene.nodes import Scene
 
 EXAMPLES = """
 \b
@@ -61,7 +63,7 @@ Examples:
     "--samples",
     metavar="N",
     read=values.samples,
-    default="4",
+    default=str(USUAL),
     show_default=True,
     help="1, 4, 8 or 16 in each pixel, for smooth edges of surfaces and shadows.",
 )
@@ -69,7 +71,7 @@ Examples:
     "Picture",
     "--orbit",
     metavar="N",
-    type=click.IntRange(1, MOST_PICTURES),
+    type=click.IntRange(1, MOST_IMAGES),
     help="N pictures all round the model, in equal steps about the vertical. -o then needs a field for the picture's number: "
     "-o view_{:03d}.png. What is there already is kept, so that an interrupted command goes on.",
 )
@@ -177,7 +179,7 @@ def _render_orbit(
 
         renderer = Renderer(wanted.driver)
     options = (wanted.size, samples, budget, wanted.look, overlay, renderer.info["renderer"])
-    kept = Kept(path, request_of(scene, cameras, lights, *options))
+    asked = request_of(scene, cameras, lights, *options)
     outputs = _outputs(path, overlay, False)
 
     def draw(numbers: Sequence[int]) -> Iterator[tuple[int, Frame]]:
@@ -192,7 +194,8 @@ def _render_orbit(
             yield number, _overlaid(frame, overlay) if overlay else frame
 
     with renderer, work.stage("render", f"rendering {wanted.name}"):
-        rows = make_all(work, [name(number) for number in range(count)], kept, draw, wanted.name)
+        files = [name(number) for number in range(count)]
+        rows = make_all(work, files, kept_beside(path), asked, draw, wanted.name)
     made = sum(row["made"] for row in rows)
     work.say(f"{path}: {made} of {count} pictures made, {work.timings['render']:.2f} s")
     work.finish({"pictures": rows, "size": wanted.size, "scene": scene_facts(scene)})

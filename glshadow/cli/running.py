@@ -135,10 +135,14 @@ class Work:
 
     def _tell(self, error: BaseException) -> None:
         message = one_line(error)
+        notes = [" ".join(str(each).split()) for each in getattr(error, "__notes__", ())]
         say(f"error: {message}")
+        for each in notes:
+            say(f"  {each}")
         if self.as_json:
+            report = {"error": message, "kind": type(error).__name__, "warnings": self.warnings}
             with suppress(OSError):
-                print_json({"error": message, "kind": type(error).__name__, "warnings": self.warnings})
+                print_json({**report, "notes": notes} if notes else report)
 
     def warn(self, message: str) -> None:
         """One `warning:` line per message, and one entry under "warnings"."""

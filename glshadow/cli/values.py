@@ -6,40 +6,31 @@ import math
 import re
 from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from glshadow.core.spelling import parse
+from glshadow.core.spaces import CLIP_SPACES
+from glshadow.core.spelling import number, numbers, parse, vector
 from glshadow.errors import SettingsError
+from glshadow.image import image_path
 from glshadow.shadows.bias import BIASES, Bias
 from glshadow.shadows.filters import FILTERS, Filter
 from glshadow.shadows.fits import FITS, Fit
+from glshadow.shadows.metric import Target
 
 if TYPE_CHECKING:
-    from glshadow.core.lights import Light
     from glshadow.core.spaces import ClipSpace, Triple
-    from glshadow.shadows.cookie import Cookie
+    from glshadow.lights import Light
 
 
-# Listed here, not taken from their classes, so that --help needs no numpy; a test compares them.
-TARGETS = ("depth16", "depth24", "depth32f", "r32f", "r16f", "r8", "rgba8")
-CLIPS = ("-1..1", "-1..1,reversed", "0..1", "0..1,reversed")
-IMAGES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
-OVERLAYS = ("map", "lights", "axes", "grid")
+TARGETS = tuple(target.value for target in Target)
+CLIPS = tuple(map(str, CLIP_SPACES))
+OVERLAYS = (
+    "map",
+    "lights",
+    "axes",
+    "grid",
+)  # named here too: the module that draws them takes long to import; a test compares them
 LARGEST_SIDE = 16384  # pixels; the driver's own limit is checked when the picture is made
-
-LIGHTS = (
-    "sun:dx,dy,dz, spot:px,py,pz:dx,dy,dz[:outer[:inner]], point:x,y,z, rect:px,py,pz:dx,dy,dz:width,height, sky, each with any "
-    ":key=value after it"
-)
-COMMON_KEYS = ("intensity", "color", "near", "far", "shadow")
-LIGHT_KEYS = {
-    "sun": (*COMMON_KEYS, "angle", "cookie", "cookie_size"),
-    "spot": (*COMMON_KEYS, "range", "falloff", "radius", "cookie"),
-    "point": (*COMMON_KEYS, "range", "falloff", "radius"),
-    "rect": (*COMMON_KEYS, "range", "up"),
-    "sky": ("intensity", "color", "shadow"),
-}
-INNER_SHARE = 2.0 / 3.0  # of the outer angle, as SpotLight's own 20 of 30 degrees
 
 
 def size(text: str) -> tuple[int, int]:
@@ -49,36 +40,6 @@ def size(text: str) -> tuple[int, int]:
     if not (1 <= width <= LARGEST_SIDE and 1 <= height <= LARGEST_SIDE):
         raise SettingsError(f"{text!r} is not WIDTHxHEIGHT in pixels, each from 1 to {LARGEST_SIDE}, such as 1280x720")
     return width, height
-
-
-def number(text: str) -> float:
-    """A finite number."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise SettingsError(f"{text!r} is not a finite number")
-    return value
-
-
-def numbers(text: str, count: int) -> tuple[float, ...]:
-    """So many finite numbers with commas between them."""
-    parts = text.split(",")
-    try:
-        values = tuple(number(part) for part in parts)
-    except SettingsError:
-        values = ()
-    if len(values) != count:
-        example = ",".join(("1", "2.5", "-3")[:count])
-        raise SettingsError(f"{text!r} is not {count} finite numbers with commas between them, such as {example}")
-    return values
-
-
-def vector(text: str) -> Triple:
-    """x,y,z."""
-    x, y, z = numbers(text, 3)
-    return x, y, z
 
 
 def color(text: str) -> Triple:
@@ -200,8 +161,6 @@ def fit(text: str) -> Fit:
 
 def clip(text: str) -> ClipSpace:
     """One of `CLIPS`."""
-    from glshadow.core.spaces import CLIP_SPACES
-
     found = next((space for space in CLIP_SPACES if str(space) == text.replace(" ", "")), None)
     if found is None:
         raise SettingsError(f"{text!r} is none of: {'  '.join(CLIPS)}")
@@ -218,12 +177,8 @@ def overlays(text: str) -> tuple[str, ...]:
 
 def picture(text: str) -> Path:
     """A file that an image can be written to."""
-    path = Path(text)
-    if path.suffix.lower() not in IMAGES:
-        raise SettingsError(f"{text!r} must end in one of {' '.join(IMAGES)}")
     try:
-        if not path.parent.is_dir():
-            raise SettingsError(f"there is no folder {str(path.parent)!r}")
+        path = image_path("-o", text)
         if path.is_dir():
             raise SettingsError(f"{text!r} is a folder")
     except OSError as error:
@@ -239,60 +194,16 @@ def strength_of_sky(text: str) -> float:
     return value
 
 
+def light_help() -> str:
+    """Every light with what it is."""
+    from glshadow.lights import LIGHTS
+
+    return ", ".join(f"{kind.usage} ({kind.summary})" for kind in LIGHTS)
+
+
 def light(text: str) -> Light:
-    """`LIGHTS`."""
-    from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
-
-    kind, *parts = text.split(":")
-    places = [part for part in parts if "=" not in part]
-    if kind not in LIGHT_KEYS or parts[: len(places)] != places:
-        raise SettingsError(f"{text!r} is none of: {LIGHTS}")
-    least, most = {"sun": (1, 1), "spot": (2, 4), "point": (1, 1), "rect": (3, 3), "sky": (0, 0)}[kind]
-    if not least <= len(places) <= most:
-        raise SettingsError(f"{text!r} is none of: {LIGHTS}")
-    keys = dict(_key(kind, part) for part in parts[len(places) :])
-    if "cookie" in keys or "cookie_size" in keys:
-        keys["cookie"] = _cookie(kind, keys.pop("cookie", None), keys.pop("cookie_size", 1.0))
-    if kind == "sky":
-        return SkyLight(**keys)
-    if kind == "rect":
-        width, height = numbers(places[2], 2)
-        direction = vector(places[1])
-        if "up" not in keys and abs(direction[1]) < 0.9 * math.hypot(*direction):
-            keys["up"] = (0.0, 1.0, 0.0)  # but for panels that look up or down
-        return RectLight(position=vector(places[0]), direction=direction, width=width, height=height, **keys)
-    if kind == "sun":
-        return DirectionalLight(direction=vector(places[0]), **keys)
-    if kind == "point":
-        return PointLight(position=vector(places[0]), **keys)
-    if len(places) > 2:
-        keys["outer_angle"] = number(places[2])
-        keys["inner_angle"] = number(places[3]) if len(places) > 3 else INNER_SHARE * keys["outer_angle"]
-    return SpotLight(position=vector(places[0]), direction=vector(places[1]), **keys)
-
-
-def _cookie(kind: str, path: str | None, size: float) -> Cookie:
-    """An image file; of a sun it is repeated."""
+    """As a light is spelled: sun:-1,-2,-1, ..."""
     from glshadow.image import read
-    from glshadow.shadows.cookie import Cookie
+    from glshadow.lights import LIGHTS, spelling
 
-    if path is None:
-        raise SettingsError("cookie_size needs a cookie: cookie=FILE")
-    return Cookie(image=read(path), repeat=kind == "sun", size=size)
-
-
-def _key(kind: str, text: str) -> tuple[str, Any]:
-    key, _, value = text.partition("=")
-    if key not in LIGHT_KEYS[kind]:
-        raise SettingsError(f"a {kind} has no {key!r}; it takes {', '.join(LIGHT_KEYS[kind])}")
-    if key in ("color", "up"):
-        return key, vector(value)
-    if key == "cookie":
-        return key, value
-    if key != "shadow":
-        return key, number(value)
-    from glshadow.shadows.shadow import Shadow
-
-    if value not in ("on", "off"):
-        raise SettingsError(f"shadow must be on or off, got {value!r}")
-    return key, Shadow() if value == "on" else None
+    return spelling.parse(text, LIGHTS, read)

@@ -12,7 +12,7 @@ from glshadow.cli.options import Command, Request, common, scene_options, size_o
 from glshadow.cli.running import Work
 
 if TYPE_CHECKING:
-    from glshadow.scene.mesh import Scene
+    from glshadow.scene.nodes import Scene
     from glshadow.ui.showing import Showing
 
 EXAMPLES = """

@@ -251,7 +251,11 @@ def several(rule: Rule, what: str, most: int = 1 << 16) -> Rule:
         for item in items:
             if len(kept) == most:
                 raise SettingsError(f"{name} must be at most {most} of {what}")
-            kept.append(rule(f"{name}[{len(kept)}]", item))
+            try:
+                kept.append(rule(name, item))
+            except SettingsError:
+                rule(f"{name}[{len(kept)}]", item)  # says which
+                raise
         return tuple(kept)
 
     return all_of

@@ -112,6 +112,14 @@ def view_axes(forward: Array, up: ArrayLike = (0.0, 1.0, 0.0)) -> Array:
     return np.array([right, cross(right, forward), -forward])
 
 
+def perpendicular(directions: Array) -> tuple[Array, Array]:
+    """Two unit vectors (N, 3) that span the plane perpendicular to unit vectors (N, 3)."""
+    axis = np.eye(3)[np.abs(directions).argmin(axis=1)]
+    u = np.cross(axis, directions)
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    return u, np.cross(directions, u)
+
+
 def look_at(position: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 1.0, 0.0)) -> Array:
     """View matrix of an eye at `position` that looks at `target`; (4, 4), view_from_world."""
     eye = finite_vector("position", position)

@@ -8,6 +8,7 @@ from dataclasses import MISSING, fields
 from typing import Any, ClassVar, TypeVar
 
 from glshadow.core.setting import Settings, shown
+from glshadow.core.spaces import Triple
 from glshadow.errors import SettingsError
 
 
@@ -135,3 +136,33 @@ def _number(word: str) -> int | float | None:
             continue
         return value if math.isfinite(value) else None
     return None
+
+
+def number(text: str) -> float:
+    """A finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise SettingsError(f"{text!r} is not a finite number")
+    return value
+
+
+def numbers(text: str, count: int) -> tuple[float, ...]:
+    """So many finite numbers with commas between them."""
+    parts = text.split(",")
+    try:
+        values = tuple(number(part) for part in parts)
+    except SettingsError:
+        values = ()
+    if len(values) != count:
+        example = ",".join(("1", "2.5", "-3")[:count])
+        raise SettingsError(f"{text!r} is not {count} finite numbers with commas between them, such as {example}")
+    return values
+
+
+def vector(text: str) -> Triple:
+    """x,y,z."""
+    x, y, z = numbers(text, 3)
+    return x, y, z

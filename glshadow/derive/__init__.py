@@ -1,1 +1,1 @@
-"""What is derived from settings, scene and camera, in float64: views of maps, which bodies cast, triangle lists, resolved settings."""
+"""What is derived from settings, scene and camera, in float64: which bodies cast, triangle lists, resolved settings."""

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from glshadow.core.area import extremes
-from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.spaces import Array
+from glshadow.lights import Light
 
 _ROUNDED = 2.0**-21
 """Of a coordinate: what lies less than this behind a plane lies on it. `core.lists.distance_bound` of float32 vertices is larger."""
@@ -52,7 +51,7 @@ def darkens(triangles: Array, targets: Array, light: Light, origin: Array | None
     targets : (K, C, 3) float64
         Corners of the bodies' hulls: boxes, or triangles.
     light : Light
-        Not a SkyLight.
+        Not one whose points no finite hull holds (the sky).
     origin : (3,) float64, optional
         What float32 coordinates are relative to; the world's if None.
 
@@ -65,7 +64,7 @@ def darkens(triangles: Array, targets: Array, light: Light, origin: Array | None
     solid = (normals != 0.0).any(axis=1)
     triangles, normals = triangles[solid], normals[solid]
     slack = slack_of(triangles, origin)
-    parts = extremes(light)
+    parts = light.extremes()
     return any(_reaches(*each, targets, parts, slack) for each in zip(triangles, normals, strict=True))
 
 
@@ -101,7 +100,7 @@ def _normals(triangles: Array) -> Array:
 def _reaches(triangle: Array, normal: Array, targets: Array, parts: Sequence[Light], slack: float) -> bool:
     """Whether one triangle (3, 3) may darken a target: half-space after half-space, each for those that are left."""
     normal = normal / np.linalg.norm(normal)
-    rays = np.stack([_rays(triangle, part) for part in parts])  # (P, 3, 3)
+    rays = np.stack([part.rays_to(triangle) for part in parts])  # (P, 3, 3)
     along = rays[:, 0] @ normal
     sides = np.where(np.abs(along) > _EDGE_ON * np.linalg.norm(rays[:, 0], axis=1), np.sign(along), 0.0)
     height = (targets - triangle[0]) @ normal
@@ -117,10 +116,3 @@ def _reaches(triangle: Array, normal: Array, targets: Array, parts: Sequence[Lig
         inward /= np.linalg.norm(inward, axis=1, keepdims=True)
         targets = targets[((targets - start) @ inward.T > slack).any(axis=(1, 2))]
     return len(targets) > 0
-
-
-def _rays(triangle: Array, light: Light) -> Array:
-    """From a light to each corner (3, 3)."""
-    if isinstance(light, DirectionalLight):
-        return np.broadcast_to(np.asarray(light.direction), triangle.shape)
-    return np.asarray(triangle - np.asarray(light.position))

@@ -94,7 +94,7 @@ def cell_lists(
         chosen = _casting(grid, corners, made[rows, :, 3].astype(np.float64), flags[rows])
         corners = np.ascontiguousarray(corners[chosen].transpose(2, 1, 0))
         for face in range(grid.faces):
-            seen = np.tensordot(FACES[face], corners, 1) if grid.kind == "point" else corners
+            seen = np.tensordot(FACES[face], corners, 1) if grid.projection == "cube" else corners
             near = _near_window(grid, seen)
             items = first + chosen[near]
             shape = _footprint(grid, seen[:, :, near])
@@ -136,7 +136,7 @@ def _linked(
 
 def _casting(grid: ListGrid, corners: Array, normals: Array, flags: NDArray[np.integer]) -> Indices:
     """Which triangles (T, 3, 3) cast: those with an area that are not culled. Edge-on ones are kept: rounding decides their side."""
-    if grid.kind == "directional":
+    if grid.projection == "orthographic":
         side = normals[:, 2]  # > 0: the front faces the light
     else:
         away = np.sqrt((corners[:, 0] ** 2).sum(axis=1))
@@ -147,7 +147,7 @@ def _casting(grid: ListGrid, corners: Array, normals: Array, flags: NDArray[np.i
 
 def _near_window(grid: ListGrid, corners: Array) -> Indices:
     """Which triangles (xyz, corner, T) may come between the window and the light: not those beyond one side of it, or behind the light."""
-    if grid.kind == "directional":
+    if grid.projection == "orthographic":
         return np.arange(corners.shape[2])
     scale_x, scale_y, shift_x, shift_y = grid.cells_from_window
     depth = -corners[2]
@@ -201,7 +201,7 @@ def _footprint(grid: ListGrid, corners: Array) -> _Footprint:
     scale_x, scale_y, shift_x, shift_y = grid.cells_from_window
     depth = -corners[2]
     nearest = depth.min(axis=0)
-    if grid.kind == "directional":
+    if grid.projection == "orthographic":
         x, y = corners[0] * scale_x + shift_x, corners[1] * scale_y + shift_y
         return _Footprint(corners, x, y, nearest, np.zeros(len(nearest), dtype=bool))
     ahead, far = np.where(depth > 0.0, depth, np.inf), _FAR_OUT * grid.cells

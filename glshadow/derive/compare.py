@@ -46,7 +46,7 @@ def map_uniforms(
     view = views[0]
     left, _, bottom, _ = view.window
     x, y = view.texel
-    tile = view.tile if view.kind != "point" else (0, 0)  # a point light's tile is added once its face is known
+    tile = view.tile if view.projection != "cube" else (0, 0)  # a point light's tile is added once its face is known
     tiles = np.zeros((6, 2), dtype=np.float32)
     for each in views:
         tiles[each.face] = each.tile
@@ -57,7 +57,7 @@ def map_uniforms(
         "u_base": (scale, scale * x, scale * y),
         # the axis decides a point light's face, so nothing lies outside
         "u_tile": (-1e9, -1e9, 1e9, 1e9)
-        if view.kind == "point"
+        if view.projection == "cube"
         else (*(c + view.inset for c in tile), *(c + view.resolution - view.inset for c in tile)),
         "u_face_tile": tiles.tobytes(),
         "u_map_texel": (1.0 / size[0], 1.0 / size[1]),
@@ -114,7 +114,7 @@ def _allowance(view: ShadowView, bias: Bias, filter: Filter, rounding: float) ->
     if not bias.follows_plane:
         return 0.0, 0.0
     facet = FACET_SLOPE * filter.reach_texels * max(view.texel)
-    return (rounding + facet, 0.0) if view.kind == "directional" else (rounding, facet)
+    return (rounding + facet, 0.0) if view.projection == "orthographic" else (rounding, facet)
 
 
 def _depth_uniforms(
@@ -125,7 +125,7 @@ def _depth_uniforms(
     if filter.encoding:
         per_unit, near = 1.0 / (view.far - view.near), view.near
         constant = -near * per_unit - quantum - bias.of_compare
-        if view.kind == "directional":
+        if view.projection == "orthographic":
             return per_unit, (constant - per_unit * allowance[0], 0.0, 0.0)
         return 1.0, (constant, per_unit, 0.0)
     if target is Target.DEPTH32F and view.clip.reversed and view.clip.zero_to_one:
@@ -136,19 +136,19 @@ def _depth_uniforms(
         x -= view.clip.sign * (quantum + shift * WINDOW_PER_CLIP)
         if view.warp is not None:  # depth comes from the matrix itself
             return y, -view.clip.sign * (quantum + shift * WINDOW_PER_CLIP)
-        return y, x - y * allowance[0] if view.kind == "directional" else x
-    low, high = metric_range(view.kind, view.clip, view.near, view.far)
+        return y, x - y * allowance[0] if view.projection == "orthographic" else x
+    low, high = metric_range(view.projection, view.clip, view.near, view.far)
     slack = quantum + shift
-    if view.kind == "point":
+    if view.projection == "cube":
         return 1.0, (low / (low + high) - slack, 1.0 / (low + high), view.texel[0])
     matrix, sign = view.clip_from_view, view.clip.sign
     y, x = -sign * matrix[2, 2] / (low + high), (sign * matrix[2, 3] + low) / (low + high) - slack
-    return (y, x - y * allowance[0]) if view.kind == "directional" else (1.0, (x, y, 0.0))
+    return (y, x - y * allowance[0]) if view.projection == "orthographic" else (1.0, (x, y, 0.0))
 
 
 def window_depth_line(view: ShadowView) -> tuple[float, float]:
     """(x, y) with window depth = x + y * d, d the distance along a sun's view or 1 / depth of a lamp's."""
     matrix = bias_matrix(view.clip) @ view.clip_from_view
-    if view.kind == "directional":
+    if view.projection == "orthographic":
         return matrix[2, 3], -matrix[2, 2]
     return -matrix[2, 2], matrix[2, 3]

@@ -6,14 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from glshadow.core.area import radius_of
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import Array, rigid_inverse, view_axes
 from glshadow.geometry.fitting import minimum_rectangle
-from glshadow.shadows.view import Kind
+from glshadow.lights import Light
+from glshadow.shadows.view import Projection
 
-# Cells along a side of the fine grid: one grid for a sun or a spot, one per face for a point light.
-CELLS: dict[Kind, int] = {"directional": 512, "spot": 512, "point": 256}
+# Cells along a side of the fine grid: of one grid, or of each face's.
+CELLS: dict[Projection, int] = {"orthographic": 512, "perspective": 512, "cube": 256}
 RATIO = 16  # fine cells along a side of a coarse one
 MOST = 256  # fine cells that one triangle may touch; more, and it goes to coarse ones
 LEAST_CELLS = 32  # two coarse cells along a side
@@ -29,8 +28,8 @@ class ListGrid:
 
     Parameters
     ----------
-    kind : str
-        How it projects: a point light far from all casters has one grid, as a spot has.
+    projection : {"orthographic", "perspective", "cube"}
+        A point light far from all casters has one grid in perspective, as a spot has.
     view_from_world : (4, 4) float64
         Rigid: a spot's view, a sun's about the middle of what casts; for the six faces of a point light with world axes.
     window : (4,) floats
@@ -39,7 +38,7 @@ class ListGrid:
         Along a side of the fine grid.
     """
 
-    kind: Kind
+    projection: Projection
     view_from_world: Array
     window: tuple[float, float, float, float]
     cells: int
@@ -47,7 +46,7 @@ class ListGrid:
     @property
     def faces(self) -> int:
         """How many grids there are."""
-        return 6 if self.kind == "point" else 1
+        return 6 if self.projection == "cube" else 1
 
     @property
     def cells_from_window(self) -> tuple[float, float, float, float]:
@@ -70,38 +69,38 @@ def list_grid(light: Light, casters: Array, halvings: int = 0, receivers: Array 
         The same of everything that is seen; the casters if None.
     """
     seen = casters if receivers is None else receivers
-    if isinstance(light, DirectionalLight):
+    if light.at_infinity:
         # numpy reduces columns much faster than rows of three
         middle = 0.5 * np.array([x.min() + x.max() for x in casters.T])
-        axes = view_axes(np.asarray(light.direction))
+        axes = light.disc_axes
         depth = max(0.0, float(((casters - middle) @ axes[2]).max() - ((seen - middle) @ axes[2]).min()))
-        spread = radius_of(light) * depth
-        return _grid("directional", axes, middle, (casters - middle) @ axes[:2].T, halvings, spread)
-    position = np.asarray(light.position)
+        spread = light.source_radius * depth
+        return _grid("orthographic", axes, middle, (casters - middle) @ axes[:2].T, halvings, spread)
+    position, edge = np.asarray(light.place[:3]), light.edge
     offset = casters - position
-    if isinstance(light, SpotLight):
-        forward, edge = np.asarray(light.direction), float(np.tan(np.radians(light.outer_angle)))
+    if light.axis is None:  # towards what casts
+        axes = view_axes(_unit_or_x(0.5 * (offset.min(axis=0) + offset.max(axis=0))))
     else:
-        forward = _unit_or_x(0.5 * (offset.min(axis=0) + offset.max(axis=0)))
-        edge = np.inf
-    axes = view_axes(forward)
+        axes = view_axes(np.asarray(light.axis))
     local = offset @ axes.T
     nearest = float(-local[:, 2].max())
     # so far away that no caster comes near the light's plane
-    far = nearest > _FAR_RADII * radius_of(light)
+    far = nearest > _FAR_RADII * light.source_radius
     if far and (local[:, 2] < -_FAR_COSINE * np.sqrt((local * local).sum(axis=1))).all():
         tangents = local[:, :2] / -local[:, 2:]
-        spread = lamp_spread(radius_of(light), tangents, nearest, float(((seen - position) @ -axes[2]).max()))
+        spread = lamp_spread(light.source_radius, tangents, nearest, float(((seen - position) @ -axes[2]).max()))
         if np.abs(tangents).max() + spread <= edge:
-            return _grid("spot", axes, position, tangents, halvings, spread)
+            return _grid("perspective", axes, position, tangents, halvings, spread)
         low, high = np.clip([tangents.min(axis=0), tangents.max(axis=0)], -edge, edge)
         if (low < high).all():
             window = _grown(np.stack([low - spread, high + spread]))
-            return ListGrid("spot", rigid_inverse(axes, position), window, CELLS["spot"] >> halvings)
-    if isinstance(light, PointLight) or radius_of(light) > 0.0:
+            return ListGrid("perspective", rigid_inverse(axes, position), window, CELLS["perspective"] >> halvings)
+    if light.projection == "cube" or light.source_radius > 0.0:
         window = (-1.0, 1.0, -1.0, 1.0)
-        return ListGrid("point", rigid_inverse(np.eye(3), position), window, CELLS["point"] >> halvings)
-    return ListGrid("spot", rigid_inverse(axes, position), (-edge, edge, -edge, edge), CELLS["spot"] >> halvings)
+        return ListGrid("cube", rigid_inverse(np.eye(3), position), window, CELLS["cube"] >> halvings)
+    return ListGrid(
+        "perspective", rigid_inverse(axes, position), (-edge, edge, -edge, edge), CELLS["perspective"] >> halvings
+    )
 
 
 def _unit_or_x(vector: Array) -> Array:
@@ -118,16 +117,16 @@ def lamp_spread(radius: float, tangents: Array, nearest: float, deepest: float) 
     )
 
 
-def _grid(kind: Kind, axes: Array, origin: Array, points: Array, halvings: int, spread: float) -> ListGrid:
+def _grid(projection: Projection, axes: Array, origin: Array, points: Array, halvings: int, spread: float) -> ListGrid:
     """The grid on the smallest rectangle round points (K, 2) of the window, and `spread` more, its axes turned into the view's."""
     angle, rectangle = minimum_rectangle(points)
     rectangle = rectangle + spread * np.array([[-1.0], [1.0]])
     cosine, sine = np.cos(angle), np.sin(angle)
     axes = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]]) @ axes
-    if kind == "directional":  # centred: coordinates stay small
+    if projection == "orthographic":  # centred: coordinates stay small
         origin = origin + rectangle.mean(axis=0) @ axes[:2]
         rectangle = rectangle - rectangle.mean(axis=0)
-    return ListGrid(kind, rigid_inverse(axes, origin), _grown(rectangle), CELLS[kind] >> halvings)
+    return ListGrid(projection, rigid_inverse(axes, origin), _grown(rectangle), CELLS[projection] >> halvings)
 
 
 def _grown(rectangle: Array) -> tuple[float, float, float, float]:

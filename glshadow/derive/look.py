@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from glshadow.core.lights import BRIGHTEST
 from glshadow.core.sampling import PICTURE
 from glshadow.core.setting import Rule, as_float, optional, vector
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import linear_from_srgb
+from glshadow.lights.light import BRIGHTEST
 
 Ambient = float | ArrayLike | Sequence[ArrayLike]
 """One number or a linear colour; or a pair of these, from above and from below."""

@@ -102,7 +102,7 @@ def behind(view: ShadowView, bounds: Extents, deepest: Farthest, step: float) ->
 def _nearest(view: ShadowView, bounds: Extents, low: Array, high: Array) -> tuple[Array, Bools]:
     """Least stored depth that a cluster may have (C,), negated where it is reversed, and whether it lies before the eye at all."""
     clip, projection = view.clip, view.clip_from_view
-    if view.kind == "directional":
+    if view.projection == "orthographic":
         first, last = (low[2], high[2]) if not clip.reversed else (-high[2], -low[2])
         depth, ahead = first - _DEEPER * (last - first), np.ones(len(first), dtype=bool)
     else:

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, overload
 
-from glshadow.core.lights import LIGHTS, DirectionalLight, Light, SpotLight
 from glshadow.core.setting import shown
 from glshadow.errors import SettingsError
+from glshadow.lights import Light, as_lights
 from glshadow.shadows.channel import CHANNELS, Channel
 from glshadow.shadows.metric import Target
 from glshadow.shadows.shadow import Shadow
@@ -43,11 +43,11 @@ class PackedShadow(Sequence[Light]):
     _numbers = itertools.count(1)
 
     def __init__(self, lights: Iterable[Light]) -> None:
-        given: tuple[Light, ...] = LIGHTS("lights", lights)
+        given: tuple[Light, ...] = as_lights("lights", lights)
         if not 1 <= len(given) <= CHANNELS:
             raise SettingsError(f"PackedShadow lights must be 1 to {CHANNELS}: a texture's channels, got {len(given)}")
         for each in given:
-            if not isinstance(each, DirectionalLight | SpotLight) or each.shadow is None:
+            if each.most_views != 1 or each.shadow is None:
                 raise SettingsError(f"PackedShadow lights must be suns and spots that have a shadow, got {shown(each)}")
         shadows = [each.shadow for each in given if each.shadow is not None]
         target = _common(shadows)

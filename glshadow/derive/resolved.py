@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from glshadow.core.area import has_size
-from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.spaces import ClipSpace
+from glshadow.lights import Light
 from glshadow.shadows.bias import Bias, ReceiverPlaneBias
 from glshadow.shadows.channel import Channel
 from glshadow.shadows.filters import Filter
@@ -52,8 +51,14 @@ def settle(light: Light, without_map: str = "") -> Settled | None:
     """
     if light.shadow is None:
         return None
-    planes = light.near is not None or light.far is not None
-    return light.shadow.settled(without_map, "the light's near and far" if planes else "", has_size(light))
+    planes = "" if light.planes == (None, None) else "the light's near and far"
+    settled = light.shadow.settled(without_map, planes, light.has_size)
+    filter_ = light.filter_for(settled.filter)
+    if filter_ is settled.filter:
+        return settled
+    return replace(
+        settled, filter=filter_, why=f"{settled.why}; {type(light).__name__} has no single map, but {filter_}"
+    )
 
 
 def decide(light: Light, settled: Settled, clip_control: bool, driver: str) -> Decision:
@@ -72,7 +77,7 @@ def decide(light: Light, settled: Settled, clip_control: bool, driver: str) -> D
     bias = (shadow.bias or ReceiverPlaneBias()).derived(settled.filter.reach_texels)
     settings = CasterSettings(target, bias, shadow.faces, shadow.channel)
     fit = settled.fit
-    if fit.for_suns and not isinstance(light, DirectionalLight):
+    if fit.for_suns and not light.at_infinity:
         fallbacks += (f"fit {fit} became {ViewFit()}: only the map of a sun can be fitted so",)
         fit = ViewFit()
     if fit.warps and (not target.is_depth or settled.filter.encoding or bias.shift_texels > 0.0):
@@ -85,7 +90,7 @@ def decide(light: Light, settled: Settled, clip_control: bool, driver: str) -> D
 
 def ignored_size(light: Light, filter_: Filter) -> tuple[str, ...]:
     """The fallback of a light that has a size, if it has."""
-    if not has_size(light) or filter_.obeys_size:
+    if not light.has_size or filter_.obeys_size:
         return ()
     return (f"the light's size is ignored: {filter_!r} knows only points, so its shadow is hard",)
 
@@ -94,7 +99,7 @@ def _clip(
     light: Light, shadow: Shadow, target: Target, clip_control: bool, driver: str
 ) -> tuple[ClipSpace, tuple[str, ...]]:
     """Reversed 0..1 pays for perspective views in float depth only; a sun's depth is linear."""
-    reversed_pays = not isinstance(light, DirectionalLight) and target is Target.DEPTH32F
+    reversed_pays = light.projection != "orthographic" and target is Target.DEPTH32F
     wanted = shadow.clip or ClipSpace(True, reversed_pays)
     if not wanted.zero_to_one or clip_control:
         return wanted, ()

@@ -1,40 +1,98 @@
-"""Which triangles lie across each other's edges, by the places of their vertices."""
+"""Which triangles lie across each other's edges: found by sorting numbers that say which vertices an edge has and whose edge it is."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.geometry.welding import DOWN, ends, packed_edges, welded
+from glshadow.geometry.welding import MIX
 
 NONE = 0xFFFFFFFF
 """Nothing lies there, or several triangles."""
 TURNED = 0x80000000
 """Set where both go along their edge in the same direction: one of them shows its back where the other shows its front."""
 
+_THREE = np.uint32(3)
+_AT_ONCE = 3 << 14  # edges: what is computed of them stays in the cache
 
-def neighbours(positions: NDArray[np.float32], triangles: NDArray[np.unsignedinteger]) -> NDArray[np.uint32]:
+
+def neighbours(corners: NDArray[np.int32]) -> NDArray[np.uint32]:
     """The triangle (T, 3) across each edge ab, bc, ca, with TURNED or not; NONE where not exactly one is there.
 
     Parameters
     ----------
-    positions : (V, 3) float32
-    triangles : (T, 3) ints
-        Vertices; equal places are one vertex, whatever their numbers.
+    corners : (T, 3) int32
+        Per corner the number of its position, see `core.welding.welded_corners`.
     """
-    edges = packed_edges(welded(positions).astype(np.uint32)[triangles.T])
-    order = np.argsort(edges)
-    edges = edges[order]
-    same = (edges[1:] | DOWN) == (edges[:-1] | DOWN)
-    # runs of exactly two
-    first = np.flatnonzero(same & ~np.append(same[1:], False) & ~np.append(False, same[:-1]))
-    turned = np.where(edges[first] == edges[first + 1], TURNED, 0)
-    low, high = ends(edges[first])
-    count = len(triangles)  # edge k of triangle t is number k T + t
-    one, other = order[first], order[first + 1]
-    keep = (low != high) & (one % count != other % count)
-    one, other, turned = one[keep], other[keep], turned[keep]
-    across = np.full((count, 3), NONE, dtype=np.uint32)
-    across[one % count, one // count] = other % count | turned
-    across[other % count, other // count] = one % count | turned
-    return across
+    vertices = np.ascontiguousarray(
+        corners
+    ).ravel()  # edge k of triangle t has number 3 t + k, and begins at that vertex
+    across = np.full(len(vertices), NONE, dtype=np.uint32)
+    keys, numbers = _keys(vertices)
+    keys.sort()
+    alike = np.zeros(len(keys) + 2, dtype=bool)  # has the vertices of the one before
+    for k in range(1, len(keys), _AT_ONCE):
+        some = keys[k - 1 : k + _AT_ONCE]
+        alike[k : k + len(some) - 1] = (some[1:] ^ some[:-1]) <= numbers
+    for k in range(0, len(keys), _AT_ONCE):
+        first = k + _pairs(alike[k : k + _AT_ONCE + 2])
+        _join(vertices, across, *((keys[each] & numbers).astype(np.uint32) for each in (first, first + 1)))
+    # of three and more: several triangles meet, or several edges have one key
+    middle = np.flatnonzero(alike[:-1] & alike[1:])
+    if len(middle):
+        crowded = (keys[np.unique(middle[:, None] + (-1, 0, 1))] & numbers).astype(np.uint32)
+        ends = np.sort(_ends(vertices, crowded, crowded // _THREE), axis=0)
+        order = np.lexsort(ends)
+        crowded, ends = crowded[order], ends[:, order]
+        alike = np.zeros(len(crowded) + 2, dtype=bool)
+        alike[1:-2] = (ends[:, 1:] == ends[:, :-1]).all(axis=0)
+        pairs = _pairs(alike)
+        _join(vertices, across, crowded[pairs], crowded[pairs + 1])
+    return across.reshape(-1, 3)
+
+
+def _keys(vertices: NDArray[np.int32]) -> tuple[NDArray[np.uint64], np.uint64]:
+    """Per edge its lesser vertex, its greater one (a hash of it, where 64 bits do not hold all) and, in the bits also returned, its number.
+
+    numpy sorts numbers of 64 bits eight times as fast as it finds their order.
+    """
+    number_bits = len(vertices).bit_length()
+    vertex_bits = int(vertices.max(initial=0)).bit_length()
+    rest = min(64 - number_bits - vertex_bits, vertex_bits)
+    keys = np.arange(len(vertices), dtype=np.uint64)
+    for k in range(0, len(vertices), _AT_ONCE):
+        some = np.ascontiguousarray(vertices[k : k + _AT_ONCE].reshape(-1, 3).T)
+        for side, start, end in zip(range(3), some, some[[1, 2, 0]], strict=True):
+            high = np.maximum(start, end).astype(np.uint64)
+            if rest < vertex_bits:
+                high = high * MIX >> np.uint64(64 - rest)
+            key = np.minimum(start, end).astype(np.uint64) << np.uint64(rest) | high
+            keys[k + side : k + _AT_ONCE : 3] |= key << np.uint64(number_bits)
+    return keys, np.uint64((1 << number_bits) - 1)
+
+
+def _pairs(alike: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Where runs of exactly two begin; `alike` has two more at its end, which are false."""
+    return np.flatnonzero(~alike[:-2] & alike[1:-1] & ~alike[2:])
+
+
+def _ends(
+    vertices: NDArray[np.int32], edges: NDArray[np.uint32], triangles: NDArray[np.uint32]
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """First and last vertex of edges (E,), of these triangles."""
+    following = edges + np.uint32(1)
+    following -= _THREE * (following == _THREE * (triangles + np.uint32(1)))
+    return vertices.take(edges), vertices.take(following)
+
+
+def _join(
+    vertices: NDArray[np.int32], across: NDArray[np.uint32], one: NDArray[np.uint32], other: NDArray[np.uint32]
+) -> None:
+    """Put triangles of pairs of edges (P,) across each other's edge, where they are two and the edge is one."""
+    of_one, of_other = one // _THREE, other // _THREE
+    (start, end), (there, back) = _ends(vertices, one, of_one), _ends(vertices, other, of_other)
+    turned = (start == there) & (end == back)
+    met = (turned | ((start == back) & (end == there))) & (start != end) & (of_one != of_other)
+    mark = turned * np.uint32(TURNED)
+    across[one[met]] = (of_other | mark)[met]
+    across[other[met]] = (of_one | mark)[met]

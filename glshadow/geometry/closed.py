@@ -6,51 +6,58 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array
-from glshadow.geometry.welding import DOWN, ends, packed_edges, welded
+from glshadow.geometry.adjacency import TURNED, neighbours
+from glshadow.geometry.welding import welded_corners
 
 _AT_ONCE = 1 << 14  # triangles: what is known of them then stays in the cache
 _PAIRS = 1 << 14
 """Of triangles, for which it is tested whether a part that goes through itself is turned inside out somewhere: all of 128, some of more."""
 
 
-def is_closed(positions: Array, triangles: NDArray[np.int32]) -> bool:
-    """Whether triangles (T, 3) are watertight once welded, consistently wound, and every part of them turned outward.
+def connected(positions: Array, triangles: NDArray[np.int32]) -> tuple[NDArray[np.uint32], bool]:
+    """The triangles across the edges of triangles (T, 3), welded by exact position, and whether these are closed.
 
-    A part that goes through itself may be turned inside out in places (a bow tie): found by the winding number about the middles of
-    triangles, of all where there are few, of some of larger meshes.
+    Closed are triangles that are watertight, consistently wound, and turned outward in every connected part. A part that goes through
+    itself may be turned inside out in places (a bow tie): found by the winding number about the middles of triangles, of all where
+    there are few, of some of larger meshes.
+
+    Returns
+    -------
+    across : (T, 3) uint32
+        See `geometry.adjacency.neighbours`.
+    closed : bool
     """
+    corners = welded_corners(positions, triangles)
+    across = neighbours(corners)
+    a, b, c = corners.T
+    whole = (a != b) & (b != c) & (c != a)
+    if whole.all():
+        return across, _is_closed(positions, triangles, corners, across)
+    corners = corners[whole]
+    return across, _is_closed(positions, triangles[whole], corners, neighbours(corners))
+
+
+def _is_closed(
+    positions: Array, triangles: NDArray[np.int32], corners: NDArray[np.int32], across: NDArray[np.uint32]
+) -> bool:
     if len(triangles) < 4:  # a tetrahedron has four
         return False
-    number = welded(positions)
-    corners = np.ascontiguousarray(triangles.T)
-    if number.max() + 1 < len(number):  # else each position is one vertex's
-        corners = number.astype(np.int32)[corners]
-    a, b, c = corners
-    whole = (a != b) & (b != c) & (c != a)
-    if not whole.all():
-        triangles, corners = triangles[whole], corners[:, whole]
-    if corners.size == 0 or corners.size % 2:  # every edge has its twin
+    if across.max() >= TURNED:  # or NONE
         return False
-    edges = packed_edges(corners)
-    edges.sort()
-    upward, downward = edges[::2], edges[1::2]
-    # each upward once, and after it its twin
-    if not np.array_equal(upward | DOWN, downward) or (upward & DOWN).any():
-        return False
-    low, high = ends(upward)
-    del edges, upward, downward
-    if not _turned_outward(positions, triangles, _parts(low, high, len(number))[corners[0]]):
+    if not _turned_outward(positions, triangles, _parts(corners, len(positions))[corners[:, 0]]):
         return False
     return not _inside_out(positions[triangles])
 
 
-def _parts(low: NDArray[np.int32], high: NDArray[np.int32], count: int) -> NDArray[np.int32]:
-    """For each of `count` vertices one of its connected part, the same for all of it; edges lead from `low` to `high` > `low`.
+def _parts(corners: NDArray[np.int32], count: int) -> NDArray[np.int32]:
+    """For each of `count` vertices one of its connected part, the same for all of it; two sides of each triangle (T, 3) connect it.
 
     Every vertex hangs on a lower neighbour, if it has one, and is moved up to the root of what it hangs on; edges between different
     roots, a few per cent of them, are left for the next round.
     """
     root = np.arange(count, dtype=np.int32)
+    start, end = corners[:, :2].T.ravel(), corners[:, 1:].T.ravel()
+    low, high = np.minimum(start, end), np.maximum(start, end)
     while len(low):
         root[high] = low
         above = root[root]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import weakref
 from typing import Any
 
-from glshadow.core.cameras import Camera
+from glshadow.arguments import FrameRequest
+from glshadow.core.outputs import CENTRES
 from glshadow.derive.look import Look
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.kept import Kept
@@ -17,7 +18,7 @@ from glshadow.gl.passes.atlases import Atlases
 from glshadow.gl.passes.camera import Sight, draw_surface
 from glshadow.gl.passes.camera import look as seen_by
 from glshadow.gl.passes.primary import find_primary
-from glshadow.gl.passes.readback import MIDDLES, average_samples, read_means, read_middles
+from glshadow.gl.passes.readback import average_samples, read_means, read_middles
 from glshadow.gl.passes.samples import Samples
 from glshadow.gl.passes.screen import Samplers
 from glshadow.gl.passes.translucent import Glasses
@@ -25,7 +26,6 @@ from glshadow.gl.scene.cookies import Cookies
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.scene.meshes import Meshes
 from glshadow.gl.techniques import Sources
-from glshadow.scene.mesh import Scene
 
 
 class Store:
@@ -47,7 +47,7 @@ class Store:
 
     def __init__(self, context: GLContext) -> None:
         ctx = context.ctx
-        self._context = context
+        self.context = context
         self.programs = Programs(context)
         self.meshes = Meshes(context)
         self.covered = AnySamples(context.gl)
@@ -67,18 +67,10 @@ class Store:
         self._idle = ctx.framebuffer([self._idle_color])
         self._idle.use()
 
-    def work(
-        self,
-        scene: Scene,
-        camera: Camera,
-        size: tuple[int, int],
-        spread: tuple[int, int],
-        lights: int,
-        outputs: frozenset[str],
-        samples: int,
-    ) -> Work:
-        """A frame's."""
-        context = self._context
+    def work(self, request: FrameRequest, spread: tuple[int, int]) -> Work:
+        """A frame's; `spread`: columns and rows of pixels that are drawn for each of the image."""
+        context, scene, camera, size = self.context, request.scene, request.camera, request.size
+        lights, samples, outputs = len(request.lights), request.look.samples, request.outputs
         gpu = self.scene.get(weakref.ref(scene), lambda: GpuScene(context, self.meshes, scene))
         key = (camera, size, gpu.identity)
         if self.sight is None or self.sight[0] != key:
@@ -112,13 +104,13 @@ class Store:
         else:
             fine = read_means(outputs | {"linear", "alpha"}, targets, lights, transparent)
             results = average_samples(outputs, fine, spread, transparent)
-        if outputs.isdisjoint(MIDDLES):
+        if outputs.isdisjoint(CENTRES):
             return results
         if look.samples == 1:
             return results | read_middles(outputs, work.scene, work.sight, targets.fine)
         # no sample lies in the middle of a pixel
-        middle = SurfaceTargets(self._context, work.sight.size, targets.surface.components, "the pixels' middles")
-        draw_surface(self._context, work.programs, work.scene, work.sight, middle.drawing)
+        middle = SurfaceTargets(self.context, work.sight.size, targets.surface.components, "the pixels' middles")
+        draw_surface(self.context, work.programs, work.scene, work.sight, middle.framebuffer)
         find_primary(work, middle)
         results |= read_middles(outputs, work.scene, work.sight, middle)
         self.rest()

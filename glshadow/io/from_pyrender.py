@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import Array
 from glshadow.io.builder import Builder
 from glshadow.io.imported import (
@@ -23,7 +22,9 @@ from glshadow.io.imported import (
     solid,
     tinted,
 )
-from glshadow.scene.mesh import Material, Mesh, Node
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
+from glshadow.scene.mesh import Material, Mesh
+from glshadow.scene.nodes import Node
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 
@@ -52,7 +53,7 @@ def read_pyrender(scene: Any, made: Made | None = None) -> Imported:
             poses = np.eye(4)[None] if primitive.poses is None else np.asarray(primitive.poses, dtype=np.float64)
             if mesh is not None:
                 titles = [name] if len(poses) == 1 else [f"{name}[{k}]" for k in range(len(poses))]
-                found.nodes += [Node(title, mesh, pose @ own) for title, own in zip(titles, poses, strict=True)]
+                found.nodes += [Node(mesh, pose @ own, title) for title, own in zip(titles, poses, strict=True)]
     found.camera = _camera(scene, found.notes)
     placed = sorted(scene.light_nodes, key=_order(scene))
     found.lights = [_light(node.light, np.asarray(scene.get_pose(node)), found.notes) for node in placed] or None

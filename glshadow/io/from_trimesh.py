@@ -11,7 +11,8 @@ from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.io.builder import Builder
 from glshadow.io.imported import Imported, blended
-from glshadow.scene.mesh import Mesh, Node
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node
 
 
 def stored_normals(mesh: Any) -> Array | None:
@@ -32,14 +33,14 @@ def read_trimesh(source: Any) -> Imported:
     found = Imported(notes=builder.notes)
     if hasattr(source, "faces"):
         mesh = _geometry(builder, source, "the mesh")
-        found.nodes = [] if mesh is None else [Node("mesh", mesh, np.eye(4))]
+        found.nodes = [] if mesh is None else [Node(mesh, np.eye(4), "mesh")]
     elif hasattr(source, "graph"):
         meshes = {name: _geometry(builder, geometry, repr(name)) for name, geometry in source.geometry.items()}
         for name in source.graph.nodes_geometry:
             matrix, geometry = source.graph[name]
             mesh = meshes[geometry]
             if mesh is not None:
-                found.nodes.append(Node(str(name), mesh, matrix))
+                found.nodes.append(Node(mesh, matrix, str(name)))
         if getattr(source, "has_camera", False):
             found.camera = PerspectiveCamera.from_pose(source.camera_transform, float(source.camera.fov[1]))
     else:

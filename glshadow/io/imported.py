@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import linear_from_srgb
 from glshadow.errors import SceneError
-from glshadow.scene.mesh import AlphaMode, Material, Node
+from glshadow.lights import Light
+from glshadow.scene.mesh import AlphaMode, Material
+from glshadow.scene.nodes import Node
 
 WIDEST_CONE = 89.0  # degrees from the axis; SpotLight needs less than 90
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 
 from glshadow.core.setting import Settings, number, setting, whole
 from glshadow.errors import SceneError
@@ -30,6 +31,8 @@ class Limits(Settings):
         Placed lights.
     draws : int
         Placed meshes times lights.
+    file_bytes : int
+        Of the file and of those beside it, as far as they are read.
     expansion : float
         Bytes of memory per byte read, above the first 128 MiB.
     seconds : float
@@ -39,8 +42,9 @@ class Limits(Settings):
     texture_pixels: int = setting(whole(1, _MOST), 2**26, help="pixels of one decoded image")
     triangles: int = setting(whole(1, _MOST), 2 * 10**7, help="triangles of all placed meshes")
     nodes: int = setting(whole(1, _MOST), 10**5, help="placed meshes, and nodes of the tree")
-    lights: int = setting(whole(1, _MOST), 1000, help="placed lights")
+    lights: int = setting(whole(1, _MOST), 256, help="placed lights")
     draws: int = setting(whole(1, _MOST), 3 * 10**5, help="placed meshes times lights")
+    file_bytes: int = setting(whole(1, _MOST), 2**31, help="bytes of the file and of those that it names")
     expansion: float = setting(number(1.0, 1e12), 200.0, help="bytes of memory per byte read, above the first 128 MiB")
     seconds: float = setting(number(0.0, 1e9, above=True), 300.0, help="seconds of reading")
 
@@ -69,16 +73,34 @@ class Budget:
     ----------
     limits : Limits
     read_bytes : int
-        Size of the file and of what it refers to.
+        Of the file and of what it refers to.
+    files : set of Path
+        Those that were read, and those that were looked for and are missing.
     """
 
     limits: Limits = field(default_factory=Limits)
     read_bytes: int = 0
+    files: set[Path] = field(default_factory=set)
     taken_bytes: int = 0
     taken_pixels: int = 0
     started: float = field(default_factory=time.monotonic)
 
     FREE = 128 * 2**20
+
+    def read(self, path: Path, what: str, most: int | None = None) -> bytes:
+        """The bytes of a file, of a longer one the first `most`; announced before they are read."""
+        count = self.announce(path, what, most)
+        with path.open("rb") as file:
+            return file.read(count)
+
+    def announce(self, path: Path, what: str, most: int | None = None) -> int:
+        """Bytes of a file that will be read."""
+        self.files.add(path)
+        size = path.stat().st_size
+        count = size if most is None else min(size, most)
+        self.limits.check("file_bytes", self.read_bytes + count, what)
+        self.read_bytes += count
+        return count
 
     def take(self, count_bytes: int, what: str) -> None:
         """Announce memory before it is taken."""

@@ -11,14 +11,13 @@ from typing import Any
 import numpy as np
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
 from glshadow.core.setting import as_path, flag, instance, one_of, optional, refuse, text
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError, warn
 from glshadow.io.imported import Imported
 from glshadow.io.limits import Budget, Limits
 from glshadow.scene.checks import check_scene
-from glshadow.scene.mesh import Node, Scene
+from glshadow.scene.nodes import Node, Scene
 
 FORMATS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
 
@@ -81,7 +80,14 @@ def load(
     ground, up_axis = _ground("ground", ground), optional(one_of(*TURNS), "y")("up_axis", up_axis)
     name = optional(text(), "that of the file")("name", name)
     limits = optional(instance(Limits), "the defaults")("limits", limits)
-    label, title, read, stored = _reader(source, Budget(limits or Limits()))
+    return read_scene(source, Budget(limits or Limits()), ground, up_axis, name)
+
+
+def read_scene(
+    source: Any, budget: Budget, ground: bool | str = False, up_axis: str | None = None, name: str | None = None
+) -> Scene:
+    """As `load`, whose arguments are checked; afterwards `budget.files` are those that were read."""
+    label, title, read, stored = _reader(source, budget)
     try:
         found = read()
         notes = found.notes + check_scene(found.nodes, stored=stored)
@@ -93,7 +99,7 @@ def load(
         cause = f"{type(error).__name__}: {error}"
         raise SceneError(f"{label} cannot be read ({cause}); it is broken or not of its format") from error
     for note in notes:
-        warn(f"{label}: {note}")
+        warn(f"{label}: {note}", stacklevel=4)  # whoever called `load`
     scene = _turned(found, TURNS[up_axis or "y"], name or title)
     return scene.with_ground(ground == "catcher") if ground else scene
 
@@ -156,9 +162,9 @@ def _turned(found: Imported, turn: Array, name: str) -> Scene:
     if not np.array_equal(turn, np.eye(3)):
         matrix = np.eye(4)
         matrix[:3, :3] = turn
-        nodes = [Node(node.name, node.mesh, matrix @ node.world_from_mesh) for node in nodes]
+        nodes = [Node(node.mesh, matrix @ node.world_from_mesh, node.name) for node in nodes]
         camera = None if camera is None else _turned_camera(camera, turn)
-        lights = None if lights is None else [_turned_light(light, turn) for light in lights]
+        lights = None if lights is None else [light.turned(turn, np.zeros(3)) for light in lights]
     return Scene(tuple(nodes), camera, None if lights is None else tuple(lights), name)  # type: ignore[arg-type]
 
 
@@ -170,8 +176,3 @@ def _turned_camera(camera: Camera, turn: Array) -> Camera:
     return replace(
         camera, position=_turn(turn, camera.position), target=_turn(turn, camera.target), up=_turn(turn, camera.up)
     )
-
-
-def _turned_light(light: Light, turn: Array) -> Light:
-    has = [name for name in ("position", "direction", "up") if hasattr(light, name)]
-    return replace(light, **{name: _turn(turn, getattr(light, name)) for name in has})

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from glshadow.core.area import points_seen
-from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.spaces import Array
+from glshadow.lights import Light
 from glshadow.reference.aimed import AimedLight
 from glshadow.reference.truth import Truth
 
@@ -29,13 +28,12 @@ def count_points(truth: Truth, light: Light, count: int) -> Array:
     receivers = source.receivers(rays, own, truth.position[known] - rays.origin, truth.normal[known])
     places = receivers.points + rays.origin
     asked = rays.receives[own]
-    targets = points_seen(light, places, count)
+    aims = light.to_points(places, count)
     seen = np.zeros(len(own))
     for k in range(count):
-        aim = targets[:, k] if isinstance(light, DirectionalLight) else targets[:, k] - places
-        length = np.linalg.norm(aim, axis=1)
-        aim = aim / length[:, None]
-        far = np.full(len(own), np.inf) if isinstance(light, DirectionalLight) else length
+        length = np.linalg.norm(aims[:, k], axis=1)
+        aim = aims[:, k] / length[:, None]
+        far = np.full(len(own), np.inf) if light.at_infinity else length
         open_to = receivers.open_to(aim)
         rows = np.flatnonzero(open_to & asked)
         open_to[rows] = ~receivers.blocked(rays, aim[rows], far[rows], rows)

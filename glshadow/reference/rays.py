@@ -17,7 +17,8 @@ from glshadow.core.spaces import Array, Bools, cofactors, world_positions
 from glshadow.errors import ReferenceUnavailable, SceneError
 from glshadow.geometry.smooth import sides, unit_vectors
 from glshadow.geometry.welding import welded
-from glshadow.scene.mesh import AlphaMode, Material, Scene
+from glshadow.scene.mesh import AlphaMode, Material
+from glshadow.scene.nodes import Scene
 
 Ints = NDArray[np.int32]
 

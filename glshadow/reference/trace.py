@@ -8,17 +8,17 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.arguments import picture_arguments
+from glshadow.arguments import USUAL_SIZE, picture_arguments
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Lights, PointLight, RectLight, SpotLight
-from glshadow.core.sampling import offsets, traced
+from glshadow.core.sampling import USUAL, offsets, traced
 from glshadow.core.setting import shown, whole
 from glshadow.core.spaces import Array, Bools
 from glshadow.errors import SettingsError
+from glshadow.lights import Lights
 from glshadow.reference.aimed import AimedLight
 from glshadow.reference.rays import Ints, Rays, dot
 from glshadow.reference.truth import Truth
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
 
 SAMPLES = whole(1, 1 << 16)
 
@@ -30,8 +30,8 @@ def trace(
     scene: Scene,
     camera: Camera | None = None,
     lights: Lights = None,
-    size: tuple[int, int] = (1280, 720),
-    samples: int = 1,
+    size: tuple[int, int] = USUAL_SIZE,
+    samples: int | None = None,
     light_samples: int = 1,
     surface: Ints | None = None,
 ) -> Truth:
@@ -42,8 +42,8 @@ def trace(
     `core.smooth`, and is unlit where the interpolated normal points away. Surfaces are two-sided. A node that does not receive is never in
     shadow, one that does not cast darkens nothing. Texels below the cutoff of a MASK
     material do not exist (alpha sampled bilinearly at the finest level); BLEND materials are seen but cast nothing; a
-    light with `shadow=None` is not blocked by anything. Cone, range and strength do not dim visibility (see
-    `Truth.reached`).
+    light with `shadow=None` is not blocked by anything. Outside a spot's cone and behind a RectLight visibility is 0; range and strength
+    do not dim it (see `Truth.reached`).
 
     Parameters
     ----------
@@ -52,9 +52,9 @@ def trace(
         The scene's own if None.
     size : (2,) ints
         Width and height.
-    samples : int
-        Rays through each pixel, a grid: as many as a picture has (1, 4, 8, 16), or another square. Visibility is the mean of those
-        that meet a surface, alpha their share; everything else is that of the pixel's middle.
+    samples : int, optional
+        Rays through each pixel, a grid: as many as an image has (1, 4, 8, 16), or another square. None: 4, as an image has; 1 with
+        `surface`. Visibility is the mean of those that meet a surface, alpha their share; everything else is that of the pixel's centre.
     light_samples : int
         Points on each light that has a size (a radius, an angle, a panel, the sky), stratified and turned at random (but reproducibly)
         from pixel to pixel. 1: its middle, a hard shadow.
@@ -74,6 +74,8 @@ def trace(
         For a scene that is none.
     """
     camera, lights, size = picture_arguments(scene, camera, lights, size)
+    if samples is None:
+        samples = USUAL if surface is None else 1
     samples, light_samples = traced("samples", samples), SAMPLES("light_samples", light_samples)
     if surface is not None:
         surface = _checked_surface(surface, scene, size, samples)
@@ -132,7 +134,7 @@ def _checked_surface(surface: Ints, scene: Scene, size: tuple[int, int], samples
 
 def _rays_of(scene: Scene, camera: Camera) -> Rays:
     """The scene's tree about the point of its box nearest to the eye: most precise where the camera is near."""
-    origin = np.clip(np.asarray(camera.position), *scene.bounds)
+    origin = np.clip(np.asarray(camera.position), *scene.extent)
     rays = _rays.get(scene)
     if rays is None or not np.array_equal(rays.origin, origin):
         rays = Rays(scene, origin)
@@ -203,16 +205,8 @@ def _spread(hits: _Hits, values: Array) -> Array:
 def _facts(rays: Rays, source: AimedLight, hits: _Hits) -> tuple[Array, Bools]:
     """N.L (H * W,), NaN where no surface, and whether the light reaches the point."""
     receivers = source.receivers(rays, hits.triangle[hits.rows], hits.points, hits.normals, False)
-    towards, distance = source.towards(receivers.points)
+    towards, _ = source.towards(receivers.points)
     cosine = _spread(hits, dot(receivers.normals, towards))
     reached = np.zeros(len(hits.triangle), dtype=bool)
-    inside = np.ones(len(hits.rows), dtype=bool)
-    light = source.light
-    if isinstance(light, SpotLight):
-        inside &= -(towards @ np.asarray(light.direction)) >= np.cos(np.radians(light.outer_angle))
-    if isinstance(light, RectLight):  # its back is dark
-        inside &= towards @ np.asarray(light.direction) < 0.0
-    if isinstance(light, SpotLight | PointLight) and light.range is not None:
-        inside &= distance < light.range
-    reached[hits.rows] = inside
+    reached[hits.rows] = source.light.reaches(receivers.points)
     return cosine, reached

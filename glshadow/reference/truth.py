@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
 from glshadow.core.setting import as_float, as_floats, refuse, shown, whole
-from glshadow.core.spaces import FARTHEST, Array, Bools
-from glshadow.reference.aimed import AimedLight, moved_over, perpendicular
+from glshadow.core.spaces import FARTHEST, Array, Bools, perpendicular
+from glshadow.lights import Light
+from glshadow.reference.aimed import AimedLight, moved_over
 from glshadow.reference.rays import LIFT, Ints, Rays
 from glshadow.reference.receivers import Receivers
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
 
 Floats = NDArray[np.float32]
 
@@ -31,7 +31,8 @@ class Truth:
     Attributes
     ----------
     visibility : (L, H, W) float32
-        1 lit, 0 dark, also where N.L <= 0; NaN where no surface; between for several samples.
+        1 lit, 0 dark, also where N.L <= 0 and where the light does not shine (outside its cone, behind it); NaN where no
+        surface; between for several samples.
     cosine : (L, H, W) float32
         N.L of the normal that faces the viewer: the triangle's, of a smooth mesh the interpolated one (see `core.smooth`).
     reached : (L, H, W) bool

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight
 from glshadow.core.spaces import FARTHEST, Array, view_axes
 from glshadow.errors import SceneError
+from glshadow.lights import DirectionalLight
 
 # from the scene to the default camera: three-quarter view from above, chosen by eye
 VIEW_DIRECTION = (0.55, 0.45, 0.70)

@@ -7,7 +7,7 @@ import numpy as np
 from glshadow.core.spaces import Array, cofactors
 from glshadow.errors import SceneError
 from glshadow.scene.box import box_corners, check_place
-from glshadow.scene.mesh import Node
+from glshadow.scene.nodes import Node
 
 # derived: the squares of lengths, with 8 decades to spare on either side, stay inside the 1e-38..1e38 of float32
 LEAST_SIZE, MOST_SIZE = 1e-15, 1e15

@@ -1,9 +1,8 @@
-"""What is drawn: Mesh, Material, Node and Scene, all frozen."""
+"""What is drawn: meshes and their materials, frozen."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 from typing import Any, TypeVar
@@ -11,12 +10,9 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.cameras import Camera
-from glshadow.core.lights import LIGHTS, Light
 from glshadow.core.setting import (
     Numbers,
     Settings,
-    as_floats,
     fits,
     flag,
     instance,
@@ -25,16 +21,13 @@ from glshadow.core.setting import (
     optional,
     refuse,
     setting,
-    several,
     shown,
-    text,
     vector,
 )
 from glshadow.core.spaces import Array
-from glshadow.errors import SceneError, SettingsError
-from glshadow.geometry.closed import is_closed
+from glshadow.errors import SceneError
+from glshadow.geometry.closed import connected
 from glshadow.scene import summary
-from glshadow.scene.box import box_corners, check_place, default_camera, default_sun
 
 F = TypeVar("F", bound=np.floating[Any])
 
@@ -177,13 +170,22 @@ class Mesh:
         columns = [self.positions[used, axis] for axis in range(3)]
         return np.array([[c.min() for c in columns], [c.max() for c in columns]])
 
-    @cached_property
+    @property
     def closed(self) -> bool:
         """Whether it is watertight once welded by exact position, consistently wound, and every part of it turned outward.
 
         Only then is it safe to cull back faces: nobody outside can see them.
         """
-        return is_closed(self.positions, self.triangles)
+        return self._connected[1]
+
+    @property
+    def neighbours(self) -> NDArray[np.uint32]:
+        """(T, 3) the triangle across each edge ab, bc, ca, welded by exact position; see `glshadow.geometry.adjacency` for its marks."""
+        return self._connected[0]
+
+    @cached_property
+    def _connected(self) -> tuple[NDArray[np.uint32], bool]:
+        return connected(self.positions, self.triangles)
 
 
 def _array(name: str, value: Any) -> Numbers:
@@ -196,152 +198,3 @@ def _array(name: str, value: Any) -> Numbers:
 def _floats(array: Numbers, dtype: type[F]) -> NDArray[F]:
     with np.errstate(all="ignore"):  # what is beyond float32 becomes infinite
         return np.ascontiguousarray(array, dtype=dtype)
-
-
-def _affine(name: str, value: Any) -> Array:
-    matrix = as_floats(value, (4, 4))
-    if matrix is None or not np.isfinite(matrix).all():
-        raise refuse(name, "a finite matrix (4, 4)", value)
-    if np.abs(matrix[3] - (0.0, 0.0, 0.0, 1.0)).max() > 1e-6:
-        raise SettingsError(f"{name} must be affine: its last row is {matrix[3].tolist()}, not [0, 0, 0, 1]")
-    return matrix
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Node(Settings):
-    """One placement of a mesh: instances share the Mesh object.
-
-    Parameters
-    ----------
-    name : str
-    mesh : Mesh
-    world_from_mesh : (4, 4) float64
-    casts, receives : bool
-        Whether it darkens what lies behind it, and whether others darken it.
-    catches : bool
-        It shows nothing but the shadow that falls on it: black, its alpha 1 - (light with shadow) / (light without), of luminances.
-    """
-
-    refusal = SceneError
-
-    name: str = setting(text(), help="need not be unique")
-    mesh: Mesh = setting(instance(Mesh), help="what is placed; nodes may share it")
-    world_from_mesh: Array = setting(_affine, help="(4, 4) placement")
-    casts: bool = setting(flag(), True, help="it darkens what lies behind it")
-    receives: bool = setting(flag(), True, help="others darken it")
-    catches: bool = setting(flag(), False, help="it shows nothing but the shadow that falls on it")
-
-    __repr__ = summary.node_line
-
-    @property
-    def label(self) -> str:
-        """What messages call it."""
-        return f"Node {shown(self.name)}"
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Scene(Settings):
-    """Placed meshes with a camera and lights.
-
-    Parameters
-    ----------
-    nodes : tuple of Node
-        At least one, and at least one triangle.
-    camera, lights : optional
-        What the file brought. `camera` and `lights` given as None are replaced by defaults that frame the scene:
-        see `default_camera` and `default_sun`.
-
-    Raises
-    ------
-    SceneError
-        If there is nothing to render, or its places overflow.
-    """
-
-    refusal = SceneError
-
-    nodes: tuple[Node, ...] = setting(several(instance(Node), "Node", 10**8), help="what is drawn")
-    camera: Camera = setting(optional(instance(Camera), "frames the scene"), None, help="the eye")
-    lights: tuple[Light, ...] = setting(optional(LIGHTS, "one sun"), None, help="what lights it")
-    name: str = setting(text(), "scene", help="what messages and files call it")
-
-    __repr__ = summary.scene_line
-    _repr_html_ = summary.scene_html
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not any(len(node.mesh.triangles) for node in self.nodes):
-            raise SceneError(f"{self.name}: nothing to render, it has no triangles")
-        check_place(self.corners, f"{self.name}: ")
-        if (self.bounds[0] == self.bounds[1]).all():
-            raise SceneError(f"{self.name}: nothing to render, its size is zero at {self.bounds[0].tolist()}")
-        if self.camera is None:
-            object.__setattr__(self, "camera", default_camera(self.bounds))
-        if self.lights is None:
-            object.__setattr__(self, "lights", (default_sun(),))
-
-    @cached_property
-    def boxes(self) -> tuple[Array, Array]:
-        """Mesh bounds (N, 2, 3) and world_from_mesh (N, 4, 4) of all nodes that have triangles."""
-        nodes = [node for node in self.nodes if len(node.mesh.triangles)]
-        return np.stack([node.mesh.bounds for node in nodes]), np.stack([node.world_from_mesh for node in nodes])
-
-    @cached_property
-    def bounds(self) -> Array:
-        """(2, 3) least and greatest world corner of all nodes' boxes."""
-        return np.stack([self.corners.min(axis=(0, 1)), self.corners.max(axis=(0, 1))])
-
-    @cached_property
-    def corners(self) -> Array:
-        """World corners (N, 8, 3) of the boxes."""
-        return box_corners(*self.boxes)
-
-    def moved(self, matrices: Mapping[str, Any]) -> Scene:
-        """The same scene with some nodes placed anew; meshes, and what the GPU holds of them, are shared.
-
-        Parameters
-        ----------
-        matrices : mapping from node name to (4, 4) world_from_mesh
-
-        Raises
-        ------
-        SceneError
-                If no node has that name, or a matrix is none.
-        """
-        if not isinstance(matrices, Mapping):
-            raise SceneError(f"moved needs a mapping from node names to matrices, got {shown(matrices)}")
-        unknown = set(matrices) - {node.name for node in self.nodes}
-        if unknown:
-            known = ", ".join(sorted({node.name for node in self.nodes})[:8])
-            raise SceneError(f"no node is named {', '.join(sorted(map(shown, unknown)))}; the scene has: {known}")
-        nodes = tuple(
-            replace(node, world_from_mesh=matrices[node.name]) if node.name in matrices else node for node in self.nodes
-        )
-        return replace(self, nodes=nodes)
-
-    def with_ground(self, catches: bool = False) -> Scene:
-        """The scene on a level square plane that touches its lowest point, three times as wide as the scene is large.
-
-        Parameters
-        ----------
-        catches : bool
-            It shows nothing but the shadow, see `Node`.
-        """
-        low, high = self.bounds.copy()
-        low[1] = min(_lowest(node) for node in self.nodes if len(node.mesh.triangles))
-        size = float(np.linalg.norm(high - low))
-        half = 1.5 * size
-        x, y, z = 0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])
-        corners = np.array([[-half, 0, half], [half, 0, half], [half, 0, -half], [-half, 0, -half]])
-        ground = Mesh(
-            corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32), material=Material(color=(0.7, 0.7, 0.7, 1.0))
-        )
-        matrix = np.eye(4)
-        matrix[:3, 3] = (x, y, z)
-        return replace(self, nodes=(*self.nodes, Node("ground", ground, matrix, catches=catches)))
-
-
-def _lowest(node: Node) -> float:
-    """Least world y of a node's triangles: of its vertices, where its box would be too large because it is turned."""
-    row = node.world_from_mesh[1]
-    used = node.mesh.positions[np.unique(node.mesh.triangles)]
-    return float((used @ row[:3]).min() + row[3])

@@ -9,7 +9,8 @@ from glshadow.core.spaces import Array
 from glshadow.errors import listening
 
 if TYPE_CHECKING:
-    from glshadow.scene.mesh import Material, Mesh, Node, Scene
+    from glshadow.scene.mesh import Material, Mesh
+    from glshadow.scene.nodes import Node, Scene
 
 NAMES = 6  # of nodes, in a scene's line
 PICTURE = (640, 360)  # pixels of a scene in a notebook's cell
@@ -68,7 +69,7 @@ def scene_html(scene: Scene) -> str:
         from glshadow.renderer import Renderer
 
         with listening(lambda _: None), Renderer() as renderer:
-            return figure(renderer.render(scene, size=PICTURE, outputs=("image",)).image, caption)
+            return figure(renderer.render(scene, size=PICTURE, outputs=("image",), samples=1).image, caption)
     except Exception:  # no driver, no memory, whatever it is: a cell that shows a scene must not fail
         return f"<p>{words(caption)}</p>"
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.spaces import Array, transform, translation
-from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 from glshadow.scenes.analytic import AnalyticScene, ball, box, plane, plates, room, sphere, wall
 from glshadow.scenes.landscapes import landscape, landscape_light
@@ -38,7 +39,7 @@ def courtyard() -> Scene:
         "ramp": ramp,
     }
     normals = {name: shapes.vertex_normals(parts[name]) for name in ("torus", "sphere")}
-    nodes = tuple(Node(name, Mesh(*solid, normals=normals.get(name)), np.eye(4)) for name, solid in parts.items())
+    nodes = tuple(Node(Mesh(*solid, normals=normals.get(name)), np.eye(4), name) for name, solid in parts.items())
     camera = PerspectiveCamera(position=(9.0, 6.0, 11.0), target=(0.0, 1.0, 0.0), fov_y=50.0)
     return Scene(nodes, camera, name="courtyard")
 

@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight, to_light
 from glshadow.core.setting import as_floats, flag, number, optional, refuse, vector, whole
 from glshadow.core.spaces import Array, Bools
 from glshadow.errors import SettingsError
-from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.lights import DirectionalLight, Light, PointLight
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 from glshadow.scenes.shapes import Solid
 
@@ -72,7 +73,7 @@ class AnalyticScene:
         points, normals = _points("points_w", points_w), _points("normals_w", normals_w)
         if normals.shape not in (points.shape, (3,)):
             raise SettingsError(f"normals_w must be one for all or one for each point, got {normals.shape}")
-        towards, distance = to_light(self.scene.lights[0], points)
+        towards, distance = self.scene.lights[0].to_light(points)
         facing = (normals * towards).sum(axis=-1) > 0.0
         dark = self.blocked(points.reshape(-1, 3), towards.reshape(-1, 3), distance.reshape(-1))
         return np.where(facing & ~dark.reshape(points.shape[:-1]), 1.0, 0.0)
@@ -309,7 +310,7 @@ def _camera(target: ArrayLike, away: ArrayLike, distance: float) -> PerspectiveC
 
 def _scene(name: str, parts: dict[str, Solid], camera: PerspectiveCamera, light: Light, smooth: str = "") -> Scene:
     nodes = tuple(
-        Node(part, Mesh(*solid, normals=shapes.vertex_normals(solid) if part == smooth else None), np.eye(4))
+        Node(Mesh(*solid, normals=shapes.vertex_normals(solid) if part == smooth else None), np.eye(4), part)
         for part, solid in parts.items()
     )
     return Scene(nodes, camera, (light,), name=name)

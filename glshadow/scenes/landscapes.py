@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, SpotLight
 from glshadow.core.setting import flag, number, whole
 from glshadow.core.spaces import translation
-from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.lights import DirectionalLight, SpotLight
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 from glshadow.scenes.shapes import Solid
 from glshadow.shadows.shadow import Shadow
@@ -30,8 +31,8 @@ def landscape(which: int = 1) -> Scene:
     which = whole(1, 3)("which", which)
     solids = (_blocks, _round, _posts)[which - 1]()
     ground = shapes.box((200.0, 4.0, 200.0), (0.0, -2.0, 0.0))
-    nodes = [Node("ground", Mesh(*ground), np.eye(4))]
-    nodes += [Node(f"part {i}", Mesh(*solid), np.eye(4)) for i, solid in enumerate(solids)]
+    nodes = [Node(Mesh(*ground), np.eye(4), "ground")]
+    nodes += [Node(Mesh(*solid), np.eye(4), f"part {i}") for i, solid in enumerate(solids)]
     camera = PerspectiveCamera(position=(150.0, 130.0, 190.0), target=(0.0, 10.0, 0.0), fov_y=40.0)
     return Scene(tuple(nodes), camera, (landscape_light(),), name=f"landscape {which}")
 

@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight
 from glshadow.core.spaces import Array, translation
-from glshadow.scene.mesh import Material, Mesh, Node, Scene
+from glshadow.lights import DirectionalLight
+from glshadow.scene.mesh import Material, Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 from glshadow.scenes.shapes import Solid
 
@@ -38,17 +39,17 @@ def outdoors() -> Scene:
     From blades of the fence at 6 m to trees at 700 m: no single map is fine enough for both.
     """
     ground = _ground()
-    nodes = [Node("ground", Mesh(*ground, normals=shapes.vertex_normals(ground), material=_GRASS), np.eye(4))]
+    nodes = [Node(Mesh(*ground, normals=shapes.vertex_normals(ground), material=_GRASS), np.eye(4), "ground")]
     trunk = Mesh(*_standing(shapes.cylinder(0.22, 2.4, 10), 1.2), material=_BARK)
     crowns = [Mesh(*_crown(levels), material=_LEAF) for levels in (2, 3)]
     for number, (x, z, size, turn) in enumerate(_places()):
         place = translation((x, float(height(x, z)) - 0.1, z)) @ _scaled(size) @ _turned(turn)
-        nodes.append(Node(f"trunk {number}", trunk, place))
-        nodes.append(Node(f"crown {number}", crowns[number % 2], place))
+        nodes.append(Node(trunk, place, f"trunk {number}"))
+        nodes.append(Node(crowns[number % 2], place, f"crown {number}"))
     home = translation((6.0, 0.0, -14.0)) @ _turned(0.5)
     home[1, 3] = float(height(6.0, -14.0))
-    nodes += [Node("walls", Mesh(*_walls(), material=_WALL), home), Node("roof", Mesh(*_roof(), material=_ROOF), home)]
-    nodes.append(Node("fence", Mesh(*_fence(), material=_BARK), np.eye(4)))
+    nodes += [Node(Mesh(*_walls(), material=_WALL), home, "walls"), Node(Mesh(*_roof(), material=_ROOF), home, "roof")]
+    nodes.append(Node(Mesh(*_fence(), material=_BARK), np.eye(4), "fence"))
     eye = np.array([-3.0, float(height(-3.0, 9.0)) + EYE, 9.0])
     camera = PerspectiveCamera(position=tuple(eye), target=(4.0, eye[1] - 0.4, -16.0), fov_y=55.0)
     azimuth, elevation = np.radians([62.0, 28.0])

@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import SpotLight
 from glshadow.core.spaces import translation
-from glshadow.scene.mesh import Material, Mesh, Node, Scene
+from glshadow.lights import SpotLight
+from glshadow.scene.mesh import Material, Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 from glshadow.scenes.shapes import Solid
 from glshadow.shadows.cookie import Cookie
@@ -36,9 +37,9 @@ def street() -> Scene:
         ("windows", shapes.box((2.0, 0.55, 1.52), (5.1, 1.28, 0.6)), _GLASS),
         ("wheels", _wheels(), _IRON),
     ]
-    nodes = [Node(name, Mesh(*solid, material=material), np.eye(4)) for name, solid, material in parts]
+    nodes = [Node(Mesh(*solid, material=material), np.eye(4), name) for name, solid, material in parts]
     post = Mesh(*_post(), material=_IRON)
-    nodes += [Node(f"lamppost {i}", post, translation((x, 0.175, -4.0))) for i, x in enumerate((-6.0, 2.5))]
+    nodes += [Node(post, translation((x, 0.175, -4.0)), f"lamppost {i}") for i, x in enumerate((-6.0, 2.5))]
     warm = (1.0, 0.82, 0.55)
     lamps = tuple(
         SpotLight(

@@ -13,14 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.arguments import checked_scene
-from glshadow.core.area import has_size
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import LIGHTS, DirectionalLight, Light, SpotLight
 from glshadow.core.setting import refuse, whole
-from glshadow.core.spaces import Array, Bools, view_axes
+from glshadow.core.spaces import Array, Bools
 from glshadow.errors import GlshadowError, SettingsError
-from glshadow.geometry.fitting import minimum_rectangle
-from glshadow.scene.mesh import Scene
+from glshadow.lights import Light, as_lights
+from glshadow.scene.nodes import Scene
 from glshadow.scoring.html import error_html
 from glshadow.scoring.score import COLORS, DARK, LIT, Outcome, Score
 from glshadow.scoring.windows import window_sums
@@ -67,7 +65,7 @@ class Truth(Frame, Protocol):
 
 
 @dataclass(frozen=True, repr=False)
-class ShadowError(Score):
+class Measurement(Score):
     """Score of a frame over all its lights, with that of each light.
 
     Attributes
@@ -85,7 +83,7 @@ class ShadowError(Score):
     def __repr__(self) -> str:
         kinds = ", ".join(f"{name} {getattr(self, name):.4%}" for name in ("wrong", "edge", "acne", "leak", "grain"))
         lights = f"{len(self.lights)} light{'' if len(self.lights) == 1 else 's'}"
-        return f"ShadowError({lights}: {kinds}, window {self.window:.5f})"
+        return f"Measurement({lights}: {kinds}, window {self.window:.5f})"
 
     def __str__(self) -> str:
         return "\n".join(f"light {number}: {score}" for number, score in enumerate(self.lights))
@@ -125,7 +123,7 @@ def _plain(score: Score) -> dict[str, object]:
     return {name: value if np.isfinite(value) else None for name, value in numbers.items()}
 
 
-def measure(frame: Frame, truth: Truth) -> ShadowError:
+def measure(frame: Frame, truth: Truth) -> Measurement:
     """Score a frame's visibility against the truth of the same picture.
 
     Counted are pixels that see a surface with N.L > 0.05 which the light reaches (cone and range), and whose 3 x 3
@@ -155,7 +153,7 @@ def measure(frame: Frame, truth: Truth) -> ShadowError:
         amounts.append(amount)
     total = _Tally(*(sum(values) for values in zip(*(asdict(tally).values() for tally in tallies), strict=True)))
     shape = truth.visibility.shape
-    return ShadowError(
+    return Measurement(
         **asdict(total.score(np.concatenate(amounts))),
         lights=tuple(tally.score(amount) for tally, amount in zip(tallies, amounts, strict=True)),
         kinds=np.array(kinds, dtype=np.uint8).reshape(shape),
@@ -178,7 +176,7 @@ def _check_has(name: str, given: object, parts: tuple[str, ...]) -> None:
         if part == "visibility" and not (isinstance(value, np.ndarray) and value.dtype.kind == "f"):
             raise refuse(f"{name}.visibility", "an array (L, H, W) of floats", value)
         if part == "lights":
-            LIGHTS(f"{name}.lights", value)
+            as_lights(f"{name}.lights", value)
         if part == "scene":
             checked_scene(value)
 
@@ -201,7 +199,7 @@ def _check_same(frame: Frame, truth: Truth) -> None:
         )
     asked = [each.filter is not None and each.filter.obeys_size for each in getattr(frame, "used", ())]
     soft = [
-        number for number, light in enumerate(truth.lights) if has_size(light) and number < len(asked) and asked[number]
+        number for number, light in enumerate(truth.lights) if light.has_size and number < len(asked) and asked[number]
     ]
     if soft and getattr(truth, "light_samples", 1) == 1:
         raise SettingsError(
@@ -276,7 +274,7 @@ def _score_light(
     edge = truth.near_edge(number, (radius + 0.5) * np.sqrt(2.0) * texel, wrong)
     grain = uneven & ~edge  # what is within the first band is within the second, wider one
     grain &= ~truth.near_edge(number, (radius + 1.0) * np.sqrt(2.0) * texel, grain)
-    several = has_size(truth.lights[number]) and getattr(truth, "light_samples", 1) > 1
+    several = truth.lights[number].has_size and getattr(truth, "light_samples", 1) > 1
     # of a light that is all seen, and no edge or wall within the kernel, texels are shadowed: by the surface itself
     partly = grain & (difference < 0.0) & (exact == 1.0) & (not several)
     reach = (radius + 1.0) * np.sqrt(2.0) * texel / np.maximum(truth.cosine[number], LEAST_COSINE)
@@ -332,12 +330,4 @@ def texel_size(truth: Truth, number: int, resolution: int) -> Array | float:
         and point light: the width of the cone, or of a cube map's face, at the pixel's distance, divided by it.
     """
     light = truth.lights[number]
-    if isinstance(light, DirectionalLight):
-        points = truth.position[truth.triangle >= 0]
-        if len(points) == 0:
-            return 0.0
-        flat = (points - points.mean(axis=0)) @ view_axes(np.asarray(light.direction))[:2].T
-        return float(np.ptp(minimum_rectangle(flat)[1], axis=0).max()) / resolution
-    distance = np.linalg.norm(truth.position - np.asarray(light.position), axis=-1)
-    opening = np.tan(np.radians(light.outer_angle)) if isinstance(light, SpotLight) else 1.0
-    return np.asarray(2.0 * opening / resolution * distance)
+    return light.map_texel(truth.position, truth.triangle >= 0, resolution)

@@ -18,7 +18,7 @@ _DEFAULT = re.compile(r"^\s*#ifndef\s+(GLS_\w+)", re.MULTILINE)
 # At the start of a line: Mesa 0:12(3):, glslang, Apple and AMD ERROR: 0:12:, NVIDIA 0(12) :
 _LOCATION = re.compile(r"^(?:(?:ERROR|WARNING): )?0(?::(\d+)(?:\(\d+\))?|\((\d+)\) ?)(?=:)", re.MULTILINE)
 
-_STAGES = {"vert": "GLS_VERTEX", "frag": "GLS_FRAGMENT", "comp": "GLS_COMPUTE"}
+_STAGES = {"vert": "GLS_VERTEX", "geom": "GLS_GEOMETRY", "frag": "GLS_FRAGMENT", "comp": "GLS_COMPUTE"}
 
 
 @dataclass(frozen=True)

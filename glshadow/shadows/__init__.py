@@ -1,1 +1,1 @@
-"""Settings of a light's shadow, with their formulas: filter, bias, fit, map format, and the view that a map is drawn from."""
+"""Settings of a shadow with their formulas: filters, biases, map formats, fits, and the views that they give."""

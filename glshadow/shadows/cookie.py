@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.setting import Settings, flag, number, numbers_in, refuse, setting
-from glshadow.core.spaces import FARTHEST, NEAREST, Array, view_axes
-
-if TYPE_CHECKING:  # lights have cookies
-    from glshadow.core.lights import DirectionalLight, SpotLight
+from glshadow.core.spaces import FARTHEST, NEAREST
 
 _ALLOWED = "an image (height, width, 3 or 4) of uint8, sRGB"
 
@@ -48,21 +45,3 @@ class Cookie(Settings):
     def __repr__(self) -> str:
         height, width = self.image.shape[:2]
         return f"Cookie({width} x {height}, repeat={self.repeat}, size={self.size:g})"
-
-
-def cookie_from_world(light: DirectionalLight | SpotLight) -> Array:
-    """(4, 4) float64: (u, v, -, w) of world points, v up; u / w, v / w from 0 to 1 on the image, w > 0 before the light."""
-    assert light.cookie is not None
-    axes = view_axes(np.asarray(light.direction))
-    height, width = light.cookie.image.shape[:2]
-    matrix = np.eye(4)
-    matrix[:3, :3] = axes
-    position = getattr(light, "position", None)
-    if position is None:
-        across = 1.0 / light.cookie.size
-        image = np.array([[across, 0, 0, 0.5], [0, across * width / height, 0, 0.5], [0, 0, 1, 0], [0, 0, 0, 1.0]])
-        return np.asarray(image @ matrix)
-    matrix[:3, 3] = -axes @ np.asarray(position)
-    scale = 0.5 / np.tan(np.radians(light.outer_angle))  # type: ignore[union-attr]
-    image = np.array([[scale, 0, -0.5, 0], [0, scale, -0.5, 0], [0, 0, 1, 0], [0, 0, -1.0, 0]])
-    return np.asarray(image @ matrix)

@@ -1,4 +1,4 @@
-"""Fits: what a light's maps cover. Settings alone; the views follow in derive/fitted.py."""
+"""Fits: what a light's maps cover. Settings alone; the views follow in shadows/fitted.py."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import ClassVar
 from glshadow.core.setting import flag, number, setting, whole
 from glshadow.core.spaces import FARTHEST, Array
 from glshadow.core.spelling import Spelled
-from glshadow.derive.fit_request import Asked, Fitted
+from glshadow.shadows.fit_request import Asked, Fitted
+from glshadow.shadows.fitted import around, cascades, warped
 
 
 class Fit(Spelled):
@@ -43,9 +44,7 @@ class Fit(Spelled):
         raise NotImplementedError
 
     def fitted(self, asked: Asked) -> Fitted:
-        """The views: around the receivers. What makes them knows lights, which have shadows, which have fits: imported when it is used."""
-        from glshadow.derive.fitted import around
-
+        """The views: around the receivers."""
         return around(asked, self.receivers(asked.scene, asked.seen))
 
 
@@ -125,8 +124,6 @@ class Cascades(Fit):
 
     def fitted(self, asked: Asked) -> Fitted:
         """One view for each slice."""
-        from glshadow.derive.fitted import cascades
-
         return cascades(asked, self)
 
 
@@ -166,8 +163,6 @@ class Lispsm(Fit):
 
     def fitted(self, asked: Asked) -> Fitted:
         """One view."""
-        from glshadow.derive.fitted import warped
-
         return warped(asked, self)
 
 

@@ -2,8 +2,8 @@
 
 The metric grows away from the light in every clip convention::
 
-    directional, spot    (s z + min_z) / (min_z + max_z)      z = clip z before the division, s = -1 if reversed
-    point                (distance + near) / (near + far)
+    orthographic, perspective    (s z + min_z) / (min_z + max_z)      z = clip z before the division, s = -1 if reversed
+    cube                         (distance + near) / (near + far)
 
 and above 1 it is clamped, since packed values would wrap.
 
@@ -57,34 +57,34 @@ class Target(Enum):
         }[self]
 
 
-def metric_range(kind: str, clip: ClipSpace, near: float, far: float) -> tuple[float, float]:
-    """(min_z, max_z) of the metric for a light of `kind` "directional", "spot" or "point".
+def metric_range(projection: str, clip: ClipSpace, near: float, far: float) -> tuple[float, float]:
+    """(min_z, max_z) of the metric for views of a `projection`: "orthographic", "perspective" or "cube".
 
     Raises
     ------
     SettingsError
-        For an unknown kind, and for a spot light with near = 0 in 0..1 reversed, where the metric would be 0 / 0.
+        For an unknown projection, and in perspective with near = 0 in 0..1 reversed, where the metric would be 0 / 0.
     """
-    if kind == "directional":
+    if projection == "orthographic":
         return ((0.0, 1.0), (1.0, 0.0))[clip.reversed] if clip.zero_to_one else (1.0, 1.0)
-    if kind == "point" or (kind == "spot" and not clip.zero_to_one):
+    if projection == "cube" or (projection == "perspective" and not clip.zero_to_one):
         return near, far
-    if kind != "spot":
-        raise SettingsError(f'kind must be "directional", "spot" or "point", got {kind!r}')
+    if projection != "perspective":
+        raise SettingsError(f'projection must be "orthographic", "perspective" or "cube", got {projection!r}')
     if not clip.reversed:
         return 0.0, far
     if near == 0.0:
-        raise SettingsError("the 0..1 reversed metric of a spot light needs near > 0, got near=0")
+        raise SettingsError("the 0..1 reversed metric in perspective needs near > 0, got near=0")
     return near, 0.0
 
 
 def projected_metric(clip_z: ArrayLike, clip: ClipSpace, min_z: float, max_z: float) -> Array:
-    """Metric of directional and spot lights from clip z before the division; any shape, 0..1 between near and far."""
+    """Metric of orthographic and perspective views from clip z before the division; any shape, 0..1 between near and far."""
     return np.asarray((clip.sign * np.asarray(clip_z, dtype=np.float64) + min_z) / (min_z + max_z))
 
 
 def radial_metric(distance: ArrayLike, near: float, far: float) -> Array:
-    """Metric of point lights from the distance to the light; any shape, 1 at far."""
+    """Metric of cubes from the distance to the light; any shape, 1 at far."""
     return np.asarray((np.asarray(distance, dtype=np.float64) + near) / (near + far))
 
 

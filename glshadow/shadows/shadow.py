@@ -45,7 +45,8 @@ class Shadow(Settings):
     filter : Filter, optional
         How one receiver is answered for: Hard, Pcf, ... or Exact, which has no map and asks the triangles. None: Exact() where lists
         of the scene's triangles fit into the driver's buffers; elsewhere, and where another setting asks for a map, Pcf(1), or
-        LightSamples() for a light that has a size. `Used.why` says which and why.
+        LightSamples() for a light that has a size. `Used.why` says which and why. A SkyLight, which no single map serves, turns a filter of
+        one map into LightSamples(of=that filter).
     bias : optional
         None: ReceiverPlaneBias(). Also ConstantBias, SlopeScaledBias, NormalOffsetBias, ClipBias, NoBias.
     target : Target, optional

@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.lights import to_light
 from glshadow.core.spaces import Array, ClipSpace
 from glshadow.derive.culling import seen_by
 from glshadow.gl.driver.targets import depth_texture
 from glshadow.gl.scene.drawing import draw_nodes
 from glshadow.gl.scene.geometry import pack_matrices
 from glshadow.scene.box import box_corners
-from glshadow.scene.mesh import AlphaMode, Mesh, Scene
+from glshadow.scene.mesh import AlphaMode, Mesh
+from glshadow.scene.nodes import Scene
 from glshadow.shadows.metric import Target
 from glshadow.shadows.view import ShadowView, camera_view
 from glshadow.signals import undisturbed
@@ -104,7 +104,7 @@ class Floor:
             uploaded: dict[int, tuple[Any, Any]] = {}
             self._drawn = [self._upload(i, uploaded) for i in range(len(self._nodes))]
         numbers = {key: number for number, key in enumerate(uploaded)}
-        self.mesh_number = [numbers[id(node.mesh)] for node in self._nodes]
+        self.mesh_number = np.array([numbers[id(node.mesh)] for node in self._nodes])
         self.mirrored = (np.linalg.det(self._world_from_mesh[:, :3, :3]) < 0.0).tolist()
         self._hidden = ["back" if drawn.solid else None for drawn in self._drawn]
 
@@ -144,7 +144,7 @@ class Floor:
         """Both passes with the matrices of a rendered frame, then read back; (H, W, 3), row 0 at the top."""
         clip = ClipSpace(True, True) if self._context.caps.clip_control else ClipSpace(False, False)
         eye = camera_view(frame.camera, frame.size, frame.near, frame.far, clip)
-        towards = to_light(frame.lights[light], self.scene.bounds.mean(axis=0)[None])[0][0]
+        towards = frame.lights[light].to_light(self.scene.extent.mean(axis=0)[None])[0][0]
         with self._context.drawing():
             for view in frame.used[light].views:
                 self._pass(self._map, self._depth, view, self._casts)

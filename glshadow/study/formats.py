@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 from glshadow.core.spaces import Array, transform
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.renderer import Renderer
 from glshadow.scenes import analytic
 from glshadow.shadows.filters import Hard
@@ -30,12 +30,26 @@ SIZE = (256, 256)
 CAMERA = PerspectiveCamera((-0.25, 3.0, 0.0), (-0.25, 0.0, 0.0), up=(0.0, 0.0, 1.0), fov_y=10.0)
 LAMP = (3.0, 3.0, 2.0)  # to one side: the depth passes many steps along the wall's foot, so that rounding averages out
 
-# (near, far) that make one step 2 to 4 cm where the wall stands, far above a texel; None: the derived range does.
-RANGES: dict[str, dict[Target, tuple[float, float] | None]] = {
-    "sun": {Target.R8: None, Target.RGBA8: (-1.3e5, 1.3e5), Target.DEPTH16: (-1e3, 1e3)},
-    "spot": {Target.R8: (0.5, 8.0), Target.RGBA8: (0.5, 2.6e5), Target.DEPTH16: (0.01, 100.0)},
-    "point": {Target.R8: (0.5, 6.0), Target.RGBA8: (0.5, 2.6e5), Target.DEPTH16: (0.01, 100.0)},
-}
+Spans = dict[Target, tuple[float, float] | None]
+"""(near, far) that make one step 2 to 4 cm where the wall stands, far above a texel; None: the derived range does."""
+
+# A light for each projection of a map.
+_PROBES: tuple[tuple[Light, Spans], ...] = (
+    (
+        DirectionalLight(direction=(-0.7, -0.7, -0.3)),
+        {Target.R8: None, Target.RGBA8: (-1.3e5, 1.3e5), Target.DEPTH16: (-1e3, 1e3)},
+    ),
+    (
+        SpotLight(position=LAMP, direction=(-LAMP[0], -LAMP[1], -LAMP[2]), outer_angle=40.0),
+        {Target.R8: (0.5, 8.0), Target.RGBA8: (0.5, 2.6e5), Target.DEPTH16: (0.01, 100.0)},
+    ),
+    (
+        PointLight(position=LAMP),
+        {Target.R8: (0.5, 6.0), Target.RGBA8: (0.5, 2.6e5), Target.DEPTH16: (0.01, 100.0)},
+    ),
+)
+PROBES = {light.spelling: (light, spans) for light, spans in _PROBES}
+"""By what the command line calls them."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +59,7 @@ class Gap:
     Attributes
     ----------
     light : str
-        "sun", "spot" or "point".
+        One of `PROBES`.
     step : float
         One step of the format along the ray to the light.
     predicted, measured : float
@@ -60,12 +74,12 @@ class Gap:
 
 
 def foot_gap(renderer: Renderer, light: str, target: Target) -> Gap:
-    """The gap that a format leaves at the foot of a wall; `light` is "sun", "spot" or "point"."""
+    """The gap that a format leaves at the foot of a wall; `light` is one of `PROBES`."""
     scene = analytic.wall(elevation=40.0, height=2.0, half=8.0).scene
     lamp = _light(light, target)
-    frame = renderer.render(scene, CAMERA, [lamp], SIZE, outputs=("visibility", "depth"))
+    frame = renderer.render(scene, CAMERA, [lamp], SIZE, outputs=("visibility", "depth"), samples=1)
     foot = np.zeros(3)
-    towards, _ = to_light(lamp, foot[None])
+    towards, _ = lamp.to_light(foot[None])
     step = step_along_ray(frame.used[0].views, target, foot)
     place = pixel_rays(CAMERA, SIZE) * frame.depth[..., None] + np.asarray(CAMERA.position)
     ground = (place[..., 1] < 1e-3) & (place[..., 0] < 0.0)
@@ -77,15 +91,15 @@ def foot_gap(renderer: Renderer, light: str, target: Target) -> Gap:
 def step_along_ray(views: tuple[ShadowView, ...], target: Target, point_w: Array) -> float:
     """World units along the light ray through a point (3,) that one step of what the map stores stands for there."""
     view = views[0]
-    if view.kind == "directional":
+    if view.projection == "orthographic":
         return target.quantum * (view.far - view.near)
     local = transform(view.view_from_world, point_w)
     distance = float(np.linalg.norm(local))
-    axial = float(np.abs(local).max()) if view.kind == "point" else -float(local[2])
-    low, high = metric_range(view.kind, view.clip, view.near, view.far)
+    axial = float(np.abs(local).max()) if view.projection == "cube" else -float(local[2])
+    low, high = metric_range(view.projection, view.clip, view.near, view.far)
     if target.is_depth:  # window depth is affine in 1 / axial
         along = axial**2 * (view.far - view.near) / (view.far * view.near)
-    elif view.kind == "point":
+    elif view.projection == "cube":
         return float(target.quantum * (low + high))
     else:
         along = abs((low + high) / view.clip_from_view[2, 2])
@@ -93,11 +107,7 @@ def step_along_ray(views: tuple[ShadowView, ...], target: Target, point_w: Array
 
 
 def _light(name: str, target: Target) -> Light:
-    shadow = Shadow(filter=Hard(), target=target)  # the least slack of its own
-    light: Light = DirectionalLight(direction=(-0.7, -0.7, -0.3), shadow=shadow)
-    if name == "spot":
-        light = SpotLight(position=LAMP, direction=(-LAMP[0], -LAMP[1], -LAMP[2]), outer_angle=40.0, shadow=shadow)
-    elif name == "point":
-        light = PointLight(position=LAMP, shadow=shadow)
-    span = RANGES[name][target]
-    return light if span is None else replace(light, near=span[0], far=span[1])
+    probe, spans = PROBES[name]
+    given = {} if (span := spans[target]) is None else {"near": span[0], "far": span[1]}
+    # hard: the least slack of its own
+    return replace(probe, shadow=Shadow(filter=Hard(), target=target), **given)  # type: ignore[arg-type]

@@ -11,11 +11,10 @@ from typing import Self
 import numpy as np
 
 from glshadow.arguments import checked_scene
-from glshadow.core.area import has_size
-from glshadow.core.lights import LIGHTS, Light
 from glshadow.core.setting import Settings, instance, optional, setting, several, whole
 from glshadow.errors import SettingsError
-from glshadow.scene.mesh import Scene
+from glshadow.lights import Light, as_lights
+from glshadow.scene.nodes import Scene
 from glshadow.shadows.bias import Bias, ConstantBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
 from glshadow.shadows.filters import FILTERS, Filter, Hard, Pcf
 from glshadow.shadows.fits import ViewFit
@@ -71,12 +70,12 @@ class Grid(Settings):
         lights : optional
             The scene's own if None. For those that have a size also the filters that obey it.
         """
-        low, high = checked_scene(scene).bounds
+        low, high = checked_scene(scene).extent
         constant = ConstantBias(float(f"{CONSTANT_SHARE * np.linalg.norm(high - low):.1g}"))
         formats = tuple(Shadow(target=target) for target in (Target.DEPTH16, Target.R32F, Target.RGBA8))
         others = (each for kind in FILTERS for each in kind.studied() if each not in MAPPED)
         more = (*formats, *(Shadow(filter=each) for each in others))
-        if any(map(has_size, scene.lights if lights is None else LIGHTS("lights", lights))):
+        if any(each.has_size for each in (scene.lights if lights is None else as_lights("lights", lights))):
             more += tuple(Shadow(filter=each) for kind in FILTERS for each in kind.soft())
         return cls(biases=(None, SlopeScaledBias(), NormalOffsetBias(), constant), more=more)
 

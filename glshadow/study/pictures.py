@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from glshadow.frame import Frame
 from glshadow.reference.truth import Truth
 from glshadow.renderer import Renderer
-from glshadow.scoring.error import ShadowError
+from glshadow.scoring.error import Measurement
 from glshadow.scoring.score import Outcome
 from glshadow.triptych import GAP, triptych
 
@@ -48,7 +48,7 @@ class Panel:
     regions: tuple[Region, ...]
 
 
-def panel(renderer: Renderer, frame: Frame, truth: Truth, error: ShadowError) -> Panel:
+def panel(renderer: Renderer, frame: Frame, truth: Truth, error: Measurement) -> Panel:
     """Pictures of a frame with one light."""
     width = frame.size[0]
     whole = triptych(renderer, frame, truth, error)
@@ -62,7 +62,7 @@ def worst_regions(kinds: NDArray[np.uint8], count: int = REGIONS) -> tuple[Regio
     Parameters
     ----------
     kinds : (H, W) uint8
-        Of ShadowError.
+        Of Measurement.
     """
     weight = np.zeros(kinds.shape, dtype=np.int64)
     for kind, value in WEIGHTS.items():

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from glshadow.core.area import has_size
+from glshadow.arguments import USUAL_SIZE
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Lights
 from glshadow.core.setting import number, optional
 from glshadow.errors import SettingsError
 from glshadow.gl.driver.context import Backend
+from glshadow.lights import Lights
 from glshadow.shadows.filters import FILTERS, Filter
 from glshadow.shadows.shadow import Shadow
 from glshadow.study.grid import CHOSEN, SIDES, setting_name
@@ -141,7 +141,7 @@ def run_plan(
     wrong: float | None = None,
     camera: Camera | None = None,
     lights: Lights = None,
-    size: tuple[int, int] = (1280, 720),
+    size: tuple[int, int] = USUAL_SIZE,
     filters: Sequence[Filter] = RUNGS,
     resolutions: Sequence[int] = RESOLUTIONS,
     repeats: int = 7,
@@ -179,7 +179,7 @@ def run_plan(
     if not any(ladders):
         raise SettingsError(f"there is nothing to try: give filters and resolutions, got {filters!r}, {resolutions!r}")
     with open_run(scene, camera, lights, size, repeats, resume, progress, backend) as run:
-        if usual and any(map(has_size, run.lights)):
+        if usual and any(each.has_size for each in run.lights):
             ladders += _ladders([each for kind in FILTERS for each in kind.soft()], resolutions)
         run.total = len(run.lights) * sum(len(ladder) for ladder in ladders)
         tried: dict[Shadow, float] = {}

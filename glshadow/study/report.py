@@ -15,6 +15,7 @@ from glshadow.core.setting import as_path, instance
 from glshadow.errors import GlshadowError, printable
 from glshadow.files import replacing
 from glshadow.inline import PAGE_LEVEL, address, jpeg, png
+from glshadow.lights import Light
 from glshadow.scoring.flip import flip
 from glshadow.shadows.bias import ReceiverPlaneBias
 from glshadow.study.cases import read_cases
@@ -135,11 +136,10 @@ def _page(study: Study, plots: list[str], flips: dict[str, float]) -> str:
     )
 
 
-def _light(light: Any) -> str:
+def _light(light: Light) -> str:
     """Kind and where it is, in words."""
     kind = type(light).__name__.removesuffix("Light").lower()
-    place = getattr(light, "position", None) or light.direction
-    word = "at" if hasattr(light, "position") else "travelling"
+    word, place = ("travelling", light.rays_to(np.zeros(3))) if light.at_infinity else ("at", light.place[:3])
     return f"{kind} light {word} ({', '.join(f'{x:.3g}' for x in place)})"
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
 from glshadow.core.setting import as_floats, numbers_in, shown
 from glshadow.errors import SettingsError, printable
+from glshadow.lights import Light
 from glshadow.scoring.score import Score
 from glshadow.shadows.shadow import Shadow
 from glshadow.study.grid import setting_name

@@ -16,25 +16,25 @@ from typing import Any
 
 import numpy as np
 
-from glshadow.arguments import as_scene, picture_arguments
-from glshadow.core.area import traced_points
+from glshadow.arguments import USUAL_SIZE, as_scene, picture_arguments
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import DirectionalLight, Light, Lights
 from glshadow.core.setting import as_path, optional, refuse, whole
 from glshadow.errors import SettingsError
 from glshadow.frame import Frame
 from glshadow.gl.driver.context import Backend
 from glshadow.inline import notebook_bar
+from glshadow.journal import Journal
+from glshadow.lights import Light, Lights, traced_points
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
-from glshadow.scene.mesh import Scene
-from glshadow.scoring.error import ShadowError, measure
+from glshadow.scene.nodes import Scene
+from glshadow.scoring.error import Measurement, measure
 from glshadow.scoring.score import Score
 from glshadow.shadows.filters import Pcf
 from glshadow.shadows.shadow import Shadow
+from glshadow.study.fingerprint import fingerprint, result_key
 from glshadow.study.floor import FLOOR_RESOLUTION, Floor
 from glshadow.study.grid import setting_name
-from glshadow.study.journal import Journal, fingerprint, result_key
 from glshadow.study.machine import machine
 from glshadow.study.pictures import Panel, panel
 from glshadow.study.remembered import RememberedTruth
@@ -52,7 +52,7 @@ def open_run(
     scene: Any,
     camera: Camera | None = None,
     lights: Lights = None,
-    size: tuple[int, int] = (1280, 720),
+    size: tuple[int, int] = USUAL_SIZE,
     repeats: int = 7,
     resume: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
@@ -157,7 +157,7 @@ class Run:
             self._say(f"light {number}: tracing the truth")
             light = self.lights[number]
             points = traced_points([light])
-            truth = trace(self.scene, self.camera, [light], self.size, light_samples=points)
+            truth = trace(self.scene, self.camera, [light], self.size, light_samples=points, samples=1)
             self._truths[number] = RememberedTruth.of(truth)
         return self._truths[number]
 
@@ -175,9 +175,9 @@ class Run:
         return self.journal.records.get(self._key(number, shadow), {})
 
     def _frame(self, light: Light, *outputs: str) -> Frame:
-        return self.renderer.render(self.scene, self.camera, [light], self.size, outputs=outputs)
+        return self.renderer.render(self.scene, self.camera, [light], self.size, outputs=outputs, samples=1)
 
-    def _measured(self, number: int, shadow: Shadow) -> tuple[Frame, ShadowError]:
+    def _measured(self, number: int, shadow: Shadow) -> tuple[Frame, Measurement]:
         frame = self._frame(replace(self.lights[number], shadow=shadow), "visibility", "triangle")
         return frame, measure(frame, self.truth(number))
 
@@ -209,11 +209,5 @@ def _map_of(shadow: Shadow) -> tuple[int, str, str, str]:
 
 def _moved(light: Light, k: int, scene: Scene) -> Light:
     """The light at round k."""
-    if isinstance(light, DirectionalLight):
-        direction = np.asarray(light.direction)
-        across = np.cross(direction, np.eye(3)[np.abs(direction).argmin()])
-        x, y, z = direction + STEP_RAD * k * across / np.linalg.norm(across)
-        return replace(light, direction=(float(x), float(y), float(z)))
-    low, high = scene.bounds
-    step = 0.1 * STEP_RAD * k * float(np.linalg.norm(high - low))
-    return replace(light, position=(light.position[0], light.position[1] + step, light.position[2]))
+    low, high = scene.extent
+    return light.nudged(STEP_RAD * k, 0.1 * STEP_RAD * k * float(np.linalg.norm(high - low)))

@@ -7,9 +7,10 @@ import time
 from collections.abc import Iterable
 from typing import Any
 
+from glshadow.arguments import USUAL_SIZE
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Lights
 from glshadow.gl.driver.context import Backend
+from glshadow.lights import Lights
 from glshadow.shadows.shadow import Shadow
 from glshadow.study.grid import DEFAULT, Grid, settings_of
 from glshadow.study.pictures import Panel
@@ -21,7 +22,7 @@ def run_study(
     scene: Any,
     camera: Camera | None = None,
     lights: Lights = None,
-    size: tuple[int, int] = (1280, 720),
+    size: tuple[int, int] = USUAL_SIZE,
     grid: Grid | Iterable[Shadow] | None = None,
     repeats: int = 7,
     resume: str | os.PathLike[str] | None = None,

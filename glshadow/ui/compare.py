@@ -13,18 +13,17 @@ from numpy.typing import NDArray
 
 from glshadow.arguments import as_scene, picture_arguments
 from glshadow.budget import times_of
-from glshadow.core.area import has_size, traced_points
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light, Lights
 from glshadow.core.setting import refuse
 from glshadow.core.spelling import parse
-from glshadow.errors import SettingsError
+from glshadow.errors import SettingsError, printable
 from glshadow.frame import Frame
 from glshadow.gl.driver.context import Backend
 from glshadow.inline import notebook_bar
+from glshadow.lights import Light, Lights, traced_points
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
-from glshadow.scoring.error import ShadowError, measure
+from glshadow.scoring.error import Measurement, measure
 from glshadow.scoring.score import COLORS, Outcome
 from glshadow.shadows.filters import FILTERS, Filter
 from glshadow.shadows.shadow import Shadow
@@ -47,7 +46,7 @@ class Compared:
     name : str
     shadow : Shadow
     frame : Frame
-    error : ShadowError
+    error : Measurement
     ms : float
         Median time of a picture in which everything is drawn.
     """
@@ -55,17 +54,22 @@ class Compared:
     name: str
     shadow: Shadow
     frame: Frame = field(repr=False)
-    error: ShadowError = field(repr=False)
+    error: Measurement = field(repr=False)
     ms: float
     pictures: tuple[Picture, ...] = field(repr=False)
 
     @property
     def caption(self) -> str:
         """Time and error in a few words."""
-        if any(map(has_size, self.frame.lights)):  # nothing of a penumbra is wrong or right
+        if any(each.has_size for each in self.frame.lights):  # nothing of a penumbra is wrong or right
             return f"{self.ms:.1f} ms, off by {self.error.mean:.4f}, in penumbrae {self.error.penumbra:.3f}"
         grain = f", grain {self.error.grain:.2%}" if self.error.grain > self.error.wrong else ""
         return f"{self.ms:.1f} ms, wrong {self.error.wrong:.3%}{grain}"
+
+    @property
+    def title(self) -> str:
+        """Its name as it may be shown."""
+        return printable(self.name)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -92,11 +96,11 @@ class Comparison:
         return len(self.entries)
 
     def __repr__(self) -> str:
-        return f"Comparison({', '.join(f'{each.name}: {each.caption}' for each in self.entries)})"
+        return f"Comparison({', '.join(f'{each.title}: {each.caption}' for each in self.entries)})"
 
     def __str__(self) -> str:
-        width = max(len(each.name) for each in self.entries)
-        return "\n".join(f"{each.name:{width}s}  {each.caption}" for each in self.entries)
+        width = max(len(each.title) for each in self.entries)
+        return "\n".join(f"{each.title:{width}s}  {each.caption}" for each in self.entries)
 
     @property
     def image(self) -> Picture:
@@ -126,7 +130,7 @@ class Comparison:
         legend = _legend(self.truth[0].shape)
         truth: list[Picture] = [part for picture in self.truth for part in (picture, legend)]
         cells: list[tuple[list[Picture], tuple[str, ...]]] = [(truth, (TRUTH, "what rays say"))]
-        return cells + [(list(each.pictures), (each.name, each.caption)) for each in self.entries]
+        return cells + [(list(each.pictures), (each.title, each.caption)) for each in self.entries]
 
 
 def compare(
@@ -177,17 +181,17 @@ def compare(
         drawn = []
         for number, (name, shadow) in enumerate(named):
             if bar:
-                bar(number, len(named), name)
+                bar(number, len(named), printable(name))
             frame = renderer.render(
-                scene, camera, lit_by(shadow), size, outputs=("image", "visibility", "triangle", "linear")
+                scene, camera, lit_by(shadow), size, outputs=("image", "visibility", "triangle", "linear"), samples=1
             )
             if truth is None:
                 points = traced_points(casting)
-                truth = trace(scene, camera, casting, size, light_samples=points, surface=frame.triangle)
+                truth = trace(scene, camera, casting, size, light_samples=points, surface=frame.triangle, samples=1)
             drawn.append((name, shadow, frame))
 
         def draw(moved: Sequence[Light], outputs: tuple[str, ...]) -> Frame:
-            return renderer.render(scene, camera, moved, size, outputs=outputs)
+            return renderer.render(scene, camera, moved, size, outputs=outputs, samples=1)
 
         bare = lit_by(Shadow())
         times = times_of(draw, bare, [shadow for _, shadow, _ in drawn], ROUNDS)

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from glshadow.core.cameras import OrthographicCamera, PerspectiveCamera
-from glshadow.core.lights import DirectionalLight
 from glshadow.core.sampling import SAMPLES
 from glshadow.core.spelling import parse
 from glshadow.shadows.bias import BIASES
@@ -132,9 +131,8 @@ class Controls:
             self.showing = replace(showing, light=number)
             self.said = f"light {number}: {type(showing.lights[number]).__name__}"
         elif key in ("+", "-"):
-            light = showing.lights[showing.light]
-            sun = isinstance(light, DirectionalLight)
-            size = vars(light).get("angle", 0.0) if sun else 100.0 * vars(light)["radius"] / showing.size
+            sun = showing.lights[showing.light].at_infinity
+            size = showing.light_size * (1.0 if sun else 100.0)
             nearest = min(range(len(SIZES)), key=lambda i: abs(SIZES[i] - size))
             wanted = SIZES[max(min(nearest + (1 if key == "+" else -1), len(SIZES) - 1), 0)]
             self.showing = showing.sized(wanted if sun else wanted / 100.0)

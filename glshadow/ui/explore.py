@@ -9,12 +9,12 @@ from typing import Any
 
 from glshadow.arguments import as_scene, picture_arguments
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import DirectionalLight, Lights, RectLight, SkyLight
 from glshadow.core.sampling import SAMPLES
 from glshadow.core.spelling import parse
 from glshadow.errors import GlshadowError, SettingsError
 from glshadow.gl.driver.context import Backend
 from glshadow.inline import jpeg, png, words
+from glshadow.lights import Lights
 from glshadow.shadows.bias import BIASES
 from glshadow.shadows.filters import FILTERS
 from glshadow.shadows.shadow import ASKED_FOR
@@ -22,9 +22,7 @@ from glshadow.ui.showing import STEEPEST, Showing
 from glshadow.ui.viewer import ASKING, View, Viewer
 
 DERIVED = "derived"
-CHOICES = (
-    "hard", "pcf:0", "pcf:1", "pcf:2", "pcf:4", "gaussian:2", "poisson:1", "disc:4,16", "pcss", "esm", "vsm", "evsm:2", "msm:2", "exact",
-)  # fmt: skip
+CHOICES = tuple(dict.fromkeys(str(each) for kind in FILTERS for each in (*kind.rungs(), *kind.studied(), *kind.soft())))
 BIAS_CHOICES = ("receiver-plane", "slope", "normal-offset", "constant:0.05", "none")
 RESOLUTIONS = (256, 512, 1024, 2048, 4096, 8192)
 REST = 0.25  # seconds without a change: then the picture is drawn whole
@@ -161,14 +159,12 @@ class Explorer:
         self._filling = True
         azimuth, elevation = self.showing.aim
         self.controls["azimuth"].value, self.controls["elevation"].value = azimuth, elevation
-        sun = isinstance(light, DirectionalLight)
         size = self.controls["size"]
-        size.disabled = isinstance(light, RectLight | SkyLight)
-        size.max = LARGEST if sun else LARGEST_SHARE
+        size.disabled = not light.sized_by
+        size.max = LARGEST if light.at_infinity else LARGEST_SHARE
         size.step = size.max / 60.0
-        size.description = "angle" if sun else "radius"
-        given = vars(light)["angle" if sun else "radius"]
-        size.value = 0.0 if size.disabled else given if sun else given / self.showing.size
+        size.description = light.sized_by or "size"
+        size.value = self.showing.light_size
         self._filling = False
 
 

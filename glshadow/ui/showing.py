@@ -9,9 +9,9 @@ import numpy as np
 
 from glshadow.arguments import picture_arguments
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera
-from glshadow.core.lights import DirectionalLight, Light, Lights, RectLight, SpotLight
 from glshadow.core.spaces import Array
-from glshadow.scene.mesh import Scene
+from glshadow.lights import Light, Lights
+from glshadow.scene.nodes import Scene
 from glshadow.shadows.bias import Bias
 from glshadow.shadows.filters import Filter
 from glshadow.shadows.shadow import Shadow
@@ -78,7 +78,7 @@ class Showing:
     @property
     def size(self) -> float:
         """Of the scene: the diagonal of its box."""
-        low, high = self.scene.bounds
+        low, high = self.scene.extent
         return float(np.linalg.norm(high - low)) or 1.0
 
     # -- the camera
@@ -120,34 +120,29 @@ class Showing:
     @property
     def aim(self) -> tuple[float, float]:
         """Degrees: azimuth and elevation of where the light shines from, seen from the middle of the scene."""
-        light = self.lights[self.light]
-        place = -np.asarray(light.direction) if isinstance(light, DirectionalLight) else self._offset(light)
-        return angles_of(place)
+        return angles_of(self._offset)
 
     def lit_from(self, azimuth: float, elevation: float) -> Self:
-        """The light there, a lamp as far from the middle as it was, turned to it as before."""
-        light = self.lights[self.light]
+        """The light there, one with a position as far from the middle as it was, and all of it turned with it."""
+        if self.lights[self.light].fixed:
+            return self
         there = direction_of(azimuth, float(np.clip(elevation, -STEEPEST, STEEPEST)))
-        if isinstance(light, DirectionalLight):
-            return self._lit(replace(light, direction=tuple((-there).tolist())))
-        old = self._offset(light)
-        place = there * float(np.linalg.norm(old))
-        moved: dict[str, Any] = {"position": tuple((self._middle + place).tolist())}
-        if isinstance(light, SpotLight | RectLight):
-            turn = _rotation(old, place)
-            moved["direction"] = tuple((turn @ np.asarray(light.direction)).tolist())
-            if isinstance(light, RectLight):
-                moved["up"] = tuple((turn @ np.asarray(light.up)).tolist())
-        return self._lit(replace(light, **moved))
+        return self._lit(self.lights[self.light].turned(_rotation(self._offset, there), self._middle))
 
     def sized(self, size: float) -> Self:
-        """The light as large: degrees of a sun, else a share of the scene's size; 0: a point."""
+        """The light as large: degrees at infinity, else a share of the scene's size; 0: a point."""
         light = self.lights[self.light]
-        if isinstance(light, RectLight):
+        if not light.sized_by:
             return self
-        if isinstance(light, DirectionalLight):
-            return self._lit(replace(light, angle=size)) if "angle" in vars(light) else self
-        return self._lit(replace(light, radius=size * self.size))
+        chosen: dict[str, Any] = {light.sized_by: size if light.at_infinity else size * self.size}
+        return self._lit(replace(light, **chosen))
+
+    @property
+    def light_size(self) -> float:
+        """What `sized` would set; 0 where nothing can be set."""
+        light = self.lights[self.light]
+        given: float = getattr(light, light.sized_by) if light.sized_by else 0.0
+        return given if light.at_infinity else given / self.size
 
     def _lit(self, light: Light) -> Self:
         lights = tuple(light if number == self.light else each for number, each in enumerate(self.lights))
@@ -157,8 +152,11 @@ class Showing:
     def _middle(self) -> Array:
         return np.asarray(0.5 * (self.scene.bounds[0] + self.scene.bounds[1]))
 
-    def _offset(self, light: Any) -> Array:
-        return np.asarray(np.asarray(light.position) - self._middle)
+    @property
+    def _offset(self) -> Array:
+        """From the middle of the scene to the light, or towards it."""
+        *place, w = self.lights[self.light].place
+        return np.asarray(np.asarray(place) - w * self._middle)
 
 
 def angles_of(offset: Array) -> tuple[float, float]:

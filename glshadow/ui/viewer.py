@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.area import traced_points
 from glshadow.frame import Frame
 from glshadow.gl.driver.context import Backend
+from glshadow.lights import traced_points
 from glshadow.overlay import overlay, required_outputs
 from glshadow.reference.trace import trace
 from glshadow.reference.truth import Truth
 from glshadow.renderer import Renderer
-from glshadow.scoring.error import ShadowError, measure
+from glshadow.scoring.error import Measurement, measure
 from glshadow.scoring.score import COLORS, Outcome
 from glshadow.ui.showing import Showing
 
@@ -38,7 +38,7 @@ class View:
     ----------
     image : (H, W, 3) uint8
     frame : Frame
-    error : ShadowError, optional
+    error : Measurement, optional
         Where it was asked for.
     ms : float
         What drawing took, without the truth.
@@ -46,7 +46,7 @@ class View:
 
     image: NDArray[np.uint8] = field(repr=False)
     frame: Frame = field(repr=False)
-    error: ShadowError | None = field(repr=False)
+    error: Measurement | None = field(repr=False)
     ms: float
 
     @property
@@ -109,7 +109,7 @@ class Viewer:
             image = image[np.ix_(rows, columns)]
         return View(image, frame, error, ms)
 
-    def _measured(self, showing: Showing, frame: Frame) -> ShadowError | None:
+    def _measured(self, showing: Showing, frame: Frame) -> Measurement | None:
         casting = [light for light in frame.lights if light.shadow is not None]
         if not casting:
             return None
@@ -129,8 +129,8 @@ def _same(one: Sequence[Any], other: Sequence[Any]) -> bool:
     return one[0] is other[0] and one[1:] == other[1:]
 
 
-def painted(image: NDArray[np.uint8], error: ShadowError) -> NDArray[np.uint8]:
-    """A picture with its wrong pixels in the colours of `ShadowError.picture`; of several lights the worst that befell a pixel."""
+def painted(image: NDArray[np.uint8], error: Measurement) -> NDArray[np.uint8]:
+    """A picture with its wrong pixels in the colours of `Measurement.picture`; of several lights the worst that befell a pixel."""
     kinds = error.kinds.max(axis=0)
     result = image.astype(np.float32)
     for kind in PAINTED:

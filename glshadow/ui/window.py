@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.arguments import as_scene, pixels
+from glshadow.arguments import USUAL_SIZE, as_scene, pixels
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Lights
 from glshadow.errors import ContextError, GlshadowError, SettingsError
 from glshadow.gl.driver.present import Presenter, window_context
+from glshadow.lights import Lights
 from glshadow.ui.controls import HELP, Controls, landscapes
 from glshadow.ui.showing import Showing
 from glshadow.ui.viewer import ASKING, View, Viewer
@@ -52,7 +52,7 @@ class Window:
         self,
         showing: Showing,
         open: Callable[[Path], Showing],
-        size: tuple[int, int] = (1280, 720),
+        size: tuple[int, int] = USUAL_SIZE,
         folder: Path | None = None,
     ) -> None:
         self.controls = Controls(showing, landscapes())
@@ -227,7 +227,7 @@ class Window:
         self._change()
 
 
-def show(scene: Any, camera: Camera | None = None, lights: Lights = None, size: tuple[int, int] = (1280, 720)) -> None:
+def show(scene: Any, camera: Camera | None = None, lights: Lights = None, size: tuple[int, int] = USUAL_SIZE) -> None:
     """A window in which a scene is turned, lit and judged, until it is closed: what `glshadow view` opens.
 
     Parameters

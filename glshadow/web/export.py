@@ -14,7 +14,6 @@ import numpy as np
 
 from glshadow.arguments import as_scene, picture_arguments
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import DirectionalLight, Light, Lights, RectLight, SkyLight
 from glshadow.core.setting import as_path, instance, one_of, optional, whole
 from glshadow.core.spaces import Array, ClipSpace, world_positions
 from glshadow.derive.compare import map_uniforms, rounding_of
@@ -23,15 +22,16 @@ from glshadow.errors import ResourceError, SettingsError, warn
 from glshadow.files import replacing
 from glshadow.gl.passes.atlases import layout
 from glshadow.gl.passes.caster import metric_uniform
-from glshadow.gl.passes.lighting import light_uniforms, light_view
-from glshadow.scene.mesh import Scene
+from glshadow.inline import words
+from glshadow.lights import Light, Lights
+from glshadow.scene.nodes import Scene
 from glshadow.shader.compose import compose
 from glshadow.shader.slots import mapped_defines, mapped_slots, metric_slot
 from glshadow.shadows.bias import ReceiverPlaneBias
 from glshadow.shadows.filters import FILTERS, Filter, Pcf
 from glshadow.shadows.metric import Target
 from glshadow.shadows.shadow import Shadow
-from glshadow.shadows.view import ShadowView, kind_of, shadow_views
+from glshadow.shadows.view import ShadowView, shadow_views
 
 MOST_TRIANGLES = 2_000_000  # 144 bytes each as text in the page
 AMBIENT = 0.2  # linear, from everywhere
@@ -87,7 +87,7 @@ def export_page(
             kind.spelling for kind in FILTERS if kind.snippet and not kind().encoding and not kind().obeys_size
         )
         raise SettingsError(f"filter {filter} cannot be asked in WebGL 1; these can: {usable}")
-    casting = [each for each in lights if each.shadow is not None and not isinstance(each, RectLight | SkyLight)]
+    casting = [each for each in lights if each.shadow is not None and not each.wide]
     if not casting:
         raise SettingsError("there is no sun, spot or point light that casts: a page shows the shadow of one")
     if len(lights) > 1:
@@ -104,7 +104,7 @@ def export_page(
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ResourceError(f"{path.parent} cannot be made: {error.strerror}") from None
-    page = text.replace("$NAME$", _safe(scene.name)).replace('"$DATA$"', json.dumps(data).replace("</", "<\\/"))
+    page = text.replace("$NAME$", words(scene.name)).replace('"$DATA$"', json.dumps(data).replace("</", "<\\/"))
     with replacing(path) as temporary:
         temporary.write_text(page, encoding="utf-8")
     return path
@@ -113,7 +113,7 @@ def export_page(
 def _described(
     scene: Scene, camera: Camera, light: Light, resolution: int, filter: Filter, target: Target
 ) -> dict[str, Any]:
-    low, high = scene.bounds
+    low, high = scene.extent
     origin = 0.5 * (low + high)  # what the page's numbers count from: its floats are 32 bits
     corners, normals, nodes, first = [], [], [], 0
     for node in scene.nodes:
@@ -142,14 +142,14 @@ def _described(
     placed, size = layout(views, MAP_SIDE)
     shadow = light.shadow or Shadow()
     bias = (shadow.bias or ReceiverPlaneBias()).derived(filter.reach_texels)
-    slots = mapped_slots(kind_of(light), target, bias, filter, "metric")
-    defines = {**mapped_defines(kind_of(light), target, bias, filter, False, True), "GLS_OUTPUT": 2}
-    away = 0.0 if isinstance(light, DirectionalLight) else float(np.linalg.norm(np.asarray(light.position) - origin))
+    slots = mapped_slots(light, target, bias, filter, "metric")
+    defines = {**mapped_defines(light, target, bias, filter, False, True), "GLS_OUTPUT": 2}
+    away = 0.0 if light.at_infinity else float(light.to_light(origin)[1])
     reach = float(np.abs(high - low).max()) + away
     moved = np.eye(4)
     moved[:3, 3] = origin  # world from the page's coordinates
-    lv = light_view(light, placed) @ moved
-    uniforms = {**light_uniforms(light), **map_uniforms(placed, size, target, bias, filter, rounding_of(reach))}
+    lv = light.frame(placed, np.zeros(3)) @ moved
+    uniforms = {**light.uniforms(lv[:3, :3]), **map_uniforms(placed, size, target, bias, filter, rounding_of(reach))}
     uniforms |= {
         "u_ambient": (AMBIENT,) * 3,
         "u_strength": shadow.strength,
@@ -168,7 +168,7 @@ def _described(
         "map": {"size": list(size), "views": [_view(view, moved) for view in placed]},
         "caster": [
             _text("pass/caster.vert", {}, packed),
-            _text("pass/caster.frag", {"metric": metric_slot(kind_of(light))}, packed),
+            _text("pass/caster.frag", {"metric": metric_slot(light.projection)}, packed),
         ],
         "receiver": [_text("pass/forward.vert", slots, defines), _text("pass/forward.frag", slots, defines)],
         "uniforms": {name: _plain(value) for name, value in uniforms.items()},
@@ -208,9 +208,3 @@ def _plain(value: Any) -> Any:
 
 def _encoded(values: Array) -> str:
     return base64.b64encode(values.astype("<f4").tobytes()).decode()
-
-
-def _safe(name: str) -> str:
-    from html import escape
-
-    return escape(name)

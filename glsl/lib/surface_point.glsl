@@ -1,6 +1,5 @@
 // Where a camera's ray meets a triangle, in the light's frame. A Newton step takes the point back to the triangle's plane; a ray that
-// looks along the plane goes no further than the triangle reaches. Where the ray misses the triangle, the triangle's nearest point is
-// taken. Needs lib/facet.glsl.
+// looks along the plane goes no further than the triangle reaches. Needs lib/facet.glsl.
 // GLS_HUGE: some triangles reach so far that their vertices' rounding is seen; the plane is then the one that float64 gave.
 // Twin: glshadow.reference.trace.trace(surface=)
 #ifndef GLS_HUGE
@@ -12,14 +11,8 @@ uniform mat3 u_axes_l; // the light's axes
 uniform vec3 u_lv_from_l; // the scene's origin in the light's frame
 #endif
 
-vec3 on_edge(vec3 p, vec3 a, vec3 b) { // nearest point of an edge
-    vec3 along = b - a;
-    float length2 = dot(along, along);
-    return a + along * (length2 > 0.0 ? clamp(dot(p - a, along) / length2, 0.0, 1.0) : 0.0);
-}
-
-// forward: unit, along the view; ray: of unit view depth; missed: see lib/surface_number.glsl
-vec3 surface_point(int triangle, Facet own, vec3 eye, vec3 ray, vec3 forward, bool missed) {
+// forward: unit, along the view; ray: of unit view depth
+vec3 surface_point(int triangle, Facet own, vec3 eye, vec3 ray, vec3 forward) {
 #if GLS_HUGE
     vec4 plane = texelFetch(u_planes, max(triangle, 0));
     vec3 normal = u_axes_l * plane.xyz, corner = u_lv_from_l + normal * plane.w;
@@ -32,12 +25,6 @@ vec3 surface_point(int triangle, Facet own, vec3 eye, vec3 ray, vec3 forward, bo
     along = clamp(along, min(depth.x, min(depth.y, depth.z)), max(depth.x, max(depth.y, depth.z)));
     vec3 position = eye + ray * along;
     position -= normal * dot(normal, position - corner);
-    int turns = missed ? 1 : 0; // a loop: llvmpipe skips nothing else
-    for (int i = 0; i < turns; i++) {
-        vec3 x = on_edge(position, own.a, own.b), y = on_edge(position, own.b, own.c), z = on_edge(position, own.c, own.a);
-        float dx = dot(x - position, x - position), dy = dot(y - position, y - position), dz = dot(z - position, z - position);
-        position = dx <= dy && dx <= dz ? x : dy <= dz ? y : z;
-    }
     return position;
 }
 

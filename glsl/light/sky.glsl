@@ -1,9 +1,13 @@
-// Slot <light>: a dome over the horizon, alike everywhere; its zenith is +z of its view. GLS_WIDE: what a surface receives does not hang on
-// one direction. The isotropic sky of Liu and Jordan 1963. Twin: glshadow.core.lights.SkyLight
+// Slot <light>: a dome over the horizon, alike everywhere; its zenith is +z of its view. GLS_WIDE: what a surface receives does not depend
+// on one direction. The isotropic sky of Liu and Jordan 1963. Twin: glshadow.lights.sky
 #define GLS_WIDE 1
 
 vec4 light_arriving(vec3 position_lv) {
     return vec4(0.0, 0.0, 1.0, 1.0);
+}
+
+bool light_shines_on(vec3 position_lv) {
+    return true;
 }
 
 vec2 light_received(vec3 position_lv, vec3 normal) { // the share of the irradiance of a full sky; all of it counts as above the horizon

@@ -40,7 +40,7 @@ void main() {
     if (dot(normal, v_position_lv * u_eye_lv.w - u_eye_lv.xyz) > 0.0) normal = -normal; // the side that is seen
     vec4 arriving = light_arriving(v_position_lv);
     float cosine = dot(normal, arriving.xyz);
-    float lit = cosine > 0.0 ? light_visibility(v_position_lv, normal, cosine) : 0.0;
+    float lit = cosine > 0.0 && light_shines_on(v_position_lv) ? light_visibility(v_position_lv, normal, cosine) : 0.0;
 #if GLS_OUTPUT
     vec3 radiance = u_radiance * cookie_at(v_position_lv) * transmitted(v_position_lv, normal);
     vec3 sum = u_color * (u_ambient + radiance * (max(cosine, 0.0) * arriving.w * mix(1.0, lit, u_strength)));

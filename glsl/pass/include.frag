@@ -1,3 +1,3 @@
-// No main: what a program of someone else includes. Its own declarations and main() follow, and call light_arriving and light_visibility.
+// No main: what a program of someone else includes. Its own declarations and main() follow, and call light_arriving, light_shines_on and light_visibility.
 #include <light>
 #include <shadow>

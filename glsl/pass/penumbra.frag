@@ -122,7 +122,7 @@ void main() {
     bool seen = triangle >= 0; // else nothing is there
     triangle = max(triangle, 0);
     Facet own = facet(triangle);
-    vec3 position = surface_point(triangle, own, eye, ray, v_forward_l, is_missed(surface.r));
+    vec3 position = surface_point(triangle, own, eye, ray, v_forward_l);
     float side = dot(own.normal, ray) > 0.0 ? -1.0 : 1.0; // the side that is seen
     vec3 normal = side * own.normal;
     receiver_triangle = triangle;

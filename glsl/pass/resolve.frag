@@ -77,7 +77,7 @@
 #include "lib/cookie.glsl"
 #include "lib/glass.glsl"
 #ifndef GLS_WIDE
-#define GLS_WIDE 0 // 1: the light is no single direction, see light/panel.glsl
+#define GLS_WIDE 0 // 1: the light is no single direction, see light/rect.glsl
 #endif
 #ifndef GLS_WEIGHED
 #define GLS_WEIGHED 0 // 1, with GLS_ALONE: visibility and its weight by Lambert's law
@@ -170,7 +170,7 @@ void main() {
 #if GLS_EXACT
     Facet own = facet(triangle);
     vec3 normal = own.normal;
-    vec3 position = surface_point(triangle, own, eye, ray, v_forward_l, is_missed(surface.r));
+    vec3 position = surface_point(triangle, own, eye, ray, v_forward_l);
     vec3 normal_w = normal * v_axes_l;
     receiver_triangle = triangle;
     receiver_corner = plane_corner(own);
@@ -182,8 +182,6 @@ void main() {
 #if !GLS_ORTHO
     depth = 1.0 / depth;
 #endif
-    float slant = dot(normal, ray);
-    depth = is_moved(surface.r) && slant != 0.0 ? (plane.w - dot(normal, eye)) / slant : depth; // GL drew another triangle there
     vec3 position = eye + ray * depth;
     // Depth was interpolated between vertices snapped to 1/256 pixel: back on the plane, without leaving the triangle's
     // depth range as ray x plane would where the ray misses the triangle by a hair.
@@ -232,6 +230,9 @@ void main() {
     vec3 plane_normal = normal;
 #endif
     float lit = asked_visibility(surface.r, position, plane_normal, facing);
+#if !GLS_ALONE
+    lit = light_shines_on(position) ? lit : 0.0;
+#endif
 #if GLS_ALONE
 #if GLS_WEIGHED
     o_seen = vec2(lit, 1.0) * max(cosine, 0.0);

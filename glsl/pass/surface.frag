@@ -18,9 +18,25 @@
 #ifndef GLS_LOD
 #define GLS_LOD 0.0 // of several samples in a pixel: the texture is that of the pixel
 #endif
+#ifndef GLS_CONSERVATIVE
+#define GLS_CONSERVATIVE 0 // 1: triangles that pass/surface.geom grew; of these, what the pixels' own rays meet
+#endif
+#ifndef GLS_ORTHO
+#define GLS_ORTHO 0
+#endif
 #include "lib/direction.glsl"
 #include "lib/color_packing.glsl"
+#if GLS_CONSERVATIVE
+#include "lib/surface_number.glsl"
+#include "lib/ray_triangle.glsl"
+uniform mat3 u_ray_l; // u_ray_l * (NDC x, y, 1): ray of unit view depth; GLS_ORTHO: its start, from the eye
+uniform vec3 u_eye_l; // relative to the scene's origin
+uniform vec3 u_forward_l; // the camera looks along
+uniform vec2 u_half_size; // of the image, in pixels
+flat in int t_triangle;
+#else
 flat in int v_triangle;
+#endif
 #if GLS_SURFACE == 1
 layout(location = 0) out uint o_surface;
 #elif GLS_SURFACE == 2
@@ -34,6 +50,17 @@ uniform vec4 u_color; // linear factor
 #if GLS_ALPHA
 uniform float u_cutoff;
 #endif
+#if GLS_CONSERVATIVE
+#if GLS_COLORED
+flat in vec4 t_color[3];
+#endif
+#if GLS_SMOOTH
+flat in vec3 t_normal_w[3];
+#endif
+#if GLS_TEXTURED
+flat in vec2 t_uv[3];
+#endif
+#else
 #if GLS_COLORED
 in vec4 v_color;
 #endif
@@ -42,16 +69,39 @@ in vec3 v_normal_w;
 #endif
 #if GLS_TEXTURED
 in vec2 v_uv;
+#endif
+#endif
+#if GLS_TEXTURED
 uniform sampler2D u_texture; // sRGB format: decoded before it is filtered
 #endif
 
-void main() {
+#if GLS_CONSERVATIVE
+// what GL would interpolate, where the ray meets the triangle
+Hit hit;
+int v_triangle;
+#if GLS_SMOOTH
+vec3 v_normal_w;
+#endif
+#if GLS_COLORED
+vec4 v_color;
+#endif
+#if GLS_TEXTURED
+vec2 v_uv;
+
+vec2 uv_of(vec3 weights) {
+    return weights.x * t_uv[0] + weights.y * t_uv[1] + weights.z * t_uv[2];
+}
+#endif
+#endif
+
+bool exists(out uvec4 surface) { // false: a texture cuts it out
     uint triangle = uint(v_triangle);
 #if GLS_SMOOTH
     uint normal = pack_direction(v_normal_w);
 #else
     uint normal = 0u;
 #endif
+    surface = uvec4(triangle, normal, 0u, 0u);
 #if GLS_SURFACE == 4 || GLS_ALPHA
     vec4 color = u_color;
 #if GLS_COLORED
@@ -59,19 +109,52 @@ void main() {
 #endif
 #if GLS_ALPHA && GLS_TEXTURED
     // Alpha of the finest level, as in the caster pass: averaged levels would shrink foliage with distance.
-    if (textureLod(u_texture, v_uv, 0.0).a * color.a < u_cutoff) discard;
+    if (textureLod(u_texture, v_uv, 0.0).a * color.a < u_cutoff) return false;
 #elif GLS_ALPHA
-    if (color.a < u_cutoff) discard;
+    if (color.a < u_cutoff) return false;
 #endif
 #if GLS_TEXTURED && GLS_SURFACE == 4
+#if GLS_CONSERVATIVE
+    vec2 right = uv_of(weights_beside(hit, u_right_l)) - v_uv, up = uv_of(weights_beside(hit, u_up_l)) - v_uv;
+    color *= textureGrad(u_texture, v_uv, exp2(GLS_LOD) * right, exp2(GLS_LOD) * up);
+#else
     color *= texture(u_texture, v_uv, GLS_LOD);
 #endif
 #endif
-#if GLS_SURFACE == 1
-    o_surface = triangle;
-#elif GLS_SURFACE == 2
-    o_surface = uvec2(triangle, normal);
+    surface.b = pack_color(color.rgb);
+#endif
+    return true;
+}
+
+void main() {
+    uvec4 surface = uvec4(0u);
+#if GLS_CONSERVATIVE
+    vec2 ndc = gl_FragCoord.xy / u_half_size - 1.0;
+#if GLS_ORTHO
+    vec3 ray = u_forward_l, eye = u_eye_l + u_ray_l * vec3(ndc, 1.0);
 #else
-    o_surface = uvec4(triangle, normal, pack_color(color.rgb), 0u);
+    vec3 ray = u_ray_l * vec3(ndc, 1.0), eye = u_eye_l;
+#endif
+    v_triangle = t_triangle;
+    hit = ray_triangle(triangle_of(uint(t_triangle)), eye, ray);
+#if GLS_SMOOTH
+    v_normal_w = t_normal_w[0] * hit.weights.x + t_normal_w[1] * hit.weights.y + t_normal_w[2] * hit.weights.z;
+#endif
+#if GLS_COLORED
+    v_color = t_color[0] * hit.weights.x + t_color[1] * hit.weights.y + t_color[2] * hit.weights.z;
+#endif
+#if GLS_TEXTURED
+    v_uv = uv_of(hit.weights);
+#endif
+    if (!hit.met || !exists(surface)) discard;
+#else
+    if (!exists(surface)) discard;
+#endif
+#if GLS_SURFACE == 1
+    o_surface = surface.r;
+#elif GLS_SURFACE == 2
+    o_surface = surface.rg;
+#else
+    o_surface = surface;
 #endif
 }

@@ -23,7 +23,7 @@ from frame import MODELS, SIZE, models_in
 
 import glshadow as gs
 from glshadow.scoring.score import Outcome
-from glshadow.study.formats import RANGES, foot_gap
+from glshadow.study.formats import PROBES, foot_gap
 
 MAPS = {"2048": gs.Shadow(filter=gs.Pcf(1)), "4096": gs.Shadow(resolution=4096)}
 COLUMNS = ("counted", "wrong", "edge", "acne", "leak", "grain", "mean", "none", "ratio")
@@ -74,7 +74,7 @@ def lines(name: str, scene: gs.Scene) -> Iterator[tuple[str, gs.Light]]:
 def scored(renderer: gs.Renderer, truth: gs.Truth, shadow: gs.Shadow) -> dict[str, float]:
     """The errors of one picture, as fractions; `none` is what drawing no shadow at all would score as wrong."""
     light = replace(truth.lights[0], shadow=shadow)
-    frame = renderer.render(truth.scene, truth.camera, [light], SIZE, outputs=("visibility", "triangle"))
+    frame = renderer.render(truth.scene, truth.camera, [light], SIZE, outputs=("visibility", "triangle"), samples=1)
     error = gs.measure(frame, truth)
     none = float((truth.visibility[0][error.kinds[0] >= Outcome.GOOD] < 0.5).mean())
     ratio = error.wrong / none if none else np.inf if error.wrong else 0.0
@@ -97,7 +97,7 @@ def cost_of_truth(path: Path, up: str) -> dict[str, float]:
     warnings.simplefilter("ignore", gs.GlshadowWarning)
     scene = gs.load(path, up_axis=up)
     start = time.perf_counter()
-    gs.trace(scene, size=SIZE)
+    gs.trace(scene, size=SIZE, samples=1)
     seconds = time.perf_counter() - start
     status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
     return {"trace_s": seconds, "peak_bytes": 1024.0 * float(status["VmHWM"].split()[0])}
@@ -106,7 +106,7 @@ def cost_of_truth(path: Path, up: str) -> dict[str, float]:
 def measured_lines(name: str, scene: gs.Scene, results: dict[str, Any]) -> None:
     """Print and collect the lines of one scene."""
     for line, light in lines(name, scene):
-        truth = gs.trace(scene, None, [light], SIZE)
+        truth = gs.trace(scene, None, [light], SIZE, samples=1)
         with gs.Renderer() as renderer:
             row = results[line] = scored(renderer, truth, gs.Shadow())
             click.echo(printed(line, row))
@@ -120,7 +120,7 @@ def formats() -> list[dict[str, Any]]:
     click.echo("\ngap at a wall's foot     step mm  predicted mm  measured mm  measured / predicted")
     rows = []
     with gs.Renderer() as renderer:
-        for light, target in ((light, target) for light, targets in RANGES.items() for target in targets):
+        for light, target in ((light, target) for light, (_, spans) in PROBES.items() for target in spans):
             gap = foot_gap(renderer, light, target)
             ratio = gap.measured / gap.predicted
             rows.append({**asdict(gap), "target": target.value, "ratio": ratio})

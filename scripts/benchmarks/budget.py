@@ -44,16 +44,21 @@ def measure_budgets(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[s
     for name, make in scenes:
         scene = make()
         for kind, light in lights_of(scene).items():
-            truth = gs.trace(scene, None, [light], SIZE)
+            truth = gs.trace(scene, None, [light], SIZE, samples=1)
             with gs.Renderer() as renderer:
 
                 def draw(lights: Any, outputs: Any, r: gs.Renderer = renderer, s: gs.Scene = scene) -> gs.Frame:
-                    return r.render(s, None, lights, SIZE, outputs=outputs)
+                    return r.render(s, None, lights, SIZE, outputs=outputs, samples=1)
 
                 errors = {
                     shadow: gs.measure(
                         renderer.render(
-                            scene, None, [replace(light, shadow=shadow)], SIZE, outputs=("visibility", "triangle")
+                            scene,
+                            None,
+                            [replace(light, shadow=shadow)],
+                            SIZE,
+                            outputs=("visibility", "triangle"),
+                            samples=1,
                         ),
                         truth,
                     ).wrong
@@ -62,7 +67,7 @@ def measure_budgets(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[s
                 times = dict(zip(grid, times_of(draw, [light], grid, rounds, 10_000), strict=True))
                 ms = {shadow: float(np.median(taken)) for shadow, taken in times.items()}
                 for wrong in BUDGETS:
-                    renderer.render(scene, None, [light], SIZE, outputs=("image",), max_wrong=wrong)
+                    renderer.render(scene, None, [light], SIZE, outputs=("image",), max_wrong=wrong, samples=1)
                     (chosen, _) = renderer._choices.of(scene)[-1]
                     meeting = [shadow for shadow in grid if errors[shadow] <= wrong] or [
                         min(grid, key=errors.__getitem__)

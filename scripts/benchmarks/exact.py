@@ -83,8 +83,8 @@ def wrong(name: str, scene: gs.Scene, results: dict[str, Any]) -> None:
     with gs.Renderer() as renderer:
         for kind, light in lights_of(name, scene).items():
             lamp = replace(light, shadow=EXACT)
-            frame = renderer.render(scene, None, [lamp], SIZE, outputs=("visibility", "triangle"))
-            same = gs.trace(scene, None, [lamp], SIZE, surface=frame.triangle)
+            frame = renderer.render(scene, None, [lamp], SIZE, outputs=("visibility", "triangle"), samples=1)
+            same = gs.trace(scene, None, [lamp], SIZE, surface=frame.triangle, samples=1)
             # outside a spot's cone there is no light to be in the shadow of
             disputed = np.flatnonzero(same.reached[0] & (np.abs(frame.visibility[0] - same.visibility[0]) > 0.5))
             rays = same.rays
@@ -97,7 +97,7 @@ def wrong(name: str, scene: gs.Scene, results: dict[str, Any]) -> None:
             dark = brute.blocked(rays, lamp, same.triangle.ravel()[disputed], points, bound)
             right = (same.cosine[0].ravel()[disputed] > 0.0) & ~dark
             ours = int((np.abs(frame.visibility[0].ravel()[disputed] - right) > 0.5).sum())
-            truth = gs.trace(scene, None, [lamp], SIZE)
+            truth = gs.trace(scene, None, [lamp], SIZE, samples=1)
             error = gs.measure(frame, truth)
             row = {
                 "pixels": int(same.reached[0].sum()), "ours": ours, "embree": len(disputed) - ours,
@@ -114,7 +114,9 @@ def moving(name: str, scene: gs.Scene, rounds: int, results: dict[str, Any]) -> 
     with gs.Renderer() as maps, gs.Renderer() as exact:
 
         def frame(renderer: gs.Renderer, light: gs.Light, shadow: gs.Shadow, k: int) -> gs.Frame:
-            return renderer.render(scene, None, [replace(moved(light, k), shadow=shadow)], SIZE, outputs=("image",))
+            return renderer.render(
+                scene, None, [replace(moved(light, k), shadow=shadow)], SIZE, outputs=("image",), samples=1
+            )
 
         for kind, light in lights_of(name, scene).items():
             times = alternate(
@@ -142,14 +144,14 @@ def still(rounds: int, results: dict[str, Any]) -> None:
     }
     draws: list[int] = []
     with gs.Renderer() as renderer, Floor(renderer, scene, SIZE, 2048) as floor:
-        made = renderer.render(scene, size=SIZE)
+        made = renderer.render(scene, size=SIZE, samples=1)
         renderers = {name: gs.Renderer() for name in settings}
 
         def walk(name: str, k: int) -> None:
             x, y, z = camera.position
             seen = replace(camera, position=(x + 0.001 * k, y, z))
             light = gs.DirectionalLight(shadow=settings[name])
-            frame = renderers[name].render(scene, seen, [light], SIZE, outputs=("image",))
+            frame = renderers[name].render(scene, seen, [light], SIZE, outputs=("image",), samples=1)
             if k >= 0:
                 draws.append(frame.used[0].draws)
 
@@ -175,7 +177,7 @@ def build(name: str, scene: gs.Scene, rounds: int, results: dict[str, Any]) -> N
             for k in range(-2, rounds):
                 for key, renderer, shadow in (("map", maps, gs.Shadow()), ("exact", exact, EXACT)):
                     lamp = replace(moved(light, k), shadow=shadow)
-                    frame = renderer.render(scene, None, [lamp], SIZE, outputs=("image", "timings"))
+                    frame = renderer.render(scene, None, [lamp], SIZE, outputs=("image", "timings"), samples=1)
                     links = frame.used[0].links
                     if k >= 0:
                         spent[key].append(frame.timings["shadow"])
@@ -190,7 +192,7 @@ def embree(name: str, scene: gs.Scene, rounds: int, results: dict[str, Any]) -> 
     from trimesh.ray.ray_pyembree import RayMeshIntersector
 
     light = lights_of(name, scene)["sun"]
-    truth = gs.trace(scene, None, [light], SIZE)
+    truth = gs.trace(scene, None, [light], SIZE, samples=1)
     rays = truth.rays
     tree = rays._casting
     assert tree is not None
@@ -208,7 +210,7 @@ def embree(name: str, scene: gs.Scene, rounds: int, results: dict[str, Any]) -> 
     handed = RayMeshIntersector(mesh)
     jobs: dict[str, Callable[[int], Any]] = {
         "frame": lambda k: renderer.render(
-            scene, None, [replace(moved(light, k), shadow=EXACT)], SIZE, outputs=("image",)
+            scene, None, [replace(moved(light, k), shadow=EXACT)], SIZE, outputs=("image",), samples=1
         ),
         "primary": lambda _: tree.scene.run(raw[0], raw[2], query="INTERSECT"),
         "shadow": lambda _: tree.scene.run(raw[1], raw[3], query="OCCLUDED"),
@@ -223,7 +225,9 @@ def embree(name: str, scene: gs.Scene, rounds: int, results: dict[str, Any]) -> 
         def timed(k: int) -> None:
             lamp = replace(moved(light, 2 * k + 1), shadow=EXACT)
             for each, shadow in ((renderer, EXACT), (plain, None)):
-                frame = each.render(scene, None, [replace(lamp, shadow=shadow)], SIZE, outputs=("image", "timings"))
+                frame = each.render(
+                    scene, None, [replace(lamp, shadow=shadow)], SIZE, outputs=("image", "timings"), samples=1
+                )
                 if k >= 0 and shadow is None:
                     spent["shading"].append(frame.timings["resolve"])
                 elif k >= 0:
@@ -266,14 +270,14 @@ def sized(brain: gs.Scene) -> Iterator[tuple[int, gs.Scene]]:
     mesh = one_draw(brain).nodes[0].mesh
     for part in (61, 6):
         few = gs.Mesh(mesh.positions, mesh.triangles[::part])
-        yield len(few.triangles), gs.Scene((gs.Node("part", few, np.eye(4)),), brain.camera, brain.lights)
-    yield len(mesh.triangles), gs.Scene((gs.Node("whole", mesh, np.eye(4)),), brain.camera, brain.lights)
+        yield len(few.triangles), gs.Scene((gs.Node(few, np.eye(4), "part"),), brain.camera, brain.lights)
+    yield len(mesh.triangles), gs.Scene((gs.Node(mesh, np.eye(4), "whole"),), brain.camera, brain.lights)
     size = np.ptp(mesh.bounds, axis=0)
     nodes = []
     for i in range(4):
         matrix = np.eye(4)
         matrix[:3, 3] = size * np.array([1.05 * (i % 2), 0.0, 1.05 * (i // 2)])
-        nodes.append(gs.Node(f"brain {i}", mesh, matrix))
+        nodes.append(gs.Node(mesh, matrix, f"brain {i}"))
     yield 4 * len(mesh.triangles), gs.Scene(tuple(nodes))
 
 
@@ -294,7 +298,7 @@ def grown(name: str, scene: gs.Scene, lights: int, resolution: int, rounds: int,
         ]  # fmt: skip
 
     with gs.Renderer() as maps, gs.Renderer() as exact, Floor(maps, scene, SIZE, resolution) as floor:
-        made = maps.render(scene, None, suns(0, gs.Shadow(resolution=resolution)), SIZE, outputs=("image",))
+        made = maps.render(scene, None, suns(0, gs.Shadow(resolution=resolution)), SIZE, outputs=("image",), samples=1)
 
         def draw_floor(_: int) -> None:
             for i in range(lights):
@@ -304,9 +308,9 @@ def grown(name: str, scene: gs.Scene, lights: int, resolution: int, rounds: int,
             {
                 "floor": draw_floor,
                 "map": lambda k: maps.render(
-                    scene, None, suns(k, gs.Shadow(resolution=resolution)), SIZE, outputs=("image",)
+                    scene, None, suns(k, gs.Shadow(resolution=resolution)), SIZE, outputs=("image",), samples=1
                 ),
-                "exact": lambda k: exact.render(scene, None, suns(k, EXACT), SIZE, outputs=("image",)),
+                "exact": lambda k: exact.render(scene, None, suns(k, EXACT), SIZE, outputs=("image",), samples=1),
             },
             rounds,
         )
@@ -322,7 +326,7 @@ def grown(name: str, scene: gs.Scene, lights: int, resolution: int, rounds: int,
 def samples(rounds: int, results: dict[str, Any]) -> None:
     scene = gs.scenes.courtyard()
     with gs.Renderer() as renderer:
-        kinds = gs.measure(renderer.render(scene, size=SIZE), gs.trace(scene, size=SIZE)).kinds[0]
+        kinds = gs.measure(renderer.render(scene, size=SIZE, samples=1), gs.trace(scene, size=SIZE, samples=1)).kinds[0]
     truth = gs.trace(scene, size=SIZE, samples=16).visibility[0]
     counted = kinds >= Outcome.GOOD
     renderers = {count: gs.Renderer() for count in (1, 4, 8, 16)}

@@ -58,7 +58,7 @@ def moved(scene: gs.Scene, shadows: dict[str, gs.Shadow], rounds: int) -> dict[s
         renderers = {name: stack.enter_context(gs.Renderer()) for name in shadows}
         jobs: dict[str, Callable[[float], Any]] = {
             name: lambda k, n=name: renderers[n].render(
-                scene, None, [turned_sun(scene, k, shadows[n])], SIZE, outputs=("image",)
+                scene, None, [turned_sun(scene, k, shadows[n])], SIZE, outputs=("image",), samples=1
             )
             for name in shadows
         }
@@ -71,18 +71,18 @@ def measure_filters(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[s
     for name, make in [each for each in scenes if each[0] == "courtyard"]:
         scene = make()
         shadows = settings()
-        truth = gs.trace(scene, None, [turned_sun(scene, 0, gs.Shadow())], SIZE)
+        truth = gs.trace(scene, None, [turned_sun(scene, 0, gs.Shadow())], SIZE, samples=1)
         row = results[name] = {}
         with gs.Renderer() as renderer:
             for text, shadow in shadows.items():
                 light = turned_sun(scene, 0, shadow)
-                renderer.render(scene, None, [light], SIZE, outputs=("image",))  # makes what is kept
+                renderer.render(scene, None, [light], SIZE, outputs=("image",), samples=1)  # makes what is kept
                 taken = []
                 for _ in range(rounds):
                     start = time.perf_counter()
-                    renderer.render(scene, None, [light], SIZE, outputs=("image",))
+                    renderer.render(scene, None, [light], SIZE, outputs=("image",), samples=1)
                     taken.append(time.perf_counter() - start)
-                error = gs.measure(renderer.render(scene, None, [light], SIZE), truth)
+                error = gs.measure(renderer.render(scene, None, [light], SIZE, samples=1), truth)
                 kinds = ("wrong", "acne", "leak", "grain")
                 row[text] = {"kept": float(np.median(taken)), **{kind: getattr(error, kind) for kind in kinds}}
         moving = moved(scene, shadows, rounds)
@@ -143,7 +143,9 @@ def measure_hand(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str,
             times: dict[str, list[float]] = {"ours": [], "hand": []}
             for k in range(-2, rounds):
                 for which, renderer in (("ours", ours), ("hand", hand)):
-                    frame = frames[which] = renderer.render(scene, None, [light], SIZE, outputs=("image", "timings"))
+                    frame = frames[which] = renderer.render(
+                        scene, None, [light], SIZE, outputs=("image", "timings"), samples=1
+                    )
                     if k >= 0:
                         times[which].append(frame.timings["resolve"])
         gap = np.abs(frames["ours"].image.astype(int) - frames["hand"].image).max(axis=-1)

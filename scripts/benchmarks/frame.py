@@ -62,13 +62,13 @@ def measure(scene: gs.Scene, repeats: int, filters: dict[str, Any]) -> dict[str,
             jobs: dict[str, Callable[[], Any]] = {
                 name: (
                     lambda k=k, r=renderers[name], s=shadow: r.render(
-                        scene, None, [turned_sun(scene, k, s)], SIZE, outputs=("image",)
+                        scene, None, [turned_sun(scene, k, s)], SIZE, outputs=("image",), samples=1
                     )
                 )
                 for name, shadow in lights.items()
             }
             made = renderer.render(
-                scene, None, [turned_sun(scene, k, gs.Shadow(filter=gs.Pcf(1)))], SIZE, outputs=("image",)
+                scene, None, [turned_sun(scene, k, gs.Shadow(filter=gs.Pcf(1)))], SIZE, outputs=("image",), samples=1
             )
             jobs = {"floor": lambda made=made: floor.draw(made), **jobs}
             for name, job in jobs.items():
@@ -92,7 +92,7 @@ def profile(scene: gs.Scene, repeats: int) -> dict[str, float]:
         passes: list[dict[str, float]] = []
         for k in range(repeats + 2):
             timings = renderer.render(
-                scene, None, [turned_sun(scene, k, gs.Shadow())], SIZE, outputs=("image", "timings")
+                scene, None, [turned_sun(scene, k, gs.Shadow())], SIZE, outputs=("image", "timings"), samples=1
             ).timings
             assert timings is not None
             if k > 1:
@@ -122,13 +122,13 @@ def one_draw(scene: gs.Scene) -> gs.Scene:
         triangles.append(mesh.triangles + start)
         start += len(mesh.positions)
     mesh = gs.Mesh(np.concatenate(positions), np.concatenate(triangles))
-    return gs.Scene((gs.Node("all", mesh, np.eye(4)),), scene.camera, scene.lights)
+    return gs.Scene((gs.Node(mesh, np.eye(4), "all"),), scene.camera, scene.lights)
 
 
 def plain(scene: gs.Scene) -> gs.Scene:
     """The scene without textures and shading normals, so that it differs from `one_draw` by its draws alone."""
     meshes = {id(n.mesh): gs.Mesh(n.mesh.positions, n.mesh.triangles) for n in scene.nodes}
-    nodes = tuple(gs.Node(n.name, meshes[id(n.mesh)], n.world_from_mesh) for n in scene.nodes)
+    nodes = tuple(gs.Node(meshes[id(n.mesh)], n.world_from_mesh, n.name) for n in scene.nodes)
     return gs.Scene(nodes, scene.camera, scene.lights)
 
 

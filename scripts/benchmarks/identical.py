@@ -41,7 +41,7 @@ def hashes(folder: Path) -> Iterator[tuple[str, dict[str, str]]]:
             for kind, light in lights_of(name, scene).items():
                 for label, shadow in settings():
                     lit = replace(light, shadow=shadow)
-                    frame = renderer.render(scene, None, [lit], SIZE, outputs=OUTPUTS)
+                    frame = renderer.render(scene, None, [lit], SIZE, outputs=OUTPUTS, samples=1)
                     yield (
                         f"{name} | {kind} | {label}",
                         {each: digest(getattr(frame, each)) for each in OUTPUTS},

@@ -40,7 +40,7 @@ def main(repeats: int, output: Path | None) -> None:
     shadows = {name: gs.Shadow(filter=gs.Pcf(1), fit=fit) for name, fit in FITS.items()}
     shadows["Evsm(), Cascades(4)"] = gs.Shadow(filter=gs.Evsm(), fit=gs.Cascades(4))
     shadows["Exact()"] = gs.Shadow(filter=gs.Exact())
-    truth = gs.trace(scene, None, [sun], SIZE)
+    truth = gs.trace(scene, None, [sun], SIZE, samples=1)
     results: dict[str, dict[str, Any]] = {name: {} for name in shadows}
     with ExitStack() as stack:
         # each with a renderer of its own: an atlas that changes its size from one to the next would be made anew
@@ -51,12 +51,12 @@ def main(repeats: int, output: Path | None) -> None:
                 step = 1e-3 * (k + number / len(shadows))
                 moved = replace(sun, direction=tuple(np.add(sun.direction, (step, 0.0, 0.0))), shadow=shadow)
                 start = time.perf_counter()
-                renderers[name].render(scene, None, [moved], SIZE, outputs=("image",))
+                renderers[name].render(scene, None, [moved], SIZE, outputs=("image",), samples=1)
                 if k >= 0:
                     times[name].append(time.perf_counter() - start)
         for name, shadow in shadows.items():
             frame = renderers[name].render(
-                scene, None, [replace(sun, shadow=shadow)], SIZE, outputs=("visibility", "depth")
+                scene, None, [replace(sun, shadow=shadow)], SIZE, outputs=("visibility", "depth"), samples=1
             )
             gap = np.abs(frame.visibility[0] - truth.visibility[0])
             facing = (truth.cosine[0] > 0.0) & ~np.isnan(gap)

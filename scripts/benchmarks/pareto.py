@@ -68,7 +68,7 @@ def sun_of(scene: gs.Scene, k: float, shadow: gs.Shadow) -> gs.DirectionalLight:
 def measure(scene: gs.Scene, rounds: int) -> dict[str, dict[str, float]]:
     """Time over hard and error of each setting."""
     chosen = {name: shadow for name, (_, shadow) in settings().items()}
-    truth = gs.trace(scene, None, [sun_of(scene, 0, gs.Shadow())], SIZE)
+    truth = gs.trace(scene, None, [sun_of(scene, 0, gs.Shadow())], SIZE, samples=1)
     results: dict[str, dict[str, float]] = {}
     hard: list[float] = []
     for name, shadow in chosen.items():
@@ -77,15 +77,17 @@ def measure(scene: gs.Scene, rounds: int) -> dict[str, dict[str, float]]:
             times = alternated(
                 {
                     "hard": lambda k, r=other: r.render(
-                        scene, None, [sun_of(scene, k, chosen["hard"])], SIZE, outputs=("image",)
+                        scene, None, [sun_of(scene, k, chosen["hard"])], SIZE, outputs=("image",), samples=1
                     ),
                     "it": lambda k, r=ours, s=shadow: r.render(
-                        scene, None, [sun_of(scene, k, s)], SIZE, outputs=("image",)
+                        scene, None, [sun_of(scene, k, s)], SIZE, outputs=("image",), samples=1
                     ),
                 },
                 rounds,
             )
-            frame = ours.render(scene, None, [sun_of(scene, 0, shadow)], SIZE, outputs=("visibility", "triangle"))
+            frame = ours.render(
+                scene, None, [sun_of(scene, 0, shadow)], SIZE, outputs=("visibility", "triangle"), samples=1
+            )
         error = gs.measure(frame, truth)
         hard += times["hard"].tolist()
         results[name] = {"time": float(np.median(times["it"] / times["hard"])), "error": max(error.wrong, error.grain)}

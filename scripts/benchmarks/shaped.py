@@ -75,7 +75,7 @@ def measure(shape: Shape, folder: Path, rounds: int) -> dict[str, object]:
             light = replace(sun, direction=(-0.5, -0.8, 0.3 + 0.002 * k)) if shape.turns == "light" else sun
             camera = cameras[k] if shape.turns == "camera" else scene.camera
             for software, renderer in renderers.items():
-                frame = renderer.render(scene, camera, [light], SIZE, outputs=("visibility", "timings"))
+                frame = renderer.render(scene, camera, [light], SIZE, outputs=("visibility", "timings"), samples=1)
                 seen[software] = frame.visibility
                 if k >= 6:  # clusters are made, and what is hidden is known
                     times[software].append(1e3 * frame.timings[shape.stage])

@@ -19,7 +19,6 @@ from frame import SIZE, turned_sun
 from sections import Scenes, command
 
 import glshadow as gs
-from glshadow.core.area import hard_lights
 from glshadow.gl.techniques.area import Area
 from glshadow.reference.points import count_points
 
@@ -57,8 +56,10 @@ def measure_wrong(scenes: Scenes, _rounds: int, _folder: Path | None) -> dict[st
         for name, make in scenes:
             scene = make()
             for kind, light in lights_of(scene).items():
-                frame = renderer.render(scene, None, [light], SMALL, outputs=("visibility", "triangle"))
-                expected = count_points(gs.trace(scene, None, [light], SMALL, surface=frame.triangle), light, 64)
+                frame = renderer.render(scene, None, [light], SMALL, outputs=("visibility", "triangle"), samples=1)
+                expected = count_points(
+                    gs.trace(scene, None, [light], SMALL, surface=frame.triangle, samples=1), light, 64
+                )
                 gap = np.abs(frame.visibility[0] * 64.0 - expected)[~np.isnan(expected)]
                 row = {
                     "pixels": len(gap),
@@ -88,10 +89,16 @@ def measure_error(scenes: Scenes, _rounds: int, _folder: Path | None) -> dict[st
                 truth = None
                 for count in COUNTS:
                     light = replace(lights[kind], shadow=gs.Shadow(filter=gs.Exact(light_samples=count)))
-                    frame = renderer.render(scene, None, [light], TRUTH, outputs=("visibility", "triangle"))
+                    frame = renderer.render(scene, None, [light], TRUTH, outputs=("visibility", "triangle"), samples=1)
                     if truth is None:
                         truth = gs.trace(
-                            scene, None, [light], TRUTH, surface=frame.triangle, light_samples=RAYS.get(name, FEW_RAYS)
+                            scene,
+                            None,
+                            [light],
+                            TRUTH,
+                            surface=frame.triangle,
+                            light_samples=RAYS.get(name, FEW_RAYS),
+                            samples=1,
                         )
                     asked = truth.reached[0] & (truth.cosine[0] > 0.0)
                     gap = np.abs(frame.visibility[0] - truth.visibility[0])[asked]
@@ -116,7 +123,7 @@ def measure_time(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str,
             for angle, renderer in renderers.items():
                 sun = replace(turned_sun(scene, k, gs.Shadow()), angle=angle)
                 start = time.perf_counter()
-                renderer.render(scene, None, [sun], SIZE, outputs=("image",))
+                renderer.render(scene, None, [sun], SIZE, outputs=("image",), samples=1)
                 if k >= 0:
                     taken[angle].append(time.perf_counter() - start)
         for renderer in renderers.values():
@@ -153,9 +160,9 @@ def measure_others(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[st
             for filter in filters:
                 with gs.Renderer() as renderer, gs.Renderer() as hard:
                     asked = replace(light, shadow=gs.Shadow(filter=filter))
-                    frame = renderer.render(scene, None, [asked], SMALL, outputs=("visibility", "triangle"))
+                    frame = renderer.render(scene, None, [asked], SMALL, outputs=("visibility", "triangle"), samples=1)
                     truth = truth or gs.trace(
-                        scene, None, [asked], SMALL, surface=frame.triangle, light_samples=FEW_RAYS
+                        scene, None, [asked], SMALL, surface=frame.triangle, light_samples=FEW_RAYS, samples=1
                     )
                     faces = truth.reached[0] & (truth.cosine[0] > 0.0)
                     gap = np.abs(frame.visibility[0] - truth.visibility[0])
@@ -165,7 +172,7 @@ def measure_others(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[st
                         times = []
                         for drawer, drawn in ((hard, _moved(light, k, 0.0)), (renderer, _moved(asked, k, 1.0))):
                             start = time.perf_counter()
-                            drawer.render(scene, None, [drawn], SIZE, outputs=("image",))
+                            drawer.render(scene, None, [drawn], SIZE, outputs=("image",), samples=1)
                             times.append(time.perf_counter() - start)
                         if k >= 0:
                             taken.append(times[1] / times[0])
@@ -202,10 +209,10 @@ def measure_frames(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[st
             for k in range(-1, min(rounds, 3)):
                 sun = replace(turned_sun(scene, k, gs.Shadow()), angle=2.0)
                 start = time.perf_counter()
-                renderer.render(scene, None, [sun], SIZE, outputs=("image",))
+                renderer.render(scene, None, [sun], SIZE, outputs=("image",), samples=1)
                 middle = time.perf_counter()
-                for point in hard_lights(sun, 64):
-                    hard.render(scene, None, [point], SIZE, outputs=("image",))
+                for point in sun.hard_lights(64):
+                    hard.render(scene, None, [point], SIZE, outputs=("image",), samples=1)
                 end = time.perf_counter()
                 if k >= 0:
                     taken[0].append(middle - start)
@@ -245,17 +252,17 @@ def measure_embree(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[st
             with timed_asking(ours):
                 for k in range(-2, rounds):
                     moved = replace(turned_sun(scene, k, gs.Shadow()), angle=2.0)
-                    renderer.render(scene, None, [moved], SIZE, outputs=("visibility", "triangle"))
-                frame = renderer.render(scene, None, [sun], SIZE, outputs=("visibility", "triangle"))
+                    renderer.render(scene, None, [moved], SIZE, outputs=("visibility", "triangle"), samples=1)
+                frame = renderer.render(scene, None, [sun], SIZE, outputs=("visibility", "triangle"), samples=1)
             source = renderer._store.sources[0, "Area"]
             assert isinstance(source, Area)
             asked = source.asked
-        truth = gs.trace(scene, None, [sun], SIZE, surface=frame.triangle)
+        truth = gs.trace(scene, None, [sun], SIZE, surface=frame.triangle, samples=1)
         share = np.nan_to_num(frame.visibility[0])
         rows = (share > 0.0) & (share < 1.0)
         points, own = truth.position[rows] - truth.rays.origin, frame.triangle[rows]
         aims = np.array(
-            [-np.asarray(point.direction) for point in hard_lights(sun, 64) if isinstance(point, gs.DirectionalLight)]
+            [-np.asarray(point.direction) for point in sun.hard_lights(64) if isinstance(point, gs.DirectionalLight)]
         )
         aims /= np.linalg.norm(aims, axis=1, keepdims=True)
         starts, owns = np.repeat(points, 64, axis=0), np.repeat(own, 64)

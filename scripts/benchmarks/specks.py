@@ -127,7 +127,7 @@ def flicker(scene: gs.Scene, name: str, renderer: gs.Renderer, frames: int = 60)
     last: dict[str, list[np.ndarray]] = {"ours": [], "truth": []}
     for k in range(frames):
         camera = turned(scene.camera, np.radians(0.1) * k)
-        frame = renderer.render(scene, camera, [light], FLICKER_SIZE, outputs=("visibility",))
+        frame = renderer.render(scene, camera, [light], FLICKER_SIZE, outputs=("visibility",), samples=1)
         now = {"ours": frame.visibility[0], "truth": truth.visibility(truth.views(camera, FLICKER_SIZE), light)}
         for whose, seen in now.items():
             last[whose] = [*last[whose], seen][-3:]

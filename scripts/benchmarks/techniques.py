@@ -26,7 +26,7 @@ def main(repeats: int, output: Path | None) -> None:
     scene = gs.scenes.courtyard()
     filters = {str(each): each for kind in FILTERS for each in measured(kind)}
     times = measure(scene, repeats, filters) if repeats else {}
-    truth = gs.trace(scene, size=SIZE)
+    truth = gs.trace(scene, size=SIZE, samples=1)
     results: dict[str, dict[str, Any]] = {}
     click.echo(f"{'':12s} {'x floor':>9s} {'wrong %':>9s} {'acne %':>9s} {'leak %':>9s} {'grain %':>9s}")
     with gs.Renderer() as renderer:

@@ -6,6 +6,9 @@ import inspect
 from collections.abc import Iterable
 from dataclasses import fields
 
+import numpy as np
+
+from glshadow.core.outputs import OUTPUTS, Output
 from glshadow.core.spelling import Spelled
 from glshadow.io.limits import Limits
 from glshadow.public import MODULES
@@ -21,6 +24,9 @@ def blocks() -> Blocks:
         "biases": _family(BIASES),
         "fits": _family(FITS),
         "limits": table(("limit", "default", "what it bounds"), bounds),
+        "outputs": table(
+            ("output", "type, shape", "what it holds", "of", "without a surface", "EXR channels"), map(_output, OUTPUTS)
+        ),
         "public": table(("module", "what it is for"), [(f"`{name}`", purpose) for name, purpose in MODULES.items()]),
     }
 
@@ -28,6 +34,12 @@ def blocks() -> Blocks:
 def _family(kinds: Iterable[type[Spelled]]) -> str:
     rows = [(f"`{kind.__name__}`", f"`{kind.usage()}`", _first_paragraph(kind)) for kind in kinds]
     return table(("setting", "spelled", "what it does"), rows)
+
+
+def _output(output: Output) -> tuple[str, ...]:
+    kind = f"{np.dtype(output.dtype).name} {output.shape}" if output.dtype else output.shape
+    channels = " ".join(output.channels) + ".0, .1, ..." * (output.name == "visibility")
+    return f"`{output.name}`", kind, output.holds, output.of.value, output.nothing, channels
 
 
 def _first_paragraph(kind: type) -> str:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import get_args
 
+from glshadow.lights import LIGHTS, Light
 from glshadow.shader.compose import Text, compose
-from glshadow.shadows.view import Kind
 
-KINDS: tuple[Kind, ...] = get_args(Kind)
+KINDS: tuple[type[Light], ...] = tuple(kind for kind in LIGHTS if not kind.wide)
+"""Kinds of lights that one direction leads to from each receiver; the first is at infinity."""
+WIDE: tuple[type[Light], ...] = tuple(kind for kind in LIGHTS if kind.wide)
+ONE_VIEW = tuple(kind for kind in KINDS if kind.most_views == 1)
 DENSE: dict[str, int | str] = {"GLS_DENSE": 1, "GLS_LAST": 0}
 """Of samples of collected pixels."""
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from itertools import product
 
 from glshadow.core.sampling import SAMPLES, grid
-from glshadow.shader.slots import Compare, mapped_defines, mapped_slots, metric_slot, open_slots
+from glshadow.lights import Light
+from glshadow.shader.slots import Compare, mapped_defines, mapped_slots, metric_slot, open_slots, parallel_define
 from glshadow.shadows.bias import Bias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias
 from glshadow.shadows.filters import FILTERS, Filter, Pcss
 from glshadow.shadows.filters.filter import Needs
 from glshadow.shadows.metric import Target
-from glshadow.shadows.view import Kind
-from scripts.shaders.variant import DENSE, KINDS, Variant
+from scripts.shaders.variant import DENSE, KINDS, ONE_VIEW, Variant
 from scripts.shaders.variants_exact import area, exact
 
 TARGETS = (Target.DEPTH32F, Target.R32F, Target.RGBA8)  # the others differ in numbers, not in code
@@ -41,7 +41,7 @@ _METRIC_READS: tuple[tuple[str, Compare, bool], ...] = tuple((dialect, "metric",
 class Receiver:
     """One way to ask a light's map."""
 
-    kind: Kind
+    kind: type[Light]
     target: Target
     bias: Bias
     filter: Filter
@@ -101,15 +101,15 @@ def _casters() -> Iterator[Variant]:
             if metric >= packed and alpha >= max(textured, colored):
                 defines = {"GLS_METRIC": metric, "GLS_PACKED": packed, "GLS_CLIP_BIAS": biased}
                 defines |= {"GLS_ALPHA": alpha, "GLS_TEXTURED": textured, "GLS_COLORED": colored}
-                yield Variant(name, dialect, {"metric": metric_slot(kind)}, defines)
+                yield Variant(name, dialect, {"metric": metric_slot(kind.projection)}, defines)
 
 
 def _packed() -> Iterator[Variant]:
     """One of several lights that share a texture."""
-    for kind, alpha in product(KINDS[:2], (0, 1)):
+    for kind, alpha in product(ONE_VIEW, (0, 1)):
         drawn: dict[str, int | str] = {"GLS_METRIC": 1, "GLS_CHANNELS": 1, "GLS_ALPHA": alpha}
-        yield Variant("pass/caster.frag", "core330", {"metric": metric_slot(kind)}, drawn)
-    for kind, channel, dialect in product(KINDS[:2], range(4), DIALECTS):
+        yield Variant("pass/caster.frag", "core330", {"metric": metric_slot(kind.projection)}, drawn)
+    for kind, channel, dialect in product(ONE_VIEW, range(4), DIALECTS):
         slots = mapped_slots(kind, Target.R32F, BIASES[0], MAPPED[0], "metric")
         defines = {**mapped_defines(kind, Target.R32F, BIASES[0], MAPPED[0], False, True), "GLS_CHANNEL": channel}
         yield Variant("pass/forward.frag", dialect, slots, {**defines, "GLS_OUTPUT": 2})
@@ -140,6 +140,11 @@ def _surface() -> Iterator[Variant]:
             for name in ("pass/surface.vert", "pass/surface.frag"):
                 yield Variant(name, "core330", {}, defines)
             yield Variant("pass/surface.vert", "core330", {}, {**defines, "GLS_INSTANCED": 1})
+            yield Variant("pass/surface.geom", "core330", {}, defines)
+            for parallel, dialect in product((0, 1), ("core330", "core400")):
+                yield Variant(
+                    "pass/surface.frag", dialect, {}, {**defines, "GLS_CONSERVATIVE": 1, "GLS_ORTHO": parallel}
+                )
 
 
 def _depths_read() -> Iterator[Variant]:
@@ -160,7 +165,7 @@ def _means() -> Iterator[Variant]:
     for filter in MOMENTS:
         yield Variant("pass/blur.frag", "core330", {}, dict(filter.defines()))
         for kind in KINDS:
-            defines = {**filter.defines(), "GLS_SUN": int(kind == "directional")}
+            defines = {**filter.defines(), **parallel_define(kind.projection)}
             for row in (0, 1):
                 yield Variant(
                     "pass/moments.frag", "core330", {"encoding": filter.encoding}, {**defines, "GLS_ROW": row}
@@ -193,7 +198,7 @@ def _laid_out() -> Iterator[Variant]:
         yield Variant("pass/forward.frag", dialect, slots, defines)
         if dialect != "es100":
             yield Variant("pass/resolve.frag", dialect, slots, defines)
-    for shaped in KINDS[:2]:
+    for shaped in ONE_VIEW:
         slots = mapped_slots(shaped, target, BIASES[0], MAPPED[1], reads[1])
         defines = {**mapped_defines(shaped, target, BIASES[0], MAPPED[1], False, True), "GLS_FALLOFF": 1}
         yield Variant("pass/resolve.frag", reads[0], slots, defines)
@@ -206,7 +211,7 @@ def _laid_out() -> Iterator[Variant]:
 def _resolve() -> Iterator[Variant]:
     for parallel, dense in product((0, 1), (0, 1)):
         yield Variant("pass/resolve.vert", "core330", {}, {"GLS_ORTHO": parallel, "GLS_DENSE": dense})
-    opened = open_slots("directional")
+    opened = open_slots(KINDS[0])
     yield Variant("pass/resolve.frag", "core330", opened, {"GLS_ORTHO": 1})
     yield Variant("pass/resolve.frag", "core330", opened, {"GLS_ORTHO": 1, **DENSE})
     # where the colour is; first, last, visibility, linear sum
@@ -225,23 +230,24 @@ def _resolve() -> Iterator[Variant]:
         defines = {"GLS_HEMISPHERE": above, "GLS_CATCHES": catches, "GLS_SUM": total}
         if not (dense and total):
             yield Variant("pass/resolve.frag", "core330", opened, {**defines, **(DENSE if dense else {})})
-    for kind in KINDS[:2]:
+    for kind in ONE_VIEW:
         yield Variant("pass/resolve.frag", "core330", open_slots(kind), {"GLS_COOKIE": 1})
         yield Variant("pass/resolve.frag", "core330", open_slots(kind), {"GLS_COOKIE": 1, **DENSE})
         for dialect in DIALECTS:
             yield Variant("pass/forward.frag", dialect, open_slots(kind), {"GLS_COOKIE": 1, "GLS_OUTPUT": 1})
-    for kind, views in ((KINDS[0], 1), (KINDS[1], 1), (KINDS[2], 6)):
-        glass: dict[str, int | str] = {"GLS_GLASS": views, "GLS_SUN": int(kind == KINDS[0])}
+    for kind in KINDS:
+        glass: dict[str, int | str] = {"GLS_GLASS": kind.most_views, "GLS_SUN": int(kind.at_infinity)}
         yield Variant("pass/resolve.frag", "core330", open_slots(kind), glass)
         yield Variant("pass/resolve.frag", "core330", open_slots(kind), {**glass, **DENSE})
         for dialect in DIALECTS:
-            few = glass | {"GLS_GLASS": min(views, 2 if dialect == "es100" else 6)}  # as of cascades
+            few = glass | {"GLS_GLASS": min(kind.most_views, 2 if dialect == "es100" else 6)}  # as of cascades
             yield Variant("pass/forward.frag", dialect, open_slots(kind), {**few, "GLS_OUTPUT": 1})
     for (textured, colored), name in product(_PAINTS, ("pass/glass.vert", "pass/glass.frag")):
         yield Variant(name, "core330", {}, {"GLS_TEXTURED": textured, "GLS_COLORED": colored})
-    for channels, parallel, every, dialect in product((1, 2, 4), (0, 1), (0, 1), ("core330", "core400")):
-        choices = {"GLS_SURFACE": channels, "GLS_ORTHO": parallel, "GLS_SILHOUETTES": every}
-        yield Variant("pass/primary.frag", dialect, {}, choices)
+    for parallel, dialect in product((0, 1), ("core330", "core400")):
+        yield Variant("pass/primary.frag", dialect, {}, {"GLS_ORTHO": parallel})
+    for channels in (1, 2, 4):
+        yield Variant("pass/nothing.frag", "core330", {}, {"GLS_SURFACE": channels})
     for samples in SAMPLES[1:]:
         columns, rows = grid(samples)
         block: dict[str, int | str] = {"GLS_COLUMNS": columns, "GLS_ROWS": rows}

@@ -5,19 +5,30 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import product
 
-from glshadow.shader.slots import area_slots, exact_defines, exact_slots, given_slots, open_slots
-from scripts.shaders.variant import DENSE, KINDS, Variant
+from glshadow.shader.slots import (
+    area_slots,
+    exact_defines,
+    exact_slots,
+    given_slots,
+    open_slots,
+    parallel_define,
+    projection_defines,
+)
+from glshadow.shadows.view import Projection
+from scripts.shaders.variant import DENSE, KINDS, WIDE, Variant
 
 
 def exact() -> Iterator[Variant]:
     """Lists, silhouette edges, and what walks them."""
     for kind in KINDS:
-        defines = {key: value for key, value in exact_defines(kind, 512, 16, False).items() if key != "GLS_HUGE"}
+        defines = {
+            key: value for key, value in exact_defines(kind.projection, 512, 16, False).items() if key != "GLS_HUGE"
+        }
         for double in (0, 1):
             yield Variant("pass/lists.comp", "core430", {}, {**defines, "GLS_DOUBLE": double})
         slots = exact_slots(kind)
         for masked, huge, dialect in product((False, True), (False, True), ("core330", "core400")):
-            defines = exact_defines(kind, 512, 16, masked, huge)
+            defines = exact_defines(kind.projection, 512, 16, masked, huge)
             # how rays run and whether meshes are smooth is no concern of what is asked along them: once for each pass
             for number, dense in product((0, 1), ({}, DENSE)):
                 each = {**defines, "GLS_ORTHO": number, "GLS_ROUNDED": number, "GLS_SURFACE": 1 + number, **dense}
@@ -26,35 +37,46 @@ def exact() -> Iterator[Variant]:
                 alone = {**defines, "GLS_ALONE": 1, "GLS_WEIGHED": int(masked), "GLS_ROUNDED": int(huge), **dense}
                 yield Variant("pass/resolve.frag", dialect, slots, alone)
         for masked, huge, parallel in product((False, True), (False, True), (0, 1)):
-            defines = {**exact_defines(kind, 512, 16, masked, huge), "GLS_ORTHO": parallel, "GLS_MARKS": 1}
+            defines = {**exact_defines(kind.projection, 512, 16, masked, huge), "GLS_ORTHO": parallel, "GLS_MARKS": 1}
             yield Variant(
                 "pass/resolve.frag",
                 "core400",
                 slots,
                 {**defines, "GLS_ROUNDED": parallel, "GLS_SURFACE": 1 + parallel},
             )
-        plain: dict[str, int | str] = {"GLS_SUN": int(kind == "directional")}
+        plain = parallel_define(kind.projection)
         yield Variant("pass/edges.comp", "core430", {}, plain)
-        yield Variant("pass/edge_lists.comp", "core430", {}, {**plain, "GLS_POINT": int(kind == "point")})
+        yield Variant("pass/edge_lists.comp", "core430", {}, projection_defines(kind.projection))
         for counted, marks in ((0, 0), (1, 0), (1, 1)):
-            defines = {"GLS_SUN": int(kind == "directional"), "GLS_COUNTED": counted, "GLS_MARKS": marks}
+            defines = {**plain, "GLS_COUNTED": counted, "GLS_MARKS": marks}
             yield Variant("pass/resolve.frag", "core330", given_slots(kind), defines)
+    others: tuple[Projection, ...] = ("perspective", "cube")
+    passes: tuple[dict[str, int | str], ...] = ({}, DENSE, {"GLS_MARKS": 1})
+    for kind, projection in product(KINDS, others):  # far lights have one grid, and large ones in a cone six
+        if not kind.at_infinity and projection != kind.projection:
+            for masked, dialect, more in product((False, True), ("core330", "core400"), passes):
+                defines = exact_defines(projection, 512, 16, masked) | more
+                yield Variant("pass/resolve.frag", dialect, exact_slots(kind), defines)
 
 
 def area() -> Iterator[Variant]:
     """A light that has a size."""
     for kind in KINDS:
-        defines: dict[str, int | str] = {"GLS_SUN": int(kind == "directional"), "GLS_POINT": int(kind == "point")}
+        defines = projection_defines(kind.projection)
         for outlines in (0, 1):
             yield Variant("pass/lists.comp", "core430", {}, {**defines, "GLS_AREA": 1, "GLS_ROUNDED": outlines})
             yield Variant("pass/grown.comp", "core430", {}, {**defines, "GLS_OUTLINES": outlines})
         for (stage, between), masked, huge in product(
             enumerate(("outlines", "region", "found")), (False, True), (False, True)
         ):
-            settings = {**exact_defines(kind, 512, 16, masked, huge), "GLS_STAGE": stage, "GLS_AREA": int(stage > 0)}
+            settings = {
+                **exact_defines(kind.projection, 512, 16, masked, huge),
+                "GLS_STAGE": stage,
+                "GLS_AREA": int(stage > 0),
+            }
             slots = area_slots(kind, between)
             if between == "found" and not masked and not huge:
-                for panel, dither in product((0, int(kind == "point")), (0, 1)):
+                for panel, dither in product((0, int(kind.projection == "cube")), (0, 1)):
                     more = {**settings, "GLS_PANEL": panel, "GLS_DITHER": dither}
                     yield Variant("pass/penumbra.frag", "core430", slots, more)
             for number, dense in product((0, 1), (0, 1)):
@@ -64,19 +86,17 @@ def area() -> Iterator[Variant]:
                 for parallel in (0, 1):
                     more = {**settings, "GLS_ORTHO": parallel, "GLS_ROUNDED": parallel, "GLS_MARKS": 1, "GLS_SOFT": 1}
                     yield Variant("pass/penumbra.frag", "core430", slots, more)
-    for shape in ("panel", "sky"):
-        for shadow, channels, more in product(("given", "open"), (1, 2), ({}, DENSE)):
-            slots = {"light": f"light/{shape}.glsl", "shadow": f"receiver/{shadow}.glsl"}
-            sky = int(shape == "sky")
+    for kind in WIDE:
+        for slots, channels, more in product((given_slots(kind), open_slots(kind)), (1, 2), ({}, DENSE)):
             wide: dict[str, int | str] = {
-                "GLS_SUN": sky,
+                "GLS_SUN": int(kind.at_infinity),
                 "GLS_SURFACE": channels,
-                "GLS_WEIGHED": sky,
+                "GLS_WEIGHED": int(kind.weighted),
                 "GLS_ROUNDED": channels - 1,
             }
             yield Variant("pass/resolve.frag", "core330", slots, {**wide, **more})
     yield Variant(
-        "pass/resolve.frag", "core330", open_slots("directional"), {"GLS_SUN": 1, "GLS_ALONE": 1, "GLS_WEIGHED": 1}
+        "pass/resolve.frag", "core330", open_slots(KINDS[0]), {"GLS_SUN": 1, "GLS_ALONE": 1, "GLS_WEIGHED": 1}
     )
     for stage in (0, 1):
         yield Variant("pass/resolve.vert", "core330", {}, {"GLS_STAGE": stage})

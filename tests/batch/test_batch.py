@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import json
 import os
+import random
 import signal
 import subprocess
 import sys
 import time
+import tracemalloc
+from contextlib import suppress
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +22,11 @@ from click.testing import CliRunner
 import glshadow as gs
 from glshadow import image
 from glshadow.batch import Failed, read_jobs, run_batch
+from glshadow.batch.draw import Drawer
 from glshadow.batch.job import parse_job
 from glshadow.batch.run import JOURNAL
 from glshadow.cli import main
+from glshadow.errors import listening
 
 FLAT = {"kind": "orthographic", "position": [0, 9, 1], "height": 8}
 SMALL = {"size": [48, 32], "samples": 1}
@@ -47,7 +53,7 @@ def test_pictures_are_those_of_render(tmp_path: Path) -> None:
     done = run_batch(jobs, tmp_path / "out", processes=2)
     assert (done.drawn, done.kept, done.pictures, done.failed) == (3, 0, 6, ())
     light = gs.DirectionalLight(direction=(-1, -2, -1), shadow=gs.Shadow(filter=gs.Pcf(1), resolution=512))
-    expected = gs.render(gs.scenes.courtyard(), lights=[light], size=(48, 32))
+    expected = gs.render(gs.scenes.courtyard(), lights=[light], size=(48, 32), samples=1)
     np.testing.assert_array_equal(image.read(tmp_path / "out" / "a.png")[..., :3], expected.image)
     names = sorted(path.relative_to(tmp_path / "out").as_posix() for path in (tmp_path / "out").rglob("*.png"))
     assert names == ["a.png", "sub/round_0.png", "sub/round_1.png", "sub/round_2.png", "view_00.png", "view_01.png"]
@@ -75,7 +81,14 @@ WRONG: list[tuple[dict[str, Any] | str, str]] = [
     ({"output": "a.png"}, "scene is missing"),
     ({"colour": 1}, "'colour': unknown; there are background, cameras"), ({"scene": "nowhere.glb"}, "no such file"),
     ({"output": "a.bmp"}, "must end in one of"), ({"output": "../a.png"}, "must stay in"), ({"output": "/a.png"}, "must stay in"),
-    ({"output": "a_{}.png"}, "there is one picture"), ({"orbit": 3}, "needs a field"), ({"orbit": 3, "output": "{x}.png"}, "no number's"),
+    ({"output": "a_{}.png"}, "there is one picture"), ({"orbit": 3}, "one field for the picture's number"),
+    *(({"orbit": 3, "output": each}, "one field for the picture's number") for each in (
+        "{x}.png", "{0.foo}.png",
+        "{0[a]}.png", "{0!s:{0:c}>{0}.0}tmp/evil.png", "{:c}.png", "{:.0e}.png", "{}{}.png", "{:999}.png", "{.png")),
+    ({"output": "a{{}}.png"}, "there is one picture"), ({"orbit": 3, "output": "../{}.png"}, "must stay in"),
+    ({"orbit": 3, "output": "/{}.png"}, "must stay in"), ({"output": "x" * 300 + ".png"}, "bytes long"),
+    ({"output": "a\0.png"}, "without NUL"), ({"scene": "a\0.glb"}, "no such file"),
+    ({"orbit": 100_001, "output": "{}.png"}, "orbit must be"),
     ({"size": [0, 3]}, "size must be"), ({"size": "big"}, "size must be"), ({"samples": 3}, "samples must be"),
     ({"lights": [{"kind": "lamp"}]}, r"lights\[0\].kind must be one of"), ({"lights": [{"kind": "point"}]}, r"lights\[0\]: .*position"),
     ({"lights": [{"kind": "sun", "colour": 3}]}, r"lights\[0\]: .*colour"), ({"lights": {}}, "lights must be a list"),
@@ -98,6 +111,44 @@ def test_what_is_no_job_is_said(tmp_path: Path, line: dict[str, Any] | str, said
         parse_job(line, tmp_path)
 
 
+ODD = [None, True, 0, -1, 3, 1e308, float("nan"), 10**400, "x", "", "a.png", "{}.png", "\ud800", "\0", [], [1], [None], {}, [[[]]],
+       {"kind": "sun"}, {"kind": [1]}, {"filter": [1]}, {"target": [1]}, {"target": {}}, [{"shadow": {"target": [1]}}]]  # fmt: skip
+INNER = [
+    "kind",
+    "position",
+    "fov_y",
+    "direction",
+    "shadow",
+    "filter",
+    "target",
+    "bias",
+    "fit",
+    "strength",
+    "color",
+    "self",
+    "",
+]
+
+
+def test_whatever_json_says_is_a_job_or_a_named_error(tmp_path: Path) -> None:
+    rng = random.Random(1)
+
+    def value(depth: int) -> Any:
+        if depth < 3 and rng.random() < 0.5:
+            inner = [value(depth + 1) for _ in range(rng.randint(0, 3))]
+            return inner if rng.random() < 0.5 else dict(zip(rng.choices(INNER, k=len(inner)), inner, strict=True))
+        return rng.choice(ODD)
+
+    keys = [each.name for each in fields(gs.batch.Job)]
+    jobs = 0
+    for _ in range(5000):
+        job = {"scene": "courtyard", "output": "a.png"} | {rng.choice(keys): value(0) for _ in range(rng.randint(1, 3))}
+        with suppress(gs.GlshadowError):
+            parse_job(json.dumps(job), tmp_path)
+            jobs += 1
+    assert jobs > 50, "or all were refused"
+
+
 def test_all_lines_are_checked_before_any_work(tmp_path: Path) -> None:
     path = tmp_path / "jobs.jsonl"
     good = json.dumps({"scene": "courtyard", "output": "a.png"})
@@ -106,12 +157,171 @@ def test_all_lines_are_checked_before_any_work(tmp_path: Path) -> None:
     assert done.exit_code in (1, 2)
     assert "jobs.jsonl has 32 lines that are no jobs" in done.stderr
     assert "line 4: output 'a.png' is also that of line 2" in done.stderr
-    assert "line 5: it is no JSON" in done.stderr
-    assert "and 12 more" in done.stderr
+    lines = done.stderr.splitlines()
+    assert len(lines) == 22, "each bad line is a line on the screen"
+    assert lines[0] == "error: jobs.jsonl has 32 lines that are no jobs"
+    assert lines[2].startswith("  line 5: it is no JSON")
+    assert lines[-1] == "  and 12 more"
+    as_json = CliRunner().invoke(main, ["batch", str(path), "--json"])
+    assert len(json.loads(as_json.stdout)["notes"]) == 21
     assert not (tmp_path / "out").exists()
     path.write_text("\n")
     assert "has no job" in CliRunner().invoke(main, ["batch", str(path)]).stderr
     assert "No such file" in CliRunner().invoke(main, ["batch", str(tmp_path / "none.jsonl")]).stderr
+
+
+def test_a_file_of_jobs_is_a_file(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.jsonl")  # nobody writes into it: to open it would wait for ever
+    for place in (tmp_path / "pipe.jsonl", Path("/dev/zero"), tmp_path):
+        with pytest.raises(gs.SettingsError, match="a folder, a device or a pipe"):
+            read_jobs(place)
+
+
+def test_names_are_made_one_at_a_time_and_counted(tmp_path: Path) -> None:
+    """A line of a million characters asks for a hundred thousand names; eleven lines for more pictures than a file may."""
+    path = tmp_path / "jobs.jsonl"
+    long = "x/" * 400_000 + "{}.png"
+    path.write_text(
+        json.dumps({"scene": "courtyard", "output": long, "orbit": 100_000}) + "\n" + "y" * (3 << 20) + "\n"
+    )
+    tracemalloc.start()
+    with pytest.raises(gs.SettingsError, match="has 2 lines that are no jobs") as raised:
+        read_jobs(path)
+    assert tracemalloc.get_traced_memory()[1] < 64 << 20
+    tracemalloc.stop()
+    assert "4095 in all" in raised.value.__notes__[0]
+    assert "line 2: it is longer than 1048576 characters" in raised.value.__notes__[1]
+    written(path, *({"output": f"{k}_{{}}.png", "orbit": 100_000} for k in range(11)))
+    with pytest.raises(gs.SettingsError, match="has 1 line that is no job") as raised:
+        read_jobs(path)
+    assert "line 11: 1100000 pictures up to here" in raised.value.__notes__[0]
+
+
+def test_names_are_compared_as_files(tmp_path: Path) -> None:
+    path = written(
+        tmp_path / "jobs.jsonl", {"output": "a//b.png"}, {"output": "./a/b.png"}, {"output": "{:x}.png", "orbit": 11}
+    )
+    with pytest.raises(gs.SettingsError, match="has 1 line that is no job") as raised:
+        read_jobs(path)
+    assert "line 2: output 'a/b.png' is also that of line 1" in raised.value.__notes__[0]
+    assert list(gs.batch.Job("courtyard", "{:x}.png", orbit=11).names())[-2:] == ["9.png", "a.png"]
+
+
+def test_a_link_out_of_the_folder_is_not_written_through(tmp_path: Path) -> None:
+    out, elsewhere = tmp_path / "out", tmp_path / "elsewhere"
+    out.mkdir()
+    elsewhere.mkdir()
+    (out / "link").symlink_to(elsewhere)
+    jobs = read_jobs(written(tmp_path / "jobs.jsonl", {"output": "link/sub/a.png"}, {"output": "b.png"}))
+    done = run_batch(jobs, out, processes=1)
+    assert (done.drawn, len(done.failed)) == (1, 1)
+    assert "a link leads there" in done.failed[0].reason
+    assert list(elsewhere.iterdir()) == []
+
+
+def outcomes(jobs: Path, out: Path) -> tuple[int, int]:
+    done = run_batch(read_jobs(jobs), out, processes=1)
+    assert done.failed == ()
+    return done.drawn, done.kept
+
+
+def test_a_picture_is_what_it_was_last_drawn_from(tmp_path: Path) -> None:
+    """An edit, a run, the edit undone, a run: the picture is the first job's again; so after another file has taken its place."""
+    out, path = tmp_path / "out", tmp_path / "jobs.jsonl"
+    first, second = ({"output": "a.png", "lights": [{"direction": [x, -2, -1]}]} for x in (-1, 1))
+    pictures = []
+    for job in (first, second, first):
+        assert outcomes(written(path, job), out) == (1, 0)
+        pictures.append((out / "a.png").read_bytes())
+    assert pictures[0] == pictures[2] != pictures[1]
+    assert outcomes(path, out) == (0, 1)
+    (out / "a.png").write_bytes(b"garbage")
+    assert outcomes(path, out) == (1, 0)
+    assert (out / "a.png").read_bytes() == pictures[0]
+
+
+TRIANGLES = "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 3/3 2/2\n"
+
+
+def test_every_file_of_a_model_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Model, materials, texture, one that was missing, and glshadow's version; the same bytes written anew do not."""
+    out, path = tmp_path / "out", tmp_path / "jobs.jsonl"
+    model, materials, texture = (tmp_path / f"models/a.{ending}" for ending in ("obj", "mtl", "png"))
+    model.parent.mkdir()
+    model.write_text(TRIANGLES)
+    materials.write_text("newmtl m\nmap_Kd a.png\n")
+    written(
+        path, {"scene": "models/a.obj", "output": "a.png"}, {"scene": "models/a.obj", "output": "b.png", "ground": True}
+    )
+    assert outcomes(path, out) == (2, 0), "without its texture"
+    assert outcomes(path, out) == (0, 2)
+    image.write(texture, np.full((2, 2, 3), 200, np.uint8))
+    assert outcomes(path, out) == (2, 0), "it has come"
+    reds = (out / "a.png").read_bytes()
+    facts = texture.stat()
+    image.write(texture, np.full((2, 2, 3), (90, 10, 10), np.uint8))
+    os.utime(texture, ns=(facts.st_atime_ns, facts.st_mtime_ns))
+    assert outcomes(path, out) == (2, 0), "another texture, of the same size and time"
+    assert (out / "a.png").read_bytes() != reds
+    materials.write_text("newmtl m\nKd 1 0 0\n")
+    assert outcomes(path, out) == (2, 0)
+    model.write_text(TRIANGLES + "# another file\n")
+    assert outcomes(path, out) == (2, 0)
+    model.write_bytes(model.read_bytes())
+    assert outcomes(path, out) == (0, 2)
+    model.parent.rename(tmp_path / "moved")
+    written(path, {"scene": "moved/a.obj", "output": "a.png"})
+    assert outcomes(path, out) == (0, 1), "where the model is does not matter"
+    monkeypatch.setattr("glshadow.batch.inputs.__version__", "another")
+    assert outcomes(path, out) == (1, 0)
+
+
+def test_a_worker_that_stays_loads_a_changed_model(tmp_path: Path) -> None:
+    """A cluster's workers outlive a batch."""
+    model = tmp_path / "a.obj"
+    model.write_text(TRIANGLES)
+    job = gs.batch.Job(str(model), "a.png", size=(48, 32), samples=1)
+    drawer = Drawer("egl")
+    first = drawer.draw(job, tmp_path, "one")
+    model.write_text(TRIANGLES.replace("v 1 0 0", "v 3 0 0"))
+    assert drawer.draw(job, tmp_path, "one").images == first.images, "within a batch it is loaded once"
+    assert drawer.draw(job, tmp_path, "two").images != first.images
+    drawer.release()
+
+
+def test_jobs_of_python_are_checked_and_kept_apart(tmp_path: Path) -> None:
+    for wrong in ({"size": (0, 3)}, {"cameras": [3]}, {"lights": gs.DirectionalLight}, {"shadow": 1}, {"samples": 3}, {"orbit": 0},
+                  {"ground": 1}, {"up_axis": "w"}, {"background": "red"}, {"output": "/a.png"}, {"scene": 3}):  # fmt: skip
+        with pytest.raises(gs.SettingsError, match=next(iter(wrong))):
+            gs.batch.Job(**{"scene": "courtyard", "output": "a.png", **wrong})
+    image_of = [np.full((4, 4, 3), each, np.uint8) for each in (50, 200)]
+    for cookie in map(gs.Cookie, image_of):  # that print alike
+        light = gs.DirectionalLight(direction=(-1, -2, -1), cookie=cookie)
+        job = gs.batch.Job("courtyard", "a.png", lights=(light,), size=(48, 32), samples=1)
+        assert run_batch([job], tmp_path, processes=1).drawn == 1
+    assert run_batch([job], tmp_path, processes=1).kept == 1
+
+
+def test_arguments_of_a_batch_are_checked(tmp_path: Path) -> None:
+    jobs = [gs.batch.Job("courtyard", "a.png")]
+    for wrong in ({"jobs": 3}, {"jobs": ["a.png"]}, {"processes": 0}, {"processes": "2"}, {"backend": "vulkan"}, {"fresh": 1},
+                  {"progress": 3},
+                  {"dask": 3}, {"folder": 3}):  # fmt: skip
+        with pytest.raises(gs.SettingsError, match=next(iter(wrong))):
+            run_batch(**{"jobs": jobs, "folder": tmp_path / "out", **wrong})
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_journal_that_cannot_be_written_is_named_before_any_work(tmp_path: Path) -> None:
+    jobs = [gs.batch.Job("courtyard", "a.png", size=(48, 32))]
+    (tmp_path / "a" / JOURNAL).mkdir(parents=True)
+    with pytest.raises(gs.GlshadowError, match=rf"{JOURNAL} is a folder"):
+        run_batch(jobs, tmp_path / "a", processes=1)
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / JOURNAL).symlink_to(tmp_path / "nowhere" / "journal")
+    with pytest.raises(gs.GlshadowError, match=rf"cannot write .*{JOURNAL}: No such file"):
+        run_batch(jobs, tmp_path / "b", processes=1)
+    assert not list(tmp_path.rglob("*.png"))
 
 
 def test_a_fault_is_listed_and_no_other_job_fails(tmp_path: Path) -> None:
@@ -204,6 +414,31 @@ def test_a_cluster_that_loses_a_worker(tmp_path: Path) -> None:
     assert len(keys) == len(set(keys)) == 40
     assert len(list((tmp_path / "out").glob("[0-9]*.png"))) == 40
     assert not [path for path in (tmp_path / "out").iterdir() if path.suffix not in (".png", ".jsonl")]
+
+
+@pytest.mark.slow
+def test_a_cluster_without_workers_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Then it waits for one; and again, where the last has gone."""
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr("glshadow.batch.cluster.ANSWERS_S", 0.5)
+    jobs = read_jobs(written(tmp_path / "jobs.jsonl", {"output": "a.png"}, {"output": "b.png"}))
+    said: list[str] = []
+    with distributed.LocalCluster(
+        n_workers=0, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+    ) as cluster:
+
+        def listen(text: str) -> None:
+            said.append(text)
+            cluster.scale(1)
+
+        def progress(done: int, total: int, name: str) -> None:
+            if done == 1:
+                cluster.scale(0)
+
+        with listening(listen):
+            done = run_batch(jobs, tmp_path / "out", dask=cluster.scheduler_address, progress=progress)
+    assert done.drawn == 2
+    assert "has no worker: waiting for one" in said[0]
 
 
 def test_no_scheduler_and_no_opengl_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -42,7 +42,7 @@ def test_all_round(folder: Path) -> None:
     scene = gs.scenes.courtyard()
     with gs.Renderer("egl") as renderer:
         for number, camera in enumerate(gs.orbit(scene.camera, 3)):
-            expected = renderer.render(scene, camera, size=(64, 48)).image
+            expected = renderer.render(scene, camera, size=(64, 48), samples=1).image
             np.testing.assert_array_equal(image.read(f"view_{number:02d}.png")[..., :3], expected)
 
 
@@ -65,6 +65,17 @@ def test_another_request_makes_all_anew(more: str) -> None:
     done = run("--orbit", "2", "-o", "v{}.png", *options)
     assert "of another request are there: they are made anew" in done.stderr
     assert made("--orbit", "2", "-o", "v{}.png", *options) == [False] * 2
+
+
+def test_another_cookie_is_another_request(folder: Path) -> None:
+    """Of the same size, other in its middle alone: both print alike."""
+    request = ("--orbit", "1", "-o", "v{}.png", "--light", "sun:0,-1,0:cookie=c.png")
+    for shade in (40, 200):
+        pixels = np.full((32, 32, 3), 90, np.uint8)
+        pixels[8:24, 8:24] = shade
+        image.write(folder / "c.png", pixels)
+        assert made(*request) == [True]
+    assert made(*request) == [False]
 
 
 def test_an_interrupted_command_goes_on(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -51,7 +51,7 @@ def test_ctrl_c(tmp_path):
         assert process.stdout is not None
         assert process.stdout.readline() == "ready\n"
         process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=30)
+        _, errors = process.communicate(timeout=60)
     assert process.returncode == 130
     assert errors == "error: interrupted\n"
     assert list(tmp_path.iterdir()) == []

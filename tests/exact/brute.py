@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.spaces import Array, Bools
+from glshadow.lights import Light
 from glshadow.reference.rays import Ints, Rays, dot
 
 
@@ -31,13 +31,12 @@ def blocked(
     """
     casting = np.flatnonzero(rays.casts)
     corners, normals = rays.corners[casting], rays.normals[casting]
-    sun = isinstance(light, DirectionalLight)
-    forward = np.asarray(light.direction) if isinstance(light, DirectionalLight) else np.zeros(3)
-    source = np.zeros(3) if isinstance(light, DirectionalLight) else np.asarray(light.position) - rays.origin
+    light, sun = light.relative_to(rays.origin), light.at_infinity
+    place = np.asarray(light.place[:3])
     result = np.zeros(len(own), dtype=bool)
     skipped = own if lifted is None else np.where(lifted, np.int32(-1), own)
     for number, point in enumerate(points):
-        along = forward if sun else point - source
+        along = light.rays_to(point)
         across = _across(along)
         flat = (corners - point) @ across.T  # (T, 3, 2): the triangles seen along the ray
         near = (
@@ -48,7 +47,7 @@ def blocked(
         area = np.stack([_cross(a, b), _cross(b, c), _cross(c, a)])
         few = few[~((area.min(axis=0) < 0.0) & (area.max(axis=0) > 0.0))]
         gap = dot(np.broadcast_to(point, (len(few), 3)) - corners[few, 0], normals[few])
-        side = -(normals[few] @ forward) if sun else dot(source - corners[few, 0], normals[few])
+        side = normals[few] @ place if sun else dot(place - corners[few, 0], normals[few])
         away = np.abs(point - corners[few, 0]).sum(axis=1) + np.abs(point - rays.corners[own[number], 0]).sum()
         rounding = bound[0] + bound[1] * away
         # a light on the triangle sees both sides

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import Light
 from glshadow.derive.lists import distance_bound
 from glshadow.frame import Frame
+from glshadow.lights import Light
 from glshadow.reference.aimed import AimedLight
 from glshadow.reference.trace import trace
 from glshadow.reference.truth import Truth
 from glshadow.renderer import Renderer
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
 from glshadow.shadows.filters import Exact
 from glshadow.shadows.shadow import Shadow
 
@@ -81,9 +81,9 @@ def compared(
 ) -> Compared:
     """Render with Exact() and judge every pixel."""
     light = with_exact(light, **settings)
-    frame = renderer.render(scene, camera, [light], size, outputs=("visibility", "triangle"))
+    frame = renderer.render(scene, camera, [light], size, outputs=("visibility", "triangle"), samples=1)
     assert frame.used[0].fallbacks == ()
-    truth = trace(scene, camera, [light], size, surface=frame.triangle)
+    truth = trace(scene, camera, [light], size, surface=frame.triangle, samples=1)
     seen = truth.triangle >= 0
     np.testing.assert_array_equal(np.isnan(frame.visibility[0]), ~seen)
     facing = seen & truth.reached[0] & (np.abs(np.where(seen, truth.cosine[0], 0.0)) > LEAST_COSINE)

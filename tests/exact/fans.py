@@ -23,11 +23,10 @@ from glshadow.gl.driver.program import Programs
 from glshadow.scenes import shapes
 from glshadow.scenes.shapes import Solid
 from glshadow.shader import source
-from glshadow.shadows.view import Kind
 
 from .turned import rotation
 
-KINDS: tuple[Kind, ...] = ("directional", "spot", "point")
+KINDS = ("directional", "spot", "point")
 AT_VERTICES = 0.35  # share of the rays; the others pass an edge
 ULPS = 3  # how far off, in units of the last place of each coordinate; 40 % of the rays: not at all
 MOST = 24  # triangles round one edge
@@ -98,7 +97,7 @@ class Fans:
         Triangles at either end of each edge, then -1.
     """
 
-    kind: Kind
+    kind: str
     corners: Array
     edges: NDArray[np.float32]
     around: NDArray[np.int32]
@@ -115,7 +114,7 @@ def readable(snippets: Mapping[str, str]) -> Iterator[None]:
         source.read = read
 
 
-def fans_of(solid: Solid, kind: Kind, rng: np.random.Generator) -> Fans:
+def fans_of(solid: Solid, kind: str, rng: np.random.Generator) -> Fans:
     """Edges of a closed mesh whose whole surroundings face a light that stands beside it."""
     positions, triangles = solid
     size = float(np.abs(positions - positions.mean(axis=0)).max())

@@ -6,9 +6,10 @@ import numpy as np
 
 import glshadow as gs
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array
-from glshadow.scene.mesh import Material, Mesh, Node, Scene
+from glshadow.lights import Light
+from glshadow.scene.mesh import Material, Mesh
+from glshadow.scene.nodes import Node, Scene
 
 Shape = tuple[Array, Array]
 
@@ -86,10 +87,10 @@ def low_poly_scene(rng: np.random.Generator) -> Scene:
         positions, triangles = shape(rng)
         material = Material(double_sided=bool(rng.random() < 0.3))
         mesh = Mesh(positions, triangles.astype(np.int32), material=material)
-        nodes.append(Node(f"body {k}", mesh, place(rng, rng.uniform(4.0, 7.0) if k < large else rng.uniform(0.1, 0.8))))
+        nodes.append(Node(mesh, place(rng, rng.uniform(4.0, 7.0) if k < large else rng.uniform(0.1, 0.8)), f"body {k}"))
     if rng.random() < 0.3:
         floor = np.array([(-6.0, -2.0, 6.0), (6.0, -2.0, 6.0), (6.0, -2.0, -6.0), (-6.0, -2.0, -6.0)])
-        nodes.append(Node("floor", Mesh(floor, np.array([[0, 1, 2], [0, 2, 3]], np.int32)), np.eye(4)))
+        nodes.append(Node(Mesh(floor, np.array([[0, 1, 2], [0, 2, 3]], np.int32)), np.eye(4), "floor"))
     return Scene(tuple(nodes), gs.PerspectiveCamera((0.0, 0.0, 9.0), (0.0, 0.0, 0.0)))
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array, transform
-from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.lights import Light
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes.shapes import Solid
 
 from .turned import rotation
@@ -48,7 +49,7 @@ def under_a_sheet(cells: int, rng: np.random.Generator) -> tuple[Scene, dict[str
     sheet = sheet + rng.uniform(-1.0, 1.0, sheet.shape) * np.array([ROUGH, 0.2 * ROUGH, ROUGH]) * cell
     plane = grid(8, PLANE_HALF)
     parts = {"plane": plane, "sheet": (sheet, triangles)}
-    nodes = tuple(Node(name, Mesh(transform(place, p), t), np.eye(4)) for name, (p, t) in parts.items())
+    nodes = tuple(Node(Mesh(transform(place, p), t), np.eye(4), name) for name, (p, t) in parts.items())
     camera = gs.PerspectiveCamera(
         _at(place, (0.0, 2.5, 5.0)), _at(place, (0.0, 0.0, 0.0)), _along(place, (0.0, 1.0, 0.0)), 60.0
     )
@@ -70,7 +71,7 @@ def tessellations(elevation: float, offset: float, rng: np.random.Generator) -> 
     place = _placed(rng, offset)
     fine, coarse = grid(100, PLANE_HALF), grid(37, PLANE_HALF)
     meshes = [Mesh(transform(place, p), t) for p, t in (fine, fine, coarse)]
-    nodes = tuple(Node(str(number), mesh, np.eye(4)) for number, mesh in enumerate(meshes))
+    nodes = tuple(Node(mesh, np.eye(4), str(number)) for number, mesh in enumerate(meshes))
     camera = gs.PerspectiveCamera(
         _at(place, (0.0, 2.5, 7.0)), _at(place, (0.0, 0.0, 0.0)), _along(place, (0.0, 1.0, 0.0)), 60.0
     )
@@ -96,7 +97,7 @@ def lit_and_asked(
     renderer: gs.Renderer, scene: Scene, light: Light, first: int, size: tuple[int, int] = (640, 360)
 ) -> tuple[int, int]:
     """Pixels of the first `first` triangles that are lit at all, and all pixels that show them."""
-    frame = renderer.render(scene, None, [light], size, outputs=("visibility", "triangle"))
+    frame = renderer.render(scene, None, [light], size, outputs=("visibility", "triangle"), samples=1)
     asked = (frame.triangle >= 0) & (frame.triangle < first)
     return int((frame.visibility[0][asked] > 0.0).sum()), int(asked.sum())
 

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.errors import ContextError
 from glshadow.gl.driver.entry_points import EntryPoints
 from glshadow.gl.driver.state import read_state
+from glshadow.lights import Light
 from glshadow.renderer import Renderer
-from glshadow.scene.mesh import Node, Scene
+from glshadow.scene.nodes import Node, Scene
 
 from .test_casters import LIGHTS, leaf, leaves, placed, scene_of
 
@@ -30,8 +30,8 @@ def exact(light: Light) -> Light:
 def masked() -> Scene:
     image = leaves(8, 6)
     return scene_of(
-        Node("a", leaf(image), placed(-1.0, 1.0, 0.0, 1)),
-        Node("b", leaf(image, 2.0), placed(1.0, 1.4, -0.5, 3)),
+        Node(leaf(image), placed(-1.0, 1.0, 0.0, 1), "a"),
+        Node(leaf(image, 2.0), placed(1.0, 1.4, -0.5, 3), "b"),
         name="masked",
     )
 

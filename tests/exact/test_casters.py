@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array, translation
+from glshadow.lights import Light
 from glshadow.renderer import Renderer
-from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+from glshadow.scene.mesh import AlphaMode, Material, Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 
 from ..tolerances import WEIGHT
@@ -29,7 +30,7 @@ every_light = pytest.mark.parametrize("light", LIGHTS.values(), ids=list(LIGHTS)
 
 
 def ground() -> Node:
-    return Node("ground", Mesh(*shapes.rectangle((-4.0, 0.0, 4.0), (8.0, 0.0, 0.0), (0.0, 0.0, -8.0))), np.eye(4))
+    return Node(Mesh(*shapes.rectangle((-4.0, 0.0, 4.0), (8.0, 0.0, 0.0), (0.0, 0.0, -8.0))), np.eye(4), "ground")
 
 
 def leaf(
@@ -77,11 +78,11 @@ def test_cut_out_casters(renderer: Renderer, light: Light, repeats: float) -> No
     one, other = leaf(image, repeats), leaf(image, 0.5, alpha=0.8, cutoff=0.3)
     solid = Mesh(*shapes.box((0.4, 0.4, 0.4)))
     nodes = [
-        Node("a", one, placed(-1.0, 1.0, 0.0, 1)),
-        Node("solid", solid, placed(0.2, 0.7, 0.9, 2)),
-        Node("b", one, placed(1.0, 1.4, -0.5, 3)),
-        Node("c", other, placed(0.0, 1.8, 0.3, 4)),
-        Node("d", leaf(leaves(7, 13), 2.0), placed(-0.6, 0.5, 1.2, 5)),
+        Node(one, placed(-1.0, 1.0, 0.0, 1), "a"),
+        Node(solid, placed(0.2, 0.7, 0.9, 2), "solid"),
+        Node(one, placed(1.0, 1.4, -0.5, 3), "b"),
+        Node(other, placed(0.0, 1.8, 0.3, 4), "c"),
+        Node(leaf(leaves(7, 13), 2.0), placed(-0.6, 0.5, 1.2, 5), "d"),
     ]
     assert_right(compared(renderer, scene_of(*nodes), light))
 
@@ -90,9 +91,9 @@ def test_cut_out_casters(renderer: Renderer, light: Light, repeats: float) -> No
 def test_masks_matter(renderer: Renderer, light: Light) -> None:
     """The control of the test above: opaque leaves give another picture."""
     mesh = leaf(leaves())
-    cut = compared(renderer, scene_of(Node("leaf", mesh, placed(-0.5, 1.0, 0.0, 1))), light)
+    cut = compared(renderer, scene_of(Node(mesh, placed(-0.5, 1.0, 0.0, 1), "leaf")), light)
     whole = replace(mesh, material=replace(mesh.material, alpha_mode=AlphaMode.OPAQUE))
-    solid = compared(renderer, scene_of(Node("leaf", whole, placed(-0.5, 1.0, 0.0, 1))), light)
+    solid = compared(renderer, scene_of(Node(whole, placed(-0.5, 1.0, 0.0, 1), "leaf")), light)
     assert solid.wrong.sum() <= WRONG
     assert cut.lit > solid.lit + 0.005
 
@@ -100,8 +101,8 @@ def test_masks_matter(renderer: Renderer, light: Light) -> None:
 @pytest.mark.parametrize("before", [1, 2, 3])
 def test_a_mask_does_not_depend_on_how_many_triangles_come_before_it(renderer: Renderer, before: int) -> None:
     corners = np.array([[[-9.0, -0.1 * k, 9.0], [9.0, -0.1 * k, 9.0], [0.0, -0.1 * k, -9.0]] for k in range(before)])
-    below = Node("ground", Mesh(corners.reshape(-1, 3), np.arange(3 * before).reshape(-1, 3)), np.eye(4))
-    scene = Scene((below, Node("leaf", leaf(leaves()), placed(-0.5, 1.0, 0.0, 1))), CAMERA)
+    below = Node(Mesh(corners.reshape(-1, 3), np.arange(3 * before).reshape(-1, 3)), np.eye(4), "ground")
+    scene = Scene((below, Node(leaf(leaves()), placed(-0.5, 1.0, 0.0, 1), "leaf")), CAMERA)
     assert_right(compared(renderer, scene, LIGHTS["sun"]))
 
 
@@ -110,7 +111,7 @@ def test_cutoffs_at_the_end_of_the_range(renderer: Renderer, cutoff: float) -> N
     """At 0 all exists, at 1 only what is opaque, above 1 nothing."""
     image = leaves()
     image[:12, :, 3] = 255
-    scene = scene_of(Node("leaf", leaf(image, cutoff=cutoff), placed(-0.5, 1.0, 0.0, 1)))
+    scene = scene_of(Node(leaf(image, cutoff=cutoff), placed(-0.5, 1.0, 0.0, 1), "leaf"))
     result = compared(renderer, scene, LIGHTS["sun"])
     assert result.wrong.sum() <= WRONG, str(result)
 
@@ -121,9 +122,9 @@ def test_blended_materials_cast_nothing(renderer: Renderer, light: Light, filter
     for texture in (None, leaves()):
         mesh = leaf(leaves())
         glass = replace(mesh, material=Material(texture=texture, alpha_mode=AlphaMode.BLEND))
-        scene = scene_of(Node("glass", glass, placed(-0.5, 1.0, 0.0, 1)))
+        scene = scene_of(Node(glass, placed(-0.5, 1.0, 0.0, 1), "glass"))
         lit = replace(light, shadow=gs.Shadow(filter=filter_))
-        frame = renderer.render(scene, lights=[lit], size=(160, 90), outputs=("visibility", "triangle"))
+        frame = renderer.render(scene, lights=[lit], size=(160, 90), outputs=("visibility", "triangle"), samples=1)
         floor = (frame.triangle >= 0) & (frame.triangle < 2)
         assert floor.any()
         assert (frame.triangle >= 2).any()
@@ -139,22 +140,24 @@ def test_blended_materials_cast_nothing(renderer: Renderer, light: Light, filter
 def test_casts_and_receives(renderer: Renderer, light: Light, casts: bool, receives: bool) -> None:
     box, ball = Mesh(*shapes.box((1.0, 1.0, 1.0))), Mesh(*shapes.icosphere(3, 0.5))
     nodes = [
-        Node("a", box, placed(-0.8, 0.9, 0.0, 1), casts=casts, receives=receives),
-        Node("b", ball, placed(0.8, 1.6, -0.2, 2), receives=not receives),
-        Node("c", box, placed(0.4, 0.6, 1.0, 3), casts=not casts),
+        Node(box, placed(-0.8, 0.9, 0.0, 1), "a", casts=casts, receives=receives),
+        Node(ball, placed(0.8, 1.6, -0.2, 2), "b", receives=not receives),
+        Node(box, placed(0.4, 0.6, 1.0, 3), "c", casts=not casts),
     ]
     scene = scene_of(*nodes)
     result = compared(renderer, scene, light)
     assert_right(result)
     # the same by a map, outside a band of two texels, which no edge is wider than here
-    frame = renderer.render(scene, lights=[light], size=result.frame.size, outputs=("visibility", "triangle"))
+    frame = renderer.render(
+        scene, lights=[light], size=result.frame.size, outputs=("visibility", "triangle"), samples=1
+    )
     share = (np.abs(frame.visibility[0] - result.truth.visibility[0]) > 0.5)[result.truth.triangle >= 0].mean()
     assert share < 2e-3
 
 
 def test_a_floor_that_does_not_receive_stays_lit(renderer: Renderer) -> None:
     floor = replace(ground(), receives=False)
-    scene = Scene((floor, Node("box", Mesh(*shapes.box((1.0, 1.0, 1.0))), placed(0.0, 1.0, 0.0))), CAMERA)
+    scene = Scene((floor, Node(Mesh(*shapes.box((1.0, 1.0, 1.0))), placed(0.0, 1.0, 0.0), "box")), CAMERA)
     for light in LIGHTS.values():
         result = compared(renderer, scene, light)
         assert result.wrong.sum() == 0, str(result)
@@ -179,7 +182,7 @@ def test_instances_that_share_edges(renderer: Renderer, light: Light) -> None:
         for j in range(-16, 16):
             matrix = translation((i + 0.5, 2.0, j + 0.5))
             matrix[:3, :3] = np.linalg.matrix_power(quarter, (i + 3 * j) % 4)
-            nodes.append(Node(f"{i} {j}", tile, matrix))
+            nodes.append(Node(tile, matrix, f"{i} {j}"))
     above = replace(light, position=(0.3, 3.6, 0.2)) if isinstance(light, gs.PointLight) else light
     camera = gs.PerspectiveCamera((0.0, 1.5, 4.0), (0.0, 0.0, 0.0), fov_y=60.0)
     result = compared(renderer, Scene((ground(), *nodes), camera, name="tiles"), above)
@@ -198,8 +201,8 @@ def test_mirrored_nodes(renderer: Renderer, light: Light, axis: int, faces: gs.F
     flip[axis, axis] = -1.0
     ball, torus = Mesh(*shapes.icosphere(3, 0.6)), Mesh(*shapes.torus(0.6, 0.2, 48, 24))
     nodes = [
-        Node("ball", ball, placed(-0.8, 1.0, 0.2, 1) @ flip),
-        Node("torus", torus, placed(0.8, 0.9, 0.1, 2) @ flip),
+        Node(ball, placed(-0.8, 1.0, 0.2, 1) @ flip, "ball"),
+        Node(torus, placed(0.8, 0.9, 0.1, 2) @ flip, "torus"),
     ]
     assert_right(compared(renderer, scene_of(*nodes), light, faces=faces))
 
@@ -213,14 +216,14 @@ def test_a_mirrored_sheet_keeps_its_front(renderer: Renderer, axis: int | None, 
         flip[axis, axis] = -1.0
     # faces up; down where y is mirrored
     sheet = Mesh(*shapes.rectangle((-1.0, 0.0, 1.0), (2.0, 0.0, 0.0), (0.0, 0.0, -2.0)))
-    scene = scene_of(Node("sheet", sheet, translation((0.0, 1.0, 0.0)) @ flip))
+    scene = scene_of(Node(sheet, translation((0.0, 1.0, 0.0)) @ flip, "sheet"))
     below = gs.PerspectiveCamera((0.0, 0.8, 4.0), (0.0, 0.0, 0.0))
     darkened = {}
     for faces in (gs.Faces.FRONT, gs.Faces.BACK, gs.Faces.BOTH):
         light = gs.DirectionalLight(
             direction=(0.1, -1.0, 0.05), shadow=gs.Shadow(filter=filter_, faces=faces, resolution=512)
         )
-        frame = renderer.render(scene, below, [light], (160, 90), outputs=("visibility", "triangle"))
+        frame = renderer.render(scene, below, [light], (160, 90), outputs=("visibility", "triangle"), samples=1)
         darkened[faces] = bool((frame.visibility[0][(frame.triangle >= 0) & (frame.triangle < 2)] == 0.0).any())
     up = axis != 1
     assert darkened == {gs.Faces.FRONT: up, gs.Faces.BACK: not up, gs.Faces.BOTH: True}
@@ -231,9 +234,9 @@ def test_a_large_sheet_without_area_casts_nothing(renderer: Renderer, filter_: g
     """A node squashed to a line, as long as the scene."""
     line = np.diag([1.0, 0.0, 0.0, 1.0])
     line[1, 3] = 1.0
-    scene = scene_of(Node("line", Mesh(*shapes.rectangle((-9.0, 0.0, 9.0), (18.0, 0.0, 0.0), (0.0, 0.0, -18.0))), line))
+    scene = scene_of(Node(Mesh(*shapes.rectangle((-9.0, 0.0, 9.0), (18.0, 0.0, 0.0), (0.0, 0.0, -18.0))), line, "line"))
     light = gs.DirectionalLight(direction=(0.0, -1.0, 0.0), shadow=gs.Shadow(filter=filter_, resolution=128))
-    frame = renderer.render(scene, CAMERA, [light], (80, 45), outputs=("visibility",))
+    frame = renderer.render(scene, CAMERA, [light], (80, 45), outputs=("visibility",), samples=1)
     assert np.nanmin(frame.visibility) == 1.0
 
 
@@ -243,7 +246,7 @@ def test_a_large_sheet_without_area_casts_nothing(renderer: Renderer, filter_: g
 @pytest.mark.parametrize("kind", list(LIGHTS))
 def test_one_triangle(renderer: Renderer, kind: str) -> None:
     corners = np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.5], [0.0, 0.3, -1.0]])
-    scene = Scene((Node("triangle", Mesh(corners, np.array([[0, 1, 2]], dtype=np.int32)), np.eye(4)),), CAMERA)
+    scene = Scene((Node(Mesh(corners, np.array([[0, 1, 2]], dtype=np.int32)), np.eye(4), "triangle"),), CAMERA)
     result = compared(renderer, scene, LIGHTS[kind])
     assert result.wrong.sum() == 0
     seen = result.truth.triangle >= 0
@@ -255,7 +258,7 @@ def test_a_light_in_a_triangles_plane(renderer: Renderer, casters: int) -> None:
     """Edge-on a triangle casts nothing; a caster between must still cast."""
     wall = Mesh(*shapes.rectangle((0.5, 0.0, 1.0), (0.0, 2.0, 0.0), (0.0, 0.0, -2.0)))
     plate = Mesh(*shapes.rectangle((-0.5, 1.0, 0.5), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0)))
-    nodes = [Node("wall", wall, np.eye(4)), Node("plate", plate, np.eye(4))][:casters]
+    nodes = [Node(wall, np.eye(4), "wall"), Node(plate, np.eye(4), "plate")][:casters]
     lights: list[Light] = [
         gs.PointLight(position=(0.5, 4.0, 0.0)),  # in the plane of the wall, x = 0.5
         gs.PointLight(position=(0.5, 1.0, 0.0)),  # on the wall, and in the plate's plane
@@ -271,7 +274,7 @@ def test_a_light_in_a_triangles_plane(renderer: Renderer, casters: int) -> None:
 @pytest.mark.parametrize("corner", [(-1.0, 1.0, 1.0), (0.0, 1.0, 0.0), (0.3, 1.0, 0.3)])
 def test_a_light_on_a_vertex_or_inside_a_triangle(renderer: Renderer, corner: tuple[float, float, float]) -> None:
     plate = Mesh(*shapes.rectangle((-1.0, 1.0, 1.0), (2.0, 0.0, 0.0), (0.0, 0.0, -2.0)))
-    result = compared(renderer, scene_of(Node("plate", plate, np.eye(4))), gs.PointLight(position=corner))
+    result = compared(renderer, scene_of(Node(plate, np.eye(4), "plate")), gs.PointLight(position=corner))
     assert result.wrong.sum() <= WRONG, str(result)
 
 
@@ -286,8 +289,10 @@ def test_what_receives_nothing_sees_all_of_a_light_that_has_a_size(renderer: Ren
     body = Mesh(*shapes.box((2.0, 1.0, 2.0), (0.0, 1.0, 0.0)))
     camera = gs.PerspectiveCamera(position=(3.0, 4.0, 6.0), target=(0.0, 0.5, 0.0))
     for receives in (True, False):
-        nodes = (Node("ground", ground, np.eye(4), receives=receives), Node("body", body, np.eye(4)))
-        frame = renderer.render(gs.Scene(nodes, camera=camera), None, [light], (80, 45), outputs=("visibility", "node"))
+        nodes = (Node(ground, np.eye(4), "ground", receives=receives), Node(body, np.eye(4), "body"))
+        frame = renderer.render(
+            gs.Scene(nodes, camera=camera), None, [light], (80, 45), outputs=("visibility", "node"), samples=1
+        )
         seen = frame.visibility[0][frame.node == 0]
         assert (seen < 0.99).any() == receives
         assert receives or (seen > 0.999).all()

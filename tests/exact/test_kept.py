@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.core.spaces import translation
 from glshadow.derive.lists import CELLS, LEAST_CELLS
 from glshadow.gl.techniques.cells import CellLists
+from glshadow.lights import Light
 from glshadow.renderer import Renderer
-from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 
 from ..robustness.gl_objects import counted
@@ -29,7 +30,7 @@ every_light = pytest.mark.parametrize("light", LIGHTS.values(), ids=list(LIGHTS)
 @pytest.fixture
 def scene() -> Scene:
     ball = Mesh(*shapes.icosphere(3, 0.5))
-    nodes = [Node(name, ball, translation(place)) for name, place in (("a", (-0.8, 0.9, 0.1)), ("b", (0.8, 1.5, -0.3)))]
+    nodes = [Node(ball, translation(place), name) for name, place in (("a", (-0.8, 0.9, 0.1)), ("b", (0.8, 1.5, -0.3)))]
     return Scene((ground(), *nodes), CAMERA, name="two balls")
 
 
@@ -38,7 +39,7 @@ def turned(k: int) -> gs.PerspectiveCamera:
 
 
 def drawn(renderer: Renderer, scene: Scene, light: Light, camera: gs.PerspectiveCamera | None = None) -> int:
-    return renderer.render(scene, camera, [light], SIZE, outputs=("visibility",)).used[0].draws
+    return renderer.render(scene, camera, [light], SIZE, outputs=("visibility",), samples=1).used[0].draws
 
 
 # Lists are built, or maps drawn, with one draw a build: six faces of a point light's map and two nodes are more.
@@ -84,7 +85,7 @@ def test_kept_lists_give_the_picture_of_new_ones(scene: Scene, light: Light) -> 
     other = scene.moved({"b": translation((0.2, 1.3, 0.4))})
 
     def picture(renderer: Renderer, scene: Scene, k: int) -> np.ndarray:
-        values = renderer.render(scene, turned(k), [light], SIZE, outputs=("visibility",)).visibility
+        values = renderer.render(scene, turned(k), [light], SIZE, outputs=("visibility",), samples=1).visibility
         assert values is not None
         return values
 
@@ -102,10 +103,10 @@ def test_two_exact_lights_and_a_map_beside_each_other(scene: Scene) -> None:
     chosen = [replace(LIGHTS[name], shadow=shadow) for name, shadow in
               (("sun", exact), ("spot", mapped), ("point light", exact), ("spot", exact))]  # fmt: skip
     with Renderer("egl") as renderer:
-        together = renderer.render(scene, None, chosen, SIZE, outputs=("visibility",))
+        together = renderer.render(scene, None, chosen, SIZE, outputs=("visibility",), samples=1)
         assert [used.draws > 0 for used in together.used] == [True] * 4
         for number, light in enumerate(chosen):
-            alone = renderer.render(scene, None, [light], SIZE, outputs=("visibility",)).visibility
+            alone = renderer.render(scene, None, [light], SIZE, outputs=("visibility",), samples=1).visibility
             assert alone is not None
             np.testing.assert_allclose(together.visibility[number], alone[0], atol=1e-5)
 
@@ -119,7 +120,7 @@ def test_a_sun_and_a_lamp_with_the_same_numbers(scene: Scene, filter_: gs.Exact 
     from_below = replace(CAMERA, position=(3.0, 0.2, 6.0))  # sees the undersides of the balls
 
     def picture(renderer: Renderer, light: Light) -> np.ndarray:
-        values = renderer.render(scene, from_below, [light], SIZE, outputs=("visibility",)).visibility
+        values = renderer.render(scene, from_below, [light], SIZE, outputs=("visibility",), samples=1).visibility
         assert values is not None
         return values
 
@@ -132,9 +133,9 @@ def test_a_sun_and_a_lamp_with_the_same_numbers(scene: Scene, filter_: gs.Exact 
 
 def test_a_panel_that_turns_in_place_is_asked_anew() -> None:
     """The floor darkens nothing before a panel that lies along it, and all that is above it before one that reaches below."""
-    floor = Node("floor", Mesh(*shapes.rectangle((-3.0, 0.0, 3.0), (6.0, 0.0, 0.0), (0.0, 0.0, -6.0))), np.eye(4))
+    floor = Node(Mesh(*shapes.rectangle((-3.0, 0.0, 3.0), (6.0, 0.0, 0.0), (0.0, 0.0, -6.0))), np.eye(4), "floor")
     boxes = [
-        Node(name, Mesh(*shapes.box((side,) * 3, middle)), np.eye(4))
+        Node(Mesh(*shapes.box((side,) * 3, middle)), np.eye(4), name)
         for name, side, middle in (("low", 0.6, (1.4, 0.3, 0.0)), ("high", 0.4, (-1.4, 1.6, 0.0)))
     ]
     scene = Scene((floor, *boxes), gs.PerspectiveCamera((0.0, 1.5, 4.5), (0.0, 0.4, 0.0), fov_y=60.0))
@@ -143,16 +144,16 @@ def test_a_panel_that_turns_in_place_is_asked_anew() -> None:
     lamp = gs.PointLight(position=lying.position, radius=0.5 * float(np.hypot(2.0, 2.0)))
     with Renderer("egl") as kept:
         for light in (lying, standing, lamp, replace(standing, height=1.0), lying):
-            values = kept.render(scene, None, [light], (192, 108), outputs=("visibility",)).visibility
+            values = kept.render(scene, None, [light], (192, 108), outputs=("visibility",), samples=1).visibility
             with Renderer("egl") as fresh:
-                expected = fresh.render(scene, None, [light], (192, 108), outputs=("visibility",)).visibility
+                expected = fresh.render(scene, None, [light], (192, 108), outputs=("visibility",), samples=1).visibility
             np.testing.assert_array_equal(values, expected)
 
 
 def test_a_camera_that_enters_a_body_sees_its_inner_side_dark() -> None:
     """A closed box over all: it darkens nothing but itself, which a camera outside does not see."""
-    box = Node("box", Mesh(*shapes.box((4.0, 4.0, 4.0))), np.eye(4))
-    small = Node("small", Mesh(*shapes.box((0.4, 0.4, 0.4), (0.0, 2.2, 0.0))), np.eye(4))
+    box = Node(Mesh(*shapes.box((4.0, 4.0, 4.0))), np.eye(4), "box")
+    small = Node(Mesh(*shapes.box((0.4, 0.4, 0.4), (0.0, 2.2, 0.0))), np.eye(4), "small")
     scene = Scene((box, small))
     outside, inside = (gs.PerspectiveCamera((x, 0.5, 0.3), (0.0, -1.0, 0.0), fov_y=70.0) for x in (9.0, 1.0))
     cut = gs.PerspectiveCamera((9.0, 0.5, 0.3), (0.0, 0.0, 0.0), fov_y=30.0, near=8.0, far=20.0)
@@ -162,7 +163,7 @@ def test_a_camera_that_enters_a_body_sees_its_inner_side_dark() -> None:
         with Renderer("egl") as renderer:
             links = []
             for camera in (outside, inside, outside, cut, inside):
-                frame = renderer.render(scene, camera, [sun], SIZE, outputs=("visibility", "node"))
+                frame = renderer.render(scene, camera, [sun], SIZE, outputs=("visibility", "node"), samples=1)
                 within = (frame.node == 0) if camera is not outside else np.zeros(frame.node.shape, dtype=bool)
                 assert camera is outside or within.sum() > 1000
                 assert not frame.visibility[0][within].any()
@@ -180,7 +181,7 @@ def expected(scene: Scene) -> dict[str, tuple[np.ndarray, int]]:
     result = {}
     with Renderer("egl") as renderer:
         for name, light in LIGHTS.items():
-            frame = renderer.render(scene, None, [exact(light)], SIZE, outputs=("visibility",))
+            frame = renderer.render(scene, None, [exact(light)], SIZE, outputs=("visibility",), samples=1)
             result[name] = frame.visibility, frame.used[0].links
     return result
 
@@ -209,8 +210,9 @@ def test_lists_that_are_too_small_grow(
 
     monkeypatch.setattr(CellLists, "reserve", tight)
     with Renderer("egl") as renderer:
-        frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
-        assert renderer._store.sources[0, "Listed"].grid.cells == CELLS[renderer._store.sources[0, "Listed"].grid.kind]
+        frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",), samples=1)
+        grid = renderer._store.sources[0, "Listed"].grid
+        assert grid.cells == CELLS[grid.projection]
     assert len(sizes) == 2, "grown once, to what was needed"
     assert sizes[1] >= LINK_BYTES * expected[name][1]
     np.testing.assert_array_equal(frame.visibility, expected[name][0])
@@ -225,9 +227,9 @@ def test_lists_that_cannot_grow_get_a_coarser_grid(
     monkeypatch.setattr(CellLists, "reserve", _least)
     with Renderer("egl") as renderer:
         limited(renderer, expected[name][1] // 2)
-        frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
+        frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",), samples=1)
         grid = renderer._store.sources[0, "Listed"].grid
-        assert LEAST_CELLS <= grid.cells < CELLS[grid.kind]
+        assert LEAST_CELLS <= grid.cells < CELLS[grid.projection]
     assert 0 < frame.used[0].links <= expected[name][1] // 2
     np.testing.assert_array_equal(frame.visibility, expected[name][0])
 
@@ -250,7 +252,7 @@ SOFT: dict[str, Light] = {
 @pytest.mark.parametrize("light", [*LIGHTS.values(), *SOFT.values()], ids=[*LIGHTS, *SOFT])
 def test_lists_written_in_parts_are_those_written_at_once(scene: Scene, light: Light) -> None:
     """A storage buffer holds the facets of half of the scene's triangles, and the links of fewer."""
-    ball, cut_out = Mesh(*shapes.icosphere(4, 0.4)), Node("leaf", leaf(leaves()), translation((0.2, 2.0, 0.1)))
+    ball, cut_out = Mesh(*shapes.icosphere(4, 0.4)), Node(leaf(leaves()), translation((0.2, 2.0, 0.1)), "leaf")
     scene = replace(scene, nodes=(*(replace(node, mesh=ball) for node in scene.nodes[1:]), scene.nodes[0], cut_out))
     triangles = sum(len(node.mesh.triangles) for node in scene.nodes)
     light = light if light in SOFT.values() else exact(light)
@@ -259,7 +261,7 @@ def test_lists_written_in_parts_are_those_written_at_once(scene: Scene, light: L
         with Renderer("egl") as renderer:
             if block is not None:
                 renderer._context.caps = replace(renderer._context.caps, max_storage_block=block)
-            frames.append(renderer.render(scene, None, [light], SIZE, outputs=("visibility",)))
+            frames.append(renderer.render(scene, None, [light], SIZE, outputs=("visibility",), samples=1))
             parts.append(min(source.lists._part for source in renderer._store.sources.values()))
     assert parts[0] > triangles
     assert parts[1] <= triangles / 2
@@ -274,7 +276,7 @@ def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest
     monkeypatch.setattr(CellLists, "reserve", _least)
     triangles = sum(len(node.mesh.triangles) for node in scene.nodes)
     with Renderer("egl") as renderer:
-        usual = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",)).visibility
+        usual = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",), samples=1).visibility
         before = renderer._context.caps
         renderer._store.sources.pop((0, "Listed")).release()
         limited(renderer, 3 * triangles)
@@ -285,11 +287,11 @@ def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest
             gs.ResourceError,
             match=r"even on its coarsest grid, a texture buffer of this driver holds .*: split the scene",
         ):
-            renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",))
+            renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",), samples=1)
         # and the renderer goes on
         monkeypatch.undo()
         renderer._context.caps = before
-        again = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",)).visibility
+        again = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",), samples=1).visibility
         assert usual is not None
         assert again is not None
         np.testing.assert_array_equal(again, usual)
@@ -303,14 +305,14 @@ def test_triangles_beyond_a_buffer_are_a_named_error(scene: Scene) -> None:
             gs.ResourceError,
             match=r"Exact\(\) needs 3 texels for each of the scene's .* triangles.* holds 3000, those of 1000 tri",
         ):
-            renderer.render(scene, None, [exact(LIGHTS["sun"])], SIZE)
+            renderer.render(scene, None, [exact(LIGHTS["sun"])], SIZE, samples=1)
 
 
 @pytest.mark.parametrize("name", list(LIGHTS))
 def test_nothing_casts(renderer: Renderer, scene: Scene, name: str) -> None:
     """No caster, no grid to fit: all that faces the light is lit."""
     quiet = replace(scene, nodes=tuple(replace(node, casts=False) for node in scene.nodes))
-    frame = renderer.render(quiet, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility", "triangle"))
+    frame = renderer.render(quiet, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility", "triangle"), samples=1)
     floor = (frame.triangle >= 0) & (frame.triangle < 2)
     assert floor.any()
     assert (frame.visibility[0][floor] == 1.0).all()

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 import glshadow as gs
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import Light
+from glshadow.lights import Light
 from glshadow.renderer import Renderer
-from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 
 from ..tracer import Tracer, View, pixel_rays, scene_triangles
@@ -67,7 +68,7 @@ def check(renderer: Renderer, seed: int) -> int:
     rng = np.random.default_rng(seed)
     scene, viewer = low_poly_scene(rng), camera(rng)
     lights = [replace(light(rng), shadow=gs.Shadow(filter=gs.Exact())) for _ in range(3)]
-    frame = renderer.render(scene, viewer, lights, SIZE, outputs=("visibility", "triangle"))
+    frame = renderer.render(scene, viewer, lights, SIZE, outputs=("visibility", "triangle"), samples=1)
     triangle, stable, views = judged(scene, viewer, frame.near, lights)
     wrong = int(((frame.triangle != triangle) & (triangle >= -1)).sum())
     assert wrong == 0, f"seed {seed}: {wrong} pixels show another triangle"
@@ -91,11 +92,11 @@ def test_no_shadow_is_missing_in_400_more(renderer: Renderer) -> None:
 @pytest.mark.parametrize("low", [1e-2, 1e-3, 1e-5, 1e-6, 1e-7, 1e-8, 0.0, -1e-8])
 def test_the_sign_of_a_cosine_is_that_of_a_sun_along_a_face(renderer: Renderer, low: float) -> None:
     """A box whose side a sun grazes: lit to its edges, where float32 would see its neighbours stand in the way; dark from behind."""
-    box = Node("box", Mesh(*shapes.box((2.0, 2.0, 2.0))), np.eye(4))
-    ground = Node("ground", Mesh(*shapes.rectangle((-9.0, -1.5, 9.0), (18.0, 0.0, 0.0), (0.0, 0.0, -18.0))), np.eye(4))
+    box = Node(Mesh(*shapes.box((2.0, 2.0, 2.0))), np.eye(4), "box")
+    ground = Node(Mesh(*shapes.rectangle((-9.0, -1.5, 9.0), (18.0, 0.0, 0.0), (0.0, 0.0, -18.0))), np.eye(4), "ground")
     scene = Scene((box, ground), gs.PerspectiveCamera((3.0, 3.0, 6.0), (0.0, 0.0, 0.0)))
     sun = gs.DirectionalLight(direction=(-1.0, -0.1, -low), shadow=gs.Shadow(filter=gs.Exact()))
-    frame = renderer.render(scene, None, [sun], (160, 90), outputs=("visibility", "triangle"))
+    frame = renderer.render(scene, None, [sun], (160, 90), outputs=("visibility", "triangle"), samples=1)
     view = View(scene, scene.camera, (160, 90), triangle=frame.triangle)
     side = np.zeros((90, 160), dtype=bool)
     side.ravel()[view.rows] = view.normals[:, 2] > 0.5

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.area import hard_lights
-from glshadow.core.lights import Light
 from glshadow.core.spaces import translation
 from glshadow.gl.resources import Store
 from glshadow.gl.techniques.grown import Grown
 from glshadow.gl.techniques.listed import Listed
+from glshadow.lights import Light
 from glshadow.renderer import Renderer
-from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+from glshadow.scene.mesh import AlphaMode, Material, Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 from glshadow.shadows import shadow as shadow_module
 
@@ -37,11 +37,11 @@ def scene() -> Scene:
         material=Material((0.9, 0.3, 0.2, 0.5), alpha_mode=AlphaMode.BLEND),
     )
     nodes = (
-        Node("a", ball, translation((-0.8, 0.9, 0.1))),
-        Node("b", ball, translation((0.8, 1.5, -0.3))),
-        Node("box", Mesh(*shapes.box((0.6, 0.9, 0.4))), translation((0.2, 0.45, 1.2))),
-        Node("leaf", leaf(leaves(8, 6)), placed(-1.2, 1.7, -0.8, 1)),
-        Node("pane", pane, translation((1.0, 2.2, 0.6))),
+        Node(ball, translation((-0.8, 0.9, 0.1)), "a"),
+        Node(ball, translation((0.8, 1.5, -0.3)), "b"),
+        Node(Mesh(*shapes.box((0.6, 0.9, 0.4))), translation((0.2, 0.45, 1.2)), "box"),
+        Node(leaf(leaves(8, 6)), placed(-1.2, 1.7, -0.8, 1), "leaf"),
+        Node(pane, translation((1.0, 2.2, 0.6)), "pane"),
     )
     return Scene((ground(), *nodes), CAMERA, name="some of everything")
 
@@ -203,7 +203,9 @@ def refuse(monkeypatch: pytest.MonkeyPatch) -> Refuse:
 
 def mean_of(renderer: Renderer, scene: Scene, points: tuple[Light, ...], shadow: gs.Shadow) -> np.ndarray:
     """The mean visibility of a light's points, each as a light of its own."""
-    one = [renderer.render(scene, None, [replace(each, shadow=shadow)], SIZE).visibility[0] for each in points]
+    one = [
+        renderer.render(scene, None, [replace(each, shadow=shadow)], SIZE, samples=1).visibility[0] for each in points
+    ]
     return np.mean(np.stack(one).astype(np.float64), axis=0)
 
 
@@ -212,7 +214,7 @@ def test_a_lamp_that_does_not_fit_changes_no_other_light(scene: Scene, refuse: R
         before = drawn(renderer, scene, CAMERA, [SUN])
     refuse(lambda light: isinstance(light, gs.PointLight))
     with Renderer("egl") as renderer:
-        used = renderer.render(scene, None, [LAMP, SUN], SIZE).used
+        used = renderer.render(scene, None, [LAMP, SUN], SIZE, samples=1).used
         assert (used[0].filter, used[1].filter) == (gs.Pcf(1), gs.Exact())
         assert used[0].why.startswith("Exact() needs ")
         assert used[0].fallbacks == ()
@@ -233,9 +235,9 @@ def test_a_size_whose_lists_do_not_fit_is_asked_point_by_point(
     monkeypatch.setattr(Grown, "build", full)
     light = replace(SIZED[name], shadow=gs.Shadow(filter=gs.Exact(light_samples=16)))
     with Renderer("egl") as renderer:
-        frame = renderer.render(scene, None, [light], SIZE)
-        expected = mean_of(renderer, scene, hard_lights(light, 16), gs.Shadow(filter=gs.Exact()))
-        again = renderer.render(scene, None, [light], SIZE)
+        frame = renderer.render(scene, None, [light], SIZE, samples=1)
+        expected = mean_of(renderer, scene, light.hard_lights(16), gs.Shadow(filter=gs.Exact()))
+        again = renderer.render(scene, None, [light], SIZE, samples=1)
     used = frame.used[0]
     assert used.filter == light.shadow.filter
     assert used.why.startswith(
@@ -254,7 +256,7 @@ def test_a_size_without_any_lists_is_that_of_as_many_maps(
     """Also where only the lists of a point that comes late do not fit; and it is no error but where lists were asked for by name."""
     monkeypatch.setattr(shadow_module, "RESOLUTION", 128)
     light = SIZED["lamp"]
-    last = hard_lights(light, 64)[-1].position  # type: ignore[union-attr]
+    last = light.hard_lights(64)[-1].position  # type: ignore[union-attr]
     refuse(
         lambda light: (
             isinstance(light, gs.PointLight) and (which == "all points" or light.radius or light.position == last)
@@ -263,10 +265,12 @@ def test_a_size_without_any_lists_is_that_of_as_many_maps(
     with Renderer("egl") as renderer:
         exact = replace(light, shadow=gs.Shadow(filter=gs.Exact()))
         with pytest.raises(gs.ResourceError, match=REASON):
-            renderer.render(scene, None, [exact], SIZE)
-        frame = renderer.render(scene, None, [light], SIZE)
+            renderer.render(scene, None, [exact], SIZE, samples=1)
+        frame = renderer.render(scene, None, [light], SIZE, samples=1)
         again = renderer.render(scene, None, [light], SIZE, samples=4)
-        expected = renderer.render(scene, None, [replace(light, shadow=gs.Shadow(filter=gs.LightSamples()))], SIZE)
+        expected = renderer.render(
+            scene, None, [replace(light, shadow=gs.Shadow(filter=gs.LightSamples()))], SIZE, samples=1
+        )
     for used in (frame.used[0], again.used[0]):
         assert used.filter == gs.LightSamples()
         assert used.why.startswith("Exact() needs ")
@@ -279,6 +283,6 @@ def test_a_derived_map_obeys_the_size(scene: Scene) -> None:
     """A setting that only a map has asks for maps, not for a hard shadow."""
     light = replace(SIZED["sun"], shadow=gs.Shadow(resolution=128))
     with Renderer("egl") as renderer:
-        used = renderer.render(scene, None, [light], SIZE).used[0]
+        used = renderer.render(scene, None, [light], SIZE, samples=1).used[0]
     assert used.filter == gs.LightSamples()
     assert used.why == "only a map has resolution; 64 points of the light, one after another"

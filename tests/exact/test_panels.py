@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.panel import panel_factor
 from glshadow.core.sample_patterns import hemisphere, square
 from glshadow.reference.points import count_points
 from glshadow.scenes import shapes
@@ -27,7 +26,7 @@ def renderer() -> Iterator[gs.Renderer]:
 
 def floor(half: float = 2.0) -> gs.Scene:
     mesh = gs.Mesh(*shapes.rectangle((-half, 0, half), (2 * half, 0, 0), (0, 0, -2 * half)))
-    return gs.Scene((gs.Node("floor", mesh, np.eye(4)),))
+    return gs.Scene((gs.Node(mesh, np.eye(4), "floor"),))
 
 
 @pytest.mark.parametrize(("width", "height", "away"), [(1.0, 1.0, 1.0), (2.0, 0.5, 0.3), (0.1, 4.0, 2.0)])
@@ -37,7 +36,7 @@ def test_under_the_middle_of_a_panel(width: float, height: float, away: float) -
     x, y = 0.5 * width / away, 0.5 * height / away
     a, b = np.sqrt(1.0 + x * x), np.sqrt(1.0 + y * y)
     exact = 4.0 / (2.0 * np.pi) * (x / a * np.arctan(y / a) + y / b * np.arctan(x / b))
-    factor, above = panel_factor(light, np.zeros((1, 3)), np.array([[0.0, 1.0, 0.0]]))
+    factor, above = light.form_factor(np.zeros((1, 3)), np.array([[0.0, 1.0, 0.0]]))
     np.testing.assert_allclose(factor, exact, rtol=1e-12)
     assert above == 1.0
 
@@ -47,7 +46,7 @@ def test_factors_are_those_of_many_points(rng: np.random.Generator) -> None:
     points = rng.uniform(-3.0, 3.0, (40, 3))
     normals = rng.normal(size=(40, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    factor, above = panel_factor(PANEL, points, normals)
+    factor, above = PANEL.form_factor(points, normals)
     forward = np.asarray(PANEL.direction)
     right = np.cross(forward, PANEL.up)
     right /= np.linalg.norm(right)
@@ -67,9 +66,9 @@ def test_factors_are_those_of_many_points(rng: np.random.Generator) -> None:
 def test_a_picture_has_these_factors(renderer: gs.Renderer) -> None:
     scene = gs.scenes.box().scene
     light = replace(PANEL, shadow=None)
-    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, ambient=0.0)
+    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, ambient=0.0, samples=1)
     known = frame.triangle >= 0
-    factor, _ = panel_factor(light, (frame.position + frame.origin)[known], frame.normal[known].astype(np.float64))
+    factor, _ = light.form_factor(frame.position[known], frame.normal[known].astype(np.float64))
     colors = np.array([node.mesh.material.color[:3] for node in scene.nodes])
     first = np.cumsum([0] + [len(node.mesh.triangles) for node in scene.nodes])
     node = np.searchsorted(first, frame.triangle[known], side="right") - 1
@@ -81,16 +80,16 @@ def test_a_picture_has_these_factors(renderer: gs.Renderer) -> None:
 
 def test_its_shadow_is_that_of_rays(renderer: gs.Renderer) -> None:
     scene = gs.scenes.box().scene
-    frame = renderer.render(scene, None, [PANEL], SIZE, outputs=OUTPUTS)
-    expected = count_points(gs.trace(scene, None, [PANEL], SIZE, surface=frame.triangle), PANEL, 64)
+    frame = renderer.render(scene, None, [PANEL], SIZE, outputs=OUTPUTS, samples=1)
+    expected = count_points(gs.trace(scene, None, [PANEL], SIZE, surface=frame.triangle, samples=1), PANEL, 64)
     known = ~np.isnan(expected)
-    factor, _ = panel_factor(PANEL, (frame.position + frame.origin)[known], frame.normal[known].astype(np.float64))
+    factor, _ = PANEL.form_factor(frame.position[known], frame.normal[known].astype(np.float64))
     gap = np.abs(frame.visibility[0] * 64.0 - expected)[known]
     # an edge passes a pixel nearer than float32 tells
     assert (gap[factor > 0.0] > 1.5).sum() <= 3
     assert (gap[factor > 0.0] > 0.5).sum() <= 6
     assert (frame.visibility[0][known][factor == 0.0] == 0.0).all(), "its back, and what it does not reach"
-    truth = gs.trace(scene, None, [PANEL], SIZE, surface=frame.triangle, light_samples=1024)
+    truth = gs.trace(scene, None, [PANEL], SIZE, surface=frame.triangle, light_samples=1024, samples=1)
     assert np.abs(frame.visibility[0] - truth.visibility[0])[known].mean() < 2.5e-3
 
 
@@ -98,15 +97,13 @@ def test_a_half_planes_edge_under_a_panel(renderer: gs.Renderer) -> None:
     """Parallel to a side: the share grows as the straight line."""
     height, width = 2.0, 0.6
     roof = gs.Mesh(*shapes.rectangle((-40, 1.0, 40), (40, 0, 0), (0, 0, -80)))  # over x < 0, halfway
-    scene = gs.Scene((*floor().nodes, gs.Node("roof", roof, np.eye(4))))
+    scene = gs.Scene((*floor().nodes, gs.Node(roof, np.eye(4), "roof")))
     camera = gs.OrthographicCamera((0.0, 0.5, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), height=0.05)
     for count in (64, 1024):
         shadow = gs.Shadow(filter=gs.Exact(light_samples=count))
         light = gs.RectLight(position=(0.0, height, 0.0), width=width, height=0.3, shadow=shadow)
-        frame = renderer.render(scene, camera, [light], (128, 16), outputs=("visibility", "position"))
-        x = (frame.position[..., 0] + frame.origin[0]) / (
-            0.5 * width
-        )  # seen past the edge: half as wide, on the other side
+        frame = renderer.render(scene, camera, [light], (128, 16), outputs=("visibility", "position"), samples=1)
+        x = (frame.position[..., 0]) / (0.5 * width)  # seen past the edge: half as wide, on the other side
         exact = np.clip(0.5 + 0.5 * x, 0.0, 1.0)
         gap = np.abs(frame.visibility[0] - exact)
         assert (np.abs(x) < 1.0).mean() > 0.2
@@ -116,13 +113,13 @@ def test_a_half_planes_edge_under_a_panel(renderer: gs.Renderer) -> None:
 def test_the_sky_over_an_open_floor_and_beside_a_wall(renderer: gs.Renderer) -> None:
     """A wall without end, as high as all of the sky on its side: half of the light at its foot."""
     wall = gs.Mesh(*shapes.rectangle((0, 0, 500), (0, 500, 0), (0, 0, -1000)))
-    scene = gs.Scene((*floor().nodes, gs.Node("wall", wall, np.eye(4))))
+    scene = gs.Scene((*floor().nodes, gs.Node(wall, np.eye(4), "wall")))
     camera = gs.OrthographicCamera((0.0, 1.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), height=2.0)
     sky = gs.SkyLight(intensity=0.5, shadow=gs.Shadow(filter=gs.Exact(light_samples=256)))
-    frame = renderer.render(floor(), camera, [sky], (32, 16), outputs=("visibility", "linear"), ambient=0.0)
+    frame = renderer.render(floor(), camera, [sky], (32, 16), outputs=("visibility", "linear"), ambient=0.0, samples=1)
     np.testing.assert_allclose(frame.visibility[0], 1.0, atol=1e-6)
     np.testing.assert_allclose(frame.linear, 0.5 * 0.8, rtol=0.3)  # of a material near white
-    beside = renderer.render(scene, camera, [sky], (32, 16), outputs=("visibility", "position"))
+    beside = renderer.render(scene, camera, [sky], (32, 16), outputs=("visibility", "position"), samples=1)
     # 256 directions: a share of a half is off by about one in 256^(3/4)
     np.testing.assert_allclose(np.delete(beside.visibility[0], [15, 16], axis=1), 0.5, atol=0.02)
 
@@ -130,7 +127,7 @@ def test_the_sky_over_an_open_floor_and_beside_a_wall(renderer: gs.Renderer) -> 
 def test_what_looks_elsewhere_gets_its_share_of_the_sky(renderer: gs.Renderer) -> None:
     scene = gs.scenes.box().scene
     sky = gs.SkyLight(shadow=None)
-    frame = renderer.render(scene, None, [sky], SIZE, outputs=OUTPUTS, ambient=0.0)
+    frame = renderer.render(scene, None, [sky], SIZE, outputs=OUTPUTS, ambient=0.0, samples=1)
     known = frame.triangle >= 0
     share = 0.5 + 0.5 * frame.normal[known][:, 1]
     ratio = frame.linear[known][:, 0] / share
@@ -142,8 +139,8 @@ def test_the_skys_shadow_is_that_of_many_rays(renderer: gs.Renderer) -> None:
     errors, truth = {}, None
     for count in (64, 256):
         sky = gs.SkyLight(shadow=gs.Shadow(filter=gs.Exact(light_samples=count)))
-        frame = renderer.render(scene, None, [sky], SIZE, outputs=("visibility", "triangle"))
-        truth = truth or gs.trace(scene, None, [sky], SIZE, surface=frame.triangle, light_samples=576)
+        frame = renderer.render(scene, None, [sky], SIZE, outputs=("visibility", "triangle"), samples=1)
+        truth = truth or gs.trace(scene, None, [sky], SIZE, surface=frame.triangle, light_samples=576, samples=1)
         errors[count] = float(np.nanmean(np.abs(frame.visibility[0] - truth.visibility[0])))
     assert errors[256] < 0.6 * errors[64] < 0.6 * 0.025, errors
 
@@ -185,9 +182,9 @@ def test_as_many_maps_as_points(renderer: gs.Renderer, of: gs.Filter) -> None:
     """The mean of maps at the same points: with enough texels, the same shadow."""
     scene = gs.scenes.box().scene
     sun = gs.DirectionalLight(direction=(-0.55, -0.8, -0.25), angle=8.0)
-    exact = renderer.render(scene, None, [sun], SIZE, outputs=OUTPUTS)
+    exact = renderer.render(scene, None, [sun], SIZE, outputs=OUTPUTS, samples=1)
     light = replace(sun, shadow=gs.Shadow(filter=gs.LightSamples(64, of=of)))
-    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
+    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
     known = ~np.isnan(exact.visibility[0])
     gap = np.abs(frame.visibility[0] - exact.visibility[0])[known]
     assert gap.mean() < 0.01
@@ -202,15 +199,17 @@ def test_many_maps_beside_other_lights(renderer: gs.Renderer) -> None:
     sun = gs.DirectionalLight(direction=(-0.55, -0.8, -0.25), angle=8.0)
     soft = replace(sun, shadow=gs.Shadow(filter=gs.LightSamples(16)))
     hard = gs.DirectionalLight(direction=(0.5, -0.8, 0.3), shadow=gs.Shadow(filter=gs.Pcf(1)))
-    alone = [renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS).visibility[0] for light in (soft, hard)]
-    both = renderer.render(scene, None, [soft, hard], SIZE, outputs=OUTPUTS).visibility
+    alone = [
+        renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1).visibility[0] for light in (soft, hard)
+    ]
+    both = renderer.render(scene, None, [soft, hard], SIZE, outputs=OUTPUTS, samples=1).visibility
     np.testing.assert_array_equal(both, np.stack(alone))
 
 
 def test_behind_a_panel_nothing_is_reached() -> None:
     scene = gs.scenes.box().scene
     panel = replace(PANEL, position=(0.0, 0.5, 2.0), direction=(0.0, 0.0, -1.0), up=(0.0, 1.0, 0.0))
-    truth = gs.trace(scene, None, [panel], SIZE)
+    truth = gs.trace(scene, None, [panel], SIZE, samples=1)
     seen = truth.triangle >= 0
     before = truth.position[seen][:, 2] < 2.0
     assert before.any()

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SpotLight
+from glshadow.lights import DirectionalLight, PointLight, RectLight, SpotLight
 from glshadow.reference.points import count_points
 from glshadow.reference.trace import trace
-from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 from glshadow.shadows.filters import Evsm, Pcf
 from glshadow.shadows.shadow import Shadow
@@ -45,7 +46,7 @@ def _ball(subdivisions, sign=1.0):
 
 def _scene(*meshes, matrices=None):
     places = matrices or [np.eye(4)] * len(meshes)
-    return Scene(tuple(Node(f"n{k}", mesh, place) for k, (mesh, place) in enumerate(zip(meshes, places, strict=True))))
+    return Scene(tuple(Node(mesh, place, f"n{k}") for k, (mesh, place) in enumerate(zip(meshes, places, strict=True))))
 
 
 def _sheet(lean):
@@ -64,7 +65,7 @@ def test_a_ball_is_lit_wherever_its_shading_is(renderer, subdivisions, name, tec
     light = replace(LIGHTS[name], shadow=Shadow(filter=FILTERS[technique]))
     scene = _scene(_ball(subdivisions))
     frame = renderer.render(scene, CAMERA, [light], SIZE, outputs=("visibility", "triangle"), samples=1)
-    truth = trace(scene, CAMERA, [light], SIZE, surface=frame.triangle)
+    truth = trace(scene, CAMERA, [light], SIZE, surface=frame.triangle, samples=1)
     seen = truth.triangle >= 0
     cosine = truth.cosine[0][seen]  # of the interpolated normal, where the point is shaded
     below = np.sin(np.radians(0.5 * getattr(light, "angle", 0.0)))  # where some of the light is below the horizon
@@ -139,7 +140,7 @@ def test_pictures_and_rays_agree(renderer, name):
         scene = _crowd(seed)
         frame = renderer.render(scene, CAMERA, [light], SIZE, outputs=("visibility", "triangle"), samples=1)
         assert frame.used[0].fallbacks == ()
-        truth = trace(scene, CAMERA, [light], SIZE, surface=frame.triangle)
+        truth = trace(scene, CAMERA, [light], SIZE, surface=frame.triangle, samples=1)
         seen = truth.triangle >= 0
         if name == "soft sun":
             count = frame.used[0].filter.points_of_light
@@ -147,7 +148,7 @@ def test_pictures_and_rays_agree(renderer, name):
             assert (apart > 0.5 / count).sum() <= 20  # one of its points in most
             assert apart.max() <= 2.0 / count
         elif name == "panel":
-            soft = trace(scene, CAMERA, [light], SIZE, light_samples=64, surface=frame.triangle)
+            soft = trace(scene, CAMERA, [light], SIZE, light_samples=64, surface=frame.triangle, samples=1)
             assert np.abs(soft.visibility[0] - frame.visibility[0])[seen].max() < 0.15
         else:
             assert (truth.visibility[0] != frame.visibility[0])[seen].sum() <= 2
@@ -162,7 +163,7 @@ def test_a_point_off_its_triangle_is_hidden_by_it(renderer):
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     scene = _scene(replace(sheet, positions=sheet.positions * (1.0, 1.0, 0.1), normals=normals))
     frame = renderer.render(scene, camera, [light], SIZE, outputs=("visibility", "triangle"), samples=1)
-    truth = trace(scene, camera, [light], SIZE, surface=frame.triangle)
+    truth = trace(scene, camera, [light], SIZE, surface=frame.triangle, samples=1)
     seen = truth.triangle >= 0
     assert (truth.visibility[0] != frame.visibility[0])[seen].sum() <= 2
     assert ((truth.cosine[0] > 0.0) & (frame.visibility[0] == 0.0))[seen].sum() > 100

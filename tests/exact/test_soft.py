@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.area import hard_lights
 from glshadow.reference.points import count_points
 from glshadow.scenes import shapes
 
@@ -51,9 +50,9 @@ def test_every_point_is_seen_as_a_ray_sees_it(renderer: gs.Renderer, name: str, 
         light = replace(
             light, position=(-3.0, 3.2, 2.0)
         )  # not beside the torus, whose 65,536 triangles would all be near it
-    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
+    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
     share = frame.visibility[0] * 64.0
-    expected = count_points(gs.trace(scene, None, [light], SIZE, surface=frame.triangle), light, 64)
+    expected = count_points(gs.trace(scene, None, [light], SIZE, surface=frame.triangle, samples=1), light, 64)
     gap = np.abs(share - expected)[~np.isnan(expected)]
     np.testing.assert_allclose(share[~np.isnan(share)], np.round(share[~np.isnan(share)]), atol=1e-4)
     # where a ray passes an edge nearer than float32 tells, it may go either way; where texels are cut out, 1 in 3000 does
@@ -74,11 +73,11 @@ def masked() -> gs.Scene:
     positions, triangles = shapes.rectangle((-1, 0, -1), (2, 0, 0), (0, 0, 2))
     leaf = gs.Mesh(positions, triangles, uv=np.array([[0, 0], [1, 0], [1, 1], [0, 1]]), material=material)
     floor = gs.Mesh(*shapes.rectangle((-4, 0, 4), (8, 0, 0), (0, 0, -8)))
-    nodes = [gs.Node("floor", floor, np.eye(4))]
+    nodes = [gs.Node(floor, np.eye(4), "floor")]
     for number, height in enumerate((0.8, 1.3)):
         place = np.eye(4)
         place[:3, 3] = 0.3 * number, height, 0.2 * number
-        nodes.append(gs.Node(f"leaf {number}", leaf, place))
+        nodes.append(gs.Node(leaf, place, f"leaf {number}"))
     return gs.Scene(tuple(nodes))
 
 
@@ -88,8 +87,8 @@ def test_a_light_that_touches_geometry(renderer: gs.Renderer, radius: float) -> 
     """Its sphere reaches through the box, and below the horizon of what is near."""
     scene = gs.scenes.box().scene
     light = gs.PointLight(position=(1.2, 1.5, 0.4), radius=radius)
-    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
-    expected = count_points(gs.trace(scene, None, [light], SIZE, surface=frame.triangle), light, 64)
+    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
+    expected = count_points(gs.trace(scene, None, [light], SIZE, surface=frame.triangle, samples=1), light, 64)
     gap = np.abs(frame.visibility[0] * 64.0 - expected)[~np.isnan(expected)]
     assert (gap > 1.5).sum() <= AT_EDGES
     # at a light that touches the surface whole fans of points lie in its plane: some go either way
@@ -102,8 +101,8 @@ def test_a_light_that_lies_in_the_floor(renderer: gs.Renderer, height: float) ->
     """Where the floor goes through the light no edge is: what lies above it is cut all the same."""
     scene = gs.scenes.box().scene
     light = gs.PointLight(position=(3.0, height, 3.0), radius=0.2)
-    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
-    expected = count_points(gs.trace(scene, None, [light], SIZE, surface=frame.triangle), light, 64)
+    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
+    expected = count_points(gs.trace(scene, None, [light], SIZE, surface=frame.triangle, samples=1), light, 64)
     gap = np.abs(frame.visibility[0] * 64.0 - expected)[~np.isnan(expected)]
     assert (gap > 1.5).sum() <= AT_EDGES
     assert (expected[~np.isnan(expected)] < 64).sum() > 300
@@ -116,11 +115,11 @@ def test_lights_too_large_are_asked_one_point_after_another(
     from glshadow.gl.techniques import area
 
     scene, light = gs.scenes.box().scene, LIGHTS["sun"]
-    usual = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
+    usual = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
     monkeypatch.setattr(area, "_PIXEL", 0)
     monkeypatch.setattr(area, "_TRIANGLE", 0)
     with gs.Renderer() as fresh:
-        frame = fresh.render(scene, None, [light], SIZE, outputs=OUTPUTS)
+        frame = fresh.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
     assert "64 points of the light, one after another, for " in frame.used[0].why
     gap = np.abs(frame.visibility[0] - usual.visibility[0])[~np.isnan(usual.visibility[0])] * 64.0
     assert (gap > 1.5).sum() <= AT_EDGES
@@ -128,9 +127,12 @@ def test_lights_too_large_are_asked_one_point_after_another(
 
 def test_chosen_faces_are_asked_one_point_after_another(renderer: gs.Renderer, scene: gs.Scene) -> None:
     light = replace(LIGHTS["sun"], shadow=gs.Shadow(faces=gs.Faces.BACK))
-    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
-    points = hard_lights(light, 64)
-    frames = [renderer.render(scene, None, [point], SIZE, outputs=("visibility",)).visibility[0] for point in points]
+    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
+    points = light.hard_lights(64)
+    frames = [
+        renderer.render(scene, None, [point], SIZE, outputs=("visibility",), samples=1).visibility[0]
+        for point in points
+    ]
     mean = np.mean(frames, axis=0, dtype=np.float64)
     known = ~np.isnan(mean)
     np.testing.assert_allclose(frame.visibility[0][known], mean[known], atol=1e-6)
@@ -142,12 +144,12 @@ def test_scale_changes_nothing(renderer: gs.Renderer, scale: float) -> None:
     built = gs.scenes.box()
     scene, light = built.scene, LIGHTS["point"]
     matrix = np.diag([scale, scale, scale, 1.0])
-    nodes = tuple(gs.Node(node.name, node.mesh, matrix @ node.world_from_mesh) for node in scene.nodes)
+    nodes = tuple(gs.Node(node.mesh, matrix @ node.world_from_mesh, node.name) for node in scene.nodes)
     assert isinstance(light, gs.PointLight)
     position = tuple((scale * np.array(light.position)).tolist())
     scaled = replace(light, position=position, radius=scale * light.radius)
-    usual = renderer.render(gs.Scene(scene.nodes), None, [light], SIZE, outputs=OUTPUTS)
-    other = renderer.render(gs.Scene(nodes), None, [scaled], SIZE, outputs=OUTPUTS)
+    usual = renderer.render(gs.Scene(scene.nodes), None, [light], SIZE, outputs=OUTPUTS, samples=1)
+    other = renderer.render(gs.Scene(nodes), None, [scaled], SIZE, outputs=OUTPUTS, samples=1)
     both = ~np.isnan(usual.visibility[0]) & ~np.isnan(other.visibility[0])
     gap = np.abs(usual.visibility[0] - other.visibility[0])[both] * 64.0
     assert both.sum() > 2500
@@ -159,8 +161,8 @@ def test_more_points_are_nearer_to_many_rays(renderer: gs.Renderer, scene: gs.Sc
     errors, truth = {}, None
     for count in (16, 64, 256):
         light = replace(LIGHTS[name], shadow=gs.Shadow(filter=gs.Exact(light_samples=count)))
-        frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
-        truth = truth or gs.trace(scene, None, [light], SIZE, light_samples=1024, surface=frame.triangle)
+        frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
+        truth = truth or gs.trace(scene, None, [light], SIZE, light_samples=1024, surface=frame.triangle, samples=1)
         asked = truth.reached[0] & (truth.cosine[0] > 0.05)
         errors[count] = float(np.abs(frame.visibility[0] - truth.visibility[0])[asked].mean())
     assert errors[64] < 0.7 * errors[16], errors
@@ -173,14 +175,14 @@ def test_a_half_planes_edge_under_a_sun(renderer: gs.Renderer) -> None:
     height, angle = 2.0, 6.0
     floor = gs.Mesh(*shapes.rectangle((-2, 0, 2), (4, 0, 0), (0, 0, -4)))
     roof = gs.Mesh(*shapes.rectangle((-40, height, 40), (40, 0, 0), (0, 0, -80)))  # over x < 0
-    scene = gs.Scene((gs.Node("floor", floor, np.eye(4)), gs.Node("roof", roof, np.eye(4))))
+    scene = gs.Scene((gs.Node(floor, np.eye(4), "floor"), gs.Node(roof, np.eye(4), "roof")))
     camera = gs.OrthographicCamera((0.0, 1.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), height=0.05)
     for count in (64, 1024):
         sun = gs.DirectionalLight(
             direction=(0, -1, 0), angle=angle, shadow=gs.Shadow(filter=gs.Exact(light_samples=count))
         )
-        frame = renderer.render(scene, camera, [sun], (128, 16), outputs=("visibility", "position"))
-        x = (frame.position[..., 0] + frame.origin[0]) / (height * np.tan(np.radians(angle / 2.0)))
+        frame = renderer.render(scene, camera, [sun], (128, 16), outputs=("visibility", "position"), samples=1)
+        x = (frame.position[..., 0]) / (height * np.tan(np.radians(angle / 2.0)))
         inside = np.clip(-x, -1.0, 1.0)
         exact = (np.arccos(inside) - inside * np.sqrt(1.0 - inside**2)) / np.pi
         gap = np.abs(frame.visibility[0] - exact)
@@ -214,15 +216,15 @@ def test_still_pictures_count_once(renderer: gs.Renderer, scene: gs.Scene, monke
     monkeypatch.setattr(Area, "_classify", counted)
     with gs.Renderer() as fresh:
         for _ in range(3):
-            fresh.render(scene, None, [LIGHTS["sun"]], SIZE)
+            fresh.render(scene, None, [LIGHTS["sun"]], SIZE, samples=1)
         assert len(times) == 1
-        fresh.render(scene, None, [replace(LIGHTS["sun"], angle=4.0)], SIZE)
+        fresh.render(scene, None, [replace(LIGHTS["sun"], angle=4.0)], SIZE, samples=1)
         assert len(times) == 2
 
 
 def test_maps_know_only_points(renderer: gs.Renderer, scene: gs.Scene) -> None:
     light = replace(LIGHTS["sun"], shadow=gs.Shadow(filter=gs.Pcf()))
-    frame = renderer.render(scene, None, [light], SIZE)
+    frame = renderer.render(scene, None, [light], SIZE, samples=1)
     assert any("size is ignored" in said for said in frame.used[0].fallbacks)
 
 
@@ -233,32 +235,36 @@ def test_dither_turns_steps_into_noise(renderer: gs.Renderer, scene: gs.Scene, n
     panel = gs.RectLight(position=(2.5, 3.0, 1.5), direction=(-2.5, -2.5, -1.5), width=0.8, height=0.4)
     light = LIGHTS.get(name, panel)
     lights = [replace(light, shadow=gs.Shadow(filter=gs.Exact(light_samples=16, dither=on))) for on in (False, True)]
-    plain, noisy = (renderer.render(scene, None, [each], SIZE, outputs=OUTPUTS).visibility[0] for each in lights)
-    again = renderer.render(scene, None, [lights[1]], SIZE, outputs=("visibility",)).visibility[0]
+    plain, noisy = (
+        renderer.render(scene, None, [each], SIZE, outputs=OUTPUTS, samples=1).visibility[0] for each in lights
+    )
+    again = renderer.render(scene, None, [lights[1]], SIZE, outputs=("visibility",), samples=1).visibility[0]
     np.testing.assert_array_equal(again, noisy)
     soft = (plain > 0.0) & (plain < 1.0)
     assert (plain != noisy)[soft].mean() > 0.2
     assert abs((plain - noisy)[soft].mean()) < 0.02
-    truth = gs.trace(scene, None, [light], SIZE, light_samples=256).visibility[0]
+    truth = gs.trace(scene, None, [light], SIZE, light_samples=256, samples=1).visibility[0]
     assert np.nanmean(np.abs(noisy - truth)) < 1.5 * np.nanmean(np.abs(plain - truth)) + 1e-3
 
 
 def test_dither_is_named_where_it_cannot_be(renderer: gs.Renderer, scene: gs.Scene) -> None:
     sky = gs.SkyLight(shadow=gs.Shadow(filter=gs.Exact(dither=True)))
-    used = renderer.render(scene, None, [sky], SIZE).used[0]
+    used = renderer.render(scene, None, [sky], SIZE, samples=1).used[0]
     assert any("no dither" in said for said in used.fallbacks)
 
 
 def test_measure_wants_a_soft_truth(renderer: gs.Renderer, scene: gs.Scene) -> None:
     light = LIGHTS["sun"]
-    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS)
+    frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
     with pytest.raises(gs.SettingsError, match=r"light 0 has a size.*light_samples=256"):
-        gs.measure(frame, gs.trace(scene, None, [light], SIZE))
-    error = gs.measure(frame, gs.trace(scene, None, [light], SIZE, light_samples=256))
+        gs.measure(frame, gs.trace(scene, None, [light], SIZE, samples=1))
+    error = gs.measure(frame, gs.trace(scene, None, [light], SIZE, light_samples=256, samples=1))
     assert error.acne == error.leak == 0.0
     assert error.mean < 2e-3
     assert error.mean < error.penumbra < 0.02, "where the rays of the truth are as coarse as the points: 1 / sqrt(256)"
     assert error.p95 < 0.02
     assert "penumbra" in str(error)
-    hard = renderer.render(scene, None, [replace(light, shadow=gs.Shadow(filter=gs.Hard()))], SIZE, outputs=OUTPUTS)
-    gs.measure(hard, gs.trace(scene, None, [light], SIZE))  # a hard shadow may be compared with a hard truth
+    hard = renderer.render(
+        scene, None, [replace(light, shadow=gs.Shadow(filter=gs.Hard()))], SIZE, outputs=OUTPUTS, samples=1
+    )
+    gs.measure(hard, gs.trace(scene, None, [light], SIZE, samples=1))  # a hard shadow may be compared with a hard truth

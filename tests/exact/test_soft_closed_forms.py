@@ -60,8 +60,8 @@ CASES: dict[str, tuple[tuple[gs.Mesh, ...], Exact]] = {
 
 def scene_of(casters: tuple[gs.Mesh, ...]) -> gs.Scene:
     floor = gs.Mesh(*shapes.rectangle((-2, 0, 2), (4, 0, 0), (0, 0, -4)))
-    nodes = [gs.Node("floor", floor, np.eye(4))]
-    return gs.Scene((*nodes, *(gs.Node(f"caster {i}", mesh, np.eye(4)) for i, mesh in enumerate(casters))))
+    nodes = [gs.Node(floor, np.eye(4), "floor")]
+    return gs.Scene((*nodes, *(gs.Node(mesh, np.eye(4), f"caster {i}") for i, mesh in enumerate(casters))))
 
 
 def camera_of(width: float) -> gs.OrthographicCamera:
@@ -82,8 +82,8 @@ def test_before_a_disc(renderer: gs.Renderer, name: str, kind: str) -> None:
         light = gs.PointLight(position=(0, far, 0), radius=far * HALF)
     scene, camera = scene_of(casters), camera_of(0.7)
     light = replace(light, shadow=gs.Shadow(filter=gs.Exact(light_samples=POINTS)))
-    frame = renderer.render(scene, camera, [light], SIZE, outputs=("visibility", "position", "triangle"))
-    place = (frame.position + frame.origin) / (HEIGHT * HALF)
+    frame = renderer.render(scene, camera, [light], SIZE, outputs=("visibility", "position", "triangle"), samples=1)
+    place = frame.position / (HEIGHT * HALF)
     expected = exact(place[..., 0], place[..., 2])
     assert ((expected > 0.05) & (expected < 0.95)).mean() > 0.2
     gap = np.abs(frame.visibility[0] - expected)
@@ -91,7 +91,7 @@ def test_before_a_disc(renderer: gs.Renderer, name: str, kind: str) -> None:
     assert gap.mean() < 0.5 * POINTS**-0.75
     if kind != "sun" and name != "corner":
         return  # the tracer takes seconds, and knows lamps from suns by their rays alone
-    truth = gs.trace(scene, camera, [light], SIZE, surface=frame.triangle, light_samples=RAYS)
+    truth = gs.trace(scene, camera, [light], SIZE, surface=frame.triangle, light_samples=RAYS, samples=1)
     error = np.abs(truth.visibility[0] - expected)
     # 16,384 rays, one in each ring of equal area: RAYS^-3/4 = 7e-4 where an edge cuts the disc; the lamps' height adds HEIGHT / far
     assert np.sqrt((error**2).mean()) < 1e-3
@@ -117,12 +117,12 @@ def test_a_wide_sun_is_even_in_solid_angle(renderer: gs.Renderer, angle: float) 
     sun = gs.DirectionalLight(
         direction=(0, -1, 0), angle=angle, shadow=gs.Shadow(filter=gs.Exact(light_samples=POINTS))
     )
-    frame = renderer.render(scene, camera, [sun], SIZE, outputs=("visibility", "position", "triangle"))
-    expected = cap_beyond(np.arctan(-(frame.position + frame.origin)[..., 0] / HEIGHT), half)
+    frame = renderer.render(scene, camera, [sun], SIZE, outputs=("visibility", "position", "triangle"), samples=1)
+    expected = cap_beyond(np.arctan(-frame.position[..., 0] / HEIGHT), half)
     assert np.ptp(expected) > 0.5
     gap = np.abs(frame.visibility[0] - expected)
     assert gap.max() < 1.3 * POINTS**-0.75, "the discrepancy of a spiral"
-    truth = gs.trace(scene, camera, [sun], SIZE, surface=frame.triangle, light_samples=RAYS // 4)
+    truth = gs.trace(scene, camera, [sun], SIZE, surface=frame.triangle, light_samples=RAYS // 4, samples=1)
     # one in each ring of equal solid angle
     assert np.sqrt(((truth.visibility[0] - expected) ** 2).mean()) < 0.4 * (RAYS // 4) ** -0.75
 
@@ -135,11 +135,11 @@ def test_under_a_ball(renderer: gs.Renderer) -> None:
     camera = gs.OrthographicCamera((0.0, 0.5, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), height=0.002)
     sun = gs.DirectionalLight(direction=(0, -1, 0), angle=2.0 * float(np.degrees(np.arctan(HALF))),
                               shadow=gs.Shadow(filter=gs.Exact(light_samples=POINTS)))  # fmt: skip
-    frame = renderer.render(scene, camera, [sun], (8, 8), outputs=("visibility", "triangle"))
+    frame = renderer.render(scene, camera, [sun], (8, 8), outputs=("visibility", "triangle"), samples=1)
     caster = np.arcsin(radius / away)  # a cap within a cap
     expected = float((np.cos(caster) - np.cos(np.arctan(HALF))) / (1.0 - np.cos(np.arctan(HALF))))
     assert np.abs(frame.visibility[0] - expected).max() < 2.0 * POINTS**-0.75
-    truth = gs.trace(scene, camera, [sun], (8, 8), surface=frame.triangle, light_samples=RAYS)
+    truth = gs.trace(scene, camera, [sun], (8, 8), surface=frame.triangle, light_samples=RAYS, samples=1)
     assert np.abs(truth.visibility[0] - expected).mean() < 1e-3
 
 

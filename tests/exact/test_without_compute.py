@@ -15,13 +15,14 @@ import pytest
 from numpy.typing import NDArray
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array, translation
 from glshadow.derive.lists import RATIO, ListGrid
 from glshadow.gl.techniques import Listed, Source, Uploaded, uploaded
+from glshadow.lights import Light
 from glshadow.reference.points import count_points
 from glshadow.renderer import Renderer
-from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 from glshadow.shadows.view import FACES
 
@@ -63,9 +64,9 @@ def casters() -> Scene:
     mirror = np.diag([-1.0, 1.0, 1.0, 1.0])
     vast = Mesh(np.array([[-900.0, -2.0, -900.0], [900.0, -2.0, -900.0], [0.0, -2.0, 900.0]]), np.array([[0, 2, 1]]))
     return scene_of(
-        Node("leaf", leaf(leaves(), 3.7), placed(-1.0, 1.0, 0.0, 1)),
-        Node("torus", Mesh(*shapes.torus(0.6, 0.2, 48, 24)), placed(0.8, 0.9, 0.1, 2) @ mirror),
-        Node("vast", vast, np.eye(4)),
+        Node(leaf(leaves(), 3.7), placed(-1.0, 1.0, 0.0, 1), "leaf"),
+        Node(Mesh(*shapes.torus(0.6, 0.2, 48, 24)), placed(0.8, 0.9, 0.1, 2) @ mirror, "torus"),
+        Node(vast, np.eye(4), "vast"),
     )
 
 
@@ -88,7 +89,7 @@ def test_picture_is_that_of_lists_built_on_the_gpu(renderer: Renderer, older: Re
     scene, lights = (gs.scenes.courtyard(), courtyard) if which == "courtyard" else (casters(), LIGHTS)
     for name, light in lights.items():
         frames = [
-            each.render(scene, None, [light], SIZE, outputs=("visibility",)) for each in (renderer, older)
+            each.render(scene, None, [light], SIZE, outputs=("visibility",), samples=1) for each in (renderer, older)
         ]  # what no setting asks for is exact in both
         np.testing.assert_array_equal(*(frame.visibility for frame in frames), err_msg=name)
         theirs, ours = (frame.used[0] for frame in frames)
@@ -109,7 +110,8 @@ def test_size_and_place_of_the_scene_change_nothing(
     position = tuple((scale * np.array([0.3, 2.6, 0.2]) + offset).tolist())
     for light in (LIGHTS["sun"], gs.PointLight(position=position)):
         theirs, ours = (
-            each.render(scene, None, [light], SIZE, outputs=("visibility",)).visibility for each in (renderer, older)
+            each.render(scene, None, [light], SIZE, outputs=("visibility",), samples=1).visibility
+            for each in (renderer, older)
         )
         np.testing.assert_array_equal(ours, theirs)
         assert (ours == 0.0).sum() > 1000
@@ -150,7 +152,7 @@ def test_a_driver_of_that_version(renderer: Renderer, tmp_path: Path, version: s
     assert said[0].startswith(version)
     assert "exact" in said[1].lower()
     assert said[1].endswith(f"has {version}")
-    expected = renderer.render(gs.scenes.courtyard(), size=SIZE).visibility
+    expected = renderer.render(gs.scenes.courtyard(), size=SIZE, samples=1).visibility
     np.testing.assert_array_equal(np.load(tmp_path / "seen.npy"), expected)
 
 
@@ -174,10 +176,12 @@ def test_half_planes_before_a_disc(older: Renderer, kind: str) -> None:
         )
     elif kind == "point":
         light = gs.PointLight(position=(0, far, 0), radius=far * HALF, shadow=shadow)
-    frame = older.render(floor_under(casters), camera_of(0.7), [light], DISC_SIZE, outputs=("visibility", "position"))
+    frame = older.render(
+        floor_under(casters), camera_of(0.7), [light], DISC_SIZE, outputs=("visibility", "position"), samples=1
+    )
     assert "built on the CPU" in frame.used[0].why
     assert frame.used[0].why.endswith("64 points of the light, one after another")
-    place = (frame.position + frame.origin) / (HEIGHT * HALF)
+    place = frame.position / (HEIGHT * HALF)
     expected = exact(place[..., 0], place[..., 2])
     assert ((expected > 0.05) & (expected < 0.95)).mean() > 0.2
     # points of a disc; those of a lamp's ball are spread less evenly: docs/soft.md
@@ -188,8 +192,8 @@ def test_half_planes_before_a_disc(older: Renderer, kind: str) -> None:
 def test_points_of_a_sun_are_those_of_rays(older: Renderer) -> None:
     scene = gs.scenes.box().scene
     light = gs.DirectionalLight(angle=20.0, shadow=gs.Shadow(filter=gs.Exact(light_samples=16)))
-    frame = older.render(scene, None, [light], SIZE, outputs=("visibility", "triangle"))
-    expected = count_points(gs.trace(scene, None, [light], SIZE, surface=frame.triangle), light, 16)
+    frame = older.render(scene, None, [light], SIZE, outputs=("visibility", "triangle"), samples=1)
+    expected = count_points(gs.trace(scene, None, [light], SIZE, surface=frame.triangle, samples=1), light, 16)
     gap = np.abs(frame.visibility[0] * 16.0 - expected)[~np.isnan(expected)]
     assert (gap > 0.5).sum() <= WRONG
     assert ((frame.visibility[0] > 0.1) & (frame.visibility[0] < 0.9)).sum() > 100
@@ -213,7 +217,7 @@ def lists_of(renderer: Renderer) -> tuple[ListGrid, NDArray[np.float32], Walked]
 
 def touches(grid: ListGrid, corners: Array, x: NDArray[np.int64], y: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Whether triangles (N, 3, 3) of a face, all of them before the light, overlap its fine cells (x, y): no axis separates them."""
-    depth = np.ones(corners.shape[:2]) if grid.kind == "directional" else -corners[..., 2]
+    depth = np.ones(corners.shape[:2]) if grid.projection == "orthographic" else -corners[..., 2]
     scale = np.array(grid.cells_from_window)
     place = corners[..., :2] / depth[..., None] * scale[:2] + scale[2:] - np.stack([x, y], axis=1)[:, None]
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -238,11 +242,11 @@ def test_lists_hold_what_those_of_the_gpu_hold(
     mirror = translation((0.3, 0.2, 0.1)) @ np.diag([1.0, -0.7, 1.0, 1.0])
     mesh = Mesh(triangles.reshape(-1, 3), numbers)
     scene = Scene(
-        (ground(), Node("a", mesh, np.eye(4)), Node("b", mesh, mirror)),
+        (ground(), Node(mesh, np.eye(4), "a"), Node(mesh, mirror, "b")),
         gs.PerspectiveCamera((3.0, 5.0, 6.0), (0.0, 0.0, 0.0)),
     )
     for each in (renderer, older):
-        each.render(scene, None, [with_exact(light)], (64, 36))
+        each.render(scene, None, [with_exact(light)], (64, 36), samples=1)
     (grid, facets, theirs), (our_grid, our_facets, ours) = lists_of(renderer), lists_of(older)
     assert our_grid.cells_from_window == grid.cells_from_window
     assert len(facets) == 4002
@@ -258,10 +262,12 @@ def test_lists_hold_what_those_of_the_gpu_hold(
         # of a coarse cell, some fine one
         x, y = (scale * at + rng.integers(0, scale, len(at)) for at in (x, y))
         corners = facets[triangle, :, :3].astype(np.float64)
-        if grid.kind == "point":
+        if grid.projection == "cube":
             corners = np.einsum("nij,nkj->nki", FACES[face], corners)
         before = (
-            (corners[..., 2] < 0.0).all(axis=1) if grid.kind != "directional" else np.ones(len(corners), dtype=bool)
+            (corners[..., 2] < 0.0).all(axis=1)
+            if grid.projection != "orthographic"
+            else np.ones(len(corners), dtype=bool)
         )
         rows = np.flatnonzero(before)
         needed = rows[touches(grid, corners[rows], x[rows], y[rows])]
@@ -276,11 +282,16 @@ def test_lists_that_do_not_fit_get_a_coarser_grid() -> None:
     scene, light = casters(), LIGHTS["point light"]
     with Renderer("egl") as small:
         small._context.caps = replace(small._context.caps, compute=False, max_storage_block=0, version_code=410)
-        usual = small.render(scene, None, [light], SIZE, outputs=("visibility",))
+        usual = small.render(scene, None, [light], SIZE, outputs=("visibility",), samples=1)
         cells, links = source_of(small, Uploaded).lists.grid.cells, usual.used[0].links
         small._context.caps = replace(small._context.caps, max_texture_buffer_size=links - 1)
         other = small.render(
-            scene, None, [replace(light, shadow=gs.Shadow(faces=gs.Faces.BOTH))], SIZE, outputs=("visibility",)
+            scene,
+            None,
+            [replace(light, shadow=gs.Shadow(faces=gs.Faces.BOTH))],
+            SIZE,
+            outputs=("visibility",),
+            samples=1,
         )
         lists = source_of(small, Uploaded).lists
         assert lists.grid.cells < cells
@@ -294,18 +305,18 @@ def test_a_scene_beyond_the_buffers_gets_a_map_that_says_why() -> None:
         small._context.caps = replace(
             small._context.caps, compute=False, max_storage_block=0, version_code=330, max_texture_buffer_size=1 << 17
         )
-        frame = small.render(scene, None, [gs.DirectionalLight()], SIZE)
+        frame = small.render(scene, None, [gs.DirectionalLight()], SIZE, samples=1)
         assert frame.used[0].filter == gs.Pcf(1)
         assert "Exact() needs 3 texels for each of the scene's" in frame.used[0].why
         with pytest.raises(gs.ResourceError, match=r"Exact\(\) needs 3 texels .* holds 131072"):
-            small.render(scene, None, [with_exact(gs.DirectionalLight())], SIZE)
+            small.render(scene, None, [with_exact(gs.DirectionalLight())], SIZE, samples=1)
 
 
 @pytest.mark.parametrize("name", list(LIGHTS))
 def test_nothing_casts(older: Renderer, name: str) -> None:
     quiet = casters()
     quiet = replace(quiet, nodes=tuple(replace(node, casts=False) for node in quiet.nodes))
-    frame = older.render(quiet, None, [LIGHTS[name]], SIZE, outputs=("visibility", "triangle"))
+    frame = older.render(quiet, None, [LIGHTS[name]], SIZE, outputs=("visibility", "triangle"), samples=1)
     assert (frame.visibility[0][(frame.triangle >= 0) & (frame.triangle < 2)] == 1.0).all()
 
 
@@ -314,7 +325,7 @@ def test_lists_are_kept_while_light_and_scene_stay(older: Renderer) -> None:
 
     def drawn(light: Light, fov_y: float = 50.0) -> int:
         camera = gs.PerspectiveCamera((3.0, 5.0, 6.0), (0.0, 0.6, 0.0), fov_y=fov_y)
-        return older.render(scene, camera, [light], (64, 36)).used[0].draws
+        return older.render(scene, camera, [light], (64, 36), samples=1).used[0].draws
 
     assert drawn(light) == 1
     assert drawn(light, 40.0) == 0
@@ -342,11 +353,11 @@ def test_lists_of_a_lights_points_are_kept_while_there_is_room(
 
     with older() as kept:
         for which, camera, light in frames:
-            frame = kept.render(which, camera, [light], (64, 36), outputs=("visibility",))
+            frame = kept.render(which, camera, [light], (64, 36), outputs=("visibility",), samples=1)
             pictures.append(frame.visibility)
             assert kept._store is not None
             builds.append(kept._store.sources[0, "Uploaded many times"]._one.builds)  # type: ignore[attr-defined]
     assert np.diff(builds, prepend=0).tolist() == [16, again, 16, 16]
     with older() as fresh:
-        expected = fresh.render(scene, turned, [sun], (64, 36), outputs=("visibility",)).visibility
+        expected = fresh.render(scene, turned, [sun], (64, 36), outputs=("visibility",), samples=1).visibility
     np.testing.assert_array_equal(pictures[1], expected)

@@ -32,7 +32,7 @@ def without() -> Iterator[gs.Renderer]:
 
 def facets(renderer: gs.Renderer, scene: gs.Scene, light: gs.Light) -> NDArray[np.float32]:
     """What the pass wrote (T, 3, 4), read as it is rendered."""
-    renderer.render(scene, lights=[light], size=SIZE, outputs=("visibility",))
+    renderer.render(scene, lights=[light], size=SIZE, outputs=("visibility",), samples=1)
     assert renderer._store is not None
     (source,) = (each for each in renderer._store.sources.values() if isinstance(each, Listed))
     assert source._facets is not None
@@ -103,7 +103,7 @@ def test_slivers_and_triangles_without_area(without: gs.Renderer, rng: np.random
     corners[0, 1:] = corners[0, 0]
     corners[1] = np.array([[0.0, 0.0, 0.0], [0.25, 0.5, 1.0], [0.5, 1.0, 2.0]])
     mesh = gs.Mesh(corners.reshape(-1, 3), np.arange(600).reshape(-1, 3))
-    scene = gs.Scene((gs.Node("slivers", mesh, np.eye(4)),))
+    scene = gs.Scene((gs.Node(mesh, np.eye(4), "slivers"),))
     light = gs.DirectionalLight(direction=(0.1, -1.0, 0.2))
     with gs.Renderer("egl") as renderer:
         theirs = facets(renderer, scene, light)

@@ -94,7 +94,7 @@ def test_a_window_opens_as_pages_say(arguments: list[str], screen: str, models: 
     ) as process:
         try:
             _press_q(process, screen)
-            _, said = process.communicate(timeout=30)
+            _, said = process.communicate(timeout=60)
         finally:
             process.kill()
     assert process.returncode == 0, said

@@ -30,7 +30,7 @@ def leaf_over_ground() -> tuple[gs.Scene, gs.Camera, float]:
     material = gs.Material((1.0, 1.0, 1.0, 1.0), image, gs.AlphaMode.MASK, 0.5, double_sided=True)
     leaf = gs.Mesh(positions, triangles, uv=uv, material=material)
     ground = gs.Mesh(*shapes.rectangle((-4.0, 0.0, 4.0), (8.0, 0.0, 0.0), (0.0, 0.0, -8.0)))
-    scene = gs.Scene((gs.Node("ground", ground, np.eye(4)), gs.Node("leaf", leaf, np.eye(4))))
+    scene = gs.Scene((gs.Node(ground, np.eye(4), "ground"), gs.Node(leaf, np.eye(4), "leaf")))
     # the shadow covers x and z from -1 to 1; the picture its middle
     camera = gs.OrthographicCamera((0.0, 6.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), height=1.6)
     # bilinear between texels, repeated: the same samples of every texel's square
@@ -51,7 +51,7 @@ def test_the_shadow_is_as_dark_as_the_leaf_is_solid(renderer: gs.Renderer, filte
     assert 0.4 < solid < 0.6
     size = {} if isinstance(filter, gs.Exact) else {"resolution": resolution}
     light = gs.DirectionalLight(direction=SUN.direction, shadow=gs.Shadow(filter=filter, fit=gs.SceneFit(), **size))
-    frame = renderer.render(scene, camera, [light], SIZE, outputs=("visibility",))
+    frame = renderer.render(scene, camera, [light], SIZE, outputs=("visibility",), samples=1)
     if isinstance(filter, gs.Vsm):  # two depths on slopes are no two depths: the bound is loose, and says so
         assert 1.0 - solid - 0.024 < frame.visibility.mean() < 0.8
         return
@@ -68,7 +68,9 @@ def test_mip_maps_calm_what_is_smaller_than_a_pixel(renderer: gs.Renderer, kind:
     for mip_maps in (False, True):
         shadow = gs.Shadow(filter=kind(0, mip_maps=mip_maps), fit=gs.SceneFit(), resolution=1024)
         light = gs.DirectionalLight(direction=SUN.direction, shadow=shadow)
-        seen[mip_maps] = renderer.render(scene, camera, [light], (48, 48), outputs=("visibility",)).visibility
+        seen[mip_maps] = renderer.render(
+            scene, camera, [light], (48, 48), outputs=("visibility",), samples=1
+        ).visibility
     # eight texels of 0.002 are half a pixel's 0.033, and some ten holes
     assert seen[True].std() < 0.4 * seen[False].std()
     assert seen[True].mean() == pytest.approx(1.0 - solid, abs=0.05)
@@ -85,6 +87,6 @@ def test_mip_maps_are_nearer_to_the_mean_over_a_pixel(renderer: gs.Renderer) -> 
             direction=scene.lights[0].direction,  # type: ignore[union-attr]
             shadow=gs.Shadow(filter=gs.Msm(mip_maps=mip_maps)),
         )
-        frame = renderer.render(scene, None, [light], (160, 90), outputs=("visibility",))
+        frame = renderer.render(scene, None, [light], (160, 90), outputs=("visibility",), samples=1)
         errors[mip_maps] = float(np.abs(frame.visibility[0] - truth.visibility[0])[known].mean())
     assert errors[True] < 0.95 * errors[False], errors

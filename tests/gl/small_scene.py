@@ -12,19 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import Array, ClipSpace, perspective
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.program import Program, Programs
-from glshadow.gl.foreign.forward import bind_map, light_uniforms, lv_from_world, receiver_uniforms, rounding_of
+from glshadow.gl.foreign.forward import bind_map, lv_from_world, receiver_uniforms, rounding_of
 from glshadow.gl.passes.caster import Map
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.scene.meshes import Meshes
-from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 from glshadow.shadows.metric import Target
 from glshadow.shadows.shadow import Shadow
-from glshadow.shadows.view import Kind, ShadowView, shadow_views
+from glshadow.shadows.view import ShadowView, shadow_views
 
 SIZE = (192, 128)
 REACH = 20.0  # no coordinate of the scene, in any frame, is larger
@@ -42,10 +43,10 @@ def small_scene() -> Scene:
     parts = {"ground": shapes.box((6.0, 0.2, 6.0), (0.0, -0.1, 0.0)), "columns": columns}
     parts["ball"] = (positions + np.array((-1.4, 1.2, -1.2)), triangles)
     parts["roof"] = shapes.box((2.4, 0.1, 2.4), (0.6, 1.7, -0.3))
-    return Scene(tuple(Node(name, Mesh(*solid), np.eye(4)) for name, solid in parts.items()), CAMERA)
+    return Scene(tuple(Node(Mesh(*solid), np.eye(4), name) for name, solid in parts.items()), CAMERA)
 
 
-def light_of(kind: Kind, shadow: Shadow) -> Light:
+def light_of(kind: str, shadow: Shadow) -> Light:
     """A light of a kind that shadows the small scene."""
     if kind == "directional":
         return DirectionalLight(direction=(-0.55, -0.8, 0.35), shadow=shadow)
@@ -119,7 +120,7 @@ class Forward:
         view = lv_from_world(light, shadow_map) if shadow_map else np.eye(4)
         rounding = rounding_of(REACH)
         values: Mapping[str, Any] = {
-            **light_uniforms(light),
+            **light.uniforms(np.eye(3)),
             **(receiver_uniforms(light, shadow_map, rounding) if shadow_map else {}),
         }
         for name, value in values.items():

@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 
 from glshadow import scenes as builtin
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.errors import ContextError
 from glshadow.frame import Frame
 from glshadow.gl.driver.backends import OSMESA_LIBRARIES
 from glshadow.gl.driver.current import current
 from glshadow.gl.driver.entry_points import EntryPoints
 from glshadow.gl.driver.state import read_state
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.renderer import Renderer
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
 from glshadow.shadows.fits import SceneFit
 from glshadow.shadows.metric import Target
 from glshadow.shadows.shadow import Shadow
@@ -45,7 +45,7 @@ def scene() -> Scene:
 
 
 def picture(renderer: Renderer, scene: Scene) -> Frame:
-    return renderer.render(scene, lights=lights(), size=SIZE, outputs=OUTPUTS)
+    return renderer.render(scene, lights=lights(), size=SIZE, outputs=OUTPUTS, samples=1)
 
 
 def assert_identical(a: Frame, b: Frame) -> None:
@@ -173,7 +173,7 @@ class Painter:
         self.ctx.viewport = (0, 0, 4, 4)
         self.framebuffer.clear(0.0, 0.0, 1.0, 1.0)
         self.texture.use(0)
-        self.vertices.render(moderngl.TRIANGLE_STRIP)
+        self.vertices.render(moderngl.TRIANGLE_STRIP, samples=1)
         return bytes(self.target.read())
 
 
@@ -242,7 +242,7 @@ def test_foreign_context_after_an_error(foreign: moderngl.Context, scene: Scene,
     huge = DirectionalLight(shadow=Shadow(resolution=16384, fit=SceneFit()))
     with Renderer(context=foreign) as renderer:
         with pytest.raises(Exception, match=r"shadow|limit|memory"):
-            renderer.render(scene, lights=[huge] * 4, size=SIZE)
+            renderer.render(scene, lights=[huge] * 4, size=SIZE, samples=1)
         assert read_state(foreign, gl) == state
         assert_identical(picture(renderer, scene), expected)
 

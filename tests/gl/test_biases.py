@@ -13,7 +13,7 @@ from glshadow.scenes import shapes
 
 SIZE = (64, 48)
 CAMERA = gs.PerspectiveCamera(position=(0.0, 6.0, 8.0), target=(0.0, 0.0, 0.0), fov_y=50.0)
-GROUND = gs.Scene((gs.Node("ground", gs.Mesh(*shapes.rectangle((-9, 0, 9), (18, 0, 0), (0, 0, -18))), np.eye(4)),), CAMERA)  # fmt: skip
+GROUND = gs.Scene((gs.Node(gs.Mesh(*shapes.rectangle((-9, 0, 9), (18, 0, 0), (0, 0, -18))), np.eye(4), "ground"),), CAMERA)  # fmt: skip
 FILTERS: tuple[gs.Filter, ...] = (gs.Hard(), gs.Pcf(1), gs.Pcf(4), gs.Disc(), gs.Poisson())
 LIT = 1.0 - 1e-6  # up to 81 weights, summed in float32
 DERIVED = (gs.SlopeScaledBias(), gs.NormalOffsetBias())
@@ -33,7 +33,7 @@ def drawn(renderer: gs.Renderer, tilt: float, filter_: gs.Filter, bias: gs.Bias)
         filter=filter_, bias=bias, resolution=256, fit=gs.SceneFit()
     )  # so that nothing is near its border
     sun = gs.DirectionalLight(direction=aim, shadow=shadow)
-    frame = renderer.render(GROUND, None, [sun], SIZE, outputs=("visibility",))
+    frame = renderer.render(GROUND, None, [sun], SIZE, outputs=("visibility",), samples=1)
     return frame.visibility[0], frame.used[0]
 
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.lights import to_light
 from glshadow.core.spaces import Array, project
 from glshadow.frame import Frame
 from glshadow.geometry.ranges import view_depth
@@ -55,7 +54,7 @@ def table() -> gs.Scene:
     """A box of 1 x 1 x 1 on a ground of 8 x 8."""
     floor = shapes.rectangle((-4.0, 0.0, 4.0), (8.0, 0.0, 0.0), (0.0, 0.0, -8.0))
     cube = shapes.box((1.0, 1.0, 1.0), (0.0, 0.5, 0.0))
-    return gs.Scene((gs.Node("floor", gs.Mesh(*floor), np.eye(4)), gs.Node("cube", gs.Mesh(*cube), np.eye(4))), PLAN)
+    return gs.Scene((gs.Node(gs.Mesh(*floor), np.eye(4), "floor"), gs.Node(gs.Mesh(*cube), np.eye(4), "cube")), PLAN)
 
 
 def table_depth(camera: gs.Camera) -> tuple[Array, Array]:
@@ -82,7 +81,7 @@ def inner(surface: Array) -> Array:
 @pytest.mark.parametrize("name", CAMERAS)
 def test_depth_in_closed_form(either: Renderer, table: gs.Scene, name: str) -> None:
     camera = CAMERAS[name]
-    frame = either.render(table, camera, [], SIZE, outputs=("depth", "depth_metric"))
+    frame = either.render(table, camera, [], SIZE, outputs=("depth", "depth_metric"), samples=1)
     expected, surface = table_depth(camera)
     sure = inner(surface)
     assert {0, 1, 2, 3, 4} == set(np.unique(surface[sure]))
@@ -105,15 +104,15 @@ def test_depth_in_closed_form(either: Renderer, table: gs.Scene, name: str) -> N
 def test_exact_shadows_are_those_of_rays(renderer: Renderer, courtyard: gs.Scene, name: str, light: str) -> None:
     scene, camera = courtyard, CAMERAS[name]
     lit = [replace(LIGHTS[light], shadow=gs.Shadow(filter=gs.Exact()))]
-    frame = renderer.render(scene, camera, lit, (320, 180), outputs=("visibility", "triangle"))
-    truth = gs.trace(scene, camera, lit, (320, 180), surface=frame.triangle)
+    frame = renderer.render(scene, camera, lit, (320, 180), outputs=("visibility", "triangle"), samples=1)
+    truth = gs.trace(scene, camera, lit, (320, 180), surface=frame.triangle, samples=1)
     assert (0, "Listed") in renderer._store.sources
     asked = (truth.cosine[0] > 1e-3) & truth.reached[0]  # below, rounding decides which side of the surface is lit
     assert asked.sum() > 5000
     wrong = asked & (np.abs(frame.visibility[0] - truth.visibility[0]) > 0.5)
     # nobody can tell closer to an edge than float32 holds a point of a scene of 20 x 20
     # on a smooth mesh a facet that is turned away hides points over it along lines as flat as this: 16 bits of a normal move their ends
-    towards, _ = to_light(lit[0], truth.position)
+    towards, _ = lit[0].to_light(truth.position)
     turned = (truth.normal * towards).sum(axis=-1) < 0.01
     assert not (wrong & ~turned & ~truth.near_edge(0, POSITION_ROUNDINGS * UNIT * 20.0, wrong)).any()
     assert wrong.sum() <= 2
@@ -123,10 +122,10 @@ def test_exact_shadows_are_those_of_rays(renderer: Renderer, courtyard: gs.Scene
 def test_no_filter_has_acne_or_leaks(either: Renderer, courtyard: gs.Scene, name: str) -> None:
     camera = CAMERAS[name]
     bare = [LIGHTS["sun"], LIGHTS["point"]]
-    truth = gs.trace(courtyard, camera, bare, (320, 180))
+    truth = gs.trace(courtyard, camera, bare, (320, 180), samples=1)
     for kind in (gs.Hard(), gs.Pcf(1), gs.Pcf(3), gs.Exact()):
         lit = [replace(light, shadow=gs.Shadow(filter=kind)) for light in bare]
-        frame = either.render(courtyard, camera, lit, (320, 180), outputs=("visibility", "triangle"))
+        frame = either.render(courtyard, camera, lit, (320, 180), outputs=("visibility", "triangle"), samples=1)
         error = gs.measure(frame, truth)
         assert (error.acne, error.leak) == (0.0, 0.0), kind
         # 3 pixels, and in perspective too: an edge's neighbourhood is tried in 16 directions only
@@ -154,8 +153,8 @@ def test_without_compute_shaders(table: gs.Scene) -> None:
         older._context.caps = replace(
             older._context.caps, compute=False, max_storage_block=0, texture_gather=False, version_code=330
         )
-        frame = older.render(table, PLAN, [light], SIZE, outputs=("visibility", "triangle"))
-    truth = gs.trace(table, PLAN, [light], SIZE, surface=frame.triangle)
+        frame = older.render(table, PLAN, [light], SIZE, outputs=("visibility", "triangle"), samples=1)
+    truth = gs.trace(table, PLAN, [light], SIZE, surface=frame.triangle, samples=1)
     asked = truth.cosine[0] > 1e-3
     assert (
         np.abs(frame.visibility[0] - truth.visibility[0])[asked] > 0.5
@@ -166,8 +165,8 @@ def test_without_compute_shaders(table: gs.Scene) -> None:
 def test_maps_cover_what_is_seen(renderer: Renderer, courtyard: gs.Scene, name: str) -> None:
     camera, fits = CAMERAS[name], (gs.ViewFit(), gs.SceneFit())
     lit = [replace(light, shadow=gs.Shadow(resolution=512, fit=fit)) for light in LIGHTS.values() for fit in fits]
-    frame = renderer.render(courtyard, camera, lit, SIZE)
-    truth = gs.trace(courtyard, camera, lit, SIZE)
+    frame = renderer.render(courtyard, camera, lit, SIZE, samples=1)
+    truth = gs.trace(courtyard, camera, lit, SIZE, samples=1)
     for reached, used in zip(truth.reached, frame.used, strict=True):
         points = truth.position[(truth.triangle >= 0) & reached]
         covered = np.zeros(len(points), dtype=bool)
@@ -186,7 +185,8 @@ def test_orthographic_is_perspective_from_far_away(renderer: Renderer, courtyard
     near = gs.OrthographicCamera(tuple((eye + 295.0 * forward).tolist()), (0.1, 0.4, 0.0), height=5.0)
     lights = [replace(light, shadow=gs.Shadow(filter=gs.Exact())) for light in LIGHTS.values()]
     one, other = (
-        renderer.render(courtyard, each, lights, (320, 180), outputs=("image",)).image for each in (far, near)
+        renderer.render(courtyard, each, lights, (320, 180), outputs=("image",), samples=1).image
+        for each in (far, near)
     )
     assert one is not None
     assert other is not None
@@ -203,14 +203,17 @@ def test_the_principal_point_shifts_the_picture(renderer: Renderer, table: gs.Sc
     else:
         moved = replace(PLAN, principal=(0.5 + 20.0 / SIZE[0], 0.5 - 10.0 / SIZE[1]))
     light = replace(LIGHTS["sun"], shadow=gs.Shadow(filter=gs.Exact()))
-    here, there = (renderer.render(table, each, [light], SIZE, outputs=("depth", "image")) for each in (camera, moved))
+    here, there = (
+        renderer.render(table, each, [light], SIZE, outputs=("depth", "image"), samples=1) for each in (camera, moved)
+    )
     _same(here, there, np.s_[10:, :-20], np.s_[:-10, 20:])
 
 
 def test_a_larger_picture_of_a_calibrated_camera_shows_more(renderer: Renderer, table: gs.Scene) -> None:
     light = replace(LIGHTS["sun"], shadow=gs.Shadow(filter=gs.Exact()))
     small, large = (
-        renderer.render(table, CALIBRATED, [light], size, outputs=("depth", "image")) for size in (SIZE, (200, 120))
+        renderer.render(table, CALIBRATED, [light], size, outputs=("depth", "image"), samples=1)
+        for size in (SIZE, (200, 120))
     )
     _same(small, large, np.s_[:, :], np.s_[:90, :160])
 
@@ -231,8 +234,8 @@ def test_behind_an_orthographic_camera(renderer: Renderer, table: gs.Scene) -> N
     inside = gs.OrthographicCamera((0.0, 0.5, 0.0), (-1.0, 0.3, -0.4), height=1.5)
     light = [replace(LIGHTS["sun"], shadow=gs.Shadow(filter=gs.Exact()))]
     for camera in (inside, replace(inside, near=-3.0), replace(inside, near=-3.0, far=-0.2)):
-        frame = renderer.render(table, camera, light, SIZE, outputs=("depth",))
-        truth = gs.trace(table, camera, light, SIZE)
+        frame = renderer.render(table, camera, light, SIZE, outputs=("depth",), samples=1)
+        truth = gs.trace(table, camera, light, SIZE, samples=1)
         seen = np.isfinite(frame.depth)
         assert (seen != (truth.triangle >= 0)).mean() < 0.01
         both = seen & (truth.triangle >= 0)
@@ -249,7 +252,7 @@ def test_far_from_the_origin(renderer: Renderer, table: gs.Scene) -> None:
     away = replace(PLAN, position=tuple((np.asarray(PLAN.position) - 1e5 * forward).tolist()))
     light = replace(LIGHTS["sun"], shadow=gs.Shadow(filter=gs.Exact()))
     here, there = (
-        renderer.render(table, each, [light], SIZE, outputs=("visibility", "image")) for each in (PLAN, away)
+        renderer.render(table, each, [light], SIZE, outputs=("visibility", "image"), samples=1) for each in (PLAN, away)
     )
     assert (np.abs(here.image.astype(int) - there.image.astype(int)) > 1).any(axis=-1).mean() < 5e-3
 
@@ -257,13 +260,13 @@ def test_far_from_the_origin(renderer: Renderer, table: gs.Scene) -> None:
 def test_without_clip_control_the_courtyard_is_as_right(renderer: Renderer, courtyard: gs.Scene) -> None:
     """-1..1 depth from 1e-5 of far on had three times the wrong pixels, acne and leaks among them."""
     scene, light = courtyard, gs.PointLight(position=(1.0, 4.0, 2.0), shadow=gs.Shadow(filter=gs.Pcf()))
-    truth = gs.trace(scene, None, [light], (640, 360))
+    truth = gs.trace(scene, None, [light], (640, 360), samples=1)
     outputs = ("visibility", "triangle")
-    fine = renderer.render(scene, None, [light], (640, 360), outputs=outputs)
+    fine = renderer.render(scene, None, [light], (640, 360), outputs=outputs, samples=1)
     with Renderer("egl") as older:
         older._context.caps = replace(older._context.caps, clip_control=False)
-        coarse = older.render(scene, None, [light], (640, 360), outputs=outputs)
-        close = older.render(scene, replace(scene.camera, near=1e-3), [light], (640, 360), outputs=outputs)
+        coarse = older.render(scene, None, [light], (640, 360), outputs=outputs, samples=1)
+        close = older.render(scene, replace(scene.camera, near=1e-3), [light], (640, 360), outputs=outputs, samples=1)
     assert coarse.near > 1.0  # nothing in view is nearer than 6
     ours, theirs = gs.measure(coarse, truth), gs.measure(fine, truth)
     assert (ours.acne, ours.leak, ours.grain) == (0.0, 0.0, 0.0)

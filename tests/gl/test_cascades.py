@@ -31,11 +31,11 @@ def posts() -> gs.Scene:
     """Posts of 1.2 m on a ground, from before the camera to 120 m away (N35)."""
     ground = gs.Mesh(*shapes.rectangle((-80, 0, 10), (160, 0, 0), (0, 0, -200)))
     post = gs.Mesh(*shapes.box((0.2, 1.2, 0.2), (0.0, 0.6, 0.0)))
-    nodes = [gs.Node("ground", ground, np.eye(4))]
+    nodes = [gs.Node(ground, np.eye(4), "ground")]
     for number, z in enumerate(np.geomspace(2.0, 122.0, 20)):
         place = np.eye(4)
         place[:3, 3] = (-1.0 if number % 2 else 1.0) * 0.15 * z, 0.0, 4.0 - z
-        nodes.append(gs.Node(f"post {number}", post, place))
+        nodes.append(gs.Node(post, place, f"post {number}"))
     return gs.Scene(tuple(nodes), CAMERA)
 
 
@@ -52,8 +52,8 @@ def errors(frame: gs.Frame, truth: gs.Truth) -> Array:
 @pytest.mark.parametrize("fit", FITS, ids=str)
 def test_every_shadow_is_as_long_as_it_should_be(renderer: gs.Renderer, posts: gs.Scene, fit: gs.Fit) -> None:
     """Of posts near and far, as far as pixels tell: to a pixel and a texel."""
-    frame = renderer.render(posts, None, [light(fit)], SIZE, outputs=("visibility", "position", "triangle"))
-    truth = gs.trace(posts, None, [light(fit)], SIZE, surface=frame.triangle)
+    frame = renderer.render(posts, None, [light(fit)], SIZE, outputs=("visibility", "position", "triangle"), samples=1)
+    truth = gs.trace(posts, None, [light(fit)], SIZE, surface=frame.triangle, samples=1)
     assert len(frame.used[0].views) == getattr(fit, "count", 1)
     compared = 0
     for node in posts.nodes[1:]:
@@ -71,7 +71,7 @@ def test_every_shadow_is_as_long_as_it_should_be(renderer: gs.Renderer, posts: g
 
 def _dark_until(frame: gs.Frame, visibility: Array, foot: Array) -> float:
     """How far from a post's middle the ground is dark, along x."""
-    places = (frame.position + frame.origin).astype(np.float64)
+    places = frame.position.astype(np.float64)
     ground = (
         (np.abs(places[..., 1]) < 1e-3) & (np.abs(places[..., 2] - foot[2]) < 0.08) & (places[..., 0] > foot[0] + 0.15)
     )
@@ -84,8 +84,8 @@ def _dark_until(frame: gs.Frame, visibility: Array, foot: Array) -> float:
 @pytest.mark.parametrize("fit", FITS[:5], ids=str)
 def test_no_seam_and_no_acne(renderer: gs.Renderer, posts: gs.Scene, fit: gs.Fit, filter: gs.Filter) -> None:
     """But for edges everything is lit or dark as rays say, in every map and where one fades into the next."""
-    frame = renderer.render(posts, None, [light(fit, filter)], SIZE, outputs=("visibility", "triangle"))
-    truth = gs.trace(posts, None, [light(fit)], SIZE, surface=frame.triangle)
+    frame = renderer.render(posts, None, [light(fit, filter)], SIZE, outputs=("visibility", "triangle"), samples=1)
+    truth = gs.trace(posts, None, [light(fit)], SIZE, surface=frame.triangle, samples=1)
     assert gs.measure(frame, truth).acne == 0.0
     gap = errors(frame, truth)
     # stable maps are coarse: the last has texels of 0.3 m, over posts of 0.2
@@ -97,10 +97,10 @@ def test_no_seam_and_no_acne(renderer: gs.Renderer, posts: gs.Scene, fit: gs.Fit
 @pytest.mark.parametrize("fit", FITS, ids=str)
 def test_all_is_dark_under_a_roof(renderer: gs.Renderer, fit: gs.Fit) -> None:
     """Whichever map is asked, near its border and where it fades: no pixel of the ground is lit."""
-    ground = gs.Node("ground", gs.Mesh(*shapes.rectangle((-80, 0, 10), (160, 0, 0), (0, 0, -200))), np.eye(4))
-    roof = gs.Node("roof", gs.Mesh(*shapes.rectangle((-120, 6, 50), (240, 0, 0), (0, 0, -280))), np.eye(4))
+    ground = gs.Node(gs.Mesh(*shapes.rectangle((-80, 0, 10), (160, 0, 0), (0, 0, -200))), np.eye(4), "ground")
+    roof = gs.Node(gs.Mesh(*shapes.rectangle((-120, 6, 50), (240, 0, 0), (0, 0, -280))), np.eye(4), "roof")
     frame = renderer.render(
-        gs.Scene((ground, roof)), CAMERA, [light(fit)], SIZE, outputs=("visibility", "node", "depth")
+        gs.Scene((ground, roof)), CAMERA, [light(fit)], SIZE, outputs=("visibility", "node", "depth"), samples=1
     )
     far = 100.0 if getattr(fit, "distance", 0.0) else np.inf
     under = (frame.node == 0) & (frame.depth < far)
@@ -111,11 +111,13 @@ def test_all_is_dark_under_a_roof(renderer: gs.Renderer, fit: gs.Fit) -> None:
 def test_a_bias_in_texels_is_that_of_each_map(renderer: gs.Renderer, posts: gs.Scene) -> None:
     """1.5 texels along the normal keep every map's plane clean; without any the ground is striped from near to far."""
     low = replace(SUN, direction=(0.9, -0.3, 0.2))
-    truth = gs.trace(posts, None, [low], SIZE)
+    truth = gs.trace(posts, None, [low], SIZE, samples=1)
     acne = {}
     for name, bias in (("offset", gs.NormalOffsetBias(1.5)), ("none", gs.NoBias())):
         lamp = replace(low, shadow=gs.Shadow(filter=gs.Hard(), fit=gs.Cascades(4), bias=bias, resolution=512))
-        acne[name] = gs.measure(renderer.render(posts, None, [lamp], SIZE, outputs=("visibility",)), truth).acne
+        acne[name] = gs.measure(
+            renderer.render(posts, None, [lamp], SIZE, outputs=("visibility",), samples=1), truth
+        ).acne
     assert acne["offset"] < 1e-3
     assert acne["none"] > 0.1
 
@@ -124,10 +126,12 @@ def test_they_are_nearer_to_the_truth_than_one_map() -> None:
     scene, size = gs.scenes.outdoors(), (320, 180)
     found = {}
     with gs.Renderer("egl") as renderer:
-        truth = gs.trace(scene, size=size)
+        truth = gs.trace(scene, size=size, samples=1)
         for fit in (None, gs.Lispsm(), gs.Cascades(2), gs.Cascades(4), gs.Cascades(8)):
             lamp = replace(scene.lights[0], shadow=gs.Shadow(filter=gs.Hard(), fit=fit, resolution=1024))
-            found[str(fit)] = errors(renderer.render(scene, None, [lamp], size, outputs=("visibility",)), truth).mean()
+            found[str(fit)] = errors(
+                renderer.render(scene, None, [lamp], size, outputs=("visibility",), samples=1), truth
+            ).mean()
     one, warped, two, four, eight = found.values()
     assert warped < 0.5 * one, found
     assert two < 0.6 * one, found
@@ -138,7 +142,7 @@ def test_they_are_nearer_to_the_truth_than_one_map() -> None:
 def test_stable_maps_are_still(renderer: gs.Renderer, posts: gs.Scene) -> None:
     """The camera moves by 0.37 texels of the first map: what both maps hold is the same, bit for bit (N35)."""
     fit = gs.Cascades(3, stable=True, distance=150.0)
-    first = renderer.render(posts, CAMERA, [light(fit)], SIZE, outputs=("shadow_maps",))
+    first = renderer.render(posts, CAMERA, [light(fit)], SIZE, outputs=("shadow_maps",), samples=1)
     step = 0.37 * first.used[0].views[0].texel[0]
     fixed = 0
     for k in range(1, 4):
@@ -148,7 +152,7 @@ def test_stable_maps_are_still(renderer: gs.Renderer, posts: gs.Scene) -> None:
             position=tuple((np.asarray(CAMERA.position) + by).tolist()),
             target=tuple((np.asarray(CAMERA.target) + by).tolist()),
         )
-        frame = renderer.render(posts, camera, [light(fit)], SIZE, outputs=("shadow_maps",))
+        frame = renderer.render(posts, camera, [light(fit)], SIZE, outputs=("shadow_maps",), samples=1)
         for number, (before, after) in enumerate(zip(first.used[0].views, frame.used[0].views, strict=True)):
             x, y = np.round(np.subtract(after.window, before.window)[[0, 2]] / before.texel).astype(int)
             old, new = first.shadow_maps[0][number][::-1], frame.shadow_maps[0][number][::-1]
@@ -166,7 +170,7 @@ def test_perspective_holds_every_shadow_from_any_side(renderer: gs.Renderer) -> 
     ground = gs.Mesh(*shapes.rectangle((-10, 0, 10), (20, 0, 0), (0, 0, -20)))
     boxes = [gs.Mesh(*shapes.box((1.0, 1.0, 1.0), (x, 0.5, z))) for x, z in ((0, 0), (-6, -7), (5, 4), (8, -9))]
     scenes = [
-        gs.Scene(tuple(gs.Node(str(i), mesh, np.eye(4)) for i, mesh in enumerate((ground, *some))), CAMERA)
+        gs.Scene(tuple(gs.Node(mesh, np.eye(4), str(i)) for i, mesh in enumerate((ground, *some))), CAMERA)
         for some in (boxes[:1], boxes)
     ]
     generator, size, warped, compared = np.random.default_rng(0), (48, 32), 0, 0
@@ -180,7 +184,7 @@ def test_perspective_holds_every_shadow_from_any_side(renderer: gs.Renderer) -> 
         seen = []
         for shadow in (gs.Shadow(filter=gs.Hard(), fit=gs.Lispsm()), gs.Shadow()):
             frame = renderer.render(
-                scenes[number // 150], camera, [replace(sun, shadow=shadow)], size, outputs=("visibility",)
+                scenes[number // 150], camera, [replace(sun, shadow=shadow)], size, outputs=("visibility",), samples=1
             )
             seen.append(frame.visibility[0])
             for view in frame.used[0].views:
@@ -195,16 +199,18 @@ def test_perspective_holds_every_shadow_from_any_side(renderer: gs.Renderer) -> 
 
 @pytest.mark.parametrize("target", [gs.Target.R32F, gs.Target.RGBA8, gs.Target.DEPTH16])
 def test_in_every_kind_of_target(renderer: gs.Renderer, posts: gs.Scene, target: gs.Target) -> None:
-    usual = renderer.render(posts, None, [light(gs.Cascades())], SIZE, outputs=("visibility",)).visibility[0]
-    other = renderer.render(posts, None, [light(gs.Cascades(), target=target)], SIZE, outputs=("visibility",))
+    usual = renderer.render(posts, None, [light(gs.Cascades())], SIZE, outputs=("visibility",), samples=1).visibility[0]
+    other = renderer.render(
+        posts, None, [light(gs.Cascades(), target=target)], SIZE, outputs=("visibility",), samples=1
+    )
     assert np.nanmean(np.abs(other.visibility[0] - usual)) < 2e-3
 
 
 @pytest.mark.parametrize("clip", [gs.ClipSpace(False, False), gs.ClipSpace(True, True)], ids=str)
 @pytest.mark.parametrize("fit", [gs.Cascades(), gs.Lispsm()], ids=str)
 def test_in_every_clip_convention(renderer: gs.Renderer, posts: gs.Scene, fit: gs.Fit, clip: gs.ClipSpace) -> None:
-    usual = renderer.render(posts, None, [light(fit)], SIZE, outputs=("visibility",)).visibility[0]
-    other = renderer.render(posts, None, [light(fit, clip=clip)], SIZE, outputs=("visibility",))
+    usual = renderer.render(posts, None, [light(fit)], SIZE, outputs=("visibility",), samples=1).visibility[0]
+    other = renderer.render(posts, None, [light(fit, clip=clip)], SIZE, outputs=("visibility",), samples=1)
     assert np.nanmean(np.abs(other.visibility[0] - usual)) < 2e-3
 
 
@@ -225,17 +231,17 @@ def test_other_lights_say_that_they_have_none(
     renderer: gs.Renderer, posts: gs.Scene, lamp: gs.Light, fit: gs.Fit
 ) -> None:
     shadow = gs.Shadow(filter=gs.Pcf(1), fit=fit)
-    frame = renderer.render(posts, None, [replace(lamp, shadow=shadow)], SIZE, outputs=("visibility",))
+    frame = renderer.render(posts, None, [replace(lamp, shadow=shadow)], SIZE, outputs=("visibility",), samples=1)
     assert any("only the map of a sun" in said for said in frame.used[0].fallbacks)
     plain = renderer.render(
-        posts, None, [replace(lamp, shadow=gs.Shadow(filter=gs.Pcf(1)))], SIZE, outputs=("visibility",)
+        posts, None, [replace(lamp, shadow=gs.Shadow(filter=gs.Pcf(1)))], SIZE, outputs=("visibility",), samples=1
     )
     np.testing.assert_array_equal(frame.visibility, plain.visibility)
 
 
 def test_what_perspective_cannot_do_is_said(renderer: gs.Renderer, posts: gs.Scene) -> None:
     for more in ({"target": gs.Target.R32F}, {"bias": gs.NormalOffsetBias()}):
-        frame = renderer.render(posts, None, [light(gs.Lispsm(), **more)], SIZE, outputs=("visibility",))
+        frame = renderer.render(posts, None, [light(gs.Lispsm(), **more)], SIZE, outputs=("visibility",), samples=1)
         assert any("in perspective" in said for said in frame.used[0].fallbacks)
 
 
@@ -243,19 +249,21 @@ def test_nothing_in_view_is_no_error(renderer: gs.Renderer, posts: gs.Scene) -> 
     away = replace(CAMERA, target=(0.0, 60.0, 4.1))
     for fit in FITS:
         with pytest.warns(gs.GlshadowWarning, match="nothing is in view"):
-            renderer.render(posts, away, [light(fit)], SIZE, outputs=("visibility",))
+            renderer.render(posts, away, [light(fit)], SIZE, outputs=("visibility",), samples=1)
 
 
 def test_a_scene_scaled_by_a_millionth_gives_the_same_picture(renderer: gs.Renderer, posts: gs.Scene) -> None:
     for fit in (gs.Cascades(), gs.Lispsm()):
         for scale in (1e-6, 1e4):
             matrix = np.diag([scale, scale, scale, 1.0])
-            nodes = tuple(gs.Node(n.name, n.mesh, matrix @ n.world_from_mesh) for n in posts.nodes)
+            nodes = tuple(gs.Node(n.mesh, matrix @ n.world_from_mesh, n.name) for n in posts.nodes)
             camera = replace(
                 CAMERA,
                 position=tuple((scale * np.asarray(CAMERA.position)).tolist()),
                 target=tuple((scale * np.asarray(CAMERA.target)).tolist()),
             )
-            usual = renderer.render(posts, CAMERA, [light(fit)], SIZE, outputs=("visibility",)).visibility[0]
-            other = renderer.render(gs.Scene(nodes), camera, [light(fit)], SIZE, outputs=("visibility",)).visibility[0]
+            usual = renderer.render(posts, CAMERA, [light(fit)], SIZE, outputs=("visibility",), samples=1).visibility[0]
+            other = renderer.render(
+                gs.Scene(nodes), camera, [light(fit)], SIZE, outputs=("visibility",), samples=1
+            ).visibility[0]
             assert np.nanmean(np.abs(other - usual)) < 2e-3

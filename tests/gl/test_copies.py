@@ -11,8 +11,11 @@ import pytest
 import glshadow as gs
 from glshadow.core.spaces import translation
 from glshadow.frame import Frame
+from glshadow.geometry.adjacency import NONE
+from glshadow.gl.scene.meshes import Shape
 from glshadow.renderer import Renderer
-from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+from glshadow.scene.mesh import AlphaMode, Material, Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 
 SIZE = (96, 64)
@@ -30,11 +33,11 @@ def renderer() -> Iterator[Renderer]:
 def parts() -> tuple[Node, Node]:
     ground = Mesh(*shapes.rectangle((-3.0, 0.0, 3.0), (6.0, 0.0, 0.0), (0.0, 0.0, -6.0)))
     box = Mesh(*shapes.box((1.0, 1.0, 1.0), (0.0, 0.5, 0.0)), material=Material((1.0, 0.5, 0.2, 1.0)))
-    return Node("ground", ground, np.eye(4)), Node("box", box, np.eye(4))
+    return Node(ground, np.eye(4), "ground"), Node(box, np.eye(4), "box")
 
 
 def drawn(renderer: Renderer, *nodes: Node) -> Frame:
-    return renderer.render(Scene(nodes, CAMERA), lights=[SUN], size=SIZE, outputs=OUTPUTS)
+    return renderer.render(Scene(nodes, CAMERA), lights=[SUN], size=SIZE, outputs=OUTPUTS, samples=1)
 
 
 def assert_same(one: Frame, other: Frame) -> None:
@@ -48,7 +51,7 @@ def test_copies_change_nothing(renderer: Renderer) -> None:
     ground, box = parts()
     blue = replace(box.mesh, material=Material((0.0, 0.0, 1.0, 1.0)))
     alone = drawn(renderer, ground, box)
-    again = drawn(renderer, ground, box, replace(box, name="again"), Node("blue", blue, np.eye(4)))
+    again = drawn(renderer, ground, box, replace(box, name="again"), Node(blue, np.eye(4), "blue"))
     assert_same(alone, again)
     assert again.used[0].draws == alone.used[0].draws
     assert renderer._store.scene.thing is not None
@@ -59,12 +62,12 @@ def test_what_differs_is_no_copy(renderer: Renderer) -> None:
     ground, box = parts()
     mask = Material((1.0, 1.0, 1.0, 0.2), alpha_mode=AlphaMode.MASK)
     others = (
-        Node("moved", box.mesh, translation((1.5, 0.0, 0.0))),
+        Node(box.mesh, translation((1.5, 0.0, 0.0)), "moved"),
         replace(box, name="casts nothing", casts=False),
         replace(box, name="receives nothing", receives=False),
-        Node("cut out", replace(box.mesh, material=mask), np.eye(4)),
-        Node("blended", replace(box.mesh, material=Material(alpha_mode=AlphaMode.BLEND)), np.eye(4)),
-        Node("equal, not the same", Mesh(box.mesh.positions.copy(), box.mesh.triangles), np.eye(4)),
+        Node(replace(box.mesh, material=mask), np.eye(4), "cut out"),
+        Node(replace(box.mesh, material=Material(alpha_mode=AlphaMode.BLEND)), np.eye(4), "blended"),
+        Node(Mesh(box.mesh.positions.copy(), box.mesh.triangles), np.eye(4), "equal, not the same"),
     )
     drawn(renderer, ground, box, *others)
     assert renderer._store.scene.thing is not None
@@ -81,7 +84,7 @@ def test_what_differs_is_no_copy(renderer: Renderer) -> None:
 
 def test_a_copy_behind_a_cut_out_node_is_drawn(renderer: Renderer) -> None:
     ground, box = parts()
-    hole = Node("hole", replace(box.mesh, material=Material((1, 1, 1, 0.2), alpha_mode=AlphaMode.MASK)), np.eye(4))
+    hole = Node(replace(box.mesh, material=Material((1, 1, 1, 0.2), alpha_mode=AlphaMode.MASK)), np.eye(4), "hole")
     seen = drawn(renderer, ground, hole, box).triangle
     assert seen is not None
     assert (seen >= 2 + 12).any()
@@ -94,7 +97,7 @@ def test_meshes_of_the_same_arrays_share_buffers_and_textures() -> None:
     uv = np.zeros((len(positions), 2), dtype=np.float32)
     colors = ((1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 1.0))
     meshes = [Mesh(positions, triangles, uv=uv, material=Material(color, picture)) for color in colors]
-    nodes = [Node(str(k), mesh, translation((2.0 * k, 0.0, 0.0))) for k, mesh in enumerate(meshes)]
+    nodes = [Node(mesh, translation((2.0 * k, 0.0, 0.0)), str(k)) for k, mesh in enumerate(meshes)]
     with Renderer("egl") as renderer:
         drawn(renderer, *nodes)
         one, other = (renderer._store.meshes.get(mesh) for mesh in meshes)
@@ -106,3 +109,18 @@ def test_meshes_of_the_same_arrays_share_buffers_and_textures() -> None:
             alone = drawn(renderer, first)
         assert position.size > 0  # not freed: the other one shows it
         assert alone.image.any()
+
+
+def test_neighbours_are_those_of_the_positions_that_are_drawn() -> None:
+    """float32 brings together what float64 keeps apart: a crack of 1e-12 is none on the GPU, and the mesh is open all the same."""
+    positions, triangles = shapes.box((1.0, 1.0, 1.0))
+    apart = positions[triangles].reshape(-1, 3)
+    apart[:3] += 1e-12
+    corners = np.arange(len(apart)).reshape(-1, 3)
+    whole, cracked = Mesh(positions[triangles].reshape(-1, 3), corners), Mesh(apart, corners)
+    assert (cracked.neighbours == NONE).any()
+    with Renderer("egl") as renderer, renderer._context.drawing():
+        shape = Shape(renderer._context, cracked)
+        np.testing.assert_array_equal(shape.neighbours, whole.neighbours)
+        assert not shape.closed
+        shape.release()

@@ -25,8 +25,8 @@ def renderer() -> Iterator[gs.Renderer]:
 @pytest.mark.parametrize("name", ["spot", "sun"])
 def test_it_fades_by_the_squared_distance_from_the_middle(renderer: gs.Renderer, name: str, falloff: float) -> None:
     """Under a plate that covers everything visibility is the fade itself: smoothstep(1 - falloff, 1, x^2 + y^2)."""
-    ground = gs.Node("ground", gs.Mesh(*shapes.rectangle((-3, 0, 3), (6, 0, 0), (0, 0, -6))), np.eye(4))
-    plate = gs.Node("plate", gs.Mesh(*shapes.rectangle((-3.2, 1, 3.2), (6.4, 0, 0), (0, 0, -6.4))), np.eye(4))
+    ground = gs.Node(gs.Mesh(*shapes.rectangle((-3, 0, 3), (6, 0, 0), (0, 0, -6))), np.eye(4), "ground")
+    plate = gs.Node(gs.Mesh(*shapes.rectangle((-3.2, 1, 3.2), (6.4, 0, 0), (0, 0, -6.4))), np.eye(4), "plate")
     camera = gs.PerspectiveCamera(position=(0, 0.8, 2.9), target=(0, 0, 0), fov_y=60)
     light: gs.Light = (
         gs.SpotLight(position=(0, 4, 0), direction=(0, -1, 0), inner_angle=40, outer_angle=40)
@@ -35,10 +35,10 @@ def test_it_fades_by_the_squared_distance_from_the_middle(renderer: gs.Renderer,
     )
     light = replace(light, shadow=gs.Shadow(filter=gs.Hard(), fit=gs.SceneFit(), resolution=256, edge_falloff=falloff))
     scene = gs.Scene((ground, plate))
-    frame = renderer.render(scene, camera, [light], SIZE, outputs=("visibility", "position", "node"))
+    frame = renderer.render(scene, camera, [light], SIZE, outputs=("visibility", "position", "node"), samples=1)
     view = frame.used[0].views[0]
     seen = frame.node == 0
-    points = (frame.position + frame.origin)[seen].astype(np.float64)
+    points = frame.position[seen].astype(np.float64)
     uvw = project(view.uvz_from_world, points)
     texel = uvw[:, :2] / uvw[:, 3:] * view.resolution
     low, high = view.inset, view.resolution - view.inset

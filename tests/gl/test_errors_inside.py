@@ -38,7 +38,7 @@ def kept_after(
     match: str | None,
 ) -> bool:
     """Whether the store is the same after an error in a frame of another light; the next picture is right in any case."""
-    expected = renderer.render(scene, None, [LIGHT], SIZE)
+    expected = renderer.render(scene, None, [LIGHT], SIZE, samples=1)
     store = renderer._store
 
     def fails(*_: object, **__: object) -> None:
@@ -47,9 +47,9 @@ def kept_after(
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(where, fails)
         with pytest.raises(raised, match=match) as caught:
-            renderer.render(scene, None, [OTHER], SIZE)
+            renderer.render(scene, None, [OTHER], SIZE, samples=1)
     assert caught.value is error or caught.value.__cause__ is error
-    again = renderer.render(scene, None, [LIGHT], SIZE)
+    again = renderer.render(scene, None, [LIGHT], SIZE, samples=1)
     np.testing.assert_array_equal(again.image, expected.image)
     np.testing.assert_array_equal(again.visibility, expected.visibility)
     return renderer._store is store
@@ -99,7 +99,7 @@ def test_what_the_driver_could_not_allocate_is_not_kept(
 ) -> None:
     """Also where another way was found: a buffer without memory would be taken for one that is large enough."""
     light = gs.DirectionalLight()  # lists, else a map
-    expected = renderer.render(scene, None, [light], SIZE)
+    expected = renderer.render(scene, None, [light], SIZE, samples=1)
     first = renderer._store
     assert isinstance(first, Store)
     kind, drain = type(renderer._context.gl), type(renderer._context.gl)._drain
@@ -116,11 +116,11 @@ def test_what_the_driver_could_not_allocate_is_not_kept(
 
         patch.setattr(kind, "check", fails)
         first.sources.clear()
-        frame = renderer.render(scene, None, [light], SIZE)
+        frame = renderer.render(scene, None, [light], SIZE, samples=1)
     assert frame.used[0].filter == gs.Pcf(1)
     assert "ran out of memory" in frame.used[0].why
     assert renderer._store is not first
-    again = renderer.render(scene, None, [light], SIZE)
+    again = renderer.render(scene, None, [light], SIZE, samples=1)
     assert again.used[0].filter == gs.Exact()
     np.testing.assert_array_equal(again.visibility, expected.visibility)
 
@@ -131,5 +131,5 @@ def test_a_warning_that_is_made_an_error_comes_out_as_it_is(renderer: Renderer, 
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         with pytest.raises(gs.GlshadowWarning, match="nothing is in view"):
-            renderer.render(scene, away, [LIGHT], SIZE)
+            renderer.render(scene, away, [LIGHT], SIZE, samples=1)
     assert renderer._store is store

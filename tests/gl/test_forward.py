@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from glshadow.core.lights import DirectionalLight, Light
 from glshadow.core.spaces import Array, ClipSpace
 from glshadow.errors import SettingsError
 from glshadow.gl.driver.context import GLContext
@@ -21,12 +20,12 @@ from glshadow.gl.foreign.forward import draw_map, receiver_source
 from glshadow.gl.passes.caster import Map
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.techniques.mapped import map_defines, map_slots
+from glshadow.lights import DirectionalLight, Light
 from glshadow.shader.compose import Text
 from glshadow.shadows.bias import ReceiverPlaneBias
 from glshadow.shadows.filters import Hard, Pcf
 from glshadow.shadows.metric import Target
 from glshadow.shadows.shadow import Shadow
-from glshadow.shadows.view import Kind
 from scripts.shaders.variant import KINDS, Variant
 from scripts.shaders.variants import BIASES, MAPPED, distinct, receivers, variants
 
@@ -137,7 +136,7 @@ def surface() -> tuple[Array, Array, NDArray[np.int64]]:
 
 
 @cache
-def truth(kind: Kind) -> Array:
+def truth(kind: str) -> Array:
     """(H, W) 1 lit, 0 dark or turned away, NaN where there is no surface."""
     light = light_of(kind, Shadow())
     corners = np.concatenate([node.mesh.positions[node.mesh.triangles] for node in small_scene().nodes])

@@ -14,11 +14,11 @@ from scipy.spatial import cKDTree
 
 from glshadow import scenes as builtin
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
 from glshadow.core.spaces import Array
 from glshadow.frame import Frame
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.renderer import Renderer
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
 from glshadow.shadows.filters import Filter, Hard
 from glshadow.shadows.shadow import Shadow
 
@@ -96,10 +96,10 @@ def test_empty_plane(
     e = np.radians(90.0 - theta)
     towards = np.array([0.8 * np.cos(e), np.sin(e), 0.6 * np.cos(e)])
     light = lights(towards, 40.0, resolution, kernel)[kind]
-    frame = renderer.render(plane, PLANE_VIEWS[view], [light], SIZE, outputs=("visibility", "depth"))
+    frame = renderer.render(plane, PLANE_VIEWS[view], [light], SIZE, outputs=("visibility", "depth"), samples=1)
     points, hit = positions(frame)
     points[..., 1] = 0.0
-    cosine = to_light(light, points)[0][..., 1]
+    cosine = light.to_light(points)[0][..., 1]
     counted = hit & (cosine > 0.0)
     assert counted.sum() > 4000
     assert_lit(frame, counted)
@@ -116,7 +116,7 @@ def test_lamp_just_above_the_plane(renderer: Renderer, plane: Scene, kernel: Fil
     if kind == "spot":
         light = SpotLight(position=where, direction=(1.0, -0.3, 0.0), outer_angle=60, shadow=shadow)
     for view in PLANE_VIEWS.values():
-        frame = renderer.render(plane, view, [light], SIZE, outputs=("visibility", "depth"))
+        frame = renderer.render(plane, view, [light], SIZE, outputs=("visibility", "depth"), samples=1)
         assert_lit(frame, positions(frame)[1])
 
 
@@ -145,7 +145,7 @@ class Facets:
     def facing(self, view: str, points: Array, light: Light) -> Array:
         """Which points (N,) lie on facets that face the light; on an edge both must."""
         normals, own = self._around(view, points)
-        cosine = np.einsum("nki,ni->nk", normals, to_light(light, points)[0])
+        cosine = np.einsum("nki,ni->nk", normals, light.to_light(points)[0])
         return np.where(own, cosine > 1e-6, True).all(axis=1)  # float32 rounds N.L by that much
 
 
@@ -173,7 +173,7 @@ def test_convex_body_alone(
     e = np.radians(elevation)
     towards = np.array([0.6 * np.cos(e), np.sin(e), 0.8 * np.cos(e)])
     light = lights(towards, 3.0, resolution, kernel)[kind]
-    frame = renderer.render(ball, BALL_VIEWS[view], [light], SIZE, outputs=("visibility", "depth"))
+    frame = renderer.render(ball, BALL_VIEWS[view], [light], SIZE, outputs=("visibility", "depth"), samples=1)
     points, hit = positions(frame)
     lit = facets.facing(view, points[hit], light)
     counted = hit.copy()

@@ -32,13 +32,18 @@ def ground(side: float, cells: int = 1) -> gs.Mesh:
 
 
 def scene_of(*meshes: gs.Mesh) -> gs.Scene:
-    return gs.Scene(tuple(gs.Node(f"part {i}", mesh, np.eye(4)) for i, mesh in enumerate(meshes)))
+    return gs.Scene(tuple(gs.Node(mesh, np.eye(4), f"part {i}") for i, mesh in enumerate(meshes)))
 
 
 def visibility(scene: gs.Scene, shadow: gs.Shadow) -> tuple[np.ndarray, gs.Used]:
     with gs.Renderer() as renderer:
         frame = renderer.render(
-            scene, CAMERA, [gs.DirectionalLight(direction=SUN, shadow=shadow)], SIZE, outputs=("visibility", "depth")
+            scene,
+            CAMERA,
+            [gs.DirectionalLight(direction=SUN, shadow=shadow)],
+            SIZE,
+            outputs=("visibility", "depth"),
+            samples=1,
         )
     near = frame.depth < 6.0
     return np.where(near, frame.visibility[0], 1.0), frame.used[0]
@@ -68,10 +73,18 @@ def test_a_map_that_covers_too_much_says_so() -> None:
     with gs.Renderer() as renderer:
         with pytest.warns(gs.GlshadowWarning, match=r"a texel of the light's 2048 map is as wide as \d+ pixels"):
             renderer.render(
-                scene_of(rough), camera, [gs.DirectionalLight(direction=SUN, shadow=gs.Shadow(filter=gs.Pcf()))], SIZE
+                scene_of(rough),
+                camera,
+                [gs.DirectionalLight(direction=SUN, shadow=gs.Shadow(filter=gs.Pcf()))],
+                SIZE,
+                samples=1,
             )
         renderer.render(
-            scene_of(rough), camera, [gs.DirectionalLight(direction=SUN, shadow=gs.Shadow(filter=gs.Exact()))], SIZE
+            scene_of(rough),
+            camera,
+            [gs.DirectionalLight(direction=SUN, shadow=gs.Shadow(filter=gs.Exact()))],
+            SIZE,
+            samples=1,
         )
 
 
@@ -80,7 +93,7 @@ def test_nothing_is_drawn_where_nothing_can_be_darkened() -> None:
     aside = gs.Mesh(table().positions + np.array([0.0, 0.0, 50.0]), table().triangles)
     frame_light = gs.DirectionalLight(direction=SUN, shadow=gs.Shadow(filter=gs.Pcf()))
     with gs.Renderer() as renderer:
-        frame = renderer.render(scene_of(aside, ground(1e3)), CAMERA, [frame_light], SIZE)
+        frame = renderer.render(scene_of(aside, ground(1e3)), CAMERA, [frame_light], SIZE, samples=1)
     assert frame.used[0].draws == 0
     assert np.nanmin(frame.visibility) == 1.0
 
@@ -105,7 +118,7 @@ def test_nothing_near_is_cut_by_a_large_ground(half: float, scale: float) -> Non
     light = gs.DirectionalLight(direction=(-1.0, -0.7, 0.3))
     with gs.Renderer() as renderer:
         frame = renderer.render(
-            scene_of(box, floor, *walls), camera, [light], SIZE, outputs=("node", "depth", "visibility")
+            scene_of(box, floor, *walls), camera, [light], SIZE, outputs=("node", "depth", "visibility"), samples=1
         )
     ray = pixel_rays(camera, SIZE)  # of unit view depth
     with np.errstate(divide="ignore"):
@@ -132,7 +145,7 @@ def test_a_lamp_over_a_large_ground_has_shadows_below_it(filter: gs.Filter) -> N
     with gs.Renderer() as renderer:
         for side in (10.0, 3e4):
             frame = renderer.render(
-                scene_of(table(), ground(side)), CAMERA, [lamp], SIZE, outputs=("visibility", "depth")
+                scene_of(table(), ground(side)), CAMERA, [lamp], SIZE, outputs=("visibility", "depth"), samples=1
             )
             seen.append(np.where(frame.depth < 5.0, frame.visibility[0], 1.0))
     assert (seen[0] < 0.5).sum() > 200

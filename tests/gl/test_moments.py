@@ -41,7 +41,7 @@ def rendered(
 ) -> tuple[gs.Frame, Prefiltered]:
     lamp = replace(light, shadow=gs.Shadow(filter=kind, resolution=resolution, fit=gs.SceneFit()))
     outputs = ("visibility", "position", "normal", "triangle", "shadow_maps")
-    frame = renderer.render(SCENE, None, [lamp], SIZE, outputs=outputs)
+    frame = renderer.render(SCENE, None, [lamp], SIZE, outputs=outputs, samples=1)
     source = renderer._store.sources[0, "Prefiltered"]
     assert isinstance(source, Prefiltered)
     return frame, source
@@ -102,7 +102,7 @@ def test_every_pixel_is_answered_as_in_float64(renderer: gs.Renderer, kind: Mome
     view = frame.used[0].views[0]
     means = tile_of(renderer, source, 0)[::-1]
     seen = frame.triangle >= 0
-    points = (frame.position + frame.origin)[seen].astype(np.float64)
+    points = frame.position[seen].astype(np.float64)
     normals = frame.normal[seen].astype(np.float64) @ view.view_from_world[:3, :3].T
     local = transform(view.view_from_world, points)
     away = -local[:, 2]
@@ -142,11 +142,13 @@ def test_many_points_of_a_light_are_asked_so_too(renderer: gs.Renderer, kind: gs
     """A map of means for each point; of a light without size the same as without points."""
     scene, sun = gs.scenes.box().scene, gs.DirectionalLight(angle=20.0)
     many = gs.Shadow(filter=gs.LightSamples(16, of=kind))
-    frame = renderer.render(scene, None, [replace(sun, shadow=many)], SIZE, outputs=("visibility",))
-    truth = gs.trace(scene, None, [sun], SIZE, light_samples=64)
+    frame = renderer.render(scene, None, [replace(sun, shadow=many)], SIZE, outputs=("visibility",), samples=1)
+    truth = gs.trace(scene, None, [sun], SIZE, light_samples=64, samples=1)
     assert np.nanmean(np.abs(frame.visibility - truth.visibility)) < 2e-3
     one, plain = (
-        renderer.render(scene, None, [gs.DirectionalLight(shadow=each)], SIZE, outputs=("visibility",)).visibility
+        renderer.render(
+            scene, None, [gs.DirectionalLight(shadow=each)], SIZE, outputs=("visibility",), samples=1
+        ).visibility
         for each in (many, gs.Shadow(filter=kind))
     )
     np.testing.assert_array_equal(one, plain)
@@ -159,11 +161,13 @@ def test_the_derived_bias_leaves_no_acne(renderer: gs.Renderer, kind: gs.Filter)
     """Under every kind of light, and a low sun: no pixel more than percentage closer filtering has."""
     lights: tuple[gs.Light, ...] = (*LIGHTS.values(), gs.DirectionalLight(direction=(-0.9, -0.2, -0.3)))
     for light in lights:
-        truth = gs.trace(SCENE, None, [light], SIZE)
+        truth = gs.trace(SCENE, None, [light], SIZE, samples=1)
         acne = []
         for each in (kind, gs.Pcf(1)):
             lamp = replace(light, shadow=gs.Shadow(filter=each, resolution=512))
-            acne.append(gs.measure(renderer.render(SCENE, None, [lamp], SIZE, outputs=("visibility",)), truth).acne)
+            acne.append(
+                gs.measure(renderer.render(SCENE, None, [lamp], SIZE, outputs=("visibility",), samples=1), truth).acne
+            )
         assert acne[0] <= acne[1]
 
 
@@ -193,15 +197,17 @@ def test_scale_changes_nothing(renderer: gs.Renderer, kind: gs.Filter, scale: fl
         position=(2.2, 3.8, -0.9), direction=(-0.5, -1.0, 0.2), shadow=gs.Shadow(filter=kind, resolution=256)
     )
     matrix = np.diag([scale, scale, scale, 1.0])
-    nodes = tuple(gs.Node(node.name, node.mesh, matrix @ node.world_from_mesh) for node in scene.nodes)
+    nodes = tuple(gs.Node(node.mesh, matrix @ node.world_from_mesh, node.name) for node in scene.nodes)
     there = replace(
         camera,
         position=tuple(scale * np.array(camera.position)),
         target=tuple(scale * np.array(camera.target)),
     )
     lamp = replace(light, position=tuple((scale * np.array(light.position)).tolist()))
-    usual = renderer.render(gs.Scene(scene.nodes), camera, [light], SIZE, outputs=("visibility",)).visibility[0]
-    other = renderer.render(gs.Scene(nodes), there, [lamp], SIZE, outputs=("visibility",)).visibility[0]
+    usual = renderer.render(
+        gs.Scene(scene.nodes), camera, [light], SIZE, outputs=("visibility",), samples=1
+    ).visibility[0]
+    other = renderer.render(gs.Scene(nodes), there, [lamp], SIZE, outputs=("visibility",), samples=1).visibility[0]
     both = ~np.isnan(usual) & ~np.isnan(other)
     gap = np.abs(usual - other)[both]
     assert np.quantile(gap, 0.995) < 0.01

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.frame import OUTPUTS
+from glshadow.core.outputs import NAMES as OUTPUTS
 
 SIZE = (640, 360)
 READ = tuple(name for name in OUTPUTS if name != "timings")
@@ -42,11 +42,11 @@ def test_every_subset_of_outputs_gives_the_same_picture(
     renderer: gs.Renderer, scene: gs.Scene, light: gs.Light
 ) -> None:
     light = replace(light, shadow=gs.Shadow(resolution=128))  # a map is read back in every second picture
-    whole = renderer.render(scene, None, [light], SIZE, outputs=READ)
+    whole = renderer.render(scene, None, [light], SIZE, outputs=READ, samples=1)
     expected = {name: bits(getattr(whole, name)) for name in READ}
     for count in (1, 2, len(READ) - 1):
         for chosen in itertools.combinations(READ, count):
-            frame = renderer.render(scene, None, [light], SIZE, outputs=chosen)
+            frame = renderer.render(scene, None, [light], SIZE, outputs=chosen, samples=1)
             for name in chosen:
                 assert bits(getattr(frame, name)) == expected[name], (chosen, name)
             assert frame.used[0].views[0].near == whole.used[0].views[0].near
@@ -57,12 +57,12 @@ def test_a_default_that_is_written_out_gives_the_same_picture(
     renderer: gs.Renderer, scene: gs.Scene, light: gs.Light
 ) -> None:
     plain = gs.Shadow(filter=gs.Pcf())
-    derived = renderer.render(scene, None, [replace(light, shadow=plain)], SIZE)
+    derived = renderer.render(scene, None, [replace(light, shadow=plain)], SIZE, samples=1)
     used = derived.used[0]
     written = replace(
         plain, resolution=2048, bias=gs.ReceiverPlaneBias(), target=used.target, clip=used.clip, fit=gs.ViewFit()
     )
-    frame = renderer.render(scene, None, [replace(light, shadow=written)], SIZE)
+    frame = renderer.render(scene, None, [replace(light, shadow=written)], SIZE, samples=1)
     np.testing.assert_array_equal(frame.image, derived.image)
     np.testing.assert_array_equal(frame.visibility, derived.visibility)
     assert frame.used[0].as_dict() | {"draws": 0} == used.as_dict() | {"draws": 0}
@@ -73,7 +73,7 @@ def test_exact_obeys_faces(compute: bool) -> None:
     """A single sheet over a ground, seen by the light from its front: BACK casts nothing, FRONT and BOTH the whole shadow."""
     ground = gs.Mesh(np.array([[-2, 0, 2], [2, 0, 2], [2, 0, -2], [-2, 0, -2.0]]), np.array([[0, 1, 2], [0, 2, 3]]))
     sheet = gs.Mesh(0.4 * ground.positions + (0, 1, 0), ground.triangles)  # faces up
-    scene = gs.Scene((gs.Node("ground", ground, np.eye(4)), gs.Node("sheet", sheet, np.eye(4))))
+    scene = gs.Scene((gs.Node(ground, np.eye(4), "ground"), gs.Node(sheet, np.eye(4), "sheet")))
     dark = {}
     with gs.Renderer() as renderer:
         caps = renderer._context.caps
@@ -81,7 +81,7 @@ def test_exact_obeys_faces(compute: bool) -> None:
             renderer._context.caps = replace(caps, compute=False, max_storage_block=0, version_code=330)
         for faces in gs.Faces:
             light = gs.DirectionalLight(direction=(0.3, -1, 0), shadow=gs.Shadow(filter=gs.Exact(), faces=faces))
-            frame = renderer.render(scene, None, [light], (96, 64))
+            frame = renderer.render(scene, None, [light], (96, 64), samples=1)
             dark[faces] = int((frame.visibility[0] == 0.0).sum())
     assert dark[gs.Faces.BACK] == 0
     assert dark[gs.Faces.FRONT] == dark[gs.Faces.BOTH] > 100
@@ -92,7 +92,7 @@ def test_only_a_bias_that_is_certain_leaves_the_floor_out(renderer: gs.Renderer,
 
     def drawn(**settings: object) -> gs.Frame:
         shadow = gs.Shadow(resolution=256, filter=gs.Hard(), fit=gs.SceneFit(), **settings)  # type: ignore[arg-type]
-        return renderer.render(scene, None, [gs.DirectionalLight(shadow=shadow)], SIZE)
+        return renderer.render(scene, None, [gs.DirectionalLight(shadow=shadow)], SIZE, samples=1)
 
     derived, constant, none = drawn(), drawn(bias=gs.ConstantBias(0.5)), drawn(bias=gs.NoBias())
     assert derived.used[0].draws == constant.used[0].draws - 1 == none.used[0].draws - 1

@@ -42,8 +42,8 @@ def with_shadow(lights: tuple[gs.Light, ...], **more: object) -> tuple[gs.Light,
 def test_each_map_is_as_if_alone(renderer: gs.Renderer, count: int, target: gs.Target) -> None:
     lights = with_shadow(LIGHTS[:count], target=target)
     outputs = ("visibility", "shadow_maps")
-    alone = renderer.render(SCENE, None, lights, SIZE, outputs=outputs)
-    packed = renderer.render(SCENE, None, gs.PackedShadow(lights), SIZE, outputs=outputs)
+    alone = renderer.render(SCENE, None, lights, SIZE, outputs=outputs, samples=1)
+    packed = renderer.render(SCENE, None, gs.PackedShadow(lights), SIZE, outputs=outputs, samples=1)
     for number in range(count):
         assert packed.shadow_maps[number].shape == (1, 1024, 1024)
         gap = np.abs(packed.shadow_maps[number] - alone.shadow_maps[number])
@@ -72,30 +72,34 @@ def test_ranges_of_depth_are_exact(count: int) -> None:
 
 def test_order_and_what_is_kept_change_nothing(renderer: gs.Renderer) -> None:
     pack = gs.PackedShadow(with_shadow(LIGHTS[:3]))
-    first = renderer.render(SCENE, None, pack, SIZE, outputs=("visibility",))
-    backwards = renderer.render(SCENE, None, pack[::-1], SIZE, outputs=("visibility",))
+    first = renderer.render(SCENE, None, pack, SIZE, outputs=("visibility",), samples=1)
+    backwards = renderer.render(SCENE, None, pack[::-1], SIZE, outputs=("visibility",), samples=1)
     np.testing.assert_array_equal(backwards.visibility[::-1], first.visibility)
     with gs.Renderer("egl") as fresh:  # where the nearest range is drawn first
-        afresh = fresh.render(SCENE, None, pack[::-1], SIZE, outputs=("visibility",))
+        afresh = fresh.render(SCENE, None, pack[::-1], SIZE, outputs=("visibility",), samples=1)
         assert all(used.draws > 0 for used in afresh.used)
     np.testing.assert_array_equal(afresh.visibility[::-1], first.visibility)
-    again = renderer.render(SCENE, None, pack, SIZE, outputs=("visibility",))
+    again = renderer.render(SCENE, None, pack, SIZE, outputs=("visibility",), samples=1)
     assert [used.draws for used in again.used] == [0, 0, 0]
     np.testing.assert_array_equal(again.visibility, first.visibility)
     assert isinstance(pack[0], gs.SpotLight)
     moved = replace(pack[0], position=(5.5, 7.0, 6.0))
-    some = renderer.render(SCENE, None, (moved, pack[1], pack[2]), SIZE, outputs=("visibility",))
+    some = renderer.render(SCENE, None, (moved, pack[1], pack[2]), SIZE, outputs=("visibility",), samples=1)
     assert [used.draws > 0 for used in some.used] == [True, False, False]
     np.testing.assert_array_equal(some.visibility[1:], first.visibility[1:])
-    alone = renderer.render(SCENE, None, [gs.PackedShadow(with_shadow((moved,)))[0]], SIZE, outputs=("visibility",))
+    alone = renderer.render(
+        SCENE, None, [gs.PackedShadow(with_shadow((moved,)))[0]], SIZE, outputs=("visibility",), samples=1
+    )
     gap = np.abs(some.visibility[0] - alone.visibility[0])
     assert (gap[~np.isnan(gap)] > 0.01).sum() <= SNAPPED
 
 
 def test_two_packs_beside_each_other(renderer: gs.Renderer) -> None:
     packs = gs.PackedShadow(with_shadow(LIGHTS[:2])), gs.PackedShadow(with_shadow(LIGHTS[2:]))
-    both = renderer.render(SCENE, None, (*packs[0], *packs[1]), SIZE, outputs=("visibility",))
-    alone = renderer.render(SCENE, None, with_shadow(LIGHTS, target=gs.Target.R32F), SIZE, outputs=("visibility",))
+    both = renderer.render(SCENE, None, (*packs[0], *packs[1]), SIZE, outputs=("visibility",), samples=1)
+    alone = renderer.render(
+        SCENE, None, with_shadow(LIGHTS, target=gs.Target.R32F), SIZE, outputs=("visibility",), samples=1
+    )
     gap = np.abs(both.visibility - alone.visibility)
     assert (gap[~np.isnan(gap)] > 0.01).sum() <= SNAPPED
 

@@ -13,12 +13,15 @@ import pytest
 from glshadow import image
 from glshadow import scenes as builtin
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight, to_light
+from glshadow.core.outputs import NAMES as OUTPUTS
 from glshadow.core.spaces import CLIP_SPACES, Array, translation
 from glshadow.errors import GlshadowError, GlshadowWarning, MissingOutput, SceneError, SettingsError
-from glshadow.frame import OUTPUTS, Frame, decoded
-from glshadow.renderer import Renderer, render
-from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+from glshadow.frame import Frame, decoded
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
+from glshadow.once import render
+from glshadow.renderer import Renderer
+from glshadow.scene.mesh import AlphaMode, Material, Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 from glshadow.shadows.bias import NoBias, SlopeScaledBias
 from glshadow.shadows.filters import Hard, Pcf
@@ -42,7 +45,7 @@ def renderer() -> Iterator[Renderer]:
 
 def node(name: str, solid: shapes.Solid, matrix: Array | None = None, **material: Any) -> Node:
     uv = material.pop("uv", None)
-    return Node(name, Mesh(*solid, uv=uv, material=Material(**material)), np.eye(4) if matrix is None else matrix)
+    return Node(Mesh(*solid, uv=uv, material=Material(**material)), np.eye(4) if matrix is None else matrix, name)
 
 
 def ground(half: float = 4.0, level: float = 0.0) -> shapes.Solid:
@@ -83,7 +86,7 @@ def assert_same_picture(a: Frame, b: Frame, share: float = PICTURE_SHARE) -> Non
 
 
 def test_shapes_and_types(renderer: Renderer) -> None:
-    frame = renderer.render(box_scene(), lights=[sun(), sun(0.5)], size=SIZE, outputs=OUTPUTS)
+    frame = renderer.render(box_scene(), lights=[sun(), sun(0.5)], size=SIZE, outputs=OUTPUTS, samples=1)
     w, h = SIZE
     expected = {
         "image": ((h, w, 3), np.uint8),
@@ -106,7 +109,7 @@ def test_shapes_and_types(renderer: Renderer) -> None:
 
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_only_what_was_asked_for(renderer: Renderer, name: str) -> None:
-    frame = renderer.render(box_scene(), lights=[sun()], size=SIZE, outputs=(name,))
+    frame = renderer.render(box_scene(), lights=[sun()], size=SIZE, outputs=(name,), samples=1)
     assert tuple(frame.outputs) == (name,)
     for other in set(OUTPUTS) - {name}:
         assert not hasattr(frame, other)
@@ -119,7 +122,7 @@ def test_rows_run_from_the_top(renderer: Renderer) -> None:
     low = node("low", shapes.box((0.5, 0.5, 0.5), (0.0, -2.0, 0.0)), color=(0.0, 0.0, 1.0, 1.0))
     camera = PerspectiveCamera((0.0, 0.0, 8.0), (0.0, 0.0, 0.0))
     frame = renderer.render(
-        Scene((high, low), camera), lights=[], size=SIZE, ambient=1.0, background=0, outputs=OUTPUTS
+        Scene((high, low), camera), lights=[], size=SIZE, ambient=1.0, background=0, outputs=OUTPUTS, samples=1
     )
     assert frame.image is not None
     assert frame.depth is not None
@@ -140,7 +143,7 @@ def test_shadow_falls_away_from_the_light(renderer: Renderer, kind: str, x: floa
         "spot": SpotLight(position=position, direction=(-x, -1.0, -z), outer_angle=40),
         "point": PointLight(position=position),
     }[kind]
-    frame = renderer.render(box_scene(), lights=[light], size=SIZE, outputs=("visibility", "depth"))
+    frame = renderer.render(box_scene(), lights=[light], size=SIZE, outputs=("visibility", "depth"), samples=1)
     points = dark_points(frame)
     fallen = points[points[:, 1] < 0.01]
     assert len(fallen) > 50
@@ -156,7 +159,7 @@ def test_shadow_map_rows_run_from_the_top(renderer: Renderer) -> None:
     scene = Scene((node("ground", ground()), node("box", shapes.box((0.5, 0.5, 0.5), (2.5, 0.3, 1.5)))), ABOVE)
     shadow = Shadow(resolution=64, fit=SceneFit(), bias=NoBias())  # the derived bias leaves the ground out
     light = DirectionalLight(direction=(0.0, -1.0, 0.0), shadow=shadow)
-    frame = renderer.render(scene, lights=[light], size=SIZE, outputs=("shadow_maps",))
+    frame = renderer.render(scene, lights=[light], size=SIZE, outputs=("shadow_maps",), samples=1)
     assert frame.shadow_maps is not None
     stored, view = frame.shadow_maps[0][0], frame.used[0].views[0]
     box = view.uvz_from_world @ np.array([2.5, 0.55, 1.5, 1.0])
@@ -167,7 +170,7 @@ def test_shadow_map_rows_run_from_the_top(renderer: Renderer) -> None:
 
 def test_visibility_is_nan_without_surface(renderer: Renderer) -> None:
     camera = PerspectiveCamera((0.0, 1.5, 9.0), (0.0, 1.5, 0.0))
-    frame = renderer.render(box_scene(), camera, [sun()], SIZE, background=(0.2, 0.4, 0.6), outputs=OUTPUTS)
+    frame = renderer.render(box_scene(), camera, [sun()], SIZE, background=(0.2, 0.4, 0.6), outputs=OUTPUTS, samples=1)
     assert frame.visibility is not None
     assert frame.depth is not None
     assert frame.image is not None
@@ -196,14 +199,14 @@ def test_unlit_side_is_dark(renderer: Renderer) -> None:
     for shadow in (Shadow(resolution=512), None):
         light = replace(scene.lights[0], shadow=shadow)
         frame = renderer.render(
-            scene, lights=[light], size=SIZE, outputs=("visibility", "depth", "linear"), ambient=0.0
+            scene, lights=[light], size=SIZE, outputs=("visibility", "depth", "linear"), ambient=0.0, samples=1
         )
         assert frame.visibility is not None
         assert frame.depth is not None
         assert frame.linear is not None
         hit = np.isfinite(frame.depth)
         points = np.asarray(frame.camera.position) + pixel_rays(frame.camera, SIZE)[hit] * frame.depth[hit][:, None]
-        cosine = (points / np.linalg.norm(points, axis=1, keepdims=True) * to_light(light, points)[0]).sum(axis=1)
+        cosine = (points / np.linalg.norm(points, axis=1, keepdims=True) * light.to_light(points)[0]).sum(axis=1)
         away = cosine < -0.02  # a facet's normal is within a degree of the radius
         assert away.any()
         assert (frame.visibility[0][hit][away] == 0.0).all()
@@ -214,8 +217,8 @@ def test_thin_sheet_lit_from_behind(renderer: Renderer) -> None:
     """N16: a two-sided sheet is dark on the side away from the light, and lit on the other."""
     scene = Scene((node("sheet", ground(), double_sided=True),))
     light = sun(0.3, 1.0, 0.2)
-    above = renderer.render(scene, ABOVE, [light], SIZE)
-    below = renderer.render(scene, PerspectiveCamera((0.0, -9.0, 0.001), (0.0, 0.0, 0.0)), [light], SIZE)
+    above = renderer.render(scene, ABOVE, [light], SIZE, samples=1)
+    below = renderer.render(scene, PerspectiveCamera((0.0, -9.0, 0.001), (0.0, 0.0, 0.0)), [light], SIZE, samples=1)
     assert np.nanmax(above.visibility) == 0.0
     assert np.nanmin(below.visibility) > 1.0 - WEIGHT
 
@@ -229,7 +232,7 @@ def test_strength(renderer: Renderer, strength: float) -> None:
     full, none = sun(), replace(light, shadow=None)
     outputs = ("linear", "visibility")
     scaled, dark, open_ = (
-        renderer.render(box_scene(), lights=[each], size=SIZE, ambient=0.05, outputs=outputs)
+        renderer.render(box_scene(), lights=[each], size=SIZE, ambient=0.05, outputs=outputs, samples=1)
         for each in (light, full, none)
     )
     np.testing.assert_array_equal(scaled.visibility, dark.visibility)
@@ -239,7 +242,7 @@ def test_strength(renderer: Renderer, strength: float) -> None:
 
 def test_light_without_shadow(renderer: Renderer) -> None:
     frame = renderer.render(
-        box_scene(), lights=[replace(sun(), shadow=None)], size=SIZE, outputs=("visibility", "shadow_maps")
+        box_scene(), lights=[replace(sun(), shadow=None)], size=SIZE, outputs=("visibility", "shadow_maps"), samples=1
     )
     used = frame.used[0]
     assert (used.views, used.filter, used.bias, used.target, used.clip, used.draws) == ((), None, None, None, None, 0)
@@ -266,12 +269,14 @@ def many_lights() -> list[Light]:
 def test_lights_add_up(renderer: Renderer) -> None:
     """Eight lights of all kinds: the linear picture is the sum of theirs, and each keeps the visibility it has alone."""
     lights, outputs = many_lights(), ("linear", "visibility", "image")
-    together = renderer.render(box_scene(), lights=lights, size=SIZE, ambient=0.02, outputs=outputs)
+    together = renderer.render(box_scene(), lights=lights, size=SIZE, ambient=0.02, outputs=outputs, samples=1)
     assert together.visibility is not None
     assert together.linear is not None
-    total = renderer.render(box_scene(), lights=[], size=SIZE, ambient=0.02, outputs=outputs).linear.astype(np.float64)
+    total = renderer.render(box_scene(), lights=[], size=SIZE, ambient=0.02, outputs=outputs, samples=1).linear.astype(
+        np.float64
+    )
     for i, light in enumerate(lights):
-        alone = renderer.render(box_scene(), lights=[light], size=SIZE, ambient=0.0, outputs=outputs)
+        alone = renderer.render(box_scene(), lights=[light], size=SIZE, ambient=0.0, outputs=outputs, samples=1)
         np.testing.assert_allclose(together.visibility[i], alone.visibility[0], atol=ATLAS)
         total += alone.linear
     lit = ~np.isnan(together.visibility[0])
@@ -283,15 +288,15 @@ def test_lights_add_up(renderer: Renderer) -> None:
 
 def test_order_of_lights_does_not_matter(renderer: Renderer) -> None:
     lights = many_lights()[:4]
-    a = renderer.render(box_scene(), lights=lights, size=SIZE)
-    b = renderer.render(box_scene(), lights=lights[::-1], size=SIZE)
+    a = renderer.render(box_scene(), lights=lights, size=SIZE, samples=1)
+    b = renderer.render(box_scene(), lights=lights[::-1], size=SIZE, samples=1)
     np.testing.assert_allclose(a.visibility, b.visibility[::-1], atol=ATLAS)
     assert np.abs(a.image.astype(int) - b.image.astype(int)).max() <= PICTURE_CHANNELS
 
 
 def test_no_light_at_all(renderer: Renderer) -> None:
     scene = Scene((node("ground", ground(), color=(0.5, 0.25, 1.0, 1.0)),), ABOVE)
-    frame = renderer.render(scene, lights=[], size=SIZE, ambient=(0.2, 0.4, 0.8), outputs=OUTPUTS)
+    frame = renderer.render(scene, lights=[], size=SIZE, ambient=(0.2, 0.4, 0.8), outputs=OUTPUTS, samples=1)
     assert frame.visibility is not None
     assert frame.visibility.shape == (0, SIZE[1], SIZE[0])
     assert frame.used == ()
@@ -304,7 +309,7 @@ def test_no_light_at_all(renderer: Renderer) -> None:
 def test_lambert_shading(renderer: Renderer) -> None:
     scene = Scene((node("ground", ground(), color=(0.5, 0.25, 1.0, 1.0)),), ABOVE)
     light = DirectionalLight(direction=(1.0, -2.0, 0.5), color=(1.0, 0.5, 0.25), intensity=0.7)
-    frame = renderer.render(scene, lights=[light], size=SIZE, ambient=0.1, outputs=("linear", "depth"))
+    frame = renderer.render(scene, lights=[light], size=SIZE, ambient=0.1, outputs=("linear", "depth"), samples=1)
     cosine = 2.0 / np.sqrt(1.0 + 4.0 + 0.25)
     expected = np.array([0.5, 0.25, 1.0]) * (0.1 + 0.7 * cosine * np.array([1.0, 0.5, 0.25]))
     surface = np.isfinite(frame.depth)
@@ -314,11 +319,13 @@ def test_lambert_shading(renderer: Renderer) -> None:
 def test_cone_range_and_falloff_are_intensity(renderer: Renderer) -> None:
     light = SpotLight(position=(0.0, 3.0, 0.0), inner_angle=10, outer_angle=30, range=3.3, falloff=2.0, intensity=4.0)
     scene = Scene((node("ground", ground()),), ABOVE)
-    frame = renderer.render(scene, lights=[light], size=SIZE, ambient=0.0, outputs=("linear", "visibility", "depth"))
+    frame = renderer.render(
+        scene, lights=[light], size=SIZE, ambient=0.0, outputs=("linear", "visibility", "depth"), samples=1
+    )
     surface = np.isfinite(frame.depth)
     assert np.nanmin(frame.visibility) > 1.0 - WEIGHT  # outside the cone no caster is known
     points = np.asarray(ABOVE.position) + pixel_rays(ABOVE, SIZE)[surface] * frame.depth[surface][:, None].astype(float)
-    towards, distance = to_light(light, points)
+    towards, distance = light.to_light(points)
     inner, outer = np.cos(np.radians([10.0, 30.0]))
     x = np.clip((towards[:, 1] - outer) / (inner - outer), 0.0, 1.0)
     window = np.maximum(1.0 - (distance / 3.3) ** 4, 0.0) ** 2
@@ -352,7 +359,7 @@ def shadow_area(renderer: Renderer, scene: Scene, light: Light) -> float:
     """Area in world units of the ground in shadow, seen from straight below the ground's level through nothing."""
     camera = PerspectiveCamera((3.0, 12.0, 0.001), (3.0, 0.0, 0.0), fov_y=30.0)
     size = (400, 400)
-    frame = renderer.render(scene, camera, [light], size, outputs=("visibility", "depth"))
+    frame = renderer.render(scene, camera, [light], size, outputs=("visibility", "depth"), samples=1)
     on_ground = np.isclose(frame.depth, 12.0, atol=1e-3)
     pixel = (2.0 * 12.0 * np.tan(np.radians(15.0)) / size[1]) ** 2
     return float((1.0 - frame.visibility[0][on_ground]).sum() * pixel)
@@ -371,7 +378,7 @@ def test_masked_sheet_casts_half_a_shadow(renderer: Renderer, cutoff: float) -> 
 def test_masked_sheet_has_holes_for_the_camera(renderer: Renderer) -> None:
     scene = sheet_scene(AlphaMode.MASK)
     camera = PerspectiveCamera((0.0, 6.0, 0.001), (0.0, 0.0, 0.0), fov_y=20.0)
-    frame = renderer.render(scene, camera, [], (200, 200), outputs=("depth",))
+    frame = renderer.render(scene, camera, [], (200, 200), outputs=("depth",), samples=1)
     over = np.abs(np.asarray(camera.position) + pixel_rays(camera, (200, 200)) * 5.0)[..., [0, 2]].max(axis=-1) < 0.99
     assert np.isclose(frame.depth[over], 5.0, atol=1e-3).mean() == pytest.approx(0.5, abs=0.02)
     assert (np.isclose(frame.depth[over], 5.0, atol=1e-3) | np.isclose(frame.depth[over], 6.0, atol=1e-3)).all()
@@ -384,7 +391,7 @@ def test_blended_sheet_casts_nothing(renderer: Renderer) -> None:
 
 def test_scene_in_which_nothing_casts(renderer: Renderer) -> None:
     scene = Scene((node("ground", ground(), alpha_mode=AlphaMode.BLEND),), ABOVE)
-    frame = renderer.render(scene, lights=[sun()], size=SIZE, outputs=("visibility", "shadow_maps"))
+    frame = renderer.render(scene, lights=[sun()], size=SIZE, outputs=("visibility", "shadow_maps"), samples=1)
     assert np.nanmin(frame.visibility) == 1.0
     assert frame.used[0].draws == 0
 
@@ -396,9 +403,11 @@ def test_mirrored_node(renderer: Renderer) -> None:
     there = shapes.box((1.0, 1.0, 1.0), (-0.8, 0.5, 0.3))
     for light in (sun(0.6, -1.0, 0.4), PointLight(position=(2.0, 4.0, 1.0))):
         a = renderer.render(
-            Scene((node("ground", ground()), node("box", solid, mirror)), ABOVE), lights=[light], size=SIZE
+            Scene((node("ground", ground()), node("box", solid, mirror)), ABOVE), lights=[light], size=SIZE, samples=1
         )
-        b = renderer.render(Scene((node("ground", ground()), node("box", there)), ABOVE), lights=[light], size=SIZE)
+        b = renderer.render(
+            Scene((node("ground", ground()), node("box", there)), ABOVE), lights=[light], size=SIZE, samples=1
+        )
         assert_same_picture(a, b)
 
 
@@ -409,7 +418,9 @@ def test_mirrored_sheet_keeps_its_front(renderer: Renderer) -> None:
     below = PerspectiveCamera((4.0, 0.5, 4.0), (0.0, 0.0, 0.0))
     dark = {}
     for faces in Faces:
-        frame = renderer.render(scene, below, [sun(0.1, -1.0, 0.1, faces=faces)], SIZE, outputs=("visibility", "depth"))
+        frame = renderer.render(
+            scene, below, [sun(0.1, -1.0, 0.1, faces=faces)], SIZE, outputs=("visibility", "depth"), samples=1
+        )
         dark[faces] = (dark_points(frame)[:, 1] < 0.01).sum()
     assert dark[Faces.BACK] == 0
     assert dark[Faces.FRONT] == dark[Faces.BOTH] > 20
@@ -417,23 +428,25 @@ def test_mirrored_sheet_keeps_its_front(renderer: Renderer) -> None:
 
 def test_instances_share_one_mesh(renderer: Renderer) -> None:
     mesh = Mesh(*shapes.box((0.5, 0.5, 0.5), (0.0, 0.25, 0.0)))
-    instances = [Node(f"box {i}", mesh, translation((i - 2.0, 0.0, 0.5 * i - 1.0))) for i in range(5)]
+    instances = [Node(mesh, translation((i - 2.0, 0.0, 0.5 * i - 1.0)), f"box {i}") for i in range(5)]
     scene = Scene((node("ground", ground()), *instances), ABOVE)
-    frame = renderer.render(scene, lights=[sun()], size=SIZE)
+    frame = renderer.render(scene, lights=[sun()], size=SIZE, samples=1)
     gpu = renderer._store.scene.thing
     assert gpu is not None
     assert len({id(each) for each in gpu.meshes}) == 2
     copies = [node(f"copy {i}", shapes.box((0.5, 0.5, 0.5), (i - 2.0, 0.25, 0.5 * i - 1.0))) for i in range(5)]
-    assert_same_picture(frame, renderer.render(Scene((scene.nodes[0], *copies), ABOVE), lights=[sun()], size=SIZE))
+    assert_same_picture(
+        frame, renderer.render(Scene((scene.nodes[0], *copies), ABOVE), lights=[sun()], size=SIZE, samples=1)
+    )
 
 
 def test_moved_scene(renderer: Renderer) -> None:
     scene = box_scene()
-    renderer.render(scene, lights=[sun()], size=SIZE)
+    renderer.render(scene, lights=[sun()], size=SIZE, samples=1)
     moved = scene.moved({"box": translation((1.5, 0.0, -1.0))})
-    frame = renderer.render(moved, lights=[sun()], size=SIZE, outputs=("visibility", "depth", "image"))
+    frame = renderer.render(moved, lights=[sun()], size=SIZE, outputs=("visibility", "depth", "image"), samples=1)
     there = Scene((scene.nodes[0], node("box", shapes.box((1.0, 1.0, 1.0), (1.5, 0.5, -1.0)))), ABOVE)
-    assert_same_picture(frame, renderer.render(there, lights=[sun()], size=SIZE))
+    assert_same_picture(frame, renderer.render(there, lights=[sun()], size=SIZE, samples=1))
     assert moved.nodes[1].mesh is scene.nodes[1].mesh
     points = dark_points(frame)
     assert np.abs(points[:, 2] + 1.0).max() < 0.7
@@ -450,7 +463,7 @@ def test_faces(renderer: Renderer, kind: str) -> None:
     frames = {}
     for faces in (None, *Faces):
         shadow = replace(light.shadow, faces=faces, resolution=1024)
-        frames[faces] = renderer.render(box_scene(), lights=[replace(light, shadow=shadow)], size=SIZE)
+        frames[faces] = renderer.render(box_scene(), lights=[replace(light, shadow=shadow)], size=SIZE, samples=1)
     assert_same_picture(frames[None], frames[Faces.BOTH], share=0.0)
     assert_same_picture(frames[Faces.FRONT], frames[Faces.BOTH], share=0.0)
     assert_same_picture(frames[Faces.BACK], frames[Faces.BOTH], share=0.02)  # the foot of the box: its bottom casts too
@@ -460,7 +473,9 @@ def test_faces(renderer: Renderer, kind: str) -> None:
         shadow = replace(light.shadow, faces=faces, resolution=512)
         scene = Scene((node("ground", ground()), lid))
         camera = PerspectiveCamera((4.0, 1.2, 4.0), (0.0, 0.0, 0.0))
-        frame = renderer.render(scene, camera, [replace(light, shadow=shadow)], SIZE, outputs=("visibility", "depth"))
+        frame = renderer.render(
+            scene, camera, [replace(light, shadow=shadow)], SIZE, outputs=("visibility", "depth"), samples=1
+        )
         areas[faces] = (dark_points(frame)[:, 1] < 0.01).sum()
     assert areas[Faces.BACK] == 0
     assert areas[None] == areas[Faces.BOTH] == areas[Faces.FRONT] > 50
@@ -471,12 +486,17 @@ def test_light_inside_a_closed_box(renderer: Renderer) -> None:
     for half in (0.5, 0.05):
         shell = node("shell", shapes.box((2 * half, 2 * half, 2 * half), (0.0, 1.0, 0.0)))
         frame = renderer.render(
-            Scene((node("ground", ground()), shell), ABOVE), lights=[PointLight(position=(0, 1, 0))], size=SIZE
+            Scene((node("ground", ground()), shell), ABOVE),
+            lights=[PointLight(position=(0, 1, 0))],
+            size=SIZE,
+            samples=1,
         )
         assert np.nanmax(frame.visibility) == 0.0
     inside = PerspectiveCamera((0.0, 1.0, 0.3), (0.0, 0.8, -1.0), fov_y=70.0)
     shell = node("shell", shapes.box((1.0, 1.0, 1.0), (0.0, 1.0, 0.0)))
-    frame = renderer.render(Scene((node("ground", ground()), shell)), inside, [PointLight(position=(0, 1, 0))], SIZE)
+    frame = renderer.render(
+        Scene((node("ground", ground()), shell)), inside, [PointLight(position=(0, 1, 0))], SIZE, samples=1
+    )
     assert np.nanmin(frame.visibility) > 0.5
     assert np.nanmean(frame.visibility) > 0.99
 
@@ -487,7 +507,9 @@ def test_light_inside_a_closed_box(renderer: Renderer) -> None:
 def test_fits_agree_away_from_edges(renderer: Renderer) -> None:
     closer = replace(ABOVE, position=(0.5, 4.0, 0.5), target=(0.5, 0.0, 0.4))
     frames = [
-        renderer.render(box_scene(), closer, [sun(0.6, -1.0, 0.4, fit=fit)], SIZE, outputs=("visibility", "depth"))
+        renderer.render(
+            box_scene(), closer, [sun(0.6, -1.0, 0.4, fit=fit)], SIZE, outputs=("visibility", "depth"), samples=1
+        )
         for fit in (ViewFit(), SceneFit())
     ]
     a, b = (frame.visibility[0] for frame in frames)
@@ -504,7 +526,7 @@ def test_fits_agree_away_from_edges(renderer: Renderer) -> None:
 def test_scene_fit_does_not_depend_on_the_camera(renderer: Renderer) -> None:
     maps = []
     for camera in (ABOVE, PerspectiveCamera((3.0, 2.0, 6.0), (1.0, 0.0, 0.0), fov_y=20.0)):
-        frame = renderer.render(box_scene(), camera, [sun(fit=SceneFit())], SIZE, outputs=("shadow_maps",))
+        frame = renderer.render(box_scene(), camera, [sun(fit=SceneFit())], SIZE, outputs=("shadow_maps",), samples=1)
         maps.append(frame.shadow_maps[0])
     np.testing.assert_array_equal(*maps)
 
@@ -522,7 +544,7 @@ def test_receivers_beyond_far_are_lit(renderer: Renderer, kind: str, clip: Any, 
         ),
         "point": PointLight(position=(-1.0, 2.0, 0.0), near=1.0, far=3.0, shadow=shadow),
     }[kind]
-    frame = renderer.render(Scene((node("ground", ground()),), ABOVE), lights=[light], size=SIZE)
+    frame = renderer.render(Scene((node("ground", ground()),), ABOVE), lights=[light], size=SIZE, samples=1)
     assert np.nanmin(frame.visibility) > 1.0 - WEIGHT
 
 
@@ -532,7 +554,7 @@ def test_beyond_far_and_nothing_in_reach(renderer: Renderer, target: Target) -> 
     shadow = Shadow(resolution=64, target=target)
     light = SpotLight(position=(0.0, 10.0, 0.0), outer_angle=50, near=1.0, far=5.0, shadow=shadow)
     scene = Scene((node("ground", ground()),), ABOVE)
-    assert np.nanmin(renderer.render(scene, lights=[light], size=SIZE).visibility) > 1.0 - WEIGHT
+    assert np.nanmin(renderer.render(scene, lights=[light], size=SIZE, samples=1).visibility) > 1.0 - WEIGHT
 
 
 def test_caster_before_near_still_casts(renderer: Renderer) -> None:
@@ -541,7 +563,7 @@ def test_caster_before_near_still_casts(renderer: Renderer) -> None:
     light = DirectionalLight(direction=(0.0, -1.0, 0.0), near=-2.0, far=1.0, shadow=Shadow(resolution=512))
     camera = PerspectiveCamera((0.0, 9.0, 0.001), (0.0, 0.0, 0.0))
     frame = renderer.render(
-        Scene((node("ground", ground()), high)), camera, [light], SIZE, outputs=("visibility", "depth")
+        Scene((node("ground", ground()), high)), camera, [light], SIZE, outputs=("visibility", "depth"), samples=1
     )
     assert np.abs(dark_points(frame)[:, [0, 2]]).max() == pytest.approx(0.5, abs=0.12)
 
@@ -552,7 +574,7 @@ def test_receivers_outside_the_map_are_lit(renderer: Renderer, target: Target) -
     light = SpotLight(
         position=(0.0, 4.0, 0.0), inner_angle=10, outer_angle=20, shadow=Shadow(resolution=128, target=target)
     )
-    frame = renderer.render(box_scene(), lights=[light], size=SIZE, outputs=("visibility", "depth"))
+    frame = renderer.render(box_scene(), lights=[light], size=SIZE, outputs=("visibility", "depth"), samples=1)
     points = dark_points(frame)
     assert len(points) > 20
     # the top of the box at height 1, seen from height 4
@@ -570,11 +592,15 @@ def test_nothing_behind_a_spot(renderer: Renderer, target: Target) -> None:
     shadow = Shadow(resolution=512, target=target)
     light = SpotLight(position=(0.0, 0.0, 0.0), direction=(0, 0, -1), inner_angle=29.9, outer_angle=30, shadow=shadow)
     back = PerspectiveCamera((0.1, 0.1, 0.0), (0.1, 0.1, 4.0), fov_y=80.0)
-    frame = renderer.render(scene, back, [light], SIZE, ambient=0.0, outputs=("linear", "visibility", "image"))
+    frame = renderer.render(
+        scene, back, [light], SIZE, ambient=0.0, outputs=("linear", "visibility", "image"), samples=1
+    )
     assert (frame.linear == 0.0).all()
     assert np.nanmin(frame.visibility) > 1.0 - WEIGHT  # facing the light, and no caster known: cone is intensity
     ahead = PerspectiveCamera((0.0, 0.0, -2.1), (0.0, 0.0, -4.0), fov_y=120.0)
-    frame = renderer.render(scene, ahead, [light], (200, 200), ambient=0.0, outputs=("linear", "visibility", "depth"))
+    frame = renderer.render(
+        scene, ahead, [light], (200, 200), ambient=0.0, outputs=("linear", "visibility", "depth"), samples=1
+    )
     points = np.asarray(ahead.position) + pixel_rays(ahead, (200, 200)) * 1.9
     square, disc = np.abs(points[..., :2]).max(axis=-1), np.hypot(points[..., 0], points[..., 1])
     assert (frame.visibility[0][square < 0.97] == 0.0).all()
@@ -593,7 +619,7 @@ def test_cone_of_half_space_is_refused(angle: float) -> None:
 @pytest.mark.parametrize("angle", [80.0, 87.0, 89.9])
 def test_widest_cones(renderer: Renderer, angle: float) -> None:
     light = SpotLight(position=(0.0, 3.0, 0.0), inner_angle=angle - 1.0, outer_angle=angle)
-    frame = renderer.render(box_scene(), lights=[light], size=SIZE, outputs=("visibility", "depth"))
+    frame = renderer.render(box_scene(), lights=[light], size=SIZE, outputs=("visibility", "depth"), samples=1)
     points = dark_points(frame)
     fallen = points[points[:, 1] < 0.01]
     assert np.abs(fallen[:, [0, 2]]).max() < 0.75 + 0.4
@@ -608,7 +634,7 @@ def test_room_without_seams(renderer: Renderer, kernel: Any, target: Target | No
     lamp = np.array([0.3, 0.15, -0.2])
     light = PointLight(position=tuple(lamp), shadow=Shadow(filter=kernel, target=target))
     for view in (None, PerspectiveCamera((-0.7, 0.5, -0.8), (0.6, -0.3, 0.9), fov_y=90.0)):
-        frame = renderer.render(scene, view, [light], (320, 240), outputs=("visibility", "depth"))
+        frame = renderer.render(scene, view, [light], (320, 240), outputs=("visibility", "depth"), samples=1)
         points = np.asarray(frame.camera.position) + pixel_rays(frame.camera, frame.size) * frame.depth[
             ..., None
         ].astype(float)
@@ -632,7 +658,7 @@ def test_rods_across_face_borders(renderer: Renderer) -> None:
     """N21: shadows of rods are unbroken where they cross from face to face."""
     analytic = builtin.room(rods=True)
     lights = [replace(light, shadow=Shadow(filter=Pcf())) for light in analytic.scene.lights]
-    frame = renderer.render(analytic.scene, None, lights, (320, 240), outputs=("visibility", "depth"))
+    frame = renderer.render(analytic.scene, None, lights, (320, 240), outputs=("visibility", "depth"), samples=1)
     points = np.asarray(frame.camera.position) + pixel_rays(frame.camera, frame.size) * frame.depth[..., None].astype(
         float
     )
@@ -656,17 +682,27 @@ MAP = Shadow(filter=Pcf())
 
 
 def test_faces_without_receivers_are_skipped(renderer: Renderer) -> None:
-    below = renderer.render(box_scene(), lights=[PointLight(position=(0.0, 3.0, 0.0), shadow=MAP)], size=SIZE)
+    below = renderer.render(
+        box_scene(), lights=[PointLight(position=(0.0, 3.0, 0.0), shadow=MAP)], size=SIZE, samples=1
+    )
     assert 3 in {view.face for view in below.used[0].views}
     assert 2 not in {view.face for view in below.used[0].views}, "nothing lies above the lamp"
-    far = renderer.render(box_scene(), lights=[PointLight(position=(0.0, 100.0, 0.0), shadow=MAP)], size=SIZE)
+    far = renderer.render(
+        box_scene(), lights=[PointLight(position=(0.0, 100.0, 0.0), shadow=MAP)], size=SIZE, samples=1
+    )
     assert [view.face for view in far.used[0].views] == [3]
 
 
 def test_light_that_reaches_nothing_seen(renderer: Renderer) -> None:
     light = SpotLight(position=(0.0, 5.0, 0.0), direction=(0.0, 1.0, 0.0), shadow=MAP)
     frame = renderer.render(
-        box_scene(), lights=[light], size=SIZE, outputs=("visibility", "shadow_maps", "linear"), ambient=0, background=0
+        box_scene(),
+        lights=[light],
+        size=SIZE,
+        outputs=("visibility", "shadow_maps", "linear"),
+        ambient=0,
+        background=0,
+        samples=1,
     )
     assert frame.used[0].views == ()
     assert frame.used[0].draws == 0
@@ -705,7 +741,9 @@ def test_scale_does_not_matter(renderer: Renderer, case: str, scale: float) -> N
     analytic = CASES[case]()
     unit, _, _ = scaled(analytic, 1.0, np.zeros(3))
     other, _, _ = scaled(analytic, scale, np.zeros(3))
-    assert_same_picture(renderer.render(unit, size=(240, 160)), renderer.render(other, size=(240, 160)))
+    assert_same_picture(
+        renderer.render(unit, size=(240, 160), samples=1), renderer.render(other, size=(240, 160), samples=1)
+    )
 
 
 @pytest.mark.parametrize("offset", [(1e7, 0.0, -1e7), (6e6, 1e6, 0.0), (1e5, 0.0, 3.0)], ids=str)
@@ -715,7 +753,9 @@ def test_place_does_not_matter(renderer: Renderer, case: str, offset: Any) -> No
     analytic = CASES[case]()
     unit, _, _ = scaled(analytic, 1.0, np.zeros(3))
     other, _, _ = scaled(analytic, 1.0, np.asarray(offset))
-    assert_same_picture(renderer.render(unit, size=(240, 160)), renderer.render(other, size=(240, 160)))
+    assert_same_picture(
+        renderer.render(unit, size=(240, 160), samples=1), renderer.render(other, size=(240, 160), samples=1)
+    )
 
 
 def test_baked_far_away(renderer: Renderer) -> None:
@@ -725,7 +765,8 @@ def test_baked_far_away(renderer: Renderer) -> None:
     scene = Scene(tuple(node(name, (positions + offset, faces)) for name, (positions, faces) in solids.items()))
     camera = replace(ABOVE, position=tuple(np.asarray(ABOVE.position) + offset), target=tuple(offset))
     assert_same_picture(
-        renderer.render(box_scene(), lights=[sun()], size=SIZE), renderer.render(scene, camera, [sun()], SIZE)
+        renderer.render(box_scene(), lights=[sun()], size=SIZE, samples=1),
+        renderer.render(scene, camera, [sun()], SIZE, samples=1),
     )
 
 
@@ -733,7 +774,7 @@ def test_metamorphic(renderer: Renderer) -> None:
     """N39: permuted, duplicated and subdivided triangles give the same picture; another caster makes nothing brighter."""
     scene = box_scene()
     light = sun(0.6, -1.0, 0.4)
-    frame = renderer.render(scene, lights=[light], size=SIZE)
+    frame = renderer.render(scene, lights=[light], size=SIZE, samples=1)
     mesh = scene.nodes[1].mesh
     middles = mesh.positions[mesh.triangles].mean(axis=1)
     fans = np.stack([np.roll(mesh.triangles, -k, axis=1) for k in range(3)], axis=1)
@@ -745,9 +786,9 @@ def test_metamorphic(renderer: Renderer) -> None:
     }
     for solid in variants.values():
         other = Scene((scene.nodes[0], node("box", solid)), ABOVE)
-        assert_same_picture(frame, renderer.render(other, lights=[light], size=SIZE))
+        assert_same_picture(frame, renderer.render(other, lights=[light], size=SIZE, samples=1))
     more = box_scene(node("more", shapes.box((0.4, 0.4, 0.4), (-1.5, 1.5, 1.0))))
-    darker = renderer.render(more, lights=[light], size=SIZE)
+    darker = renderer.render(more, lights=[light], size=SIZE, samples=1)
     brighter = darker.visibility > frame.visibility + 0.51
     on_new = np.abs(darker.image.astype(int) - frame.image.astype(int)).max(axis=-1) > 0
     assert not (brighter[0] & ~on_new).any()
@@ -757,13 +798,15 @@ def test_metamorphic(renderer: Renderer) -> None:
 def test_deterministic(renderer: Renderer) -> None:
     """Bit for bit, also after other scenes, sizes, formats and lights went through the same renderer, and in a new one."""
     scene, lights = box_scene(), many_lights()[:4]
-    first = renderer.render(scene, lights=lights, size=SIZE, outputs=OUTPUTS)
-    renderer.render(builtin.room(rods=True).scene, size=(33, 17))
-    renderer.render(sheet_scene(AlphaMode.MASK), lights=[sun(target=Target.RGBA8, faces=Faces.BACK)], size=(128, 31))
-    renderer.render(scene, lights=[sun(bias=SlopeScaledBias())], size=(16, 300), outputs=("shadow_maps",))
-    again = [renderer.render(scene, lights=lights, size=SIZE, outputs=OUTPUTS)]
+    first = renderer.render(scene, lights=lights, size=SIZE, outputs=OUTPUTS, samples=1)
+    renderer.render(builtin.room(rods=True).scene, size=(33, 17), samples=1)
+    renderer.render(
+        sheet_scene(AlphaMode.MASK), lights=[sun(target=Target.RGBA8, faces=Faces.BACK)], size=(128, 31), samples=1
+    )
+    renderer.render(scene, lights=[sun(bias=SlopeScaledBias())], size=(16, 300), outputs=("shadow_maps",), samples=1)
+    again = [renderer.render(scene, lights=lights, size=SIZE, outputs=OUTPUTS, samples=1)]
     with Renderer("egl") as other:
-        again.append(other.render(scene, lights=lights, size=SIZE, outputs=OUTPUTS))
+        again.append(other.render(scene, lights=lights, size=SIZE, outputs=OUTPUTS, samples=1))
     for frame in again:
         for name in OUTPUTS:
             if name != "timings":
@@ -776,9 +819,9 @@ def test_deterministic(renderer: Renderer) -> None:
 
 def test_frame_outlives_its_renderer() -> None:
     with Renderer("egl") as renderer:
-        frame = renderer.render(box_scene(), lights=[sun()], size=SIZE, outputs=OUTPUTS)
+        frame = renderer.render(box_scene(), lights=[sun()], size=SIZE, outputs=OUTPUTS, samples=1)
         copy = frame.image.copy()
-        renderer.render(builtin.ball().scene, size=SIZE)
+        renderer.render(builtin.ball().scene, size=SIZE, samples=1)
     np.testing.assert_array_equal(frame.image, copy)
     assert np.nansum(frame.visibility) > 0.0
     assert frame.used[0].as_dict()["views"][0]["resolution"] == 512
@@ -786,7 +829,7 @@ def test_frame_outlives_its_renderer() -> None:
 
 @pytest.mark.parametrize("ending", ["png", "tif", "jpg"])
 def test_save_picture(renderer: Renderer, tmp_path: Path, ending: str) -> None:
-    frame = renderer.render(box_scene(), lights=[sun()], size=SIZE)
+    frame = renderer.render(box_scene(), lights=[sun()], size=SIZE, samples=1)
     path = tmp_path / f"picture.{ending}"
     frame.save(path)
     read = image.read(path)[..., :3]
@@ -800,7 +843,7 @@ def test_save_exr(renderer: Renderer, tmp_path: Path) -> None:
 
     lights = [sun(), sun(0.5)]
     frame = renderer.render(
-        box_scene(), lights=lights, size=SIZE, outputs=("linear", "visibility", "depth", "depth_metric")
+        box_scene(), lights=lights, size=SIZE, outputs=("linear", "visibility", "depth", "depth_metric"), samples=1
     )
     path = tmp_path / "channels.exr"
     frame.save(path)
@@ -820,7 +863,7 @@ def test_save_exr(renderer: Renderer, tmp_path: Path) -> None:
 
 
 def test_save_without_picture(renderer: Renderer, tmp_path: Path) -> None:
-    frame = renderer.render(box_scene(), lights=[sun()], size=SIZE, outputs=("visibility",))
+    frame = renderer.render(box_scene(), lights=[sun()], size=SIZE, outputs=("visibility",), samples=1)
     with pytest.raises(SettingsError, match='this frame has no "image"'):
         frame.save(tmp_path / "picture.png")
     assert list(tmp_path.iterdir()) == []
@@ -839,11 +882,11 @@ def test_decoded_inverts_the_encoding() -> None:
 @pytest.mark.parametrize("size", [(0, 0), (0, 10), (10, -1), (10.0, 10), (10,), (10, 10, 10)])
 def test_wrong_size(renderer: Renderer, size: Any) -> None:
     with pytest.raises(SettingsError, match="size must be two integers"):
-        renderer.render(box_scene(), size=size)
+        renderer.render(box_scene(), size=size, samples=1)
 
 
 def test_smallest_picture(renderer: Renderer) -> None:
-    frame = renderer.render(box_scene(), lights=[sun()], size=(1, 1))
+    frame = renderer.render(box_scene(), lights=[sun()], size=(1, 1), samples=1)
     assert frame.image.shape == (1, 1, 3)
     assert frame.visibility.shape == (1, 1, 1)
 
@@ -851,7 +894,7 @@ def test_smallest_picture(renderer: Renderer) -> None:
 @pytest.mark.parametrize("outputs", [(), ("picture",), ("image", "normals")])
 def test_wrong_outputs(renderer: Renderer, outputs: Any) -> None:
     with pytest.raises(SettingsError, match="outputs must be some of image, visibility"):
-        renderer.render(box_scene(), size=SIZE, outputs=outputs)
+        renderer.render(box_scene(), size=SIZE, outputs=outputs, samples=1)
 
 
 @pytest.mark.parametrize(
@@ -870,7 +913,7 @@ def test_wrong_arguments(renderer: Renderer, arguments: Any, error: type[Excepti
 
 def test_not_a_scene(renderer: Renderer) -> None:
     with pytest.raises(SceneError, match=r"a glshadow.Scene is needed .* got Mesh"):
-        renderer.render(box_scene().nodes[0].mesh)  # type: ignore[arg-type]
+        renderer.render(box_scene().nodes[0].mesh, samples=1)  # type: ignore[arg-type]
 
 
 def test_released_renderer() -> None:
@@ -878,18 +921,18 @@ def test_released_renderer() -> None:
     renderer.release()
     renderer.release()
     with pytest.raises(GlshadowError, match="was released"):
-        renderer.render(box_scene(), size=SIZE)
+        renderer.render(box_scene(), size=SIZE, samples=1)
 
 
 def test_camera_that_sees_nothing(renderer: Renderer) -> None:
     away = PerspectiveCamera((0.0, 5.0, 20.0), (0.0, 5.0, 40.0))
     with pytest.warns(GlshadowWarning, match="nothing is in view"):
-        frame = renderer.render(box_scene(), away, [sun()], SIZE, background=(1.0, 0.5, 0.0))
+        frame = renderer.render(box_scene(), away, [sun()], SIZE, background=(1.0, 0.5, 0.0), samples=1)
     assert np.isnan(frame.visibility).all()
     assert (frame.image == [255, 128, 0]).all()
 
 
 def test_one_call(tmp_path: Path) -> None:
     path = tmp_path / "out.png"
-    frame = render(box_scene(), lights=[sun()], size=SIZE, path=path)
+    frame = render(box_scene(), lights=[sun()], size=SIZE, path=path, samples=1)
     np.testing.assert_array_equal(image.read(path)[..., :3], frame.image)

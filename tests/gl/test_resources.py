@@ -14,11 +14,12 @@ import pytest
 
 from glshadow import scenes as builtin
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import translation
 from glshadow.errors import ResourceError, SettingsError
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.renderer import Renderer
-from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.shadows.filters import Hard
 from glshadow.shadows.metric import Target
 from glshadow.shadows.shadow import Shadow
@@ -82,7 +83,7 @@ def test_nothing_is_made_once_warm(renderer: Renderer, scene: Scene, made: Count
     """Moving lights, camera and nodes: no texture, buffer, framebuffer, vertex array or program after the second frame."""
     outputs = ("image", "visibility", "depth", "linear", "shadow_maps")
     for step in range(6):
-        renderer.render(scene, camera(step), lights(step), SIZE, outputs=outputs)
+        renderer.render(scene, camera(step), lights(step), SIZE, outputs=outputs, samples=1)
         if step == 0:
             assert {"texture", "framebuffer", "vertex_array", "program", "buffer"} <= set(made)
         if step == 1:
@@ -93,7 +94,7 @@ def test_nothing_is_made_once_warm(renderer: Renderer, scene: Scene, made: Count
 def test_moving_a_node_uploads_no_mesh(renderer: Renderer, scene: Scene, made: Counter[str]) -> None:
     for step in range(5):
         moved = scene.moved({"box": translation((0.1 * step, 0.0, 0.0))})
-        renderer.render(moved, camera(0), lights(0), SIZE)
+        renderer.render(moved, camera(0), lights(0), SIZE, samples=1)
         if step == 1:
             made.clear()
     # per frame at most the scene's tables: planes and colours, vertices, triangles and their neighbours
@@ -102,11 +103,11 @@ def test_moving_a_node_uploads_no_mesh(renderer: Renderer, scene: Scene, made: C
 
 
 def test_same_settings_share_a_program(renderer: Renderer, scene: Scene, made: Counter[str]) -> None:
-    renderer.render(scene, camera(0), lights(0), SIZE)
-    renderer.render(scene, camera(0), lights(0), SIZE)
+    renderer.render(scene, camera(0), lights(0), SIZE, samples=1)
+    renderer.render(scene, camera(0), lights(0), SIZE, samples=1)
     made.clear()
     changed = [replace(light, shadow=replace(light.shadow, resolution=32)) for light in lights(1)]
-    renderer.render(scene, camera(0), changed, (32, 32))
+    renderer.render(scene, camera(0), changed, (32, 32), samples=1)
     assert made["program"] == 0
 
 
@@ -114,12 +115,12 @@ def fresh_scene(number: int) -> Scene:
     source = builtin.box().scene
     box = source.nodes[1].mesh
     copy = Mesh(box.positions * (1.0 + 0.01 * number), box.triangles)
-    return replace(source, nodes=(source.nodes[0], Node("box", copy, np.eye(4))))
+    return replace(source, nodes=(source.nodes[0], Node(copy, np.eye(4), "box")))
 
 
 def test_mesh_on_the_gpu_dies_with_its_mesh(renderer: Renderer) -> None:
     first = fresh_scene(0)
-    renderer.render(first, lights=lights(0), size=SIZE)
+    renderer.render(first, lights=lights(0), size=SIZE, samples=1)
     gpu = renderer._store.meshes.get(first.nodes[1].mesh)
     ground = renderer._store.meshes.get(first.nodes[0].mesh)
     buffer = gpu.shape.positions
@@ -127,9 +128,9 @@ def test_mesh_on_the_gpu_dies_with_its_mesh(renderer: Renderer) -> None:
     other = replace(other, nodes=(first.nodes[0], other.nodes[1]))  # shares the ground
     del first
     gc.collect()
-    renderer.render(other, lights=lights(0), size=SIZE)
+    renderer.render(other, lights=lights(0), size=SIZE, samples=1)
     gc.collect()
-    renderer.render(other, lights=lights(0), size=SIZE)
+    renderer.render(other, lights=lights(0), size=SIZE, samples=1)
     assert isinstance(buffer.mglo, moderngl.InvalidObject), "the vertex buffer of a mesh that is gone was kept"
     assert renderer._store.meshes.get(other.nodes[0].mesh) is ground
     assert len(renderer._store.meshes._meshes) == 2
@@ -137,9 +138,9 @@ def test_mesh_on_the_gpu_dies_with_its_mesh(renderer: Renderer) -> None:
 
 def test_many_scenes_keep_the_memory_flat(renderer: Renderer) -> None:
     for number in range(30):
-        renderer.render(fresh_scene(number), lights=lights(number % 3), size=(32 + number % 3, 24))
+        renderer.render(fresh_scene(number), lights=lights(number % 3), size=(32 + number % 3, 24), samples=1)
     gc.collect()
-    renderer.render(fresh_scene(99), lights=lights(0), size=SIZE)
+    renderer.render(fresh_scene(99), lights=lights(0), size=SIZE, samples=1)
     assert len(renderer._store.meshes._meshes) <= 4
 
 
@@ -147,19 +148,19 @@ def test_renderer_does_not_keep_a_scene_alive(renderer: Renderer) -> None:
     import weakref
 
     scene = fresh_scene(0)
-    renderer.render(scene, lights=lights(0), size=SIZE)
+    renderer.render(scene, lights=lights(0), size=SIZE, samples=1)
     mesh = weakref.ref(scene.nodes[1].mesh)
     alive = weakref.ref(scene)
     del scene
     gc.collect()
     assert alive() is None
-    renderer.render(fresh_scene(1), lights=lights(0), size=SIZE)
+    renderer.render(fresh_scene(1), lights=lights(0), size=SIZE, samples=1)
     gc.collect()
     assert mesh() is None
 
 
 def still_works(renderer: Renderer, scene: Scene) -> None:
-    frame = renderer.render(scene, camera(0), lights(0), SIZE)
+    frame = renderer.render(scene, camera(0), lights(0), SIZE, samples=1)
     assert 0.2 < np.nanmean(frame.visibility) < 0.99
     assert renderer._context.ctx.error == "GL_NO_ERROR"
 
@@ -171,7 +172,7 @@ def test_picture_beyond_the_driver(renderer: Renderer, scene: Scene) -> None:
         with pytest.raises(
             SettingsError, match=rf"the image must be 1 to \d+ pixels wide and high .* got {size[0]} x {size[1]}"
         ):
-            renderer.render(scene, size=size, lights=lights(0))
+            renderer.render(scene, size=size, lights=lights(0), samples=1)
         still_works(renderer, scene)
 
 
@@ -179,7 +180,7 @@ def test_maps_beyond_the_driver(renderer: Renderer, scene: Scene) -> None:
     """Six faces of 16384 need an atlas of three times that side."""
     huge = PointLight(position=(-2.0, 4.0, 1.0), shadow=Shadow(resolution=16384))
     with pytest.raises((ResourceError, SettingsError), match=r"shadow map .*16384"):
-        renderer.render(scene, camera(0), [huge], SIZE)
+        renderer.render(scene, camera(0), [huge], SIZE, samples=1)
     still_works(renderer, scene)
 
 
@@ -198,7 +199,7 @@ def test_out_of_memory(renderer: Renderer, scene: Scene, monkeypatch: pytest.Mon
 
     monkeypatch.setattr(kind, "_drain", out_of_memory)
     with pytest.raises(ResourceError, match="memory"):
-        renderer.render(scene, camera(0), lights(0), (80, 60))
+        renderer.render(scene, camera(0), lights(0), (80, 60), samples=1)
     assert said
     still_works(renderer, scene)
     still_works(renderer, scene)
@@ -212,7 +213,12 @@ def test_release_frees_everything(made: Counter[str]) -> None:
         with Renderer(context=ctx) as renderer:
             for step in range(3):
                 renderer.render(
-                    fresh_scene(step), camera(step), lights(step), SIZE, outputs=("image", "visibility", "linear")
+                    fresh_scene(step),
+                    camera(step),
+                    lights(step),
+                    SIZE,
+                    outputs=("image", "visibility", "linear"),
+                    samples=1,
                 )
             assert objects(ctx) != before
         assert objects(ctx) == before

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.core.sampling import SAMPLES
 from glshadow.core.srgb import linear_from_srgb
+from glshadow.lights import Light
 from glshadow.scenes import shapes
 
 from ..exact.test_casters import LIGHTS as LEAF_LIGHTS
@@ -49,8 +49,8 @@ def courtyard() -> gs.Scene:
 def masked() -> gs.Scene:
     image = leaves(8, 6)
     return scene_of(
-        gs.Node("a", leaf(image), placed(-1.0, 1.0, 0.0, 1)),
-        gs.Node("b", leaf(image, 2.0), placed(1.0, 1.4, -0.5, 3)),
+        gs.Node(leaf(image), placed(-1.0, 1.0, 0.0, 1), "a"),
+        gs.Node(leaf(image, 2.0), placed(1.0, 1.4, -0.5, 3), "b"),
         name="masked",
     )
 
@@ -64,7 +64,7 @@ def ball(normals: bool = True) -> gs.Scene:
         gs.Mesh(positions, triangles, smooth, material=gs.Material(color=(0.8, 0.2, 0.1, 1.0))),
         gs.Mesh(*floor, material=gs.Material(color=(0.2, 0.3, 0.8, 1.0))),
     )
-    return gs.Scene(tuple(gs.Node(str(i), mesh, np.eye(4)) for i, mesh in enumerate(meshes)))
+    return gs.Scene(tuple(gs.Node(mesh, np.eye(4), str(i)) for i, mesh in enumerate(meshes)))
 
 
 # -- against every sample shaded
@@ -89,14 +89,14 @@ def test_the_picture_is_that_of_every_sample(
         # of three texels, whose middle is not quite their mean
         assert off.mean() < 1e-3 * (1 + count), f"{off.mean():.5f}"
         assert (off > 0.15 * count).mean() < 1e-3
-        one = renderer.render(scene, None, lights[:count], SIZE, outputs=OUTPUTS)
+        one = renderer.render(scene, None, lights[:count], SIZE, outputs=OUTPUTS, samples=1)
         assert off.mean() < 0.3 * np.abs(one.linear - every.linear).max(axis=-1).mean()
 
 
 def test_every_sample_in_numpy_is_a_box_mean(older: gs.Renderer) -> None:
     """The same picture four times as large in each direction, averaged here; no texture, whose level would differ."""
     scene = ball()
-    fine = older.render(scene, None, None, (4 * SIZE[0], 4 * SIZE[1]), outputs=OUTPUTS)
+    fine = older.render(scene, None, None, (4 * SIZE[0], 4 * SIZE[1]), outputs=OUTPUTS, samples=1)
     mean = older.render(scene, None, None, SIZE, outputs=OUTPUTS, samples=16)
     linear = fine.linear.reshape(SIZE[1], 4, SIZE[0], 4, 3).mean(axis=(1, 3))
     np.testing.assert_allclose(mean.linear, linear, atol=1e-6)
@@ -145,7 +145,7 @@ def test_alpha_and_visibility_are_those_of_as_many_rays(
 def test_measure_wants_as_many_samples(renderer: gs.Renderer, courtyard: gs.Scene) -> None:
     frame = renderer.render(courtyard, None, None, (64, 36), samples=4)
     with pytest.raises(gs.SettingsError, match=r"the frame has 4, the truth 1; use trace\(..., samples=4\)"):
-        gs.measure(frame, gs.trace(courtyard, size=(64, 36)))
+        gs.measure(frame, gs.trace(courtyard, size=(64, 36), samples=1))
 
 
 # -- what does not change
@@ -154,7 +154,7 @@ def test_measure_wants_as_many_samples(renderer: gs.Renderer, courtyard: gs.Scen
 @pytest.mark.parametrize("samples", SAMPLES[1:])
 @pytest.mark.parametrize("name", list(LIGHTS))
 def test_away_from_edges_nothing_changes(renderer: gs.Renderer, courtyard: gs.Scene, name: str, samples: int) -> None:
-    one = renderer.render(courtyard, None, [LIGHTS[name]], SIZE).visibility[0]
+    one = renderer.render(courtyard, None, [LIGHTS[name]], SIZE, samples=1).visibility[0]
     many = renderer.render(courtyard, None, [LIGHTS[name]], SIZE, samples=samples).visibility[0]
     known = np.pad(np.nan_to_num(one, nan=0.5), 1, mode="edge")
     windows = np.lib.stride_tricks.sliding_window_view(known, (3, 3))
@@ -167,7 +167,7 @@ def test_away_from_edges_nothing_changes(renderer: gs.Renderer, courtyard: gs.Sc
 @pytest.mark.parametrize("samples", SAMPLES[1:])
 def test_middles_are_those_of_one_sample(renderer: gs.Renderer, masked: gs.Scene, samples: int) -> None:
     outputs = ("depth", "depth_metric", "triangle", "node", "normal", "position")
-    one = renderer.render(masked, None, None, SIZE, outputs=outputs)
+    one = renderer.render(masked, None, None, SIZE, outputs=outputs, samples=1)
     many = renderer.render(masked, None, None, SIZE, outputs=(*outputs, "image"), samples=samples)
     for name in outputs:
         np.testing.assert_array_equal(getattr(many, name), getattr(one, name))

@@ -39,7 +39,9 @@ def test_each_is_the_picture_of_render(renderer: gs.Renderer, scene: gs.Scene) -
 
 def test_lists_and_whole_maps_are_made_once(renderer: gs.Renderer, scene: gs.Scene) -> None:
     for shadow in (gs.Shadow(), gs.Shadow(fit=gs.SceneFit())):
-        frames = list(renderer.sequence(scene, gs.orbit(scene.camera, 4), [gs.DirectionalLight(shadow=shadow)], SIZE))
+        frames = list(
+            renderer.sequence(scene, gs.orbit(scene.camera, 4), [gs.DirectionalLight(shadow=shadow)], SIZE, samples=1)
+        )
         assert frames[0].used[0].draws > 0
         assert [frame.used[0].draws for frame in frames[1:]] == [0, 0, 0]
 
@@ -52,12 +54,12 @@ def test_cameras_are_taken_one_by_one(renderer: gs.Renderer, scene: gs.Scene) ->
             taken.append(number)
             yield camera
 
-    frames = renderer.sequence(scene, cameras(), None, SIZE)
+    frames = renderer.sequence(scene, cameras(), None, SIZE, samples=1)
     assert taken == []
     next(frames)
     assert taken == [0]
     frames.close()
-    assert renderer.render(scene, size=SIZE).image.any()
+    assert renderer.render(scene, size=SIZE, samples=1).image.any()
 
 
 def test_errors_come_at_once_and_say_which(renderer: gs.Renderer, scene: gs.Scene) -> None:
@@ -72,8 +74,8 @@ def test_errors_come_at_once_and_say_which(renderer: gs.Renderer, scene: gs.Scen
         with pytest.raises(gs.SettingsError):
             renderer.sequence(scene, [scene.camera], **bad)  # type: ignore[arg-type]
     with pytest.raises(gs.SettingsError, match="cameras must be a sequence of cameras, got 3"):
-        renderer.sequence(scene, 3)  # type: ignore[arg-type]
-    frames = renderer.sequence(scene, [scene.camera, "left"], None, SIZE)  # type: ignore[list-item]
+        renderer.sequence(scene, 3, samples=1)  # type: ignore[arg-type]
+    frames = renderer.sequence(scene, [scene.camera, "left"], None, SIZE, samples=1)  # type: ignore[list-item]
     assert next(frames).image.any()
     with pytest.raises(gs.SettingsError, match=r"cameras\[1\] must be a camera, got 'left'"):
         next(frames)

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.lights import to_light
 from glshadow.core.spaces import ClipSpace, perspective
 from glshadow.gl.driver.state import read_state
 from glshadow.gl.foreign.shaders import _renamed
@@ -110,7 +109,7 @@ def foreign() -> Iterator[Foreign]:
 @pytest.mark.parametrize("name", list(LIGHTS))
 def test_its_shadows_are_those_of_rays(foreign: Foreign, name: str, filter: gs.Filter) -> None:
     light = replace(LIGHTS[name], shadow=gs.Shadow(filter=filter, resolution=2048))
-    truth = gs.trace(SCENE, None, [light], SIZE)
+    truth = gs.trace(SCENE, None, [light], SIZE, samples=1)
     seen = foreign.asks(light, "vec3(lamp_visibility(position, n)), 1.0")[..., 0]
     known = (truth.cosine[0] > 0.05) & truth.reached[0] & (seen >= 0.0) & (truth.node >= 0)
     assert known.mean() > 0.25
@@ -135,9 +134,9 @@ def test_what_faces_away_is_dark(foreign: Foreign, name: str) -> None:
 def test_directions_and_what_arrives(foreign: Foreign, name: str) -> None:
     light = LIGHTS[name] if name == "sun" else replace(LIGHTS[name], falloff=2.0, range=30.0)
     seen = foreign.asks(light, "lamp_towards(position), lamp_arriving(position)")
-    truth = gs.trace(SCENE, None, [light], SIZE)
+    truth = gs.trace(SCENE, None, [light], SIZE, samples=1)
     known = (truth.node >= 0) & (seen[..., 3] >= 0.0)
-    towards, distance = to_light(light, np.nan_to_num(truth.position))
+    towards, distance = light.to_light(np.nan_to_num(truth.position))
     gap = np.abs(seen[..., :3] - towards).max(axis=-1)[known]
     assert np.quantile(gap, 0.95) < 2e-2, "a pixel's own triangle, but at silhouettes"
     expected = np.ones(truth.node.shape) if name == "sun" else (1.0 - (distance / 30.0) ** 4) ** 2 / distance**2

@@ -13,7 +13,8 @@ from glshadow.core.spaces import Array, translation
 from glshadow.gl.scene import occlusion as sparing
 from glshadow.gl.scene import runs
 from glshadow.renderer import Renderer
-from glshadow.scene.mesh import Material, Mesh, Node, Scene
+from glshadow.scene.mesh import Material, Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 
 SIZE = (96, 64)
@@ -69,12 +70,12 @@ def nested() -> Scene:
     def placed(x: float, z: float, scale: tuple[float, float, float]) -> Array:
         return translation((x, 0.8, z)) @ np.diag([*scale, 1.0])
 
-    nodes = [Node("ground", ground, np.eye(4)), Node("few", few, placed(0.0, 1.0, (1.0, 1.0, 1.0)))]
+    nodes = [Node(ground, np.eye(4), "ground"), Node(few, placed(0.0, 1.0, (1.0, 1.0, 1.0)), "few")]
     for k in range(3):
         for scale in (1.0, 0.9, 0.7, 0.5):
-            nodes.append(Node(f"{k} {scale}", ball, placed(1.2 * k - 1.2, 0.0, (scale, scale, scale))))
-    nodes.append(Node("mirrored", ball, placed(-0.5, -1.2, (-1.5, 0.5, 1.0))))
-    nodes.append(Node("open", open_ball, placed(0.9, -1.2, (1.0, 1.0, 1.0))))
+            nodes.append(Node(ball, placed(1.2 * k - 1.2, 0.0, (scale, scale, scale)), f"{k} {scale}"))
+    nodes.append(Node(ball, placed(-0.5, -1.2, (-1.5, 0.5, 1.0)), "mirrored"))
+    nodes.append(Node(open_ball, placed(0.9, -1.2, (1.0, 1.0, 1.0)), "open"))
     return Scene(tuple(nodes), gs.PerspectiveCamera((2.0, 3.0, 4.0), (0.0, 0.3, 0.0)))
 
 
@@ -97,11 +98,11 @@ def test_no_texel_moves(
         lamp = moved(replace(LIGHTS[light], shadow=SHADOWS[shadow]), k)
         eager.clear()
         asked = ("image", "visibility", "triangle", "shadow_maps")
-        one = spared.render(scene, None, [lamp], SIZE, outputs=asked)
+        one = spared.render(scene, None, [lamp], SIZE, outputs=asked, samples=1)
         drawn = list(eager)
         with monkeypatch.context() as off:
             off.setattr(sparing, "LEAST_TRIANGLES", 1 << 60)
-            other = plain.render(scene, None, [lamp], SIZE, outputs=asked)
+            other = plain.render(scene, None, [lamp], SIZE, outputs=asked, samples=1)
         for name in ("image", "visibility", "triangle"):
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=f"{name} {k}")
         np.testing.assert_array_equal(one.shadow_maps[0], other.shadow_maps[0])
@@ -120,7 +121,7 @@ def test_what_was_hidden_is_drawn_when_it_shows(pair: tuple[Renderer, Renderer],
     for k in range(6):
         sun = gs.DirectionalLight(direction=((-1.0) ** k, -0.3, 0.2), shadow=gs.Shadow(resolution=128))
         one, other = (
-            renderer.render(scene, None, [sun], SIZE, outputs=("shadow_maps",)).shadow_maps[0]
+            renderer.render(scene, None, [sun], SIZE, outputs=("shadow_maps",), samples=1).shadow_maps[0]
             for renderer in (spared, plain)
         )
         np.testing.assert_array_equal(one, other)
@@ -131,9 +132,9 @@ def test_early_beginnings_change_nothing(pair: tuple[Renderer, Renderer], monkey
     often, once = pair
     scene = nested()
     asked = ("image", "triangle", "depth", "shadow_maps")
-    other = once.render(scene, size=SIZE, outputs=asked)
+    other = once.render(scene, size=SIZE, outputs=asked, samples=1)
     monkeypatch.setattr(runs, "AT_ONCE", 100)
-    one = often.render(scene, size=SIZE, outputs=asked)
+    one = often.render(scene, size=SIZE, outputs=asked, samples=1)
     for name in ("image", "triangle", "depth"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
     np.testing.assert_array_equal(one.shadow_maps[0], other.shadow_maps[0])

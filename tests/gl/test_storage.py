@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import CLIP_SPACES, Array, ClipSpace
 from glshadow.errors import SettingsError
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.renderer import Renderer
-from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 from glshadow.shadows.bias import NoBias
 from glshadow.shadows.fits import SceneFit
@@ -39,7 +40,7 @@ def renderer() -> Iterator[Renderer]:
 
 def scene_of(*solids: shapes.Solid) -> tuple[Scene, Array]:
     """A scene of solids, and its triangles (T, 3, 3)."""
-    nodes = tuple(Node(f"part {i}", Mesh(*solid), np.eye(4)) for i, solid in enumerate(solids))
+    nodes = tuple(Node(Mesh(*solid), np.eye(4), f"part {i}") for i, solid in enumerate(solids))
     return Scene(nodes, CAMERA), np.concatenate([positions[faces] for positions, faces in solids])
 
 
@@ -62,13 +63,13 @@ def light_of(kind: str, near: float | None = None, far: float | None = None, **s
 def stored_bounds(renderer: Renderer, light: Light, clip: ClipSpace, target: Target) -> tuple[Array, Array, Array]:
     """What the map of `plane_and_box` stores, and the least and greatest value allowed; (V, R, R) each."""
     scene, triangles = plane_and_box()
-    frame = renderer.render(scene, lights=[light], size=(16, 9), outputs=("shadow_maps", "visibility"))
+    frame = renderer.render(scene, lights=[light], size=(16, 9), outputs=("shadow_maps", "visibility"), samples=1)
     used = frame.used[0]
     assert used.clip == clip
     assert used.target is target
     assert used.fallbacks == ()
     assert frame.shadow_maps is not None
-    kind = used.views[0].kind
+    kind = used.views[0].projection
     allowed = precision(RESOLUTION, kind != "directional", 10.0)
     twin = model.cast(used.views, triangles, target, precision=allowed)
     low, high = (np.stack(side) for side in zip(*(twin.tile(i) for i in range(len(used.views))), strict=True))
@@ -130,7 +131,7 @@ def test_near_far_and_beyond(renderer: Renderer, kind: str, clip: ClipSpace, tar
     }[kind]()
     # the upper square keeps a node inside the range, so that the map is drawn whatever becomes of the other
     scene, _ = scene_of(facing_square(distance), shapes.box((0.1, 0.1, 0.1), (0.9, -4.0, 0.9)))
-    frame = renderer.render(scene, lights=[light], size=(8, 8), outputs=("shadow_maps",))
+    frame = renderer.render(scene, lights=[light], size=(8, 8), outputs=("shadow_maps",), samples=1)
     assert frame.shadow_maps is not None
     number = next(i for i, view in enumerate(frame.used[0].views) if kind != "point" or view.face == 3)
     view = frame.used[0].views[number]
@@ -157,7 +158,7 @@ def test_camera_depth_and_metric(renderer: Renderer, clip: ClipSpace) -> None:
     camera = PerspectiveCamera(CAMERA.position, CAMERA.target, near=2.0, far=20.0)
     # the light's convention leaves the camera's alone
     lights_ = [DirectionalLight(shadow=Shadow(resolution=16, clip=clip))]
-    frame = renderer.render(scene, camera, lights_, size=(64, 48), outputs=("depth", "depth_metric"))
+    frame = renderer.render(scene, camera, lights_, size=(64, 48), outputs=("depth", "depth_metric"), samples=1)
     assert frame.depth is not None
     assert frame.depth_metric is not None
     expected, _, border = model.first_hits(camera, (64, 48), triangles)
@@ -180,7 +181,7 @@ def test_radial_metric_is_the_distance(renderer: Renderer) -> None:
     scene, _ = scene_of(shapes.box((4.0, 4.0, 4.0)))
     settings = Shadow(resolution=64, bias=NoBias(), target=Target.R32F, faces=Faces.BOTH, fit=SceneFit())
     light = PointLight(position=(0, 0, 0), near=0.1, far=4.0, shadow=settings)
-    frame = renderer.render(scene, lights=[light], size=(8, 8), outputs=("shadow_maps",))
+    frame = renderer.render(scene, lights=[light], size=(8, 8), outputs=("shadow_maps",), samples=1)
     assert frame.shadow_maps is not None
     view = frame.used[0].views[0]
     centres = view.window[0] + (np.arange(64) + 0.5) * view.texel[0]
@@ -198,7 +199,7 @@ def test_packed_and_float_hold_the_same(renderer: Renderer) -> None:
     maps = []
     for target in (Target.R32F, Target.RGBA8):
         light = light_of("spot", target=target)
-        frame = renderer.render(scene, lights=[light], size=(8, 8), outputs=("shadow_maps",))
+        frame = renderer.render(scene, lights=[light], size=(8, 8), outputs=("shadow_maps",), samples=1)
         assert frame.shadow_maps is not None
         maps.append(frame.shadow_maps[0])
     np.testing.assert_allclose(maps[1], maps[0], atol=2.0 * Target.RGBA8.quantum)

@@ -11,9 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 import glshadow as gs
-from glshadow.core.lights import Light
 from glshadow.gl.techniques.edges import Edges
 from glshadow.gl.techniques.mapped import Mapped
+from glshadow.lights import Light
 from glshadow.scenes import shapes
 
 from ..exact.test_casters import LIGHTS as LEAF_LIGHTS
@@ -62,8 +62,8 @@ def wires(width: float, turned: float = 0.0) -> gs.Scene:
         moved[:3, 3] = (x, 3.0, 0.0)
         return axes @ moved
 
-    ground = gs.Node("ground", gs.Mesh(*shapes.rectangle((-40, 0, 40), (80, 0, 0), (0, 0, -80))), np.eye(4))
-    nodes = [gs.Node(f"wire {i}", bar, at(-15.0 + i * PITCH)) for i in range(60)]
+    ground = gs.Node(gs.Mesh(*shapes.rectangle((-40, 0, 40), (80, 0, 0), (0, 0, -80))), np.eye(4), "ground")
+    nodes = [gs.Node(bar, at(-15.0 + i * PITCH), f"wire {i}") for i in range(60)]
     camera = gs.OrthographicCamera(position=(0, 1, 0.001), target=(0, 0, 0), up=(0, 0, -1), height=12)
     return gs.Scene((ground, *nodes), camera, (gs.DirectionalLight(direction=(0, -1, 0)),), "wires")
 
@@ -96,8 +96,8 @@ def disagreement(ours: gs.Frame, every: gs.Frame) -> NDArray[np.bool_]:
 def leafy() -> gs.Scene:
     image = leaves(8, 6)
     nodes = (
-        gs.Node("a", leaf(image), placed(-1.0, 1.0, 0.0, 1)),
-        gs.Node("b", leaf(image, 2.0), placed(1.0, 1.4, -0.5, 3)),
+        gs.Node(leaf(image), placed(-1.0, 1.0, 0.0, 1), "a"),
+        gs.Node(leaf(image, 2.0), placed(1.0, 1.4, -0.5, 3), "b"),
     )
     return scene_of(*nodes, name="leaves")
 

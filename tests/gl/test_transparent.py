@@ -33,8 +33,8 @@ def scene_of(catches: bool, lights: tuple[gs.Light, ...], body: bool = True) -> 
     """A box above a white plane that fills the picture."""
     plane = gs.Mesh(*shapes.rectangle((-30, 0, 30), (60, 0, 0), (0, 0, -60)))
     box = gs.Mesh(*shapes.box((1, 1, 1), (0, 0.9, 0)), material=gs.Material(color=(0.8, 0.3, 0.2, 1.0)))
-    nodes = [gs.Node("plane", plane, np.eye(4), catches=catches)]
-    nodes += [gs.Node("box", box, np.eye(4))] if body else []
+    nodes = [gs.Node(plane, np.eye(4), "plane", catches=catches)]
+    nodes += [gs.Node(box, np.eye(4), "box")] if body else []
     return gs.Scene(tuple(nodes), gs.PerspectiveCamera((3, 4, 5), (0, 0.4, 0)), lights)
 
 
@@ -69,7 +69,12 @@ def test_a_catcher_is_what_the_formula_says(renderer: gs.Renderer) -> None:
     sun = gs.DirectionalLight(direction=(0, -1, 0), color=(1.0, 0.5, 0.2), intensity=0.7)
     ambient = ((0.1, 0.2, 0.4), (0.3, 0.0, 0.0))
     frame = renderer.render(
-        scene_of(True, (sun,)), size=SIZE, background=None, ambient=ambient, outputs=("alpha", "node", "visibility")
+        scene_of(True, (sun,)),
+        size=SIZE,
+        background=None,
+        ambient=ambient,
+        outputs=("alpha", "node", "visibility"),
+        samples=1,
     )
     plane = frame.node == 0
     above = LUMINANCE @ ambient[0]

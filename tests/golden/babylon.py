@@ -19,6 +19,7 @@ import pytest
 from glshadow.core.spaces import Array, ClipSpace, look_at, orthographic, perspective, project
 from glshadow.shadows.bias import bias_factor
 from glshadow.shadows.metric import metric_range, projected_metric, radial_metric, window_depth
+from glshadow.shadows.view import Projection
 
 FILE_NAME = "babylon_depth_metric.json"
 FACE_DIRECTIONS = np.array([[1, 0, 0], [-1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.float64)
@@ -27,6 +28,9 @@ FACE_DIRECTIONS = np.array([[1, 0, 0], [-1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0,
 F32_TOLERANCE = 5e-7  # float32 matrices and interpolation on slanted faces: the file's README; largest seen 3.4e-7
 PACKING_TOLERANCE = F32_TOLERANCE + 0.5 * 255.0**-4  # a float32 metric, then half a step of the finest byte
 MATRIX_TOLERANCE = 8 * 2.0**-24  # entries stored as float32, a chain of at most eight roundings; times the largest term
+
+PROJECTIONS: dict[str, Projection] = {"directional": "orthographic", "spot": "perspective", "point": "cube"}
+"""Of the maps of a kind of light."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +124,7 @@ class Reading:
     def metric(self, clip: Array) -> float:
         """The metric that our core computes from the clip position (4,) before bias, bias included."""
         config = self.config
-        low, high = metric_range(config.kind, config.clip, config.near, config.far)
+        low, high = metric_range(PROJECTIONS[config.kind], config.clip, config.near, config.far)
         if config.kind == "point":
             distance = float(np.linalg.norm(self.world_point - config.position))
             return float(radial_metric(distance, config.near, config.far)) + config.bias

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any, cast
 
 import moderngl
@@ -19,7 +20,7 @@ from glshadow.shader.slots import metric_slot
 from glshadow.shadows.bias import bias_factor
 from glshadow.shadows.metric import Target, unpack
 
-from .babylon import F32_TOLERANCE, Reading, load_readings
+from .babylon import F32_TOLERANCE, PROJECTIONS, Reading, load_readings
 
 TARGETS = {"f32": Target.R32F, "f16": Target.R16F, "u8": Target.RGBA8}
 # World units: the normal bias moves a square of this half width sideways by up to 0.05; it must still cover the texel.
@@ -53,10 +54,11 @@ class Caster:
             "pass/caster.vert",
             "pass/caster.frag",
             dialect,
-            {"metric": metric_slot(config.kind)},  # type: ignore[arg-type]
+            {"metric": metric_slot(PROJECTIONS[config.kind])},
             {"GLS_METRIC": int(metric), "GLS_PACKED": int(target is Target.RGBA8), "GLS_CLIP_BIAS": int(biased)},
         )
-        program.set(u_metric=metric_uniform(cast(Any, config), config.bias))
+        view = SimpleNamespace(projection=PROJECTIONS[config.kind], clip=config.clip, near=config.near, far=config.far)
+        program.set(u_metric=metric_uniform(cast(Any, view), config.bias))
         return program
 
     def store(self, reading: Reading, target: Target, dialect: str = "core330", quad: Array | None = None) -> Array:

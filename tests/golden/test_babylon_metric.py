@@ -13,7 +13,7 @@ from glshadow.core.spaces import CLIP_SPACES, Array, project
 from glshadow.shadows.bias import normal_bias
 from glshadow.shadows.metric import metric_range, pack, unpack
 
-from .babylon import F32_TOLERANCE, FILE_NAME, MATRIX_TOLERANCE, Reading, golden_path, load_readings
+from .babylon import F32_TOLERANCE, FILE_NAME, MATRIX_TOLERANCE, PROJECTIONS, Reading, golden_path, load_readings
 
 LIGHTS = ("directional", "spot", "point")
 PROJECTED = ("directional", "spot")  # Babylon has no depth-texture filter for point lights
@@ -76,7 +76,7 @@ def test_babylon_every_reading_has_a_value_of_its_filter(readings: list[Reading]
 def test_babylon_table_of_min_and_max_z(readings: list[Reading]) -> None:
     for config in {id(reading.config): reading.config for reading in readings}.values():
         expected = (config.depth_min_z, config.depth_max_z)
-        assert metric_range(config.kind, config.clip, config.near, config.far) == expected, config.name
+        assert metric_range(PROJECTIONS[config.kind], config.clip, config.near, config.far) == expected, config.name
 
 
 def test_babylon_matrices_are_column_vector_matrices(readings: list[Reading]) -> None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
-from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import analytic, shapes
 from glshadow.scenes.analytic import AnalyticScene
 
@@ -56,7 +57,7 @@ def lamp_discs() -> list[Picture]:
     low = PointLight(position=(3.0, 6.5, 0.0))
     beside = overhead((-60.0, 0.0), (-10.0, 10.0), 60.0)
     wide = Scene(
-        (Node("ground", Mesh(*shapes.rectangle((-100.0, 0.0, 50.0), (120.0, 0.0, 0.0), (0.0, 0.0, -100.0))), np.eye(4)),
+        (Node(Mesh(*shapes.rectangle((-100.0, 0.0, 50.0), (120.0, 0.0, 0.0), (0.0, 0.0, -100.0))), np.eye(4), "ground"),
          built.scene.nodes[1]), beside, (low,),
     )  # fmt: skip
     return [
@@ -156,7 +157,7 @@ def gaps() -> list[Picture]:
     pictures += [picture_of(f"plate, gap {gap:g}, from below", *_below(gap)) for gap in (1e-1, 1e-2)]
     ground = shapes.rectangle((-2.0, 0.0, 2.0), (4.0, 0.0, 0.0), (0.0, 0.0, -4.0))
     built = analytic.plane(30.0, half=2.0)
-    twice = Scene((*built.scene.nodes, Node("copy", Mesh(*ground), np.eye(4))), built.scene.camera, built.scene.lights)
+    twice = Scene((*built.scene.nodes, Node(Mesh(*ground), np.eye(4), "copy")), built.scene.camera, built.scene.lights)
     pictures.append(picture_of("plane drawn twice", AnalyticScene(twice, built.blocked), dark=False))
     return pictures
 

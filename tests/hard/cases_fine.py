@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.spaces import Array
+from glshadow.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.scenes import analytic
 
 from .registry import AS_DEFAULT, Case, Picture, crease, overhead, picture_of, sun_direction
@@ -131,9 +131,10 @@ def outliers() -> list[Picture]:
     built = analytic.box(30.0, 30.0, (1.0, 1.0, 1.0))
     far = np.array([[1e6, 0.0, 1e6], [1e6 + 1.0, 0.0, 1e6], [1e6, 1.0, 1e6]])
     triangle = (far, np.array([[0, 1, 2]], dtype=np.int32))
-    from glshadow.scene.mesh import Mesh, Node
+    from glshadow.scene.mesh import Mesh
+    from glshadow.scene.nodes import Node
 
-    nodes = (*built.scene.nodes, Node("outlier", Mesh(*triangle), np.eye(4)))
+    nodes = (*built.scene.nodes, Node(Mesh(*triangle), np.eye(4), "outlier"))
     scene = replace(built.scene, nodes=nodes)
     pictures = [picture_of("cube and outlier", analytic.AnalyticScene(scene, built.blocked), size=(128, 128))]
     lamp = PointLight(position=(3.0, 4.0, 2.0))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.spaces import Array
+from glshadow.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.scene.mesh import Mesh
 from glshadow.scenes import analytic, shapes
 from glshadow.scenes.analytic import AnalyticScene

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.lights import DirectionalLight, to_light
 from glshadow.core.spaces import Array, ClipSpace, transform
 from glshadow.frame import Frame
+from glshadow.lights import DirectionalLight
 from glshadow.reference.aimed import AimedLight, moved_over, perpendicular
 from glshadow.reference.rays import dot
 from glshadow.reference.trace import trace
@@ -114,12 +114,14 @@ class Outcome:
 
 @cache
 def truth_of(picture: Picture) -> Truth:
-    return trace(picture.scene, picture.camera, [picture.light], picture.size)
+    return trace(picture.scene, picture.camera, [picture.light], picture.size, samples=1)
 
 
 def judge(renderer: Renderer, picture: Picture, technique: Technique) -> Outcome:
     light = replace(picture.light, shadow=technique.shadow(picture))
-    frame = renderer.render(picture.scene, picture.camera, [light], picture.size, outputs=("visibility", "triangle"))
+    frame = renderer.render(
+        picture.scene, picture.camera, [light], picture.size, outputs=("visibility", "triangle"), samples=1
+    )
     truth = truth_of(picture)
     judged = (
         (truth.cosine[0] > LEAST_COSINE)
@@ -154,7 +156,7 @@ def _excused(frame: Frame, truth: Truth, where: Bools) -> Bools:
     result = truth.near_edge(0, radius, where)
     other = where & (frame.triangle != truth.triangle)
     if other.any():
-        shown = trace(frame.scene, frame.camera, frame.lights, frame.size, surface=frame.triangle)
+        shown = trace(frame.scene, frame.camera, frame.lights, frame.size, surface=frame.triangle, samples=1)
         result |= other & (shown.visibility[0] == frame.visibility[0])
     return result
 
@@ -175,10 +177,10 @@ def same_surface(frame: Frame, truth: Truth) -> Bools:
 def texel_field(view: ShadowView, points: Array) -> Array:
     """Longer side of a texel in world units at world points (..., 3)."""
     texel = max(view.texel)
-    if view.kind == "directional":
+    if view.projection == "orthographic":
         return np.full(points.shape[:-1], texel)
     local = transform(view.view_from_world, points)
-    axial = np.abs(local).max(axis=-1) if view.kind == "point" else -local[..., 2]
+    axial = np.abs(local).max(axis=-1) if view.projection == "cube" else -local[..., 2]
     return np.asarray(texel * np.maximum(axial, 0.0))
 
 
@@ -221,7 +223,7 @@ def _around(
     source = AimedLight(truth.lights[0], rays.origin)
     # A straight edge at the very rim passes between two directions: circumscribed.
     texels = (texels + SNAPPED) / float(np.cos(np.pi / DIRECTIONS))
-    sun = view.kind == "directional"
+    sun = view.projection == "orthographic"
     axes = view.view_from_world[:2, :3] * np.array(view.texel)[:, None]
     size = texel_field(view, truth.position).ravel()[rows]
     u, v = _basis(truth) if sun else (np.zeros(3), np.zeros(3))
@@ -246,7 +248,7 @@ def _around(
 
 
 def _basis(truth: Truth) -> tuple[Array, Array]:
-    towards, _ = to_light(truth.lights[0], np.zeros((1, 3)))
+    towards, _ = truth.lights[0].to_light(np.zeros((1, 3)))
     u, v = perpendicular(towards)
     return u[0], v[0]
 
@@ -277,7 +279,7 @@ def predict(outcome: Outcome) -> Prediction:
     rows = np.flatnonzero(outcome.judged)
     points = truth.position.reshape(-1, 3)[rows]
     normals, own = truth.normal.reshape(-1, 3)[rows], truth.triangle.ravel()[rows]
-    towards, distance = to_light(light, points)
+    towards, distance = light.to_light(points)
     cosine = dot(normals, towards)
     sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
     slope = _slope(view, light, points, normals)
@@ -314,10 +316,10 @@ def predict(outcome: Outcome) -> Prediction:
 def _lean(view: ShadowView, points: Array, normals: Array, sine: Array) -> Array:
     """What NormalOffsetBias multiplies: texels along the way that normals lean from the map's axis, or from the light, (N,)."""
     rotation = view.view_from_world[:3, :3]
-    if view.kind == "directional":
+    if view.projection == "orthographic":
         return np.asarray(np.linalg.norm(normals @ rotation[:2].T * np.array(view.texel), axis=1))
     axis = np.broadcast_to(rotation[2], normals.shape)
-    if view.kind == "point":
+    if view.projection == "cube":
         axis = np.eye(3)[np.abs(transform(view.view_from_world, points)).argmax(axis=1)] @ rotation
     across = np.sqrt(np.maximum(1.0 - dot(normals, axis) ** 2, 0.0))
     return texel_field(view, points) * np.maximum(across, sine)
@@ -326,10 +328,10 @@ def _lean(view: ShadowView, points: Array, normals: Array, sine: Array) -> Array
 def _slope(view: ShadowView, light: object, points: Array, normals: Array) -> Array:
     """|d distance along the light ray| per texel in the map's two directions, (N, 2)."""
     rotation = view.view_from_world[:3, :3]
-    if view.kind == "directional":
+    if view.projection == "orthographic":
         n = normals @ rotation.T
         return np.abs(n[:, :2]) / np.maximum(n[:, 2:], 1e-12) * np.array(view.texel)
-    towards, _ = to_light(light, points)  # type: ignore[arg-type]
+    towards, _ = light.to_light(points)  # type: ignore[arg-type]
     texel = texel_field(view, points)
     cosine = np.maximum(dot(normals, towards), 1e-12)
     axis = np.cross(towards, np.eye(3)[np.abs(towards).argmin(axis=1)])
@@ -368,7 +370,7 @@ def rounding(outcome: Outcome) -> float:
     reach += frame.far * np.hypot(1.0, np.abs([left, right]).max())
     view = frame.used[0].views[0]
     offset = np.asarray(getattr(frame.lights[0], "position", centre)) - centre
-    if view.kind == "directional":
+    if view.projection == "orthographic":
         offset = transform(view.view_from_world, centre)
     return float(ROUNDINGS * 2.0**-24 * max(reach, np.abs(offset).max()))
 
@@ -382,18 +384,18 @@ def _world_step(outcome: Outcome, view: ShadowView, points: Array) -> Array:
     """World units along the light per unit of what is stored, (N,)."""
     target = outcome.frame.used[0].target
     assert target is not None
-    if view.kind == "directional":
+    if view.projection == "orthographic":
         return np.full(len(points), view.far - view.near)
     depth = -transform(view.view_from_world, points)[:, 2]
-    if view.kind == "point":
+    if view.projection == "cube":
         depth = np.abs(transform(view.view_from_world, points)).max(axis=1)
     if target.is_depth:
         along = depth**2 * (view.far - view.near) / (view.far * view.near)
         if view.clip == ClipSpace(True, True) and target is Target.DEPTH32F:
             along = along * view.near / depth  # reversed floats round relative to 1 / depth
         return np.asarray(along)
-    low, high = metric_range(view.kind, view.clip, view.near, view.far)
-    if view.kind == "point":
+    low, high = metric_range(view.projection, view.clip, view.near, view.far)
+    if view.projection == "cube":
         return np.full(len(points), low + high)
     return np.full(len(points), abs((low + high) / view.clip_from_view[2, 2]))
 
@@ -416,7 +418,7 @@ def _slope_scaled_blocked(
     assert isinstance(bias, SlopeScaledBias)
     rays = outcome.truth.rays
     blocked, gap = rays.blocked(own, start, towards, np.full(len(own), np.inf) if isinstance(
-        outcome.picture.light, DirectionalLight) else to_light(outcome.picture.light, start + rays.origin)[1])  # fmt: skip
+        outcome.picture.light, DirectionalLight) else outcome.picture.light.to_light(start + rays.origin)[1])  # fmt: skip
     result = np.zeros(len(own), dtype=bool)
     some = np.flatnonzero(blocked)
     if len(some) == 0:

@@ -9,9 +9,9 @@ from enum import Enum
 import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array, ClipSpace
-from glshadow.scene.mesh import Scene
+from glshadow.lights import Light
+from glshadow.scene.nodes import Scene
 from glshadow.scenes.analytic import AnalyticScene
 from glshadow.shadows.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, SlopeScaledBias
 from glshadow.shadows.filters import (

@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array
-from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+from glshadow.lights import Light
+from glshadow.scene.mesh import AlphaMode, Material, Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 from glshadow.scenes.shapes import Solid
 
@@ -21,7 +22,7 @@ def scene_of(
     """A scene of solids or meshes, all placed by one matrix."""
     place = np.eye(4) if matrix is None else matrix
     nodes = tuple(
-        Node(part, solid if isinstance(solid, Mesh) else Mesh(*solid), place) for part, solid in parts.items()
+        Node(solid if isinstance(solid, Mesh) else Mesh(*solid), place, part) for part, solid in parts.items()
     )
     return Scene(nodes, camera, (light,), name=name)
 

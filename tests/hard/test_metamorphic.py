@@ -10,10 +10,11 @@ from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight
 from glshadow.core.spaces import Array, transform, translation
+from glshadow.lights import DirectionalLight, Light, PointLight
 from glshadow.renderer import Renderer
-from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import analytic, shapes
 from glshadow.shadows.filters import Exact, Filter, Pcf
 from glshadow.shadows.fits import SceneFit
@@ -58,7 +59,9 @@ def moved_light(light: Light, matrix: Array) -> Light:
 
 def picture(renderer: Renderer, scene: Scene, camera: PerspectiveCamera, light: Light, **options: object) -> Array:
     shadow = Shadow(resolution=1024, **options)  # type: ignore[arg-type]
-    frame = renderer.render(scene, camera, [replace(light, shadow=shadow)], SIZE, ambient=0.1)  # from everywhere alike
+    frame = renderer.render(
+        scene, camera, [replace(light, shadow=shadow)], SIZE, ambient=0.1, samples=1
+    )  # from everywhere alike
     return frame.image.astype(np.int64)
 
 
@@ -210,12 +213,12 @@ def test_n39_the_same_surface_in_other_triangles(
 def test_n39_another_caster_is_never_brighter(renderer: Renderer, place: tuple[float, float, float], name: str) -> None:
     light = LIGHTS[name]
     positions, triangles = shapes.box((0.5, 0.5, 0.5), (place[0], 3.5 + 0.1 * abs(place[1]), place[2]))
-    scene = replace(BUILT.scene, nodes=(*BUILT.scene.nodes, Node("more", Mesh(positions, triangles), np.eye(4))))
+    scene = replace(BUILT.scene, nodes=(*BUILT.scene.nodes, Node(Mesh(positions, triangles), np.eye(4), "more")))
     outputs = ("visibility", "triangle")
     for filter_ in FILTERS.values():
         lit = [replace(light, shadow=Shadow(resolution=1024, fit=SceneFit(), filter=filter_))]
-        with_it = renderer.render(scene, scene.camera, lit, SIZE, outputs=outputs)
-        without = renderer.render(BUILT.scene, scene.camera, lit, SIZE, outputs=outputs)
+        with_it = renderer.render(scene, scene.camera, lit, SIZE, outputs=outputs, samples=1)
+        without = renderer.render(BUILT.scene, scene.camera, lit, SIZE, outputs=outputs, samples=1)
         seen = (with_it.triangle == without.triangle) & (without.triangle >= 0)  # type: ignore[operator]
         brighter = (with_it.visibility[0] > without.visibility[0] + 0.5) & seen
         assert brighter.mean() <= SHARE  # the fit is another: edges move by a texel
@@ -227,7 +230,7 @@ def test_n39_a_caster_off_every_light_path_changes_nothing(renderer: Renderer, l
     pictures = []
     for x in (40.0, 47.0):
         positions, triangles = shapes.box((0.5, 0.5, 0.5), (x, -30.0, 3.0))  # below the ground, out of sight
-        node = Node("aside", Mesh(positions, triangles), np.eye(4))
+        node = Node(Mesh(positions, triangles), np.eye(4), "aside")
         scene = replace(BUILT.scene, nodes=(*BUILT.scene.nodes, node))
         pictures.append(picture(renderer, scene, scene.camera, light, filter=filter_))
     assert np.abs(pictures[0] - pictures[1]).max() <= 1  # positions are relative to the middle of the scene's box
@@ -236,7 +239,7 @@ def test_n39_a_caster_off_every_light_path_changes_nothing(renderer: Renderer, l
 def test_n39_swapped_lights_give_the_same_picture(renderer: Renderer) -> None:
     chosen = [replace(light, intensity=0.3, shadow=Shadow(resolution=512)) for light in LIGHTS.values()]
     frames = [
-        renderer.render(BUILT.scene, None, order, SIZE, outputs=("visibility", "image"))
+        renderer.render(BUILT.scene, None, order, SIZE, outputs=("visibility", "image"), samples=1)
         for order in (chosen, chosen[::-1])
     ]
     np.testing.assert_allclose(frames[0].visibility, frames[1].visibility[::-1], rtol=0.0, atol=1e-4)  # other tiles

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from glshadow.core.lights import DirectionalLight
 from glshadow.errors import GlshadowWarning
 from glshadow.io.load import load
+from glshadow.lights import DirectionalLight
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
 from glshadow.scoring.error import measure
@@ -26,9 +26,9 @@ def test_n36_large_models(renderer: Renderer, models: Path, name: str) -> None:
         warnings.simplefilter("ignore", GlshadowWarning)
         scene = load(models / name, ground=True)
     sun = DirectionalLight(direction=(-0.55, -0.8, -0.25))
-    truth = trace(scene, scene.camera, [sun], SIZE)
+    truth = trace(scene, scene.camera, [sun], SIZE, samples=1)
     assert (truth.visibility[0] == 0.0).any()
-    frame = renderer.render(scene, scene.camera, [sun], SIZE, outputs=("visibility", "triangle"))
+    frame = renderer.render(scene, scene.camera, [sun], SIZE, outputs=("visibility", "triangle"), samples=1)
     error = measure(frame, truth)
     assert error.counted > 0.05
     # Counted pixels are those off silhouettes and creases.

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.core.spaces import Array
 from glshadow.errors import ResourceError, SceneError, SettingsError
+from glshadow.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
-from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import analytic, shapes
 from glshadow.shadows.filters import Exact, Hard, Pcf
 from glshadow.shadows.fits import SceneFit, ViewFit
@@ -29,7 +30,13 @@ SMALL = (64, 64)
 
 def linear(renderer: Renderer, picture: Picture, ambient: float) -> Array:
     frame = renderer.render(
-        picture.scene, picture.camera, [picture.light], picture.size, ambient=ambient, outputs=("linear", "visibility")
+        picture.scene,
+        picture.camera,
+        [picture.light],
+        picture.size,
+        ambient=ambient,
+        outputs=("linear", "visibility"),
+        samples=1,
     )
     return np.where(np.isnan(frame.visibility[0])[..., None], np.nan, frame.linear)
 
@@ -49,7 +56,7 @@ def test_n16_no_light_on_the_back_whatever_the_shading_normal(renderer: Renderer
 def test_n18_no_copies_and_no_streaks_outside_a_spots_map(renderer: Renderer) -> None:
     picture = cases_views.borders()[3]
     values = renderer.render(
-        picture.scene, picture.camera, [picture.light], picture.size, outputs=("visibility",)
+        picture.scene, picture.camera, [picture.light], picture.size, outputs=("visibility",), samples=1
     ).visibility
     assert values is not None
     truth = judge(renderer, picture, DEFAULT).truth
@@ -112,7 +119,7 @@ def test_n29_nothing_to_render() -> None:
         Scene(())
     point = Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]], dtype=np.int32))
     with pytest.raises(SceneError, match="nothing to render"):
-        Scene((Node("point", point, np.eye(4)),))
+        Scene((Node(point, np.eye(4), "point"),))
 
 
 @pytest.mark.parametrize("kind", ["one triangle", "one plane", "edge-on"])
@@ -149,7 +156,7 @@ def test_n35_the_map_does_not_change_when_the_camera_moves_under_scene_fit(rende
                 position=tuple(np.asarray(picture.camera.position) + shift * texel),
                 target=tuple(np.asarray(picture.camera.target) + shift * texel),
             )
-            frame = renderer.render(picture.scene, camera, [light], SMALL, outputs=("shadow_maps",))
+            frame = renderer.render(picture.scene, camera, [light], SMALL, outputs=("shadow_maps",), samples=1)
             maps[fit, number], views[fit, number] = frame.shadow_maps[0], frame.used[0].views[0].clip_from_world
     np.testing.assert_array_equal(maps[SceneFit(), 0], maps[SceneFit(), 1])
     np.testing.assert_array_equal(views[SceneFit(), 0], views[SceneFit(), 1])
@@ -162,7 +169,7 @@ def test_n27_a_far_outlier_makes_scene_fit_coarse(renderer: Renderer) -> None:
     texel = {}
     for fit in (SceneFit(), ViewFit()):
         light = replace(picture.light, shadow=Shadow(resolution=2048, fit=fit))
-        used = renderer.render(picture.scene, picture.camera, [light], SMALL).used[0]
+        used = renderer.render(picture.scene, picture.camera, [light], SMALL, samples=1).used[0]
         texel[fit] = max(used.texel or (0.0,))
     assert 400.0 < texel[SceneFit()] < 1700.0
     assert texel[ViewFit()] < 0.01
@@ -180,7 +187,7 @@ def test_n37_what_is_not_a_number_is_refused(renderer: Renderer) -> None:
     with pytest.raises(SettingsError, match="position"):
         PerspectiveCamera(position=(np.nan, 0.0, 1.0))
     with pytest.raises(SettingsError, match="ambient"):
-        renderer.render(analytic.ball().scene, size=SMALL, ambient=np.nan)
+        renderer.render(analytic.ball().scene, size=SMALL, ambient=np.nan, samples=1)
 
 
 # -- N38
@@ -197,7 +204,7 @@ def test_n38_maps_of_a_few_texels(renderer: Renderer, resolution: int, light: st
     built = analytic.plane(45.0)
     for filter_ in (Hard(), Pcf(1), Exact()):
         shadow = Shadow(resolution=resolution, filter=filter_)
-        frame = renderer.render(built.scene, None, [replace(chosen, shadow=shadow)], SMALL)
+        frame = renderer.render(built.scene, None, [replace(chosen, shadow=shadow)], SMALL, samples=1)
         lit = frame.visibility[0][~np.isnan(frame.visibility[0])]
         assert (np.abs(lit - 1.0) <= SAME).all(), f"{filter_}: least {lit.min()}"  # an empty plane is lit by any map
 
@@ -207,8 +214,8 @@ def test_n38_sizes_that_are_none(renderer: Renderer) -> None:
         Shadow(resolution=32768)
     for size in ((0, 0), (64, 0)):
         with pytest.raises(SettingsError, match="size"):
-            renderer.render(analytic.ball().scene, size=size)
-    frame = renderer.render(analytic.ball().scene, size=(1, 1))
+            renderer.render(analytic.ball().scene, size=size, samples=1)
+    frame = renderer.render(analytic.ball().scene, size=(1, 1), samples=1)
     assert frame.image.shape == (1, 1, 3)
 
 
@@ -217,7 +224,7 @@ def test_n38_a_map_beyond_the_drivers_limit_is_a_named_error(renderer: Renderer)
         pytest.skip("optional: this driver has maps that large")
     lamp = PointLight(position=(0.0, 0.0, 0.0), shadow=Shadow(resolution=16384))  # six of them do not fit in one atlas
     with pytest.raises((ResourceError, SettingsError), match="limit"):
-        renderer.render(analytic.room().scene, lights=[lamp], size=SMALL)
+        renderer.render(analytic.room().scene, lights=[lamp], size=SMALL, samples=1)
 
 
 # -- N40
@@ -226,6 +233,6 @@ def test_n38_a_map_beyond_the_drivers_limit_is_a_named_error(renderer: Renderer)
 def test_n40_a_near_plane_across_a_closed_caster_shows_its_inside(renderer: Renderer) -> None:
     built = analytic.box(30.0, 30.0, (2.0, 2.0, 2.0))
     camera = PerspectiveCamera((0.5, 4.0, 4.0), (0.0, 0.0, 0.0), near=4.0, far=40.0)
-    frame = renderer.render(built.scene, camera, size=SMALL, outputs=("triangle",))
-    truth = trace(built.scene, camera, size=SMALL)
+    frame = renderer.render(built.scene, camera, size=SMALL, outputs=("triangle",), samples=1)
+    truth = trace(built.scene, camera, size=SMALL, samples=1)
     assert ((frame.triangle >= 2) != (truth.triangle >= 2)).mean() < 0.02  # triangles 0 and 1 are the ground

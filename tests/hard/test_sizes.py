@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from glshadow.core.lights import DirectionalLight, SpotLight
 from glshadow.core.spaces import Array, ClipSpace
 from glshadow.frame import Frame
+from glshadow.lights import DirectionalLight, SpotLight
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
 from glshadow.scenes import analytic
@@ -27,7 +27,12 @@ from .solids import level, scene_of
 
 def draw(renderer: Renderer, picture: Picture, shadow: Shadow) -> Frame:
     return renderer.render(
-        picture.scene, picture.camera, [replace(picture.light, shadow=shadow)], picture.size, outputs=("visibility",)
+        picture.scene,
+        picture.camera,
+        [replace(picture.light, shadow=shadow)],
+        picture.size,
+        outputs=("visibility",),
+        samples=1,
     )
 
 
@@ -231,7 +236,7 @@ def test_n31_penumbra_of_a_disc_light() -> None:
     lamp = SpotLight(position=(0.0, to_blocker + to_receiver, 0.0), radius=0.5 * width, outer_angle=40.0)
     parts = {"ground": level((-1.0, 1.0), (-1.0, 1.0)), "roof": level((-9.0, 0.0), (-9.0, 9.0), to_receiver)}
     camera = overhead((-0.5, 0.5), (-0.02, 0.02), 2.0, (64, 8))
-    truth = trace(scene_of(parts, camera, lamp, "disc"), camera, [lamp], (64, 8), light_samples=256)
+    truth = trace(scene_of(parts, camera, lamp, "disc"), camera, [lamp], (64, 8), light_samples=256, samples=1)
     u = 2.0 * truth.position[..., 0] / (width * to_receiver / to_blocker)
     inside = np.clip(u, -1.0, 1.0)
     exact = 0.5 + (inside * np.sqrt(1.0 - inside**2) + np.arcsin(inside)) / np.pi

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from glshadow import scenes as builtin
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.errors import SettingsError
+from glshadow.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.reference import trace
 from glshadow.renderer import Renderer
 from glshadow.scoring import measure
@@ -38,12 +38,12 @@ class Frame:
 
 @pytest.fixture(scope="module")
 def courtyard():
-    return trace(builtin.courtyard())
+    return trace(builtin.courtyard(), samples=1)
 
 
 @pytest.fixture(scope="module")
 def wall():
-    return trace(builtin.wall().scene, size=SIZE)
+    return trace(builtin.wall().scene, size=SIZE, samples=1)
 
 
 def test_courtyard_without_shadow_scores_the_published_numbers(courtyard):
@@ -195,7 +195,7 @@ def test_a_pixel_that_shows_another_triangle_counts(wall):
 
 def test_renderer_and_truth_number_triangles_alike(courtyard):
     with Renderer("egl") as renderer:
-        frame = renderer.render(courtyard.scene, size=courtyard.size, outputs=("triangle",))
+        frame = renderer.render(courtyard.scene, size=courtyard.size, outputs=("triangle",), samples=1)
     assert len(np.unique(courtyard.node)) == 7  # six nodes and the background
     differs = frame.triangle != courtyard.triangle
     # where an edge passes a pixel's middle by less than float32 tells, or a silhouette by less than GL's vertices are snapped
@@ -203,7 +203,7 @@ def test_renderer_and_truth_number_triangles_alike(courtyard):
 
 
 def test_what_counts():
-    truth = trace(builtin.box().scene, size=SIZE)
+    truth = trace(builtin.box().scene, size=SIZE, samples=1)
     counted = counted_of(truth)
     body, normal = truth.body, truth.normal
     assert not counted[0].any()
@@ -222,7 +222,7 @@ def test_cone_and_range_limit_what_counts():
     scene = builtin.plane().scene
     spot = SpotLight(position=(0, 4, 0), outer_angle=30)
     bulb = PointLight(position=(0, 4, 0), range=5.0)
-    truth = trace(scene, lights=[spot, bulb], size=SIZE)
+    truth = trace(scene, lights=[spot, bulb], size=SIZE, samples=1)
     kinds = measure(Frame.of(truth), truth).kinds
     for number in range(2):
         assert (kinds[number] == Outcome.GOOD).any()
@@ -235,7 +235,7 @@ def test_texels():
     spot = SpotLight(position=(0, 4, 0), outer_angle=45)
     bulb = PointLight(position=(0, 4, 0))
     above = replace(scene.camera, position=(0, 30, 0), target=(0, 0, 0), up=(0.6, 0, 0.8))
-    truth = trace(scene, above, [sun, spot, bulb], SIZE)
+    truth = trace(scene, above, [sun, spot, bulb], SIZE, samples=1)
     assert texel_size(truth, 0, 100) == pytest.approx(0.1, rel=0.03)  # 10 m less the last pixel, however it is turned
     distance = np.linalg.norm(truth.position - (0, 4, 0), axis=-1)
     np.testing.assert_allclose(texel_size(truth, 1, 128), 2 * distance / 128)
@@ -245,7 +245,7 @@ def test_texels():
 def test_lights_are_scored_apart_and_pooled():
     scene = builtin.wall().scene
     lights = [scene.lights[0], DirectionalLight(direction=(0.3, -1, 0.2), shadow=None)]
-    truth = trace(scene, lights=lights, size=SIZE)
+    truth = trace(scene, lights=lights, size=SIZE, samples=1)
     frame = Frame.of(truth)
     bad = (measure(frame, truth).kinds[1] == Outcome.GOOD) & (np.arange(SIZE[0]) % 8 == 0)
     frame.visibility[1][bad] = 0.0  # a light without a shadow must not darken anything
@@ -282,7 +282,7 @@ def test_picture_and_dict(wall):
 
 def test_nothing_counted_is_none_in_json():
     scene = builtin.plane(elevation=0.01).scene
-    truth = trace(scene, size=(32, 18))  # N.L < 0.05 everywhere
+    truth = trace(scene, size=(32, 18), samples=1)  # N.L < 0.05 everywhere
     error = measure(Frame.of(truth), truth)
     assert error.counted == 0.0
     assert json.loads(json.dumps(error.as_dict(), allow_nan=False))["wrong"] is None

@@ -10,7 +10,6 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from glshadow.core.lights import PointLight, SpotLight, cone, to_light
 from glshadow.core.spaces import (
     CLIP_SPACES,
     Array,
@@ -22,6 +21,7 @@ from glshadow.core.spaces import (
     project,
     translation,
 )
+from glshadow.lights import PointLight, SpotLight
 from glshadow.shadows.bias import normal_bias, receiver_plane_from_derivatives, receiver_plane_from_normal
 from glshadow.shadows.filters import FILTERS, Filter, Pcf
 from glshadow.shadows.filters.filter import Needs
@@ -36,7 +36,7 @@ deterministic = settings(settings.get_profile("glshadow"))
 EPS = np.finfo(np.float64).eps
 
 clips = st.sampled_from(CLIP_SPACES)
-kinds = st.sampled_from(["directional", "spot"])
+kinds = st.sampled_from(["orthographic", "perspective"])
 
 
 def rounded(low: float, high: float, digits: int = 9) -> st.SearchStrategy[float]:
@@ -58,7 +58,7 @@ def ranges(draw: st.DrawFn) -> tuple[float, float]:
 
 
 def clip_of(kind: str, clip: ClipSpace, near: float, far: float, distance: float) -> Array:
-    build = orthographic if kind == "directional" else perspective
+    build = orthographic if kind == "orthographic" else perspective
     return project(build(-1, 1, -1, 1, near, far, clip), np.array([0.0, 0.0, -distance]))
 
 
@@ -116,7 +116,7 @@ def test_window_depth_orders_like_the_metric(
     near, far = planes
     low, high = (near + fraction * (far - near) for fraction in sorted((a, b)))
     # Hyperbolic for spot lights: resolvable only where its own step, ~ near far dz / z^2, exceeds the rounding.
-    step = (high - low) / (far - near) * (near * far / high**2 if kind == "spot" else 1.0)
+    step = (high - low) / (far - near) * (near * far / high**2 if kind == "perspective" else 1.0)
     assume(step > 32 * EPS * far / (far - near))
     depths = [float(window_depth(clip_of(kind, clip, near, far, z)[2:], clip)) * clip.sign for z in (low, high)]
     assert depths[0] < depths[1]
@@ -225,11 +225,11 @@ def test_points_inside_the_frustum_land_inside_clip_space(
 ) -> None:
     (near, far), (left, right, bottom, top) = planes, window
     distance = near + fraction[2] * (far - near)
-    spread = 1.0 if kind == "directional" else distance
+    spread = 1.0 if kind == "orthographic" else distance
     x, y = left + fraction[0] * (right - left), bottom + fraction[1] * (top - bottom)
     view = look_at(eye, eye + forward)
     point = eye + np.array([x * spread, y * spread, -distance]) @ view[:3, :3]
-    build = orthographic if kind == "directional" else perspective
+    build = orthographic if kind == "orthographic" else perspective
     position = project(build(*window, near, far, clip) @ view, point)
     assert position[3] > 0
     uvz = project(bias_matrix(clip), position[:3] / position[3])[:3]
@@ -238,7 +238,7 @@ def test_points_inside_the_frustum_land_inside_clip_space(
     narrowest = min(right - left, top - bottom) * spread
     axes_error = 1e-9  # look_at with the default up close to the view direction
     slack_uv = (64 * EPS + axes_error) * size / narrowest
-    slack_z = (64 * EPS + axes_error) * size / (far - near) * (far / near if kind == "spot" else 1.0) + 1e-12
+    slack_z = (64 * EPS + axes_error) * size / (far - near) * (far / near if kind == "perspective" else 1.0) + 1e-12
     assume(slack_uv < 0.01)
     assume(slack_z < 0.01)
     assert (uvz[:2] >= -slack_uv).all()
@@ -353,8 +353,8 @@ def test_normal_bias_moves_against_the_normal_by_at_most_the_amount(
 @given(vectors, vectors, vectors)
 def test_direction_to_a_light_is_translation_invariant(position: Array, point: Array, shift: Array) -> None:
     assume(np.linalg.norm(position - point) > 1e-2)
-    towards, distance = to_light(PointLight(position=tuple(position)), point[None])
-    moved_towards, moved_distance = to_light(PointLight(position=tuple(position + shift)), (point + shift)[None])
+    towards, distance = PointLight(position=tuple(position)).to_light(point[None])
+    moved_towards, moved_distance = PointLight(position=tuple(position + shift)).to_light((point + shift)[None])
     rounding = 16 * EPS * 3e3
     assert abs(distance[0] - np.linalg.norm(position - point)) <= rounding
     assert abs(moved_distance[0] - distance[0]) <= rounding
@@ -372,5 +372,5 @@ def test_cone_never_grows_with_the_angle(inner: float, outer: float, axis: Array
     side /= np.linalg.norm(side)
     low, high = np.radians(sorted((a, b)))
     assume(high - low > 1e-6)  # cosines near 0 and 180 degrees hold half the digits
-    strength = cone(light, 5.0 * np.array([np.cos(t) * forward + np.sin(t) * side for t in (low, high)]))
+    strength = light.cone(5.0 * np.array([np.cos(t) * forward + np.sin(t) * side for t in (low, high)]))
     assert 0.0 <= strength[1] <= strength[0] <= 1.0

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from glshadow import scenes as builtin
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight
+from glshadow.lights import DirectionalLight, Light, PointLight
 from glshadow.reference import trace
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
 
 SIZE = (320, 180)
 
@@ -91,7 +91,7 @@ def opinion(mi: Any, scene: Any, light: Light) -> tuple[NDArray[np.float32], NDA
 def test_mitsuba_agrees(mi: Any, light: Light, record_property: Callable[[str, object], None]) -> None:
     scene = builtin.courtyard()
     theirs, points = opinion(mi, mitsuba_scene(mi, scene, scene.camera), light)
-    truth = trace(scene, lights=[light], size=SIZE)
+    truth = trace(scene, lights=[light], size=SIZE, samples=1)
     ours = truth.visibility[0]
     lift = LIFT * (1.0 + truth.rays.size)
 

@@ -9,11 +9,12 @@ import pytest
 
 from glshadow import scenes as builtin
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight, to_light
 from glshadow.errors import ReferenceUnavailable, SettingsError
+from glshadow.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.reference import trace
 from glshadow.reference.rays import PLANE_BOUND, Rays, world_positions
-from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+from glshadow.scene.mesh import AlphaMode, Material, Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 
 SIZE = (320, 180)
@@ -28,7 +29,7 @@ def settled(built, truth, distance):
     seen = truth.triangle >= 0
     points, normals = truth.position[seen], truth.shading[seen]
     exact = built.exact(points, normals)
-    towards, _ = to_light(built.scene.lights[0], points)
+    towards, _ = built.scene.lights[0].to_light(points)
     cosine = (towards * normals).sum(axis=1)
     sure = np.abs(cosine) > 1e-6
     u = np.cross(towards, np.eye(3)[np.abs(towards).argmin(axis=1)])
@@ -47,7 +48,7 @@ def assert_exact(built, size=SIZE, band=0.0, left_out=1e-3):
     The band is float32's rounding in the light plane: PLANE_BOUND times the scene's largest coordinate from the eye's
     corner of it, plus `band` for how far the mesh is from the ideal solid.
     """
-    truth = trace(built.scene, size=size)
+    truth = trace(built.scene, size=size, samples=1)
     seen, exact, sure = settled(built, truth, PLANE_BOUND * truth.rays.size + band)
     assert seen.sum() > 1000
     assert (~sure).mean() <= left_out
@@ -129,12 +130,12 @@ def test_own_triangle_at_any_scale(scale):
 @pytest.mark.parametrize("offset", [(1e7, 0.0, -1e7), (1e9, 1e9, 1e9)])
 def test_large_world(offset):
     built = builtin.box().scene
-    here = trace(built, size=SIZE)
+    here = trace(built, size=SIZE, samples=1)
     matrix = np.eye(4)
     matrix[:3, 3] = offset
     eye, target = (tuple(np.add(p, offset)) for p in (built.camera.position, built.camera.target))
     moved = built.moved({node.name: matrix for node in built.nodes})
-    there = trace(moved, camera=PerspectiveCamera(eye, target), size=SIZE)
+    there = trace(moved, camera=PerspectiveCamera(eye, target), size=SIZE, samples=1)
     # float64 holds the eye to 1.2e-7 at 1e9: only pixels on an edge may change
     differ = ~((here.visibility == there.visibility) | (np.isnan(here.visibility) & np.isnan(there.visibility)))
     assert differ.mean() < 1e-4
@@ -143,8 +144,10 @@ def test_large_world(offset):
 def test_far_outlier_does_not_coarsen_what_is_seen():
     built = builtin.box()
     outlier = Mesh(np.array([[1e6, 0, 0], [1e6, 1, 0], [1e6, 0, 1.0]]), np.array([[0, 1, 2]]))
-    scene = replace(built.scene, nodes=(*built.scene.nodes, Node("far", outlier, np.eye(4))))
-    np.testing.assert_array_equal(trace(scene, size=SIZE).visibility, trace(built.scene, size=SIZE).visibility)
+    scene = replace(built.scene, nodes=(*built.scene.nodes, Node(outlier, np.eye(4), "far")))
+    np.testing.assert_array_equal(
+        trace(scene, size=SIZE, samples=1).visibility, trace(built.scene, size=SIZE, samples=1).visibility
+    )
 
 
 def test_coplanar_copies_do_not_shadow_each_other():
@@ -158,13 +161,13 @@ def test_coplanar_copies_do_not_shadow_each_other():
         a, b, c, d = (p * (cells + 1) + q for p, q in ((i, j), (i, j + 1), (i + 1, j), (i + 1, j + 1)))
         triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([c, b, d], axis=1)])
         rounded = (positions @ turn[:3, :3].T).astype(np.float32)  # as a file would hold them
-        sheets.append(Node(f"{cells}", Mesh(rounded, triangles), np.eye(4)))
+        sheets.append(Node(Mesh(rounded, triangles), np.eye(4), f"{cells}"))
     up = turn[:3, 1]
     camera = PerspectiveCamera(tuple(12.0 * up + 1.0), (0, 0, 0), fov_y=60)
     for elevation in (60.0, 1.0):
         e = np.radians(elevation)
         light = DirectionalLight(direction=tuple(-np.sin(e) * up - np.cos(e) * turn[:3, 0]))
-        truth = trace(Scene(tuple(sheets)), camera, [light], SIZE)
+        truth = trace(Scene(tuple(sheets)), camera, [light], SIZE, samples=1)
         assert (truth.visibility[0][truth.triangle >= 0] == 1.0).all()
 
 
@@ -173,31 +176,31 @@ def test_what_counts_as_coplanar(units, blocked):
     # Two sheets `units` of float32's rounding apart; the bound is 8. Heights near 0 are held exactly.
     low = Mesh(*shapes.rectangle((-1, 0, 1), (2, 0, 0), (0, 0, -2)))
     high = Mesh(*shapes.rectangle((-1, units * 2.0**-24, 1), (2, 0, 0), (0, 0, -2)))
-    rays = Rays(Scene((Node("low", low, np.eye(4)), Node("high", high, np.eye(4)))), np.zeros(3))
+    rays = Rays(Scene((Node(low, np.eye(4), "low"), Node(high, np.eye(4), "high"))), np.zeros(3))
     up, point = np.array([[0.6, 0.8, 0.0]]), np.array([[0.1, 0.0, 0.2]])
     assert rays.blocked(np.array([0], dtype=np.int32), point, up, np.array([np.inf]))[0] == [blocked]
 
 
 def test_light_that_lies_on_a_surface_is_not_blocked_by_it():
     ground, ceiling = (shapes.rectangle((-2, y, 2), (4, 0, 0), (0, 0, -4)) for y in (0.0, 1.0))
-    scene = Scene((Node("ground", Mesh(*ground), np.eye(4)), Node("ceiling", Mesh(*ceiling), np.eye(4))))
+    scene = Scene((Node(Mesh(*ground), np.eye(4), "ground"), Node(Mesh(*ceiling), np.eye(4), "ceiling")))
     camera = PerspectiveCamera((1.5, 0.9, 1.5), (0, 0, 0), fov_y=80)
     for height, lit in ((1.0, True), (1.01, False), (0.99, True)):
-        truth = trace(scene, camera, [PointLight(position=(0.1, height, 0.2))], SIZE)
+        truth = trace(scene, camera, [PointLight(position=(0.1, height, 0.2))], SIZE, samples=1)
         assert (truth.visibility[0][truth.node == 0] == lit).all()
 
 
 def test_what_lies_beyond_the_light_does_not_block():
     built = builtin.plates(gap=4.0, lamp_height=10.0).scene
     low = PointLight(position=(0, 3.0, 0))
-    truth = trace(built, lights=[low, replace(low, shadow=None)], size=SIZE)
+    truth = trace(built, lights=[low, replace(low, shadow=None)], size=SIZE, samples=1)
     assert (truth.visibility[0][truth.node == 0] == 1.0).all()
 
 
 def test_light_without_shadow_is_not_blocked():
     built = builtin.box().scene
     sun = built.lights[0]
-    truth = trace(built, lights=[replace(sun, shadow=None)], size=SIZE)
+    truth = trace(built, lights=[replace(sun, shadow=None)], size=SIZE, samples=1)
     seen = truth.triangle >= 0
     np.testing.assert_array_equal(truth.visibility[0][seen], truth.cosine[0][seen] > 0)
 
@@ -211,13 +214,13 @@ def checkered(cutoff, mode=AlphaMode.MASK):
     material = Material(texture=texture, alpha_mode=mode, cutoff=cutoff)
     sheet = Mesh(*shapes.rectangle((-1, 1, 1), (2, 0, 0), (0, 0, -2)), uv=uv, material=material)
     ground = Mesh(*shapes.rectangle((-2, 0, 2), (4, 0, 0), (0, 0, -4)))
-    return Scene((Node("ground", ground, np.eye(4)), Node("sheet", sheet, np.eye(4))))
+    return Scene((Node(ground, np.eye(4), "ground"), Node(sheet, np.eye(4), "sheet")))
 
 
 @pytest.mark.parametrize("cutoff", [0.25, 0.5, 0.75])
 def test_alpha_mask(cutoff):
     camera = PerspectiveCamera((0.3, 2.5, 2.5), (0, 0.3, 0), fov_y=50)
-    truth = trace(checkered(cutoff), camera, [DOWN], (640, 360))
+    truth = trace(checkered(cutoff), camera, [DOWN], (640, 360), samples=1)
 
     def cells(points):
         """Whether the checker is solid above or at points, and whether its lines are further than one texel."""
@@ -240,14 +243,17 @@ def test_alpha_mask(cutoff):
 
 def test_alpha_cutoff_moves_the_edge():
     camera = PerspectiveCamera((0.0, 0.9, 0.001), (0, 0, 0), fov_y=90)  # below the sheet
-    lit = [np.nanmean(trace(checkered(cutoff), camera, [DOWN], (200, 200)).visibility) for cutoff in (0.25, 0.5, 0.75)]
+    lit = [
+        np.nanmean(trace(checkered(cutoff), camera, [DOWN], (200, 200), samples=1).visibility)
+        for cutoff in (0.25, 0.5, 0.75)
+    ]
     assert lit[0] < lit[1] < lit[2]
     assert lit[1] == pytest.approx(0.5, abs=0.02)
 
 
 def test_blend_is_seen_but_casts_nothing():
     camera = PerspectiveCamera((0.3, 2.5, 2.5), (0, 0.3, 0), fov_y=50)
-    truth = trace(checkered(0.5, AlphaMode.BLEND), camera, [DOWN], SIZE)
+    truth = trace(checkered(0.5, AlphaMode.BLEND), camera, [DOWN], SIZE, samples=1)
     assert (truth.node == 1).sum() > 1000
     assert (truth.visibility[0][truth.triangle >= 0] == 1.0).all()
 
@@ -255,7 +261,7 @@ def test_blend_is_seen_but_casts_nothing():
 def test_spot_reaches_its_cone_and_range():
     built = builtin.plane().scene
     spot = SpotLight(position=(0, 4, 0), outer_angle=30, range=4.3)
-    truth = trace(built, lights=[spot, built.lights[0]], size=SIZE)
+    truth = trace(built, lights=[spot, built.lights[0]], size=SIZE, samples=1)
     seen = truth.triangle >= 0
     level = np.linalg.norm(truth.position[seen][:, [0, 2]], axis=1)
     np.testing.assert_array_equal(truth.reached[0][seen], (level < 4 * np.tan(np.pi / 6)) & (np.hypot(level, 4) < 4.3))
@@ -265,9 +271,9 @@ def test_spot_reaches_its_cone_and_range():
 
 def test_camera_near_and_far_cut():
     built = builtin.wall().scene
-    depth = -(trace(built, size=SIZE).position - built.camera.position) @ built.camera.view_from_world[2, :3]
+    depth = -(trace(built, size=SIZE, samples=1).position - built.camera.position) @ built.camera.view_from_world[2, :3]
     near, far = np.nanpercentile(depth, [30, 70])
-    cut = trace(built, replace(built.camera, near=float(near), far=float(far)), size=SIZE)
+    cut = trace(built, replace(built.camera, near=float(near), far=float(far)), size=SIZE, samples=1)
     inside = -(cut.position - built.camera.position) @ built.camera.view_from_world[2, :3]
     assert np.nanmin(inside) >= near * (1 - 1e-6)
     assert np.nanmax(inside) <= far * (1 + 1e-6)
@@ -280,11 +286,11 @@ def test_penumbra_of_a_disc():
     height, half = 1.0, 50.0
     ground = Mesh(*shapes.rectangle((-4, 0, 4), (8, 0, 0), (0, 0, -8)))
     roof = Mesh(*shapes.rectangle((0, height, half), (half, 0, 0), (0, 0, -2 * half)))
-    scene = Scene((Node("ground", ground, np.eye(4)), Node("roof", roof, np.eye(4))))
+    scene = Scene((Node(ground, np.eye(4), "ground"), Node(roof, np.eye(4), "roof")))
     camera = PerspectiveCamera((-1.0, 0.8, 0.0), (0.2, 0, 0), fov_y=60)
     samples = 64
     sun = DirectionalLight(direction=(0, -1, 0), angle=20.0)
-    truth = trace(scene, camera, [sun], (160, 90), light_samples=samples)
+    truth = trace(scene, camera, [sun], (160, 90), light_samples=samples, samples=1)
     seen = (truth.node == 0) & (np.abs(truth.position[..., 0]) < 1)
     u = np.clip(-truth.position[seen][:, 0] / (height * np.tan(np.radians(10.0))), -1, 1)
     exact = 0.5 + (u * np.sqrt(1 - u * u) + np.arcsin(u)) / np.pi
@@ -300,8 +306,8 @@ def test_penumbra_of_a_disc():
 def test_lamp_of_a_radius_and_a_point_agree_away_from_the_edge():
     built = builtin.plates(gap=4.0, lamp_height=10.0).scene
     lamp = built.lights[0]
-    soft = trace(built, lights=[replace(lamp, radius=0.1)], size=SIZE, light_samples=9)
-    hard = trace(built, size=SIZE)
+    soft = trace(built, lights=[replace(lamp, radius=0.1)], size=SIZE, light_samples=9, samples=1)
+    hard = trace(built, size=SIZE, samples=1)
     ground = hard.node == 0
     largest = np.abs(hard.position[..., [0, 2]]).max(axis=-1)
     half_penumbra = 0.1 * 4 / (10 - 4)  # radius * gap / (lamp - gap)
@@ -312,8 +318,8 @@ def test_lamp_of_a_radius_and_a_point_agree_away_from_the_edge():
 
 def test_samples_are_averaged():
     built = builtin.wall().scene
-    hard, smooth = trace(built, size=(64, 36)), trace(built, size=(64, 36), samples=9)
-    fine = trace(built, size=(192, 108)).visibility[0].reshape(36, 3, 64, 3)
+    hard, smooth = trace(built, size=(64, 36), samples=1), trace(built, size=(64, 36), samples=9)
+    fine = trace(built, size=(192, 108), samples=1).visibility[0].reshape(36, 3, 64, 3)
     with np.errstate(invalid="ignore"):
         mean = np.nansum(fine, axis=(1, 3)) / np.isfinite(fine).sum(axis=(1, 3))
     np.testing.assert_allclose(smooth.visibility[0], mean, atol=1e-6)
@@ -325,7 +331,7 @@ def test_samples_are_averaged():
 def test_near_edge_measures_in_the_light_plane():
     elevation, height = 30.0, 2.0
     built = builtin.wall(elevation, height).scene
-    truth = trace(built, size=SIZE)
+    truth = trace(built, size=SIZE, samples=1)
     x, z = truth.position[..., 0], truth.position[..., 2]
     ground = (truth.node == 0) & (np.abs(z) < 1.5) & (x < -0.5)
     distance = np.abs(x + height / np.tan(np.radians(elevation))) * np.sin(np.radians(elevation))
@@ -338,7 +344,7 @@ def test_near_edge_measures_in_the_light_plane():
 
 
 def test_near_edge_on_a_curved_body_finds_no_boundary():
-    truth = trace(builtin.ball().scene, size=SIZE)
+    truth = trace(builtin.ball().scene, size=SIZE, samples=1)
     lit = truth.cosine[0] > 0.3
     assert lit.sum() > 1000
     assert not truth.near_edge(0, 0.05, lit).any()  # put back on the sphere, not left on the tangent plane
@@ -347,8 +353,8 @@ def test_near_edge_on_a_curved_body_finds_no_boundary():
 def test_near_edge_in_a_bowl_finds_no_boundary():
     positions, triangles = shapes.icosphere(5, 1.0)
     lower = positions[triangles].mean(axis=1)[:, 1] < -0.3
-    bowl = Scene((Node("bowl", Mesh(positions, triangles[lower]), np.eye(4)),))
-    truth = trace(bowl, PerspectiveCamera((0.0, 1.5, 0.01), (0, -1, 0), fov_y=60), [DOWN], SIZE)
+    bowl = Scene((Node(Mesh(positions, triangles[lower]), np.eye(4), "bowl"),))
+    truth = trace(bowl, PerspectiveCamera((0.0, 1.5, 0.01), (0, -1, 0), fov_y=60), [DOWN], SIZE, samples=1)
     inside = (truth.triangle >= 0) & (truth.position[..., 1] < -0.45)
     assert inside.sum() > 1000
     assert (truth.visibility[0][inside] == 1.0).all()
@@ -357,7 +363,7 @@ def test_near_edge_in_a_bowl_finds_no_boundary():
 
 
 def test_near_foot():
-    truth = trace(builtin.wall().scene, size=SIZE)
+    truth = trace(builtin.wall().scene, size=SIZE, samples=1)
     x, z = truth.position[..., 0], truth.position[..., 2]
     ground = (truth.node == 0) & (np.abs(z) < 1.5)
     foot = truth.near_foot(0.3, ground)
@@ -365,7 +371,7 @@ def test_near_foot():
 
 
 def test_bodies():
-    truth = trace(builtin.courtyard(), size=SIZE)
+    truth = trace(builtin.courtyard(), size=SIZE, samples=1)
     seen = np.unique(truth.body[truth.triangle >= 0])
     ground, columns_and_capitals, torus, sphere, fence, ramp = 1, 2 * 24, 1, 1, 60, 1
     assert truth.rays.body.max() + 1 == ground + columns_and_capitals + torus + sphere + fence + ramp
@@ -382,7 +388,7 @@ def test_equal_vertices_stay_equal_in_the_world():
 
 def test_truth_can_be_pickled():
     scene = builtin.wall().scene
-    truth = trace(scene, size=(32, 18))
+    truth = trace(scene, size=(32, 18), samples=1)
     again = pickle.loads(pickle.dumps(truth))
     where = again.cosine[0] > 0
     np.testing.assert_array_equal(again.near_edge(0, 0.5, where), truth.near_edge(0, 0.5, where))
@@ -391,7 +397,7 @@ def test_truth_can_be_pickled():
 def test_missing_embreex_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "embreex.mesh_construction", None)
     with pytest.raises(ReferenceUnavailable, match=r"pip install 'glshadow\[reference\]'"):
-        trace(builtin.plane().scene, size=(8, 8))
+        trace(builtin.plane().scene, size=(8, 8), samples=1)
 
 
 @pytest.mark.parametrize(

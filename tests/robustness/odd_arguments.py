@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 import glshadow as gs
-from glshadow import image, overlay, study
+from glshadow import batch, image, overlay, study
 from glshadow.shadows.filters import FILTERS
 
 
@@ -225,7 +225,7 @@ def given(value: Any) -> Callable[[], Any]:
 
 
 MESH = gs.Mesh(np.eye(3), np.array([[0, 1, 2]]))
-NODE = gs.Node("a", MESH, np.eye(4))
+NODE = gs.Node(MESH, np.eye(4), "a")
 SCENE = gs.Scene((NODE,))
 # What has no default, by the parameter's name.
 REQUIRED: dict[str, Any] = {
@@ -233,11 +233,11 @@ REQUIRED: dict[str, Any] = {
     "world_from_mesh": np.eye(4), "nodes": (NODE,), "fx": 500.0, "fy": 500.0, "cx": 320.0, "cy": 240.0, "pose": np.eye(4),
     "image": np.full((2, 2, 3), 128, np.uint8), "lights": (gs.DirectionalLight(),),
     "scene": SCENE, "source": SCENE, "matrices": {"a": np.eye(4)}, "matrix": np.eye(4), "costs": [1.0, 2.0], "errors": [2.0, 1.0],
-    "camera": gs.PerspectiveCamera(), "count": 3, "points_w": (1.0, 0.0, 0.0), "names": ("map",), "subdivisions": 1,
+    "camera": gs.PerspectiveCamera(), "count": 3, "points_w": (1.0, 0.0, 0.0), "output": "a.png", "names": ("map",), "subdivisions": 1,
 }  # fmt: skip
 # Made by glshadow, not by its callers; and what raises, names or draws. The renderer's arguments have tests of their own.
 NOT_BUILT = {
-    "AlphaMode", "Camera", "Faces", "Flip", "Frame", "Renderer", "Score", "ShadowError", "ShadowView", "Target", "Truth", "Used", "flip",
+    "AlphaMode", "Camera", "Faces", "Flip", "Frame", "Renderer", "Score", "Measurement", "ShadowView", "Target", "Truth", "Used", "flip",
     "Caster", "Compared", "Comparison", "PyrenderRenderer", "ShadowMap", "Explorer", "compare", "explore", "export_page",
     "measure", "render", "show", "trace",
 }  # fmt: skip
@@ -265,7 +265,8 @@ def built() -> dict[str, Call]:
     named |= {
         "Scene.moved": SCENE.moved, "Scene.moved matrix": lambda matrix: SCENE.moved({"a": matrix}), "study.Grid": study.Grid,
         "study.Grid.default": study.Grid.default, "study.pareto_front": study.pareto_front, "image.read": image.read,
-        "overlay.required_outputs": overlay.required_outputs, "AnalyticScene.exact": gs.scenes.wall().exact,
+        "overlay.required_outputs": overlay.required_outputs, "batch.Job": batch.Job,
+        "AnalyticScene.exact": gs.scenes.wall().exact,
     }  # fmt: skip
     calls = {}
     for name, function in named.items():
@@ -278,6 +279,7 @@ def built() -> dict[str, Call]:
             if each.kind is not each.VAR_KEYWORD
         }
         calls[name] = (function, {key: given(value) for key, value in given_values.items()})
+    calls["batch.Job"][1]["scene"] = given("courtyard")
     calls["image.read"] = (image.read, {"source": given(b"no image")})
     for name, other in [("scenes.plates", 3.0), ("scenes.sphere", 9.0)]:
         function, arguments = calls[name]
@@ -331,7 +333,7 @@ def in_use(value: Any) -> dict[str, Any] | None:
     if isinstance(value, gs.Node | gs.Mesh | gs.Material):
         material = value if isinstance(value, gs.Material) else gs.Material()
         mesh = value if isinstance(value, gs.Mesh) else gs.Mesh(np.eye(3), np.array([[0, 1, 2]]), material=material)
-        node = value if isinstance(value, gs.Node) else gs.Node("a", mesh, np.eye(4))
+        node = value if isinstance(value, gs.Node) else gs.Node(mesh, np.eye(4), "a")
         return {"scene": gs.Scene((node,))}
     if isinstance(value, gs.Camera):
         return {"scene": SCENE, "camera": value}

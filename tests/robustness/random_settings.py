@@ -76,7 +76,7 @@ def _scene(rng: Rng) -> gs.Scene:
         if rng.random() < 0.15:
             matrix[:3, :3] = matrix[:3, :3] @ np.diag(rng.choice([-1.0, 1.0, 1e-3, 0.0], size=3))
         matrix[:3, 3] = offset
-        nodes.append(gs.Node(f"{number}", gs.Mesh(positions, triangles, material=_material(rng)), matrix))
+        nodes.append(gs.Node(gs.Mesh(positions, triangles, material=_material(rng)), matrix, f"{number}"))
     try:
         return gs.Scene(tuple(nodes), name=f"{name} x {scale:g} at {offset.tolist()}")
     except gs.SceneError:  # the only solid was flattened to a point

@@ -144,6 +144,24 @@ def test_progress_takes_no_orders():
     assert clean(Display.shown)
 
 
+def test_a_page_is_text(tmp_path):
+    scene = gs.scenes.plane().scene
+    path = gs.export_page(gs.Scene(scene.nodes, name=HOSTILE), tmp_path, lights=gs.DirectionalLight())
+    page = path.read_text(encoding="utf-8")
+    assert not any(each in page for each in FORBIDDEN)
+    assert words(HOSTILE) in page
+
+
+def test_a_comparison_prints_its_names_printably():
+    found = gs.compare(gs.scenes.plane().scene, {f"{HOSTILE}1": "hard", f"{HOSTILE}2": "pcf:1"}, size=(24, 16))
+    assert clean(repr(found))
+    assert clean(str(found), lines=True)
+    assert len(str(found).splitlines()) == 2
+    assert not any(each in found._repr_html_() for each in FORBIDDEN)
+    assert found.image.shape[2] == 3
+    assert found[f"{HOSTILE}1"].name == f"{HOSTILE}1"
+
+
 def test_html_is_text():
     import numpy as np
 

@@ -61,8 +61,9 @@ def test_closed_streams_are_no_error(folder):
     assert (folder / "tri.png").exists()
 
 
+@pytest.mark.parametrize("room", [4096, 5, 0])
 @pytest.mark.parametrize("ending", [".png", ".jpg", ".tif", ".exr"])
-def test_a_full_disk_leaves_no_half_picture(tmp_path, rng, ending):
+def test_a_full_disk_leaves_no_half_picture(tmp_path, ending, room):
     """A child with a limit on the size of files: its writes fail as on a full disk."""
     code = f"import numpy as np, sys; sys.path[:] = {sys.path!r}\nfrom glshadow import image, GlshadowError\n" + (
         "pixels = np.random.default_rng(0).integers(0, 256, (200, 200, 3)).astype(np.uint8)\n"
@@ -71,7 +72,7 @@ def test_a_full_disk_leaves_no_half_picture(tmp_path, rng, ending):
     )
 
     def limit():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
 
     done = subprocess.run(
         [sys.executable, "-B", "-c", code],
@@ -83,8 +84,19 @@ def test_a_full_disk_leaves_no_half_picture(tmp_path, rng, ending):
         check=False,
     )
     assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.startswith(f"x{ending} cannot be written: ")
+    assert done.stdout == f"x{ending} cannot be written: File too large\n", (
+        "the system's own word, and no temporary name"
+    )
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_page_of_a_model_whose_name_is_not_utf8(folder):
+    model = os.fsencode(folder) + b"/b\xfc<\x1b[1m.obj"
+    os.rename(folder / "tri.obj", model)  # noqa: PTH104
+    command = [sys.executable, "-m", "glshadow", "export", model, "-o", "page"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
+    assert r"<title>b\udcfc&lt;\x1b[1m</title>" in (folder / "page/index.html").read_text(encoding="utf-8")
 
 
 def test_names_that_are_not_utf8(folder):

@@ -59,7 +59,7 @@ def killed(tmp_path, code, number, *arguments):
         assert process.stdout is not None
         assert process.stdout.readline() == "ready\n"
         process.send_signal(number)
-        _, errors = process.communicate(timeout=30)
+        _, errors = process.communicate(timeout=60)
     return process.returncode, errors
 
 
@@ -134,7 +134,7 @@ def test_commands_killed_at_any_moment(tmp_path):
         with subprocess.Popen(command, cwd=tmp_path, env=environment, stderr=subprocess.PIPE) as process:
             time.sleep(seconds * (0.3 + 0.7 * turn / 7))
             process.send_signal(signal.SIGKILL if turn % 2 else signal.SIGTERM)
-            process.communicate(timeout=30)
+            process.communicate(timeout=60)
         assert process.returncode in (0, 143, -signal.SIGTERM, -signal.SIGKILL)
         if (tmp_path / "a.png").exists():
             assert (tmp_path / "a.png").read_bytes() == whole

@@ -28,11 +28,11 @@ PATIENCE_S = 60.0
 def box(height=1.0):
     floor = shapes.rectangle((-2, 0, 2), (4, 0, 0), (0, 0, -4))
     solids = (floor, shapes.box((1, height, 1), (0, height / 2, 0)))
-    return gs.Scene(tuple(gs.Node(str(i), gs.Mesh(*solid), np.eye(4)) for i, solid in enumerate(solids)))
+    return gs.Scene(tuple(gs.Node(gs.Mesh(*solid), np.eye(4), str(i)) for i, solid in enumerate(solids)))
 
 
 def picture(renderer, scene=None):
-    return renderer.render(scene or box(), size=SIZE).image
+    return renderer.render(scene or box(), size=SIZE, samples=1).image
 
 
 def alone(queue=None):
@@ -219,10 +219,10 @@ def test_what_is_refused_leaves_nothing_on_the_gpu():
         before = counted(renderer)
         for size in ((20_000, 4), (4, 20_000), (4, 1 << 20)):
             with pytest.raises(gs.GlshadowError, match=r"16384|pixels"):
-                renderer.render(scene, size=size)
+                renderer.render(scene, size=size, samples=1)
         lights = [gs.PointLight(position=(0, 2, 0), shadow=gs.Shadow(resolution=16384))]
         with pytest.raises(gs.SettingsError):
-            renderer.render(scene, lights=lights, size=SIZE)
+            renderer.render(scene, lights=lights, size=SIZE, samples=1)
         picture(renderer, scene)
         assert counted(renderer) == before
 
@@ -261,7 +261,7 @@ def test_ctrl_c_in_a_picture_leaves_a_working_renderer(expected):
             try:
                 start = time.monotonic()
                 while time.monotonic() - start < PATIENCE_S:
-                    renderer.render(scene, lights=lights, size=(320, 180))
+                    renderer.render(scene, lights=lights, size=(320, 180), samples=1)
             except KeyboardInterrupt:
                 interrupted += 1
             timer.join()
@@ -278,7 +278,7 @@ def test_ctrl_c_at_any_step_leaves_a_working_renderer(warm, stride):
     lights = [gs.DirectionalLight(shadow=gs.Shadow(filter=filter_)) for filter_ in (gs.Pcf(), gs.Exact())]
 
     def draw():
-        return renderer.render(scene, lights=lights, size=SIZE).image
+        return renderer.render(scene, lights=lights, size=SIZE, samples=1).image
 
     with gs.Renderer() as renderer:
         expected = draw()
@@ -307,7 +307,7 @@ def test_a_released_renderer_leaves_nothing_with_the_meshes():
     """A scene outlives many renderers: what each of them computed of its meshes must go with it."""
     scene = gs.scenes.courtyard()
     renderer = gs.Renderer()
-    renderer.render(scene, size=(32, 32))
+    renderer.render(scene, size=(32, 32), samples=1)
     kept = [weakref.ref(gpu) for gpu in renderer._store.scene.thing.meshes]
     renderer.release()
     del renderer

@@ -3,16 +3,18 @@ warning, and nothing in a picture that is negative or no number."""
 
 from __future__ import annotations
 
+import itertools
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import moderngl
 import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow import image, overlay, study
+from glshadow import batch, image, overlay, study
 
 from .odd_arguments import ODD, SCENE, SIZE, Call, built, given
 
@@ -84,7 +86,7 @@ def renderer() -> Iterator[gs.Renderer]:
 @pytest.fixture(scope="module")
 def results(renderer: gs.Renderer) -> tuple[gs.Frame, gs.Truth]:
     outputs = ("image", "visibility", "depth", "shadow_maps")
-    return renderer.render(SCENE, size=SIZE, outputs=outputs), gs.trace(SCENE, size=SIZE)
+    return renderer.render(SCENE, size=SIZE, outputs=outputs, samples=1), gs.trace(SCENE, size=SIZE, samples=1)
 
 
 RENDER = {
@@ -128,6 +130,7 @@ RESULTS: dict[str, dict[str, Any]] = {
     "gs.measure": {"frame": 0, "truth": 1},
     "gs.flip": {"ours": 0, "reference": 0, "pixels_per_degree": 67.0},
     "overlay.overlay": {"frame": 0, "names": ("map",)},
+    "overlay.light_color": {"number": 0},
     "Frame.save": {"path": "a.png"},
     "Frame.save exr": {"path": "a.exr"},
     "image.write": {"path": "a.png", "image": np.zeros((2, 2, 3), dtype=np.uint8)},
@@ -135,7 +138,7 @@ RESULTS: dict[str, dict[str, Any]] = {
     "image.write channel": {"value": np.zeros((2, 2))},
     "Truth.near_edge": {"light": 0, "radius": 0.1, "where": None},
     "Truth.near_foot": {"radius": 0.1, "where": np.ones(SIZE[::-1], dtype=bool)},
-    "ShadowError.picture": {"light": 0},
+    "Measurement.picture": {"light": 0},
 }  # fmt: skip
 
 
@@ -151,9 +154,10 @@ def test_results(
 
     functions: dict[str, Callable[..., Any]] = {
         "gs.render": gs.render, "Renderer": opened, "gs.measure": gs.measure, "gs.flip": gs.flip, "overlay.overlay": overlay.overlay,
+        "overlay.light_color": overlay.light_color,
         "Frame.save": frame.save, "Frame.save exr": frame.save, "image.write": image.write, "image.write exr": image.write,
         "image.write channel": lambda value: image.write("a.exr", {"x": value}), "Truth.near_edge": truth.near_edge,
-        "Truth.near_foot": truth.near_foot, "ShadowError.picture": gs.measure(frame, truth).picture,
+        "Truth.near_foot": truth.near_foot, "Measurement.picture": gs.measure(frame, truth).picture,
     }  # fmt: skip
     made = {"frame": frame, "truth": truth, "ours": frame, "reference": frame}
     arguments = {other: given(made.get(other, value)) for other, value in RESULTS[key].items()}
@@ -187,3 +191,57 @@ def test_studies(
 
     monkeypatch.setattr("glshadow.study.run.Floor", stop)
     assert faults(function, {key: given(value) for key, value in given_arguments.items()}, name) == []
+
+
+BATCH = {
+    "jobs": given([batch.Job("courtyard", "a.png")]), "folder": given("out"), "processes": given(1), "backend": given("auto"),
+    "fresh": given(False), "progress": given(None), "dask": given(None),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BATCH)
+def test_batches(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With jobs that are not drawn: what `run_batch` would be given is checked before."""
+    monkeypatch.chdir(tmp_path)
+
+    def stop(*_: object) -> None:
+        raise gs.ResourceError("all arguments are fine")
+
+    monkeypatch.setattr("glshadow.batch.run._local", stop)
+    monkeypatch.setattr("glshadow.batch.cluster.on_cluster", stop)
+    assert faults(batch.run_batch, BATCH, name) == []
+
+
+def test_a_file_of_jobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert faults(batch.read_jobs, {"path": given("jobs.jsonl")}, "path") == []
+
+
+MAP = {
+    "draw": {"casters": given(lambda caster: None)}, "fit": {"light": given(gs.DirectionalLight()), "bounds": given(None)},
+    "source": {"name": given("lamp"), "version": given(True)}, "include": {"name": given("lamp")},
+    "apply": {"program": given(None), "name": given("lamp"), "unit": given(0)},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("method", "name"), [(method, name) for method, arguments in MAP.items() for name in arguments]
+)
+def test_shadow_maps_of_other_programs(method: str, name: str) -> None:
+    context = moderngl.create_standalone_context(require=330, backend="egl")
+    program = context.program(
+        vertex_shader="#version 330\nvoid main() { gl_Position = vec4(0.0); }",
+        fragment_shader="#version 330\nout vec4 color;\nvoid main() { color = vec4(1.0); }",
+    )
+    with gs.ShadowMap(context, gs.DirectionalLight(), SCENE.bounds) as shadow:
+        arguments = MAP[method] | ({"program": given(program)} if method == "apply" else {})
+        getattr(shadow, method)(**{key: value() for key, value in arguments.items()})
+        found = faults(getattr(shadow, method), arguments, name)
+        called = ("casters=function", "casters=raising")  # their errors are their own
+        assert [each for each in found if not each.startswith(called)] == []
+    context.release()
+
+
+def test_a_sequence_of_cameras(renderer: gs.Renderer) -> None:
+    arguments = {"scene": given(SCENE), "cameras": given(())}
+    assert faults(lambda **values: list(itertools.islice(renderer.sequence(**values), 2)), arguments, "cameras") == []

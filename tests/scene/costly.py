@@ -168,6 +168,9 @@ GROUPS: dict[str, tuple[Callable[[], Glb], str]] = {
     "1e5 nodes": (lambda: nodes(*({"mesh": 0, "translation": [k % 300, k // 300, 0]} for k in range(10**5))), "drawn"),
     "1e6 nodes": (lambda: nodes(*[{"mesh": 0}] * 10**6), "nodes"),
     "a chain of 1e5 nodes": (lambda: chain(10**5), "drawn"),
+    "as many lamps as are allowed": (lambda: lights(256, "point"), "drawn"),
+    "as many suns as are allowed": (lambda: lights(256, "directional"), "drawn"),
+    "257 lamps": (lambda: lights(257, "point"), "lights"),
     "20,000 lamps": (lambda: lights(20_000, "point"), "lights"),
     "20,000 suns": (lambda: lights(20_000, "directional"), "lights"),
     "6,000 nodes of 1,000 triangles": (lambda: amplified(6000, 1000), "drawn"),
@@ -189,7 +192,7 @@ def main(path: str) -> None:
     warnings.simplefilter("ignore")
     try:
         with gs.Renderer() as renderer:
-            renderer.render(gs.load(path), size=(96, 64))
+            renderer.render(gs.load(path), size=(96, 64), samples=1)
         outcome = "drawn"
     except gs.GlshadowError as error:
         outcome = f"{type(error).__name__}: {error}"

@@ -12,8 +12,8 @@ import trimesh
 
 from glshadow import scenes as builtin
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight
 from glshadow.errors import SettingsError
+from glshadow.lights import DirectionalLight
 from glshadow.scenes import shapes
 
 MODELS = Path(os.environ.get("GLSHADOW_MODELS", Path(__file__).parents[3] / "shared" / "models"))
@@ -83,7 +83,7 @@ def test_courtyard_facts():
 
 def test_courtyard_starts_without_trimesh_or_scipy():
     code = (
-        "import sys; from glshadow.scene import builtin; builtin.courtyard();"
+        "import sys; from glshadow import scenes; scenes.courtyard();"
         "sys.exit('heavy' if {'trimesh', 'scipy', 'embreex'} & set(sys.modules) else 0)"
     )
     root = Path(__file__).parents[2]

@@ -16,13 +16,12 @@ from glshadow.errors import SceneError, SettingsError
 from glshadow.io.limits import Budget, Limits
 from glshadow.io.load import load
 
+from ..pace import pace
 from . import costly
 from .glb import Glb
 
-SECONDS = 5.0
-"""Of processor time for one load and one picture of 96 x 64 on a quiet core."""
-BUSY = 4.0
-"""By which other processes on the same cores lengthen processor time; measured: 7.5 seconds at most beside eight of them."""
+SECONDS = 10.0
+"""Of processor time of a quiet core, for one load and one picture of 96 x 64; measured: 5 at most."""
 MEMORY = 1_400_000_000
 """Bytes: six million triangles, the most that a group draws, of 200 each, and Python with its libraries."""
 
@@ -31,6 +30,7 @@ MEMORY = 1_400_000_000
 def test_costs_little_or_names_its_limit(tmp_path: Path, name: str) -> None:
     make, wanted = costly.GROUPS[name]
     path = make().save(tmp_path / "costly.glb")
+    slowness = pace()
     found = subprocess.run(
         [sys.executable, costly.__file__, str(path)], capture_output=True, text=True, check=True, timeout=300
     )
@@ -44,7 +44,8 @@ def test_costs_little_or_names_its_limit(tmp_path: Path, name: str) -> None:
         )
         assert "SceneError: costly.glb: " in cost["outcome"]
     assert cost["memory"] <= MEMORY, cost
-    assert cost["seconds"] <= BUSY * SECONDS, cost
+    slowness = max(slowness, pace())
+    assert cost["seconds"] <= SECONDS * slowness, (cost, slowness)
 
 
 def lit(count: int) -> Glb:

@@ -12,12 +12,13 @@ import pytest
 import trimesh
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.core.spaces import orthographic
 from glshadow.errors import GlshadowWarning, SceneError, SettingsError
 from glshadow.io.load import load
+from glshadow.lights import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.scene.box import default_sun
-from glshadow.scene.mesh import AlphaMode, Scene
+from glshadow.scene.mesh import AlphaMode
+from glshadow.scene.nodes import Scene
 
 # name: (drawn triangles, nodes, distinct meshes, world extents, distinct pictures): what the models' README states
 MODELS = {
@@ -360,7 +361,7 @@ def test_gltf_unknown_camera_is_left_out(tmp_path):
 
 def test_gltf_material_and_nodes(tmp_path):
     scene = load(gltf(tmp_path))
-    assert [node.name for node in scene.nodes] == ["same", "same", "same.1", "same.1"]  # two materials, two nodes
+    assert [node.name for node in scene.nodes] == ["same", "same 2", "same.1", "same.1 2"]  # two materials, two nodes
     assert scene.nodes[0].mesh is scene.nodes[2].mesh
     assert np.linalg.det(scene.nodes[2].world_from_mesh) == -1.0
     mesh = scene.nodes[0].mesh

@@ -1,13 +1,13 @@
 """Triangles of polygons: they cover simple ones exactly, in any plane and however many corners, and end soon for all others."""
 
-import time
-
 import numpy as np
 import pytest
 
 from glshadow.io.limits import Budget
 from glshadow.io.polygons import MANY, MOST, triangulated
 from glshadow.io.sweep import swept
+
+from ..pace import at_most
 
 
 def ring(radii):
@@ -113,11 +113,10 @@ def test_a_convex_quad_keeps_its_first_diagonal():
 
 @pytest.mark.parametrize("name", SIMPLE)
 def test_very_many_corners_are_swept(name):
-    """Ear clipping takes 6 s for the comb and the needles; the sweep 1.3 s at most: 10 s of processor time leave room."""
+    """Ear clipping takes 6 s for the comb and the needles; the sweep 1.3 s at most: 10 s of a quiet core leave room."""
     plane = SIMPLE[name](100_000)
-    start = time.process_time()
-    triangles = swept(plane)
-    assert time.process_time() - start < 10.0
+    with at_most(10.0):
+        triangles = swept(plane)
     a, b, c = (plane[triangles[:, k]] for k in range(3))
     signed = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     # 1e-9: rounding of 1e5 corners
@@ -141,9 +140,8 @@ def crossing(kind, corners, rng):
 @pytest.mark.parametrize("kind", ["noise", "walk", "bow ties", "one crossing"])
 def test_polygons_that_cross_themselves_end_soon(kind, corners, rng):
     plane = crossing(kind, max(corners, 14) if kind == "one crossing" else corners, rng)
-    start = time.process_time()
-    triangles, _, notes = cut(np.column_stack([plane, np.zeros(len(plane))]))
-    assert time.process_time() - start < 10.0
+    with at_most(10.0):
+        triangles, _, notes = cut(np.column_stack([plane, np.zeros(len(plane))]))
     if corners >= 30 and kind in ("noise", "walk"):
         assert "cross themselves" in notes[0]
     if kind == "one crossing":  # all but the place of the crossing is right

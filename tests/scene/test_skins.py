@@ -11,7 +11,8 @@ import pytest
 from glshadow.core.spaces import Array, translation
 from glshadow.errors import GlshadowWarning, SceneError
 from glshadow.io.load import load
-from glshadow.scene.mesh import Mesh, Scene
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Scene
 from glshadow.scenes import shapes
 
 from .glb import Glb

@@ -12,13 +12,14 @@ import pytest
 import trimesh
 
 from glshadow.core.cameras import PerspectiveCamera, pixel_rays
-from glshadow.core.lights import DirectionalLight
 from glshadow.core.spaces import Array, translation
 from glshadow.errors import GlshadowWarning, SceneError
 from glshadow.io.load import load
+from glshadow.lights import DirectionalLight
 from glshadow.reference.trace import trace
 from glshadow.renderer import Renderer
-from glshadow.scene.mesh import AlphaMode, Material, Mesh, Node, Scene
+from glshadow.scene.mesh import AlphaMode, Material, Mesh
+from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 from glshadow.shadows.filters import Exact, Hard
 from glshadow.shadows.metric import Target
@@ -48,8 +49,10 @@ def renderer() -> Iterator[Renderer]:
 
 def drawn(renderer: Renderer, *meshes: Mesh) -> Array:
     """Linear picture (H, W, 3) of meshes at their places, lit by SLANTED and some ambient light."""
-    nodes = tuple(Node(f"part {k}", mesh, np.eye(4)) for k, mesh in enumerate(meshes))
-    frame = renderer.render(Scene(nodes, FRONT), lights=[SLANTED], size=SIZE, ambient=0.25, outputs=("linear",))
+    nodes = tuple(Node(mesh, np.eye(4), f"part {k}") for k, mesh in enumerate(meshes))
+    frame = renderer.render(
+        Scene(nodes, FRONT), lights=[SLANTED], size=SIZE, ambient=0.25, outputs=("linear",), samples=1
+    )
     return frame.linear.astype(np.float64)
 
 
@@ -129,11 +132,11 @@ SHADOWS = {
 def test_vertex_alpha_cuts_out(renderer: Renderer, shadow: Shadow, texture: bool) -> None:
     """The camera sees, and the sun passes, what the float64 truth says: the sheet's half with x > 0 alone."""
     ground = Mesh(*shapes.rectangle((-3.0, 0.0, 3.0), (6.0, 0.0, 0.0), (0.0, 0.0, -6.0)))
-    scene = Scene((Node("ground", ground, np.eye(4)), Node("sheet", sheet(texture), np.eye(4))))
+    scene = Scene((Node(ground, np.eye(4), "ground"), Node(sheet(texture), np.eye(4), "sheet")))
     camera = PerspectiveCamera((0.5, 4.0, 5.0), (0.0, 0.5, 0.0), fov_y=50.0)
     light = DirectionalLight(direction=(-0.3, -1.0, 0.2), shadow=shadow)
-    frame = renderer.render(scene, camera, [light], (320, 180), outputs=("visibility", "triangle"))
-    truth = trace(scene, camera, [light], (320, 180))
+    frame = renderer.render(scene, camera, [light], (320, 180), outputs=("visibility", "triangle"), samples=1)
+    truth = trace(scene, camera, [light], (320, 180), samples=1)
     seen = truth.node == 1
     assert seen.sum() > 500
     assert (truth.position[seen][:, 0] > -1e-6).all()
@@ -153,10 +156,10 @@ def test_a_factor_below_the_cutoff_leaves_nothing(renderer: Renderer) -> None:
     """No texture, no colours of vertices: the alpha test still counts."""
     ghost = Mesh(TRIANGLE, np.array([[0, 1, 2]]), material=Material((1, 1, 1, 0.3), alpha_mode=AlphaMode.MASK))
     back = Mesh(3.0 * TRIANGLE - (0, 0, 1), np.array([[0, 1, 2]]))
-    scene = Scene((Node("ghost", ghost, np.eye(4)), Node("back", back, np.eye(4))), FRONT)
+    scene = Scene((Node(ghost, np.eye(4), "ghost"), Node(back, np.eye(4), "back")), FRONT)
     light = DirectionalLight(direction=(0.0, 0.0, -1.0), shadow=Shadow(filter=Exact()))
-    frame = renderer.render(scene, lights=[light], size=SIZE, outputs=("triangle", "visibility"))
-    truth = trace(scene, lights=[light], size=SIZE)
+    frame = renderer.render(scene, lights=[light], size=SIZE, outputs=("triangle", "visibility"), samples=1)
+    truth = trace(scene, lights=[light], size=SIZE, samples=1)
     assert set(np.unique(frame.triangle)) == set(np.unique(truth.triangle)) == {-1, 1}
     np.testing.assert_array_equal(frame.visibility, truth.visibility)
 
@@ -287,7 +290,7 @@ def test_a_moved_copy_keeps_its_colours(renderer: Renderer) -> None:
     """Instances share the buffers; a mesh far from its origin is stored relative to its middle."""
     far = np.array([1e5, 0.0, 0.0])
     mesh = Mesh(TRIANGLE + far, np.array([[0, 1, 2]]), colors=RAINBOW)
-    scene = Scene((Node("far", mesh, translation(-far)),), FRONT)
-    frame = renderer.render(scene, lights=[SLANTED], size=SIZE, ambient=0.25, outputs=("linear",))
+    scene = Scene((Node(mesh, translation(-far), "far"),), FRONT)
+    frame = renderer.render(scene, lights=[SLANTED], size=SIZE, ambient=0.25, outputs=("linear",), samples=1)
     near = drawn(renderer, Mesh(TRIANGLE, np.array([[0, 1, 2]]), colors=RAINBOW))
     np.testing.assert_allclose(frame.linear, near, atol=2.0 * BITS.max())

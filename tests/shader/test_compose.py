@@ -141,7 +141,7 @@ def test_driver_names_the_broken_snippet_and_line(
     snippets({"filter/pcf.glsl": f"{healthy}{line}\n"})
     number = healthy.count("\n") + 1
     slots = {
-        "light": "light/sun.glsl",
+        "light": "light/directional.glsl",
         "shadow": "receiver/mapped.glsl",
         "projection": "projection/orthographic.glsl",
         "depth": "depth/affine.glsl",
@@ -159,5 +159,7 @@ def test_driver_names_a_broken_vertex_stage(snippets: Replace, glcontext: GLCont
     snippets({"pass/forward.vert": f"int broken = nowhere;\n{healthy}"})
     with pytest.raises(ShaderError, match=r"^pass/forward\.vert of .*\n(.*\n)*pass/forward\.vert:1: "):
         Programs(glcontext).get(
-            "pass/forward.vert", "pass/forward.frag", slots={"light": "light/sun.glsl", "shadow": "receiver/open.glsl"}
+            "pass/forward.vert",
+            "pass/forward.frag",
+            slots={"light": "light/directional.glsl", "shadow": "receiver/open.glsl"},
         )

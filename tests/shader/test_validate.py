@@ -30,7 +30,7 @@ def of(dialect: str, body: str, stage: str = "frag") -> dict[str, Variant]:
     return {heads[dialect] + body: Variant(f"pass/forward.{stage}", dialect, OPEN, {})}
 
 
-OPEN = {"light": "light/sun.glsl", "shadow": "receiver/open.glsl"}
+OPEN = {"light": "light/directional.glsl", "shadow": "receiver/open.glsl"}
 
 
 def test_every_text_is_valid(tool: None) -> None:

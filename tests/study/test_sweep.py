@@ -34,16 +34,16 @@ def test_the_error_is_that_of_measure(study: Study, scene: gs.Scene) -> None:
     assert result.name == "32 pcf:1"
     light = replace(scene.lights[0], shadow=result.shadow)
     with gs.Renderer("egl") as renderer:
-        frame = renderer.render(scene, lights=[light], size=SIZE, outputs=("visibility", "triangle"))
-    assert result.score == gs.measure(frame, gs.trace(scene, lights=[light], size=SIZE)).lights[0]
+        frame = renderer.render(scene, lights=[light], size=SIZE, outputs=("visibility", "triangle"), samples=1)
+    assert result.score == gs.measure(frame, gs.trace(scene, lights=[light], size=SIZE, samples=1)).lights[0]
     assert study.results[4].score.wrong > study.results[6].score.wrong > 0.0  # twice the resolution
 
 
 def test_a_sample_estimates_the_kinds_of_many_wrong_pixels(scene: gs.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     light = replace(scene.lights[0], shadow=gs.Shadow(resolution=256, bias=gs.NoBias()))
     with gs.Renderer("egl") as renderer:
-        frame = renderer.render(scene, lights=[light], size=(64, 36))
-    truth = gs.trace(scene, lights=[light], size=(64, 36))
+        frame = renderer.render(scene, lights=[light], size=(64, 36), samples=1)
+    truth = gs.trace(scene, lights=[light], size=(64, 36), samples=1)
     exact = gs.measure(frame, truth)
     monkeypatch.setattr("glshadow.study.remembered.SAMPLE", 200)
     careful = RememberedTruth.of(truth)
@@ -63,8 +63,8 @@ def test_a_sample_estimates_the_kinds_of_many_wrong_pixels(scene: gs.Scene, monk
 def test_an_estimate_takes_over_what_its_neighbours_are(scene: gs.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     light = replace(scene.lights[0], shadow=gs.Shadow(resolution=32, filter=gs.Hard()))
     with gs.Renderer("egl") as renderer:
-        frame = renderer.render(scene, lights=[light], size=SIZE)
-    truth = gs.trace(scene, lights=[light], size=SIZE)
+        frame = renderer.render(scene, lights=[light], size=SIZE, samples=1)
+    truth = gs.trace(scene, lights=[light], size=SIZE, samples=1)
     exact = gs.measure(frame, truth)
     assert exact.edge == exact.wrong > 0.0  # a coarse map, but no artefact
     monkeypatch.setattr("glshadow.study.remembered.SAMPLE", 10)

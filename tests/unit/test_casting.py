@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.area import hard_lights
 from glshadow.derive.casting import convex, darkens
 from glshadow.scene.box import box_corners
 
@@ -95,7 +94,7 @@ def test_a_plank_between_the_outermost_points_of_a_light_darkens() -> None:
     target = box((-0.1, -5.1, -0.1), (0.1, -5.0, 0.1))
     sun = gs.DirectionalLight(direction=(0.0, -1.0, 0.0), angle=20.0)
     assert darkens(plank, target, sun)
-    assert any(darkens(plank, target, point) for point in hard_lights(sun, 256))
+    assert any(darkens(plank, target, point) for point in sun.hard_lights(256))
 
 
 def test_against_rays(rng: np.random.Generator) -> None:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import Array, transform
 from glshadow.derive.cells import CASTS, CULL_BACK, CULL_FRONT, CellLists, cell_lists
 from glshadow.derive.lists import LEAST_CELLS, MOST, RATIO, ListGrid, facets, list_grid
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 
 from ..cell_lists import held, receiver_cells, walked
 
@@ -78,7 +78,7 @@ def test_every_triangle_that_a_ray_meets_is_in_its_cell(rng: np.random.Generator
     weights /= weights.sum(axis=2, keepdims=True)
     points = np.einsum("tkc,tci->tki", weights, made.corners.astype(np.float64))
     behind = rng.choice([1.0, 1.001, 1.5, 4.0], (COUNT, 40, 1))
-    points = points - [0.0, 0.0, 1.0] * (behind - 1.0) if grid.kind == "directional" else points * behind
+    points = points - [0.0, 0.0, 1.0] * (behind - 1.0) if grid.projection == "orthographic" else points * behind
     receivers = points.reshape(-1, 3).astype(np.float32)
     triangle = np.repeat(np.arange(COUNT), 40)
     inside, face, x, y, depth = receiver_cells(grid, receivers)
@@ -105,7 +105,7 @@ def test_lists_are_as_long_as_cells_are_touched(rng: np.random.Generator, kind: 
         middle[..., 2], shape[..., 2] = -2.0, 0.0
         around = np.array([[[-9.0, 0.0, 9.0], [0.0, 9.0, 9.0], [9.0, 0.0, 9.0]]])
         made = built(PointLight(position=(0.0, 0.0, 0.0)), np.concatenate([middle + shape, around]))
-        assert made.grid.kind == "point"
+        assert made.grid.projection == "cube"
         place = made.corners[:-1, :, :2].astype(np.float64) / 2.0
     place = place * np.array(made.grid.cells_from_window[:2])
     side = 1.0 + 2.0 / 64.0  # a cell and its margin

@@ -75,12 +75,10 @@ def hostile(rng: np.random.Generator) -> Array:
 
 
 def random_view(rng: np.random.Generator, clip: ClipSpace, resolution: int = 64) -> ShadowView:
-    kind = rng.choice(["directional", "spot", "point"])
-    axes = view_axes(rng.normal(size=3)) if kind != "point" else FACES[rng.integers(6)]
-    window = (
-        (-1.0, 1.0, -1.0, 1.0) if kind == "point" else tuple(np.array([-1.0, 1.0, -1.0, 1.0]) * rng.uniform(0.1, 2))
-    )
-    near, far = (-3.0, 5.0) if kind == "directional" else (0.05, 9.0)
+    kind = rng.choice(["orthographic", "perspective", "cube"])
+    axes = view_axes(rng.normal(size=3)) if kind != "cube" else FACES[rng.integers(6)]
+    window = (-1.0, 1.0, -1.0, 1.0) if kind == "cube" else tuple(np.array([-1.0, 1.0, -1.0, 1.0]) * rng.uniform(0.1, 2))
+    near, far = (-3.0, 5.0) if kind == "orthographic" else (0.05, 9.0)
     return ShadowView(kind, 0, rigid_inverse(axes, rng.normal(size=3)), window, near, far, clip, resolution)
 
 
@@ -163,7 +161,7 @@ def test_a_wall_hides_half_of_a_ball() -> None:
     """Everything behind it, less a layer of clusters two sides deep: see above."""
     positions, triangles = shapes.icosphere(5, 1.0)
     placed = at(make_clusters(positions.astype(np.float32), triangles.astype(np.int32)), [np.eye(4)])
-    view = ShadowView("directional", 0, np.eye(4), (-1.5, 1.5, -1.5, 1.5), -2.0, 2.0, ClipSpace(True, False), 256)
+    view = ShadowView("orthographic", 0, np.eye(4), (-1.5, 1.5, -1.5, 1.5), -2.0, 2.0, ClipSpace(True, False), 256)
     bounds = extents(placed, view.clip_from_world, view.clip_from_world[None])
     wall = np.full((256, 256), 0.5, dtype=np.float32)
     side = np.sqrt(4.0 * np.pi / placed.count)

@@ -9,8 +9,8 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.spaces import Array, ClipSpace, project, transform
-from glshadow.derive.fit_request import Asked, Blocks
-from glshadow.derive.fitted import _texels, cascades, split, warped
+from glshadow.shadows.fit_request import Asked, Blocks
+from glshadow.shadows.fitted import _texels, cascades, split, warped
 
 CAMERA = gs.PerspectiveCamera(position=(0.0, 1.7, 0.0), target=(0.0, 1.2, -10.0), fov_y=50.0)
 SUN = gs.DirectionalLight(direction=(0.6, -0.7, -0.1))

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.spaces import Array, transform
 from glshadow.core.spelling import parse
 from glshadow.derive.lists import CELLS, LEAST_CELLS, RATIO, ListGrid, distance_bound, facets, list_grid
 from glshadow.errors import SettingsError
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.shadows.bias import NoBias, ReceiverPlaneBias
 from glshadow.shadows.filters import FILTERS, Exact
 from glshadow.shadows.metric import Target
@@ -32,7 +32,7 @@ def casters(rng: np.random.Generator) -> Array:
 def cells_of(grid: ListGrid, points: Array) -> Array:
     """Fine cells (N, 2), not rounded, of world points that lie before the light."""
     local = transform(grid.view_from_world, points)
-    place = local[:, :2] if grid.kind == "directional" else local[:, :2] / -local[:, 2:]
+    place = local[:, :2] if grid.projection == "orthographic" else local[:, :2] / -local[:, 2:]
     x, y, z, w = grid.cells_from_window
     return place * np.array([x, y]) + np.array([z, w])
 
@@ -52,17 +52,17 @@ def test_the_window_holds_every_caster_and_little_more(light: Light, casters: Ar
 @pytest.mark.parametrize(
     ("light", "kind", "faces"),
     [
-        (SUN, "directional", 1),
-        (SPOT, "spot", 1),
-        (BULB, "spot", 1),  # far from all casters: one grid will do
-        (PointLight(position=(0.1, 0.2, -0.1)), "point", 6),  # among them
-        (PointLight(position=(0.0, 0.6, 0.0)), "point", 6),  # so near that they surround it
-        (PointLight(position=(1e4, 0.0, 0.0)), "spot", 1),
+        (SUN, "orthographic", 1),
+        (SPOT, "perspective", 1),
+        (BULB, "perspective", 1),  # far from all casters: one grid will do
+        (PointLight(position=(0.1, 0.2, -0.1)), "cube", 6),  # among them
+        (PointLight(position=(0.0, 0.6, 0.0)), "cube", 6),  # so near that they surround it
+        (PointLight(position=(1e4, 0.0, 0.0)), "perspective", 1),
     ],
 )
 def test_kinds(casters: Array, light: Light, kind: str, faces: int) -> None:
     grid = list_grid(light, casters)
-    assert (grid.kind, grid.faces) == (kind, faces)
+    assert (grid.projection, grid.faces) == (kind, faces)
     assert grid.cells == CELLS[kind]  # type: ignore[index]
 
 
@@ -128,7 +128,7 @@ def test_halvings(light: Light, casters: Array) -> None:
     usual = list_grid(light, casters)
     halved = list_grid(light, casters, halvings=2)
     assert halved.cells == usual.cells // 4
-    assert (halved.window, halved.kind) == (usual.window, usual.kind)
+    assert (halved.window, halved.projection) == (usual.window, usual.projection)
     assert LEAST_CELLS % RATIO == 0
     assert usual.cells % RATIO == 0
 

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from glshadow.core.cameras import PerspectiveCamera
-from glshadow.core.lights import PointLight
 from glshadow.core.spaces import Array, perspective, project, translation
 from glshadow.errors import SceneError
 from glshadow.geometry.welding import welded
+from glshadow.lights import PointLight
 from glshadow.scene.box import box_corners, default_camera, default_sun
-from glshadow.scene.mesh import Mesh, Node, Scene
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node, Scene
 
 # -x +x -y +y -z +z, turned outward
 QUADS = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
@@ -58,7 +59,7 @@ def bow_tie(end: float) -> Mesh:
 
 
 def scene(*meshes: Mesh) -> Scene:
-    return Scene(tuple(Node(f"node{k}", mesh, np.eye(4)) for k, mesh in enumerate(meshes)))
+    return Scene(tuple(Node(mesh, np.eye(4), f"node{k}") for k, mesh in enumerate(meshes)))
 
 
 OPEN = Mesh(box().positions, BOX[:-2])
@@ -150,7 +151,7 @@ def test_attributes_must_fit() -> None:
 def test_node_needs_a_finite_matrix() -> None:
     for matrix in (np.eye(3), np.full((4, 4), np.nan)):
         with pytest.raises(SceneError, match="Node 'a' world_from_mesh must be a finite matrix"):
-            Node("a", box(), matrix)
+            Node(box(), matrix, "a")
 
 
 def test_scene_needs_something_to_render() -> None:
@@ -164,7 +165,7 @@ def test_scene_needs_something_to_render() -> None:
 
 def test_bounds_are_those_of_the_turned_boxes() -> None:
     quarter = np.array([[0.0, 0, 1, 10], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1]])  # about y
-    turned = Scene((Node("a", box((0, 0, 0), (1, 2, 3)), quarter),))
+    turned = Scene((Node(box((0, 0, 0), (1, 2, 3)), quarter, "a"),))
     np.testing.assert_allclose(turned.bounds, [[10, 0, -1], [13, 2, 0]], atol=1e-15)
     corners = box_corners(*turned.boxes)
     assert corners.shape == (1, 8, 3)

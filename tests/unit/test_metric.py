@@ -22,23 +22,23 @@ CLIP_IDS = [str(clip) for clip in CLIP_SPACES]
 
 # The summary table of "Mathematics of the depth metric": per convention (minZ, maxZ), n and f the near and far planes.
 TABLE = {
-    ("directional", "-1..1"): ("1", "1"),
-    ("directional", "-1..1,reversed"): ("1", "1"),
-    ("directional", "0..1"): ("0", "1"),
-    ("directional", "0..1,reversed"): ("1", "0"),
-    ("spot", "-1..1"): ("n", "f"),
-    ("spot", "-1..1,reversed"): ("n", "f"),
-    ("spot", "0..1"): ("0", "f"),
-    ("spot", "0..1,reversed"): ("n", "0"),
-    ("point", "-1..1"): ("n", "f"),
-    ("point", "-1..1,reversed"): ("n", "f"),
-    ("point", "0..1"): ("n", "f"),
-    ("point", "0..1,reversed"): ("n", "f"),
+    ("orthographic", "-1..1"): ("1", "1"),
+    ("orthographic", "-1..1,reversed"): ("1", "1"),
+    ("orthographic", "0..1"): ("0", "1"),
+    ("orthographic", "0..1,reversed"): ("1", "0"),
+    ("perspective", "-1..1"): ("n", "f"),
+    ("perspective", "-1..1,reversed"): ("n", "f"),
+    ("perspective", "0..1"): ("0", "f"),
+    ("perspective", "0..1,reversed"): ("n", "0"),
+    ("cube", "-1..1"): ("n", "f"),
+    ("cube", "-1..1,reversed"): ("n", "f"),
+    ("cube", "0..1"): ("n", "f"),
+    ("cube", "0..1,reversed"): ("n", "f"),
 }
 
 
 @pytest.mark.parametrize("clip", CLIP_SPACES, ids=CLIP_IDS)
-@pytest.mark.parametrize("kind", ["directional", "spot", "point"])
+@pytest.mark.parametrize("kind", ["orthographic", "perspective", "cube"])
 def test_range_is_babylons_table(kind: str, clip: ClipSpace) -> None:
     value = {"0": 0.0, "1": 1.0, "n": NEAR, "f": FAR}
     low, high = TABLE[kind, str(clip)]
@@ -46,14 +46,14 @@ def test_range_is_babylons_table(kind: str, clip: ClipSpace) -> None:
 
 
 def metric_at(kind: str, clip: ClipSpace, distances: Array, near: float = NEAR, far: float = FAR) -> Array:
-    build = orthographic if kind == "directional" else perspective
+    build = orthographic if kind == "orthographic" else perspective
     points = np.stack([0.0 * distances, 0.0 * distances, -distances], axis=-1)
     clip_z = project(build(-1, 1, -1, 1, near, far, clip), points)[:, 2]
     return projected_metric(clip_z, clip, *metric_range(kind, clip, near, far))
 
 
 @pytest.mark.parametrize("clip", CLIP_SPACES, ids=CLIP_IDS)
-@pytest.mark.parametrize("kind", ["directional", "spot"])
+@pytest.mark.parametrize("kind", ["orthographic", "perspective"])
 @pytest.mark.parametrize(("near", "far"), [(NEAR, FAR), (0.01, 5000.0), (999.0, 1000.0)])
 def test_projected_metric_is_linear_from_near_to_far(kind: str, clip: ClipSpace, near: float, far: float) -> None:
     distances = np.linspace(near, far, 33)
@@ -66,7 +66,7 @@ def test_projected_metric_is_linear_from_near_to_far(kind: str, clip: ClipSpace,
 
 
 @pytest.mark.parametrize("clip", CLIP_SPACES, ids=CLIP_IDS)
-@pytest.mark.parametrize("kind", ["directional", "spot"])
+@pytest.mark.parametrize("kind", ["orthographic", "perspective"])
 def test_ends_of_the_projected_metric(kind: str, clip: ClipSpace) -> None:
     np.testing.assert_allclose(metric_at(kind, clip, np.array([NEAR, FAR])), [0.0, 1.0], rtol=1e-12, atol=1e-14)
 
@@ -81,10 +81,10 @@ def test_point_metric() -> None:
 
 def test_spot_at_near_zero_is_refused_only_where_it_divides_by_zero() -> None:
     with pytest.raises(SettingsError, match=r"near > 0.*got near=0"):
-        metric_range("spot", ClipSpace(True, True), 0.0, FAR)
-    assert metric_range("spot", ClipSpace(True, False), 0.0, FAR) == (0.0, FAR)
-    assert metric_range("spot", ClipSpace(False, True), 0.0, FAR) == (0.0, FAR)
-    assert metric_range("point", ClipSpace(True, True), 0.0, FAR) == (0.0, FAR)
+        metric_range("perspective", ClipSpace(True, True), 0.0, FAR)
+    assert metric_range("perspective", ClipSpace(True, False), 0.0, FAR) == (0.0, FAR)
+    assert metric_range("perspective", ClipSpace(False, True), 0.0, FAR) == (0.0, FAR)
+    assert metric_range("cube", ClipSpace(True, True), 0.0, FAR) == (0.0, FAR)
 
 
 def test_unknown_kind_is_refused() -> None:

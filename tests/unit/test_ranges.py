@@ -19,7 +19,7 @@ from glshadow.geometry.ranges import (
     depth_range,
     view_depth,
 )
-from glshadow.scene.mesh import box_corners
+from glshadow.scene.box import box_corners
 
 SIZE = (1280, 720)
 PIXEL = 2.0 * np.tan(np.radians(25.0)) / 720  # tangent of a pixel of a picture 720 high with fov_y 50

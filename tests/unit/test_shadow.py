@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from glshadow.core.lights import DirectionalLight
 from glshadow.core.spaces import ClipSpace
 from glshadow.derive.resolved import settle
 from glshadow.errors import SettingsError
+from glshadow.lights import DirectionalLight
 from glshadow.shadows.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
 from glshadow.shadows.filters import Exact, Hard, Pcf
 from glshadow.shadows.fits import SceneFit, ViewFit

@@ -52,7 +52,7 @@ def test_what_is_left_out_has_its_default() -> None:
     [
         (
             "magic",
-            r"'magic' is no filter; there are: hard, poisson\[:RADIUS_TEXELS,rotate\], pcf\[:RADIUS\], edgepcf\[:RADIUS\], gauss",
+            "'magic' is no filter; there are: " + ".*".join(kind.spelling for kind in FILTERS),
         ),
         ("disc:1,2,3,4", r"'3' is not understood; it is spelled disc\["),
         ("disc:spin", "'spin' is not understood"),

@@ -48,7 +48,7 @@ def _drop(screen: display.Display, path: Path, title: str) -> None:
     x, y = place.x + place.width // 2, place.y + place.height // 2
     tell("XdndEnter", 5 << 24, atom["text/uri-list"])
     tell("XdndPosition", 0, x << 16 | y, X.CurrentTime, atom["XdndActionCopy"])
-    until = time.monotonic() + 20.0
+    until = time.monotonic() + 60.0
     while time.monotonic() < until:
         if not screen.pending_events():
             time.sleep(0.02)

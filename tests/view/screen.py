@@ -18,7 +18,7 @@ GRAB = "import sys\nfrom PIL import ImageGrab\nImageGrab.grab(xdisplay=sys.argv[
 def seen_on(display: str, folder: Path) -> NDArray[np.uint8]:
     """Its pixels (H, W, 3); in a process of its own, since a closed display takes the process along."""
     path = folder / "screen.png"
-    subprocess.run([sys.executable, "-c", GRAB, display, str(path)], check=True, timeout=20)
+    subprocess.run([sys.executable, "-c", GRAB, display, str(path)], check=True, timeout=60)
     picture = image.read(path)[..., :3].astype(np.uint8)
     path.unlink()
     return picture
@@ -40,7 +40,7 @@ def pressed(display: str, *words: str) -> str:
         If it cannot do what it is told.
     """
     done = subprocess.run(
-        ["xdotool", *words], env=os.environ | {"DISPLAY": display}, capture_output=True, text=True, timeout=20
+        ["xdotool", *words], env=os.environ | {"DISPLAY": display}, capture_output=True, text=True, timeout=60
     )
     if done.returncode != 0 and words[0] != "search":
         raise RuntimeError(done.stderr)

@@ -84,16 +84,22 @@ def set_uniform(member: Any, value: Any) -> None:
 
 
 class Program(_Linked):
-    """A linked vertex and fragment pass."""
+    """A linked vertex and fragment pass, with a geometry pass between them or none."""
 
-    def __init__(self, context: GLContext, vertex: Text, fragment: Text) -> None:
+    def __init__(self, context: GLContext, vertex: Text, fragment: Text, geometry: Text | None = None) -> None:
+        stages = {"vertex_shader": vertex, "fragment_shader": fragment}
+        if geometry is not None:
+            stages["geometry_shader"] = geometry
         try:
             with undisturbed():
-                linked = context.ctx.program(vertex.code, fragment.code)
+                linked = context.ctx.program(
+                    vertex.code, fragment.code, geometry_shader=None if geometry is None else geometry.code
+                )
         except moderngl.Error as error:
             message = str(error)
-            raise _rejected(vertex if "\nvertex_shader\n" in message else fragment, message) from error
-        super().__init__(context, linked, vertex, fragment)
+            rejected = next((text for stage, text in stages.items() if f"\n{stage}\n" in message), fragment)
+            raise _rejected(rejected, message) from error
+        super().__init__(context, linked, *stages.values())
         self._empty: moderngl.VertexArray | None = None
 
     def vertex_array(self) -> moderngl.VertexArray:
@@ -135,8 +141,9 @@ class Programs:
         dialect: str = "core330",
         slots: Slots | None = None,
         defines: Defines | None = None,
+        geometry: str | None = None,
     ) -> Program:
-        """The program of a vertex and a fragment pass, compiled the first time it is asked for.
+        """The program of a vertex and a fragment pass, and a geometry pass between them if it is named; compiled once.
 
         Raises
         ------
@@ -144,11 +151,11 @@ class Programs:
             If a snippet is missing or the driver rejects the text.
         """
         slots, defines = slots or {}, defines or {}
-        key = (vertex, fragment, dialect, tuple(sorted(slots.items())), tuple(sorted(defines.items())))
+        key = (vertex, fragment, geometry, dialect, tuple(sorted(slots.items())), tuple(sorted(defines.items())))
         if key not in self._programs:
             plain = "core330" if dialect.startswith("core") else dialect  # extensions are the fragment stage's alone
             texts = []
-            for name, spoken in ((vertex, plain), (fragment, dialect)):
+            for name, spoken in ((vertex, plain), (fragment, dialect), *([(geometry, plain)] if geometry else [])):
                 texts.append(compose(name, spoken, slots, _declared(name, spoken, slots, defines)))
             self._programs[key] = Program(self._context, *texts)
         return self._programs[key]

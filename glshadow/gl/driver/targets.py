@@ -78,14 +78,13 @@ def clear_outputs(context: GLContext, targets: CameraTargets, background: Array,
 
 
 class SurfaceTargets:
-    """What the camera pass draws to, and the primary pass after it.
+    """What the camera pass draws to, and the primary passes after it.
 
     Attributes
     ----------
-    drawn, surface, depth : moderngl.Texture
-        As GL drew it, and with the triangle that each ray meets; depth is that of what was drawn.
-    drawing, framebuffer : moderngl.Framebuffer
-        To draw with depth, and to fill `surface` where something was drawn.
+    surface, depth : moderngl.Texture
+    framebuffer, depth_alone : moderngl.Framebuffer
+        Of both, and of depth, which is written.
     """
 
     def __init__(self, context: GLContext, size: tuple[int, int], channels: int, what: str) -> None:
@@ -94,15 +93,13 @@ class SurfaceTargets:
         self.depth = depth_texture(context, size, Target.DEPTH32F, what)
         made: list[Any] = [self.depth]
         with released_on_error(made):
-            for _ in range(2):
-                made.append(ctx.texture(size, channels, dtype="u4"))
-                made[-1].filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self.surface = ctx.texture(size, channels, dtype="u4")
+            made.append(self.surface)
+            self.surface.filter = (moderngl.NEAREST, moderngl.NEAREST)
             context.check_errors(f"allocating {what}, {size[0]} x {size[1]}")
-            self.drawn, self.surface = made[1:]
-            self.drawing = ctx.framebuffer([self.drawn], self.depth)
             self.framebuffer = ctx.framebuffer([self.surface], self.depth)
-            self.framebuffer.depth_mask = False
-        self._made = (self.drawing, self.framebuffer, *made)
+            self.depth_alone = ctx.framebuffer(depth_attachment=self.depth)
+        self._made = (self.framebuffer, self.depth_alone, *made)
 
     def release(self) -> None:
         """Free the GPU memory."""

@@ -21,8 +21,8 @@ from dataclasses import replace
 from typing import Any
 
 import moderngl
+import numpy as np
 
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array
 from glshadow.derive.compare import rounding_of
 from glshadow.derive.resolved import decide
@@ -31,20 +31,20 @@ from glshadow.gl.driver.context import Caps, GLContext, open_context
 from glshadow.gl.driver.program import Programs
 from glshadow.gl.passes.atlases import Atlas, layout
 from glshadow.gl.passes.caster import Map, draw_casters
-from glshadow.gl.passes.lighting import light_uniforms, light_view
 from glshadow.gl.passes.moments import Moments
 from glshadow.gl.passes.screen import comparison_sampler
 from glshadow.gl.scene.bodies import casters_seen
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.scene.meshes import Meshes
 from glshadow.gl.techniques.mapped import map_defines, map_slots, uniforms_of
+from glshadow.lights import Light
 from glshadow.shader.compose import compose
 from glshadow.shader.slots import open_slots
-from glshadow.shadows.view import ShadowView, kind_of, shadow_views
+from glshadow.shadows.view import ShadowView, shadow_views
 
 # Also what its functions take, which comes from elsewhere.
 __all__ = [
-    "GLContext", "GpuScene", "Map", "Meshes", "Programs", "bind_map", "draw_map", "light_uniforms", "lv_from_world", "open_context",
+    "GLContext", "GpuScene", "Map", "Meshes", "Programs", "bind_map", "draw_map", "lv_from_world", "open_context",
     "receiver_source", "receiver_uniforms", "rounding_of", "shadow_views",
 ]  # fmt: skip
 
@@ -120,7 +120,7 @@ def receiver_source(context: GLContext, light: Light, shadow_map: Map | None, di
 def receiver_text(caps: Caps, light: Light, shadow_map: Map | None, dialect: str = "core330") -> str:
     """The same of whatever the dialect can ask; depth formats by comparison samplers, where the filter does not read depths."""
     caps = replace(caps, texture_gather=dialect == "core330_gather", software=False)
-    slots = map_slots(light, shadow_map, caps) if shadow_map else open_slots(kind_of(light))
+    slots = map_slots(light, shadow_map, caps) if shadow_map else open_slots(light)
     known = compose("pass/include.frag", dialect, slots).declared
     # a stranger's receivers may lie anywhere
     wanted = {**(map_defines(light, shadow_map) if shadow_map else {}), "GLS_BOUNDED": 1}
@@ -130,7 +130,7 @@ def receiver_text(caps: Caps, light: Light, shadow_map: Map | None, dialect: str
 
 def lv_from_world(light: Light, shadow_map: Map) -> Array:
     """(4, 4) float64 into the frame that `light_visibility` expects; multiply it with other matrices in float64."""
-    return light_view(light, shadow_map.views)
+    return light.frame(shadow_map.views, np.zeros(3))
 
 
 def receiver_uniforms(light: Light, shadow_map: Map, rounding: float) -> dict[str, Any]:

@@ -16,8 +16,7 @@ import moderngl
 import numpy as np
 from numpy.typing import ArrayLike
 
-from glshadow.core.lights import Light, RectLight, SkyLight
-from glshadow.core.setting import as_floats, instance, refuse, shown
+from glshadow.core.setting import as_floats, flag, instance, refuse, shown, text, whole
 from glshadow.core.spaces import Array
 from glshadow.derive.compare import rounding_of
 from glshadow.derive.resolved import decide
@@ -27,9 +26,9 @@ from glshadow.gl.driver.program import Programs, set_uniform
 from glshadow.gl.foreign.forward import receiver_text
 from glshadow.gl.passes.atlases import Atlas, layout
 from glshadow.gl.passes.caster import Map, begin_view
-from glshadow.gl.passes.lighting import light_uniforms, light_view
 from glshadow.gl.passes.moments import Moments
 from glshadow.gl.techniques.mapped import uniforms_of
+from glshadow.lights import Light
 from glshadow.shadows.view import ShadowView, shadow_views
 
 __all__ = ["Caster", "ShadowMap"]
@@ -37,11 +36,11 @@ __all__ = ["Caster", "ShadowMap"]
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 _DRAWN = """
 uniform mat4 u_lv_from_world;
-// The share of the light that reaches a point of a surface, 0 to 1; 0 where the surface faces away.
+// The share of the light that reaches a point of a surface, 0 to 1; 0 where the surface faces away, and outside a spot's cone.
 float visibility_of(vec3 position_w, vec3 normal_w) {
     vec3 position = (u_lv_from_world * vec4(position_w, 1.0)).xyz, normal = mat3(u_lv_from_world) * normal_w;
     float cosine = dot(normal, light_arriving(position).xyz);
-    return cosine > 0.0 ? light_visibility(position, normal, cosine) : 0.0;
+    return cosine > 0.0 && light_shines_on(position) ? light_visibility(position, normal, cosine) : 0.0;
 }
 // From a point to the light, unit length.
 vec3 towards_of(vec3 position_w) {
@@ -148,7 +147,7 @@ class ShadowMap:
     def fit(self, light: Light, bounds: ArrayLike | None = None) -> None:
         """Another light of the same kind and settings, or other bounds: nothing is drawn until `draw`, and the text stays good."""
         shadow = getattr(light, "shadow", None)
-        if shadow is None or isinstance(light, RectLight | SkyLight):
+        if shadow is None or light.wide:
             raise SettingsError(f"a ShadowMap needs a sun, a spot or a point light with a Shadow, got {shown(light)}")
         if bounds is not None or self._map is None:
             corners = as_floats(bounds, (2, 3))
@@ -193,6 +192,8 @@ class ShadowMap:
         """
         if self._map is None or self._released:
             raise SettingsError("this ShadowMap was released: make a new one")
+        if not callable(casters):
+            raise refuse("casters", "a callable that takes a Caster", casters)
         context, ctx, shadow_map = self._context, self._context.ctx, self._map
         atlas, settings = shadow_map.atlas, shadow_map.settings
         with context.drawing():
@@ -216,7 +217,7 @@ class ShadowMap:
 
         ::
 
-            float NAME_visibility(vec3 position_w, vec3 normal_w)   share of the light that arrives, 0 where the normal faces away
+            float NAME_visibility(vec3 position_w, vec3 normal_w)   share that arrives; 0 where the normal faces away, outside a cone
             vec3  NAME_towards(vec3 position_w)                     unit vector to the light
             float NAME_arriving(vec3 position_w)                    what range, falloff and cone leave of its intensity
 
@@ -227,15 +228,14 @@ class ShadowMap:
         version : bool
             Whether `#version` comes first; False for `context.includes` and for what follows another text.
         """
-        if not isinstance(name, str) or not _NAME.fullmatch(name):
-            raise refuse("name", "lower case letters and digits, words joined by _", name)
+        name, version = _name(name), flag()("version", version)
         head, _, body = receiver_text(self._context.caps, self.light, self._asked).partition("\n")
         body = _renamed(body + _DRAWN, name)
         return f"{head}\n{body}" if version else body
 
     def include(self, name: str = "shadow") -> str:
         """Put the text under `NAME.glsl` into the context's includes, for `#include "NAME.glsl"`; returns that name."""
-        key = f"{name}.glsl"
+        key = f"{_name(name)}.glsl"
         self._context.ctx.includes[key] = self.source(name, version=False)
         return key
 
@@ -244,12 +244,15 @@ class ShadowMap:
 
         To be called after every `draw` and `fit`, and when another texture was bound to the unit.
         """
+        program, name = instance(moderngl.Program)("program", program), _name(name)
+        unit = whole(0, self._context.ctx.max_texture_units - 1)("unit", unit)
         shadow_map = self._asked
         reach = float(np.abs(self._bounds).max()) + float(np.linalg.norm(self._bounds[-1] - self._bounds[0]))
+        lv_from_world = self.light.frame(shadow_map.views, np.zeros(3))
         values = {
-            **light_uniforms(self.light),
+            **self.light.uniforms(lv_from_world[:3, :3]),
             **uniforms_of(shadow_map, rounding_of(reach)),
-            "u_lv_from_world": light_view(self.light, shadow_map.views),
+            "u_lv_from_world": lv_from_world,
             "u_falloff": self.light.shadow.edge_falloff if self.light.shadow else 0.0,
             "u_map": unit,
         }
@@ -293,9 +296,16 @@ _GLOBAL = re.compile(r"^(?:uniform\s+|const\s+)?(?:highp\s+)?\w+\s+(\w+)(?:\[[^\
 _LIST = re.compile(r"^\w+\s+(\w+(?:\s*,\s*\w+)+)\s*;", re.MULTILINE)
 
 
-def _renamed(text: str, name: str) -> str:
+def _name(name: str) -> str:
+    kept: str = text()("name", name)
+    if not _NAME.fullmatch(kept):
+        raise refuse("name", "lower case letters and digits, words joined by _", name)
+    return kept
+
+
+def _renamed(code: str, name: str) -> str:
     """Every name that the text declares, and every macro, with NAME_ before it."""
-    plain = re.sub(r"//[^\n]*", "", text)
+    plain = re.sub(r"//[^\n]*", "", code)
     found = {*_FUNCTION.findall(plain), *_STRUCT.findall(plain), *_GLOBAL.findall(plain)}
     found |= {each.strip() for group in _LIST.findall(plain) for each in group.split(",")}
     found |= set(re.findall(r"#define\s+(\w+)", plain)) | set(re.findall(r"\bGLS_\w+", plain))

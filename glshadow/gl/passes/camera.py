@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -24,7 +25,7 @@ from glshadow.gl.scene.drawing import draw_nodes
 from glshadow.gl.scene.geometry import GpuScene, pack_matrices
 from glshadow.gl.scene.meshes import GpuMesh
 from glshadow.gl.scene.runs import Whole
-from glshadow.scene.mesh import Scene
+from glshadow.scene.nodes import Scene
 from glshadow.shadows.view import ShadowView, camera_view
 
 # GL clips a triangle in float32, to 2^-24 of its length: where that is seen, against a volume three times as wide and high as the picture,
@@ -144,6 +145,16 @@ class Sight:
         return 1.0 / (x + y * window) if self.camera.is_perspective else self.near + (x + y * window)
 
 
+@dataclass(frozen=True, eq=False)
+class Rays:
+    """What programs need that test the pixels' own rays against the scene's triangles: see lib/ray_triangle.glsl."""
+
+    dialect: str
+    defines: dict[str, int | str]
+    uniforms: dict[str, Any]
+    textures: dict[str, Any]
+
+
 def look(scene: Scene, gpu: GpuScene, camera: Camera, size: tuple[int, int], clip_control: bool) -> Sight:
     """Decide a camera's depth range and what it sees. Reversed 0..1 depth where the driver can, -1..1 elsewhere."""
     found = depth_range(camera, size, scene.boxes, scene.corners, clip_control)
@@ -174,28 +185,43 @@ def draw_surface(
     sight: Sight,
     framebuffer: moderngl.Framebuffer,
     samples: int = 1,
+    rays: Rays | None = None,
 ) -> None:
-    """Draw the triangle's number, and what else the scene needs, into a surface buffer, with depth; `samples`: it has in a pixel."""
+    """Draw the triangle's number, and what else the scene needs, into a surface buffer, with depth.
+
+    Parameters
+    ----------
+    samples : int
+        The buffer has in a pixel.
+    rays : Rays, optional
+        Draw over what is there, in each pixel what its own ray meets; else as GL does, where nothing is yet.
+    """
     ctx = context.ctx
     if context.caps.clip_control:
         context.gl.clip_control(sight.clip.zero_to_one)
     clip_from_mesh, (width, height) = sight.clip_from_mesh, framebuffer.size
-    wide = sight.reaches_far and all(np.less_equal((3 * width, 3 * height), context.caps.max_viewport))
+    wide = rays is None and sight.reaches_far and all(np.less_equal((3 * width, 3 * height), context.caps.max_viewport))
     if wide:
         framebuffer.viewport = (-width, -height, 3 * width, 3 * height)
         clip_from_mesh = pack_matrices(_MIDDLE_THIRD @ sight.view.clip_from_world @ scene.world_from_origin)
     framebuffer.use()
     ctx.depth_func = ">" if sight.clip.reversed else "<"  # an equal depth would be that of "nothing there"
     ctx.enable_only(moderngl.DEPTH_TEST)
-    framebuffer.clear(depth=sight.clip.clear_depth)
+    if rays is None:
+        framebuffer.clear(depth=sight.clip.clear_depth)
     # nobody outside a closed mesh sees its back faces
-    hidden = [
-        "back" if closed and outside else None for closed, outside in zip(scene.closed, sight.outside, strict=True)
-    ]
+    hidden = ["back" if unseen else None for unseen in (scene.closed & sight.outside).tolist()]
+    of_kind: dict[tuple[bool, ...], Program] = {}  # looked up once, not for every mesh
+
+    side = np.array([hidden[node] is not None for node in range(len(hidden))]) * np.where(scene.mirrored, -1.0, 1.0)
+    sides = side.astype(np.float32)[:, None]
 
     def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
         gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
-        program = _program(programs, scene, gpu, samples)
+        kind = (gpu.smooth, gpu.textured, gpu.colored, gpu.cut_out)
+        if kind not in of_kind:
+            of_kind[kind] = _program(programs, scene, gpu, samples, rays)
+        program = of_kind[kind]
         program.set(u_color=material.color, u_cutoff=gpu.cutoff)
         if gpu.texture is not None:
             program.bind(u_texture=gpu.texture)
@@ -204,6 +230,7 @@ def draw_surface(
             program.write("u_clip_from_mesh", clip_from_mesh[i])
             program.write("u_first_triangle", scene.packed_first[i])
             program.write("u_normal_from_mesh", scene.packed_normals[i])
+            program.write("u_side", sides[i])
 
         return place, gpu.vertex_array(program, "numbered")
 
@@ -211,8 +238,9 @@ def draw_surface(
 
     def crowd(nodes: NDArray[np.int64]) -> None:
         gpu, material = scene.meshes[nodes[0]], scene.nodes[nodes[0]].mesh.material
-        program = _program(programs, scene, gpu, samples, GLS_INSTANCED=1)
+        program = _program(programs, scene, gpu, samples, rays, GLS_INSTANCED=1)
         program.set(u_color=material.color, u_cutoff=gpu.cutoff)
+        program.write("u_side", sides[nodes[0]])
         array = gpu.vertex_array(program, "numbered")
         most = context.caps.max_texture_buffer_size // _INSTANCE_TEXELS
         for some in np.split(nodes, range(most, len(nodes), most)):
@@ -237,20 +265,26 @@ def _instances(scene: GpuScene, clip_from_mesh: NDArray[np.float32], nodes: NDAr
     return data
 
 
-def _program(programs: Programs, scene: GpuScene, gpu: GpuMesh, samples: int, **more: int) -> Program:
-    return programs.get(
-        "pass/surface.vert",
-        "pass/surface.frag",
-        defines={
-            "GLS_SURFACE": 4 if scene.textured else 2 if scene.smooth else 1,
-            "GLS_SMOOTH": int(gpu.smooth),
-            "GLS_TEXTURED": int(gpu.textured),
-            "GLS_COLORED": int(gpu.colored),
-            "GLS_ALPHA": int(gpu.cut_out),
-            "GLS_LOD": f"{0.5 * math.log2(samples):.1f}",
-            **more,
-        },
+def _program(
+    programs: Programs, scene: GpuScene, gpu: GpuMesh, samples: int, rays: Rays | None, **more: int
+) -> Program:
+    defines: dict[str, int | str] = {
+        "GLS_SURFACE": 4 if scene.textured else 2 if scene.smooth else 1,
+        "GLS_SMOOTH": int(gpu.smooth),
+        "GLS_TEXTURED": int(gpu.textured),
+        "GLS_COLORED": int(gpu.colored),
+        "GLS_ALPHA": int(gpu.cut_out),
+        "GLS_LOD": f"{0.5 * math.log2(samples):.1f}",
+        **more,
+    }
+    if rays is None:
+        return programs.get("pass/surface.vert", "pass/surface.frag", defines=defines)
+    program = programs.get(
+        "pass/surface.vert", "pass/surface.frag", rays.dialect, None, defines | rays.defines, "pass/surface.geom"
     )
+    program.set(**rays.uniforms)
+    program.bind(**rays.textures)
+    return program
 
 
 def nothing_in_view(scene: Scene, sight: Sight) -> str:

@@ -10,7 +10,6 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.lights import DirectionalLight, Light, geometry_of
 from glshadow.core.spaces import Array
 from glshadow.derive.culling import hidden_sides, seen_by
 from glshadow.derive.resolved import CasterSettings
@@ -23,6 +22,7 @@ from glshadow.gl.scene.geometry import GpuScene, pack_matrices
 from glshadow.gl.scene.meshes import Order
 from glshadow.gl.scene.occlusion import Sparing, sparable
 from glshadow.gl.scene.runs import Whole
+from glshadow.lights import Light
 from glshadow.shader.slots import metric_slot
 from glshadow.shadows.bias import bias_factor
 from glshadow.shadows.filters import Filter
@@ -105,7 +105,7 @@ def begin_view(context: GLContext, atlas: Atlas, view: ShadowView, settings: Cas
 def _source(scene: GpuScene, light: Light, casting: NDArray[np.bool_], shadow_map: Map) -> tuple[Hashable, ...]:
     """All that a light's maps depend on."""
     views = tuple((view.clip_from_world.tobytes(), view.near, view.far, view.clip) for view in shadow_map.views)
-    return (scene.identity, shadow_map.settings, geometry_of(light), casting.tobytes(), views)
+    return (scene.identity, shadow_map.settings, light.geometry, casting.tobytes(), views)
 
 
 def _begin(
@@ -144,7 +144,7 @@ def caster_program(
         "pass/caster.vert",
         "pass/caster.frag",
         dialect,
-        slots={"metric": metric_slot(view.kind)},
+        slots={"metric": metric_slot(view.projection)},
         defines={
             "GLS_METRIC": int(metric),
             **alpha_test,
@@ -166,15 +166,13 @@ def caster_program(
 
 def metric_uniform(view: ShadowView, bias: float) -> tuple[float, float, float]:
     """Scale, offset and bias of the metric shader for a view."""
-    low, high = metric_range(view.kind, view.clip, view.near, view.far)
-    sign = 1.0 if view.kind == "point" else view.clip.sign
+    low, high = metric_range(view.projection, view.clip, view.near, view.far)
+    sign = 1.0 if view.projection == "cube" else view.clip.sign
     return (sign / (low + high), low / (low + high), bias)
 
 
 def _light_in_mesh(light: Light, world_from_mesh: Array) -> tuple[float, float, float, float]:
     inverse = np.linalg.pinv(world_from_mesh[:3, :3])  # a node squashed flat has no other
-    if isinstance(light, DirectionalLight):
-        x, y, z = inverse @ -np.asarray(light.direction)
-        return (x, y, z, 0.0)
-    x, y, z = inverse @ (np.asarray(light.position) - world_from_mesh[:3, 3])
-    return (x, y, z, 1.0)
+    *place, w = light.place
+    x, y, z = inverse @ (np.asarray(place) - w * world_from_mesh[:3, 3])
+    return (x, y, z, w)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
-from glshadow.derive.fit_request import Blocks
 from glshadow.gl.driver.targets import release
 from glshadow.gl.frame_context import Work
 from glshadow.gl.passes.readback import pixels
+from glshadow.shadows.fit_request import Blocks
 
 SIDE = 16
 """Pixels, or samples, along each side of a block."""

@@ -13,6 +13,7 @@ from glshadow.gl.driver.program import Programs
 from glshadow.gl.driver.targets import release, released_on_error
 from glshadow.gl.passes.atlases import layout
 from glshadow.gl.passes.caster import Map
+from glshadow.shader.slots import parallel_define
 from glshadow.shadows.filters.moments import MIP_LEVELS, MomentFilter
 from glshadow.shadows.view import ShadowView
 
@@ -82,7 +83,7 @@ class Moments:
             "pass/over.vert",
             "pass/moments.frag",
             slots={"encoding": filter_.encoding},
-            defines={"GLS_SUN": int(views[0].kind == "directional"), "GLS_ROW": row, **filter_.defines()},
+            defines={**parallel_define(views[0].projection), "GLS_ROW": row, **filter_.defines()},
         )
         for there, here in zip(drawn.views, views, strict=True):
             x, y = window_depth_line(there)

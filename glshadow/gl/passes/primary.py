@@ -1,49 +1,74 @@
-"""The primary pass: for each pixel or sample the triangle that its own ray meets, where GL's snapped vertices show another."""
+"""The primary passes: for each pixel or sample what its own ray meets, where GL's snapped vertices show something else."""
 
 from __future__ import annotations
 
 import math
 
+import moderngl
 import numpy as np
 
 from glshadow.errors import ResourceError
-from glshadow.gl.driver.buffers import BufferTexture
 from glshadow.gl.driver.targets import SurfaceTargets
 from glshadow.gl.frame_context import Work
+from glshadow.gl.passes.camera import Rays, draw_surface
 from glshadow.gl.passes.screen import camera_uniforms, draw_over, pixel_axes
 
 NOT_FOUND = "pixels show the triangles that GL drew, not those that their rays meet: {}"
-"""The fallback where the pass cannot run."""
+"""The fallback where the passes cannot run."""
 
 
 def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
-    """Fill `targets.surface` from what was drawn; why it is just that, where the driver's buffers do not hold the scene's triangles.
+    """Mend what was drawn into `targets`; why it stays as it is, where the driver's buffers do not hold the scene's triangles.
+
+    First pass/primary.frag forgets the pixels that may show something else than their rays meet. Then all triangles are drawn again, a
+    little larger (pass/surface.geom), where nothing is left and where they lie before what is: there fragments test the pixel's ray.
 
     `samples`: in a pixel, each of them a texel of the targets.
     """
     scene, sight, context = work.scene, work.sight, work.context
+    ctx = context.ctx
     try:
-        world: dict[str, BufferTexture] = {**scene.world.textures, "u_neighbours": scene.world.neighbours}
+        world = scene.world.textures
     except ResourceError as error:
-        context.ctx.copy_framebuffer(targets.framebuffer, targets.drawing)
         return NOT_FOUND.format(error)
-    program = work.programs.get(
-        "pass/resolve.vert",
-        "pass/primary.frag",
-        dialect="core400" if work.caps.version_code >= 400 else "core330",
-        defines={
-            "GLS_ORTHO": int(not sight.camera.is_perspective),
-            "GLS_SURFACE": targets.surface.components,
-            "GLS_SILHOUETTES": int(samples == 1),
-        },
-    )
-    camera = camera_uniforms(scene, sight, np.eye(3), np.zeros(3))
-    near = sight.near if sight.camera.is_perspective else 0.0  # an orthographic camera's rays start there
+    width, height = targets.surface.size
     unit = math.ldexp(1.0, -math.frexp(sight.reach)[1])
-    program.set(**camera, **pixel_axes(camera, targets.surface.size), u_near=near * unit, u_unit=unit)
-    program.bind(u_surface=targets.drawn, u_camera_depth=(targets.depth, work.samplers.plain), **world)
-    targets.framebuffer.use()
-    context.gl.clear_unsigned(0, (0, 0, 0, 0))
+    camera = camera_uniforms(scene, sight, np.eye(3), np.zeros(3))
+    rays = Rays(
+        dialect="core400" if work.caps.version_code >= 400 else "core330",
+        defines={"GLS_ORTHO": int(not sight.camera.is_perspective), "GLS_CONSERVATIVE": 1},
+        uniforms={
+            **camera,
+            **pixel_axes(camera, targets.surface.size),
+            "u_near": (sight.near if sight.camera.is_perspective else 0.0)
+            * unit,  # an orthographic camera's rays start there
+            "u_unit": unit,
+            "u_least_w": 0.5 * sight.near if sight.camera.is_perspective else 0.5,
+            "u_nudge": -1e-6 if sight.clip.reversed else 1e-6,
+            "u_half_size": (0.5 * width, 0.5 * height),
+        },
+        textures=dict(world),
+    )
+    program = work.programs.get(
+        "pass/resolve.vert", "pass/primary.frag", rays.dialect,
+        defines={"GLS_ORTHO": rays.defines["GLS_ORTHO"]},
+    )  # fmt: skip
+    program.set(**rays.uniforms)
+    program.bind(u_surface=targets.surface, **rays.textures)
+    targets.depth_alone.use()
     draw_over(context, program, sight)
     program.unbind()
+    program = work.programs.get(
+        "pass/resolve.vert", "pass/nothing.frag", defines={"GLS_SURFACE": targets.surface.components}
+    )
+    program.set(**camera)
+    targets.framebuffer.use()
+    ctx.depth_func = "=="
+    program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
+    ctx.depth_clamp_range = (0.0, 1.0)  # of a plane seen edge-on the ends of a grown triangle may have any depth
+    draw_surface(context, work.programs, scene, sight, targets.framebuffer, samples, rays)
+    ctx.depth_clamp_range = None
+    context.gl.call(
+        "glUseProgram", 0
+    )  # else Mesa 22.3 never deletes the program that is used after one with a geometry shader
     return ""

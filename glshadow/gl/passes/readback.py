@@ -13,14 +13,8 @@ from glshadow.core.spaces import Array
 from glshadow.core.srgb import srgb_from_linear
 from glshadow.gl.driver.targets import CameraTargets, SurfaceTargets
 from glshadow.gl.passes.camera import Sight
-from glshadow.gl.scene.geometry import MOVED, TRIANGLES, GpuScene
+from glshadow.gl.scene.geometry import TRIANGLES, GpuScene
 from glshadow.shadows.metric import metric_range, projected_metric
-
-MEANS = ("image", "alpha", "linear", "visibility")
-"""Outputs that are means over a pixel's samples."""
-
-MIDDLES = ("depth", "depth_metric", "triangle", "node", "normal", "position")
-"""Outputs that are those of a pixel's middle."""
 
 
 def read_means(outputs: Collection[str], targets: CameraTargets, lights: int, transparent: bool) -> dict[str, Any]:
@@ -92,17 +86,13 @@ def read_middles(outputs: Collection[str], scene: GpuScene, sight: Sight, target
     number = pixels(targets.surface, np.uint32)[..., 0].astype(np.int64)
     triangle = np.where(nothing, -1, (number & TRIANGLES) - 1).astype(np.int32)
     planes = None
-    moved = np.flatnonzero((number & MOVED) != 0)
-    if len(moved) or not {"normal", "position"}.isdisjoint(outputs):
+    if not {"normal", "position"}.isdisjoint(outputs):
         planes = np.frombuffer(scene.planes.buffer.read(), np.float32).reshape(-1, 4)
-    if len(moved) and planes is not None:
-        found = _ray_depth(scene, sight, planes, triangle.ravel()[moved], moved)
-        depth.ravel()[moved] = np.clip(found, sight.near, sight.far)  # of a triangle seen edge-on it may be anything
     results: dict[str, Any] = {}
     if "depth" in outputs:
         results["depth"] = np.where(nothing, np.inf, depth).astype(np.float32)
     if "depth_metric" in outputs:
-        matrix, kind = sight.view.clip_from_view, sight.view.kind
+        matrix, kind = sight.view.clip_from_view, sight.view.projection
         metric = projected_metric(
             matrix[2, 3] - matrix[2, 2] * depth, sight.clip, *metric_range(kind, sight.clip, sight.near, sight.far)
         )
@@ -118,17 +108,6 @@ def read_middles(outputs: Collection[str], scene: GpuScene, sight: Sight, target
     return results
 
 
-def _ray_depth(
-    scene: GpuScene, sight: Sight, planes: NDArray[np.float32], triangle: NDArray[np.int32], pixel: NDArray[np.int64]
-) -> Array:
-    """View depths (N,) at which the rays of pixels meet the planes of triangles: those that GL did not draw there."""
-    starts, directions = (each.reshape(-1, 3)[pixel] for each in sight.camera.rays(sight.size))
-    plane = planes[triangle].astype(np.float64)
-    slant = np.einsum("ij,ij->i", plane[:, :3], directions)
-    gap = plane[:, 3] - np.einsum("ij,ij->i", plane[:, :3], starts - scene.origin)
-    return np.asarray(gap / np.where(slant == 0.0, 1.0, slant))
-
-
 def _surface(
     outputs: Collection[str],
     scene: GpuScene,
@@ -141,20 +120,20 @@ def _surface(
     planes = planes[triangle[seen]].astype(np.float64)
     starts, directions = (each[seen] for each in sight.camera.rays(sight.size))
     normal, height = planes[:, :3], planes[:, 3]
-    results = {}
+    results: dict[str, Any] = {}
     if "normal" in outputs:
         away = np.einsum("ij,ij->i", normal, directions) > 0.0
-        results["normal"] = _placed(np.where(away[:, None], -normal, normal), seen)
+        results["normal"] = _placed(np.where(away[:, None], -normal, normal), seen, np.float32)
     if "position" in outputs:
         point = starts - scene.origin + depth[seen][:, None] * directions
         # depth was interpolated between snapped vertices: back on the plane, as pass/resolve.frag does
         point += normal * (height - np.einsum("ij,ij->i", normal, point))[:, None]
-        results["position"] = _placed(point, seen)
+        results["position"] = _placed(point + scene.origin, seen, np.float64)
     return results
 
 
-def _placed(values: Array, seen: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Values of the pixels that see a surface in a picture; NaN elsewhere."""
-    picture = np.full((*seen.shape, values.shape[-1]), np.nan, dtype=np.float32)
-    picture[seen] = values
-    return picture
+def _placed(values: Array, seen: NDArray[np.bool_], dtype: Any) -> NDArray[Any]:
+    """Values of the pixels that see a surface as an image; NaN elsewhere."""
+    image = np.full((*seen.shape, values.shape[-1]), np.nan, dtype=dtype)
+    image[seen] = values
+    return image

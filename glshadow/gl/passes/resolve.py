@@ -8,19 +8,15 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from glshadow.core.lights import DirectionalLight, Light, RectLight, SpotLight
-from glshadow.core.panel import panel_axes
 from glshadow.core.spaces import Array
 from glshadow.gl.driver.program import Program
 from glshadow.gl.frame_context import Work
-from glshadow.gl.passes.lighting import BRIGHTEST, light_uniforms
 from glshadow.gl.passes.per_sample import Dense
 from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.passes.screen import blended, camera_uniforms, draw_over, surface_textures
 from glshadow.gl.passes.translucent import Panes
 from glshadow.gl.scene.geometry import GpuScene
-from glshadow.shader.slots import shape_slots
-from glshadow.shadows.cookie import Cookie, cookie_from_world
+from glshadow.lights import BRIGHTEST_RADIANCE, Light
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,34 +63,29 @@ def resolve(work: Work, share: Share, dense: Dense | None = None) -> None:
         "pass/resolve.vert",
         "pass/resolve.frag",
         dialect=asked.dialect,
-        slots={**asked.slots, **shape_slots(light)},
+        slots=asked.slots,
         defines={
-            **asked.defines,
-            "GLS_ORTHO": int(not work.sight.camera.is_perspective),
-            "GLS_SUN": int(isinstance(light, DirectionalLight)),
+            **_common_defines(work, light, asked, dense),
             "GLS_SURFACE": targets.surface.components,
             "GLS_COLORS": colors_of(scene),
             "GLS_FIRST": int(first),
             "GLS_LAST": int(last and dense is None),
-            "GLS_SELECTIVE": int(scene.selective),
             "GLS_HEMISPHERE": int(first and (share.ambient[0] != share.ambient[1]).any()),
             "GLS_WEAK": int(light.shadow is not None and light.shadow.strength < 1.0),
             "GLS_VISIBILITY": int(bool(targets.visibility) if dense is None else dense.visibility),
             "GLS_SUM": int(last and targets.linear is not None and dense is None),
             "GLS_CATCHES": int(scene.catches),
-            "GLS_COOKIE": int(_cookie_of(light) is not None),
+            "GLS_COOKIE": int(light.projected is not None),
             **(share.panes.defines if share.panes else {}),
-            "GLS_ROUNDED": int(scene.rounded is not None),
-            "GLS_DENSE": int(dense is not None),
-            **(dense.defines if dense else asked.marks if targets.samples > 1 else {}),
+            **(asked.marks if dense is None and targets.samples > 1 else {}),
         },
     )
     program.set(u_sampled=targets.sampled)
     # each pixel shows the surface of one of its samples, and is shaded where that lies
     _set(program, work, share, (0.0, 0.0) if dense else targets.aside)
     program.bind(**_surface(work), **asked.textures)
-    if (cookie := _cookie_of(light)) is not None:
-        program.bind(u_cookie=work.cookies.get(cookie))
+    if light.projected is not None:
+        program.bind(u_cookie=work.cookies.get(light.projected[0]))
     if share.panes is not None:
         program.bind(u_glass=share.panes.colors, u_glass_depth=(share.panes.depths, work.samplers.plain))
     if dense is not None:
@@ -112,22 +103,16 @@ def count_seen(work: Work, light: Light, asked: Receiver, dense: Dense | None, w
 
     `weighed`: the cosine at the surface instead of 1, and beside it the cosine wherever it is positive.
     """
-    scene, targets = work.scene, work.targets
+    targets = work.targets
     program = work.programs.get(
         "pass/resolve.vert",
         "pass/resolve.frag",
         dialect=asked.dialect,
         slots=asked.slots,
         defines={
-            **asked.defines,
-            "GLS_ORTHO": int(not work.sight.camera.is_perspective),
-            "GLS_SUN": int(isinstance(light, DirectionalLight)),
+            **_common_defines(work, light, asked, dense),
             "GLS_ALONE": 1,
-            "GLS_SELECTIVE": int(scene.selective),
             "GLS_WEIGHED": int(weighed),
-            "GLS_ROUNDED": int(scene.rounded is not None),
-            "GLS_DENSE": int(dense is not None),
-            **(dense.defines if dense else {}),
         },
     )
     none = np.zeros(3)
@@ -141,14 +126,23 @@ def count_seen(work: Work, light: Light, asked: Receiver, dense: Dense | None, w
     program.unbind()
 
 
+def _common_defines(work: Work, light: Light, asked: Receiver, dense: Dense | None) -> dict[str, int | str]:
+    """Those of light, scene and camera."""
+    return {
+        **asked.defines,
+        "GLS_ORTHO": int(not work.sight.camera.is_perspective),
+        "GLS_SUN": int(light.at_infinity),
+        "GLS_SELECTIVE": int(work.scene.selective),
+        "GLS_ROUNDED": int(work.scene.rounded is not None),
+        "GLS_DENSE": int(dense is not None),
+        **(dense.defines if dense else {}),
+    }
+
+
 def _surface(work: Work) -> dict[str, Any]:
     """What passes read of the surface; of a smooth one also its triangles' vertices."""
     vertices = {} if work.scene.rounded is None else work.scene.world.textures
     return {**vertices, **surface_textures(work.samplers, work.scene, work.targets)}
-
-
-def _cookie_of(light: Light) -> Cookie | None:
-    return light.cookie if isinstance(light, DirectionalLight | SpotLight) else None
 
 
 def _draw_dense(program: Program, work: Work, dense: Dense) -> None:
@@ -166,19 +160,17 @@ def _set(program: Program, work: Work, share: Share, aside: tuple[float, float])
     values = {
         **camera_uniforms(scene, work.sight, asked.axes, asked.offset, aside),
         **asked.uniforms,
-        **light_uniforms(light),
+        **light.uniforms(asked.axes),
     }
-    if isinstance(light, RectLight):
-        values["u_panel"] = asked.axes @ panel_axes(light).T
-    if isinstance(light, DirectionalLight | SpotLight) and light.cookie is not None:
+    if light.projected is not None:
         world_from_lv = np.eye(4)
         world_from_lv[:3, :3], world_from_lv[:3, 3] = asked.axes.T, scene.origin - asked.axes.T @ asked.offset
-        values["u_cookie_from_lv"] = cookie_from_world(light) @ world_from_lv
+        values["u_cookie_from_lv"] = light.projected[1] @ world_from_lv
     if share.panes is not None:
         values |= share.panes.uniforms(asked.axes, asked.offset, scene.origin)
     color = np.ones(3) if scene.color is None else np.asarray(scene.color)
-    radiance = np.minimum(color * np.asarray(light.color) * light.intensity, BRIGHTEST)
-    above, below = np.minimum(share.ambient * color, BRIGHTEST)
+    radiance = np.minimum(color * np.asarray(light.color) * light.intensity, BRIGHTEST_RADIANCE)
+    above, below = np.minimum(share.ambient * color, BRIGHTEST_RADIANCE)
     values |= {"u_ambient": tuple(above), "u_ambient_below": tuple(below), "u_radiance": tuple(radiance)}
     values["u_background"] = tuple(share.background)
     program.set(**values, u_strength=light.shadow.strength if light.shadow else 1.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,23 +10,22 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.lights import Light, RectLight, SkyLight, geometry_of
 from glshadow.core.spaces import Array, ClipSpace, bias_matrix
-from glshadow.derive.fit_request import Asked
-from glshadow.derive.fitted import around
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.targets import depth_texture, release, released_on_error
 from glshadow.gl.frame_context import Work
 from glshadow.gl.passes.atlases import layout
 from glshadow.gl.scene.drawing import draw_nodes
 from glshadow.gl.scene.geometry import GpuScene, pack_matrices
+from glshadow.lights import Light
+from glshadow.shadows.fit_request import Asked
+from glshadow.shadows.fitted import around
 from glshadow.shadows.metric import Target
 from glshadow.shadows.view import ShadowView
 
 RESOLUTION = 1024
 UNTINTED = "{} passes casters that blend untinted: the map of their colours is that of one point, which stands for no wide light"
 _GUARD = 2
-_WIDE = RectLight | SkyLight
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +62,7 @@ class Panes:
 
 def untinted(scene: GpuScene, light: Light) -> tuple[str, ...]:
     """The fallback of a light that casters which blend should tint and do not."""
-    if light.shadow is None or not isinstance(light, _WIDE) or not scene.blends.any():
+    if light.shadow is None or not light.wide or not scene.blends.any():
         return ()
     return (UNTINTED.format(type(light).__name__),)
 
@@ -81,9 +80,9 @@ class Glass:
     def panes(self, work: Work, light: Light) -> Panes | None:
         """What tints the light; None: nothing does."""
         scene = work.scene
-        if light.shadow is None or isinstance(light, _WIDE) or not scene.blends.any():
+        if light.shadow is None or light.wide or not scene.blends.any():
             return None
-        key = (scene.identity, geometry_of(light), light.near, light.far, work.sight)
+        key = (scene.identity, light.geometry, light.planes, work.sight)
         if key != self._key:
             self._key = None
             self._panes = self._drawn(work, light)
@@ -178,11 +177,9 @@ class Glasses(dict[int, Glass]):
         super().__init__()
         self._context = context
 
-    def panes(self, work: Work, lights: Sequence[Light]) -> tuple[Panes | None, ...]:
-        """Those of each light."""
-        return tuple(
-            self.setdefault(number, Glass(self._context)).panes(work, light) for number, light in enumerate(lights)
-        )
+    def panes(self, work: Work, number: int, light: Light) -> Panes | None:
+        """Those of the light of that number."""
+        return self.setdefault(number, Glass(self._context)).panes(work, light)
 
     def release(self) -> None:
         """Free them all."""

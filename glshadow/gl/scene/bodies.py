@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.area import radius_of
-from glshadow.core.lights import DirectionalLight, Light, geometry_of
 from glshadow.core.spaces import Array, transform
 from glshadow.derive.casting import Convex, convex, darkens
 from glshadow.gl.passes.camera import Sight
 from glshadow.gl.scene.geometry import GpuScene
+from glshadow.lights import Light
 from glshadow.scene.mesh import Mesh
 from glshadow.shadows.shadow import Faces
 
@@ -42,7 +41,7 @@ def casters_seen(scene: GpuScene, light: Light, sight: Sight | None) -> NDArray[
     """Which nodes (N,) darken anything that a camera sees, or any camera if None: not a floor under everything, whose rasterising would
     cost as much as all the rest.
     """
-    key = geometry_of(light)
+    key = light.geometry
     casters = scene.casting.get(key)
     if casters is None:
         if len(scene.casting) >= _KEPT:
@@ -99,9 +98,6 @@ def hides_back_faces(scene: GpuScene, light: Light, faces: Faces | None) -> NDAr
     body before it leaves it: where it meets a back face it has met a front face.
     """
     closed = scene.closed
-    if faces is not None or isinstance(light, DirectionalLight):
+    if faces is not None or light.at_infinity:
         return closed
-    position = np.asarray(light.position)
-    low, high = scene.corners.min(axis=1) - radius_of(light), scene.corners.max(axis=1) + radius_of(light)
-    inside = ((low <= position) & (position <= high)).all(axis=1)
-    return np.asarray(closed & ~inside)
+    return np.asarray(closed & ~light.touches(scene.corners.min(axis=1), scene.corners.max(axis=1)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from itertools import pairwise
 from typing import Any, Protocol
 
 import moderngl
@@ -16,7 +17,7 @@ class Drawn(Protocol):
     """What is drawn, per node."""
 
     @property
-    def mesh_number(self) -> Sequence[int]:
+    def mesh_number(self) -> NDArray[np.int64]:
         """Equal for instances of one mesh."""
 
     @property
@@ -58,35 +59,35 @@ def draw_nodes(
         Draws instances together; else each is drawn by itself.
     """
     chosen = np.fromiter(nodes, dtype=np.int64)
-    number = np.asarray(scene.mesh_number)
+    number = scene.mesh_number
     chosen = chosen[np.argsort(number[chosen], kind="stable")]
-    side = np.array([_SIDES.index(hidden[i]) for i in chosen], dtype=np.int64)
+    side = np.array([_SIDES.index(hidden[i]) for i in chosen.tolist()], dtype=np.int64)
     turned = np.asarray(scene.mirrored)[chosen] & (side > 0)  # a mirrored node's winding is turned over by its matrix
     side[turned] = 3 - side[turned]
     borders = np.flatnonzero((np.diff(number[chosen]) != 0) | (np.diff(side) != 0)) + 1
+    ends = [0, *borders.tolist(), len(chosen)] if len(chosen) else []
+    order, meshes, sides = chosen.tolist(), number[chosen].tolist(), side.tolist()
     culled: str | None = None
     previous = -1
     place: Callable[[int], Any] | None = None
     array: moderngl.VertexArray | None = None
     ctx.disable(moderngl.CULL_FACE)
-    for run, where in zip(np.split(chosen, borders), [0, *borders], strict=True):
-        if len(run) == 0:
-            continue
-        cull = _SIDES[side[where]]
+    for start, end in pairwise(ends):
+        cull = _SIDES[sides[start]]
         if cull != culled:
             culled = cull
             ctx.enable(moderngl.CULL_FACE) if cull else ctx.disable(moderngl.CULL_FACE)
             ctx.cull_face = cull or "back"
-        if crowd is not None and len(run) >= _MANY:
-            crowd(run)
+        if crowd is not None and end - start >= _MANY:
+            crowd(chosen[start:end])
             previous = -1  # another program
             continue
-        for i in run.tolist():
-            if number[i] != previous:
-                previous = number[i]
-                place, array = begin(i)
-            assert place is not None
-            assert array is not None
+        if meshes[start] != previous:  # a run is of one mesh
+            previous = meshes[start]
+            place, array = begin(order[start])
+        assert place is not None
+        assert array is not None
+        for i in order[start:end]:
             place(i)
             if stroke is None:
                 array.render()

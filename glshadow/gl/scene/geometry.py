@@ -19,10 +19,11 @@ from glshadow.gl.driver.buffers import BufferTexture, texture_buffer
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import R32UI, RGBA32F, RGBA32UI
 from glshadow.gl.driver.targets import release
-from glshadow.gl.scene.meshes import Meshes
+from glshadow.gl.scene.meshes import Meshes, face_normals
 from glshadow.gl.scene.world import WorldTriangles
 from glshadow.scene.box import box_corners
-from glshadow.scene.mesh import AlphaMode, Node, Scene
+from glshadow.scene.mesh import AlphaMode, Mesh
+from glshadow.scene.nodes import Node, Scene
 
 if TYPE_CHECKING:
     from glshadow.gl.scene.bodies import Casters
@@ -30,9 +31,7 @@ if TYPE_CHECKING:
 # marks of triangles' numbers, see lib/surface_number.glsl
 NOT_RECEIVING = 1 << 31
 CATCHING = 1 << 30
-MOVED = 1 << 29
-CUT_OUT = 1 << 27
-TRIANGLES = CUT_OUT - 1
+TRIANGLES = CATCHING - 1
 """The bits of a triangle's number, from 1."""
 _AT_ONCE = 1 << 18  # triangles whose planes are computed together
 
@@ -74,7 +73,7 @@ class GpuScene:
     blends : (N,) bool
         Which nodes tint what light passes through them.
     casting : dict
-        Which nodes darken anything, by `core.lights.geometry_of`: see `gl.bodies`.
+        Which nodes darken anything, by `Light.geometry`: see `gl.bodies`.
     rounded : BufferTexture or None
         Per drawn triangle its vertices' normals, see lib/smooth_point.glsl; None where all triangles are flat.
     lifts : (N,) float64
@@ -94,13 +93,13 @@ class GpuScene:
         self._world: WorldTriangles | None = None
         self._clusters: Placed | None = None
         self.casting: dict[tuple[Hashable, ...], Casters] = {}
-        self.nodes: tuple[Node, ...] = tuple(node for node in scene.nodes if len(node.mesh.triangles))
-        self.scene_numbers = np.flatnonzero([len(node.mesh.triangles) > 0 for node in scene.nodes])
+        self.scene_numbers = scene.drawn
+        self.nodes: tuple[Node, ...] = tuple(scene.nodes[i] for i in scene.drawn.tolist())
         different = list(dict.fromkeys(node.mesh for node in self.nodes))
         numbers = {id(mesh): k for k, mesh in enumerate(different)}
-        self.mesh_number = [numbers[id(node.mesh)] for node in self.nodes]
-        on_gpu = [meshes.get(mesh) for mesh in different]
-        self.meshes = [on_gpu[number] for number in self.mesh_number]
+        self.mesh_number = np.array([numbers[id(node.mesh)] for node in self.nodes])
+        on_gpu = self._on_gpu = [meshes.get(mesh) for mesh in different]
+        self.meshes = [on_gpu[number] for number in self.mesh_number.tolist()]
         blended = np.array([mesh.material.alpha_mode is AlphaMode.BLEND for mesh in different])[self.mesh_number]
         casts = np.array([node.casts for node in self.nodes])
         self.casts: NDArray[np.bool_] = casts & ~blended
@@ -130,7 +129,6 @@ class GpuScene:
         catching = np.array([node.catches for node in self.nodes])
         self.catches = bool(catching.any())
         first[catching] |= np.uint32(CATCHING)
-        first[[gpu.cut_out for gpu in self.meshes]] |= np.uint32(CUT_OUT)
         self.packed_first = first[:, None]
         self.origin: Array = np.median(self._sample(1024), axis=0)
         self.smooth = any(gpu.smooth for gpu in on_gpu)
@@ -152,7 +150,7 @@ class GpuScene:
         """Per triangle its unit world normal and distance from `origin`, zero without area (RGBA32F). Made when first asked for."""
         if self._planes is None:
             planes = np.zeros((self.count, 4), dtype=np.float32)
-            for group in self._instances():
+            for group in self._groups():
                 count = self.meshes[group[0]].count
                 for k in range(0, count, _AT_ONCE):
                     chosen = slice(k, min(k + _AT_ONCE, count))
@@ -194,12 +192,12 @@ class GpuScene:
 
     def _sample(self, count: int) -> Array:
         """World corners (about `count` or one per node, 3) of triangles all over the scene."""
-        step = max(1, int(self.first[-1] + self.meshes[-1].count) // count)
+        step = max(1, self.count // count)
         corners = []
-        for group in self._instances():
-            mesh = self.nodes[group[0]].mesh
-            matrices = np.stack([self.nodes[i].world_from_mesh for i in group])
-            corners.append(_placed(matrices, mesh.positions[mesh.triangles[::step, 0]]).reshape(-1, 3))
+        for group in self._groups():
+            meshes, of_node = self._different(group)
+            points = np.stack([mesh.positions.take(mesh.triangles[::step, 0], axis=0) for mesh in meshes])
+            corners.append(_placed(self.world_from_mesh[group], points[of_node]).reshape(-1, 3))
         return np.concatenate(corners)
 
     def _copies(self, matrices: Array) -> NDArray[np.bool_]:
@@ -218,34 +216,43 @@ class GpuScene:
             seen.add(key)
         return copies
 
-    def _instances(self) -> Iterator[NDArray[np.int64]]:
-        """Numbers of nodes that share a mesh, some at a time where it is large."""
-        order = np.argsort(self.mesh_number, kind="stable")
-        starts = np.flatnonzero(np.diff(np.asarray(self.mesh_number)[order], prepend=-1))
-        for group in np.split(order, starts[1:]):
-            most = max(1, _AT_ONCE // self.meshes[group[0]].count)
+    def _groups(self) -> Iterator[NDArray[np.int64]]:
+        """Numbers of nodes of equally many triangles, some at a time where these are many; instances one after another."""
+        counts = np.array([gpu.count for gpu in self._on_gpu])[self.mesh_number]
+        order = np.lexsort((self.mesh_number, counts))
+        starts = np.flatnonzero(np.diff(counts[order])) + 1
+        for group in np.split(order, starts):
+            most = max(1, _AT_ONCE // int(counts[group[0]]))
             yield from (group[k : k + most] for k in range(0, len(group), most))
 
+    def _different(self, group: NDArray[np.int64]) -> tuple[list[Mesh], NDArray[np.int64]]:
+        """The meshes of nodes, each once, and which of them is whose."""
+        _, first, of_node = np.unique(self.mesh_number[group], return_index=True, return_inverse=True)
+        return [self.nodes[i].mesh for i in group[first].tolist()], of_node
+
     def _planes_of(self, group: NDArray[np.int64], chosen: slice) -> Array:
-        """Planes (N, T, 4) of some triangles of instances."""
-        gpu, mesh = self.meshes[group[0]], self.nodes[group[0]].mesh
-        normals = gpu.shape.face_normals(chosen) @ self.normal_from_mesh[group].transpose(0, 2, 1)
+        """Planes (N, T, 4) of some triangles of nodes that have equally many."""
+        meshes, of_node = self._different(group)
+        corners = np.stack([mesh.positions.take(mesh.triangles[chosen], axis=0) for mesh in meshes])
+        normals = face_normals(*(corners[:, :, k] for k in range(3)))
+        normals = normals[of_node] @ self.normal_from_mesh[group].transpose(0, 2, 1)
         length = np.linalg.norm(normals, axis=-1, keepdims=True)
         normals = normals / np.where(length > 0.0, length, 1.0)
         # from the vertices that the GPU draws, rounded to float32 as they are
-        drawn = (mesh.positions.take(mesh.triangles[chosen, 0], axis=0) - gpu.origin).astype(np.float32)
+        origins = np.stack([self._on_gpu[k].origin for k in self.mesh_number[group]])
+        drawn = (corners[of_node, :, 0] - origins[:, None]).astype(np.float32)
         corner = _placed(self.world_from_origin[group], drawn.astype(np.float64)) - self.origin
         return np.concatenate([normals, np.einsum("nij,nij->ni", normals, corner)[..., None]], axis=-1)
 
     def _rounded(self) -> BufferTexture | None:
         """Per drawn triangle its vertices' normals, see lib/smooth_point.glsl; sets `lifts`. None where all triangles are flat."""
         rows = np.zeros((self.count, 4), dtype=np.uint32)
-        for group in self._instances():
-            mesh = self.nodes[group[0]].mesh
-            if not self.meshes[group[0]].smooth or mesh.normals is None:
-                continue
-            faces = self._planes_of(group, slice(0, len(mesh.triangles)))[..., :3]
-            for node, face in zip(group, faces, strict=True):
+        for group in self._groups():
+            smooth = group[[self.meshes[i].smooth for i in group]]
+            faces = self._planes_of(smooth, slice(None))[..., :3] if len(smooth) else ()
+            for node, face in zip(smooth, faces, strict=True):
+                mesh = self.nodes[node].mesh
+                assert mesh.normals is not None
                 normals = unit_vectors(mesh.normals @ self.normal_from_mesh[node].T)
                 corners = normals[mesh.triangles]
                 side = sides(face, corners)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array
 from glshadow.geometry.adjacency import neighbours
 from glshadow.geometry.clusters import Clusters, make_clusters
+from glshadow.geometry.welding import welded
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.program import Program
 from glshadow.gl.driver.shared import Shared
@@ -41,6 +42,8 @@ class Shape:
         In mesh space.
     closed : bool
         See `Mesh.closed`.
+    neighbours : (T, 3) uint32
+        The triangles across each triangle's edges, by the positions that are drawn: see `geometry.adjacency`.
     positions, numbered : moderngl.Buffer
         Vertices and indices: see `numbered_triangles`.
     """
@@ -53,18 +56,28 @@ class Shape:
         self._triangles, self._positions = mesh.triangles, mesh.positions
         self._context, self._vertices = context, len(mesh.positions)
         if len(mesh.triangles) < _LARGE:
-            self.closed = mesh.closed
+            self._connect(mesh)
             self._upload()
         else:  # numpy lets go of the interpreter: what takes as long as all the rest is done beside it
             with ThreadPoolExecutor(1) as beside:
-                closed = beside.submit(lambda: mesh.closed)
+                connected = beside.submit(self._connect, mesh)
                 self._upload()
-                self.closed = closed.result()
-        self._neighbours: NDArray[np.uint32] | None = None
+                connected.result()
         self._shared: moderngl.Buffer | None = None
         self._averaged: moderngl.Buffer | None = None
         self._clusters: Clusters | None = None
         self._clustered: moderngl.Buffer | None = None
+
+    def _connect(self, mesh: Mesh) -> None:
+        self.closed, self.neighbours = mesh.closed, mesh.neighbours
+        drawn = self._drawn()
+        if np.array_equal(drawn, mesh.positions):
+            return
+        # float32 may bring together what float64 keeps apart
+        number = welded(drawn)
+        places = number.max() + 1
+        if places < len(number) and places <= welded(mesh.positions).max():
+            self.neighbours = neighbours(number.astype(np.int32)[mesh.triangles])
 
     def _upload(self) -> None:
         numbered, self._others = numbered_triangles(self._triangles, self._vertices)
@@ -78,13 +91,6 @@ class Shape:
         if self._clusters is None:
             self._clusters = make_clusters(self._drawn(), self._triangles)
         return self._clusters
-
-    @property
-    def neighbours(self) -> NDArray[np.uint32]:
-        """The triangles (T, 3) across each triangle's edges: see `core.adjacency`. Made when first asked for."""
-        if self._neighbours is None:
-            self._neighbours = neighbours(self._drawn(), self._triangles.view(np.uint32))
-        return self._neighbours
 
     @property
     def shared(self) -> moderngl.Buffer:
@@ -105,8 +111,9 @@ class Shape:
         """Per vertex the mean of its triangles' normals, unit length; zero where there is none. Made when first asked for."""
         if self._averaged is None:
             corners = self._triangles.ravel()
+            faces = face_normals(*(self._positions.take(self._triangles[:, k], axis=0) for k in range(3)))
             total = np.stack(
-                [np.bincount(corners, np.repeat(column, 3), self._vertices) for column in self.face_normals().T],
+                [np.bincount(corners, np.repeat(column, 3), self._vertices) for column in faces.T],
                 axis=-1,
             )
             length = np.linalg.norm(total, axis=1, keepdims=True)
@@ -118,15 +125,9 @@ class Shape:
         """What vertices (V, k) have, in the order in which they lie on the GPU (W, k)."""
         return np.concatenate([values.take(self._triangles[:, 2], axis=0), values[self._others]])
 
-    def face_normals(self, chosen: slice = slice(None)) -> Array:
-        """Normals (T, 3) float64 of some triangles, unit length; zero for those without area."""
-        a, b, c = (self._positions.take(self._triangles[chosen, k], axis=0) for k in range(3))
-        normal = np.cross(b - a, c - a)
-        length = np.linalg.norm(normal, axis=1, keepdims=True)
-        return np.asarray(normal / np.where(length > 0.0, length, 1.0))
-
     def _drawn(self) -> NDArray[np.float32]:
-        return (self._positions - self.origin).astype(np.float32)
+        places = self._positions - self.origin if self.origin.any() else self._positions
+        return places.astype(np.float32)
 
     def _over_one_copy(self) -> NDArray[np.int32]:
         """Triangles (T, 3) of vertices on the GPU."""
@@ -218,6 +219,13 @@ class GpuMesh:
         self._shapes.give_back(*self._key)
         if self._pixels is not None:
             self._textures.give_back(self._pixels)
+
+
+def face_normals(a: Array, b: Array, c: Array) -> Array:
+    """Unit normals (..., 3) of triangles; zero for those without area."""
+    normal = np.cross(b - a, c - a)
+    length = np.linalg.norm(normal, axis=-1, keepdims=True)
+    return np.asarray(normal / np.where(length > 0.0, length, 1.0))
 
 
 def numbered_triangles(triangles: NDArray[np.int32], vertices: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:

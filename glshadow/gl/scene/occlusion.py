@@ -144,7 +144,7 @@ class Sparing:
         placed = self._scene.clusters
         backward = view.view_from_world[2, :3]
         towards = backward[:, None]
-        if view.kind != "directional":
+        if view.projection != "orthographic":
             eye = -view.view_from_world[:3, :3].T @ view.view_from_world[:3, 3] - self._scene.origin
             towards = eye[:, None] - placed.centre
             towards /= np.maximum(np.linalg.norm(towards, axis=0), 1e-300)

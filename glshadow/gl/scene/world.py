@@ -66,7 +66,10 @@ def _each_placed(points: Array, matrices: Array, owner: NDArray[np.int64]) -> Ar
 
 
 def _blocks(starts: list[int]) -> Iterator[tuple[int, int]]:
-    """Runs of nodes, first and end, of so many vertices together; a large one alone. `starts`: of each node's vertices, and the end."""
+    """Runs of nodes, first and end, of so many vertices (or triangles) together; a large one alone.
+
+    `starts`: of each node's, and the end.
+    """
     first = 0
     for node in range(1, len(starts) - 1):
         if starts[node + 1] - starts[first] > _TOGETHER:
@@ -116,7 +119,7 @@ class WorldTriangles:
         self.reach, self.huge = _reach(*self._arrays, nearest)
         self._context = context
         self._neighbours: BufferTexture | None = None
-        self._shapes, self._first = [gpu.shape for gpu in scene.meshes], scene.first.tolist()
+        self._shapes, self._first = [gpu.shape for gpu in scene.meshes], np.append(scene.first, scene.count)
         self._buffers: tuple[BufferTexture, BufferTexture] | None = None
         self.masks: BufferTexture | None = None
         self.alphas: BufferTexture | None = None
@@ -170,13 +173,15 @@ class WorldTriangles:
 
     @property
     def neighbours(self) -> BufferTexture:
-        """Per triangle those across its edges, of its node (RGBA32UI): see `core.adjacency`."""
+        """Per triangle those across its edges, of its node (RGBA32UI): see `geometry.adjacency`."""
         if self._neighbours is None:
             across = np.full((self.count, 4), NONE, dtype=np.uint32)
-            for shape, first in zip(self._shapes, self._first, strict=True):
-                of_mesh = shape.neighbours
-                rows = across[first : first + len(of_mesh), :3]
-                np.add(of_mesh, np.uint32(first), out=rows, where=of_mesh != NONE)
+            for first, end in _blocks(self._first.tolist()):
+                shapes, starts = self._shapes[first:end], self._first[first : end + 1]
+                of_mesh = shapes[0].neighbours if len(shapes) == 1 else np.concatenate([s.neighbours for s in shapes])
+                shift = starts[0] if len(shapes) == 1 else np.repeat(starts[:-1], np.diff(starts))[:, None]
+                rows = across[starts[0] : starts[-1], :3]
+                np.add(of_mesh, np.asarray(shift, dtype=np.uint32), out=rows, where=of_mesh != NONE)
             self._neighbours = texture_buffer(self._context, across, RGBA32UI)
             self._context.check_errors(f"uploading the neighbours of {self.count} triangles")
         return self._neighbours

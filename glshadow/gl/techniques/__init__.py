@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
-from glshadow.core.area import has_size
-from glshadow.core.lights import Light, SkyLight
 from glshadow.derive.resolved import settle
 from glshadow.derive.used import Used
 from glshadow.errors import ResourceError
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.frame_context import Work
 from glshadow.gl.passes.receiver import Receiver
+from glshadow.gl.passes.translucent import Panes
 from glshadow.gl.techniques.accumulated import Accumulated
 from glshadow.gl.techniques.area import Area
 from glshadow.gl.techniques.listed import Listed
@@ -19,6 +19,7 @@ from glshadow.gl.techniques.mapped import Mapped
 from glshadow.gl.techniques.prefiltered import Prefiltered
 from glshadow.gl.techniques.technique import Source
 from glshadow.gl.techniques.uploaded import Uploaded
+from glshadow.lights import Light
 from glshadow.shadows.filters.filter import Needs
 from glshadow.shadows.shadow import Settled
 
@@ -36,11 +37,34 @@ def source_of(light: Light, shadow: Settled | None, context: GLContext) -> tuple
         Needs.TRIANGLES: Listed if context.caps.compute else Uploaded,
     }
     kind: type[Source] = kinds[shadow.filter.needs]
-    if shadow.filter.points_of_light and has_size(light):
-        if kind is Listed and shadow.asked.faces is None and not isinstance(light, SkyLight):
+    if shadow.filter.points_of_light and light.has_size:
+        if kind is Listed and shadow.asked.faces is None and light.penumbra is not None:
             return "Area", lambda: Area(context)
         return f"{kind.__name__} many times", lambda: Accumulated(context, kind(context), Mapped(context))
     return kind.__name__, lambda: kind(context)
+
+
+@dataclass(eq=False)
+class LightWork:
+    """One light in one frame.
+
+    Parameters
+    ----------
+    number : int
+        Which light of the frame.
+    light : Light
+    technique : Source
+    used : Used, optional
+        None: not prepared yet.
+    panes : Panes, optional
+        The translucent casters that tint it.
+    """
+
+    number: int
+    light: Light
+    technique: Source
+    used: Used | None = None
+    panes: Panes | None = None
 
 
 class Sources(dict[tuple[int, str], Source]):
@@ -50,22 +74,19 @@ class Sources(dict[tuple[int, str], Source]):
         super().__init__()
         self._context = context
 
-    def claim(self, work: Work, lights: tuple[Light, ...]) -> tuple[list[Source], dict[int, Used]]:
-        """The source of each light, and what was used by those that had to be made to know whether they can be.
+    def claim(self, work: Work, lights: tuple[Light, ...]) -> list[LightWork]:
+        """The technique of each light; where its lists do not fit, that light has a map, in this frame."""
+        return [self._claim(work, number, light) for number, light in enumerate(lights)]
 
-        Where a light's lists do not fit, that light has a map, in this frame.
-        """
-        sources, ready = [], {}
-        for number, light in enumerate(lights):
-            settled = settle(light)
-            source = self._claimed(work, number, light, settled)
-            if settled is not None and settled.asked.filter is None and not settled.filter.has_map:
-                try:
-                    ready[number] = source.prepare(work)
-                except ResourceError as error:
-                    source = self._claimed(work, number, light, settle(light, str(error)))
-            sources.append(source)
-        return sources, ready
+    def _claim(self, work: Work, number: int, light: Light) -> LightWork:
+        settled = settle(light)
+        source = self._claimed(work, number, light, settled)
+        if settled is None or settled.asked.filter is not None or settled.filter.has_map:
+            return LightWork(number, light, source)
+        try:
+            return LightWork(number, light, source, source.prepare(work))
+        except ResourceError as error:
+            return LightWork(number, light, self._claimed(work, number, light, settle(light, str(error))))
 
     def _claimed(self, work: Work, number: int, light: Light, settled: Settled | None) -> Source:
         name, make = source_of(light, settled, self._context)
@@ -82,5 +103,5 @@ class Sources(dict[tuple[int, str], Source]):
 
 
 __all__ = [
-    "Accumulated", "Area", "Listed", "Mapped", "Prefiltered", "Receiver", "Source", "Sources", "Uploaded", "source_of",
+    "Accumulated", "Area", "LightWork", "Listed", "Mapped", "Prefiltered", "Receiver", "Source", "Sources", "Uploaded", "source_of",
 ]  # fmt: skip

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Hashable
 from dataclasses import replace
 
-from glshadow.core.area import hard_lights, without_cone
-from glshadow.core.lights import Light, SkyLight
 from glshadow.derive.resolved import settle
 from glshadow.derive.used import Used
 from glshadow.errors import ResourceError
@@ -19,10 +17,10 @@ from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.passes.resolve import count_seen
 from glshadow.gl.techniques.counts import Counts
 from glshadow.gl.techniques.technique import Source, open_receiver
+from glshadow.lights import Light
 from glshadow.shader.slots import given_slots
 from glshadow.shadows.filters import Filter
 from glshadow.shadows.shadow import Settled
-from glshadow.shadows.view import kind_of
 
 
 class Accumulated(Source):
@@ -54,10 +52,10 @@ class Accumulated(Source):
     def _ask_of(self, one: Source, shadow: Settled) -> None:
         self._one, self._settled = one, shadow
         self._shadow, self._filter = replace(shadow, filter=shadow.filter.of_a_point), shadow.filter
-        points = hard_lights(self.light, shadow.filter.points_of_light)
-        self._points = points if shadow.filter.has_map else tuple(map(without_cone, points))
+        points = self.light.hard_lights(shadow.filter.points_of_light)
+        self._points = points if shadow.filter.has_map else tuple(point.without_cone() for point in points)
         one.expect(self._points)
-        self._weighed = isinstance(self.light, SkyLight)
+        self._weighted = self.light.weighted
 
     def prepare(self, work: Work) -> Used:
         """Make what the first point needs, unless all were counted already.
@@ -126,20 +124,20 @@ class Accumulated(Source):
         return self._given(work, self._samples)
 
     def _count(self, work: Work, counts: Counts, dense: Dense | None) -> None:
-        components = 2 if self._weighed else 1
+        components = 2 if self._weighted else 1
         counts.use(work, dense, components, "f4")
         self._context.gl.clear_floats(0, (0.0,) * 4)
         for point in self._points:
             self._prepare(work, point)
             asked = self._one.receiver(replace(work, atlases=self._atlases))
             counts.use(work, dense, components, "f4")
-            count_seen(work, point, asked, dense, self._weighed)
+            count_seen(work, point, asked, dense, self._weighted)
 
     def _given(self, work: Work, counts: Counts) -> Receiver:
         return replace(
             open_receiver(work, self.light),
-            slots=given_slots(kind_of(self.light)),
-            defines={"GLS_WEIGHED": int(self._weighed)},
+            slots=given_slots(self.light),
+            defines={"GLS_WEIGHED": int(self._weighted)},
             uniforms={"u_points": float(len(self._points))},
             textures={"u_given": counts.texture},
         )

@@ -8,11 +8,6 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 
-from glshadow.core.area import cap_tangents, disc_axes, radius_of
-from glshadow.core.lights import DirectionalLight, Light, RectLight
-from glshadow.core.panel import panel_axes
-from glshadow.core.sample_patterns import disc, square
-from glshadow.core.spaces import Array
 from glshadow.derive.used import Used
 from glshadow.errors import ResourceError
 from glshadow.gl.driver.buffers import BufferTexture, texture_buffer
@@ -33,9 +28,9 @@ from glshadow.gl.techniques.grown import DEFINES, Grown
 from glshadow.gl.techniques.listed import Listed
 from glshadow.gl.techniques.mapped import Mapped
 from glshadow.gl.techniques.technique import open_receiver
+from glshadow.lights import Light
 from glshadow.shader.slots import area_slots, given_slots
 from glshadow.shadows.shadow import Settled
-from glshadow.shadows.view import kind_of
 
 # A pixel that sees some of the light walks most of the triangles whose shadows move far, 13 ns each; a hard frame takes 40 ns a pixel and
 # 100 a triangle (llvmpipe): so many of the former are worth one of the latter
@@ -106,18 +101,13 @@ class Area(Listed):
         return True
 
     def _place_points(self) -> None:
-        light = self.light
-        key = (type(light), light.direction if isinstance(light, DirectionalLight) else None, radius_of(light), self._points,
-               self.grid.view_from_world.tobytes() if isinstance(light, DirectionalLight) else None)  # fmt: skip
+        points = self.light.area_points(self._points, self.grid.view_from_world[:3, :3]).astype(np.float32)
+        key = points.tobytes()
         if self._disc_key == key:
             return
-        points: Array = square(self._points) if isinstance(light, RectLight) else disc(self._points)
-        if isinstance(light, DirectionalLight):  # in world axes, so that they do not turn with the grid
-            turned = disc_axes(light)[:2] @ self.grid.view_from_world[:2, :3].T
-            points = cap_tangents(light, points) @ turned
         if self._disc is not None:
             self._disc.release()
-        self._disc = texture_buffer(self._context, points.astype(np.float32), RG32F)
+        self._disc = texture_buffer(self._context, points, RG32F)
         self._disc_key = key
 
     def receiver(self, work: Work) -> Receiver:
@@ -229,7 +219,7 @@ class Area(Listed):
             "GLS_ROUNDED": int(scene.rounded is not None),
             "GLS_DENSE": int(dense is not None),
             **DEFINES,
-            "GLS_PANEL": int(isinstance(self.light, RectLight)),
+            **(self.light.penumbra or {}),
             "GLS_DITHER": int(self._shadow.filter.dithers),
             "GLS_STAGE": stage,
             "GLS_AREA": int(stage > 0),
@@ -237,18 +227,14 @@ class Area(Listed):
             **more,
         }
         program = work.programs.get(
-            "pass/resolve.vert", "pass/penumbra.frag", "core430", area_slots(kind_of(self.light), between), defines
+            "pass/resolve.vert", "pass/penumbra.frag", "core430", area_slots(self.light, between), defines
         )
         aside = (0.0, 0.0) if dense else targets.aside
         program.set(**camera_uniforms(scene, work.sight, asked.axes, asked.offset, aside))
         program.set(**asked.uniforms, **self._values)  # its eye is the light's own
         program.set(u_count=self._points, u_samples=targets.fine.surface.size if dense else work.sight.size)
         program.set(u_sampled=targets.sampled)
-        if isinstance(self.light, RectLight):
-            program.set(u_panel=asked.axes @ panel_axes(self.light).T)
-        else:
-            right, up, backward = disc_axes(self.light) @ asked.axes.T
-            program.set(u_disc_axes=np.stack([right, up, -backward], axis=1))
+        program.set(**self.light.area_uniforms(asked.axes))
         program.bind(**surface_textures(work.samplers, scene, targets), **asked.textures)
         program.bind(u_disc=self._disc, u_fragments=self._fragments)
         if dense is not None:
@@ -276,7 +262,7 @@ class Area(Listed):
     def _given(self, work: Work, counts: Counts) -> Receiver:
         return replace(
             open_receiver(work, self.light),
-            slots=given_slots(kind_of(self.light)),
+            slots=given_slots(self.light),
             defines={"GLS_COUNTED": 1},
             uniforms={"u_points": float(self._points)},
             textures={"u_given": counts.texture},

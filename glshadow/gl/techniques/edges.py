@@ -7,8 +7,6 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from glshadow.core.area import radius_of
-from glshadow.core.lights import Light
 from glshadow.derive.lists import ListGrid
 from glshadow.gl.driver.buffers import BufferTexture
 from glshadow.gl.driver.context import GLContext
@@ -18,6 +16,8 @@ from glshadow.gl.driver.targets import release
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.techniques.cells import CellLists
 from glshadow.gl.techniques.triangles import cell_defines
+from glshadow.lights import Light
+from glshadow.shader.slots import parallel_define
 
 _GROUP, _MOST_GROUPS = 64, 65535
 _RATIO = 4  # between grids: lib/edge_grids.glsl
@@ -70,9 +70,9 @@ class Edges:
         self, programs: Programs, scene: GpuScene, light: Light, grid: ListGrid, textures: dict[str, Any]
     ) -> BufferTexture | None:
         """A list of them; None: it would be too large."""
-        program = programs.compute("pass/edges.comp", defines=_projection(grid))
+        program = programs.compute("pass/edges.comp", defines=parallel_define(grid.projection))
         count = scene.world.count
-        program.set(u_part=(0, count, 1), u_radius=radius_of(light))
+        program.set(u_part=(0, count, 1), u_radius=light.source_radius)
         caps = self._context.caps
         limit = min(caps.max_storage_block // 4, caps.max_texture_buffer_size)
         program.bind(**scene.world.textures, **textures, u_neighbours=scene.world.neighbours)
@@ -122,7 +122,3 @@ class Edges:
     def release(self) -> None:
         """Free the GPU memory."""
         release(self._lists, self._counter)
-
-
-def _projection(grid: ListGrid) -> dict[str, int | str]:
-    return {"GLS_SUN": int(grid.kind == "directional")}

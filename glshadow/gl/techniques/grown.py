@@ -7,8 +7,6 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from glshadow.core.area import radius_of
-from glshadow.core.lights import Light
 from glshadow.derive.lists import ListGrid, lamp_spread
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.program import Programs
@@ -16,6 +14,7 @@ from glshadow.gl.driver.targets import release, succeed
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.techniques.cells import CellLists
 from glshadow.gl.techniques.triangles import cell_defines, light_frame
+from glshadow.lights import Light
 
 _GROUNDS = 64  # this and what follows: lib/cells.glsl
 _GROWN = 256
@@ -51,7 +50,7 @@ class Grown:
     def begin(self, scene: GpuScene, light: Light, grid: ListGrid) -> None:
         """Make room for the deepest receivers, which pass/lists.comp finds."""
         self._depths = _depths(scene, grid)
-        self.values = {"u_radius": radius_of(light), "u_depths": self._depths}
+        self.values = {"u_radius": light.source_radius, "u_depths": self._depths}
         size = (_GROUNDS, _GROUNDS * grid.faces)
         if not self._grounds or self._grounds[0].size != size:
             old = (self._framebuffer, *self._grounds)
@@ -76,9 +75,9 @@ class Grown:
             Facets and traits.
         """
         ground, around = self._grounds
-        defines: dict[str, int | str] = {"GLS_GROUNDS": _GROUNDS, "GLS_POINT": int(grid.kind == "point")}
+        defines: dict[str, int | str] = {"GLS_GROUNDS": _GROUNDS, "GLS_POINT": int(grid.projection == "cube")}
         program = programs.compute("pass/grounds.comp", defines=defines)
-        program.set(u_around=_farthest(grid, radius_of(light), self._depths), u_depths=self._depths)
+        program.set(u_around=_farthest(grid, light.source_radius, self._depths), u_depths=self._depths)
         program.bind(u_ground=ground)
         around.bind_to_image(0, read=False, write=True)
         program.run(_GROUNDS // 8, grid.faces * _GROUNDS // 8)
@@ -124,7 +123,7 @@ def _depths(scene: GpuScene, grid: ListGrid) -> tuple[float, float]:
     """No caster is nearer than the first, no receiver deeper than the second, in the light's frame."""
     axes, origin = light_frame(grid, scene)
     local = (scene.raised_corners - scene.origin - origin) @ axes.T
-    if grid.kind == "point":
+    if grid.projection == "cube":
         low, high = local.min(axis=1), local.max(axis=1)
         nearest = np.linalg.norm(np.maximum(np.maximum(low, -high), 0.0), axis=1).min() / np.sqrt(3.0)
         return 0.999 * float(nearest), 1.001 * float(np.linalg.norm(local, axis=-1).max())
@@ -136,7 +135,7 @@ def _depths(scene: GpuScene, grid: ListGrid) -> tuple[float, float]:
 def _farthest(grid: ListGrid, radius: float, depths: tuple[float, float]) -> int:
     """Cells of the grounds over which shadows move, at most."""
     least, deepest = depths
-    if grid.kind == "directional":
+    if grid.projection == "orthographic":
         spread = radius * (deepest - least)
     elif least <= radius:
         return _GROUNDS

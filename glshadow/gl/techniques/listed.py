@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.area import has_size
-from glshadow.core.lights import Light
 from glshadow.derive.cells import CASTS, CULL_BACK, CULL_FRONT, CUT_OUT
 from glshadow.derive.lists import LEAST_CELLS, ListGrid, list_grid
 from glshadow.derive.resolved import ignored_size
@@ -38,6 +36,7 @@ from glshadow.gl.techniques.triangles import (
     made_for,
     triangle_receiver,
 )
+from glshadow.lights import Light
 from glshadow.shadows.shadow import Faces, Settled
 
 
@@ -118,7 +117,7 @@ class Listed(Source):
             "pass/lists.comp",
             defines={
                 **cell_defines(grid, grid.cells),
-                "GLS_AREA": int(has_size(light)),
+                "GLS_AREA": int(light.has_size),
                 "GLS_DOUBLE": int(self._context.caps.doubles),
                 "GLS_ROUNDED": int(scene.rounded is not None),
             },
@@ -172,7 +171,7 @@ class Listed(Source):
     def _turns_unlisted(self, scene: GpuScene) -> bool:
         """Whether surfaces may turn away from the light where no edge is listed: beyond a spot's window, on what casts nothing, on
         smooth meshes between their edges."""
-        return self.grid.kind == "spot" or not scene.casts.all() or scene.rounded is not None
+        return self.grid.projection == "perspective" or not scene.casts.all() or scene.rounded is not None
 
     def _find_edges(self, work: Work) -> bool:
         """Make lists of silhouette edges, unless they are there; whether they fit into the driver's buffers."""

@@ -9,11 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.area import radius_of
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array, transform
 from glshadow.derive.compare import map_uniforms, rounding_of
-from glshadow.derive.fit_request import Asked
 from glshadow.derive.resolved import Decision, decide
 from glshadow.derive.used import Used
 from glshadow.errors import warn
@@ -22,16 +19,17 @@ from glshadow.gl.frame_context import Work
 from glshadow.gl.passes.atlases import Place
 from glshadow.gl.passes.caster import Map, draw_casters
 from glshadow.gl.passes.depth_tiles import seen_blocks
-from glshadow.gl.passes.lighting import light_view
 from glshadow.gl.passes.readback import pixels
 from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.scene.bodies import casters_seen
 from glshadow.gl.techniques.technique import Source, fetching_dialect, frame_of, open_receiver
+from glshadow.lights import Light
 from glshadow.shader.slots import Compare, Shape, mapped_defines, mapped_slots
 from glshadow.shadows.filters import Filter
+from glshadow.shadows.fit_request import Asked
 from glshadow.shadows.metric import Target, unpack
 from glshadow.shadows.shadow import Settled
-from glshadow.shadows.view import ShadowView, kind_of
+from glshadow.shadows.view import ShadowView
 
 MOST_PIXELS = 2.0**16
 """Side of a map in pixels of the nearest receiver from which on it is said: a texel of a 2048 map is then 32 of them."""
@@ -100,7 +98,9 @@ class Mapped(Source):
         """The fallback of a bias under which planes shadow themselves, if that can be told."""
         if self.map is None or self._decision.filter.encoding:  # the mean of a plane's depths lies on it
             return ()
-        texel = max(max(view.texel) * (1.0 if view.kind == "directional" else view.far) for view in self.map.views)
+        texel = max(
+            max(view.texel) * (1.0 if view.projection == "orthographic" else view.far) for view in self.map.views
+        )
         said = self._decision.caster.bias.shortfall(self._decision.filter.reach_texels, texel)
         return (said,) if said else ()
 
@@ -137,7 +137,7 @@ class Mapped(Source):
         if self.map is None:
             return open_receiver(work, self.light)
         scene, caps = work.scene, work.caps
-        axes, offset = frame_of(light_view(self.light, self.map.views), scene.origin)
+        axes, offset = frame_of(self.light.frame(self.map.views, scene.origin), scene.origin)
         reach = max(self._reach(work), float(np.abs(offset).max()))
         compared = work.samplers.nearer_reversed if self.map.views[0].clip.reversed else work.samplers.nearer
         raw = (caps.texture_gather and caps.software) or self.map.filter.reads_depths
@@ -180,7 +180,7 @@ class Mapped(Source):
 def _side(work: Work, view: ShadowView, seen: Array, depth: float) -> float:
     """How many pixels at a view depth a map is wide where it is nearest to the light, or anywhere under a sun."""
     away = 1.0
-    if view.kind != "directional":
+    if view.projection != "orthographic":
         away = float(np.linalg.norm(transform(view.view_from_world, seen), axis=1).min())
     return max(view.texel) * away * view.resolution / work.sight.pixel(depth)
 
@@ -188,9 +188,7 @@ def _side(work: Work, view: ShadowView, seen: Array, depth: float) -> float:
 def map_slots(light: Light, shadow_map: Map, caps: Caps) -> dict[str, str]:
     """Snippets that ask a map."""
     settings, compare = shadow_map.settings, compared_by(shadow_map.settings.target, shadow_map.filter, caps)
-    return mapped_slots(
-        kind_of(light), settings.target, settings.bias, shadow_map.filter, compare, shape_of(shadow_map)
-    )
+    return mapped_slots(light, settings.target, settings.bias, shadow_map.filter, compare, shape_of(shadow_map))
 
 
 def compared_by(target: Target, filter: Filter, caps: Caps) -> Compare:
@@ -217,14 +215,14 @@ def cascades_of(shadow_map: Map) -> int:
 
 def falloff_of(light: Light) -> float:
     """From how far before its map's border a light's shadow fades; a point light's has none."""
-    return 0.0 if light.shadow is None or kind_of(light) == "point" else light.shadow.edge_falloff
+    return 0.0 if light.shadow is None or light.projection == "cube" else light.shadow.edge_falloff
 
 
 def size_in_texels(light: Light, shadow_map: Map) -> tuple[float, float]:
     """By how many texels the edge of a shadow widens for each unit of nearness, see glsl/depth."""
     x, y = shadow_map.views[0].texel
     scale = abs(uniforms_of(shadow_map, 0.0)["u_base"][0])
-    return radius_of(light) / (scale * x), radius_of(light) / (scale * y)
+    return light.source_radius / (scale * x), light.source_radius / (scale * y)
 
 
 def map_defines(light: Light, shadow_map: Map) -> Mapping[str, int | str]:
@@ -234,7 +232,7 @@ def map_defines(light: Light, shadow_map: Map) -> Mapping[str, int | str]:
     bounded = shadow_map.views[0].inset > 0
     cascade = shadow_map.views[0].cascade
     by_depth = cascade is not None and cascade.by_depth
-    defines = mapped_defines(kind_of(light), settings.target, settings.bias, shadow_map.filter, reversed_depth, bounded)
+    defines = mapped_defines(light, settings.target, settings.bias, shadow_map.filter, reversed_depth, bounded)
     if falloff_of(light) > 0.0 and cascade is None:
         defines |= {"GLS_FALLOFF": 1, "GLS_BOUNDED": 1}
     channel = settings.channel

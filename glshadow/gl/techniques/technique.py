@@ -5,16 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.lights import Light
 from glshadow.core.spaces import Array
 from glshadow.derive.used import Used
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.frame_context import Work
-from glshadow.gl.passes.lighting import light_view
 from glshadow.gl.passes.receiver import Receiver
+from glshadow.lights import Light
 from glshadow.shader.slots import open_slots
 from glshadow.shadows.shadow import Settled
-from glshadow.shadows.view import kind_of
 
 
 class Source:
@@ -59,7 +57,7 @@ class Source:
 
 def open_receiver(work: Work, light: Light) -> Receiver:
     """A receiver that is lit."""
-    return Receiver(open_slots(kind_of(light)), *frame_of(light_view(light, (), work.scene.origin), work.scene.origin),
+    return Receiver(open_slots(light), *frame_of(light.frame((), work.scene.origin), work.scene.origin),
                     dialect=fetching_dialect(work.caps.texture_gather))  # fmt: skip
 
 

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.lights import Light, geometry_of
 from glshadow.core.spaces import Array
 from glshadow.derive.lists import HUGE_SHARE, MOST, RATIO, ListGrid, distance_bound
 from glshadow.errors import ResourceError
@@ -16,14 +15,14 @@ from glshadow.gl.frame_context import Work
 from glshadow.gl.passes.camera import Sight
 from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.scene.geometry import GpuScene
-from glshadow.shader.slots import exact_defines, exact_slots
-from glshadow.shadows.view import kind_of
+from glshadow.lights import Light
+from glshadow.shader.slots import exact_defines, exact_slots, projection_defines
 
 
 def made_for(scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> tuple[Hashable, ...]:
     """All that a light's candidates depend on."""
     faces = light.shadow.faces if light.shadow else None
-    return (scene.identity, geometry_of(light), casting.tobytes(), faces)
+    return (scene.identity, light.geometry, casting.tobytes(), faces)
 
 
 def casting_corners(scene: GpuScene, casting: NDArray[np.bool_]) -> Array:
@@ -41,8 +40,7 @@ def light_frame(grid: ListGrid, scene: GpuScene) -> tuple[Array, Array]:
 def cell_defines(grid: ListGrid, cells: int) -> dict[str, int | str]:
     """Of lib/cells.glsl, for a grid of so many fine cells along a side."""
     return {
-        "GLS_SUN": int(grid.kind == "directional"),
-        "GLS_POINT": int(grid.kind == "point"),
+        **projection_defines(grid.projection),
         "GLS_CELLS": cells,
         "GLS_RATIO": RATIO,
         "GLS_MOST": MOST,
@@ -110,10 +108,10 @@ def triangle_receiver(work: Work, light: Light, grid: ListGrid, masked: bool, te
     scene = work.scene
     axes, origin = light_frame(grid, scene)
     return Receiver(
-        exact_slots(kind_of(light)),
+        exact_slots(light),
         axes,
         -axes @ origin,
-        exact_defines(grid.kind, grid.cells, RATIO, masked, scene.world.huge),
+        exact_defines(grid.projection, grid.cells, RATIO, masked, scene.world.huge),
         "core400" if work.caps.version_code >= 400 else "core330",
         {
             "u_eye_l": tuple(eye_in_light(scene, work.sight, grid)),

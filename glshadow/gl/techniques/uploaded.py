@@ -9,7 +9,6 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.core.lights import Light
 from glshadow.derive.cells import CUT_OUT, CellLists, cell_lists
 from glshadow.derive.lists import LEAST_CELLS, ListGrid, list_grid
 from glshadow.derive.resolved import ignored_size
@@ -34,6 +33,7 @@ from glshadow.gl.techniques.triangles import (
     made_for,
     triangle_receiver,
 )
+from glshadow.lights import Light
 from glshadow.shadows.shadow import Settled
 
 _WHY = "triangle lists are built on the CPU: building them on the GPU needs OpenGL 4.3, {} has {:.1f}"

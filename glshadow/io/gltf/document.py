@@ -16,9 +16,12 @@ from urllib.parse import unquote
 from numpy.typing import NDArray
 
 from glshadow.errors import SceneError
+from glshadow.files import inside
 from glshadow.io.limits import Budget
 
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
+HEAD = 12  # bytes before the first chunk
+MOST_CHUNKS = 1000  # that are looked through; the binary one is the second
 SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
 
 DRACO = "KHR_draco_mesh_compression"  # with DracoPy; without, it is refused where it is met
@@ -59,7 +62,7 @@ class Document:
     notes : list of str
         What could not be honoured.
     buffers, arrays, files : dict
-        Bytes of buffers and values of accessors by their number, bytes of files by their path: read once.
+        Bytes of buffers and values of accessors by their number, bytes of files by their path and how many are asked for: read once.
     """
 
     json: dict[str, Any]
@@ -69,7 +72,7 @@ class Document:
     notes: list[str] = field(default_factory=list)
     buffers: dict[int, memoryview] = field(default_factory=dict)
     arrays: dict[int, NDArray[Any]] = field(default_factory=dict)
-    files: dict[Path, bytes] = field(default_factory=dict)
+    files: dict[tuple[Path, int | None], bytes] = field(default_factory=dict)
 
     def items(self, kind: str) -> list[Any]:
         """The top level array `kind`, empty if absent."""
@@ -90,7 +93,7 @@ class Document:
         buffer = self.item("buffers", index, user)
         if index not in self.buffers:
             length = count(buffer, "byteLength", f"buffers[{index}]", least=1)
-            data = self._buffer_bytes(buffer, index)
+            data = self._buffer_bytes(buffer, index, length)
             if len(data) < length:
                 raise SceneError(
                     f"buffers[{index}] declares {length} bytes, but only {len(data)} are there: the file is cut off "
@@ -99,9 +102,9 @@ class Document:
             self.buffers[index] = data[:length]
         return self.buffers[index]
 
-    def _buffer_bytes(self, buffer: dict[str, Any], index: int) -> memoryview:
+    def _buffer_bytes(self, buffer: dict[str, Any], index: int, length: int) -> memoryview:
         if "uri" in buffer:
-            return memoryview(self.resource(buffer["uri"], f"buffers[{index}]"))
+            return memoryview(self.resource(buffer["uri"], f"buffers[{index}]", length))
         if index == 0 and self.binary is not None:
             return self.binary
         for name in ("EXT_meshopt_compression", "KHR_meshopt_compression"):
@@ -125,7 +128,7 @@ class Document:
         Raises
         ------
         SceneError
-            If it is no relative path inside the model's folder, or there is no such file.
+            If it is no relative path inside the model's folder, if a link leads out of that, or if there is no such file.
         """
         if not isinstance(uri, str) or not uri:
             raise SceneError(f"{user}: an uri must be a text, got {uri!r}")
@@ -137,18 +140,20 @@ class Document:
                 "read"
             )
         path = self.folder / local
+        self.budget.files.add(path)
+        if not inside(path, self.folder):
+            raise SceneError(f"{user}: the file {name!r} is a link out of the model's folder, which is not followed")
         if not path.is_file():
             raise SceneError(f"{user}: the file {name!r} is missing; it belongs beside the model, in {self.folder}")
         return path
 
-    def resource(self, uri: Any, user: str) -> bytes:
-        """Bytes of a data: uri or of a file beside the model."""
+    def resource(self, uri: Any, user: str, most: int | None = None) -> bytes:
+        """Bytes of a data: uri or of a file beside the model, of a longer file the first `most`."""
         if not (isinstance(uri, str) and uri.startswith("data:")):
             path = self.path(uri, user)
-            if path not in self.files:
-                self.files[path] = path.read_bytes()
-                self.budget.read_bytes += len(self.files[path])
-            return self.files[path]
+            if (path, most) not in self.files:
+                self.files[path, most] = self.budget.read(path, user, most)
+            return self.files[path, most]
         head, comma, body = uri.partition(",")
         if not comma or not head.endswith(";base64"):
             raise SceneError(f"{user}: a data: uri must be base64, got {uri[:40]!r}")
@@ -194,9 +199,15 @@ def open_document(path: Path, budget: Budget) -> Document:
     SceneError
         If the container is cut off, it is not JSON, not glTF 2, or requires an extension that cannot be honoured.
     """
-    data = path.read_bytes()
-    budget.read_bytes += len(data)
-    text, binary = _chunks(data) if data[:4] == b"glTF" or path.suffix.lower() == ".glb" else (data, None)
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        head = file.read(HEAD)
+    binary = None
+    if head[:4] == b"glTF" or path.suffix.lower() == ".glb":
+        _check_head(head, size)
+        text, binary = _chunks(budget.read(path, "the file"))
+    else:
+        text = budget.read(path, "the file")
     try:
         parsed = json.loads(text.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
@@ -211,32 +222,43 @@ def open_document(path: Path, budget: Budget) -> Document:
     return document
 
 
-def _chunks(data: bytes) -> tuple[bytes, memoryview | None]:
-    """JSON text and binary chunk of a GLB container."""
-    if len(data) == 0:
+def _check_head(head: bytes, size: int) -> None:
+    """Refuse what is no GLB container before all of it is read."""
+    if size == 0:
         raise SceneError("the file is empty")
-    if len(data) < 20 or data[:4] != b"glTF":
+    if size < 20 or head[:4] != b"glTF":
         raise SceneError(
-            f"not a GLB file: it begins with {data[:4]!r} and has {len(data)} bytes; b'glTF' and at least 20 are needed"
+            f"not a GLB file: it begins with {head[:4]!r} and has {size} bytes; b'glTF' and at least 20 are needed"
         )
-    version, length = struct.unpack_from("<II", data, 4)
+    version, length = struct.unpack_from("<II", head, 4)
     if version != 2:
         raise SceneError(f"it is GLB version {version}; only version 2 is read, convert it first")
-    if length != len(data):
+    if length != size:
         raise SceneError(
-            f"broken GLB: its header declares {length} bytes, the file has {len(data)}; export or download it again"
+            f"broken GLB: its header declares {length} bytes, the file has {size}; export or download it again"
         )
-    chunks: list[tuple[int, memoryview]] = []
-    at = 12
-    while at + 8 <= length:
+
+
+def _chunks(data: bytes) -> tuple[bytes, memoryview | None]:
+    """JSON text and binary chunk of a GLB container: its first chunk, and the first of the binary kind."""
+    text, at = None, HEAD
+    for _ in range(MOST_CHUNKS):
+        if at + 8 > len(data):
+            break
         size, kind = struct.unpack_from("<II", data, at)
-        if at + 8 + size > length:
+        if at + 8 + size > len(data):
             raise SceneError(
-                f"broken GLB: a chunk of {size} bytes begins at byte {at + 8}, but the file ends at {length}; export "
+                f"broken GLB: a chunk of {size} bytes begins at byte {at + 8}, but the file ends at {len(data)}; export "
                 "or download it again"
             )
-        chunks.append((kind, memoryview(data)[at + 8 : at + 8 + size]))
+        chunk = memoryview(data)[at + 8 : at + 8 + size]
+        if text is None:
+            if kind != JSON_CHUNK:
+                break
+            text = bytes(chunk)
+        elif kind == BINARY_CHUNK:
+            return text, chunk
         at += 8 + size
-    if not chunks or chunks[0][0] != JSON_CHUNK:
+    if text is None:
         raise SceneError("broken GLB: its first chunk is not JSON")
-    return bytes(chunks[0][1]), next((chunk for kind, chunk in chunks[1:] if kind == BINARY_CHUNK), None)
+    return text, None

@@ -97,16 +97,25 @@ class Surfaces:
         budget.check_time(where)
         try:
             source = self._source(given, where)
+        except SceneError as error:
+            self._note(error)
+            return None
+        if isinstance(source, Path):
+            budget.announce(source, where)
+        try:
             header = image.header(source)
         except SceneError as error:
-            self.document.notes.append(f"{error}; drawn without this texture")
+            self._note(error)
             return None
         budget.take_image(header, where)
         try:
             return image.read(source)
         except SceneError as error:
-            self.document.notes.append(f"{error}; drawn without this texture")
+            self._note(error)
             return None
+
+    def _note(self, error: SceneError) -> None:
+        self.document.notes.append(f"{error}; drawn without this texture")
 
     def _source(self, given: dict[str, Any], where: str) -> bytes | Path:
         uri = given.get("uri")
@@ -114,9 +123,7 @@ class Surfaces:
             return bytes(self.document.view(given["bufferView"], where)[0])
         if isinstance(uri, str) and uri.startswith("data:"):
             return self.document.resource(uri, where)
-        path = self.document.path(uri, where)
-        self.document.budget.read_bytes += path.stat().st_size
-        return path
+        return self.document.path(uri, where)
 
 
 def _placement(info: dict[str, Any]) -> tuple[int, Array | None]:

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from glshadow.core.cameras import Camera, OrthographicCamera, PerspectiveCamera
-from glshadow.core.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.core.setting import as_float, shown
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
@@ -21,7 +20,9 @@ from glshadow.io.gltf.primitive import Form, Primitives, is_skinned, is_surface
 from glshadow.io.gltf.skin import joint_matrices
 from glshadow.io.imported import WIDEST_CONE, Imported, blended
 from glshadow.io.limits import Budget
-from glshadow.scene.mesh import Mesh, Node
+from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
+from glshadow.scene.mesh import Mesh
+from glshadow.scene.nodes import Node
 
 _PLACED_BYTES = 20  # that drawing takes for each placed triangle: a plane and the number of its node
 Named = tuple[str, int, dict[str, Any], Array]
@@ -60,7 +61,7 @@ def read_gltf(path: Path, budget: Budget) -> Imported:
             budget.take(_PLACED_BYTES * len(mesh.triangles) * len(places), f"node {name!r}")
             budget.limits.check("nodes", len(found.nodes) + len(places), f"node {name!r}")
             titles = [name] if len(places) == 1 else [f"{name}[{copy}]" for copy in range(len(places))]
-            found.nodes += [Node(title, mesh, place) for title, place in zip(titles, places, strict=True)]
+            found.nodes += [Node(mesh, place, title) for title, place in zip(titles, places, strict=True)]
     found.camera = _camera(document, named)
     found.lights = _lights(document, named) or None
     budget.limits.check("draws", len(found.nodes) * len(found.lights or ()), "the scene")

@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.errors import SceneError
+from glshadow.files import inside
 from glshadow.image import header, read
 from glshadow.io.limits import Budget
 
 MOST_NOTED = 20  # missing files named one by one; what is beyond is counted
+LONGEST = 4095  # characters of a path
 
 
 class Beside:
@@ -34,15 +36,15 @@ class Beside:
         self.budget = budget
         self._found: dict[str, Path | None] = {}
         self._pictures: dict[Path, NDArray[np.uint8] | None] = {}
-        self._listed: dict[Path, dict[str, str]] = {}
+        self._listed: dict[str, dict[str, str]] = {}
+        self._missing = 0
 
     def text(self, name: str) -> bytes | None:
         """Bytes of the file `name`; None if there is none."""
         path = self.path(name)
         if path is None:
             return None
-        self.budget.read_bytes += path.stat().st_size
-        return path.read_bytes()
+        return self.budget.read(path, f"the file {name!r}")
 
     def picture(self, name: str) -> NDArray[np.uint8] | None:
         """RGBA bytes (H, W, 4) of the image `name`; None if there is none, or it cannot be decoded."""
@@ -55,12 +57,12 @@ class Beside:
 
     def _decoded(self, path: Path, name: str) -> NDArray[np.uint8] | None:
         self.budget.check_time("its images")
+        self.budget.announce(path, f"the image {name!r}")
         try:
             stated = header(path)
         except SceneError as error:
             self._undecodable(name, error)
             return None
-        self.budget.read_bytes += path.stat().st_size
         self.budget.take_image(stated, f"the image {name!r}")
         try:
             return read(path)
@@ -80,49 +82,54 @@ class Beside:
 
     def has(self, name: str) -> bool:
         """Whether it is there; notes nothing."""
-        return self._resolved(name) is not None
+        return self._resolved(_local(name)) is not None
 
     def _look(self, name: str) -> Path | None:
         local = _local(name)
         if local.startswith(os.pardir):
             self._note(name, "is outside the model's folder")
             return None
-        path = self._resolved(name)
-        if path is None:
+        found = self._resolved(local)
+        if found is None:
             self._note(name, "is missing")
-        elif path.relative_to(self.folder).as_posix() != local:
-            self.notes.append(
-                f"the file {name!r} that it names is there as {path.relative_to(self.folder).as_posix()!r}: used"
-            )
+            return None
+        path = self.folder / found
+        self.budget.files |= {path, self.folder / local}
+        if not inside(path, self.folder):
+            self._note(name, "is a link out of the model's folder")
+            return None
+        if found != local:
+            self.notes.append(f"the file {name!r} that it names is there as {found!r}: used")
         return path
 
     def _note(self, name: str, reason: str) -> None:
-        missing = sum(path is None for path in self._found.values())
-        if missing < MOST_NOTED:
+        self._missing += 1
+        if self._missing <= MOST_NOTED:
             self.notes.append(f"the file {name!r} that it names {reason}: drawn without it")
-        elif missing == MOST_NOTED:
+        elif self._missing == MOST_NOTED + 1:
             self.notes.append("more files that it names are missing: drawn without them")
 
-    def _resolved(self, name: str) -> Path | None:
-        local = _local(name)
-        if not local or local.startswith(os.pardir) or "\0" in local:
+    def _resolved(self, local: str) -> str | None:
+        """A path in the folder as it is really spelled; None if no file is there."""
+        if not local or local.startswith(os.pardir) or "\0" in local or len(local) > LONGEST:
             return None
-        path = self.folder
+        found = ""
         for part in Path(local).parts:
-            step = path / part
-            if not os.path.lexists(step):
-                other = self._names(path).get(part.casefold())
-                if other is None:
+            if found in self._listed or not os.path.lexists(self.folder / found / part):
+                names = self._names(found)
+                if part not in names and part.casefold() not in names:
+                    self.budget.files.add(self.folder / local)  # missing: if it comes, the scene is another
                     return None
-                step = path / other
-            path = step
-        return path if path.is_file() else None
+                part = names.get(part) or names[part.casefold()]
+            found = f"{found}/{part}" if found else part
+        return found if (self.folder / found).is_file() else None
 
-    def _names(self, folder: Path) -> dict[str, str]:
-        """Names in a folder by what is left of them without case."""
+    def _names(self, folder: str) -> dict[str, str]:
+        """Names in a folder below the model's, by themselves and by what is left of them without case."""
         if folder not in self._listed:
-            names = sorted((entry.name for entry in folder.iterdir()), reverse=True) if folder.is_dir() else []
-            self._listed[folder] = {name.casefold(): name for name in names}
+            place = self.folder / folder
+            names = sorted((entry.name for entry in place.iterdir()), reverse=True) if place.is_dir() else []
+            self._listed[folder] = {name.casefold(): name for name in names} | {name: name for name in names}
         return self._listed[folder]
 
 

@@ -39,7 +39,9 @@ class Library:
 
     def add(self, statement: str) -> None:
         """Read what a line `mtllib` names: one file, whose name may have spaces, or several."""
-        names = [statement] if self.beside.has(statement) else statement.split()
+        if len(self.files) > MOST_LIBRARIES:
+            return
+        names = [statement] if self.beside.has(statement) else statement.split(None, MOST_LIBRARIES + 1)
         if not any(self.beside.has(name) for name in names):
             names = [statement]
         for name in names:

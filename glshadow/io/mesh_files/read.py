@@ -32,8 +32,7 @@ def read_mesh_file(path: Path, budget: Budget) -> Imported:
     SceneError
         If it is broken, declares more than it holds, or costs more than it may.
     """
-    data = path.read_bytes()
-    budget.read_bytes += len(data)
+    data = budget.read(path, "the file")
     notes: list[str] = []
     soup = READERS[path.suffix.lower()](data, Beside(path.parent, notes, budget), notes, budget)
     del data  # half a gigabyte, where there are ten million facets

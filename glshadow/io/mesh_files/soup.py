@@ -12,7 +12,8 @@ from glshadow.errors import SceneError
 from glshadow.io.imported import WHITE, tinted, usable_normals, used_only
 from glshadow.io.limits import Budget
 from glshadow.io.polygons import triangulated
-from glshadow.scene.mesh import Material, Mesh, Node
+from glshadow.scene.mesh import Material, Mesh
+from glshadow.scene.nodes import Node
 
 Indices = NDArray[np.int64]
 
@@ -112,7 +113,7 @@ def placed(soup: Soup, notes: list[str], budget: Budget) -> list[Node]:
         return []
     slots, polygon = _once(soup, slots, polygon, notes)
     soup = _merged(soup, polygon, notes)
-    return [Node(part.name, mesh, np.eye(4)) for part, mesh in _meshes(soup, slots, polygon, notes)]
+    return [Node(mesh, np.eye(4), part.name) for part, mesh in _meshes(soup, slots, polygon, notes)]
 
 
 def _once(soup: Soup, slots: Indices, polygon: Indices, notes: list[str]) -> tuple[Indices, Indices]:

@@ -4,24 +4,27 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from glshadow.core.cameras import Camera
-from glshadow.core.lights import DirectionalLight
 from glshadow.core.spaces import Array, project, rigid_inverse, transform, view_axes
-from glshadow.derive.fit_request import Asked, Fitted
 from glshadow.geometry.fitting import shaded_receivers
 from glshadow.geometry.ranges import view_depth
-from glshadow.shadows.fits import Cascades, Lispsm
-from glshadow.shadows.view import Cascade, ShadowView, shadow_views, sun_range
+from glshadow.shadows.fit_request import Asked, Fitted
+from glshadow.shadows.view import Cascade, ShadowView, shadow_views
+
+if TYPE_CHECKING:  # lights have shadows, which have fits, which call this
+    from glshadow.lights.distant import DistantLight
+    from glshadow.shadows.fits import Cascades, Lispsm
 
 
 def around(asked: Asked, receivers: list[Array]) -> Fitted:
     """Views around receivers, or around what casters can shade of them where that is little."""
     light, shaded = asked.light, None
-    if isinstance(light, DirectionalLight) and any(len(points) for points in receivers):
-        shaded = shaded_receivers(np.asarray(light.direction), receivers, asked.casters, *asked.boxes)
+    if light.at_infinity and any(len(points) for points in receivers):
+        shaded = shaded_receivers(light.rays_to(np.zeros(3)), receivers, asked.casters, *asked.boxes)
     receivers, inside = (receivers, True) if shaded is None else (shaded, False)
     found = shadow_views(
         light, receivers, asked.casters, asked.clip, asked.resolution, asked.guard, fine=asked.fine, all_inside=inside
@@ -38,8 +41,7 @@ LEAST_SHARE = 1e-6
 
 def cascades(asked: Asked, settings: Cascades) -> Fitted:
     """One view for each slice; none is left out, so that their tiles stay where they are."""
-    light = asked.light
-    assert isinstance(light, DirectionalLight)
+    light = cast("DistantLight", asked.light)  # `derive.resolved` fits no other light so
     if settings.stable:
         return Fitted(_snapped(asked, settings, light), asked.scene.reshape(-1, 3))
     if asked.blocks is None or not len(asked.blocks.nearest):  # not known yet: as many
@@ -52,7 +54,7 @@ def cascades(asked: Asked, settings: Cascades) -> Fitted:
     origin = 0.5 * (points.min(axis=0) + points.max(axis=0))
     axes = _along_view(light, asked.camera)
     shade = (asked.casters - origin) @ axes[:2].T
-    depth = sun_range(light, points, asked.casters, axes, origin)
+    depth = light.depth_range(points, asked.casters, axes, origin)
     least = LEAST_SHARE * max(float(np.ptp(points, axis=0).max()), 1e-300)
     found = []
     for number, inside in enumerate(slices):
@@ -79,7 +81,7 @@ def split(settings: Cascades, near: float, far: float, perspective: bool = True)
     return [near, *(float(each) for each in even[1:-1]), far]
 
 
-def _snapped(asked: Asked, settings: Cascades, light: DirectionalLight) -> tuple[ShadowView, ...]:
+def _snapped(asked: Asked, settings: Cascades, light: DistantLight) -> tuple[ShadowView, ...]:
     """Squares of a size that depends on the camera's lens alone, at whole texels of a lattice that depends on the scene alone."""
     camera, corners = asked.camera, asked.scene.reshape(-1, 3)
     origin = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
@@ -87,7 +89,7 @@ def _snapped(asked: Asked, settings: Cascades, light: DirectionalLight) -> tuple
     first = min(max(_power_of_two(asked.near, 0.0), STABLE_SHARE * last), 0.5 * last)
     ends = split(settings, first, last, camera.is_perspective)
     axes = view_axes(np.asarray(light.direction))
-    depth = sun_range(light, corners, asked.casters, axes, origin)
+    depth = light.depth_range(corners, asked.casters, axes, origin)
     left, right, bottom, top = camera.window(asked.size)
     window = np.array([(x, y) for x in (left, right) for y in (bottom, top)])
     found = []
@@ -189,7 +191,7 @@ def _widened(asked: Asked) -> float:
     return asked.resolution / room if room > 0 else 1.0
 
 
-def _along_view(light: DirectionalLight, camera: Camera) -> Array:
+def _along_view(light: DistantLight, camera: Camera) -> Array:
     """Axes of a sun, the second along the camera's view: slices of a frustum are narrow across it."""
     axes = view_axes(np.asarray(light.direction))
     forward = axes[:2] @ -camera.view_from_world[2, :3]
@@ -213,7 +215,7 @@ def _cascade(
     cascade = Cascade(ends[number], ends[number + 1], settings.blend, settings.by_depth, depth_of)
     left, bottom, right, top = map(float, (*(middle - half), *(middle + half)))
     return ShadowView(
-        "directional", 0, view, (left, right, bottom, top), *depth, asked.clip, asked.resolution,
+        "orthographic", 0, view, (left, right, bottom, top), *depth, asked.clip, asked.resolution,
         inset=_inset(asked), cascade=cascade,
     )  # fmt: skip
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from glshadow.core.lights import DirectionalLight, PointLight, SpotLight, cone, to_light
 from glshadow.errors import SettingsError
+from glshadow.lights import DirectionalLight, PointLight, SpotLight
 from glshadow.shadows.shadow import Shadow
 
 SPOT = {"position": (0.0, 4.0, 0.0)}
@@ -106,7 +106,7 @@ def test_edges_of_the_ranges_are_allowed() -> None:
 
 def test_towards_a_sun() -> None:
     points = np.random.default_rng(3).normal(size=(4, 5, 3))
-    towards, distance = to_light(DirectionalLight(direction=(0, -3, 4)), points)
+    towards, distance = DirectionalLight(direction=(0, -3, 4)).to_light(points)
     np.testing.assert_allclose(towards, np.broadcast_to([0.0, 0.6, -0.8], points.shape), rtol=1e-15)
     assert distance.shape == (4, 5)
     assert np.isposinf(distance).all()
@@ -114,7 +114,7 @@ def test_towards_a_sun() -> None:
 
 def test_towards_a_lamp() -> None:
     points = np.array([[0.0, 0.0, 0.0], [3.0, 4.0, 0.0], [0.0, 5.0, 0.0], [0.0, 4.0, 0.0]])
-    towards, distance = to_light(PointLight(position=(0, 4, 0)), points)
+    towards, distance = PointLight(position=(0, 4, 0)).to_light(points)
     np.testing.assert_allclose(towards, [[0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 0]], atol=1e-15)
     np.testing.assert_allclose(distance, [4, 3, 1, 0], rtol=1e-15)  # the light's own place divides by nothing
 
@@ -127,12 +127,12 @@ def at_angle(degrees: np.ndarray) -> np.ndarray:
 
 def test_cone_is_smooth_between_its_angles() -> None:
     light = SpotLight(**SPOT, inner_angle=20.0, outer_angle=30.0)
-    assert (cone(light, at_angle(np.array([0.0, 10.0, 19.999]))) == 1.0).all()
-    assert (cone(light, at_angle(np.array([30.001, 60.0, 90.0, 179.0]))) == 0.0).all()
+    assert (light.cone(at_angle(np.array([0.0, 10.0, 19.999]))) == 1.0).all()
+    assert (light.cone(at_angle(np.array([30.001, 60.0, 90.0, 179.0]))) == 0.0).all()
     inner, outer = np.cos(np.radians([20.0, 30.0]))
     half_way = np.degrees(np.arccos(0.5 * (inner + outer)))
-    np.testing.assert_allclose(cone(light, at_angle(np.array([half_way]))), 0.5, rtol=1e-12)
-    strength = cone(light, at_angle(np.linspace(20.0, 30.0, 400)))
+    np.testing.assert_allclose(light.cone(at_angle(np.array([half_way]))), 0.5, rtol=1e-12)
+    strength = light.cone(at_angle(np.linspace(20.0, 30.0, 400)))
     assert (np.diff(strength) <= 0.0).all()
     # smoothstep: flat at both ends, steepest (3/2 of the mean slope) in the middle, in the cosine.
     assert strength[0] - strength[1] < 1e-4
@@ -141,4 +141,4 @@ def test_cone_is_smooth_between_its_angles() -> None:
 
 def test_cone_with_equal_angles_is_a_step() -> None:
     light = SpotLight(**SPOT, inner_angle=25.0, outer_angle=25.0)
-    np.testing.assert_array_equal(cone(light, at_angle(np.array([0.0, 24.999, 25.001, 170.0]))), [1.0, 1.0, 0.0, 0.0])
+    np.testing.assert_array_equal(light.cone(at_angle(np.array([0.0, 24.999, 25.001, 170.0]))), [1.0, 1.0, 0.0, 0.0])

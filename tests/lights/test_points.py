@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.core.area import hard_lights, has_size, points_seen
 from glshadow.core.sample_patterns import ball, disc
 
 COUNTS = [16, 64, 256, 1024]
@@ -48,7 +47,7 @@ def test_a_ball_fills_the_disc_from_every_side(count: int) -> None:
 
 def test_a_suns_points_lie_within_its_angle() -> None:
     sun = gs.DirectionalLight(direction=(-1.0, -2.0, 0.5), angle=4.0, intensity=0.3)
-    points = hard_lights(sun, 64)
+    points = sun.hard_lights(64)
     aims = np.array([light.direction for light in points])
     cosine = aims @ np.asarray(sun.direction)
     assert np.degrees(np.arccos(cosine.min())) == pytest.approx(2.0, abs=0.05)
@@ -62,11 +61,11 @@ def test_a_suns_points_are_even_in_solid_angle(angle: float) -> None:
     """Rings about its middle: within t of it lies the share (1 - cos t) / (1 - cos a) of a cap of half its angle a."""
     sun = gs.DirectionalLight(direction=(-1.0, -2.0, 0.5), angle=angle)
     half, count = 0.5 * np.radians(angle), 256
-    aims = np.array([light.direction for light in hard_lights(sun, count)])
+    aims = np.array([light.direction for light in sun.hard_lights(count)])
     away = 2.0 * np.arcsin(0.5 * np.linalg.norm(aims - sun.direction, axis=1))
     share = np.sin(0.5 * away) ** 2 / np.sin(0.5 * half) ** 2
     np.testing.assert_allclose(np.sort(share), (np.arange(count) + 0.5) / count, rtol=1e-9)
-    seen = points_seen(sun, np.zeros((1, 3)), count)[0]
+    seen = sun.to_points(np.zeros((1, 3)), count)[0]
     np.testing.assert_allclose(seen / np.linalg.norm(seen, axis=1, keepdims=True), -aims, atol=1e-12)
 
 
@@ -75,7 +74,7 @@ def test_a_lamps_points_lie_within_its_radius() -> None:
         gs.PointLight(position=(1.0, 2.0, 3.0), radius=0.5),
         gs.SpotLight(position=(1.0, 2.0, 3.0), radius=0.5),
     ):
-        points = hard_lights(lamp, 64)
+        points = lamp.hard_lights(64)
         away = np.linalg.norm(np.array([light.position for light in points]) - lamp.position, axis=1)
         assert 0.4 < away.max() <= 0.5
         assert {light.radius for light in points} == {0.0}
@@ -84,6 +83,6 @@ def test_a_lamps_points_lie_within_its_radius() -> None:
 
 def test_a_light_without_size_is_itself() -> None:
     sun = gs.DirectionalLight()
-    assert hard_lights(sun, 64) == (sun,)
-    assert not has_size(sun)
-    assert has_size(gs.PointLight(position=(0, 1, 0), radius=1e-6))
+    assert sun.hard_lights(64) == (sun,)
+    assert not sun.has_size
+    assert gs.PointLight(position=(0, 1, 0), radius=1e-6).has_size

@@ -10,8 +10,8 @@ import numpy as np
 from glshadow.core.cameras import Camera
 from glshadow.core.spaces import Array, ClipSpace
 
-if TYPE_CHECKING:  # lights have shadows, which have fits, which know this
-    from glshadow.core.lights import Light
+if TYPE_CHECKING:
+    from glshadow.lights import Light
     from glshadow.shadows.view import ShadowView
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from glshadow.errors import GlshadowError
-from glshadow.study.journal import Journal
+from glshadow.journal import Journal
 
 
 class Full(io.FileIO):

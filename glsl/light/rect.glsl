@@ -1,6 +1,6 @@
-// Slot <light>: a panel, one side of which shines alike from everywhere and everywhere (Lambert). GLS_WIDE: what a surface receives does not
-// hang on one direction. The irradiance of the polygon that the receiver's horizon leaves of it: Lambert 1760. Twin:
-// glshadow.core.area.panel_factor
+// Slot <light>: a rectangle, one side of which shines alike from everywhere and everywhere (Lambert). GLS_WIDE: what a surface receives does
+// not depend on one direction. The irradiance of the polygon that the receiver's horizon leaves of it: Lambert 1760. Twin:
+// glshadow.lights.rect
 #define GLS_WIDE 1
 uniform mat3 u_panel; // half its width, half its height, the way it looks
 uniform vec2 u_reach; // 1 / range (0: no end)
@@ -9,6 +9,10 @@ vec4 light_arriving(vec3 position_lv) {
     float distance_lv = length(position_lv), window = distance_lv * u_reach.x;
     window = max(1.0 - window * window * window * window, 0.0);
     return vec4(-position_lv / max(distance_lv, 1e-30), window * window);
+}
+
+bool light_shines_on(vec3 position_lv) {
+    return dot(position_lv, u_panel[2]) > 0.0;
 }
 
 vec2 light_received(vec3 position_lv, vec3 normal) { // the share of the irradiance of a sky full of it; the share of it above the horizon
@@ -40,6 +44,5 @@ vec2 light_received(vec3 position_lv, vec3 normal) { // the share of the irradia
         sum += atan(size, dot(p, q)) / max(size, 1e-20) * dot(turn, normal);
         area += place[i].x * place[j].y - place[i].y * place[j].x;
     }
-    bool before = dot(position_lv, u_panel[2]) > 0.0;
-    return before ? vec2(abs(sum) / 6.283185307, abs(area) / 8.0) : vec2(0.0);
+    return light_shines_on(position_lv) ? vec2(abs(sum) / 6.283185307, abs(area) / 8.0) : vec2(0.0);
 }

@@ -1,0 +1,90 @@
+"""Outputs of a frame, as one table: what each holds, of which type, where there is no surface, and in an EXR file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from glshadow.core.setting import one_of, several, shown
+from glshadow.errors import SettingsError
+
+
+class Of(Enum):
+    """What of a pixel, or of the frame, an output describes."""
+
+    MEAN = "the mean over a pixel's samples"
+    CENTRE = "the pixel's centre"
+    FRAME = "the frame"
+
+
+@dataclass(frozen=True)
+class Output:
+    """One output.
+
+    Parameters
+    ----------
+    name : str
+    of : Of
+    dtype : numpy dtype, or None for what is no single array
+    shape : str
+    holds : str
+        One sentence.
+    nothing : str
+        What it holds where there is no surface.
+    channels : tuple of str
+        Its channels in an EXR file; `visibility` has one a light, numbered.
+    """
+
+    name: str
+    of: Of
+    dtype: Any
+    shape: str
+    holds: str
+    nothing: str
+    channels: tuple[str, ...] = ()
+
+
+OUTPUTS = (
+    Output("image", Of.MEAN, np.uint8, "(H, W, 3)", "sRGB; (H, W, 4) with straight alpha over a transparent background", "background"),
+    Output("visibility", Of.MEAN, np.float32, "(lights, H, W)", "share of the light that arrives: 1 lit, 0 occluded or facing away", "NaN",
+           ("visibility",)),
+    Output("linear", Of.MEAN, np.float32, "(H, W, 3)", "light before clamping; (H, W, 4) premultiplied over a transparent background",
+           "background, decoded", ("R", "G", "B", "A")),
+    Output("alpha", Of.MEAN, np.float32, "(H, W)", "share of the samples that see a surface; of a catcher, what its shadow takes", "0",
+           ("A",)),
+    Output("depth", Of.CENTRE, np.float32, "(H, W)", "distance along the camera's view direction", "infinity", ("Z",)),
+    Output("depth_metric", Of.CENTRE, np.float32, "(H, W)", "(s z + min_z) / (min_z + max_z) of the camera", "1", ("depth_metric",)),
+    Output("triangle", Of.CENTRE, np.int32, "(H, W)", "number of the triangle, over the scene's nodes in their order", "-1", ("triangle",)),
+    Output("node", Of.CENTRE, np.int32, "(H, W)", "number of the node in `scene.nodes`", "-1", ("node",)),
+    Output("normal", Of.CENTRE, np.float32, "(H, W, 3)", "unit normal of the triangle's visible side, world axes", "NaN",
+           ("N.X", "N.Y", "N.Z")),
+    Output("position", Of.CENTRE, np.float64, "(H, W, 3)", "world coordinates of the surface", "NaN", ("P.X", "P.Y", "P.Z")),
+    Output("shadow_maps", Of.FRAME, None, "per light (V, R, R)", "the shadow maps as they are stored", ""),
+    Output("timings", Of.FRAME, None, "mapping", "seconds of each pass", ""),
+)  # fmt: skip
+NAMES = tuple(each.name for each in OUTPUTS)
+CENTRES = tuple(each.name for each in OUTPUTS if each.of is Of.CENTRE)
+ALL = "all"
+
+
+def checked_outputs(outputs: Any) -> tuple[str, ...]:
+    """Names of outputs: one name, several, or "all".
+
+    Raises
+    ------
+    SettingsError
+        For a name that is not in the table, or none at all.
+    """
+    wanted = outputs
+    if isinstance(outputs, str):
+        wanted = NAMES if outputs == ALL else (outputs,)
+    try:
+        names: tuple[str, ...] = several(one_of(*NAMES), "outputs")("outputs", wanted)
+    except SettingsError:
+        names = ()
+    if not names:
+        raise SettingsError(f'outputs must be some of {", ".join(NAMES)}, or "{ALL}", got {shown(outputs)}')
+    return names

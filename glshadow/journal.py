@@ -1,0 +1,145 @@
+"""Results as they come, one JSON line each, and what each image file was drawn from: what an interruption leaves is kept, nothing else."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+from glshadow.errors import GlshadowError, SettingsError
+
+
+class Journal:
+    """The lines of one file, by key; `path` None keeps nothing.
+
+    A line that an interruption cut off is dropped before anything is appended.
+
+    Raises
+    ------
+    SettingsError
+        If the file holds something else, or is a folder, a device or a pipe.
+    GlshadowError
+        If it cannot be read.
+    """
+
+    def __init__(self, path: str | os.PathLike[str] | None) -> None:
+        self.path = None if path is None else Path(path)
+        self.records: dict[str, dict[str, Any]] = {}
+        if self.path is None or not self.path.exists():
+            return
+        if not self.path.is_file():
+            raise SettingsError(f"{self.path} is a folder, a device or a pipe, where a journal must be a file")
+        try:
+            data = self.path.read_bytes()
+            whole = data.rfind(b"\n") + 1
+            if whole < len(data):
+                with self.path.open("r+b") as file:
+                    file.truncate(whole)
+        except OSError as error:
+            raise GlshadowError(f"cannot read {self.path}: {error.strerror or error}") from error
+        for number, line in enumerate(data[:whole].splitlines(), start=1):
+            try:
+                self._merge(json.loads(line))
+            except (ValueError, TypeError, KeyError, RecursionError) as error:
+                raise SettingsError(
+                    f"{self.path}, line {number}, is no record of ours; give another file or delete it"
+                ) from error
+
+    def add(self, *records: dict[str, Any]) -> None:
+        """Append records with their "key", and wait until they are on the disk; later records add to earlier ones of their key.
+
+        Without any, the file is made, or found to be one that cannot be written.
+
+        Raises
+        ------
+        GlshadowError
+            If the file cannot take them whole: then it has none of them.
+        """
+        if self.path is not None:
+            lines = "".join(json.dumps(record, allow_nan=False, separators=(",", ":")) + "\n" for record in records)
+            try:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+                _append(self.path, lines.encode())
+            except OSError as error:
+                raise GlshadowError(f"cannot write {self.path}: {error.strerror or error}") from error
+        for record in records:
+            self._merge(record)
+
+    def _merge(self, record: dict[str, Any]) -> None:
+        self.records[record["key"]] = {**self.records.get(record["key"], {}), **record}
+
+
+def _append(path: Path, lines: bytes) -> None:
+    """All of it, or nothing."""
+    with path.open("ab", buffering=0) as file:
+        before = file.seek(0, os.SEEK_END)
+        try:
+            written = 0
+            while written < len(lines):  # a disk that is nearly full takes the beginning, and refuses the rest
+                written += file.write(lines[written:])
+            os.fsync(file.fileno())
+        except BaseException:
+            file.truncate(before)
+            raise
+
+
+class Kept:
+    """Which image files are there, and what each was last drawn from, by a journal.
+
+    Parameters
+    ----------
+    journal : Journal
+        Its keys are names of files, relative to the folder that the journal is in.
+    """
+
+    def __init__(self, journal: Journal) -> None:
+        assert journal.path is not None
+        self._journal, self._folder = journal, journal.path.parent
+
+    def stale(self, name: str, request: str) -> bool:
+        """Whether an image is there that was drawn for another request."""
+        record = self._journal.records.get(name, {})
+        return record.get("request", request) != request and (self._folder / name).is_file()
+
+    def has(self, name: str, request: str) -> bool:
+        """Whether an image is of this request, and still what was written."""
+        record = self._journal.records.get(name, {})
+        digest = record.get("sha256")
+        return record.get("request") == request and digest is not None and digest == digest_of_file(self._folder / name)
+
+    def add(self, request: str, images: Mapping[str, str | None]) -> None:
+        """Images that were written for a request: their names and digests."""
+        self._journal.add(*({"key": name, "request": request, "sha256": each} for name, each in images.items()))
+
+
+def digest_of_file(path: Path) -> str | None:
+    """SHA-256 of a file's bytes; None if it is no file that can be read."""
+    try:
+        if not path.is_file():
+            return None
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return None
+
+
+def digest_of(*facts: Any) -> str:
+    """Hash of what decides a result: settings field by field, arrays by their bytes, everything else by its repr."""
+    return hashlib.sha256(repr([_plain(each) for each in facts]).encode()).hexdigest()[:24]
+
+
+def _plain(value: Any) -> Any:
+    import numpy as np  # not at the top: the help of a command needs no numpy
+
+    if isinstance(value, np.ndarray):
+        data = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
+        return ("array", value.shape, str(value.dtype), data)
+    if is_dataclass(value) and not isinstance(value, type):
+        return (type(value).__name__, *(_plain(getattr(value, each.name)) for each in fields(value)))
+    if isinstance(value, tuple | list):
+        return [_plain(each) for each in value]
+    return value

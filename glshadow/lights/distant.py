@@ -1,0 +1,100 @@
+"""DistantLight: what lights at infinity have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
+
+import numpy as np
+
+from glshadow.core.setting import setting
+from glshadow.core.spaces import Array, Bools, Triple, direction, rigid_inverse, view_axes
+from glshadow.geometry.fitting import minimum_rectangle
+from glshadow.lights.light import Gizmo, Light
+from glshadow.shadows.view import Projection, ShadowView
+
+
+@dataclass(frozen=True, kw_only=True)
+class DistantLight(Light):
+    """Base of lights that shine along one direction, from no position."""
+
+    direction: Triple = setting(direction, help="the way the light travels")
+
+    projection: ClassVar[Projection] = "orthographic"
+    at_infinity: ClassVar[bool] = True
+
+    @property
+    def place(self) -> tuple[float, float, float, float]:
+        """The way to it, and 0."""
+        x, y, z = self.direction
+        return (-x, -y, -z, 0.0)
+
+    def rays_to(self, points: Array) -> Array:
+        """Its direction."""
+        return np.broadcast_to(np.asarray(self.direction), points.shape)
+
+    def to_light(self, points: Array) -> tuple[Array, Array]:
+        """Against its direction, and infinitely far."""
+        towards = np.broadcast_to(-np.asarray(self.direction), points.shape)
+        return towards, np.full(points.shape[:-1], np.inf)
+
+    def relative_to(self, origin: Array) -> Self:
+        """Itself: it has no position."""
+        return self
+
+    def turned(self, turn: Array, middle: Array) -> Self:
+        """Its direction turned."""
+        return replace(self, direction=tuple((turn @ np.asarray(self.direction)).tolist()))
+
+    def nudged(self, tilt: float, shift: float) -> Self:
+        """Its direction tilted."""
+        forward = np.asarray(self.direction)
+        across = np.cross(forward, np.eye(3)[np.abs(forward).argmin()])
+        return replace(self, direction=tuple((forward + tilt * across / np.linalg.norm(across)).tolist()))
+
+    @property
+    def disc_axes(self) -> Array:
+        """About its direction."""
+        return view_axes(np.asarray(self.direction))
+
+    @property
+    def axis(self) -> Triple:
+        """Its direction."""
+        return self.direction
+
+    def frame(self, views: Sequence[ShadowView], origin: Array) -> Array:
+        """That of its first view, else its axes about the origin."""
+        if views:
+            return views[0].view_from_world
+        return rigid_inverse(view_axes(np.asarray(self.direction)), np.asarray(origin))
+
+    def depth_range(
+        self, points: Array, casters: Array, axes: Array, origin: Array, size: float = 0.0
+    ) -> tuple[float, float]:
+        """Near and far of a view with axes (3, 3) about an origin (3,), for receivers (N, 3) and casters (K, 3), unless they are given.
+
+        Casters nearer than that are clamped to the near plane and still cast. One reach, that of the receivers' depths or `size`, in front
+        of the receivers keeps the slack of a receiver's compare depth from passing them.
+        """
+        depth = -((points - origin) @ axes[2])
+        first = -((casters - origin) @ axes[2]).max()
+        reach = max(float(np.ptp(depth)), size)
+        ahead = float(origin @ np.asarray(self.direction))  # given planes count from the world's origin
+        given = self.planes
+        near = max(float(first), float(depth.min()) - reach) if given[0] is None else given[0] - ahead
+        far = float(depth.max()) if given[1] is None else given[1] - ahead
+        pad = 1e-3 * (far - near) + 1e-6 * reach
+        return near - (pad if given[0] is None else 0.0), far + (pad if given[1] is None else 0.0)
+
+    def map_texel(self, points: Array, seen: Bools, resolution: int) -> float:
+        """The longer side of the rectangle of least area round what is seen, divided by the resolution."""
+        covered = points[seen]
+        if len(covered) == 0:
+            return 0.0
+        flat = (covered - covered.mean(axis=0)) @ view_axes(np.asarray(self.direction))[:2].T
+        return float(np.ptp(minimum_rectangle(flat)[1], axis=0).max()) / resolution
+
+    def gizmo(self, size: float, far: float) -> Gizmo:
+        """A disc with twelve rays."""
+        return Gizmo(np.zeros((0, 2, 3)), rays=12)

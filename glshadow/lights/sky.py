@@ -1,0 +1,104 @@
+"""SkyLight: the same light from all of the sky."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from glshadow.core.sample_patterns import GOLDEN_ANGLE, hemisphere
+from glshadow.core.setting import refuse, setting
+from glshadow.core.spaces import Array, ClipSpace, Triple, direction
+from glshadow.lights.directional import DirectionalLight
+from glshadow.lights.distant import DistantLight
+from glshadow.lights.light import Light
+from glshadow.shadows.filters import Filter, LightSamples
+from glshadow.shadows.view import ShadowView
+
+
+def _down(name: str, value: Any) -> Triple:
+    """The rule of a direction from a zenith down: the largest component is negative, whichever axis a scene has for up."""
+    kept: Triple = direction(name, value)  # type: ignore[assignment]  # of a vector of three
+    if not max(kept, key=abs) < 0.0:
+        raise refuse(name, "a direction from the zenith down, its largest component below 0, such as (0, -1, 0)", value)
+    return kept
+
+
+@dataclass(frozen=True, kw_only=True)
+class SkyLight(DistantLight):
+    """The same light from all of the sky, a dome over the horizon. What it shadows is ambient occlusion.
+
+    A white surface that looks to the zenith gets color * intensity, one that looks elsewhere (1 + cosine of its tilt) / 2 of that: the
+    share of the dome that lies before it, weighted by Lambert's law.
+
+    Parameters
+    ----------
+    direction : (3,) floats
+        From the zenith down.
+    color, intensity
+        As for DirectionalLight.
+    shadow : Shadow or None
+        A filter that compares with one map becomes `LightSamples(of=that filter)`: 64 maps, since the sky has no middle that one map could
+        be drawn from.
+
+    References
+    ----------
+    Liu, Jordan 1963, "The long-term average performance of flat-plate solar-energy collectors", Solar Energy 7: the isotropic sky.
+    """
+
+    direction: Triple = setting(_down, (0.0, -1.0, 0.0), help="from the zenith down")
+
+    spelling: ClassVar[str] = "sky"
+    usage: ClassVar[str] = "sky"
+    summary: ClassVar[str] = "from everywhere above"
+    snippet: ClassVar[str] = "light/sky.glsl"
+    most_views: ClassVar[int] = 0
+    wide: ClassVar[bool] = True
+    weighted: ClassVar[bool] = True
+    fixed: ClassVar[bool] = True
+
+    @property
+    def has_size(self) -> bool:
+        """It is the whole sky."""
+        return True
+
+    def irradiance(self, points: Array, normals: Array) -> Array:
+        """The share of the dome before the surface, weighted by Lambert's law."""
+        return np.asarray(0.5 - 0.5 * (normals @ np.asarray(self.direction)))
+
+    def hard_lights(self, count: int) -> tuple[Light, ...]:
+        """Directions of equal solid angle."""
+        aims = hemisphere(count) @ self.disc_axes
+        return tuple(DirectionalLight(direction=tuple((-aim).tolist()), shadow=self.shadow) for aim in aims)
+
+    def extremes(self) -> tuple[Light, ...]:
+        """Directions whose hull is the dome but for its rim: good for estimates, not for proofs."""
+        return self.hard_lights(64)
+
+    def to_points(self, receivers: Array, count: int) -> Array:
+        """Directions, the same for every receiver."""
+        return np.broadcast_to(hemisphere(count) @ self.disc_axes, (len(receivers), count, 3))
+
+    def aims(self, points: Array, samples: int, generator: np.random.Generator) -> Iterator[tuple[Array, Array]]:
+        """Rings of equal solid angle, a golden angle apart; the place within a ring is random."""
+        turn = generator.uniform(0.0, 2.0 * np.pi, len(points))
+        far = np.full(len(points), np.inf)
+        for ring in range(samples):
+            height = (ring + generator.uniform(size=len(points))) / samples
+            across, angle = np.sqrt(1.0 - height**2), turn + ring * GOLDEN_ANGLE
+            yield (
+                np.stack([across * np.cos(angle), across * np.sin(angle), height], axis=-1) @ self.disc_axes,
+                far,
+            )
+
+    def filter_for(self, asked: Filter) -> Filter:
+        """The mean over points of the sky of a filter that compares with one map."""
+        return asked if asked.points_of_light else LightSamples(of=asked)
+
+    def views(
+        self, bodies: list[Array], casters: Array, clip: ClipSpace, resolution: int, guard: int, fine: bool
+    ) -> tuple[ShadowView, ...]:
+        """None."""
+        return ()

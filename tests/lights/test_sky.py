@@ -1,0 +1,79 @@
+"""The sky: what it refuses, and what a filter of one map means to it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import glshadow as gs
+from glshadow.ui.showing import Showing
+
+SIZE = (96, 54)
+
+
+@pytest.fixture(scope="module")
+def renderer() -> Iterator[gs.Renderer]:
+    with gs.Renderer() as renderer:
+        yield renderer
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"near": 1.0}, r"SkyLight has no near, got near=1\.0; it takes color, intensity, shadow, direction"),
+        ({"far": 9.0}, "SkyLight has no far"),
+        ({"angle": 3.0}, "SkyLight has no angle"),
+        ({"cookie": None}, "SkyLight has no cookie"),
+        ({"position": (0, 1, 0)}, "SkyLight has no position"),
+        ({"direction": (1, 0, 0)}, r"direction must be a direction from the zenith down, .* got \(1, 0, 0\)"),
+        ({"direction": (0, 1, 0)}, "from the zenith down"),
+        ({"direction": (0, 0, 0)}, "zero vector"),
+        ({"intensity": -1.0}, "intensity must be"),
+    ],
+)
+def test_what_it_has_not_is_refused(given: dict[str, object], words: str) -> None:
+    with pytest.raises(gs.SettingsError, match=words):
+        gs.SkyLight(**given)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("filter", [gs.Hard(), gs.Pcf(1), gs.Vsm(), gs.Pcss()], ids=str)
+def test_a_filter_of_one_map_means_many_maps(renderer: gs.Renderer, filter: gs.Filter) -> None:
+    scene = gs.scenes.courtyard()
+    given, meant = (
+        renderer.render(scene, None, [gs.SkyLight(shadow=gs.Shadow(filter=each, resolution=256))], SIZE, samples=1)
+        for each in (filter, gs.LightSamples(64, of=filter))
+    )
+    np.testing.assert_array_equal(given.visibility, meant.visibility)
+    assert given.used[0].filter == gs.LightSamples(64, of=filter)
+    assert "SkyLight has no single map" in given.used[0].why
+    assert "SkyLight" not in meant.used[0].why
+
+
+def test_its_maps_show_the_shadow_that_triangles_give(renderer: gs.Renderer) -> None:
+    """Not the hard shadow of a sun in the zenith."""
+    scene, sky = gs.scenes.courtyard(), gs.SkyLight()
+    exact = renderer.render(scene, None, [sky], SIZE, samples=1)
+    mapped = renderer.render(scene, None, [replace(sky, shadow=gs.Shadow(filter=gs.Pcf(1)))], SIZE, samples=1)
+    difference = mapped.visibility[0] - exact.visibility[0]
+    assert abs(float(np.nanmean(difference))) < 0.005  # .08 off when it was a sun's
+    assert float(np.nanmean(np.abs(difference))) < 0.02
+
+
+def test_a_number_of_points_is_kept(renderer: gs.Renderer) -> None:
+    settings = gs.Shadow(filter=gs.LightSamples(16), resolution=256)
+    frame = renderer.render(gs.scenes.courtyard(), None, [gs.SkyLight(shadow=settings)], SIZE, samples=1)
+    assert frame.used[0].filter == gs.LightSamples(16)
+
+
+def test_it_has_no_place_in_a_pack() -> None:
+    with pytest.raises(gs.SettingsError, match="suns and spots"):
+        gs.PackedShadow([gs.SkyLight()])
+
+
+def test_a_hand_does_not_move_it() -> None:
+    shown = Showing.of(gs.scenes.courtyard(), None, [gs.SkyLight()])
+    assert shown.lit_from(20.0, -30.0).lights == shown.lights
+    assert shown.sized(3.0).lights == shown.lights
