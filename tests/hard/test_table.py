@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import glshadow as gs
+from glshadow.lights import LIGHTS
 from glshadow.shadows.filters import FILTERS
 from glshadow.shadows.fits import FITS
 
@@ -44,9 +45,6 @@ def test_listed_techniques_pictures_and_files_exist() -> None:
             assert (CHECKOUT / file).exists(), file
         elif file.startswith("test_"):
             assert (Path(__file__).parent / file).exists(), file
-
-
-LIGHTS = [kind for name in gs.__all__ if name.endswith("Light") and isinstance(kind := getattr(gs, name), type)]
 
 
 @pytest.mark.parametrize("kind", [*FILTERS, *FITS, *LIGHTS], ids=lambda kind: kind.__name__)
