@@ -18,6 +18,7 @@ from glshadow.scene import shapes
 from glshadow.scene.mesh import Mesh, Node, Scene
 
 from ..robustness.gl_objects import counted
+from .compare import shone
 from .test_casters import CAMERA, LIGHTS, ground, leaf, leaves
 
 SIZE = (96, 64)
@@ -313,8 +314,8 @@ def test_triangles_beyond_a_buffer_are_a_named_error(scene: Scene) -> None:
 def test_nothing_casts(renderer: Renderer, scene: Scene, name: str) -> None:
     """No caster, no grid to fit: all that faces the light is lit."""
     quiet = replace(scene, nodes=tuple(replace(node, casts=False) for node in scene.nodes))
-    frame = renderer.render(quiet, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility", "triangle"))
-    floor = (frame.triangle >= 0) & (frame.triangle < 2)
+    frame = renderer.render(quiet, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility", "triangle", "position"))
+    floor = (frame.triangle >= 0) & (frame.triangle < 2) & shone(frame)
     assert floor.any()
     assert (frame.visibility[0][floor] == 1.0).all()
 
