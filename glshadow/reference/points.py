@@ -11,7 +11,7 @@ from glshadow.reference.truth import Truth
 
 
 def count_points(truth: Truth, light: Light, count: int) -> Array:
-    """The counts (H, W) of points that are seen and above the receiver's horizon, 0 where the light does not shine; NaN where there is no surface.
+    """The counts (H, W) of points that are seen and above the receiver's horizon, where the light shines; NaN where there is no surface.
 
     Parameters
     ----------
