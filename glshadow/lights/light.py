@@ -11,7 +11,7 @@ import numpy as np
 
 from glshadow.core.cookie import Cookie
 from glshadow.core.filters import Filter
-from glshadow.core.setting import Settings, instance, number, optional, setting, vector
+from glshadow.core.setting import Settings, instance, number, optional, setting, shown, vector
 from glshadow.core.shadow import Shadow
 from glshadow.core.spaces import Array, Bools, ClipSpace, Triple, view_axes
 from glshadow.core.view import Projection, ShadowView
@@ -117,7 +117,7 @@ class Light(Settings, ABC):
         known = [each.name for each in fields(cls)]
         if unknown := [name for name in given if name not in known]:
             raise SettingsError(
-                f"{cls.__name__} has no {' and no '.join(unknown)}, got {unknown[0]}={given[unknown[0]]!r}; it takes {', '.join(known)}"
+                f"{cls.__name__} has no {' and no '.join(f'{name}={shown(given[name])}' for name in unknown)}; it takes {', '.join(known)}"
             )
         return super().__new__(cls)
 
