@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -42,6 +43,14 @@ class Gizmo:
     width: float = 2.0
     opacity: float = 1.0
     rays: int = 0
+
+
+class _Signature:
+    """The signature of a light's settings for `help` and editors, which would show that of `__new__`."""
+
+    def __get__(self, light: object, kind: type) -> inspect.Signature:
+        whole = inspect.signature(kind.__init__)  # type: ignore[misc]
+        return whole.replace(parameters=list(whole.parameters.values())[1:])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,6 +121,8 @@ class Light(Settings, ABC):
     fixed: ClassVar[bool] = False
     beside_geometry: ClassVar[frozenset[str]] = frozenset({"color", "intensity", "shadow"})
     penumbra: ClassVar[Mapping[str, int] | None] = None
+
+    __signature__ = _Signature()
 
     def __new__(cls, *_: Any, **given: Any) -> Self:
         known = [each.name for each in fields(cls)]
