@@ -86,18 +86,18 @@ def test_what_is_refused() -> None:
             (512 | 4, "FLIP_WIREFRAME, RenderFlags.FACE_NORMALS"),
         ):
             with pytest.raises(gs.SettingsError, match=said):
-                renderer.render(Fake(), flags, samples=1)
+                renderer.render(Fake(), flags)
         for odd in (-1, 2**15, "none", None, True, 1.0):
             with pytest.raises(gs.SettingsError, match="flags must be"):
-                renderer.render(Fake(), odd, samples=1)  # type: ignore[arg-type]
+                renderer.render(Fake(), odd)  # type: ignore[arg-type]
         with pytest.raises(gs.SceneError, match="no main camera"):
-            renderer.render(Fake(), samples=1)
+            renderer.render(Fake())
         with pytest.raises(gs.SceneError, match=r"pyrender\.Scene is needed"):
-            renderer.render(gs.scenes.courtyard(), samples=1)
+            renderer.render(gs.scenes.courtyard())
         placed = Fake()
         placed.main_camera_node = Node()
         with pytest.raises(gs.SettingsError, match="SEG needs seg_node_map"):
-            renderer.render(placed, 8192, samples=1)
+            renderer.render(placed, 8192)
     for wrong in (
         {"viewport_width": 0},
         {"viewport_height": "a"},
