@@ -1,4 +1,4 @@
-"""An object on the move: the mesh stays on the GPU, only its matrix changes. Look at: the sphere's shadow follows it over the steps."""
+"""A moving object: the mesh stays on the GPU, only its matrix changes. Look at: the sphere's shadow follows it over the steps."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""How wrong is a picture? Needs the extra `reference`. Look at: yellow on shadow edges, the price of resolution; no red or blue."""
+"""The error of an image. Needs the extra `reference`. Look at: yellow on shadow edges, the cost of a finite resolution; no red or blue."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import glshadow as gs
 from glshadow import image
 
 scene = gs.scenes.courtyard()
-truth = gs.trace(scene)  # once: it knows nothing of maps
+truth = gs.trace(scene)  # once: it does not depend on maps
 with gs.Renderer() as renderer:
     for resolution in (512, 1024, 2048, 4096):
         sun = replace(scene.lights[0], shadow=gs.Shadow(resolution=resolution))

@@ -1,4 +1,4 @@
-"""A wide soft edge. Look at: the roof's edge in bands of 16 taps, noise in their place where these are turned, a smooth ramp of 64."""
+"""A wide soft edge. Look at: the roof's edge in bands with 16 taps, noise where these are rotated, a smooth ramp with 64."""
 
 import numpy as np
 

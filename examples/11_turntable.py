@@ -1,4 +1,4 @@
-"""One scene from all round, its triangle lists made once. Look at: shadows that stay where they are while the camera moves."""
+"""A turn around a scene; its triangle lists are built once. Look at: shadows that do not move while the camera does."""
 
 import numpy as np
 

@@ -1,7 +1,7 @@
-"""A light that has a size. Look at: sharp where the caster touches the ground, wider the farther it is away, and no grain anywhere.
+"""An area light. Look at: shadows that are sharp at contacts and wider with the distance to the caster, and no noise.
 
-Above a point at infinity, a sun of 4 degrees by percentage closer soft shadows, and by 64 points asked of the triangles; below its truth,
-144 rays a pixel, and 10 times the error of the two.
+Above: a directional light without size, one of 4 degrees by percentage closer soft shadows, and by shadow rays to 64 samples of the light.
+Below: the reference, 144 rays a pixel, and 10 times the error of the two.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""p5.tree's first exercise: the smallest depth bias without acne, by bisection. Look at: the numbers, another for each landscape.
+"""p5.tree's first exercise: the smallest depth bias without acne, by bisection. Look at: the numbers, which differ between landscapes.
 
 The error is measured against rays. What one landscape needs is too little for the next, or too much; the derived bias has nothing to find.
 """

@@ -1,4 +1,4 @@
-"""Shadows in a plain moderngl program of your own. Look at: the lines between "shadow" comments; all else was there before.
+"""Shadows in a plain moderngl program of your own. Look at: the lines between "shadow" comments; everything else is the program's own.
 
 A foreign program with its own buffers, shaders and matrices: ours draws the map through its callback and hands out GLSL.
 """

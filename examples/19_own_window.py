@@ -1,4 +1,4 @@
-"""Shadows in a moderngl-window program. Look at: the shadow of the lamp that goes round; without a screen one frame is drawn and saved.
+"""Shadows in a moderngl-window program. Look at: the shadow of the moving spot light; without a screen one frame is drawn and saved.
 
 Needs `pip install moderngl-window`.
 """

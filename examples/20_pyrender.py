@@ -1,4 +1,4 @@
-"""One changed line in a pyrender program. Look at: the lamp's shadow of the ring, soft where it falls far, which pyrender does not draw.
+"""One changed line in a pyrender program. Look at: the ring's soft shadow under a point light, which pyrender does not draw.
 
 Needs `pip install 'glshadow[pyrender]'`: for the scene, which is pyrender's.
 """

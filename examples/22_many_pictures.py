@@ -1,4 +1,4 @@
-"""Many pictures from a file of jobs. Look at: the pictures of a day, made by two processes; run it again, and nothing is made twice."""
+"""Many images from a file of jobs. Look at: the images of a day, drawn by two processes; a second run draws none again."""
 
 import json
 from pathlib import Path

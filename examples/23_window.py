@@ -1,4 +1,4 @@
-"""A window on a scene of one's own. Look at: press h for the keys; e paints what is wrong, a moves the light, d shows its map."""
+"""A window that shows a scene. Look at: press h for the keys; e shows the errors, a moves the light, d shows its map."""
 
 import trimesh
 

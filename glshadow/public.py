@@ -8,9 +8,9 @@ MODULES = {
     "glshadow": "scenes, lights, cameras, settings; render, trace, measure",
     "glshadow.scenes": "the built-in scenes, as glshadow.scenes",
     "glshadow.study": "speed against error over a grid of settings, and the cheapest for a budget",
-    "glshadow.batch": "many pictures from a file of jobs, in processes or on a cluster",
-    "glshadow.overlay": "maps, lights, axes and a grid drawn on top of a picture",
-    "glshadow.image": "pictures read from files and written to them",
+    "glshadow.batch": "many images from a file of jobs, in processes or on a cluster",
+    "glshadow.overlay": "maps, lights, axes and a grid drawn on top of an image",
+    "glshadow.image": "images read from files and written to them",
     "glshadow.gl.foreign.shaders": "a light's shadow in moderngl programs of others, as glshadow.shaders",
 }
 """Module -> what it is for."""

@@ -8,7 +8,7 @@ import runpy
 import shutil
 import tempfile
 import warnings
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import click
@@ -18,15 +18,39 @@ from numpy.typing import NDArray
 import glshadow as gs
 from glshadow import image
 from glshadow.triptych import GAP, triptych
+from scripts.pages.markdown import table
 
 ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "examples" / "pictures"
+SAMPLES = 16
+PCSS, POINTS, RAYS, SOFT_ANGLE = "Pcss(32, 64)", 64, 1024, 4
+
+
+@dataclass(frozen=True)
+class Model:
+    """A model of the sheet: its file, the axis that is up in it, what it shows, who made it, its licence."""
+
+    file: str
+    up: str
+    shows: str
+    maker: str
+    licence: str
+
+
 TWELVE = (
-    ("athlete_robot.stl", "z"), ("bicycle.glb", "y"), ("brain_cortex.ply", "z"), ("cesium_man.glb", "y"),
-    ("chess_board.glb", "y"), ("demosthenes_bust.obj", "y"), ("dungeon_instances.glb", "y"),
-    ("flight_helmet/flight_helmet.gltf", "y"), ("house_scene.glb", "y"), ("japanese_bridge_garden.glb", "y"),
-    ("milk_truck.glb", "y"), ("terrain_jacksboro.ply", "z"),
-)  # fmt: skip
+    Model("athlete_robot.stl", "z", "ATHLETE rover", "Caltech/JPL", "Apache-2.0"),
+    Model("bicycle.glb", "y", "bicycle", "hugodutra", "CC0"),
+    Model("brain_cortex.ply", "z", "cortex", "pycortex", "BSD-2-Clause"),
+    Model("cesium_man.glb", "y", "Cesium Man", "Cesium", "CC-BY 4.0"),
+    Model("chess_board.glb", "y", "chess board", "Idmental", "CC-BY 4.0"),
+    Model("demosthenes_bust.obj", "y", "Demosthenes", "ryanfb", "CC-BY 4.0"),
+    Model("dungeon_instances.glb", "y", "dungeon", "Kay Lousberg", "CC0"),
+    Model("flight_helmet/flight_helmet.gltf", "y", "Flight Helmet", "Microsoft", "CC0"),
+    Model("house_scene.glb", "y", "house", "Sketchfab via PlayCanvas", "CC-BY 4.0"),
+    Model("japanese_bridge_garden.glb", "y", "bridge garden", "kristenlee", "CC-BY 4.0"),
+    Model("milk_truck.glb", "y", "Milk Truck", "Cesium", "CC-BY 4.0"),
+    Model("terrain_jacksboro.ply", "z", "Jacksboro fault", "USGS/NASA", "public domain"),
+)
 MODELS = Path(os.environ.get("GLSHADOW_MODELS", ROOT.parent / "shared" / "models"))
 
 
@@ -46,13 +70,49 @@ def courtyard() -> NDArray[np.uint8]:
 
 
 def sheet() -> NDArray[np.uint8]:
-    """Twelve models with nothing set but the ground, four in a row."""
-    pictures = []
+    """Twelve models with nothing set but the ground and, for some, the axis that is up; four in a row."""
+    images = []
     with gs.Renderer() as renderer:
-        for name, up in TWELVE:
-            scene = gs.load(MODELS / name, ground=True, up_axis=up)
-            pictures.append(renderer.render(scene, size=(320, 240), samples=16, outputs=("image",)).image)
-    return np.vstack([np.hstack(pictures[k : k + 4]) for k in range(0, len(pictures), 4)])
+        for model in TWELVE:
+            scene = gs.load(MODELS / model.file, ground=True, up_axis=model.up)
+            images.append(renderer.render(scene, size=(320, 240), samples=SAMPLES, outputs=("image",)).image)
+    return np.vstack([np.hstack(images[k : k + 4]) for k in range(0, len(images), 4)])
+
+
+def soft() -> NDArray[np.uint8]:
+    """What examples/12_soft.py draws, against more rays."""
+    source = (ROOT / "examples" / "12_soft.py").read_text(encoding="utf-8")
+    changed = source.replace("light_samples=144", f"light_samples={RAYS}").replace("(300, 200)", "(360, 240)")
+    if (
+        f"light_samples={RAYS}" not in changed
+        or "(360, 240)" not in changed
+        or PCSS.replace("Pcss", "gs.Pcss") not in source
+    ):
+        raise ValueError("examples/12_soft.py has changed: so must this function and the captions")
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        exec(compile(changed, "12_soft.py", "exec"), {})
+        return image.read("12_soft.png")[..., :3]
+
+
+def captions() -> dict[str, str]:
+    """What was run for each image, as the README, docs/soft.md and docs/credits.md say it."""
+    turned = ", ".join(model.shows for model in TWELVE if model.up != "y")
+    soft = f"""\
+a directional light without size, and one of {SOFT_ANGLE} degrees by `{PCSS}` and by `Exact()` with {POINTS} samples of the light.
+Below: the reference, {RAYS:,d} rays a pixel, and ten times the errors of the two. `examples/12_soft.py` draws it with 144 rays.*"""
+    return {
+        "caption courtyard": """\
+*Reference by ray tracing | glshadow, one 2048 map with `Pcf(1)` | error: grey agrees, yellow is an edge off by a texel,
+red would be acne, blue a leak, green is not valid.*""",
+        "caption twelve": f"""\
+*`gs.load(model, ground=True)`, {SAMPLES} samples, all else derived; with `up_axis="z"` for {turned}.
+[Models and their makers](docs/credits.md).*""",
+        "caption soft": f"*Above: the courtyard under {soft}",
+        "credits": table(
+            ("model", "made by", "licence", "`up_axis`"),
+            [(each.shows, each.maker, each.licence, f"`{each.up}`") for each in TWELVE],
+        ),
+    }
 
 
 def main() -> None:
@@ -60,6 +120,7 @@ def main() -> None:
     OUT.mkdir(parents=True, exist_ok=True)
     image.write(OUT / "truth_ours_error.png", courtyard())
     image.write(OUT / "twelve.jpg", sheet())
+    image.write(OUT / "soft.jpg", soft())
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         runpy.run_path(str(ROOT / "examples" / "09_exact.py"))
         shutil.copy("09_exact.png", OUT / "exact.png")
@@ -69,7 +130,7 @@ def main() -> None:
         if target is not None:  # closer than the default, which leaves room for every shape of picture
             position = np.asarray(camera.target) + 0.72 * (np.asarray(camera.position) - np.asarray(camera.target))
             camera = gs.PerspectiveCamera(tuple(position), camera.target)
-        gs.render(scene, camera, size=(640, 480), samples=16, path=OUT / f"{Path(name).stem}.png")
+        gs.render(scene, camera, size=(640, 480), samples=SAMPLES, path=OUT / f"{Path(name).stem}.png")
 
 
 if __name__ == "__main__":

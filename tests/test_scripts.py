@@ -148,7 +148,7 @@ def test_without_arguments_everything_is_checked_first(sandbox: Sandbox, argumen
     ran = [call.split()[1] for call in calls[3:]]
     assert ran[0] == "ruff"
     assert ran[-1] == "pytest"
-    assert {"ruff", "mypy", "codespell_lib", "--check", "scripts.shaders.validate"} <= set(ran)
+    assert {"ruff", "mypy", "codespell_lib", "scripts.words", "--check", "scripts.shaders.validate"} <= set(ran)
     assert calls[-1] == f"-m pytest -n 2 --dist loadscope --no-loadscope-reorder{chosen}"
 
 

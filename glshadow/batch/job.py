@@ -235,7 +235,7 @@ def _made(kinds: Mapping[str, Callable[..., Any]], usual: str) -> Callable[[str,
             raise SettingsError(f"{name}: cookies are not part of a batch")
         try:
             return kinds[kind](**rest)
-        except TypeError as error:
+        except (TypeError, SettingsError) as error:
             raise SettingsError(f"{name}: {str(error).replace('__init__() ', '')}") from None
 
     return rule

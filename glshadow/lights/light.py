@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -9,7 +10,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from glshadow.core.setting import Settings, instance, number, optional, setting, vector
+from glshadow.core.setting import Settings, instance, number, optional, setting, shown, vector
 from glshadow.core.spaces import Array, Bools, ClipSpace, Triple, view_axes
 from glshadow.errors import SettingsError
 from glshadow.shadows.cookie import Cookie
@@ -42,6 +43,14 @@ class Gizmo:
     width: float = 2.0
     opacity: float = 1.0
     rays: int = 0
+
+
+class _Signature:
+    """The signature of a light's settings for `help` and editors, which would show that of `__new__`."""
+
+    def __get__(self, light: object, kind: type) -> inspect.Signature:
+        whole = inspect.signature(kind.__init__)  # type: ignore[misc]
+        return whole.replace(parameters=list(whole.parameters.values())[1:])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,11 +122,13 @@ class Light(Settings, ABC):
     beside_geometry: ClassVar[frozenset[str]] = frozenset({"color", "intensity", "shadow"})
     penumbra: ClassVar[Mapping[str, int] | None] = None
 
+    __signature__ = _Signature()
+
     def __new__(cls, *_: Any, **given: Any) -> Self:
         known = [each.name for each in fields(cls)]
         if unknown := [name for name in given if name not in known]:
             raise SettingsError(
-                f"{cls.__name__} has no {' and no '.join(unknown)}, got {unknown[0]}={given[unknown[0]]!r}; it takes {', '.join(known)}"
+                f"{cls.__name__} has no {' and no '.join(f'{name}={shown(given[name])}' for name in unknown)}; it takes {', '.join(known)}"
             )
         return super().__new__(cls)
 

@@ -11,7 +11,7 @@ from glshadow.reference.truth import Truth
 
 
 def count_points(truth: Truth, light: Light, count: int) -> Array:
-    """The counts (H, W) of points that are seen and above the receiver's horizon; NaN where there is no surface.
+    """The counts (H, W) of points that are seen and above the receiver's horizon, where the light shines; NaN where there is no surface.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def count_points(truth: Truth, light: Light, count: int) -> Array:
     places = receivers.points + rays.origin
     asked = rays.receives[own]
     aims = light.to_points(places, count)
-    seen = np.zeros(len(own))
+    seen, shone = np.zeros(len(own)), light.shines_on(places)
     for k in range(count):
         length = np.linalg.norm(aims[:, k], axis=1)
         aim = aims[:, k] / length[:, None]
@@ -39,5 +39,5 @@ def count_points(truth: Truth, light: Light, count: int) -> Array:
         open_to[rows] = ~receivers.blocked(rays, aim[rows], far[rows], rows)
         seen += open_to
     counts = np.full(known.shape, np.nan)
-    counts[known] = seen
+    counts[known] = seen * shone  # of a cone, the border is that of the middle
     return counts

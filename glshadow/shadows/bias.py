@@ -103,7 +103,7 @@ class Bias(Spelled):
 
 @dataclass(frozen=True)
 class ReceiverPlaneBias(Bias):
-    """Derived, no knob: compare depth follows the receiver's own plane from tap to tap, minus the slack of one tap.
+    """Derived, without a parameter: compare depth follows the receiver's own plane from tap to tap, minus the slack of one tap.
 
     The slack is what the plane rises over the part of the map that one tap stands for (half a texel for a nearest tap, one for a
     bilinear or gathered one), plus FACET_SLOPE for curved neighbours, the rounding, and the quantum of the map's format.

@@ -6,20 +6,17 @@ sun's: wrong pixels of both against rays, and time, alternating, the sun moving 
 
 from __future__ import annotations
 
-import sys
 import time
 from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
+from peers import GAMMA, SIZE, pose, pyrender_module, pyrender_scene, turned
 from sections import Scenes, command
 
 import glshadow as gs
 from glshadow.core.spaces import view_axes
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from peers import GAMMA, SIZE, pose, pyrender_module, pyrender_scene, turned
 
 NAMES = ("courtyard", "athlete", "chess", "demosthenes", "flight", "bicycle")
 

@@ -1,4 +1,4 @@
-"""The picture: what several samples bring and cost, what many pictures of one scene cost, and how long the first one takes.
+"""The image: which pixels are clipped, what several samples bring and cost, what many images of one scene and the first one cost.
 
 Times are medians of rounds that alternate in one process, read-back included, with one moving sun and the default filter; ratios are
 what counts. The truth of samples is 16 x 16 of them: a picture four times as large in each direction with 16 samples, averaged.
@@ -115,7 +115,25 @@ def measure_start(_: Scenes, rounds: int, folder: Path | None) -> dict[str, Any]
     return found
 
 
-main = command(__doc__, {"samples": measure_samples, "orbit": measure_orbit, "start": measure_start})
+def measure_clipped(scenes: Scenes, rounds: int, _: Path | None) -> dict[str, Any]:
+    """Pixels of each model, ground left out, that are brighter than a display's white with the default sun and ambient light."""
+    results: dict[str, Any] = {}
+    with gs.Renderer() as renderer:
+        for name, make in scenes:
+            scene = make()
+            frame = renderer.render(
+                scene, lights=[gs.DirectionalLight(intensity=0.8)], size=SMALL, outputs=("linear", "node")
+            )
+            model = (frame.node >= 0) & (frame.node != len(scene.nodes) - 1)
+            brightest = frame.linear[model].max(axis=-1)
+            results[name] = {"clipped": float((brightest > 1.0).mean()), "most": float(brightest.max())}
+            click.echo(f"{name:30s} {results[name]['clipped']:6.1%} clipped, brightest {results[name]['most']:.3f}")
+    return results
+
+
+main = command(
+    __doc__, {"clipped": measure_clipped, "samples": measure_samples, "orbit": measure_orbit, "start": measure_start}
+)
 
 
 if __name__ == "__main__":

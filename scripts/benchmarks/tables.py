@@ -78,7 +78,7 @@ def main(from_stored: bool, only: tuple[str, ...], models: Path | None) -> None:
     for number, part in enumerate(parts, start=1):
         start = time.monotonic()
         click.echo(f"[{number}/{len(parts)}] scripts/bench {' '.join(part.command)}", err=True)
-        more = ("--models", str(models)) if models and part.name != "techniques" else ()
+        more = ("--models", str(models)) if models and part.name not in ("techniques", "peers") else ()
         store(part, measured(part, more))
         click.echo(f"[{number}/{len(parts)}] stored after {time.monotonic() - start:.0f} s", err=True)
     for path, text in rendered().items():

@@ -19,7 +19,7 @@ import glshadow
 from scripts.manual import gallery, reference, sessions
 
 ROOT = Path(__file__).resolve().parents[2]
-GUIDES = ("tutorial", "notebooks", "window", "programs", "pyrender", "page", "batch")
+GUIDES = ("tutorial", "arrays", "notebooks", "window", "programs", "pyrender", "page", "batch")
 """Pages for one who begins, in their order."""
 INVENTORY = "objects.inv"
 """What Sphinx leaves in a folder of its pages: what has none is not replaced."""
@@ -134,7 +134,7 @@ def _run_page(page: Path, folder: Path) -> None:
 def _stage(page: Path, target: Path, names: set[str]) -> None:
     """A page as Sphinx reads it: with its pictures, and links to what is built with it."""
     target.parent.mkdir(exist_ok=True)
-    up = "../" if page.parent.name == "docs" else ""
+    up = "" if page.parent == ROOT else "../"
 
     def picture(found: re.Match[str]) -> str:
         name = f"{page.stem}_{Path(found[1]).name}"

@@ -6,7 +6,20 @@ import json
 import re
 from pathlib import Path
 
-from scripts.pages import accuracy, declared, exact, hard_cases, means, outdoors, speed, techniques, watertight
+from scripts import pictures
+from scripts.pages import (
+    accuracy,
+    declared,
+    exact,
+    hard_cases,
+    means,
+    outdoors,
+    peers,
+    promises,
+    speed,
+    techniques,
+    watertight,
+)
 from scripts.pages.markdown import Blocks, Part, measured_line
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -20,6 +33,7 @@ PARTS: tuple[Part, ...] = (
     watertight.PART,
     outdoors.PART,
     means.PART,
+    peers.PART,
 )
 """In the order in which they are measured."""
 
@@ -33,11 +47,13 @@ def stored(part: Part) -> Path:
 
 def blocks() -> Blocks:
     """Every table by its name, as Markdown, from the stored numbers."""
-    found = declared.blocks() | hard_cases.blocks()
+    found = declared.blocks() | hard_cases.blocks() | pictures.captions()
+    results = {}
     for part in PARTS:
         numbers = json.loads(stored(part).read_text(encoding="utf-8"))
+        results[part.name] = numbers["results"]
         found |= {f"measured {part.name}": measured_line(part, numbers["measured"]), **part.blocks(numbers)}
-    return found
+    return found | promises.blocks(results)
 
 
 def rendered() -> dict[Path, str]:

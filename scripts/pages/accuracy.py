@@ -27,14 +27,14 @@ def _blocks(numbers: Numbers) -> Blocks:
         "accuracy": table(
             (
                 "scene and light",
-                "counted",
+                "valid",
                 "no shadow",
                 *KINDS[2:],
                 *(f"{what}: wrong, grain" for what in MAPS.values()),
             ),
             [_line(name, row) for name, row in results["lines"].items()],
         ),
-        "truth": f"The truth of the brain cortex (608,752 triangles) takes {truth['trace_s']:.0f} s and a peak of "
+        "truth": f"The ray-traced reference of the brain cortex (608,752 triangles) takes {truth['trace_s']:.0f} s and a peak of "
         f"{truth['peak_bytes'] / 2**30:.1f} GiB.",
         "formats": _formats(results["formats"]),
     }

@@ -50,16 +50,16 @@ def _blocks(numbers: Numbers) -> Blocks:
                 "spot",
                 "point",
                 "wrong pixels: sun, spot, point",
-                "counted wrong, %, worst of the three",
+                "wrong valid pixels, %, worst of the three",
             ),
             [_scene(name, row) for name, row in results["scenes"].items()],
         ),
         "exact besides": "\n".join(
             [
-                f"- Embree, asked for the same picture through trimesh, takes {span(results['embree_over_frame'], 1)} times as long as "
-                f"the whole exact frame, {span(results['embree_with_tree_over_frame'], 1)} times with its tree built.",
+                f"- Embree, called through trimesh for the same image, takes {span(results['embree_over_frame'], 1)} times as long as "
+                f"the whole exact frame, {span(results['embree_with_tree_over_frame'], 1)} times with its tree built before.",
                 f"- The list build takes {span(results['build_over_depth_pass'], 2)} of a depth-only pass from 600,000 triangles on.",
-                f"- With a light that stays and a camera that moves the exact frame costs {span(results['still_over_floor'], 2)} of "
+                f"- With a light at rest and a moving camera the exact frame costs {span(results['still_over_floor'], 2)} of "
                 "the floor.",
                 f"- Against 4 x 4 rays a pixel the mean error is {one['mean']:.4f} with one sample and {many['mean']:.4f} with 16, at "
                 f"{many['ratio']:.1f} times the frame time.",
@@ -77,7 +77,7 @@ def _blocks(numbers: Numbers) -> Blocks:
                 for name, row in results["growth"].items()
             ],
         )
-        + f"\n\n`Exact()` has no map: {span(results['exact_ms_beside_maps'], 0)} ms, whatever the size of one.",
+        + f"\n\n`Exact()` has no map: {span(results['exact_ms_beside_maps'], 0)} ms, for all sizes of the map beside it.",
     }
 
 

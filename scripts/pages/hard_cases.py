@@ -18,7 +18,7 @@ def blocks() -> Blocks:
         "hard techniques": table(("technique", "cases passed", "failed"), _techniques(cases)),
         "hard notes": "\n".join(f"{number}. {note}" for number, note in enumerate(cases.notes, start=1)),
         "hard others": table(
-            ("case", "scene", "asked of", "verdict", "where, or why not"),
+            ("case", "scene", "technique", "verdict", "where, or why not"),
             [list(map(str, other)) for other in cases.others],
         ),
     }

@@ -71,6 +71,12 @@ def with_exact(light: Light, **settings: Any) -> Light:
     return replace(light, shadow=Shadow(filter=Exact(), **settings))
 
 
+def shone(frame: Frame) -> NDArray[np.bool_]:
+    """Where (H, W) the first light of a frame with positions shines, up to a hair before the border of its cone."""
+    points = np.nan_to_num(frame.position.astype(np.float64))
+    return np.asarray(frame.lights[0].strength(points) > 1e-4)
+
+
 def compared(
     renderer: Renderer,
     scene: Scene,

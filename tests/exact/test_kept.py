@@ -19,6 +19,7 @@ from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 
 from ..robustness.gl_objects import counted
+from .compare import shone
 from .test_casters import CAMERA, LIGHTS, ground, leaf, leaves
 
 SIZE = (96, 64)
@@ -312,8 +313,10 @@ def test_triangles_beyond_a_buffer_are_a_named_error(scene: Scene) -> None:
 def test_nothing_casts(renderer: Renderer, scene: Scene, name: str) -> None:
     """No caster, no grid to fit: all that faces the light is lit."""
     quiet = replace(scene, nodes=tuple(replace(node, casts=False) for node in scene.nodes))
-    frame = renderer.render(quiet, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility", "triangle"), samples=1)
-    floor = (frame.triangle >= 0) & (frame.triangle < 2)
+    frame = renderer.render(
+        quiet, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility", "triangle", "position"), samples=1
+    )
+    floor = (frame.triangle >= 0) & (frame.triangle < 2) & shone(frame)
     assert floor.any()
     assert (frame.visibility[0][floor] == 1.0).all()
 

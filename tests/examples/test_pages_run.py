@@ -31,7 +31,7 @@ def sessions(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 def given(page: str, folder: Path, models: Path) -> None:
     """What a page takes for granted in the reader's folder."""
-    if page == "README.md":
+    if page == "docs/commands.md":
         shutil.copy(models / "cesium_man.glb", folder / "chess.glb")
         (folder / "jobs.jsonl").write_text(JOB)
 
@@ -85,7 +85,7 @@ def test_blocks_that_fail_and_words_that_differ_are_seen(sessions: ModuleType, t
 @pytest.mark.slow
 @pytest.mark.parametrize("arguments", [["view"], ["view", "chess.glb"], ["view", "model.glb", "--ground"]], ids=str)
 def test_a_window_opens_as_pages_say(arguments: list[str], screen: str, models: Path, tmp_path: Path) -> None:
-    assert "glshadow view chess.glb" in (CHECKOUT / "README.md").read_text()
+    assert "glshadow view chess.glb" in (CHECKOUT / "docs" / "commands.md").read_text()
     assert "glshadow view\nglshadow view model.glb --ground\n" in (CHECKOUT / "docs" / "window.md").read_text()
     for name in ("chess", "model"):
         shutil.copy(models / "cesium_man.glb", tmp_path / f"{name}.glb")

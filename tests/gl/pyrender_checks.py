@@ -10,7 +10,7 @@ import numpy as np
 import glshadow as gs
 from glshadow.gl.driver.current import current
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts" / "benchmarks"))
 from peers import pyrender_module, pyrender_scene
 
 SIZE = (96, 64)

@@ -115,6 +115,7 @@ def test_every_pixel_is_answered_as_in_float64(renderer: gs.Renderer, kind: Mome
     per_unit = 1.0 / (view.far - view.near)
     guard = kind.reach_texels + 1.0
     inside = ((texel > guard) & (texel < view.resolution - guard)).all(axis=1) & (below * (1 if sun else -1) > 1e-2)
+    inside &= LIGHTS[name].strength(points) > 1e-4  # beyond a cone visibility is 0
     base = np.floor(texel - 0.5).astype(int)
     f = texel - 0.5 - base
     base = np.clip(base, 0, view.resolution - 2)

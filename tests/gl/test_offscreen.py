@@ -55,7 +55,8 @@ def test_shadows_darken_and_nothing_else(found: dict[str, Any], kind: str) -> No
     assert found[kind]["darker"] > 0.01
     assert found[kind]["own"] > 0.01, "by its own flag"
     assert found[kind]["others"] == 0.0, "and no other"
-    assert found[kind]["brighter"] >= -12, "of 765: where samples are shaded once and shadows part them"
+    # of 765: where samples are shaded once and shadows part them; at a cone's border, over which strength falls within a pixel, by more
+    assert found[kind]["brighter"] >= (-20 if kind == "spot" else -12)
 
 
 def test_what_is_kept_and_what_changes(found: dict[str, Any]) -> None:

@@ -29,6 +29,7 @@ from glshadow.shadows.fits import SceneFit, ViewFit
 from glshadow.shadows.metric import Target
 from glshadow.shadows.shadow import Faces, Shadow
 
+from ..exact.compare import shone
 from ..tolerances import PICTURE_CHANNELS, PICTURE_SHARE, WEIGHT
 
 SIZE = (96, 64)
@@ -62,12 +63,13 @@ def sun(x: float = -1.0, y: float = -1.0, z: float = 0.0, **shadow: Any) -> Dire
 
 
 def dark_points(frame: Frame, light: int = 0) -> Array:
-    """World points (N, 3) of dark pixels."""
+    """World points (N, 3) of dark pixels that the light shines on."""
     assert frame.visibility is not None
     assert frame.depth is not None
     dark = frame.visibility[light] < 0.5
     rays = pixel_rays(frame.camera, frame.size)[dark]
-    return np.asarray(frame.camera.position) + rays * frame.depth[dark][:, None].astype(np.float64)
+    points = np.asarray(frame.camera.position) + rays * frame.depth[dark][:, None].astype(np.float64)
+    return points[frame.lights[light].shines_on(points)]
 
 
 def assert_same_picture(a: Frame, b: Frame, share: float = PICTURE_SHARE) -> None:
@@ -323,7 +325,6 @@ def test_cone_range_and_falloff_are_intensity(renderer: Renderer) -> None:
         scene, lights=[light], size=SIZE, ambient=0.0, outputs=("linear", "visibility", "depth"), samples=1
     )
     surface = np.isfinite(frame.depth)
-    assert np.nanmin(frame.visibility) > 1.0 - WEIGHT  # outside the cone no caster is known
     points = np.asarray(ABOVE.position) + pixel_rays(ABOVE, SIZE)[surface] * frame.depth[surface][:, None].astype(float)
     towards, distance = light.to_light(points)
     inner, outer = np.cos(np.radians([10.0, 30.0]))
@@ -331,6 +332,8 @@ def test_cone_range_and_falloff_are_intensity(renderer: Renderer) -> None:
     window = np.maximum(1.0 - (distance / 3.3) ** 4, 0.0) ** 2
     expected = 4.0 * towards[:, 1] * x * x * (3.0 - 2.0 * x) * window / distance**2
     np.testing.assert_allclose(frame.linear[surface][:, 0], expected, atol=2e-5)
+    np.testing.assert_array_equal(frame.visibility[0][surface][x > 1e-4], 1.0)
+    np.testing.assert_array_equal(frame.visibility[0][surface][towards[:, 1] < outer - 1e-6], 0.0)
 
 
 # -- what casts and what receives
@@ -544,8 +547,9 @@ def test_receivers_beyond_far_are_lit(renderer: Renderer, kind: str, clip: Any, 
         ),
         "point": PointLight(position=(-1.0, 2.0, 0.0), near=1.0, far=3.0, shadow=shadow),
     }[kind]
-    frame = renderer.render(Scene((node("ground", ground()),), ABOVE), lights=[light], size=SIZE, samples=1)
-    assert np.nanmin(frame.visibility) > 1.0 - WEIGHT
+    scene = Scene((node("ground", ground()),), ABOVE)
+    frame = renderer.render(scene, lights=[light], size=SIZE, outputs=("visibility", "position"), samples=1)
+    assert np.nanmin(frame.visibility[0][shone(frame)]) > 1.0 - WEIGHT
 
 
 @TARGETS
@@ -554,7 +558,8 @@ def test_beyond_far_and_nothing_in_reach(renderer: Renderer, target: Target) -> 
     shadow = Shadow(resolution=64, target=target)
     light = SpotLight(position=(0.0, 10.0, 0.0), outer_angle=50, near=1.0, far=5.0, shadow=shadow)
     scene = Scene((node("ground", ground()),), ABOVE)
-    assert np.nanmin(renderer.render(scene, lights=[light], size=SIZE, samples=1).visibility) > 1.0 - WEIGHT
+    frame = renderer.render(scene, lights=[light], size=SIZE, outputs=("visibility", "position"), samples=1)
+    assert np.nanmin(frame.visibility[0][shone(frame)]) > 1.0 - WEIGHT
 
 
 def test_caster_before_near_still_casts(renderer: Renderer) -> None:
@@ -596,7 +601,7 @@ def test_nothing_behind_a_spot(renderer: Renderer, target: Target) -> None:
         scene, back, [light], SIZE, ambient=0.0, outputs=("linear", "visibility", "image"), samples=1
     )
     assert (frame.linear == 0.0).all()
-    assert np.nanmin(frame.visibility) > 1.0 - WEIGHT  # facing the light, and no caster known: cone is intensity
+    assert np.nanmax(frame.visibility) == 0.0  # facing the light, no caster known, and outside its cone
     ahead = PerspectiveCamera((0.0, 0.0, -2.1), (0.0, 0.0, -4.0), fov_y=120.0)
     frame = renderer.render(
         scene, ahead, [light], (200, 200), ambient=0.0, outputs=("linear", "visibility", "depth"), samples=1

@@ -121,10 +121,10 @@ def test_its_shadows_are_those_of_rays(foreign: Foreign, name: str, filter: gs.F
 @pytest.mark.parametrize("name", list(LIGHTS))
 def test_what_faces_away_is_dark(foreign: Foreign, name: str) -> None:
     """Whatever its map says: nothing casts here."""
-    shown = "lamp_visibility(position, n), dot(lamp_towards(position), n), 0.0, 1.0"
+    shown = "lamp_visibility(position, n), dot(lamp_towards(position), n), lamp_arriving(position), 1.0"
     seen = foreign.asks(LIGHTS[name], shown, lambda caster: None)
     drawn = seen[..., 3] > 0.0
-    away, towards = drawn & (seen[..., 1] < -1e-3), drawn & (seen[..., 1] > 1e-3)
+    away, towards = drawn & (seen[..., 1] < -1e-3), drawn & (seen[..., 1] > 1e-3) & (seen[..., 2] > 1e-6)
     assert away.sum() > 300
     np.testing.assert_array_equal(seen[away, 0], 0.0)
     assert (seen[towards, 0] > 1.0 - 1e-6).all(), "the weights of four texels, rounded"

@@ -162,7 +162,7 @@ def test_camera_depth_and_metric(renderer: Renderer, clip: ClipSpace) -> None:
     np.testing.assert_allclose(frame.depth[hit & inner], expected[hit & inner], atol=1e-3)
     own = ClipSpace(True, reversed=True)
     clip_z = 2.0 * (20.0 - frame.depth[hit]) / (20.0 - 2.0)  # of 0..1 reversed: n (f - d) / (f - n)
-    metric = projected_metric(clip_z, own, *metric_range("spot", own, 2.0, 20.0))
+    metric = projected_metric(clip_z, own, *metric_range("perspective", own, 2.0, 20.0))
     np.testing.assert_allclose(frame.depth_metric[hit], metric, atol=1e-6)
     assert (frame.depth_metric[~hit] == 1.0).all()
     np.testing.assert_allclose(metric, (frame.depth[hit] - 2.0) / 18.0, atol=1e-6)

@@ -11,7 +11,7 @@ from glshadow.scene.mesh import Mesh
 from glshadow.scenes import analytic, shapes
 from glshadow.scenes.analytic import AnalyticScene
 
-from .registry import AS_DEFAULT, Case, Picture, crease, overhead, picture_of, sun_direction
+from .registry import AS_DEFAULT, MOMENTS, Case, Picture, crease, overhead, picture_of, sun_direction
 from .solids import checker, level, posts, scene_of
 
 
@@ -245,6 +245,8 @@ CASES = (
     Case(22, "light in a closed shell", "all dark", shells),
     Case(23, "caster far above the view", "its shadow", towers),
     Case(24, "beam across the near plane", "its projection", beams,
-         findings=(crease("beam, spot"), crease("beam, sun", techniques=("pcf 4", "gaussian 3", "disc 2,16", "disc 4,64")))),
+         skips={each.name: "creases and leaks together" for each in MOMENTS},
+         findings=(crease("beam, spot"),
+                   crease("beam, sun", techniques=("pcf 4", "gaussian 3", "disc 2,16", "disc 4,64", "poisson 1", "edgepcf 4")))),
     Case(40, "camera in a shadow, in a caster", "as traced", insides),
 )  # fmt: skip

@@ -14,7 +14,20 @@ from glshadow.lights import Light
 from glshadow.scene.nodes import Scene
 from glshadow.scenes.analytic import AnalyticScene
 from glshadow.shadows.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, SlopeScaledBias
-from glshadow.shadows.filters import FILTERS, Exact, Filter, Hard, Pcf
+from glshadow.shadows.filters import (
+    FILTERS,
+    BabylonEsm,
+    EdgePcf,
+    Esm,
+    Evsm,
+    Exact,
+    Filter,
+    Hard,
+    Msm,
+    Pcf,
+    Poisson,
+    Vsm,
+)
 from glshadow.shadows.fits import SceneFit
 from glshadow.shadows.metric import Target
 from glshadow.shadows.shadow import Faces, Shadow
@@ -58,7 +71,6 @@ class Verdict(Enum):
     FAILS = "fails as predicted"
     FINDING = "fails, to be mended"
     NOT_APPLICABLE = "not applicable"
-    NOT_BUILT = "not built"
 
 
 @dataclass(frozen=True)
@@ -100,7 +112,14 @@ CLIP_BIAS = 0.01
 
 DEFAULT, HARD = Technique("default"), Technique("hard", filter=Hard())
 EXACT = Technique("exact", filter=Exact())
-THOROUGH = (DEFAULT, HARD, EXACT)  # are asked for every picture of a case, the others for the first ones
+THOROUGH = (DEFAULT, HARD, EXACT)  # draw every picture of a case, the others the first ones
+SCATTERED = (Technique("poisson 1", filter=Poisson()), Technique("edgepcf 4", filter=EdgePcf()))
+MOMENTS = tuple(
+    Technique(name, filter=each)
+    for name, each in {
+        "esm": Esm(), "babylonesm close": BabylonEsm(close=True), "vsm": Vsm(), "evsm": Evsm(), "msm": Msm(),
+    }.items()
+)  # fmt: skip
 CLAIMING = (
     *THOROUGH,
     *(
@@ -109,6 +128,8 @@ CLAIMING = (
         for each in kind.extremes()
         if each not in (Hard(), Exact())
     ),
+    *SCATTERED,
+    *MOMENTS,
     Technique("-1..1", clip=ClipSpace(False, False)),
     Technique("-1..1 reversed", clip=ClipSpace(False, True)),
     Technique("scene fit", scene_fit=True),
@@ -159,7 +180,16 @@ def crease(*pictures: str, techniques: tuple[str, ...] = ("default",)) -> Known:
     return Known(pictures, techniques, CREASES, creases_only=True)
 
 
-AS_DEFAULT = {each.name: "fails for the default's reason and by as much" for each in CLAIMING if each not in THOROUGH}
+LEAKS: Mapping[str, Mapping[int, int]] = {
+    "esm": {1: 559, 3: 1, 7: 16320, 8: 1494, 9: 12864, 10: 46, 11: 1630, 15: 1673, 16: 74, 35: 35},
+    "babylonesm close": {1: 911, 7: 16320, 8: 1494, 9: 17664, 10: 122, 11: 1630, 15: 2607, 16: 305, 35: 45},
+    "vsm": {1: 295, 2: 8, 3: 44, 7: 16320, 8: 1494, 9: 17472, 10: 55, 11: 1630, 15: 1125, 35: 33},
+    "evsm": {1: 82, 8: 1481, 9: 2688, 35: 30},
+    "msm": {1: 620, 2: 1, 7: 16320, 8: 1494, 9: 17472, 10: 153, 11: 1630, 14: 14, 15: 1179, 16: 74, 35: 33, 40: 1},
+}
+"""Technique -> case -> pixels of its first picture that a moment map lights too much. It bounds visibility from above: none is too dark."""
+
+AS_DEFAULT = {each.name: "left to default, hard and exact" for each in CLAIMING if each not in THOROUGH}
 NO_CLAIM = "claims no zero; N1, N5, N6, N7, N8, N9 and N11 show what it costs"
 
 
@@ -183,7 +213,7 @@ class Case:
     findings : tuple of Known
         What fails although it should not.
     elsewhere : str
-        What of the case is tested elsewhere, or is not built.
+        What of the case is tested elsewhere.
     """
 
     number: int
@@ -202,6 +232,8 @@ class Case:
             return Expected(Verdict.FAILS, self.fails[technique])
         if technique in self.skips:
             return Expected(Verdict.NOT_APPLICABLE, self.skips[technique])
+        if self.number in LEAKS.get(technique, {}):
+            return Expected(Verdict.FAILS, TECHNIQUES[technique].filter.fails)
         claims = technique in self.passes or technique in {each.name for each in CLAIMING}
         if not claims:
             return Expected(Verdict.NOT_APPLICABLE, NO_CLAIM)

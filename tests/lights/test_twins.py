@@ -102,7 +102,5 @@ def test_the_same_from_another_origin(light: Light) -> None:
 
 
 def test_a_setting_that_a_light_has_not_is_named() -> None:
-    with pytest.raises(
-        gs.SettingsError, match=r"PointLight has no colour and no size, got colour=3; it takes color, intensity"
-    ):
+    with pytest.raises(gs.SettingsError, match=r"PointLight has no colour=3 and no size=2; it takes color, intensity"):
         gs.PointLight(position=(0, 1, 0), colour=3, size=2)  # type: ignore[call-arg]

@@ -265,7 +265,7 @@ def test_spot_reaches_its_cone_and_range():
     seen = truth.triangle >= 0
     level = np.linalg.norm(truth.position[seen][:, [0, 2]], axis=1)
     np.testing.assert_array_equal(truth.reached[0][seen], (level < 4 * np.tan(np.pi / 6)) & (np.hypot(level, 4) < 4.3))
-    assert (truth.visibility[0][seen] == 1.0).all()  # neither is visibility
+    np.testing.assert_array_equal(truth.visibility[0][seen], level < 4 * np.tan(np.pi / 6))  # range is intensity
     assert truth.reached[1][seen].all()
 
 

@@ -250,6 +250,7 @@ def built() -> dict[str, Call]:
         value = getattr(gs, name)
         if (
             name not in NOT_BUILT
+            and not inspect.isabstract(value)
             and callable(value)
             and not (isinstance(value, type) and issubclass(value, gs.GlshadowError | gs.GlshadowWarning))
         ):

@@ -37,7 +37,7 @@ class Esm(MomentFilter):
     snippet = "filter/esm.glsl"
     encoding = "moments/esm.glsl"
     channels = 1
-    summary = "mean of exp(EXPONENT depth) over a square, asked once"
+    summary = "mean of exp(EXPONENT depth) over a square, sampled once"
     source = "Annen et al. 2008"
     fails = "light near every contact; light where a far caster lies beside a near one"
 

@@ -42,7 +42,7 @@ class Exact(Filter):
     )
     terse = True
     needs = Needs.TRIANGLES
-    summary = "no map: asks the triangles"
+    summary = "no map: tests shadow rays against the triangles"
     source = "Wyman, Hoetzlein, Lefohn 2015"
     fails = "long lists where hundreds of slivers share a cell; without OpenGL 4.3 the CPU builds the lists"
 
