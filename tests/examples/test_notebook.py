@@ -9,31 +9,17 @@ from typing import Any
 
 import pytest
 
-<<<<<<< HEAD
 from ..tolerances import PATIENCE_S
 
-NOTEBOOK = Path(__file__).parents[2] / "examples" / "visual_check.ipynb"
-=======
 CHECKOUT = Path(__file__).resolve().parents[2]
 NOTEBOOK = CHECKOUT / "examples" / "visual_check.ipynb"
->>>>>>> main
 
 # In a process of its own: the Jupyter machinery warns about its own affairs, and pytest here turns warnings into errors.
 RUN = """
-<<<<<<< HEAD
-import sys
-sys.modules["rfc3987_syntax"] = None
-import nbformat
-from nbclient import NotebookClient
-notebook = nbformat.read(sys.argv[1], as_version=4)
-NotebookClient(notebook, timeout=900, kernel_name="python3").execute(cwd=sys.argv[2])
-nbformat.write(notebook, sys.argv[3])
-=======
 import json, sys
 from pathlib import Path
 from scripts.manual.notebooks import run
 Path(sys.argv[3]).write_text(json.dumps(run(Path(sys.argv[1]), Path(sys.argv[2]))))
->>>>>>> main
 """
 
 
@@ -42,25 +28,14 @@ def executed_notebook(path: Path, folder: Path) -> dict[str, Any]:
     pytest.importorskip("nbclient", reason="notebooks need nbclient and ipykernel: pip install 'glshadow[dev]'")
     result = folder / "executed.ipynb"
     command = [sys.executable, "-c", RUN, str(path), str(folder), str(result)]
-    done = subprocess.run(command, cwd=CHECKOUT, capture_output=True, text=True, timeout=300, check=False)
+    done = subprocess.run(command, cwd=CHECKOUT, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert done.returncode == 0, done.stderr[-3000:]
     return dict(json.loads(result.read_text()))
 
 
 @pytest.fixture(scope="module")
 def executed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-<<<<<<< HEAD
-    pytest.importorskip("nbclient", reason="the notebook needs nbclient and ipykernel: pip install 'glshadow[dev]'")
-    folder = tmp_path_factory.mktemp("notebook")
-    result = folder / "executed.ipynb"
-    command = [sys.executable, "-c", RUN, str(NOTEBOOK), str(folder), str(result)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
-    assert done.returncode == 0, done.stderr[-3000:]
-    notebook: dict[str, Any] = json.loads(result.read_text())
-    return notebook
-=======
     return executed_notebook(NOTEBOOK, tmp_path_factory.mktemp("notebook"))
->>>>>>> main
 
 
 def _outputs(notebook: dict[str, Any]) -> list[dict[str, Any]]:

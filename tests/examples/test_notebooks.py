@@ -8,12 +8,7 @@ from typing import Any
 
 import pytest
 
-<<<<<<< HEAD
-from ..tolerances import PATIENCE_S
-from .test_notebook import RUN
-=======
 from .test_notebook import executed_notebook
->>>>>>> main
 
 NOTEBOOKS = Path(__file__).parents[2] / "examples"
 OTHERS = ("bias_exercise", "depth_metrics", "soft_light", "speed_against_error")
@@ -24,16 +19,7 @@ OTHERS = ("bias_exercise", "depth_metrics", "soft_light", "speed_against_error")
 )
 def executed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, dict[str, Any]]:
     folder = tmp_path_factory.mktemp(request.param)
-<<<<<<< HEAD
-    result = folder / "executed.ipynb"
-    command = [sys.executable, "-c", RUN, str(NOTEBOOKS / f"{request.param}.ipynb"), str(folder), str(result)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
-    assert done.returncode == 0, done.stderr[-3000:]
-    notebook: dict[str, Any] = json.loads(result.read_text())
-    return request.param, notebook
-=======
     return request.param, executed_notebook(NOTEBOOKS / f"{request.param}.ipynb", folder)
->>>>>>> main
 
 
 def outputs_of(notebook: dict[str, Any]) -> list[dict[str, Any]]:
