@@ -26,7 +26,7 @@ from glshadow.shader import source
 
 from .turned import rotation
 
-KINDS = ("directional", "spot", "point")
+KINDS = ("orthographic", "perspective", "cube")
 AT_VERTICES = 0.35  # share of the rays; the others pass an edge
 ULPS = 3  # how far off, in units of the last place of each coordinate; 40 % of the rays: not at all
 MOST = 24  # triangles round one edge
@@ -120,11 +120,11 @@ def fans_of(solid: Solid, kind: str, rng: np.random.Generator) -> Fans:
     size = float(np.abs(positions - positions.mean(axis=0)).max())
     local = (positions - positions.mean(axis=0)) @ rotation(rng).T
     # off the middle, as meshes lie in real scenes: coordinates are larger than what differs between neighbours
-    away = {"directional": (3.1, -2.3, 0.0), "spot": (0.9, -0.5, -4.0), "point": (-0.3, 2.4, 1.3)}[kind]
+    away = {"orthographic": (3.1, -2.3, 0.0), "perspective": (0.9, -0.5, -4.0), "cube": (-0.3, 2.4, 1.3)}[kind]
     vertices = (local + np.array(away) * size).astype(np.float32)
     corners = vertices.astype(np.float64)[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    towards = np.array([0.0, 0.0, 1.0]) if kind == "directional" else -corners[:, 0]
+    towards = np.array([0.0, 0.0, 1.0]) if kind == "orthographic" else -corners[:, 0]
     length = np.linalg.norm(normal, axis=1) * np.linalg.norm(np.atleast_2d(towards), axis=1)
     facing = (normal * towards).sum(axis=1) > FACING * length
     ends, around = _edges(triangles, _whole(triangles, facing, len(vertices)), rng)
@@ -171,7 +171,7 @@ def rays_at(fans: Fans, count: int, rng: np.random.Generator) -> NDArray[np.floa
     points = (a + along[:, None] * (b - a)).astype(np.float32)
     moved = rng.integers(-ULPS, ULPS + 1, points.shape) * (rng.random(count) < 0.6)[:, None]
     points = (points + moved * np.spacing(np.abs(points))).astype(np.float32)
-    if fans.kind == "directional":
+    if fans.kind == "orthographic":
         points[:, 2] -= np.float32(5.0) * np.abs(fans.edges).max()
     else:
         points *= (1.0 + 2.0 * rng.random(count)).astype(np.float32)[:, None]
@@ -184,7 +184,7 @@ def closed_box(rng: np.random.Generator) -> Fans:
     vertices = (positions @ rotation(rng).T).astype(np.float32)
     around = np.full((1, MOST), -1, dtype=np.int32)
     around[0, : len(triangles)] = np.arange(len(triangles))
-    return Fans("point", vertices.astype(np.float64)[triangles], np.zeros((1, 2, 3), dtype=np.float32), around)
+    return Fans("cube", vertices.astype(np.float64)[triangles], np.zeros((1, 2, 3), dtype=np.float32), around)
 
 
 def rays_on_seams(count: int, rng: np.random.Generator) -> NDArray[np.float32]:
@@ -208,8 +208,8 @@ def slipped(context: GLContext, programs: Programs, fans: Fans, rays: NDArray[np
     ctx = context.ctx
     slots = {"shadow": "receiver/exact.glsl", "candidates": "test/fan.glsl"}
     defines = {
-        "GLS_SUN": int(fans.kind == "directional"),
-        "GLS_POINT": int(fans.kind == "point"),
+        "GLS_SUN": int(fans.kind == "orthographic"),
+        "GLS_POINT": int(fans.kind == "cube"),
         "GLS_CELLS": CELLS[fans.kind],
         "GLS_MOST": MOST,
     }
@@ -217,7 +217,7 @@ def slipped(context: GLContext, programs: Programs, fans: Fans, rays: NDArray[np
         program = programs.compute("test/slipped.comp", slots=slots, defines=defines)
     middle = 0.5 * CELLS[fans.kind]  # every ray falls into this cell; those of a point light into all of their face
     program.set(
-        u_cells=(middle if fans.kind == "point" else 0.0,) * 2 + (middle,) * 2, u_bound=(0.0, 0.0), u_rays=len(rays)
+        u_cells=(middle if fans.kind == "cube" else 0.0,) * 2 + (middle,) * 2, u_bound=(0.0, 0.0), u_rays=len(rays)
     )
     table = texture_buffer(context, facets(fans.corners, fans.corners, np.eye(3)).astype(np.float32), RGBA32F)
     buffers = [ctx.buffer(np.ascontiguousarray(data).tobytes()) for data in (fans.around, rays, np.zeros(2, np.uint32))]

@@ -11,6 +11,7 @@ from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes.shapes import Solid
 
+from .compare import shone
 from .turned import rotation
 
 SHEET_HALF, SHEET_HEIGHT = 30.0, 4.0
@@ -96,9 +97,9 @@ def _along(place: Array, direction: object) -> tuple[float, float, float]:
 def lit_and_asked(
     renderer: gs.Renderer, scene: Scene, light: Light, first: int, size: tuple[int, int] = (640, 360)
 ) -> tuple[int, int]:
-    """Pixels of the first `first` triangles that are lit at all, and all pixels that show them."""
-    frame = renderer.render(scene, None, [light], size, outputs=("visibility", "triangle"), samples=1)
-    asked = (frame.triangle >= 0) & (frame.triangle < first)
+    """Pixels of the first `first` triangles that are lit at all, and all pixels that show them, where the light shines."""
+    frame = renderer.render(scene, None, [light], size, outputs=("visibility", "triangle", "position"), samples=1)
+    asked = (frame.triangle >= 0) & (frame.triangle < first) & shone(frame)
     return int((frame.visibility[0][asked] > 0.0).sum()), int(asked.sum())
 
 
