@@ -37,14 +37,14 @@ MOST_JUDGED = 500
 
 @dataclass(frozen=True)
 class Compared:
-    """A picture and its truth.
+    """A frame and its traced reference.
 
     Attributes
     ----------
     disputed : (H, W) bool
         Surfaces in the light's reach, where the two differ.
     wrong : (H, W) bool
-        Those where float64, asked triangle by triangle with the filter's own bound, says that the picture is wrong.
+        Those where testing every triangle in float64, with the filter's own bound, shows that the frame is wrong.
     """
 
     frame: Frame
@@ -79,7 +79,7 @@ def compared(
     size: tuple[int, int] = SIZE,
     **settings: Any,
 ) -> Compared:
-    """Render with Exact() and judge every pixel."""
+    """Render with Exact() and check every pixel."""
     light = with_exact(light, **settings)
     frame = renderer.render(scene, camera, [light], size, outputs=("visibility", "triangle"), samples=1)
     assert frame.used[0].fallbacks == ()

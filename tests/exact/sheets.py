@@ -1,4 +1,4 @@
-"""A closed sheet over a plane, which must be all dark, and tessellations of one plane, which must be all lit."""
+"""A closed sheet over a plane, which must be completely dark, and tessellations of one plane, which must be completely lit."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from .turned import rotation
 
 SHEET_HALF, SHEET_HEIGHT = 30.0, 4.0
 PLANE_HALF = 6.0
-ROUGH = 0.1  # of a cell: how far vertices of the sheet are moved sideways; up and down a fifth of it
+ROUGH = 0.1  # fractions of a cell: how far vertices of the sheet are moved sideways; vertically a fifth of it
 ELEVATIONS = (60.0, 20.0, 5.0, 1.0, 0.1)
 LIGHTS = ("sun", "spot", "point light")
 
 
 def grid(cells: int, half: float, height: float = 0.0) -> Solid:
-    """A level square of 2 cells^2 triangles, facing up."""
+    """A horizontal square of 2 cells^2 triangles, facing up."""
     line = np.linspace(-half, half, cells + 1)
     x, z = np.meshgrid(line, line, indexing="ij")
     positions = np.stack([x, np.full_like(x, height), z], axis=-1).reshape(-1, 3)
@@ -39,7 +39,7 @@ def _placed(rng: np.random.Generator, offset: float = 0.0) -> Array:
 
 
 def under_a_sheet(cells: int, rng: np.random.Generator) -> tuple[Scene, dict[str, Light]]:
-    """A plane seen from between it and a jittered open sheet of 2 cells^2 triangles, turned at random; three lights above.
+    """A plane seen from between it and a jittered sheet of 2 cells^2 triangles, at a random orientation; three lights above.
 
     The vertices are moved by the matrix before they are rounded to float32, so that no coordinate is a round number.
     """
@@ -96,7 +96,7 @@ def _along(place: Array, direction: object) -> tuple[float, float, float]:
 def lit_and_asked(
     renderer: gs.Renderer, scene: Scene, light: Light, first: int, size: tuple[int, int] = (640, 360)
 ) -> tuple[int, int]:
-    """Pixels of the first `first` triangles that are lit at all, and all pixels that show them."""
+    """Number of pixels that show the first `first` triangles and receive any light, and of all pixels that show these triangles."""
     frame = renderer.render(scene, None, [light], size, outputs=("visibility", "triangle"), samples=1)
     asked = (frame.triangle >= 0) & (frame.triangle < first)
     return int((frame.visibility[0][asked] > 0.0).sum()), int(asked.sum())

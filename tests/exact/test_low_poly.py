@@ -1,4 +1,4 @@
-"""Random scenes of few triangles against float64 rays: nothing that darkens what is seen may be left out as a caster."""
+"""Random scenes of few triangles against float64 rays: no caster of a visible shadow may be culled."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def seen_from(view: View, lamp: Light) -> NDArray[np.float32]:
 
 
 def in_cone(view: View, lamp: Light) -> Bools:
-    """Pixels (H, W) whose surface a spot reaches."""
+    """Pixels (H, W) whose surface lies in a spot light's cone."""
     result = np.ones(view.size[::-1], dtype=bool)
     if isinstance(lamp, gs.SpotLight):
         away = view.points - np.asarray(lamp.position)
@@ -46,7 +46,7 @@ def in_cone(view: View, lamp: Light) -> Bools:
 def judged(
     scene: Scene, viewer: Camera, near: float, lights: list[Light]
 ) -> tuple[NDArray[np.int32], list[Bools], list[View]]:
-    """Triangles (H, W) of the pixels' middles, for each light where all five rays agree, and the five views, the middle's first."""
+    """Triangles (H, W) at the pixel centers, for each light where all five rays agree, and the five views, the center's first."""
     tracer = Tracer(scene_triangles(scene)[0])
     views = []
     for x, y in ((0.0, 0.0), (-BAND, -BAND), (BAND, -BAND), (-BAND, BAND), (BAND, BAND)):
@@ -64,7 +64,7 @@ def judged(
 
 
 def check(renderer: Renderer, seed: int) -> int:
-    """One scene under three lights; how many pixels were judged."""
+    """Check one scene under three lights; returns how many pixels were compared."""
     rng = np.random.default_rng(seed)
     scene, viewer = low_poly_scene(rng), camera(rng)
     lights = [replace(light(rng), shadow=gs.Shadow(filter=gs.Exact())) for _ in range(3)]
@@ -90,8 +90,8 @@ def test_no_shadow_is_missing_in_400_more(renderer: Renderer) -> None:
 
 
 @pytest.mark.parametrize("low", [1e-2, 1e-3, 1e-5, 1e-6, 1e-7, 1e-8, 0.0, -1e-8])
-def test_the_sign_of_a_cosine_is_that_of_a_sun_along_a_face(renderer: Renderer, low: float) -> None:
-    """A box whose side a sun grazes: lit to its edges, where float32 would see its neighbours stand in the way; dark from behind."""
+def test_grazing_directional_light_decides_faces_by_the_exact_cosine(renderer: Renderer, low: float) -> None:
+    """A directional light grazes a box's side. Lit: up to the edges, where float32 would let adjacent faces block. Dark: from behind."""
     box = Node(Mesh(*shapes.box((2.0, 2.0, 2.0))), np.eye(4), "box")
     ground = Node(Mesh(*shapes.rectangle((-9.0, -1.5, 9.0), (18.0, 0.0, 0.0), (0.0, 0.0, -18.0))), np.eye(4), "ground")
     scene = Scene((box, ground), gs.PerspectiveCamera((3.0, 3.0, 6.0), (0.0, 0.0, 0.0)))
