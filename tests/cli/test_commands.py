@@ -149,7 +149,7 @@ def test_fov_and_ortho_together_are_refused(folder):
     assert "height must be a finite number in" in run("render", *SMALL, "--ortho", "-1", code=2).output
 
 
-def test_eye_without_target_looks_at_the_scene_center(folder):
+def test_eye_without_target_looks_at_the_scene_centre(folder):
     report = facts("render", *SMALL, "--eye", "-20,10,5")
     np.testing.assert_allclose(report["camera"]["target"], np.mean(report["scene"]["bounds"], axis=0))
 

@@ -94,7 +94,7 @@ def test_closed_forms(renderer: Renderer, name: str) -> None:
 
 
 def around(scene: Scene, share: tuple[float, float, float]) -> tuple[Array, float]:
-    """A point away from a scene's center by a fraction of its size, and the size."""
+    """A point away from a scene's centre by a fraction of its size, and the size."""
     low, high = scene.bounds
     size = float(np.linalg.norm(high - low))
     return 0.5 * (low + high) + np.array(share) * size, size

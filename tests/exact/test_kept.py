@@ -112,7 +112,9 @@ def test_exact_lights_and_mapped_lights_do_not_interfere(scene: Scene) -> None:
 
 
 @pytest.mark.parametrize("filter_", [gs.Exact(), gs.Hard()], ids=["exact", "hard"])
-def test_directional_and_point_light_with_equal_vectors_are_told_apart(scene: Scene, filter_: gs.Exact | gs.Hard) -> None:
+def test_directional_and_point_light_with_equal_vectors_are_told_apart(
+    scene: Scene, filter_: gs.Exact | gs.Hard
+) -> None:
     """The floor blocks nothing of a light from above, and everything of a point light below it: the cache must tell the two apart."""
     shadow = gs.Shadow(filter=filter_, resolution=256)
     sun = gs.DirectionalLight(direction=(0.0, -1.0, 0.0), shadow=shadow)

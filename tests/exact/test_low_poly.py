@@ -46,7 +46,7 @@ def in_cone(view: View, lamp: Light) -> Bools:
 def judged(
     scene: Scene, viewer: Camera, near: float, lights: list[Light]
 ) -> tuple[NDArray[np.int32], list[Bools], list[View]]:
-    """Triangles (H, W) at the pixel centers, for each light where all five rays agree, and the five views, the center's first."""
+    """Triangles (H, W) at the pixel centres, for each light where all five rays agree, and the five views, the centre's first."""
     tracer = Tracer(scene_triangles(scene)[0])
     views = []
     for x, y in ((0.0, 0.0), (-BAND, -BAND), (BAND, -BAND), (-BAND, BAND), (BAND, BAND)):

@@ -30,7 +30,7 @@ def floor(half: float = 2.0) -> gs.Scene:
 
 
 @pytest.mark.parametrize(("width", "height", "away"), [(1.0, 1.0, 1.0), (2.0, 0.5, 0.3), (0.1, 4.0, 2.0)])
-def test_irradiance_below_the_center_of_a_rect_light(width: float, height: float, away: float) -> None:
+def test_irradiance_below_the_centre_of_a_rect_light(width: float, height: float, away: float) -> None:
     """Howell, A Catalog of Radiation Heat Transfer Configuration Factors, B-3: four times that of a quarter seen from its corner."""
     light = gs.RectLight(position=(0.0, away, 0.0), width=width, height=height)
     x, y = 0.5 * width / away, 0.5 * height / away

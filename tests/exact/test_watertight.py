@@ -20,7 +20,7 @@ from .compare import with_exact
 from .fans import KINDS, MOST, closed_box, fans_of, rays_at, rays_on_seams, slipped
 from .sheets import ELEVATIONS, PLANE_TRIANGLES, lit_and_asked, tessellations, under_a_sheet
 
-RAYS = 200_000  # per mesh and light; scripts/bench watertight asks ten millions of each light
+RAYS = 200_000  # per mesh and light; scripts/bench watertight tests ten million per light
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +62,7 @@ def test_no_ray_slips_between_triangles(
 def test_no_ray_slips_between_a_point_lights_faces(
     glcontext: GLContext, programs: Programs, rng: np.random.Generator
 ) -> None:
-    """At the border of a face rounding gives the cell behind its last."""
+    """At a face's border rounding gives the cell after its last one."""
     for _ in range(5):
         ours, _ = slipped(glcontext, programs, closed_box(rng), rays_on_seams(RAYS, rng))
         assert ours == 0
