@@ -52,7 +52,7 @@ def test_mean_shadow_equals_the_solid_fraction(renderer: gs.Renderer, filter: gs
     size = {} if isinstance(filter, gs.Exact) else {"resolution": resolution}
     light = gs.DirectionalLight(direction=SUN.direction, shadow=gs.Shadow(filter=filter, fit=gs.SceneFit(), **size))
     frame = renderer.render(scene, camera, [light], SIZE, outputs=("visibility",), samples=1)
-    if isinstance(filter, gs.Vsm):  # slopes add depths: a loose bound, which it reports
+    if isinstance(filter, gs.Vsm):  # slopes add depths: the bound is loose
         assert 1.0 - solid - 0.024 < frame.visibility.mean() < 0.8
         return
     assert frame.visibility.mean() == pytest.approx(1.0 - solid, abs=0.024)
