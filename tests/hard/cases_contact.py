@@ -16,7 +16,7 @@ FACETS = 2e-3  # share of pixels: facets of icosphere 6 lie up to 2e-4 of the ra
 
 
 def lamp_towards(elevation: float, distance: float, target: tuple[float, float, float], *, spot: float = 0.0) -> Light:
-    """A point light, or a spot of that outer angle aimed at the target, where the sun of an elevation would be."""
+    """A point light, or a spot of that outer angle aimed at the target, where a directional light of that elevation would come from."""
     aim = np.asarray(sun_direction(elevation))
     position = tuple(np.asarray(target) - aim * distance)
     if spot == 0.0:
@@ -53,7 +53,7 @@ def spheres() -> list[Picture]:
 def lamp_discs() -> list[Picture]:
     built = analytic.sphere(height=6.0, lamp_height=10.0)
     spot = SpotLight(position=(0.0, 10.0, 0.0), direction=(0.0, -1.0, 0.0), inner_angle=35.0, outer_angle=40.0)
-    # The top of the sphere above the light: the shadow is bounded by a hyperbola.
+    # The top of the sphere is above the light: the shadow is bounded by a hyperbola.
     low = PointLight(position=(3.0, 6.5, 0.0))
     beside = overhead((-60.0, 0.0), (-10.0, 10.0), 60.0)
     wide = Scene(
@@ -122,7 +122,7 @@ def feet() -> list[Picture]:
     for name, spot in (("point light", 0.0), ("spot", 30.0)):
         light = lamp_towards(30.0, 6.0, (0.0, 0.0, 0.0), spot=spot)
         pictures.append(picture_of(f"foot, {name}", built, light, camera))
-    # The lit side, from so near that a texel is many pixels: the wall is steep to the light, the ground is flat to it.
+    # The lit side, so close that a texel is many pixels: the wall is steep to the light, the ground is flat to it.
     near = overhead((0.45, 0.65), (-0.1, 0.1), 3.0)
     for resolution in (1024, 40):
         pictures.append(
@@ -163,7 +163,7 @@ def gaps() -> list[Picture]:
 
 
 def _below(gap: float) -> tuple[AnalyticScene, None, object]:
-    """The plate's shadow seen through the gap, from within it."""
+    """The plate's shadow seen through the gap, from inside it."""
     from glshadow.core.cameras import PerspectiveCamera
 
     camera = PerspectiveCamera((-1.5 - gap, 0.5 * gap, 0.1), (0.0, 0.0, 0.0), fov_y=20.0)

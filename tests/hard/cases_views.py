@@ -1,4 +1,4 @@
-"""N14 to N24: where light and camera look from, and what the map does not cover."""
+"""N14 to N24: the directions of light and camera, and places that the map does not cover."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def duels() -> list[Picture]:
 
 
 def backs() -> list[Picture]:
-    """Sheets lit from behind, thinner than any bias: their seen side and the inside of a hut of them are dark."""
+    """Sheets lit from behind, thinner than any bias: their visible side and the inside of a hut of them are dark."""
     sun = DirectionalLight(direction=(0.3, -0.4, 1.0))  # towards the camera
     camera = PerspectiveCamera((0.0, 1.2, 6.0), (0.0, 0.7, 0.0))
     ground = level((-3.0, 3.0), (-3.0, 4.0))
@@ -61,7 +61,7 @@ def backs() -> list[Picture]:
         Picture(f"{name} lit from behind", scene_of({"ground": ground, name: solid}, camera, sun, name), sun, camera)
         for name, solid in (("sheet", sheet), ("slab of 0.1 mm", thin))
     ]
-    # From inside a hut of sheets without thickness only the door's light is seen.
+    # From inside a hut of sheets without thickness only light through the door is visible.
     walls = [
         shapes.rectangle((-2.0, 0.0, -2.0), (4.0, 0.0, 0.0), (0.0, 2.0, 0.0)),
         shapes.rectangle((-2.0, 0.0, -2.0), (0.0, 0.0, 4.0), (0.0, 2.0, 0.0)),
@@ -92,7 +92,7 @@ def ranges() -> list[Picture]:
 
 
 def borders() -> list[Picture]:
-    """A spot of half-width 5 on a receiver of 40 x 40; and a sun whose map covers the 10 x 10 that is seen."""
+    """A spot of half-width 5 on a receiver of 40 x 40; and a directional light whose map covers the visible 10 x 10."""
     camera = overhead((-20.0, 20.0), (-20.0, 20.0), 30.0)
     half = float(np.degrees(np.arctan(0.5)))
     built = analytic.plates(gap=4.0, lamp_height=10.0)
@@ -211,14 +211,14 @@ def beams() -> list[Picture]:
 
 
 def smooth_back() -> Mesh:
-    """A level square whose shading normals lean towards a light that its geometric normal faces away from."""
+    """A horizontal square whose shading normals lean towards a light that its geometric normal faces away from."""
     positions, triangles = level((-1.0, 1.0), (-1.0, 1.0))
     normals = np.tile(np.array([[-0.8, 0.6, 0.0]], dtype=np.float32), (len(positions), 1))
     return Mesh(positions, triangles, normals=normals)
 
 
 def insides() -> list[Picture]:
-    """N40: the camera in a shadow and in a caster; its near plane across one: see test_settings.py."""
+    """N40: the camera inside a shadow and inside a caster; its near plane across one: see test_settings.py."""
     built = analytic.box(30.0, 30.0, (2.0, 2.0, 2.0))
     direction = np.asarray(built.scene.lights[0].direction)  # type: ignore[union-attr]
     dark = np.array([0.0, 1.0, 0.0]) + 1.5 * direction
