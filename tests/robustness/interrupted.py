@@ -1,4 +1,4 @@
-"""Ctrl-C at a chosen step of Python code, where a timer would come to a few of many thousands."""
+"""Ctrl-C at a chosen step of Python code, where a timer would reach only a few of many thousands."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ import moderngl
 import glshadow
 
 _WATCHED = tuple(str(Path(module.__file__).resolve().parent) for module in (glshadow, moderngl))
-# Python only prints what is raised in a finaliser or in a function that C calls
+# Python only prints exceptions that are raised in a finaliser or in a function called by C
 _UNHEARD = {"__del__", "_visit"}
 
 
 class Interrupted(KeyboardInterrupt):
-    """The one that is raised here."""
+    """The exception raised here."""
 
 
 def interrupt(at: int, call: Callable[[], Any]) -> bool:
-    """Call, and raise at the line, call or return of that number, from 0; whether there were as many."""
+    """Call a function, and raise at the line, call or return with that number, from 0; returns whether there were as many."""
     count = -1
 
     def trace(frame: FrameType, event: str, _: Any) -> Any:
