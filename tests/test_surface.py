@@ -1,4 +1,4 @@
-"""What is public: listed in one place, documented, and all that README and examples use."""
+"""The public API: listed in one place, documented, and all that README and examples use."""
 
 import re
 from pathlib import Path
@@ -46,7 +46,7 @@ def test_documents_use_nothing_else() -> None:
         assert set(imported) <= set(rooms), path.name
 
 
-def test_the_version_is_written_once() -> None:
+def test_version_is_written_once() -> None:
     written = [
         path.name
         for path in (CHECKOUT / "pyproject.toml", *(CHECKOUT / "glshadow").rglob("*.py"))

@@ -1,4 +1,4 @@
-"""What counts as equal, per kind of test, and why."""
+"""Tolerances by kind of test, and their reasons."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def depth_tolerance(texels: int, perspective: bool) -> float:
 
 
 def precision(texels: int, perspective: bool, reach: float) -> Precision:
-    """What the float64 twin allows llvmpipe, for a scene of size `reach` in world units."""
+    """Error bounds that the float64 twin grants llvmpipe, for a scene of size `reach` in world units."""
     return Precision(
         stored=depth_tolerance(texels, perspective),
         texels=depth_tolerance(texels, perspective) * texels,

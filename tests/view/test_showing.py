@@ -1,4 +1,4 @@
-"""What hands do to what is shown: angles, distances and settings, in numbers."""
+"""The state behind window and notebook controls: angles, distances and settings, in numbers."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_panning_and_zooming() -> None:
 
 
 @pytest.mark.parametrize("light", range(4))
-def test_a_light_moves_to_where_it_is_asked(light: int) -> None:
+def test_light_moves_to_the_given_angles(light: int) -> None:
     before = replace(showing(), light=light)
     after = before.lit_from(25.0, 50.0)
     assert after.aim == pytest.approx((25.0, 50.0))
@@ -62,7 +62,7 @@ def test_a_light_moves_to_where_it_is_asked(light: int) -> None:
         assert np.linalg.norm(np.subtract(moved.position, middle)) == pytest.approx(
             np.linalg.norm(np.subtract(old.position, middle))  # type: ignore[union-attr]
         )
-    if isinstance(moved, gs.SpotLight):  # it still looks where it looked, seen from the middle
+    if isinstance(moved, gs.SpotLight):  # it still aims at the same point, seen from the centre
         to_middle = middle - np.asarray(moved.position)
         was = middle - np.asarray(old.position)  # type: ignore[union-attr]
         cosine = np.dot(to_middle, moved.direction) / np.linalg.norm(to_middle) / np.linalg.norm(moved.direction)
@@ -83,7 +83,7 @@ def test_settings_replace_those_of_lights_that_cast() -> None:
     assert Showing(SCENE, CAMERA, lights).shadowed == lights
 
 
-def test_every_key_does_what_the_help_says() -> None:
+def test_every_key_does_what_its_help_text_states() -> None:
     controls = Controls(showing(), landscapes())
     assert controls.pressed("f")
     assert str(controls.showing.filter) == str(gs.Hard())
@@ -130,7 +130,7 @@ def test_every_key_does_what_the_help_says() -> None:
     assert {"f", "F", "r", "R", "b", "B", "s", "d", "l", "x", "g", "e", "1", "2", "3", "0", "a", "n", "o", "h"} <= named
 
 
-def test_the_projections_show_the_target_alike() -> None:
+def test_both_projections_show_the_target_alike() -> None:
     controls = Controls(showing(), {})
     width = CAMERA.window((100, 100))
     controls.pressed("o")

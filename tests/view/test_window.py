@@ -1,4 +1,4 @@
-"""A real window on a real screen (Xvfb): keys and mouse as a person's, each seen in a screenshot."""
+"""A real window on a real screen (Xvfb): keys and mouse as a user would use them, each result seen in a screenshot."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .screen import kept, pressed, seen_on
 SIZE = (400, 240)
 
 
-def test_without_a_screen_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_screen_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     done = CliRunner().invoke(main, ["view"])
@@ -35,7 +35,7 @@ def test_without_a_screen_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "glshadow render" in done.stderr
 
 
-def test_in_python_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_screen_is_reported_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     with pytest.raises(gs.ContextError, match="needs a screen"):
@@ -44,8 +44,8 @@ def test_in_python_too(monkeypatch: pytest.MonkeyPatch) -> None:
         gs.show(gs.scenes.courtyard(), size=(0, 100))
 
 
-class Person:
-    """Who presses keys and looks."""
+class User:
+    """Presses keys and takes screenshots."""
 
     def __init__(self, display: str, process: subprocess.Popen[str], folder: Path) -> None:
         self.display, self._process, self._folder, self._number = display, process, folder, 0
@@ -54,13 +54,13 @@ class Person:
         pressed(self.display, *words)
 
     def looks(self) -> NDArray[np.uint8]:
-        """The window's pixels."""
+        """Pixels of the window."""
         return seen_on(self.display, self._folder)[: SIZE[1], : SIZE[0]]
 
     def waits_for(self, what: str, true: Callable[[NDArray[np.uint8]], bool]) -> NDArray[np.uint8]:
-        """Looks until something is so."""
+        """Take screenshots until a condition holds."""
         self._number += 1
-        until = time.monotonic() + 60.0  # rays round 50,000 pixels of acne, beside another test
+        until = time.monotonic() + 60.0  # traces 50,000 pixels of acne, beside another test
         while time.monotonic() < until:
             assert self._process.poll() is None, "the window went"
             seen = self.looks()
@@ -72,7 +72,7 @@ class Person:
 
 
 def differs(one: NDArray[np.uint8], other: NDArray[np.uint8], where: tuple[slice, slice]) -> float:
-    """Share of pixels that changed."""
+    """Share of changed pixels."""
     gap = np.abs(one[where].astype(int) - other[where].astype(int)).max(axis=-1)
     return float((gap > 12).mean())
 
@@ -81,12 +81,12 @@ TOP, MAP, ALL, WORDS = np.s_[0:40, 0:120], np.s_[0:64, 330:400], np.s_[0:200, :]
 
 
 @pytest.mark.slow
-def test_a_person_turns_lights_and_judges(screen: str, tmp_path: Path) -> None:
+def test_user_moves_lights_and_inspects_errors(screen: str, tmp_path: Path) -> None:
     environment = os.environ | {"DISPLAY": screen}
     command = [sys.executable, "-m", "glshadow", "view", "--size", f"{SIZE[0]}x{SIZE[1]}"]
     with subprocess.Popen(command, env=environment, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
         try:
-            _work_with(Person(screen, process, tmp_path), tmp_path)
+            _work_with(User(screen, process, tmp_path), tmp_path)
             _, said = process.communicate(timeout=60)
         finally:
             process.kill()
@@ -94,7 +94,7 @@ def test_a_person_turns_lights_and_judges(screen: str, tmp_path: Path) -> None:
         assert "Traceback" not in said
 
 
-def _work_with(person: Person, folder: Path) -> None:
+def _work_with(person: User, folder: Path) -> None:
     first = person.waits_for("the courtyard", lambda seen: len(np.unique(seen[ALL])) > 50)
     person.does("key", "h")
     person.waits_for("the help", lambda seen: differs(first, seen, TOP) > 0.5)
