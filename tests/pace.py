@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import numpy as np
 
 QUIET_S = 0.06
-"""Processor time of `_work` on a quiet core of the machine on which the tests' seconds were measured."""
+"""Processor time of `_work` on an idle core of the machine on which the tests' seconds were measured."""
 
 
 def pace() -> float:

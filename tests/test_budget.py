@@ -42,7 +42,7 @@ def test_cheapest_sufficient_setting_is_chosen(wrong: float) -> None:
     measured = gs.measure(frame, truth).wrong
     assert missed == ""
     assert measured <= 1.2 * wrong
-    assert found.wrong == pytest.approx(measured, abs=2e-4), "found by comparing with Exact(), not with rays"
+    assert found.wrong == pytest.approx(measured, abs=2e-4), "determined by comparison with Exact(), not with rays"
     assert frame.used[0].filter == found.shadow.filter
     assert "the cheapest within" in frame.used[0].why
     assert str(found.shadow.resolution) in frame.used[0].why or found.shadow.filter == gs.Exact()

@@ -50,7 +50,7 @@ class Sandbox:
             timeout=60,
             check=False,
         )
-        assert done.stdout == "", "set-up speaks on standard error only"
+        assert done.stdout == "", "set-up prints to standard error only"
         return done.returncode, done.stderr
 
     def calls(self) -> list[str]:

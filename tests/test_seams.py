@@ -27,7 +27,7 @@ FAMILIES |= {"Filter": "shadows/filters", "Bias": "shadows/bias.py", "Fit": "sha
 FAMILIES |= {base.__name__: "lights" for kind in LIGHTS for base in kind.__mro__ if issubclass(base, Light)}
 
 KINDS = {kind.spelling for kind in LIGHTS} | {"directional", "panel", "lamp"}
-"""What kinds of lights are called in strings."""
+"""Names of kinds of lights in strings."""
 
 # Places that may name kinds of lights in strings: (file, reason).
 NAMED = {
@@ -46,18 +46,18 @@ def type_tests() -> list[tuple[str, int, str]]:
     for path in sorted(PACKAGE.rglob("*.py")):
         name = path.relative_to(PACKAGE).as_posix()
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            asked: list[ast.AST] = []
+            tested: list[ast.AST] = []
             if (
                 isinstance(node, ast.Call)
                 and isinstance(node.func, ast.Name)
                 and node.func.id in ("isinstance", "issubclass")
             ):
-                asked = [node.args[1]]
+                tested = [node.args[1]]
             elif isinstance(node, ast.Compare) and any(_is_type_call(part) for part in (node.left, *node.comparators)):
-                asked = [node]
+                tested = [node]
             elif isinstance(node, ast.MatchClass):
-                asked = [node.cls]
-            for part in asked:
+                tested = [node.cls]
+            for part in tested:
                 names = {each.id for each in ast.walk(part) if isinstance(each, ast.Name)}
                 names |= {each.attr for each in ast.walk(part) if isinstance(each, ast.Attribute)}
                 for family in names & set(FAMILIES):
@@ -74,16 +74,16 @@ def kind_strings() -> list[tuple[str, int, str]]:
         if name.startswith("lights/"):
             continue
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            asked: list[ast.AST | None] = []
+            tested: list[ast.AST | None] = []
             if isinstance(node, ast.Compare):
-                asked = [node.left, *node.comparators]
+                tested = [node.left, *node.comparators]
             elif isinstance(node, ast.Dict):
-                asked = list(node.keys)
+                tested = list(node.keys)
             elif isinstance(node, ast.Subscript):
-                asked = [node.slice]
+                tested = [node.slice]
             elif isinstance(node, ast.MatchValue):
-                asked = [node.value]
-            for part in filter(None, asked):
+                tested = [node.value]
+            for part in filter(None, tested):
                 several = part.elts if isinstance(part, ast.Tuple | ast.List | ast.Set) else [part]
                 found += [
                     (name, node.lineno, str(each.value))
@@ -154,13 +154,13 @@ def test_filter_without_a_snippet_is_refused() -> None:
 
 def test_code_for_software_drivers_is_documented() -> None:
     """Each place that tests for a software driver is in the table of docs/speed.md, with its measurement."""
-    asking = {
+    testing = {
         path.relative_to(PACKAGE.parent).as_posix()
         for path in PACKAGE.rglob("*.py")
         if "caps.software" in path.read_text()
     }
     table = (PACKAGE.parent / "docs" / "speed.md").read_text()
-    assert asking == set(re.findall(r"\| `(glshadow/gl/[\w/]+\.py)` \|", table))
+    assert testing == set(re.findall(r"\| `(glshadow/gl/[\w/]+\.py)` \|", table))
 
 
 def test_double_is_used_in_one_file() -> None:

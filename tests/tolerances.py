@@ -14,10 +14,10 @@ WEIGHT = 1e-6
 """Weights of a filter are float32 products of a position in texels: 16 roundings. Hardware filtering: 1 / 256."""
 
 POSITION_ROUNDINGS = 16.0
-"""Roundings from pixel to light view: ray x depth, the eye added, back on the plane, one matrix product."""
+"""Roundings from pixel to light view: ray x depth, plus the eye, back on the plane, one matrix product."""
 
 PICTURE_CHANNELS = 1
-"""Two ways to the same picture may round a channel of 8 bits to either side."""
+"""Two ways to compute the same image may round an 8-bit channel to either side."""
 
 PICTURE_SHARE = 1e-3
 """Share of pixels that may differ more: where vertices are rounded differently, edges move over pixel centres."""

@@ -98,9 +98,9 @@ def lit_and_asked(
 ) -> tuple[int, int]:
     """Number of pixels that show the first `first` triangles and receive any light, and of all pixels that show these triangles."""
     frame = renderer.render(scene, None, [light], size, outputs=("visibility", "triangle"), samples=1)
-    asked = (frame.triangle >= 0) & (frame.triangle < first)
-    return int((frame.visibility[0][asked] > 0.0).sum()), int(asked.sum())
+    tested = (frame.triangle >= 0) & (frame.triangle < first)
+    return int((frame.visibility[0][tested] > 0.0).sum()), int(tested.sum())
 
 
 PLANE_TRIANGLES = 128
-"""Of `under_a_sheet`: the triangles of the plane come first."""
+"""The triangles of the plane come first in `under_a_sheet`."""

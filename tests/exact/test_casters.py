@@ -121,8 +121,8 @@ def test_extreme_alpha_cutoffs(renderer: Renderer, cutoff: float) -> None:
 def test_blended_materials_cast_nothing(renderer: Renderer, light: Light, filter_: gs.Exact | gs.Pcf) -> None:
     for texture in (None, leaves()):
         mesh = leaf(leaves())
-        glass = replace(mesh, material=Material(texture=texture, alpha_mode=AlphaMode.BLEND))
-        scene = scene_of(Node(glass, placed(-0.5, 1.0, 0.0, 1), "glass"))
+        translucent = replace(mesh, material=Material(texture=texture, alpha_mode=AlphaMode.BLEND))
+        scene = scene_of(Node(translucent, placed(-0.5, 1.0, 0.0, 1), "glass"))
         lit = replace(light, shadow=gs.Shadow(filter=filter_))
         frame = renderer.render(scene, lights=[lit], size=(160, 90), outputs=("visibility", "triangle"), samples=1)
         floor = (frame.triangle >= 0) & (frame.triangle < 2)

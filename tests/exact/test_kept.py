@@ -118,7 +118,7 @@ def test_directional_and_point_light_with_equal_vectors_are_told_apart(
     """The floor blocks nothing of a light from above, and everything of a point light below it: the cache must tell the two apart."""
     shadow = gs.Shadow(filter=filter_, resolution=256)
     sun = gs.DirectionalLight(direction=(0.0, -1.0, 0.0), shadow=shadow)
-    lamp = gs.PointLight(position=(0.0, -1.0, 0.0), shadow=shadow)
+    point_light = gs.PointLight(position=(0.0, -1.0, 0.0), shadow=shadow)
     from_below = replace(CAMERA, position=(3.0, 0.2, 6.0))  # sees the undersides of the balls
 
     def picture(renderer: Renderer, light: Light) -> np.ndarray:
@@ -127,10 +127,10 @@ def test_directional_and_point_light_with_equal_vectors_are_told_apart(
         return values
 
     with Renderer("egl") as fresh:
-        expected = picture(fresh, lamp)
+        expected = picture(fresh, point_light)
     with Renderer("egl") as kept:
         picture(kept, sun)
-        np.testing.assert_array_equal(picture(kept, lamp), expected)
+        np.testing.assert_array_equal(picture(kept, point_light), expected)
 
 
 def test_rotated_rect_light_is_recomputed() -> None:
@@ -143,9 +143,9 @@ def test_rotated_rect_light_is_recomputed() -> None:
     scene = Scene((floor, *boxes), gs.PerspectiveCamera((0.0, 1.5, 4.5), (0.0, 0.4, 0.0), fov_y=60.0))
     lying = gs.RectLight(position=(0.0, 0.5, 0.0), direction=(0.0, -1.0, 0.0), width=2.0, height=2.0)
     standing = replace(lying, direction=(1.0, 0.0, 0.0), up=(0.0, 1.0, 0.0))
-    lamp = gs.PointLight(position=lying.position, radius=0.5 * float(np.hypot(2.0, 2.0)))
+    point_light = gs.PointLight(position=lying.position, radius=0.5 * float(np.hypot(2.0, 2.0)))
     with Renderer("egl") as kept:
-        for light in (lying, standing, lamp, replace(standing, height=1.0), lying):
+        for light in (lying, standing, point_light, replace(standing, height=1.0), lying):
             values = kept.render(scene, None, [light], (192, 108), outputs=("visibility",), samples=1).visibility
             with Renderer("egl") as fresh:
                 expected = fresh.render(scene, None, [light], (192, 108), outputs=("visibility",), samples=1).visibility
@@ -171,7 +171,9 @@ def test_camera_inside_a_closed_box_sees_it_dark() -> None:
                 assert not frame.visibility[0][within].any()
                 links.append(frame.used[0].links)
             if isinstance(filter_, gs.Exact):
-                assert links[0] == links[2] < links[1] == links[3] == links[4], "from outside the box need not cast"
+                assert links[0] == links[2] < links[1] == links[3] == links[4], (
+                    "seen from outside the box need not cast"
+                )
 
 
 # -- triangle lists that do not fit

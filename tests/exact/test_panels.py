@@ -15,7 +15,7 @@ from glshadow.scenes import shapes
 
 SIZE = (120, 90)
 OUTPUTS = ("visibility", "triangle", "linear", "position", "normal")
-PANEL = gs.RectLight(position=(2.5, 3.0, 1.5), direction=(-2.5, -2.5, -1.5), width=1.5, height=0.8, intensity=3.0)
+RECT = gs.RectLight(position=(2.5, 3.0, 1.5), direction=(-2.5, -2.5, -1.5), width=1.5, height=0.8, intensity=3.0)
 
 
 @pytest.fixture(scope="module")
@@ -46,26 +46,26 @@ def test_form_factors_equal_the_mean_over_many_points(rng: np.random.Generator) 
     points = rng.uniform(-3.0, 3.0, (40, 3))
     normals = rng.normal(size=(40, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    factor, above = PANEL.form_factor(points, normals)
-    forward = np.asarray(PANEL.direction)
-    right = np.cross(forward, PANEL.up)
+    factor, above = RECT.form_factor(points, normals)
+    forward = np.asarray(RECT.direction)
+    right = np.cross(forward, RECT.up)
     right /= np.linalg.norm(right)
     up = np.cross(right, forward)
     at = square(1 << 16)
-    places = np.asarray(PANEL.position) + 0.75 * at[:, :1] * right + 0.4 * at[:, 1:] * up
+    places = np.asarray(RECT.position) + 0.75 * at[:, :1] * right + 0.4 * at[:, 1:] * up
     for k in range(len(points)):
         way = places - points[k]
         away = np.linalg.norm(way, axis=1)
         cosine, leaving = way @ normals[k] / away, -(way @ forward) / away
         lit = (cosine > 0.0) & (leaving > 0.0)
-        sum_ = (cosine * leaving / away**2)[lit].sum() / len(at) * PANEL.width * PANEL.height / np.pi
+        sum_ = (cosine * leaving / away**2)[lit].sum() / len(at) * RECT.width * RECT.height / np.pi
         assert abs(factor[k] - sum_) < 2e-4  # the mean over 65,536 points of a lattice
         assert abs(above[k] - lit.mean()) < 1e-3
 
 
 def test_rendered_irradiance_equals_the_form_factor(renderer: gs.Renderer) -> None:
     scene = gs.scenes.box().scene
-    light = replace(PANEL, shadow=None)
+    light = replace(RECT, shadow=None)
     frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, ambient=0.0, samples=1)
     known = frame.triangle >= 0
     factor, _ = light.form_factor(frame.position[known], frame.normal[known].astype(np.float64))
@@ -80,16 +80,16 @@ def test_rendered_irradiance_equals_the_form_factor(renderer: gs.Renderer) -> No
 
 def test_rect_light_shadow_matches_rays(renderer: gs.Renderer) -> None:
     scene = gs.scenes.box().scene
-    frame = renderer.render(scene, None, [PANEL], SIZE, outputs=OUTPUTS, samples=1)
-    expected = count_points(gs.trace(scene, None, [PANEL], SIZE, surface=frame.triangle, samples=1), PANEL, 64)
+    frame = renderer.render(scene, None, [RECT], SIZE, outputs=OUTPUTS, samples=1)
+    expected = count_points(gs.trace(scene, None, [RECT], SIZE, surface=frame.triangle, samples=1), RECT, 64)
     known = ~np.isnan(expected)
-    factor, _ = PANEL.form_factor(frame.position[known], frame.normal[known].astype(np.float64))
+    factor, _ = RECT.form_factor(frame.position[known], frame.normal[known].astype(np.float64))
     gap = np.abs(frame.visibility[0] * 64.0 - expected)[known]
     # an edge passes a pixel closer than float32 resolves
     assert (gap[factor > 0.0] > 1.5).sum() <= 3
     assert (gap[factor > 0.0] > 0.5).sum() <= 6
-    assert (frame.visibility[0][known][factor == 0.0] == 0.0).all(), "its back, and what it does not reach"
-    truth = gs.trace(scene, None, [PANEL], SIZE, surface=frame.triangle, light_samples=1024, samples=1)
+    assert (frame.visibility[0][known][factor == 0.0] == 0.0).all(), "its back, and surfaces that it does not reach"
+    truth = gs.trace(scene, None, [RECT], SIZE, surface=frame.triangle, light_samples=1024, samples=1)
     assert np.abs(frame.visibility[0] - truth.visibility[0])[known].mean() < 2.5e-3
 
 
@@ -147,7 +147,7 @@ def test_sky_shadow_matches_many_rays(renderer: gs.Renderer) -> None:
 
 @pytest.mark.parametrize("samples", [4])
 def test_area_lights_with_multisampling(renderer: gs.Renderer, samples: int) -> None:
-    scene, lights = gs.scenes.box().scene, [PANEL, gs.SkyLight(intensity=0.3)]
+    scene, lights = gs.scenes.box().scene, [RECT, gs.SkyLight(intensity=0.3)]
     frame = renderer.render(scene, None, lights, SIZE, outputs=("visibility",), samples=samples)
     truth = gs.trace(scene, None, lights, SIZE, samples=samples, light_samples=64)
     for number, most in enumerate((4e-3, 1.5e-2)):
@@ -157,11 +157,11 @@ def test_area_lights_with_multisampling(renderer: gs.Renderer, samples: int) -> 
 
 def test_sample_directions_and_points_are_evenly_distributed() -> None:
     for count in (16, 64, 256):
-        sky, panel = hemisphere(count), square(count)
+        sky, rect = hemisphere(count), square(count)
         np.testing.assert_allclose(np.linalg.norm(sky, axis=1), 1.0)
         np.testing.assert_allclose(sky.mean(axis=0), [0.0, 0.0, 0.5], atol=1.0 / count**0.75)
-        np.testing.assert_allclose(panel.mean(axis=0), 0.0, atol=1.0 / count**0.75)
-        assert (np.abs(panel) <= 1.0).all()
+        np.testing.assert_allclose(rect.mean(axis=0), 0.0, atol=1.0 / count**0.75)
+        assert (np.abs(rect) <= 1.0).all()
 
 
 def test_bad_settings_are_refused() -> None:
@@ -208,8 +208,8 @@ def test_mapped_area_light_next_to_other_lights(renderer: gs.Renderer) -> None:
 
 def test_rect_light_has_no_effect_behind_its_plane() -> None:
     scene = gs.scenes.box().scene
-    panel = replace(PANEL, position=(0.0, 0.5, 2.0), direction=(0.0, 0.0, -1.0), up=(0.0, 1.0, 0.0))
-    truth = gs.trace(scene, None, [panel], SIZE, samples=1)
+    rect = replace(RECT, position=(0.0, 0.5, 2.0), direction=(0.0, 0.0, -1.0), up=(0.0, 1.0, 0.0))
+    truth = gs.trace(scene, None, [rect], SIZE, samples=1)
     seen = truth.triangle >= 0
     before = truth.position[seen][:, 2] < 2.0
     assert before.any()

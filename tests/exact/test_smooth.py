@@ -134,8 +134,8 @@ def _crowd(seed):
 def test_smooth_shadows_match_rays(renderer, name):
     """Rounded surfaces that shadow each other match float64, except for one or two pixels: normals rounded to 16 bits
     and float32 sums may decide differently there."""
-    panel = RectLight(position=PLACE, direction=AIM, width=0.6, height=0.6)
-    light = LIGHTS.get(name, panel)
+    rect = RectLight(position=PLACE, direction=AIM, width=0.6, height=0.6)
+    light = LIGHTS.get(name, rect)
     for seed in (0, 1) if name in ("sun", "point") else (0,):
         scene = _crowd(seed)
         frame = renderer.render(scene, CAMERA, [light], SIZE, outputs=("visibility", "triangle"), samples=1)

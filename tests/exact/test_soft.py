@@ -28,7 +28,7 @@ def renderer() -> Iterator[gs.Renderer]:
 
 
 AT_EDGES = 3
-"""Pixels off by more than one point: an edge passes them nearer than float32 tells (0 to 15 at 640 x 360: docs/soft.md)."""
+"""Pixels off by more than one point: an edge passes closer than float32 resolves (0 to 15 at 640 x 360: docs/soft.md)."""
 
 
 @pytest.fixture(scope="module")
@@ -161,8 +161,8 @@ def test_more_light_samples_are_closer_to_many_rays(renderer: gs.Renderer, scene
         light = replace(LIGHTS[name], shadow=gs.Shadow(filter=gs.Exact(light_samples=count)))
         frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
         truth = truth or gs.trace(scene, None, [light], SIZE, light_samples=1024, surface=frame.triangle, samples=1)
-        asked = truth.reached[0] & (truth.cosine[0] > 0.05)
-        errors[count] = float(np.abs(frame.visibility[0] - truth.visibility[0])[asked].mean())
+        tested = truth.reached[0] & (truth.cosine[0] > 0.05)
+        errors[count] = float(np.abs(frame.visibility[0] - truth.visibility[0])[tested].mean())
     assert errors[64] < 0.7 * errors[16], errors
     assert errors[256] < 0.7 * errors[64], errors
     assert errors[256] < 3e-3, errors
@@ -230,8 +230,8 @@ def test_single_map_is_hard_for_area_lights(renderer: gs.Renderer, scene: gs.Sce
 @pytest.mark.parametrize("name", [*LIGHTS, "panel"])
 def test_dither_turns_steps_into_noise(renderer: gs.Renderer, scene: gs.Scene, name: str) -> None:
     """The same visibility on average, a different set of points in each pixel, and the same image every time."""
-    panel = gs.RectLight(position=(2.5, 3.0, 1.5), direction=(-2.5, -2.5, -1.5), width=0.8, height=0.4)
-    light = LIGHTS.get(name, panel)
+    rect = gs.RectLight(position=(2.5, 3.0, 1.5), direction=(-2.5, -2.5, -1.5), width=0.8, height=0.4)
+    light = LIGHTS.get(name, rect)
     lights = [replace(light, shadow=gs.Shadow(filter=gs.Exact(light_samples=16, dither=on))) for on in (False, True)]
     plain, noisy = (
         renderer.render(scene, None, [each], SIZE, outputs=OUTPUTS, samples=1).visibility[0] for each in lights
@@ -259,7 +259,7 @@ def test_measure_refuses_a_hard_reference_for_soft_shadows(renderer: gs.Renderer
     error = gs.measure(frame, gs.trace(scene, None, [light], SIZE, light_samples=256, samples=1))
     assert error.acne == error.leak == 0.0
     assert error.mean < 2e-3
-    assert error.mean < error.penumbra < 0.02, "where the rays of the truth are as coarse as the points: 1 / sqrt(256)"
+    assert error.mean < error.penumbra < 0.02, "the reference's rays are as coarse as the sample points: 1 / sqrt(256)"
     assert error.p95 < 0.02
     assert "penumbra" in str(error)
     hard = renderer.render(

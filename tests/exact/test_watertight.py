@@ -77,11 +77,11 @@ def brain(models: Path) -> Solid:
 def test_nothing_is_lit_under_a_sheet(renderer: Renderer, rng: np.random.Generator, cells: int) -> None:
     scene, lights = under_a_sheet(cells, rng)
     for name, light in lights.items():
-        lit, asked = lit_and_asked(renderer, scene, with_exact(light), PLANE_TRIANGLES)
-        assert asked > 100_000
-        assert lit == 0, f"{name}: {lit} leaks of {asked}"
+        lit, tested = lit_and_asked(renderer, scene, with_exact(light), PLANE_TRIANGLES)
+        assert tested > 100_000
+        assert lit == 0, f"{name}: {lit} leaks of {tested}"
         control, _ = lit_and_asked(renderer, scene, replace(light, shadow=None), PLANE_TRIANGLES)
-        assert control == asked, f"{name}: without a shadow all of the plane is lit"
+        assert control == tested, f"{name}: without a shadow all of the plane is lit"
 
 
 @pytest.mark.parametrize("offset", [0.0, 1000.0])
@@ -91,6 +91,6 @@ def test_tessellations_of_one_plane_do_not_shadow_each_other(
 ) -> None:
     scene, lights = tessellations(elevation, offset, rng)
     for name, light in lights.items():
-        lit, asked = lit_and_asked(renderer, scene, with_exact(light), 1 << 30)
-        assert asked > 100_000
-        assert lit == asked, f"{name}: acne in {asked - lit} of {asked} pixels"
+        lit, tested = lit_and_asked(renderer, scene, with_exact(light), 1 << 30)
+        assert tested > 100_000
+        assert lit == tested, f"{name}: acne in {tested - lit} of {tested} pixels"

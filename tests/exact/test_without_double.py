@@ -20,7 +20,7 @@ from glshadow.gl.techniques.listed import Listed
 
 SIZE = (160, 90)
 NORMALS = 2.0**-24
-"""Half a unit in the last place of 1: both round a number that they know to 2^-45, and may do so to either side."""
+"""Half a unit in the last place of 1: both round a number that they represent to 2^-45, and may round to either side."""
 
 
 @pytest.fixture
@@ -42,16 +42,16 @@ def facets(renderer: gs.Renderer, scene: gs.Scene, light: gs.Light) -> NDArray[n
 
 @pytest.mark.usefixtures("built_on_the_gpu")
 def test_double_is_not_used(without: gs.Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
+    compiled = []
     compute = Programs.compute
 
     def seen(self: Programs, name: str, **options: Any) -> Any:
-        asked.append((name, options.get("defines", {}).get("GLS_DOUBLE")))
+        compiled.append((name, options.get("defines", {}).get("GLS_DOUBLE")))
         return compute(self, name, **options)
 
     monkeypatch.setattr(Programs, "compute", seen)
     facets(without, gs.scenes.courtyard(), gs.DirectionalLight())
-    assert ("pass/lists.comp", 0) in asked
+    assert ("pass/lists.comp", 0) in compiled
 
 
 def scaled(scene: gs.Scene, scale: float, offset: tuple[float, float, float]) -> gs.Scene:

@@ -39,7 +39,7 @@ def test_plane_does_not_shadow_itself(kind: MomentFilter, slope: float, fraction
         gradient = slope * np.array(direction)
         depths = 0.5 + np.add.outer(texels * gradient[0], texels * gradient[1])
         lit = visibility_of(kind, depths.ravel(), np.outer(weights, weights).ravel(), 0.5, gradient)
-        assert lit >= 1.0 - 2e-3, "a moment bias of 6e-5 keeps back a root of it"
+        assert lit >= 1.0 - 2e-3, "a moment bias of 6e-5 costs its square root"
 
 
 @pytest.mark.parametrize("kind", [gs.Evsm(), gs.Msm()], ids=str)

@@ -131,6 +131,6 @@ def test_error_lies_between_hard_map_and_reference(renderer: gs.Renderer) -> Non
         truth = truth or gs.trace(
             scene, None, [light], (240, 135), surface=frame.triangle, light_samples=256, samples=1
         )
-        asked = truth.reached[0] & (truth.cosine[0] > 0.05)
-        errors[type(filter)] = float(np.abs(frame.visibility[0] - truth.visibility[0])[asked].mean())
+        tested = truth.reached[0] & (truth.cosine[0] > 0.05)
+        errors[type(filter)] = float(np.abs(frame.visibility[0] - truth.visibility[0])[tested].mean())
     assert errors[gs.Exact] < 0.5 * errors[gs.Pcss] < 0.25 * errors[gs.Pcf], errors

@@ -45,8 +45,8 @@ def light(fit: gs.Fit | None, filter: gs.Filter | None = None, **more: object) -
 
 
 def errors(frame: gs.Frame, truth: gs.Truth) -> Array:
-    asked = (truth.cosine[0] > 1e-3) & ~np.isnan(frame.visibility[0])
-    return np.asarray(np.abs(frame.visibility[0] - truth.visibility[0])[asked])
+    tested = (truth.cosine[0] > 1e-3) & ~np.isnan(frame.visibility[0])
+    return np.asarray(np.abs(frame.visibility[0] - truth.visibility[0])[tested])
 
 
 @pytest.mark.parametrize("fit", FITS, ids=str)

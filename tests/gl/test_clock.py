@@ -34,8 +34,8 @@ def driver_timestamps(monkeypatch: pytest.MonkeyPatch, *seconds: float) -> None:
 
 
 def test_software_driver_is_not_queried(glcontext: GLContext) -> None:
-    assert has_timestamps(glcontext.gl), "it has them"
-    assert not glcontext.caps.timestamps, "and no GPU"
+    assert has_timestamps(glcontext.gl), "the driver has timestamps"
+    assert not glcontext.caps.timestamps, "but no GPU"
     clock = Clock(glcontext, True)
     with clock("a"):
         time.sleep(0.02)
@@ -49,7 +49,7 @@ def test_software_driver_is_not_queried(glcontext: GLContext) -> None:
 
 
 def test_unused_timing_costs_nothing(trusted: GLContext, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Clock, "_now", lambda self: pytest.fail("asked"))
+    monkeypatch.setattr(Clock, "_now", lambda self: pytest.fail("the driver was queried"))
     clock = Clock(trusted, False)
     with clock("a"):
         pass
@@ -80,11 +80,11 @@ def test_impossible_gpu_time_is_not_trusted_again(
 
 def test_frame_timed_by_the_gpu_is_unchanged() -> None:
     scene = gs.scenes.courtyard()
-    asked = ("image", "timings")
+    requested = ("image", "timings")
     with gs.Renderer("egl") as renderer:
-        frame = renderer.render(scene, size=(160, 90), samples=4, outputs=asked)
+        frame = renderer.render(scene, size=(160, 90), samples=4, outputs=requested)
         renderer._context.trusts_timestamps = True
-        other = renderer.render(scene, size=(160, 90), samples=4, outputs=asked)
+        other = renderer.render(scene, size=(160, 90), samples=4, outputs=requested)
         assert set(other.timings) <= set(frame.timings)
         assert {"shadow", "resolve", "read"} <= set(other.timings)
         assert (other.image == frame.image).all()

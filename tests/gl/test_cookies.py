@@ -55,12 +55,12 @@ def test_light_colour_equals_the_image(renderer: gs.Renderer, name: str, filter:
     seen = frame.triangle >= 0
     points = frame.position[seen].astype(np.float64)
     color, inside = looked_up(light, points)
-    asked = inside & (plain.linear[seen].max(axis=1) > 0.02)
-    assert asked.sum() > 300
+    tested = inside & (plain.linear[seen].max(axis=1) > 0.02)
+    assert tested.sum() > 300
     expected = plain.linear[seen] * color
     # 8-bit sRGB decoded by the hardware, and a float32 position
-    np.testing.assert_allclose(frame.linear[seen][asked], expected[asked], atol=2e-3)
-    assert np.ptp(color[asked], axis=0).min() > 0.2
+    np.testing.assert_allclose(frame.linear[seen][tested], expected[tested], atol=2e-3)
+    assert np.ptp(color[tested], axis=0).min() > 0.2
 
 
 def test_image_placement() -> None:

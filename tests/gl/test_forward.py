@@ -238,7 +238,7 @@ def test_derived_normal_gives_the_same_image(
     assert differs.sum() <= 0.002 * (pictures[0] != BACKGROUND).sum()
 
 
-STRANGER = """
+FOREIGN_FRAGMENT = """
 in vec3 v_position_lv;
 in vec3 v_normal_lv;
 uniform vec3 u_towards;
@@ -258,7 +258,7 @@ def test_foreign_program_includes_the_receiver(
 ) -> None:
     light = light_of("directional", Shadow(target=target, filter=kernel))
     shadow_map = draw_map(glcontext, gpu[1], gpu[0], light, views_of(small_scene(), light, ClipSpace(False, False)))
-    source = receiver_source(glcontext, light, shadow_map) + STRANGER
+    source = receiver_source(glcontext, light, shadow_map) + FOREIGN_FRAGMENT
     ours = forward_program(glcontext, gpu[1], light, shadow_map, "core330")
     vertex = Variant("pass/forward.vert", "core330", {}, {}).compose()
     lines = source.splitlines()

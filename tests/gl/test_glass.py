@@ -68,7 +68,7 @@ def test_receiver_behind_is_tinted(renderer: gs.Renderer, name: str, filter: gs.
     all_of = [np.ones(3), through(RED), through(BLUE), through(RED) * through(BLUE)]
     gap = np.min([np.abs(seen - each).max(axis=-1) for each in all_of], axis=0)
     assert (gap[known] > 5e-3).mean() < 0.05
-    assert (frame.visibility[0][known] == 1.0).all(), "visibility is a number that knows no colour"
+    assert (frame.visibility[0][known] == 1.0).all(), "visibility has no colour"
 
 
 def test_tint_placement(renderer: gs.Renderer) -> None:

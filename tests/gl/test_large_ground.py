@@ -128,7 +128,7 @@ def test_large_ground_clips_nothing_near(half: float, scale: float) -> None:
     depths = np.stack([front, ground, wall])
     expected = np.where(np.isfinite(depths.min(axis=0)), depths.argmin(axis=0), -1)
     assert np.isin(frame.node, (-1, 0, 1, 2)).all(), "the wall behind shows through"
-    assert (frame.node != expected).sum() <= 4 * SIZE[0] / 100, "but for pixels that an edge passes"
+    assert (frame.node != expected).sum() <= 4 * SIZE[0] / 100, "except for pixels at edges"
     same = (frame.node == expected) & (expected >= 0)
     assert set(np.unique(expected[same])) == {0, 1, 2}
     np.testing.assert_allclose(frame.depth[same], depths.min(axis=0)[same], rtol=2e-4)
@@ -140,12 +140,12 @@ def test_large_ground_clips_nothing_near(half: float, scale: float) -> None:
 @pytest.mark.parametrize("filter", [gs.Pcf(1), gs.Exact()], ids=str)
 def test_local_light_over_a_large_ground_casts_shadows(filter: gs.Filter) -> None:
     """The same shadows as on a small ground: the light's near plane lies before the receivers, not behind them."""
-    lamp = gs.PointLight(position=(0.4, 2.5, 0.3), shadow=gs.Shadow(filter=filter, resolution=512))
+    point_light = gs.PointLight(position=(0.4, 2.5, 0.3), shadow=gs.Shadow(filter=filter, resolution=512))
     seen = []
     with gs.Renderer() as renderer:
         for side in (10.0, 3e4):
             frame = renderer.render(
-                scene_of(table(), ground(side)), CAMERA, [lamp], SIZE, outputs=("visibility", "depth"), samples=1
+                scene_of(table(), ground(side)), CAMERA, [point_light], SIZE, outputs=("visibility", "depth"), samples=1
             )
             seen.append(np.where(frame.depth < 5.0, frame.visibility[0], 1.0))
     assert (seen[0] < 0.5).sum() > 200

@@ -62,7 +62,7 @@ def test_reused_resources_and_changed_inputs(found: dict[str, Any]) -> None:
     assert found["resized"] == [240, 100, 3]
     assert found["empty"] == [[240, 100, 3], [240, 100]]
     sharp, soft = found["greys"]
-    assert soft > 1.3 * sharp, "a sun that has a size"
+    assert soft > 1.3 * sharp, "a directional light with a size"
 
 
 def test_bad_arguments_are_refused() -> None:

@@ -21,9 +21,9 @@ LIGHTS: tuple[gs.Light, ...] = (
     gs.DirectionalLight(direction=(0.4, -0.7, 0.3)),
 )
 DEPTH_TEST = 2e-5
-"""Of the metric: at silhouettes, where front and back of a thing meet, a third of a float depth buffer takes one for the other."""
+"""Error of the metric: at silhouettes, where front and back meet, a third of a float depth buffer confuses the two."""
 SNAPPED = 12
-"""Texels of four million that show another surface: GL may order two at one depth as it likes."""
+"""Texels of four million that show another surface: GL may order two at the same depth in either way."""
 
 
 @pytest.fixture(scope="module")

@@ -70,7 +70,7 @@ def dark_points(frame: Frame, light: int = 0) -> Array:
     return np.asarray(frame.camera.position) + rays * frame.depth[dark][:, None].astype(np.float64)
 
 
-def assert_same_picture(a: Frame, b: Frame, share: float = PICTURE_SHARE) -> None:
+def assert_same_image(a: Frame, b: Frame, share: float = PICTURE_SHARE) -> None:
     assert a.image is not None
     assert b.image is not None
     assert a.visibility is not None
@@ -408,7 +408,7 @@ def test_mirrored_node(renderer: Renderer) -> None:
         b = renderer.render(
             Scene((node("ground", ground()), node("box", there)), ABOVE), lights=[light], size=SIZE, samples=1
         )
-        assert_same_picture(a, b)
+        assert_same_image(a, b)
 
 
 def test_mirrored_sheet_keeps_its_front(renderer: Renderer) -> None:
@@ -435,7 +435,7 @@ def test_instances_share_one_mesh(renderer: Renderer) -> None:
     assert gpu is not None
     assert len({id(each) for each in gpu.meshes}) == 2
     copies = [node(f"copy {i}", shapes.box((0.5, 0.5, 0.5), (i - 2.0, 0.25, 0.5 * i - 1.0))) for i in range(5)]
-    assert_same_picture(
+    assert_same_image(
         frame, renderer.render(Scene((scene.nodes[0], *copies), ABOVE), lights=[sun()], size=SIZE, samples=1)
     )
 
@@ -446,7 +446,7 @@ def test_moved_scene(renderer: Renderer) -> None:
     moved = scene.moved({"box": translation((1.5, 0.0, -1.0))})
     frame = renderer.render(moved, lights=[sun()], size=SIZE, outputs=("visibility", "depth", "image"), samples=1)
     there = Scene((scene.nodes[0], node("box", shapes.box((1.0, 1.0, 1.0), (1.5, 0.5, -1.0)))), ABOVE)
-    assert_same_picture(frame, renderer.render(there, lights=[sun()], size=SIZE, samples=1))
+    assert_same_image(frame, renderer.render(there, lights=[sun()], size=SIZE, samples=1))
     assert moved.nodes[1].mesh is scene.nodes[1].mesh
     points = dark_points(frame)
     assert np.abs(points[:, 2] + 1.0).max() < 0.7
@@ -464,9 +464,9 @@ def test_faces(renderer: Renderer, kind: str) -> None:
     for faces in (None, *Faces):
         shadow = replace(light.shadow, faces=faces, resolution=1024)
         frames[faces] = renderer.render(box_scene(), lights=[replace(light, shadow=shadow)], size=SIZE, samples=1)
-    assert_same_picture(frames[None], frames[Faces.BOTH], share=0.0)
-    assert_same_picture(frames[Faces.FRONT], frames[Faces.BOTH], share=0.0)
-    assert_same_picture(frames[Faces.BACK], frames[Faces.BOTH], share=0.02)  # the foot of the box: its bottom casts too
+    assert_same_image(frames[None], frames[Faces.BOTH], share=0.0)
+    assert_same_image(frames[Faces.FRONT], frames[Faces.BOTH], share=0.0)
+    assert_same_image(frames[Faces.BACK], frames[Faces.BOTH], share=0.02)  # the foot of the box: its bottom casts too
     lid = node("lid", ground(1.0, level=1.5))  # faces up, open
     areas = {}
     for faces in (None, *Faces):
@@ -686,7 +686,7 @@ def test_faces_without_receivers_are_skipped(renderer: Renderer) -> None:
         box_scene(), lights=[PointLight(position=(0.0, 3.0, 0.0), shadow=MAP)], size=SIZE, samples=1
     )
     assert 3 in {view.face for view in below.used[0].views}
-    assert 2 not in {view.face for view in below.used[0].views}, "nothing lies above the lamp"
+    assert 2 not in {view.face for view in below.used[0].views}, "nothing lies above the light"
     far = renderer.render(
         box_scene(), lights=[PointLight(position=(0.0, 100.0, 0.0), shadow=MAP)], size=SIZE, samples=1
     )
@@ -741,7 +741,7 @@ def test_scale_changes_nothing(renderer: Renderer, case: str, scale: float) -> N
     analytic = CASES[case]()
     unit, _, _ = scaled(analytic, 1.0, np.zeros(3))
     other, _, _ = scaled(analytic, scale, np.zeros(3))
-    assert_same_picture(
+    assert_same_image(
         renderer.render(unit, size=(240, 160), samples=1), renderer.render(other, size=(240, 160), samples=1)
     )
 
@@ -753,7 +753,7 @@ def test_translation_changes_nothing(renderer: Renderer, case: str, offset: Any)
     analytic = CASES[case]()
     unit, _, _ = scaled(analytic, 1.0, np.zeros(3))
     other, _, _ = scaled(analytic, 1.0, np.asarray(offset))
-    assert_same_picture(
+    assert_same_image(
         renderer.render(unit, size=(240, 160), samples=1), renderer.render(other, size=(240, 160), samples=1)
     )
 
@@ -764,7 +764,7 @@ def test_baked_far_away(renderer: Renderer) -> None:
     offset = np.array([1e6, 0.0, -1e6])
     scene = Scene(tuple(node(name, (positions + offset, faces)) for name, (positions, faces) in solids.items()))
     camera = replace(ABOVE, position=tuple(np.asarray(ABOVE.position) + offset), target=tuple(offset))
-    assert_same_picture(
+    assert_same_image(
         renderer.render(box_scene(), lights=[sun()], size=SIZE, samples=1),
         renderer.render(scene, camera, [sun()], SIZE, samples=1),
     )
@@ -786,7 +786,7 @@ def test_metamorphic(renderer: Renderer) -> None:
     }
     for solid in variants.values():
         other = Scene((scene.nodes[0], node("box", solid)), ABOVE)
-        assert_same_picture(frame, renderer.render(other, lights=[light], size=SIZE, samples=1))
+        assert_same_image(frame, renderer.render(other, lights=[light], size=SIZE, samples=1))
     more = box_scene(node("more", shapes.box((0.4, 0.4, 0.4), (-1.5, 1.5, 1.0))))
     darker = renderer.render(more, lights=[light], size=SIZE, samples=1)
     brighter = darker.visibility > frame.visibility + 0.51

@@ -131,7 +131,7 @@ def test_gpu_mesh_is_freed_with_its_mesh(renderer: Renderer) -> None:
     renderer.render(other, lights=lights(0), size=SIZE, samples=1)
     gc.collect()
     renderer.render(other, lights=lights(0), size=SIZE, samples=1)
-    assert isinstance(buffer.mglo, moderngl.InvalidObject), "the vertex buffer of a mesh that is gone was kept"
+    assert isinstance(buffer.mglo, moderngl.InvalidObject), "the vertex buffer of a deleted mesh was kept"
     assert renderer._store.meshes.get(other.nodes[0].mesh) is ground
     assert len(renderer._store.meshes._meshes) == 2
 
@@ -231,6 +231,6 @@ def objects(ctx: moderngl.Context) -> Counter[str]:
 
     found: Counter[str] = Counter()
     for kind in ("Texture", "Buffer", "Framebuffer", "Program", "VertexArray", "Sampler"):
-        ask = CFUNCTYPE(c_ubyte, c_uint)(ctx.mglo._context.load_opengl_function(f"glIs{kind}"))
-        found[kind] = sum(bool(ask(number)) for number in range(1, 400))
+        is_object = CFUNCTYPE(c_ubyte, c_uint)(ctx.mglo._context.load_opengl_function(f"glIs{kind}"))
+        found[kind] = sum(bool(is_object(number)) for number in range(1, 400))
     return found

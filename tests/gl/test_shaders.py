@@ -114,7 +114,7 @@ def test_shadows_match_rays(foreign: Foreign, name: str, filter: gs.Filter) -> N
     known = (truth.cosine[0] > 0.05) & truth.reached[0] & (seen >= 0.0) & (truth.node >= 0)
     assert known.mean() > 0.25
     wrong = np.abs(seen - truth.visibility[0])[known] > 0.5
-    assert wrong.mean() < 0.03, "silhouettes count here, where a picture may show the neighbour"
+    assert wrong.mean() < 0.03, "silhouettes are included, where a pixel may show the neighbour"
     assert 0.03 < (seen[known] < 0.5).mean() < 0.9
 
 
@@ -138,7 +138,7 @@ def test_light_directions_and_irradiance(foreign: Foreign, name: str) -> None:
     known = (truth.node >= 0) & (seen[..., 3] >= 0.0)
     towards, distance = light.to_light(np.nan_to_num(truth.position))
     gap = np.abs(seen[..., :3] - towards).max(axis=-1)[known]
-    assert np.quantile(gap, 0.95) < 2e-2, "a pixel's own triangle, but at silhouettes"
+    assert np.quantile(gap, 0.95) < 2e-2, "a pixel's own triangle, except at silhouettes"
     expected = np.ones(truth.node.shape) if name == "sun" else (1.0 - (distance / 30.0) ** 4) ** 2 / distance**2
     inside = known & truth.reached[0]  # of the spot's cone
     assert np.quantile(np.abs(seen[..., 3] - expected)[inside], 0.95) < 1e-3

@@ -137,8 +137,8 @@ def _check(
     assert certain.mean() > 0.6
     cosine = (normals * light.to_light(points)[0]).sum(axis=-1)
     assert (seen[certain & (cosine < -1e-6)] == 0.0).all()
-    asked = certain & (cosine > 1e-4)
-    assert not np.isnan(seen[asked]).any()
+    tested = certain & (cosine > 1e-4)
+    assert not np.isnan(seen[tested]).any()
     allowed = precision(used.views[0].resolution, used.views[0].projection != "orthographic", REACH)
     if used.target is DEPTH and used.clip == ClipSpace(True, reversed=True):
         # floats round relative to their size, and 0 is far: the stored value bounds the error
@@ -147,15 +147,15 @@ def _check(
     if used.bias.certain:
         triangles = triangles[len(scene.nodes[0].mesh.triangles) :]  # the ground shadows nothing, and is not drawn
     stored = model.cast(used.views, triangles, used.target, used.bias, allowed)
-    low, high = model.receive(stored, light, points[asked], normals[asked], used.filter, used.bias, allowed)
-    found = seen[asked]
+    low, high = model.receive(stored, light, points[tested], normals[tested], used.filter, used.bias, allowed)
+    found = seen[tested]
     slack = WEIGHT + 4.0 * allowed.texels  # a weight changes by as much as the position; two axes, two sides
     wrong = (found < low - slack) | (found > high + slack)
     assert not wrong.any(), (
         f"{wrong.sum()} of {wrong.size} pixels beyond the twin, worst {np.maximum(low - found, found - high).max():.3g}"
     )
     known = (high - low <= slack).mean()
-    assert known >= least_known, f"the twin knows {known:.1%} of the pixels"
+    assert known >= least_known, f"the twin is certain of {known:.1%} of the pixels"
     if used.views[0].resolution > 8:
         assert found.min() < 1.0 - slack, "all is lit: the test shows nothing"
 

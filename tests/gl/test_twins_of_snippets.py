@@ -94,7 +94,7 @@ def test_least_shadow(glcontext: GLContext, rng: np.random.Generator, bounded: b
     )
     # a Hankel matrix of random moments is inverted in float32: some are nearly singular
     assert np.quantile(np.abs(found - expected), 0.97) < 5e-3
-    assert (np.abs(expected - other) > 0.02).sum() > 20, "both problems are told apart"
+    assert (np.abs(expected - other) > 0.02).sum() > 20, "the two problems differ"
 
 
 @pytest.mark.parametrize("radius", [0, 1, 4])

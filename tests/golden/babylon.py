@@ -30,7 +30,7 @@ PACKING_TOLERANCE = F32_TOLERANCE + 0.5 * 255.0**-4  # a float32 metric, then ha
 MATRIX_TOLERANCE = 8 * 2.0**-24  # entries stored as float32, a chain of at most eight roundings; times the largest term
 
 PROJECTIONS: dict[str, Projection] = {"directional": "orthographic", "spot": "perspective", "point": "cube"}
-"""Of the maps of a kind of light."""
+"""Babylon's maps by kind of light."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -137,9 +137,11 @@ def outliers() -> list[Picture]:
     nodes = (*built.scene.nodes, Node(Mesh(*triangle), np.eye(4), "outlier"))
     scene = replace(built.scene, nodes=nodes)
     pictures = [picture_of("cube and outlier", analytic.AnalyticScene(scene, built.blocked), size=(128, 128))]
-    lamp = PointLight(position=(3.0, 4.0, 2.0))
+    point_light = PointLight(position=(3.0, 4.0, 2.0))
     pictures.append(
-        picture_of("cube and outlier, point light", analytic.AnalyticScene(scene, built.blocked), lamp, size=(128, 128))
+        picture_of(
+            "cube and outlier, point light", analytic.AnalyticScene(scene, built.blocked), point_light, size=(128, 128)
+        )
     )
     return pictures
 

@@ -26,10 +26,10 @@ def masks() -> list[Picture]:
         pictures.append(
             Picture(f"checker of {texels} texels, cutoff {cutoff:g}", scene, sun, camera, resolution=resolution)
         )
-    lamp = PointLight(position=(1.0, 4.0, 0.5))
+    local_light = PointLight(position=(1.0, 4.0, 0.5))
     wide = overhead((-2.0, 2.0), (-2.0, 2.0), 0.9)
-    scene = scene_of({"ground": ground, "leaves": checker(64, 8, 1.0, 1.0, 0.5)}, wide, lamp, "checker")
-    pictures.append(Picture("checker, point light", scene, lamp, wide))
+    scene = scene_of({"ground": ground, "leaves": checker(64, 8, 1.0, 1.0, 0.5)}, wide, local_light, "checker")
+    pictures.append(Picture("checker, point light", scene, local_light, wide))
     return pictures
 
 
@@ -44,9 +44,9 @@ def duels() -> list[Picture]:
         sun = DirectionalLight(direction=(0.0, -float(np.sin(e)), float(np.cos(e))))
         scene = scene_of(parts, camera, sun, "duel")
         pictures.append(Picture(f"duel, sun {elevation:g} degrees high", scene, sun, camera, resolution=2048))
-    lamp = SpotLight(position=(0.0, 6.0, -75.0), direction=(0.0, -0.08, 1.0), inner_angle=30.0, outer_angle=40.0)
-    scene = scene_of(parts, camera, lamp, "duel")
-    pictures.append(Picture("duel, spot", scene, lamp, camera, resolution=2048))
+    local_light = SpotLight(position=(0.0, 6.0, -75.0), direction=(0.0, -0.08, 1.0), inner_angle=30.0, outer_angle=40.0)
+    scene = scene_of(parts, camera, local_light, "duel")
+    pictures.append(Picture("duel, spot", scene, local_light, camera, resolution=2048))
     return pictures
 
 
@@ -72,8 +72,8 @@ def backs() -> list[Picture]:
     outside = DirectionalLight(direction=(-0.5, -0.9, -0.7))
     eye = PerspectiveCamera((1.5, 1.6, 1.7), (-1.0, 0.2, -1.5), fov_y=80.0)
     pictures.append(Picture("hut", scene_of(hut, eye, outside, "hut"), outside, eye))
-    lamp = PointLight(position=(3.0, 4.0, 3.0))
-    pictures.append(Picture("hut, point light", scene_of(hut, eye, lamp, "hut"), lamp, eye))
+    local_light = PointLight(position=(3.0, 4.0, 3.0))
+    pictures.append(Picture("hut, point light", scene_of(hut, eye, local_light, "hut"), local_light, eye))
     return pictures
 
 
@@ -83,11 +83,11 @@ def ranges() -> list[Picture]:
     parts = {"ground": level((-4.0, 4.0), (-4.0, 4.0), -12.0)}
     sun = DirectionalLight(direction=(0.0, -1.0, 0.0), near=0.0, far=10.0)
     spot = SpotLight(position=(0.0, 0.0, 0.0), near=0.1, far=10.0, inner_angle=40.0, outer_angle=45.0)
-    lamp = PointLight(position=(0.0, 0.0, 0.0), near=0.1, far=10.0)
+    local_light = PointLight(position=(0.0, 0.0, 0.0), near=0.1, far=10.0)
     tilted = DirectionalLight(direction=(0.5, -1.0, 0.2), near=0.0, far=9.0)
     return [
         Picture(f"beyond far, {name}", scene_of(parts, camera, light, "beyond far"), light, camera, dark=False)
-        for name, light in (("sun", sun), ("spot", spot), ("point light", lamp), ("low sun", tilted))
+        for name, light in (("sun", sun), ("spot", spot), ("point light", local_light), ("low sun", tilted))
     ]
 
 

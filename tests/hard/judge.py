@@ -43,25 +43,25 @@ Bools = NDArray[np.bool_]
 Ints = NDArray[Any]
 
 LEAST_COSINE = 2e-6
-"""N.L below which float32 cannot tell which side of a face the light is on: 16 roundings of 2^-24, doubled."""
+"""N.L below which float32 cannot decide which side of a face the light is on: 16 roundings of 2^-24, doubled."""
 
 SAME = 1e-5
 """Visibility that counts as equal: a filter's weights are sums of float32 products (16 roundings) over 25 texels."""
 
 PLANE_SLACK = 1e-6
-"""Of the scene's size: a rasterised triangle whose plane passes this close to the traced point is the same surface."""
+"""Fraction of the scene's size: a rasterised triangle whose plane passes this close to the traced point is the same surface."""
 
 OTHER_SURFACE_SHARE = 0.02
 """Pixels that may show another surface than the ray through their centre: vertices are snapped to 1/256 pixel."""
 
 EXACT_ROUNDINGS = 8.0
-"""Of 2^-24 of the scene's size: how far float32 moves a receiver across its ray from the eye; more along a slanting plane."""
+"""In 2^-24 of the scene's size: how far float32 moves a receiver across its ray from the eye; more along a slanted plane."""
 
 SNAPPED = 1.0 / 64.0
 """Texels added to a band: rasterisers snap casters' vertices to 1/256 texel, and positions are rounded."""
 
 ROUNDINGS = 16.0
-"""Of 2^-24 of the reach that the derived bias allows for: only to predict what it loses."""
+"""In 2^-24 of the reach: float32 error that the derived bias allows; used only to predict its loss."""
 
 DIRECTIONS, COARSE_SPOKES, FEW = 20, 80, 500
 AT_ONCE = 4000  # points moved in one call: fewer are not faster, more would be moved in vain
@@ -163,12 +163,12 @@ def _excused(frame: Frame, truth: Truth, where: Bools) -> Bools:
 
 def same_surface(frame: Frame, truth: Truth) -> Bools:
     """Whether the rasterised triangle lies in the plane of the traced one: coplanar neighbours and duplicates do."""
-    drawn, asked = frame.triangle, (frame.triangle >= 0) & (truth.triangle >= 0)
+    drawn, tested = frame.triangle, (frame.triangle >= 0) & (truth.triangle >= 0)
     result = np.zeros(drawn.shape, dtype=bool)
-    points = truth.position[asked] - truth.rays.origin
-    off = np.abs(truth.rays.plane_distance(drawn[asked], points))
-    alike = np.abs(dot(truth.rays.normals[drawn[asked]], truth.rays.normals[truth.triangle[asked]])) > 1.0 - 1e-6
-    result[asked] = (drawn[asked] == truth.triangle[asked]) | ((off < PLANE_SLACK * truth.rays.size) & alike)
+    points = truth.position[tested] - truth.rays.origin
+    off = np.abs(truth.rays.plane_distance(drawn[tested], points))
+    alike = np.abs(dot(truth.rays.normals[drawn[tested]], truth.rays.normals[truth.triangle[tested]])) > 1.0 - 1e-6
+    result[tested] = (drawn[tested] == truth.triangle[tested]) | ((off < PLANE_SLACK * truth.rays.size) & alike)
     missed = (truth.triangle >= 0) & ~result
     assert missed.mean() <= OTHER_SURFACE_SHARE, f"{missed.mean():.1%} of the pixels show another surface than traced"
     return result
@@ -211,7 +211,7 @@ def _around(
     truth: Truth,
     texels: float,
     where: Bools,
-    ask: Callable[[Truth, AimedLight, Ints, Ints, Array], Bools],
+    test: Callable[[Truth, AimedLight, Ints, Ints, Array], Bools],
 ) -> Bools:
     """Test points within `texels` of pixels, in the light plane and projected back to the surface along the light."""
     result = np.zeros(where.shape, dtype=bool)
@@ -241,7 +241,7 @@ def _around(
             x, y = offset @ u, offset @ v
             reach, angle = np.hypot(x, y), np.arctan2(y, x)
         moved = moved_over(rays, source, own[again], points[again], reach, angle[:, None])
-        near[left] |= ask(truth, source, rows[again], *moved).reshape(-1, len(left)).any(axis=0)
+        near[left] |= test(truth, source, rows[again], *moved).reshape(-1, len(left)).any(axis=0)
         first = end
     result.ravel()[rows] = near
     return result

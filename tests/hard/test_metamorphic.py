@@ -20,7 +20,7 @@ from glshadow.shadows.filters import Exact, Filter, Pcf
 from glshadow.shadows.fits import SceneFit
 from glshadow.shadows.shadow import Shadow
 
-from .cases_contact import lamp_towards
+from .cases_contact import local_light_towards
 from .judge import judge
 from .registry import EXACT, THOROUGH, Picture, Technique, picture_of
 from .solids import mapped
@@ -33,9 +33,9 @@ few = settings(max_examples=5, deadline=None, suppress_health_check=list(HealthC
 
 BUILT = analytic.box(30.0, 30.0)
 SUN = BUILT.scene.lights[0]
-LAMP = lamp_towards(40.0, 6.0, (0.0, 0.0, 0.0))
-SPOT = lamp_towards(40.0, 6.0, (0.0, 0.0, 0.0), spot=40.0)
-LIGHTS = {"sun": SUN, "point light": LAMP, "spot": SPOT}
+POINT = local_light_towards(40.0, 6.0, (0.0, 0.0, 0.0))
+SPOT = local_light_towards(40.0, 6.0, (0.0, 0.0, 0.0), spot=40.0)
+LIGHTS = {"sun": SUN, "point light": POINT, "spot": SPOT}
 FILTERS: dict[str, Filter] = {"default": Pcf(), "exact": Exact()}
 lights = pytest.mark.parametrize("light", LIGHTS.values(), ids=list(LIGHTS))
 filters = pytest.mark.parametrize("filter_", FILTERS.values(), ids=list(FILTERS))
@@ -72,7 +72,7 @@ def base(renderer: Renderer, light: Light, **options: object) -> Array:
 def assert_same(ours: Array, theirs: Array, share: float = SHARE) -> None:
     differing = (np.abs(ours - theirs).max(axis=-1) > 1).mean()
     assert differing <= share, f"{differing:.3%} of the pixels differ"
-    assert ours.min() < ours.max(), "a blank picture"
+    assert ours.min() < ours.max(), "a blank image"
 
 
 def placed(renderer: Renderer, light: Light, matrix: Array, **options: object) -> Array:
@@ -115,7 +115,7 @@ def test_n26_a_scaled_scene_is_the_same(renderer: Renderer, light: Light, filter
 @given(st.floats(-6.0, 7.0), st.sampled_from(list(FILTERS)))
 def test_n26_random_scale(renderer: Renderer, exponent: float, name: str) -> None:
     matrix = np.diag([10.0**exponent] * 3 + [1.0])
-    assert_same(placed(renderer, LAMP, matrix, filter=FILTERS[name]), base(renderer, LAMP, filter=FILTERS[name]))
+    assert_same(placed(renderer, POINT, matrix, filter=FILTERS[name]), base(renderer, POINT, filter=FILTERS[name]))
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1e7])

@@ -20,7 +20,7 @@ CELLS = [
 ]
 
 TIMES = 2.0
-"""Within which factor a predicted failure must come out."""
+"""Factor within which the predicted number of failures must be."""
 
 
 @pytest.mark.parametrize("case", CASES, ids=CASE_IDS)

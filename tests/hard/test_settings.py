@@ -222,9 +222,9 @@ def test_n38_invalid_sizes_raise(renderer: Renderer) -> None:
 def test_n38_a_map_beyond_the_drivers_limit_is_a_named_error(renderer: Renderer) -> None:
     if renderer.info["max_texture_size"] > 16384:
         pytest.skip("optional: this driver has maps that large")
-    lamp = PointLight(position=(0.0, 0.0, 0.0), shadow=Shadow(resolution=16384))  # six of them do not fit in one atlas
+    point_light = PointLight(position=(0.0, 0.0, 0.0), shadow=Shadow(resolution=16384))  # six exceed one atlas
     with pytest.raises((ResourceError, SettingsError), match="limit"):
-        renderer.render(analytic.room().scene, lights=[lamp], size=SMALL, samples=1)
+        renderer.render(analytic.room().scene, lights=[point_light], size=SMALL, samples=1)
 
 
 # -- N40

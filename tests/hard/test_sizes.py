@@ -233,10 +233,12 @@ def test_n32_ramp_of_a_straight_edge(renderer: Renderer, radius: int) -> None:
 def test_n31_penumbra_of_a_disc_light() -> None:
     """V(u) = 1/2 + (u sqrt(1 - u^2) + asin u) / pi over a penumbra of w_l d_r / d_b, traced."""
     width, to_blocker, to_receiver = 0.5, 5.0, 5.0
-    lamp = SpotLight(position=(0.0, to_blocker + to_receiver, 0.0), radius=0.5 * width, outer_angle=40.0)
+    disc_light = SpotLight(position=(0.0, to_blocker + to_receiver, 0.0), radius=0.5 * width, outer_angle=40.0)
     parts = {"ground": level((-1.0, 1.0), (-1.0, 1.0)), "roof": level((-9.0, 0.0), (-9.0, 9.0), to_receiver)}
     camera = overhead((-0.5, 0.5), (-0.02, 0.02), 2.0, (64, 8))
-    truth = trace(scene_of(parts, camera, lamp, "disc"), camera, [lamp], (64, 8), light_samples=256, samples=1)
+    truth = trace(
+        scene_of(parts, camera, disc_light, "disc"), camera, [disc_light], (64, 8), light_samples=256, samples=1
+    )
     u = 2.0 * truth.position[..., 0] / (width * to_receiver / to_blocker)
     inside = np.clip(u, -1.0, 1.0)
     exact = 0.5 + (inside * np.sqrt(1.0 - inside**2) + np.arcsin(inside)) / np.pi

@@ -36,4 +36,4 @@ def test_listed_techniques_pictures_and_files_exist() -> None:
 
 
 def test_report_contains_this_table() -> None:
-    assert SHIPPED.read_text(encoding="utf-8") == as_json(), "write it anew: python -m tests.hard.table"
+    assert SHIPPED.read_text(encoding="utf-8") == as_json(), "regenerate it: python -m tests.hard.table"

@@ -70,15 +70,15 @@ def test_directional_light_points_are_uniform_in_solid_angle(angle: float) -> No
 
 
 def test_point_light_points_lie_within_its_radius() -> None:
-    for lamp in (
+    for each in (
         gs.PointLight(position=(1.0, 2.0, 3.0), radius=0.5),
         gs.SpotLight(position=(1.0, 2.0, 3.0), radius=0.5),
     ):
-        points = lamp.hard_lights(64)
-        away = np.linalg.norm(np.array([light.position for light in points]) - lamp.position, axis=1)
+        points = each.hard_lights(64)
+        away = np.linalg.norm(np.array([light.position for light in points]) - each.position, axis=1)
         assert 0.4 < away.max() <= 0.5
         assert {light.radius for light in points} == {0.0}
-        assert {type(light) for light in points} == {type(lamp)}
+        assert {type(light) for light in points} == {type(each)}
 
 
 def test_light_without_size_has_one_point() -> None:

@@ -18,9 +18,9 @@ def test_defaults() -> None:
     sun = DirectionalLight()
     assert sun.shadow == Shadow()
     assert (sun.color, sun.intensity, sun.angle, sun.near, sun.far) == ((1.0, 1.0, 1.0), 1.0, 0.0, None, None)
-    lamp = SpotLight(position=(1, 2, 3))
-    assert lamp.position == (1.0, 2.0, 3.0)
-    assert (lamp.inner_angle, lamp.outer_angle, lamp.radius, lamp.range, lamp.falloff) == (20.0, 30.0, 0.0, None, 0.0)
+    spot = SpotLight(position=(1, 2, 3))
+    assert spot.position == (1.0, 2.0, 3.0)
+    assert (spot.inner_angle, spot.outer_angle, spot.radius, spot.range, spot.falloff) == (20.0, 30.0, 0.0, None, 0.0)
     assert PointLight(position=(1, 2, 3), shadow=None).shadow is None
 
 

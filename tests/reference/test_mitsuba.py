@@ -19,11 +19,11 @@ from glshadow.scene.nodes import Scene
 SIZE = (320, 180)
 
 LIFT = 1500.0 * 2.0**-24
-"""Mitsuba's shadow rays start (1 + largest coordinate) times this off the surface: where the boundary is nearer, the two
+"""Mitsuba's shadow rays start (1 + largest coordinate) times this off the surface: if the boundary is closer, the two
 may differ. Hit points differ by float32's rounding, which is less."""
 
 MOST = 1e-3
-"""Share of the pixels that may differ at all: at 320 x 180 about 2e-4 of the courtyard's lie within LIFT of the boundary."""
+"""Share of pixels that may differ: at 320 x 180 about 2e-4 of the courtyard's lie within LIFT of the boundary."""
 
 LIGHTS = [
     pytest.param(DirectionalLight(direction=(-0.55, -0.8, -0.25)), id="sun"),

@@ -76,9 +76,9 @@ def test_sphere_under_a_point_light():
     assert_exact(builtin.sphere(height=6.0, lamp_height=10.0), band=FACETS, left_out=5e-3)
 
 
-@pytest.mark.parametrize(("gap", "lamp"), [(4.0, 10.0), (0.1, None), (1e-3, None), (1e-5, None), (0.0, None)])
-def test_plates(gap, lamp):
-    _, exact = assert_exact(builtin.plates(gap=gap, lamp_height=lamp))
+@pytest.mark.parametrize(("gap", "local_light"), [(4.0, 10.0), (0.1, None), (1e-3, None), (1e-5, None), (0.0, None)])
+def test_plates(gap, local_light):
+    _, exact = assert_exact(builtin.plates(gap=gap, lamp_height=local_light))
     if gap == 0.0:
         assert exact.all()  # coplanar: nothing shadows itself
 
@@ -305,12 +305,12 @@ def test_penumbra_of_a_disc():
 
 def test_point_light_with_and_without_radius_agree_away_from_the_edge():
     built = builtin.plates(gap=4.0, lamp_height=10.0).scene
-    lamp = built.lights[0]
-    soft = trace(built, lights=[replace(lamp, radius=0.1)], size=SIZE, light_samples=9, samples=1)
+    local_light = built.lights[0]
+    soft = trace(built, lights=[replace(local_light, radius=0.1)], size=SIZE, light_samples=9, samples=1)
     hard = trace(built, size=SIZE, samples=1)
     ground = hard.node == 0
     largest = np.abs(hard.position[..., [0, 2]]).max(axis=-1)
-    half_penumbra = 0.1 * 4 / (10 - 4)  # radius * gap / (lamp - gap)
+    half_penumbra = 0.1 * 4 / (10 - 4)  # radius * gap / (height - gap)
     clear = ground & (np.abs(largest - 5 / 3) > half_penumbra + 1e-3)
     np.testing.assert_array_equal(soft.visibility[0][clear], hard.visibility[0][clear])
     assert ((soft.visibility[0][ground] > 0) & (soft.visibility[0][ground] < 1)).any()

@@ -18,8 +18,8 @@ def counted(renderer: gs.Renderer) -> dict[str, int]:
     counts = {}
     with renderer._context:
         for kind in KINDS:
-            asked = C.CFUNCTYPE(C.c_ubyte, C.c_uint)(address(f"glIs{kind}"))
-            counts[kind] = sum(bool(asked(name)) for name in range(1, max(NAMES, _fresh(kind) + 1)))
+            is_object = C.CFUNCTYPE(C.c_ubyte, C.c_uint)(address(f"glIs{kind}"))
+            counts[kind] = sum(bool(is_object(name)) for name in range(1, max(NAMES, _fresh(kind) + 1)))
     return counts
 
 

@@ -196,28 +196,28 @@ def _change_json(rng: Rng, document: Any) -> str:
 
 def _change_bytes(rng: Rng, data: bytes, start: int) -> tuple[bytes, str]:
     changed = bytearray(data)
-    room = len(data) - start
+    remaining = len(data) - start
     count = int(rng.integers(1, 9))
     way = rng.random()
-    if way < 0.4 and room >= 4:
+    if way < 0.4 and remaining >= 4:
         for _ in range(count):
-            at = start + 4 * int(rng.integers(room // 4))
+            at = start + 4 * int(rng.integers(remaining // 4))
             (old,) = struct.unpack_from("<f", changed, at)
             value = old * float(rng.normal()) if abs(old) < 1e30 else 1.0
             if rng.random() < 0.15:
                 value = float(SINGLES[int(rng.integers(len(SINGLES)))])
             struct.pack_into("<f", changed, at, value)
         return bytes(changed), f"{count} float32 from byte {start} on"
-    if way < 0.6 and room >= 4:
-        at = start + int(rng.integers(room))
+    if way < 0.6 and remaining >= 4:
+        at = start + int(rng.integers(remaining))
         length = min(int(rng.integers(1, 4096)), len(data) - at)
         changed[at : at + length] = bytes([int(rng.choice([0, 127, 255]))]) * length
         return bytes(changed), f"{length} bytes at {at} all alike"
     if way < 0.7:
-        end = start + int(rng.integers(room))
+        end = start + int(rng.integers(remaining))
         return bytes(changed[:end]), f"cut at byte {end} of {len(data)}"
     for _ in range(count):
-        changed[start + int(rng.integers(room))] = int(rng.integers(256))
+        changed[start + int(rng.integers(remaining))] = int(rng.integers(256))
     return bytes(changed), f"{count} bytes from byte {start} on"
 
 

@@ -61,9 +61,9 @@ def test_closed_streams_are_no_error(folder):
     assert (folder / "tri.png").exists()
 
 
-@pytest.mark.parametrize("room", [4096, 5, 0])
+@pytest.mark.parametrize("limit_bytes", [4096, 5, 0])
 @pytest.mark.parametrize("ending", [".png", ".jpg", ".tif", ".exr"])
-def test_full_disk_leaves_no_partial_image(tmp_path, ending, room):
+def test_full_disk_leaves_no_partial_image(tmp_path, ending, limit_bytes):
     """A child process with a limit on the size of files: its writes fail as on a full disk."""
     code = f"import numpy as np, sys; sys.path[:] = {sys.path!r}\nfrom glshadow import image, GlshadowError\n" + (
         "pixels = np.random.default_rng(0).integers(0, 256, (200, 200, 3)).astype(np.uint8)\n"
@@ -72,7 +72,7 @@ def test_full_disk_leaves_no_partial_image(tmp_path, ending, room):
     )
 
     def limit():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit_bytes, limit_bytes))
 
     done = subprocess.run(
         [sys.executable, "-B", "-c", code],

@@ -195,7 +195,7 @@ with gs.Renderer() as renderer:
         except gs.ResourceError as error:
             assert "memory" in str(error), error
         again = renderer.render(scene, size=(64, 64)).image
-        assert np.array_equal(before, again), "the picture after it is wrong"
+        assert np.array_equal(before, again), "the next image is wrong"
         assert counted(renderer) == held, f"left behind after {{options}}: {{held}} -> {{counted(renderer)}}"
 """
 

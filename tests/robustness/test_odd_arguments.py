@@ -34,10 +34,10 @@ def verdict(call: Callable[[], Any]) -> str | None:
     foreign = [each for each in caught if not issubclass(each.category, gs.GlshadowWarning)]
     if foreign:
         return f"{foreign[0].category.__name__}: {foreign[0].message} ({foreign[0].filename}:{foreign[0].lineno})"
-    return picture_fault(result) if isinstance(result, gs.Frame) else None
+    return frame_fault(result) if isinstance(result, gs.Frame) else None
 
 
-def picture_fault(frame: gs.Frame) -> str | None:
+def frame_fault(frame: gs.Frame) -> str | None:
     """An invalid value in a frame; None if there is none."""
     linear = frame.outputs.get("linear", np.zeros(1))
     if not np.isfinite(linear).all() or (linear < 0.0).any():
@@ -121,7 +121,7 @@ def test_light_is_neither_negative_nor_infinite(renderer: gs.Renderer) -> None:
             renderer.render(SCENE, size=SIZE, **refused)  # type: ignore[arg-type]
     for strong in ({"ambient": 1e38}, {"lights": gs.DirectionalLight(color=(1e38,) * 3, intensity=1e38)}):
         frame = renderer.render(SCENE, size=SIZE, outputs=("linear",), **strong)  # type: ignore[arg-type]
-        assert picture_fault(frame) is None
+        assert frame_fault(frame) is None
 
 
 RESULTS: dict[str, dict[str, Any]] = {

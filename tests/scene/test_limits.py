@@ -21,9 +21,9 @@ from . import costly
 from .glb import Glb
 
 SECONDS = 10.0
-"""Of processor time of a quiet core, for one load and one picture of 96 x 64; measured: 5 at most."""
+"""Processor time of an idle core, for one load and one frame of 96 x 64; measured: 5 at most."""
 MEMORY = 1_400_000_000
-"""Bytes: six million triangles, the most that a group draws, of 200 each, and Python with its libraries."""
+"""Bytes: six million triangles, the maximum of a group, of 200 each, and Python with its libraries."""
 
 
 @pytest.mark.parametrize("name", costly.GROUPS)

@@ -114,7 +114,7 @@ def test_time_budget_alone_chooses_the_most_accurate() -> None:
     assert len(fast.choices) == 1
     both = run_plan(scene, 0.999, ms=3.6e6, **common)  # type: ignore[arg-type]
     assert [choice.cost for choice in both.choices] == sorted(choice.cost for choice in both.choices)
-    assert len(both.choices) == 2, "of each filter its least resolution that meets the budget"
+    assert len(both.choices) == 2, "of each filter the lowest resolution that meets the budget"
 
 
 def test_plan_without_budget_is_refused() -> None:

@@ -16,7 +16,7 @@ from glshadow.study.run import _moved
 from .conftest import GRID, KINDS, REPEATS, SIZE, STEPS
 
 PART = Grid(resolutions=STEPS[2:], filters=KINDS)
-"""What an interrupted study is of: half of the folder's."""
+"""Settings of an interrupted study: half of the folder's."""
 
 
 def _study(scene: gs.Scene, resume: Path | None = None, progress: Callable[..., None] | None = None) -> Study:
@@ -133,10 +133,10 @@ def test_results_of_another_scene_are_not_reused(scene: gs.Scene, tmp_path: Path
 
 
 def test_lights_are_studied_separately(scene: gs.Scene) -> None:
-    lamp = gs.PointLight(position=(2.0, 4.0, 1.0))
-    lights = (scene.lights[0], gs.DirectionalLight(shadow=None), lamp)
+    point_light = gs.PointLight(position=(2.0, 4.0, 1.0))
+    lights = (scene.lights[0], gs.DirectionalLight(shadow=None), point_light)
     both = run_study(scene, lights=lights, size=SIZE, grid=[gs.Shadow(resolution=128)], repeats=1, backend="egl")
-    assert both.lights == (scene.lights[0], lamp)
+    assert both.lights == (scene.lights[0], point_light)
     assert [result.light for result in both.results] == [0, 1]
     assert len(both.front(0)) == len(both.front(1)) == 1
 

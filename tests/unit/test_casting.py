@@ -70,8 +70,8 @@ def test_valleys_and_open_boxes_may_shadow_themselves() -> None:
     valley, tent = np.concatenate([left, right]), np.concatenate([left, right]) * (1.0, -1.0, 1.0)
     assert darkens(valley, valley, low)
     assert not darkens(tent, tent, gs.DirectionalLight(direction=(0.1, -1.0, 0.1)))
-    room = slab()[[1, 2, 4, 5, 6, 7, 8, 9]]
-    assert darkens(room, room, SUN)
+    open_box = slab()[[1, 2, 4, 5, 6, 7, 8, 9]]
+    assert darkens(open_box, open_box, SUN)
 
 
 def test_camera_outside_a_convex_body_sees_no_back_face() -> None:
@@ -102,14 +102,14 @@ def test_against_rays(rng: np.random.Generator) -> None:
     from glshadow.core.spaces import view_axes
 
     axes = view_axes(np.asarray(SUN.direction))[:2]
-    spared = 0
+    culled = 0
     for _ in range(300):
         triangle = rng.normal(size=(1, 3, 3)) * 3.0
         middle = rng.normal(size=3) * 6.0
         target = box(tuple(middle - 0.5), tuple(middle + 0.5))
         if darkens(triangle, target, SUN):
             continue
-        spared += 1
+        culled += 1
         points = middle + rng.uniform(-0.5, 0.5, size=(200, 3))
         a, b, c = np.moveaxis((triangle[0][None] - points[:, None]) @ axes.T, 1, 0)
         area = [p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] for p, q in ((a, b), (b, c), (c, a))]
@@ -117,4 +117,4 @@ def test_against_rays(rng: np.random.Generator) -> None:
         normal = np.cross(triangle[0, 1] - triangle[0, 0], triangle[0, 2] - triangle[0, 0])
         behind = ((points - triangle[0, 0]) @ normal) * np.sign(normal @ np.asarray(SUN.direction)) > 0.0
         assert not (met & behind).any()
-    assert spared > 100
+    assert culled > 100

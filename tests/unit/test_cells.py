@@ -82,12 +82,12 @@ def test_every_triangle_hit_by_a_ray_is_in_its_cell(rng: np.random.Generator, na
     receivers = points.reshape(-1, 3).astype(np.float32)
     triangle = np.repeat(np.arange(COUNT), 40)
     inside, face, x, y, depth = receiver_cells(grid, receivers)
-    asked = inside & made.lists.facets[triangle, :, 3].any(axis=1)
-    assert asked.sum() > 10 * COUNT
-    missed = ~held(lists, grid, face, x, y, triangle) & asked
-    assert not missed.any(), f"{missed.sum()} of {asked.sum()}, triangles {np.unique(triangle[missed])[:5]}"
-    least = np.array([lists.depth[f, t] for f, t in zip(face[asked], triangle[asked], strict=True)])
-    assert (least <= depth[asked]).all()
+    tested = inside & made.lists.facets[triangle, :, 3].any(axis=1)
+    assert tested.sum() > 10 * COUNT
+    missed = ~held(lists, grid, face, x, y, triangle) & tested
+    assert not missed.any(), f"{missed.sum()} of {tested.sum()}, triangles {np.unique(triangle[missed])[:5]}"
+    least = np.array([lists.depth[f, t] for f, t in zip(face[tested], triangle[tested], strict=True)])
+    assert (least <= depth[tested]).all()
     assert len(lists.fine) > 0
     assert len(lists.coarse) > 0
 

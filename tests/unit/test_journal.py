@@ -14,13 +14,13 @@ from glshadow.journal import Journal
 class Full(io.FileIO):
     """A file on a disk with only a few bytes left."""
 
-    room = 10
+    free = 10
 
     def write(self, data: bytes) -> int:  # type: ignore[override]
-        if self.room == 0:
+        if self.free == 0:
             raise OSError(28, "No space left on device")
-        taken = super().write(data[: self.room])
-        self.room -= taken
+        taken = super().write(data[: self.free])
+        self.free -= taken
         return taken
 
 
@@ -41,7 +41,7 @@ def test_full_disk_leaves_no_partial_line(tmp_path: Path, monkeypatch: pytest.Mo
 
 def test_partial_writes_are_continued(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     class Slow(Full):
-        room = 1 << 20
+        free = 1 << 20
 
         def write(self, data: bytes) -> int:  # type: ignore[override]
             return super().write(bytes(data)[:3])

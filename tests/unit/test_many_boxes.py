@@ -55,13 +55,13 @@ def test_boxes_inside_and_outside_need_no_clipping(rng: np.random.Generator, mon
     camera = PerspectiveCamera((2.0, 3.0, 9.0), (0.0, 0.0, 0.0), fov_y=40.0)
     frustum = fit.frustum_of(camera.window((96, 64)), 0.5, 14.0, camera.view_from_world)
     wanted = clipped_one_by_one(bounds, matrices, frustum)
-    asked: list[int] = []
+    clipped: list[int] = []
     clip = fit._clipped
-    monkeypatch.setattr(fit, "_clipped", lambda *args: asked.append(len(args[0])) or clip(*args))
+    monkeypatch.setattr(fit, "_clipped", lambda *args: clipped.append(len(args[0])) or clip(*args))
     monkeypatch.setattr(fit, "_BLOCK", 100)
     found = fit.visible_corners(bounds, matrices, frustum)
-    assert 0 < sum(asked) < count // 2
-    assert max(asked) <= 100
+    assert 0 < sum(clipped) < count // 2
+    assert max(clipped) <= 100
     for one, other in zip(found, wanted, strict=True):
         np.testing.assert_array_equal(one, other)
     assert {len(points) for points in found} >= {0, 24}

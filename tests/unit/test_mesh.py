@@ -222,8 +222,8 @@ def test_given_lights_and_camera_replace_the_defaults() -> None:
     assert plain.lights == (default_sun(),)
     assert plain.camera == default_camera(plain.bounds)
     assert default_sun().direction[1] < 0
-    camera, lamp = PerspectiveCamera((1, 2, 3)), PointLight(position=(0, 5, 0))
-    given = Scene(plain.nodes, camera, [lamp])  # type: ignore[arg-type]
+    camera, point_light = PerspectiveCamera((1, 2, 3)), PointLight(position=(0, 5, 0))
+    given = Scene(plain.nodes, camera, [point_light])  # type: ignore[arg-type]
     assert given.camera is camera
-    assert given.lights == (lamp,)
+    assert given.lights == (point_light,)
     assert Scene(plain.nodes, None, ()).lights == ()  # type: ignore[arg-type]

@@ -168,6 +168,6 @@ def test_loss_of_depth_precision_is_reported() -> None:
     plan = OrthographicCamera(position=(0.0, 0.5, 0.0), target=(0.0, 0.0, -1.0), height=3.0)
     found = depth_range(plan, (64, 48), (bounds, matrices), corners, True)
     assert "orthographic" in found.fallbacks[0]
-    room = np.concatenate([bounds[:1] / half, bounds[1:]])
+    scaled = np.concatenate([bounds[:1] / half, bounds[1:]])
     for camera in (inside, plan):
-        assert depth_range(camera, (64, 48), (room, matrices), box_corners(room, matrices), True).fallbacks == ()
+        assert depth_range(camera, (64, 48), (scaled, matrices), box_corners(scaled, matrices), True).fallbacks == ()

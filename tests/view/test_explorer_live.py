@@ -51,7 +51,7 @@ def page(screen: str, headless: dict[str, str], optional: Callable[[str, str], N
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "start_new_session": True}
     with subprocess.Popen(serve, cwd=tmp_path, env=headless, **quiet) as server:  # type: ignore[call-overload]
         try:
-            _answers(port, server)
+            _wait_for_server(port, server)
             with subprocess.Popen(show, cwd=tmp_path, env=os.environ | {"DISPLAY": screen}, **quiet) as browser:  # type: ignore[call-overload]
                 try:
                     yield screen
@@ -61,11 +61,11 @@ def page(screen: str, headless: dict[str, str], optional: Callable[[str, str], N
             server.terminate()
 
 
-def _answers(port: int, server: subprocess.Popen[bytes]) -> None:
+def _wait_for_server(port: int, server: subprocess.Popen[bytes]) -> None:
     until = time.monotonic() + 60.0
     while time.monotonic() < until and server.poll() is None:
-        with socket.socket() as asked:
-            if asked.connect_ex(("127.0.0.1", port)) == 0:
+        with socket.socket() as probe:
+            if probe.connect_ex(("127.0.0.1", port)) == 0:
                 return
         time.sleep(0.1)
     pytest.fail("no server")
@@ -79,11 +79,13 @@ def picture_in(seen: NDArray[np.uint8]) -> tuple[int, int] | None:
     return (int(columns[-1]), int(rows[0])) if len(rows) and len(columns) else None
 
 
-def waits_for(display: str, folder: Path, what: str, true: Callable[[NDArray[np.uint8]], bool]) -> NDArray[np.uint8]:
+def waits_for(
+    display: str, folder: Path, what: str, condition: Callable[[NDArray[np.uint8]], bool]
+) -> NDArray[np.uint8]:
     until = time.monotonic() + 60.0
     while time.monotonic() < until:
         seen = seen_on(display, folder)
-        if true(seen):
+        if condition(seen):
             kept(f"explorer {what}", seen)
             return seen
         time.sleep(0.2)

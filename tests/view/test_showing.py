@@ -79,7 +79,7 @@ def test_settings_replace_those_of_lights_that_cast() -> None:
     assert chosen[0].shadow == gs.Shadow(strength=0.5, resolution=1024, filter=gs.Pcf(2))
     assert chosen[1].shadow is None
     exact = Showing(SCENE, CAMERA, lights, filter=gs.Exact(), bias=gs.NoBias()).shadowed
-    assert exact[0].shadow == gs.Shadow(strength=0.5, filter=gs.Exact()), "what is said of a map is nothing to it"
+    assert exact[0].shadow == gs.Shadow(strength=0.5, filter=gs.Exact()), "settings of a map do not apply to it"
     assert Showing(SCENE, CAMERA, lights).shadowed == lights
 
 
@@ -93,7 +93,7 @@ def test_every_key_does_what_its_help_text_states() -> None:
         controls.pressed("f")
     assert controls.showing.filter == gs.Exact()
     assert controls.pressed("f")
-    assert controls.showing.filter is None, "round again"
+    assert controls.showing.filter is None, "wraps around"
     assert controls.pressed("d")
     assert (controls.showing.overlays, controls.showing.filter) == (("map",), gs.Pcf(1))
     assert controls.pressed("d")
@@ -125,7 +125,7 @@ def test_every_key_does_what_its_help_text_states() -> None:
     assert controls.pressed("space")
     assert controls.showing.aim == pytest.approx(showing().aim)
     assert not controls.animated
-    assert not controls.pressed("z"), "nothing"
+    assert not controls.pressed("z"), "the key does nothing"
     named = {key for keys, _ in HELP for key in keys.split()}
     assert {"f", "F", "r", "R", "b", "B", "s", "d", "l", "x", "g", "e", "1", "2", "3", "0", "a", "n", "o", "h"} <= named
 

@@ -57,7 +57,7 @@ def test_browser_image_matches_the_renderer(browser: Callable[[Path, str], str],
     )
     metric = unpack(stored / 255.0)
     assert 0.0 <= metric.min() < 0.95
-    assert metric.max() > 0.99, "nothing there: the far end"
+    assert metric.max() > 0.99, "empty texels: the far end"
     assert len(np.unique(metric)) > 1000
 
 
