@@ -22,7 +22,7 @@ INNER = {
     "Cascade": "what tells a ShadowView of several from its neighbours",
     "Gizmo": "how an overlay draws a light",
     "Needs": "how a filter chooses its source",
-    "Rays": "what a Truth asks when it is measured",
+    "Rays": "rays that a Truth traces when it is measured",
     "RenderOptions": "the keywords of `render`, for type checkers",
     "Frame": "a protocol: what `measure` needs of a frame",
     "Truth": "a protocol: what `measure` needs of a truth",

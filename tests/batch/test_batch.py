@@ -60,7 +60,7 @@ def test_images_equal_those_of_render(tmp_path: Path) -> None:
     again = run_batch(jobs, tmp_path / "out", processes=1)
     assert (again.drawn, again.kept) == (0, 3)
     (tmp_path / "out" / "a.png").unlink()
-    assert run_batch(jobs, tmp_path / "out", processes=1).drawn == 1, "what is missing is drawn"
+    assert run_batch(jobs, tmp_path / "out", processes=1).drawn == 1, "the missing image is rendered"
     changed = read_jobs(written(tmp_path / "jobs.jsonl", {"output": "a.png", "lights": [sun]}))
     assert run_batch(changed, tmp_path / "out", processes=1).drawn == 1, "another job of the same name"
     assert run_batch(changed, tmp_path / "out", processes=1, fresh=True).drawn == 1
@@ -146,7 +146,7 @@ def test_random_json_is_a_job_or_a_named_error(tmp_path: Path) -> None:
         with suppress(gs.GlshadowError):
             parse_job(json.dumps(job), tmp_path)
             jobs += 1
-    assert jobs > 50, "or all were refused"
+    assert jobs > 50, "otherwise all were refused"
 
 
 def test_all_lines_are_checked_before_any_work(tmp_path: Path) -> None:
@@ -158,7 +158,7 @@ def test_all_lines_are_checked_before_any_work(tmp_path: Path) -> None:
     assert "jobs.jsonl has 32 lines that are no jobs" in done.stderr
     assert "line 4: output 'a.png' is also that of line 2" in done.stderr
     lines = done.stderr.splitlines()
-    assert len(lines) == 22, "each bad line is a line on the screen"
+    assert len(lines) == 22, "one line of output for each bad line"
     assert lines[0] == "error: jobs.jsonl has 32 lines that are no jobs"
     assert lines[2].startswith("  line 5: it is no JSON")
     assert lines[-1] == "  and 12 more"
@@ -256,7 +256,7 @@ def test_changed_model_file_renders_again(tmp_path: Path, monkeypatch: pytest.Mo
     assert outcomes(path, out) == (2, 0), "without its texture"
     assert outcomes(path, out) == (0, 2)
     image.write(texture, np.full((2, 2, 3), 200, np.uint8))
-    assert outcomes(path, out) == (2, 0), "it has come"
+    assert outcomes(path, out) == (2, 0), "the texture exists now"
     reds = (out / "a.png").read_bytes()
     facts = texture.stat()
     image.write(texture, np.full((2, 2, 3), (90, 10, 10), np.uint8))
@@ -271,7 +271,7 @@ def test_changed_model_file_renders_again(tmp_path: Path, monkeypatch: pytest.Mo
     assert outcomes(path, out) == (0, 2)
     model.parent.rename(tmp_path / "moved")
     written(path, {"scene": "moved/a.obj", "output": "a.png"})
-    assert outcomes(path, out) == (0, 1), "where the model is does not matter"
+    assert outcomes(path, out) == (0, 1), "the model's location does not matter"
     monkeypatch.setattr("glshadow.batch.inputs.__version__", "another")
     assert outcomes(path, out) == (1, 0)
 
@@ -340,7 +340,7 @@ def test_failed_job_is_listed_and_the_others_succeed(tmp_path: Path) -> None:
     assert (out / "a.png").is_file()
     assert (out / "c.png").is_file()
     again = CliRunner().invoke(main, ["batch", str(jobs), "-o", str(out), "--processes", "1"])
-    assert "2 kept, 1 failed" in again.stderr, "what failed is tried anew"
+    assert "2 kept, 1 failed" in again.stderr, "a failed job is tried again"
     checked = CliRunner().invoke(main, ["batch", str(jobs), "--check", "--json"])
     assert json.loads(checked.stdout)["pictures"] == 3
 
@@ -383,7 +383,7 @@ def test_killed_batch_resumes(tmp_path: Path) -> None:
     for name in there:
         assert image.read(out / name).shape[:2] == (32, 48)
     done = run_batch(read_jobs(jobs), out, processes=1)
-    assert done.kept >= len(there) - 1, "a picture may be in place before its line is"
+    assert done.kept >= len(there) - 1, "an image may exist before its line in the journal"
     assert done.kept + done.drawn == 60
     assert len(list(out.glob("[0-9]*.png"))) == 60
     assert len((out / JOURNAL).read_text().splitlines()) == 60

@@ -319,7 +319,7 @@ def test_measure(folder):
     assert pixels("error.png").shape == (54, 3 * 96 + 8, 3)
     run("render", *SMALL, "-o", "ours.png", "--samples", "1")
     ours = pixels("error.png")[:, 96 + 4 : 2 * 96 + 4].astype(int)
-    # The same shading: float32 light composed anew, and rounded once more
+    # The same shading: float32 light composed again, and rounded once more
     assert np.abs(ours - pixels("ours.png")).max() <= 1
 
 

@@ -135,7 +135,7 @@ def test_nothing_is_lit_under_a_sheet(older: Renderer, rng: np.random.Generator,
 
 @pytest.mark.parametrize("version", ["3.3", "4.1"])
 def test_driver_of_an_older_version(renderer: Renderer, tmp_path: Path, version: str) -> None:
-    """Mesa is told to offer no more than that version; in a process of its own, because it reads the variable once."""
+    """Mesa is configured to offer no more than that version; in a process of its own, because it reads the variable once."""
     code = (
         "import glshadow as gs, numpy as np, sys\n"
         "with gs.Renderer('egl') as renderer:\n"

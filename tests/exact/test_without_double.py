@@ -116,7 +116,7 @@ def test_slivers_and_degenerate_triangles(without: gs.Renderer, rng: np.random.G
 
 @pytest.mark.usefixtures("built_on_the_gpu")
 def test_driver_without_double_is_supported(tmp_path: Path) -> None:
-    """Mesa is told to omit the extension, and to keep its OpenGL version, which it would otherwise lower to 3.3."""
+    """Mesa is configured to omit the extension, and to keep its OpenGL version, which it would otherwise lower to 3.3."""
     code = (
         "import glshadow as gs, numpy as np, sys\n"
         "with gs.Renderer('egl') as renderer:\n"

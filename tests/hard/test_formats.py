@@ -16,5 +16,5 @@ TIMES = 2.0
 @pytest.mark.parametrize("light", PROBES)
 def test_gap_at_a_foot_is_one_step_of_the_format(renderer: Renderer, light: str, target: Target) -> None:
     gap = foot_gap(renderer, light, target)
-    assert gap.predicted > 2e-3, "must stand out against a texel"
+    assert gap.predicted > 2e-3, "must be large against a texel"
     assert gap.predicted / TIMES <= gap.measured <= gap.predicted * TIMES, str(gap)

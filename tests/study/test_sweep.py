@@ -52,7 +52,7 @@ def test_sampled_error_kinds_are_close_to_all(scene: gs.Scene, monkeypatch: pyte
     assert not careful.sampled()  # since the last call
     assert (estimate.wrong, estimate.mean) == pytest.approx((exact.wrong, exact.mean), rel=1e-12)
     assert exact.acne > 0.1
-    # a sample of 200 knows a share to 0.5 / sqrt(200) = 3.5 % of the wrong pixels; three times that
+    # a sample of 200 estimates a share to 0.5 / sqrt(200) = 3.5 % of the wrong pixels; three times that
     assert estimate.acne == pytest.approx(exact.acne, abs=0.105 * exact.wrong)
     assert estimate.edge == pytest.approx(exact.edge, abs=0.105 * exact.wrong)
     monkeypatch.setattr("glshadow.study.remembered.SAMPLE", 10**9)

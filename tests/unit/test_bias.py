@@ -80,7 +80,7 @@ def test_receiver_plane_predicts_the_depth_of_a_tap() -> None:
     [
         ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
         ((1e-3, 2e-3, 0.5), (2e-3, 4e-3, 0.7)),  # parallel in the map: the plane contains the light ray
-        ((1e-3, 2e-3, 0.5), (1e-3, 2e-3 * (1 + 1e-9), 0.7)),  # so nearly that float32 derivatives could not tell
+        ((1e-3, 2e-3, 0.5), (1e-3, 2e-3 * (1 + 1e-9), 0.7)),  # so nearly that float32 derivatives could not show it
         ((0.0, 0.0, 0.5), (1e-3, 0.0, 0.0)),
     ],
 )

@@ -34,7 +34,7 @@ def test_full_disk_leaves_no_partial_line(tmp_path: Path, monkeypatch: pytest.Mo
         with pytest.raises(GlshadowError, match=r"cannot write .*j\.jsonl: No space left on device"):
             journal.add({"key": "b", "value": 2})
     assert path.read_bytes() == before
-    assert set(journal.records) == {"a"}, "what was not written is not there"
+    assert set(journal.records) == {"a"}, "the failed record is absent"
     journal.add({"key": "c", "value": 3})
     assert set(Journal(path).records) == {"a", "c"}
 

@@ -22,7 +22,7 @@ from glshadow.geometry.ranges import (
 from glshadow.scene.box import box_corners
 
 SIZE = (1280, 720)
-PIXEL = 2.0 * np.tan(np.radians(25.0)) / 720  # tangent of a pixel of a picture 720 high with fov_y 50
+PIXEL = 2.0 * np.tan(np.radians(25.0)) / 720  # tangent of a pixel of an image 720 high with fov_y 50
 EYE = PerspectiveCamera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
 PLAN = OrthographicCamera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
 
