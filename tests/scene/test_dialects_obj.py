@@ -153,9 +153,9 @@ def test_map_options(pictures, line, size):
     assert mesh.uv[mesh.triangles[0]].tolist() == [[0, 0], [1, 0], [1, 1]]
 
 
-@pytest.mark.parametrize(("written", "existing"), [("PLAIN.PNG", "plain.png"), ("Tex\\Red One.PNG", "tex/red one.png")])
-def test_file_name_of_other_case_is_found(pictures, written, existing):
-    with pytest.warns(GlshadowWarning, match=f"is there as '{existing}': used"):
+@pytest.mark.parametrize(("written", "there"), [("PLAIN.PNG", "plain.png"), ("Tex\\Red One.PNG", "tex/red one.png")])
+def test_file_name_of_other_case_is_found(pictures, written, there):
+    with pytest.warns(GlshadowWarning, match=f"is there as '{there}': used"):
         assert textured(pictures, f"map_Kd {written}").material.texture is not None
 
 
