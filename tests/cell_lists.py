@@ -1,4 +1,4 @@
-"""Triangle lists read back: what each cell holds, and which cell a receiver looks into."""
+"""Per-cell triangle lists read back from the GPU: the triangles of each cell, and the cell that a receiver reads."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ class Walked:
 
 
 def pairs(cell: NDArray[np.int64], triangle: NDArray[np.int64]) -> NDArray[np.uint64]:
-    """One number for each cell and triangle."""
+    """A unique number for each pair of cell and triangle."""
     return cell.astype(np.uint64) << np.uint64(32) | triangle.astype(np.uint64)
 
 
 def walked(grid: ListGrid, heads: NDArray[np.uint32], links: NDArray[np.uint32]) -> Walked:
-    """Follow every list as glsl/exact/lists.glsl does."""
+    """Follow every list in the order of glsl/exact/lists.glsl."""
     rows, columns = np.nonzero(heads)
     link = heads[rows, columns].astype(np.int64)
     found = []
@@ -72,7 +72,7 @@ def held(
     y: NDArray[np.int64],
     triangle: NDArray[np.int64],
 ) -> NDArray[np.bool_]:
-    """Whether a receiver in a fine cell (x, y) of a face meets the triangle in its fine or its coarse list."""
+    """Whether a receiver in a face's fine cell (x, y) finds the triangle in its fine or its coarse list."""
     coarse = grid.cells // RATIO
     fine_cell = (face * grid.cells + y) * grid.cells + x
     coarse_cell = (face * coarse + y // RATIO) * coarse + x // RATIO
@@ -82,7 +82,7 @@ def held(
 def receiver_cells(
     grid: ListGrid, receivers: NDArray[np.float32]
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]:
-    """What glsl/receiver/exact.glsl makes of receivers (N, 3) in the light's frame, in float32: inside, face, column, row, depth."""
+    """glsl/receiver/exact.glsl's float32 lookup for receivers (N, 3) in the light's frame: inside, face, column, row, depth."""
     face = np.zeros(len(receivers), dtype=np.int64)
     local = receivers
     if grid.projection == "cube":

@@ -18,7 +18,7 @@ CHECKOUT = Path(__file__).resolve().parents[1]
 IN_CI = os.environ.get("CI") == "true"
 REQUIRE_GL = os.environ.get("GLSHADOW_REQUIRE_GL") == "1"
 
-# Skips with this head stay skips outside CI: the program is not to be had on every system.
+# Skips whose message starts with this stay skips outside CI: the program is not available on every system.
 OPTIONAL = "optional: "
 
 _displays = itertools.count()
@@ -31,7 +31,7 @@ def pytest_configure() -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Modules that take long first: the last one to be begun is then a short one, for which no other process waits."""
+    """Run slow modules first, so that the last one to start is a short one."""
     long = {item.path for item in items if item.get_closest_marker("slow")}
     items.sort(key=lambda item: item.path not in long)
 
@@ -84,7 +84,7 @@ def pytest_make_collect_report() -> Iterator[None]:
 
 @pytest.fixture(autouse=True)
 def numpy_errors_raise() -> Iterator[None]:
-    # Underflow to zero is the right answer everywhere here: a tiny weight, a tiny cosine.
+    # Underflow to zero is correct everywhere here: a tiny weight, a tiny cosine.
     with np.errstate(all="raise", under="ignore"):
         yield
 
@@ -96,7 +96,7 @@ def rng() -> np.random.Generator:
 
 @pytest.fixture(scope="session")
 def optional() -> Callable[[str, str], None]:
-    """Call `optional("OSMesa", "libosmesa6")` where it is missing: fails in CI, else skips and names the package."""
+    """Call `optional("OSMesa", "libosmesa6")` where a program is missing: fails in CI, otherwise skips and names the package."""
 
     def missing(what: str, package: str) -> None:
         message = f"{what} is missing (apt-get install {package})"
@@ -121,7 +121,7 @@ def models() -> Path:
 
 @pytest.fixture(scope="session")
 def session_glcontext() -> Iterator[GLContext]:
-    """The one context of this process; tests take `glcontext`, which watches over it."""
+    """The one context of this process; tests use `glcontext`, which checks it for errors."""
     context = open_context("egl")
     yield context
     context.release()
@@ -149,7 +149,7 @@ def screen(optional: Callable[[str, str], None]) -> Iterator[str]:
         if not which(program):
             optional(program, package)
     read_end, write_end = os.pipe()
-    # A number that no server has had: one that ends takes the next one's socket along.
+    # A new number for each server: a server that ends deletes the socket of the next one with its number.
     number = 100 + 100 * (os.getpid() % 500) + next(_displays)
     command = ["Xvfb", f":{number}", "-displayfd", str(write_end), "-screen", "0", "1280x800x24", "-nolisten", "tcp"]
     with subprocess.Popen(command, pass_fds=[write_end], stderr=subprocess.DEVNULL) as server:

@@ -1,7 +1,7 @@
 """Shadow mapping in float64 numpy: the twin of caster pass and receiver, for tiny maps and a handful of triangles.
 
-A driver may put a vertex elsewhere by a fraction of a pixel and rounds every sum to float32, so the twin answers with
-intervals: all that limited precision may give. Where an interval is one number, the picture has to show that number.
+A driver may move a vertex by a fraction of a pixel and rounds every sum to float32, so the twin computes
+intervals: all values that limited precision may give. Where an interval is one number, the image must show that number.
 
     triangles --cast--> StoredMap [low, high] per texel --receive--> visibility [low, high] per point
 
@@ -27,7 +27,7 @@ from glshadow.shadows.view import ShadowView
 
 @dataclass(frozen=True)
 class Precision:
-    """What limited precision may do.
+    """Error bounds of limited precision.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Precision:
     texels : float
         Error of a position on the map.
     world : float
-        World units by which a receiver may be misplaced along the light; the derived bias takes it off the distance.
+        World units by which a receiver may be misplaced along the light; the derived bias subtracts it from the distance.
     """
 
     stored: float = 0.0
@@ -46,7 +46,7 @@ class Precision:
 
 @dataclass(frozen=True, eq=False)
 class StoredMap:
-    """An atlas (H, W), row 0 at v = 0: the least and the greatest value that each texel may hold."""
+    """An atlas (H, W), row 0 at v = 0: the minimum and the maximum value that each texel may hold."""
 
     views: tuple[ShadowView, ...]
     target: Target
@@ -54,7 +54,7 @@ class StoredMap:
     high: Array
 
     def tile(self, number: int) -> tuple[Array, Array]:
-        """Least and greatest values (R, R) of one view, row 0 at its **top**, as in Frame.shadow_maps."""
+        """Minimum and maximum values (R, R) of one view, row 0 at its **top**, as in Frame.shadow_maps."""
         view = self.views[number]
         x, y = view.tile
         block = np.s_[y : y + view.resolution, x : x + view.resolution]
@@ -62,7 +62,7 @@ class StoredMap:
 
 
 def stored_depth(view: ShadowView, target: Target, xy: Array, depth: Array) -> Array:
-    """What a map stores for the point at `depth` along the view through `xy` (..., 2), world units or tangents."""
+    """The stored value of the point at `depth` along the view through `xy` (..., 2), world units or tangents."""
     if view.projection == "cube" and not target.is_depth:
         return radial_metric(depth * np.sqrt(1.0 + (xy**2).sum(axis=-1)), view.near, view.far)
     matrix = view.clip_from_view
@@ -112,7 +112,7 @@ def _draw(
     value = np.clip(value, 0.0, 1.0)
     least, most = value.min(axis=0), value.max(axis=0)
     maybe, surely = inside > -SNAP_TEXELS, inside > SNAP_TEXELS
-    # an interval's near end follows every triangle that may cover the texel, its far end those that surely do
+    # an interval's near end follows every triangle that may cover the texel, its far end those that certainly do
     if target.is_depth and view.clip.reversed:
         high[maybe], low[surely] = np.maximum(high, most)[maybe], np.maximum(low, least)[surely]
     else:
@@ -127,7 +127,7 @@ def _rasterised(local: Array, centres: Array, texel: Array, parallel: bool) -> t
     inside : (H, W) float64
         Texels from the triangle's nearest edge, negative outside, -inf where the ray never meets its plane.
     xy, depth : (5, H, W, 2), (5, H, W) float64
-        Where the ray meets the plane; first as it is, then moved by SNAP_TEXELS towards each corner of the texel.
+        Where the ray hits the plane; first unmoved, then moved by SNAP_TEXELS towards each corner of the texel.
     """
     flat = np.column_stack([local[:, :2], np.ones(3) if parallel else -local[:, 2]])
     # homogeneous lines through the corners
@@ -146,7 +146,7 @@ def _rasterised(local: Array, centres: Array, texel: Array, parallel: bool) -> t
 
 
 def _offset(view: ShadowView, target: Target, bias: Bias | None, local: Array) -> float:
-    """What a caster-side bias adds to the stored depth of a triangle."""
+    """The stored depth that a caster-side bias adds to a triangle."""
     if bias is None:
         return 0.0
     if bias.of_caster is not None:
@@ -168,7 +168,7 @@ def _offset(view: ShadowView, target: Target, bias: Bias | None, local: Array) -
 
 
 def _window_slope(view: ShadowView) -> float:
-    """Window depth per unit of distance along a sun's view, or per unit of a lamp's 1 / depth."""
+    """Window depth per unit of distance along a directional light's view, or per unit of a local light's 1 / depth."""
     at = stored_depth(view, Target.DEPTH32F, np.zeros((2, 2)), np.array([1.0, 2.0]))
     return float(at[1] - at[0] if view.projection == "orthographic" else 2.0 * (at[0] - at[1]))
 
@@ -176,7 +176,7 @@ def _window_slope(view: ShadowView) -> float:
 def first_hits(
     camera: PerspectiveCamera, size: tuple[int, int], triangles: ArrayLike
 ) -> tuple[Array, NDArray[np.intp], NDArray[np.bool_]]:
-    """What the camera sees through each pixel's centre.
+    """The surfaces at the pixels' centres.
 
     Returns
     -------
@@ -208,7 +208,7 @@ def receive(
     bias: Bias,
     precision: Precision | None = None,
 ) -> tuple[Array, Array]:
-    """Visibility of a light, least and greatest.
+    """Visibility of a light, minimum and maximum.
 
     Parameters
     ----------
@@ -255,7 +255,7 @@ def _lean(view: ShadowView, light: Light, points: Array, normals: Array, towards
 
 
 def _on_face(view: ShadowView, local: Array, texels: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which points a view answers for, and for which of them that is certain."""
+    """Which points a view is used for, and for which of them that is certain."""
     if view.projection != "cube":
         every = np.ones(len(local), dtype=bool)
         return every, every
@@ -266,7 +266,7 @@ def _on_face(view: ShadowView, local: Array, texels: float) -> tuple[NDArray[np.
 
 @dataclass(frozen=True, eq=False)
 class _Receivers:
-    """Points of one view as their depth comparison needs them; `slope`: gradient of depth, or 1 / depth, per texel."""
+    """Points of one view, ready for depth comparison; `slope`: gradient of depth, or 1 / depth, per texel."""
 
     view: ShadowView
     target: Target
@@ -277,10 +277,10 @@ class _Receivers:
     slope: Array
     slack_texels: float
     constant: float  # stored units towards the light
-    facet: float  # by which the derived bias lets neighbouring facets rise: world units of a sun, else share of depth
+    facet: float  # rise between facets: world units of a directional light, else share of depth
 
     def compare_depth(self, offset: Array, change: float) -> Array:
-        """Depth to compare with what is stored `offset` (N, 2) texels away, the receiver moved by `change`."""
+        """Depth to compare with the texel `offset` (N, 2) texels away, the receiver moved by `change`."""
         view, texel = self.view, np.array(self.view.texel)
         depth = self.depth * (1.0 - (0.0 if view.projection == "orthographic" else self.facet)) + change
         along, slack = (self.slope * offset).sum(axis=-1), self.slack_texels * np.abs(self.slope).sum(axis=-1)
@@ -296,7 +296,7 @@ class _Receivers:
         return np.clip(stored_depth(view, self.target, xy, depth) + towards * self.constant, 0.0, 1.0)
 
     def lit(self, offset: Array, low: Array, high: Array, precision: Precision) -> tuple[Array, Array]:
-        """Least and greatest outcome of the comparison with texels that hold `low` to `high`."""
+        """Minimum and maximum result of the comparison with texels that hold `low` to `high`."""
         error = precision.world
         taken_off = error if self.follows else 0.0  # by the derived bias, whatever the real error is
         near, far = (self.compare_depth(offset, change - taken_off) for change in (-error, error))

@@ -1,4 +1,4 @@
-"""How slow this machine is at the moment: tests of what something costs compare it with work that is measured beside it."""
+"""How slow this machine currently is: tests of costs compare them with a workload that is measured next to them."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from contextlib import contextmanager
 import numpy as np
 
 QUIET_S = 0.06
-"""Processor time of `_work` on a quiet core of the machine on which the tests' seconds were measured."""
+"""Processor time of `_work` on an idle core of the machine on which the tests' seconds were measured."""
 
 
 def pace() -> float:
-    """1 on that machine or a faster one, 2 where the same work takes twice the processor time."""
+    """1 on the reference machine or a faster one, 2 where the same workload takes twice the processor time."""
     start = time.process_time()
     _work()
     return max((time.process_time() - start) / QUIET_S, 1.0)
 
 
 def _work() -> None:
-    """Half of it Python, half numpy, as loading is."""
+    """Half Python, half numpy, like loading a file."""
     table: dict[int, int] = {}
     for k in range(400_000):
         table[k * 7919 % 10_007] = k
@@ -31,7 +31,7 @@ def _work() -> None:
 
 @contextmanager
 def at_most(seconds: float) -> Iterator[None]:
-    """Fails where what is inside takes more processor time than `seconds` of a quiet core."""
+    """Fails if the block takes more processor time than `seconds` of an idle core."""
     before, start = pace(), time.process_time()
     yield
     taken = time.process_time() - start

@@ -1,4 +1,4 @@
-"""Settings chosen by a budget: the cheapest that is good enough, found without a ray, kept, and never over what a light says itself."""
+"""Settings chosen by a budget: the cheapest that suffices, found without tracing, cached, and never overriding a light's own settings."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("clock")
 @pytest.mark.parametrize("wrong", [0.02, 0.004, 0.001])
-def test_the_cheapest_that_is_good_enough(wrong: float) -> None:
+def test_cheapest_sufficient_setting_is_chosen(wrong: float) -> None:
     scene = gs.scenes.courtyard()
     with gs.Renderer() as renderer:
         frame = renderer.render(scene, size=SIZE, max_wrong=wrong, outputs=("visibility", "triangle"), samples=1)
@@ -42,21 +42,21 @@ def test_the_cheapest_that_is_good_enough(wrong: float) -> None:
     measured = gs.measure(frame, truth).wrong
     assert missed == ""
     assert measured <= 1.2 * wrong
-    assert found.wrong == pytest.approx(measured, abs=2e-4), "found by comparing with Exact(), not with rays"
+    assert found.wrong == pytest.approx(measured, abs=2e-4), "determined by comparison with Exact(), not with rays"
     assert frame.used[0].filter == found.shadow.filter
     assert "the cheapest within" in frame.used[0].why
     assert str(found.shadow.resolution) in frame.used[0].why or found.shadow.filter == gs.Exact()
 
 
 @pytest.mark.usefixtures("clock")
-def test_what_no_map_can_do_is_asked_of_triangles() -> None:
+def test_budget_below_every_map_chooses_exact() -> None:
     with gs.Renderer() as renderer:
         frame = renderer.render(gs.scenes.courtyard(), size=SIZE, max_wrong=1e-6, samples=1)
     assert frame.used[0].filter == gs.Exact()
 
 
 @pytest.mark.usefixtures("clock")
-def test_the_best_that_is_fast_enough() -> None:
+def test_most_accurate_setting_in_the_time_is_chosen() -> None:
     scene = gs.scenes.courtyard()
     with gs.Renderer() as renderer:
         slow = renderer.render(scene, size=SIZE, max_ms=100.0, samples=1)
@@ -70,7 +70,7 @@ def test_the_best_that_is_fast_enough() -> None:
 
 
 @pytest.mark.usefixtures("clock")
-def test_a_choice_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_choice_is_cached(monkeypatch: pytest.MonkeyPatch) -> None:
     made = []
     monkeypatch.setattr("glshadow.budget.choose", lambda *given: made.append(1) or choose(*given))
     scene = gs.scenes.box().scene
@@ -91,7 +91,7 @@ def test_a_choice_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("clock")
-def test_what_a_light_says_itself_stays() -> None:
+def test_settings_of_a_light_are_kept() -> None:
     lights = (
         gs.DirectionalLight(shadow=gs.Shadow(filter=gs.Pcf(2))),
         gs.DirectionalLight(direction=(0.3, -1.0, 0.2), shadow=gs.Shadow(strength=0.4)),
@@ -107,20 +107,20 @@ def test_what_a_light_says_itself_stays() -> None:
     assert frame.used[2].filter is None
 
 
-def test_no_light_is_open(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_scene_without_lights_needs_no_choice(monkeypatch: pytest.MonkeyPatch) -> None:
     with gs.Renderer() as renderer:
         frame = renderer.render(gs.scenes.box().scene, None, [], SIZE, max_wrong=0.01, samples=1)
     assert not np.isnan(frame.image).any()
 
 
 @pytest.mark.parametrize("given", [{"max_wrong": 1.0}, {"max_wrong": -0.1}, {"max_ms": 0.0}, {"max_wrong": "few"}])
-def test_what_is_no_budget_is_refused(given: dict[str, float]) -> None:
+def test_invalid_budgets_are_refused(given: dict[str, float]) -> None:
     with gs.Renderer() as renderer, pytest.raises(gs.SettingsError, match=f"Budget {next(iter(given))} must be"):
         renderer.render(gs.scenes.box().scene, size=SIZE, **given)  # type: ignore[arg-type]
     assert not Budget().given
 
 
-def test_what_was_chosen_for_points_is_not_taken_for_lights_that_have_a_size(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_choice_for_point_lights_is_not_reused_for_area_lights(monkeypatch: pytest.MonkeyPatch) -> None:
     chosen: list[Sequence[Light]] = []
 
     def choose(_: module.Draw, lights: Sequence[Light], __: Budget) -> tuple[Found, str]:

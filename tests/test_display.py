@@ -1,4 +1,4 @@
-"""What a notebook shows: frames, truths, errors and studies."""
+"""Notebook representations of frames, references, errors and studies."""
 
 from __future__ import annotations
 
@@ -71,13 +71,13 @@ def truth(scene: gs.Scene) -> gs.Truth:
     return gs.trace(scene, size=SIZE, samples=1)
 
 
-def test_a_frame_shows_its_picture(frame: gs.Frame) -> None:
+def test_frame_shows_its_image(frame: gs.Frame) -> None:
     data = frame._repr_png_()
     assert data is not None
     np.testing.assert_array_equal(decoded(data), frame.image)
 
 
-def test_a_frame_without_a_picture_shows_visibility(frame: gs.Frame) -> None:
+def test_frame_without_image_shows_visibility(frame: gs.Frame) -> None:
     data = replace(frame, outputs={"visibility": frame.visibility})._repr_png_()
     assert data is not None
     shown = decoded(data)
@@ -86,7 +86,7 @@ def test_a_frame_without_a_picture_shows_visibility(frame: gs.Frame) -> None:
     assert replace(frame, outputs={})._repr_png_() is None
 
 
-def test_a_truth_shows_every_light(truth: gs.Truth) -> None:
+def test_reference_shows_every_light(truth: gs.Truth) -> None:
     html = truth._repr_html_()
     page = Balanced(html)
     shown = pictures(html)
@@ -102,7 +102,7 @@ def test_a_truth_shows_every_light(truth: gs.Truth) -> None:
     assert "point" in page.text
 
 
-def test_an_error_shows_its_numbers_and_where_it_is(frame: gs.Frame, truth: gs.Truth) -> None:
+def test_error_shows_its_numbers_and_its_map(frame: gs.Frame, truth: gs.Truth) -> None:
     error = gs.measure(frame, truth)
     html = error._repr_html_()
     page = Balanced(html)
@@ -115,7 +115,7 @@ def test_an_error_shows_its_numbers_and_where_it_is(frame: gs.Frame, truth: gs.T
     assert f"rgb{COLORS[Outcome.ACNE]}" in html
 
 
-def test_where_nothing_counts_there_is_a_dash(scene: gs.Scene) -> None:
+def test_error_without_counted_pixels_shows_a_dash(scene: gs.Scene) -> None:
     below = [gs.DirectionalLight(direction=(0.0, 1.0, 0.0))]
     with gs.Renderer("egl") as renderer:
         dark = renderer.render(scene, lights=below, size=SIZE, outputs=("visibility",), samples=1)
@@ -124,7 +124,7 @@ def test_where_nothing_counts_there_is_a_dash(scene: gs.Scene) -> None:
     assert "\N{EN DASH}" in Balanced(html).text
 
 
-def test_a_study_shows_its_plot_and_its_front(scene: gs.Scene) -> None:
+def test_study_shows_its_plot_and_its_front(scene: gs.Scene) -> None:
     from glshadow.study import run_study
 
     grid = [gs.Shadow(resolution=64), gs.Shadow(resolution=128)]
@@ -164,7 +164,7 @@ def test_every_repr_is_one_short_line(scene: gs.Scene, frame: gs.Frame, truth: g
     assert repr(error).startswith("Measurement(2 lights: wrong ")
 
 
-def test_a_scene_shows_its_picture(scene: gs.Scene) -> None:
+def test_scene_shows_its_image(scene: gs.Scene) -> None:
     html = scene._repr_html_()  # type: ignore[operator]
     (picture,) = pictures(html)
     assert picture.shape == (360, 640, 3)
@@ -173,7 +173,7 @@ def test_a_scene_shows_its_picture(scene: gs.Scene) -> None:
     assert "box: 2 nodes, 14 triangles, 2 lights, from (" in text
 
 
-def test_a_scene_that_cannot_be_drawn_shows_words(scene: gs.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_scene_that_cannot_be_rendered_shows_text(scene: gs.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object, **__: object) -> None:
         raise OSError("no driver")
 
@@ -181,6 +181,6 @@ def test_a_scene_that_cannot_be_drawn_shows_words(scene: gs.Scene, monkeypatch: 
     assert scene._repr_html_().startswith("<p>box: 2 nodes, 14 triangles")  # type: ignore[operator]
 
 
-def test_a_scene_out_of_sight_warns_nobody(scene: gs.Scene) -> None:
+def test_scene_out_of_view_emits_no_warning(scene: gs.Scene) -> None:
     away = replace(scene, camera=gs.PerspectiveCamera((0, 50, 0), (0, 99, 1)))
     assert "<img" in away._repr_html_()  # type: ignore[operator]

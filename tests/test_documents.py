@@ -1,4 +1,4 @@
-"""The documentation builds without a warning and leaves nothing out; the documents name only what is there."""
+"""The documentation builds without a warning and omits nothing; the documents mention only what exists."""
 
 import importlib
 import re
@@ -23,7 +23,7 @@ def docs(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return importlib.import_module("scripts.manual.reference")
 
 
-def test_the_reference_holds_every_public_name(docs: ModuleType, tmp_path: Path) -> None:
+def test_reference_contains_every_public_name(docs: ModuleType, tmp_path: Path) -> None:
     docs.build(tmp_path)
     for name in docs.MODULES:
         module = importlib.import_module(name)
@@ -60,7 +60,7 @@ def told(number: NoSuchType): "Says something."
     ],
     ids=["no docstring", "warning"],
 )
-def test_what_is_wrong_in_a_docstring_fails(
+def test_faulty_docstring_fails_the_build(
     docs: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, source: str, says: str
 ) -> None:
     (tmp_path / "sample.py").write_text(source)
@@ -80,7 +80,7 @@ def test_paths_in_the_documents_exist(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", DOCUMENTS)
-def test_links_of_the_documents_lead_somewhere(name: str) -> None:
+def test_links_in_the_documents_resolve(name: str) -> None:
     page = CHECKOUT / name
     for target in re.findall(r"\]\((?!https?:)([^)]+)\)", page.read_text()):
         path, _, anchor = target.partition("#")
@@ -98,8 +98,8 @@ def test_every_page_is_listed() -> None:
 
 @pytest.mark.slow
 @pytest.mark.exhaustive
-def test_the_documentation_is_built_whole(tmp_path: Path) -> None:
-    """By the command itself, of one example; all examples, guides and notebooks run in tests of their own."""
+def test_documentation_builds(tmp_path: Path) -> None:
+    """By the command itself, with one example; all examples, guides and notebooks run in tests of their own."""
     command = [CHECKOUT / "scripts" / "docs", tmp_path / "site", "--only", "01_first_picture"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S)
     assert done.returncode == 0, done.stderr
@@ -117,7 +117,7 @@ def test_the_documentation_is_built_whole(tmp_path: Path) -> None:
     assert "_small.jpg" in (site / "gallery" / "index.html").read_text()
 
 
-def test_a_page_gets_the_pictures_that_its_code_makes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_page_contains_the_images_of_its_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(CHECKOUT)
     build = importlib.import_module("scripts.manual.build")
     page = tmp_path / "docs" / "page.md"
@@ -133,7 +133,7 @@ def test_a_page_gets_the_pictures_that_its_code_makes(tmp_path: Path, monkeypatc
     assert "[`examples/05_bias.py`](../gallery/05_bias.md), `examples/06_x.py`" in text
 
 
-def test_a_folder_of_something_else_is_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_folder_with_other_content_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(CHECKOUT)
     build = importlib.import_module("scripts.manual.build")
     (tmp_path / "thesis.tex").write_text("years")
@@ -146,7 +146,7 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path: Path, monkeypatch: p
     assert "there is no nothing; there are 01_first_picture" in done.output
 
 
-def test_what_fails_while_building_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_build_errors_name_their_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(CHECKOUT)
     build, gallery = (importlib.import_module(f"scripts.manual.{name}") for name in ("build", "gallery"))
     broken = tmp_path / "99_broken.py"

@@ -1,4 +1,4 @@
-"""Overlays: what is drawn lands where the camera's own formulas put it, and is hidden where it should be."""
+"""Overlays: everything is drawn where the camera's own formulas project it, and is hidden where it should be."""
 
 from dataclasses import replace
 
@@ -48,10 +48,10 @@ LENSES = pytest.mark.parametrize("lens", [gs.PerspectiveCamera, gs.OrthographicC
 
 
 def flat_frame(depth=np.inf, value=0, position=(0.0, 0.0, 5.0), size=(200, 100), lens=gs.PerspectiveCamera):
-    """A picture of one colour and one depth, made without OpenGL; the camera looks along -z."""
+    """A frame of one colour and one depth, made without OpenGL; the camera looks along -z."""
     camera = gs.PerspectiveCamera(position=position, target=(position[0], position[1], position[2] - 1.0), fov_y=60.0)
     if lens is gs.OrthographicCamera:
-        camera = camera.through(lens, height=10.0 * np.tan(np.radians(30.0)))  # as much of what is 5 away
+        camera = camera.through(lens, height=10.0 * np.tan(np.radians(30.0)))  # covers as much at distance 5
     return Frame(
         scene=gs.scenes.courtyard(), camera=camera, lights=(), size=size, near=0.1, far=100.0, used=(),
         outputs={"image": np.full((size[1], size[0], 3), value, np.uint8),
@@ -94,7 +94,7 @@ def test_map_fills_squares_in_the_corner_and_nothing_else(frame):
     assert not where[:, : SIZE[0] // 2 - 1].any()
     drawn = overlay(frame, ["map"])
     for number, used in enumerate(frame.used):
-        # Each preview has a frame of the light's colour, a pixel wide here: count its left edges in the top row
+        # Each preview has a frame of the light's colour, one pixel wide: count its left edges in the top row
         rows = np.flatnonzero((drawn == light_color(number)).all(axis=-1).sum(axis=1) > 10)
         edge = (drawn[rows[0]] == light_color(number)).all(axis=-1)
         assert (np.diff(np.concatenate([[0], edge.astype(int)])) == 1).sum() == len(used.views)
@@ -121,14 +121,14 @@ def test_preview_is_brighter_nearer_the_light_in_every_format():
             assert row[2, 0] == pytest.approx(row[1, 0] - 0.4 * (row[1, 0] - row[3, 0]), abs=2), (target, clip)
 
 
-def test_lights_show_in_their_colours(frame):
+def test_lights_are_drawn_in_their_colours(frame):
     drawn = overlay(frame, ["lights"])
     place, _ = Canvas(frame).place(LIGHTS[1].position)
     assert np.abs(drawn[int(place[1]), int(place[0])].astype(int) - light_color(1)).max() <= 2
     assert (np.abs(drawn.astype(int) - light_color(0)).max(axis=-1) <= 2).any()
 
 
-def test_axes_stand_at_a_corner_of_the_scene(frame):
+def test_axes_are_at_a_corner_of_the_scene(frame):
     canvas = Canvas(frame)
     where = changed(frame, "axes")
     low, high = frame.scene.bounds
@@ -140,7 +140,7 @@ def test_axes_stand_at_a_corner_of_the_scene(frame):
 
 
 @LENSES
-def test_axes_without_a_corner_in_the_picture_are_in_the_lower_left(frame, lens):
+def test_axes_without_a_visible_corner_are_in_the_lower_left(frame, lens):
     camera = gs.PerspectiveCamera((0, 3, 0), (0.1, 0, 0))
     camera = camera if lens is gs.PerspectiveCamera else camera.through(lens, height=3.0)
     outputs = {**frame.outputs, "depth": np.full_like(frame.depth, 3.0)}
@@ -189,7 +189,7 @@ def test_frustum_edges(light, clip):
 
 
 @pytest.mark.parametrize("size", [(1, 1), (7, 5), (5, 40)])
-def test_tiny_pictures(size):
+def test_tiny_images(size):
     with gs.Renderer() as renderer:
         small = renderer.render(
             gs.scenes.courtyard(), lights=LIGHTS, size=size, outputs=required_outputs(OVERLAYS), samples=1
@@ -201,7 +201,7 @@ def test_tiny_pictures(size):
 
 
 @LENSES
-def test_line_is_where_the_camera_sees_it(lens):
+def test_line_is_where_the_camera_projects_it(lens):
     canvas = Canvas(flat_frame(lens=lens))
     ends = np.array([[-1.0, 0.5, 0.0], [1.5, -0.7, -3.0]])
     canvas.lines([ends], (255, 255, 255), 1.0, halo=False)
@@ -210,7 +210,7 @@ def test_line_is_where_the_camera_sees_it(lens):
     seen, _ = canvas.place(points)
     apart = np.hypot(columns[:, None] + 0.5 - seen[:, 0], rows[:, None] + 0.5 - seen[:, 1])
     assert apart.min(axis=1).max() <= 1.5  # half the width, half a pixel of ramp, the slanted end of a row
-    assert apart.min(axis=0).max() <= 1.0  # and it has no gap
+    assert apart.min(axis=0).max() <= 1.0  # and the line has no gap
 
 
 def test_line_through_the_eye_plane_is_cut_not_mirrored():
@@ -220,12 +220,12 @@ def test_line_through_the_eye_plane_is_cut_not_mirrored():
     lit = canvas.image[..., 0] > 0
     assert lit[:, 110:].any()
     assert not lit[:, :110].any()  # x = 1 at depth 5 is pixel 117
-    canvas.lines([[[0.0, 0.0, 6.0], [3.0, 0.0, 60.0]]], (255, 255, 255), 1.0, halo=False)  # wholly behind
+    canvas.lines([[[0.0, 0.0, 6.0], [3.0, 0.0, 60.0]]], (255, 255, 255), 1.0, halo=False)  # completely behind
     assert (lit == (canvas.image[..., 0] > 0)).all()
 
 
 @LENSES
-def test_points_come_back_from_their_places(lens):
+def test_projected_points_are_recovered(lens):
     frame = flat_frame(lens=lens)
     canvas = Canvas(frame)
     origins, rays = frame.camera.rays(frame.size)
@@ -247,7 +247,7 @@ def test_orthographic_lines_begin_at_the_camera_or_its_near_plane():
         assert np.isfinite(canvas.place(behind)[0]).all() == shown
 
 
-def test_huge_line_is_clipped_to_the_picture():
+def test_huge_line_is_clipped_to_the_image():
     canvas = Canvas(flat_frame())
     canvas.lines([[[-1e9, 0.0, 0.0], [1e9, 0.0, 0.0]]], (255, 255, 255), 1.0, halo=False)
     lit = canvas.image[..., 0] > 100

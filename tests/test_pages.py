@@ -1,4 +1,4 @@
-"""The tables of docs/ and the README are those of the stored numbers, whole, and say no number that was not measured."""
+"""The tables of docs/ and the README equal those of the stored numbers, completely, and contain no number that was not measured."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ def copy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, pages: ModuleType, tab
     return tmp_path
 
 
-def test_pages_are_those_of_the_stored_numbers(pages: ModuleType) -> None:
+def test_pages_match_the_stored_numbers(pages: ModuleType) -> None:
     stale = [path.name for path, text in pages.rendered().items() if path.read_text(encoding="utf-8") != text]
     assert stale == [], "scripts/bench tables --from-stored writes them"
 
 
-def test_every_filter_has_its_line() -> None:
+def test_every_filter_has_a_row() -> None:
     """One in each of the three tables: in short, where it lives, what it costs."""
     lines = (CHECKOUT / "docs" / "techniques.md").read_text().splitlines()
     for kind in FILTERS:
@@ -69,7 +69,7 @@ def test_the_number_of_techniques_is_that_of_the_readme() -> None:
     assert f"{len(FILTERS)} filters from Williams 1978" in (CHECKOUT / "README.md").read_text()
 
 
-def test_a_changed_number_changes_its_pages_alone(copy: Path, tables: ModuleType) -> None:
+def test_changed_number_changes_only_its_pages(copy: Path, tables: ModuleType) -> None:
     numbers = copy / "docs" / "numbers" / "techniques.json"
     content = json.loads(numbers.read_text())
     content["results"]["pcf:1"]["cost"] = 1.2345
@@ -80,7 +80,7 @@ def test_a_changed_number_changes_its_pages_alone(copy: Path, tables: ModuleType
     assert CliRunner().invoke(tables.main, ["--from-stored"]).stderr == ""
 
 
-def test_what_is_measured_is_stored_with_its_circumstances(
+def test_measurements_are_stored_with_their_conditions(
     copy: Path, pages: ModuleType, tables: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     results = {
@@ -108,14 +108,14 @@ def settings() -> list[Any]:
         ("<!-- table: speed -->", "", "on no page: speed"),
     ],
 )
-def test_tables_and_their_places_belong_together(copy: Path, pages: ModuleType, old: str, new: str, says: str) -> None:
+def test_tables_and_their_markers_must_match(copy: Path, pages: ModuleType, old: str, new: str, says: str) -> None:
     page = copy / "docs" / "speed.md"
     page.write_text(page.read_text().replace(old, new))
     with pytest.raises(ValueError, match=says):
         pages.rendered()
 
 
-def test_a_failed_benchmark_stores_nothing(copy: Path, tables: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failed_benchmark_stores_nothing(copy: Path, tables: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     before = (copy / "docs" / "numbers" / "speed.json").read_text()
     monkeypatch.setattr(tables.sys, "executable", "/bin/false")
     done = CliRunner().invoke(tables.main, ["--only", "speed", "--models", str(copy)])
@@ -124,7 +124,7 @@ def test_a_failed_benchmark_stores_nothing(copy: Path, tables: ModuleType, monke
     assert (copy / "docs" / "numbers" / "speed.json").read_text() == before
 
 
-# -- what the benchmarks write, and what is kept of it
+# -- the benchmarks' output, and the part of it that is stored
 
 
 def condensed(pages: ModuleType, name: str, results: Any) -> Any:
@@ -132,7 +132,7 @@ def condensed(pages: ModuleType, name: str, results: Any) -> Any:
     return part.condensed(results)
 
 
-def test_finer_maps_stand_with_their_line(pages: ModuleType) -> None:
+def test_finer_maps_are_listed_in_their_row(pages: ModuleType) -> None:
     row = {"counted": 0.9, "none": 0.06, "wrong": 5e-4, "acne": 0.0, "leak": 0.0, "grain": 0.0, "mean": 1.0}
     results = {
         "lines": {"a, spot": row, "a, spot, 4096": row | {"wrong": 2e-4}},
@@ -145,7 +145,7 @@ def test_finer_maps_stand_with_their_line(pages: ModuleType) -> None:
     assert "mean" not in found["a, spot"]
 
 
-def test_median_of_the_models_leaves_the_courtyard_out(pages: ModuleType) -> None:
+def test_median_of_the_models_excludes_the_courtyard(pages: ModuleType) -> None:
     ratios = {"courtyard": 9.0, "x/a_b.glb": 1.0, "c.ply": 2.0, "d.obj": 4.0}
     results = {
         name: {"triangles": 3, "nodes": 1, "floor": {"median_ms": 1.0}}
@@ -177,7 +177,7 @@ def test_exact_keeps_the_worst_of_three_lights(pages: ModuleType) -> None:
     assert (found["build_over_depth_pass"], found["exact_ms_beside_maps"]) == ([0.7, 0.8], [5.0, 5.0])
 
 
-def test_every_light_slips_as_little_as_the_one_asked_least(pages: ModuleType) -> None:
+def test_watertight_counts_use_the_least_tested_light(pages: ModuleType) -> None:
     def row(what: str, light: str, asked: int, wrong: int, control: int | None, every: bool = False) -> dict[str, Any]:
         return {"what": what, "light": light, "asked": asked, "wrong": wrong, "control": control, "every": every}
 
@@ -207,5 +207,5 @@ def test_every_light_slips_as_little_as_the_one_asked_least(pages: ModuleType) -
         (None, "not measured"),
     ],
 )
-def test_what_is_not_0_does_not_look_like_0(pages: ModuleType, value: float | None, shown: str) -> None:
+def test_nonzero_percentage_is_not_printed_as_zero(pages: ModuleType, value: float | None, shown: str) -> None:
     assert pages.markdown.percent(value, 3) == shown

@@ -1,4 +1,4 @@
-"""What is public is listed in glshadow.public: it is there, it is whole, and whatever its signatures name is public too."""
+"""The public API is listed in glshadow.public: every name exists, is complete, and the types in its signatures are public too."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 
 from glshadow.public import MODULES
 
-# Classes that a public signature names and that are not public: what they are there for.
+# Classes that a public signature names and that are not public: their purpose.
 INNER = {
     "Channel": "set by PackedShadow",
     "Showing": "what an Explorer shows",
@@ -22,7 +22,7 @@ INNER = {
     "Cascade": "what tells a ShadowView of several from its neighbours",
     "Gizmo": "how an overlay draws a light",
     "Needs": "how a filter chooses its source",
-    "Rays": "what a Truth asks when it is measured",
+    "Rays": "rays that a Truth traces when it is measured",
     "RenderOptions": "the keywords of `render`, for type checkers",
     "Frame": "a protocol: what `measure` needs of a frame",
     "Truth": "a protocol: what `measure` needs of a truth",
@@ -38,13 +38,13 @@ def public() -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_a_public_module_lists_its_names(name: str) -> None:
+def test_public_module_lists_its_names(name: str) -> None:
     names = importlib.import_module(name).__all__
     assert len(set(names)) == len(names)
     assert [each for each in names if each.startswith("_") and each != "__version__"] == []
 
 
-def test_signatures_name_what_is_public() -> None:
+def test_signatures_name_public_types() -> None:
     values = public().values()
     known = {value for value in values if isinstance(value, type)}
     named = {
@@ -73,7 +73,7 @@ def signatures(value: Any) -> Iterator[dict[str, Any]]:
 
 
 def hints(value: Any) -> dict[str, Any]:
-    """Annotations without those of private fields; names that only a type checker imports are looked up in the module's own file."""
+    """Annotations without those of private fields; names imported only for type checkers are looked up in the module's own file."""
     found = typing.get_type_hints(value)
     return {name: hint for name, hint in found.items() if not name.startswith("_")}
 

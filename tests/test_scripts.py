@@ -1,4 +1,4 @@
-"""The two commands: what they set up, in which order, how fast the second time, and what they say when they cannot.
+"""The two commands: what they set up, in which order, how fast the second time, and what they print if they cannot.
 
 A stand-in for python3 notes its calls, so that nothing is installed and no network is needed.
 """
@@ -18,7 +18,7 @@ from .tolerances import PATIENCE_S
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 
-# Answers the version check with its own exit code, makes a .venv that holds a copy of itself, and notes the rest.
+# Answers the version check with its own exit code, makes a .venv that contains a copy of itself, and records all other calls.
 FAKE_PYTHON = """#!/bin/bash
 case "$*" in
     *version_info*) exit "${FAKE_TOO_OLD:-0}" ;;
@@ -35,7 +35,7 @@ if [[ "$*" == */libraries.py ]]; then printf '%b' "${FAKE_MISSING:-}"; fi
 
 @dataclass(frozen=True)
 class Sandbox:
-    """A checkout without anything but the scripts, and a PATH whose python3 is the stand-in."""
+    """A checkout with nothing but the scripts, and a PATH whose python3 is the stand-in."""
 
     root: Path
     environment: dict[str, str]
@@ -52,11 +52,11 @@ class Sandbox:
             timeout=PATIENCE_S,
             check=False,
         )
-        assert done.stdout == "", "set-up speaks on standard error only"
+        assert done.stdout == "", "set-up prints to standard error only"
         return done.returncode, done.stderr
 
     def calls(self) -> list[str]:
-        """What the stand-in was asked since the last time, without the paths."""
+        """Calls of the stand-in since the last time, without the paths."""
         log = Path(self.environment["FAKE_LOG"])
         text = log.read_text() if log.exists() else ""
         log.unlink(missing_ok=True)
@@ -74,7 +74,7 @@ def sandbox(tmp_path: Path) -> Sandbox:
     for name in ("python3", "Xvfb", "glslangValidator"):
         (programs / name).write_text(FAKE_PYTHON)
         (programs / name).chmod(0o755)
-    # Not root, and so never an installation by apt-get, wherever these tests run.
+    # Not root, and therefore no installation by apt-get, wherever these tests run.
     (programs / "id").write_text("#!/bin/sh\necho 1000\n")
     (programs / "id").chmod(0o755)
     environment = {
@@ -90,7 +90,7 @@ LIBRARIES = "ROOT/scripts/libraries.py"
 
 
 def _processor_time(call: Callable[[], object]) -> float:
-    """Seconds of the processes that a call starts, the least of five."""
+    """Seconds of the processes that a call starts, the minimum of five."""
     taken = []
     for _ in range(5):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -131,7 +131,7 @@ def test_changed_dependencies_are_installed_again(sandbox: Sandbox) -> None:
     assert sandbox.calls() == ["-m pip --version", INSTALL, LIBRARIES, "-m glshadow render"]
 
 
-def test_tests_get_the_tools_and_the_arguments(sandbox: Sandbox, tmp_path: Path) -> None:
+def test_test_script_passes_tools_and_arguments(sandbox: Sandbox, tmp_path: Path) -> None:
     sandbox.run("test", "tests/gl", "-k", "depth or clip", cwd=tmp_path)
     assert sandbox.calls() == [
         "-m venv --clear ROOT/.venv",
@@ -163,7 +163,7 @@ def test_a_failed_check_fails_after_all_checks_ran(sandbox: Sandbox) -> None:
     assert any("codespell" in call for call in sandbox.calls())
 
 
-def test_too_old_python_is_said_plainly(sandbox: Sandbox) -> None:
+def test_too_old_python_is_reported(sandbox: Sandbox) -> None:
     for name in ("python3.11", "python3.12", "python3.13", "python3.14"):
         shutil.copy(Path(sandbox.environment["PATH"].split(":")[0]) / "python3", sandbox.root.parent / "bin" / name)
     code, said = sandbox.run("render", FAKE_TOO_OLD="1")
@@ -178,7 +178,7 @@ def test_missing_venv_module_names_the_package(sandbox: Sandbox) -> None:
     assert "as root run: apt-get install python3-venv" in said
 
 
-def test_interrupted_set_up_is_taken_up_again(sandbox: Sandbox) -> None:
+def test_interrupted_set_up_resumes(sandbox: Sandbox) -> None:
     code, said = sandbox.run("render", FAKE_NO_NETWORK="1")
     assert code == 1
     assert "pip could not install" in said
@@ -283,7 +283,7 @@ def test_a_bare_machine_needs_root_and_debootstrap(sandbox: Sandbox) -> None:
     assert "scripts/bare needs root" in said
 
 
-# -- what the wheels need
+# -- libraries that the wheels need
 
 
 @pytest.fixture
@@ -293,7 +293,7 @@ def libraries(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 @pytest.mark.parametrize("package", ["numpy", "OpenImageIO"])
-def test_what_an_object_needs_is_what_the_loader_says(libraries: ModuleType, package: str) -> None:
+def test_needed_libraries_match_the_loader(libraries: ModuleType, package: str) -> None:
     folder = Path(importlib.util.find_spec(package).submodule_search_locations[0])
     found = set()
     for path in [path for path in sorted(folder.rglob("*.so*")) if path.is_file()][:5]:

@@ -1,4 +1,4 @@
-"""A technique, and a light, states itself once: no pass, command or study asks which filter, bias, fit, source or light it has."""
+"""A technique, and a light, is defined in one place: no pass, command or study tests which filter, bias, fit, technique or light it has."""
 
 from __future__ import annotations
 
@@ -27,37 +27,37 @@ FAMILIES |= {"Filter": "shadows/filters", "Bias": "shadows/bias.py", "Fit": "sha
 FAMILIES |= {base.__name__: "lights" for kind in LIGHTS for base in kind.__mro__ if issubclass(base, Light)}
 
 KINDS = {kind.spelling for kind in LIGHTS} | {"directional", "panel", "lamp"}
-"""What kinds of lights are called in strings."""
+"""Names of kinds of lights in strings."""
 
-# Places that name kinds of lights in strings all the same: (file, reason).
+# Places that may name kinds of lights in strings: (file, reason).
 NAMED = {
     "io/gltf/read.py": "the words of KHR_lights_punctual",
 }
 
-# Places that may ask all the same: (file, class), with the reason.
+# Places that may test for a class: (file, class), with the reason.
 ALLOWED: dict[tuple[str, str], str] = {
     ("ui/compare.py", "Filter"): "any filter stands for the Shadow that has it",
 }
 
 
-def questions() -> list[tuple[str, int, str]]:
+def type_tests() -> list[tuple[str, int, str]]:
     """Every isinstance, `type(x) is` and match on a class of a family outside the family's own place: file, line, class."""
     found = []
     for path in sorted(PACKAGE.rglob("*.py")):
         name = path.relative_to(PACKAGE).as_posix()
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            asked: list[ast.AST] = []
+            tested: list[ast.AST] = []
             if (
                 isinstance(node, ast.Call)
                 and isinstance(node.func, ast.Name)
                 and node.func.id in ("isinstance", "issubclass")
             ):
-                asked = [node.args[1]]
+                tested = [node.args[1]]
             elif isinstance(node, ast.Compare) and any(_is_type_call(part) for part in (node.left, *node.comparators)):
-                asked = [node]
+                tested = [node]
             elif isinstance(node, ast.MatchClass):
-                asked = [node.cls]
-            for part in asked:
+                tested = [node.cls]
+            for part in tested:
                 names = {each.id for each in ast.walk(part) if isinstance(each, ast.Name)}
                 names |= {each.attr for each in ast.walk(part) if isinstance(each, ast.Attribute)}
                 for family in names & set(FAMILIES):
@@ -67,23 +67,23 @@ def questions() -> list[tuple[str, int, str]]:
 
 
 def kind_strings() -> list[tuple[str, int, str]]:
-    """Every comparison with what a kind of light is called, and every table keyed by it, outside lights: file, line, word."""
+    """Every comparison with the name of a kind of light, and every table keyed by it, outside lights: file, line, word."""
     found = []
     for path in sorted(PACKAGE.rglob("*.py")):
         name = path.relative_to(PACKAGE).as_posix()
         if name.startswith("lights/"):
             continue
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            asked: list[ast.AST | None] = []
+            tested: list[ast.AST | None] = []
             if isinstance(node, ast.Compare):
-                asked = [node.left, *node.comparators]
+                tested = [node.left, *node.comparators]
             elif isinstance(node, ast.Dict):
-                asked = list(node.keys)
+                tested = list(node.keys)
             elif isinstance(node, ast.Subscript):
-                asked = [node.slice]
+                tested = [node.slice]
             elif isinstance(node, ast.MatchValue):
-                asked = [node.value]
-            for part in filter(None, asked):
+                tested = [node.value]
+            for part in filter(None, tested):
                 several = part.elts if isinstance(part, ast.Tuple | ast.List | ast.Set) else [part]
                 found += [
                     (name, node.lineno, str(each.value))
@@ -97,16 +97,16 @@ def _is_type_call(node: ast.AST) -> bool:
     return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "type"
 
 
-def test_nobody_asks_which_technique_or_light_it_is() -> None:
-    assert [each for each in questions() if (each[0], each[2]) not in ALLOWED] == []
+def test_no_code_tests_which_technique_or_light_it_has() -> None:
+    assert [each for each in type_tests() if (each[0], each[2]) not in ALLOWED] == []
 
 
-def test_no_string_stands_for_a_kind_of_light() -> None:
+def test_no_string_identifies_a_kind_of_light() -> None:
     assert [each for each in kind_strings() if each[0] not in NAMED] == []
 
 
 @pytest.mark.parametrize("kind", LIGHTS, ids=lambda kind: kind.spelling)
-def test_a_light_says_all_of_itself(kind: type[Light]) -> None:
+def test_light_class_is_complete(kind: type[Light]) -> None:
     assert kind.__name__ in glshadow.__all__
     assert getattr(glshadow, kind.__name__) is kind
     assert kind.usage.split(":")[0] == kind.spelling
@@ -122,7 +122,7 @@ def test_a_light_says_all_of_itself(kind: type[Light]) -> None:
 
 
 @pytest.mark.parametrize("kind", FILTERS, ids=lambda kind: kind.spelling)
-def test_a_filter_says_all_of_itself(kind: type[glshadow.Filter]) -> None:
+def test_filter_class_is_complete(kind: type[glshadow.Filter]) -> None:
     assert kind.__name__ in glshadow.__all__
     assert getattr(glshadow, kind.__name__) is kind
     assert kind.spelling == kind.__name__.lower()
@@ -136,8 +136,8 @@ def test_a_filter_says_all_of_itself(kind: type[glshadow.Filter]) -> None:
     assert len({each.spelling for each in FILTERS}) == len(FILTERS)
 
 
-def test_a_filter_without_a_snippet_is_refused_not_replaced() -> None:
-    """A technique that is only added to the list must not draw another one's picture."""
+def test_filter_without_a_snippet_is_refused() -> None:
+    """A technique that is only added to the list must not give another one's image."""
     from dataclasses import dataclass
 
     from glshadow.shadows.filters.filter import Needs
@@ -152,19 +152,19 @@ def test_a_filter_without_a_snippet_is_refused_not_replaced() -> None:
         renderer.render(glshadow.scenes.courtyard(), lights=[light], size=(32, 18), samples=1)
 
 
-def test_what_is_shaped_for_drivers_on_the_cpu_is_listed_with_its_reason() -> None:
-    """Each place that asks stands in the table of docs/speed.md, measured."""
-    asking = {
+def test_code_for_software_drivers_is_documented() -> None:
+    """Each place that tests for a software driver is in the table of docs/speed.md, with its measurement."""
+    testing = {
         path.relative_to(PACKAGE.parent).as_posix()
         for path in PACKAGE.rglob("*.py")
         if "caps.software" in path.read_text()
     }
     table = (PACKAGE.parent / "docs" / "speed.md").read_text()
-    assert asking == set(re.findall(r"\| `(glshadow/gl/[\w/]+\.py)` \|", table))
+    assert testing == set(re.findall(r"\| `(glshadow/gl/[\w/]+\.py)` \|", table))
 
 
-def test_double_is_asked_for_in_one_place() -> None:
-    """Where a driver may have none: a file with a way round it."""
+def test_double_is_used_in_one_file() -> None:
+    """Drivers may lack it: that file has a fallback."""
     glsl = PACKAGE.parent / "glsl"
     found = {
         path.relative_to(glsl).as_posix()
@@ -174,6 +174,6 @@ def test_double_is_asked_for_in_one_place() -> None:
     assert found == {"lib/placed.glsl"}
 
 
-def test_no_file_is_longer_than_a_reader_can_hold() -> None:
+def test_no_file_exceeds_the_line_limit() -> None:
     long = {path.name for path in PACKAGE.rglob("*.py") if len(path.read_text().splitlines()) > 350}
     assert long == set()

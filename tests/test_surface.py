@@ -1,4 +1,4 @@
-"""What is public: listed in one place, documented, and all that README and examples use."""
+"""The public API: listed in one place, documented, and all that README and examples use."""
 
 import re
 from pathlib import Path
@@ -22,7 +22,7 @@ def test_every_public_name_exists_and_is_documented() -> None:
     assert {module.__name__ for module in modules().values()} < set(MODULES)
     public = [(f"gs.{name}", getattr(gs, name)) for name in gs.__all__ if name != "__version__"]
     public += [
-        (f"gs.{room}.{name}", getattr(module, name)) for room, module in modules().items() for name in module.__all__
+        (f"gs.{owner}.{name}", getattr(module, name)) for owner, module in modules().items() for name in module.__all__
     ]
     for name, value in public:
         if callable(value) or isinstance(value, ModuleType):
@@ -46,7 +46,7 @@ def test_documents_use_nothing_else() -> None:
         assert set(imported) <= set(rooms), path.name
 
 
-def test_the_version_is_written_once() -> None:
+def test_version_is_written_once() -> None:
     written = [
         path.name
         for path in (CHECKOUT / "pyproject.toml", *(CHECKOUT / "glshadow").rglob("*.py"))

@@ -1,4 +1,4 @@
-"""The tests' own tracer: against every triangle one by one, and against closed forms."""
+"""The tests' own tracer: against testing every triangle, and against closed forms."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tests.tracer import Array, Tracer, View
 
 
 def _every(corners: Array, o: Array, d: Array, own: int) -> tuple[int, float]:
-    """The nearest triangle by solving o + t d = a + u (b - a) + v (c - a) for each."""
+    """The nearest triangle, by solving o + t d = a + u (b - a) + v (c - a) for each."""
     best, nearest = -1, np.inf
     for number, (a, b, c) in enumerate(corners):
         matrix = np.stack([-d, b - a, c - a], axis=1)
@@ -23,7 +23,7 @@ def _every(corners: Array, o: Array, d: Array, own: int) -> tuple[int, float]:
     return best, nearest
 
 
-def test_nearest_triangles_are_those_of_every_triangle_one_by_one(rng: np.random.Generator) -> None:
+def test_nearest_triangles_equal_those_of_a_linear_search(rng: np.random.Generator) -> None:
     corners = rng.normal(size=(300, 1, 3)) + rng.normal(size=(300, 3, 3)) * rng.choice([0.05, 0.5], (300, 1, 1))
     origins, directions, own = rng.normal(size=(400, 3)), rng.normal(size=(400, 3)), rng.integers(-1, 300, 400)
     found, far = Tracer(corners).trace(origins, directions, own=own)
@@ -34,7 +34,7 @@ def test_nearest_triangles_are_those_of_every_triangle_one_by_one(rng: np.random
         assert number < 0 or far[k] == pytest.approx(distance, rel=1e-9)
 
 
-def test_a_box_on_a_ground_has_the_shadow_of_its_projection() -> None:
+def test_shadow_of_a_box_is_its_projection() -> None:
     ground = gs.Mesh(*rectangle((-10.0, 0.0, 10.0), (20.0, 0.0, 0.0), (0.0, 0.0, -20.0)))
     lifted = gs.Mesh(*box((1.0, 1.0, 1.0), (0.0, 1.0, 0.0)))
     scene = gs.Scene((gs.Node(ground, np.eye(4), "ground"), gs.Node(lifted, np.eye(4), "box")))

@@ -1,4 +1,4 @@
-"""What counts as equal, per kind of test, and why."""
+"""Tolerances by kind of test, and their reasons."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ WEIGHT = 1e-6
 """Weights of a filter are float32 products of a position in texels: 16 roundings. Hardware filtering: 1 / 256."""
 
 POSITION_ROUNDINGS = 16.0
-"""Roundings from pixel to light view: ray x depth, the eye added, back on the plane, one matrix product."""
+"""Roundings from pixel to light view: ray x depth, plus the eye, back on the plane, one matrix product."""
 
 PICTURE_CHANNELS = 1
-"""Two ways to the same picture may round a channel of 8 bits to either side."""
+"""Two ways to compute the same image may round an 8-bit channel to either side."""
 
 PICTURE_SHARE = 1e-3
 """Share of pixels that may differ more: where vertices are rounded differently, edges move over pixel centres."""
@@ -33,7 +33,7 @@ def depth_tolerance(texels: int, perspective: bool) -> float:
 
 
 def precision(texels: int, perspective: bool, reach: float) -> Precision:
-    """What the float64 twin allows llvmpipe, for a scene of size `reach` in world units."""
+    """Error bounds that the float64 twin grants llvmpipe, for a scene of size `reach` in world units."""
     return Precision(
         stored=depth_tolerance(texels, perspective),
         texels=depth_tolerance(texels, perspective) * texels,

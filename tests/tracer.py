@@ -1,4 +1,4 @@
-"""A ray tracer of the tests' own: float64, no epsilon, no code in common with what it judges.
+"""A ray tracer of the tests' own: float64, no epsilon, no code shared with the renderer that it checks.
 
 A tree of boxes over triangles; Moller, Trumbore 1997 in float64. A receiver's own triangle is left out by its number, so that shadow
 rays need no offset. Compiled by numba on first use (some five seconds, then cached).
@@ -21,12 +21,12 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
 _LEAF = 4  # triangles
-_ROUNDED = 1e-14  # of a coordinate: boxes are grown by more than float64 rounds
+_ROUNDED = 1e-14  # of a coordinate: boxes are enlarged by more than float64 rounding
 
 
 @numba.njit(cache=True)
 def _build(low, high, middle, order, box, child, count):  # type: ignore[no-untyped-def]
-    """Split boxes at the middle of the longest side of their triangles' middles; returns the number of boxes."""
+    """Split boxes at the centre of the longest side of their triangles' centres; returns the number of boxes."""
     stack = np.zeros((128, 3), np.int64)
     stack[0] = 0, 0, len(order)
     top, made = 1, 1
@@ -55,7 +55,7 @@ def _build(low, high, middle, order, box, child, count):  # type: ignore[no-unty
             else:
                 j -= 1
                 order[i], order[j] = order[j], order[i]
-        if i in (first, last) or top > 120:  # rounding, or a tree too deep: halves of any kind
+        if i in (first, last) or top > 120:  # rounding, or a tree too deep: split by count
             i = (first + last) // 2
         child[node], count[node] = made, 0
         stack[top] = made, first, i
@@ -66,7 +66,7 @@ def _build(low, high, middle, order, box, child, count):  # type: ignore[no-unty
 
 @numba.njit(cache=True)
 def _meets(a, b, c, o, d):  # type: ignore[no-untyped-def]
-    """Distance in units of d at which a ray meets a triangle, its edges included; nan where it does not."""
+    """Distance in units of d at which a ray hits a triangle, its edges included; nan where it does not."""
     e1x, e1y, e1z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     e2x, e2y, e2z = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     px, py, pz = d[1] * e2z - d[2] * e2y, d[2] * e2x - d[0] * e2z, d[0] * e2y - d[1] * e2x
@@ -161,16 +161,16 @@ class Tracer:
         casts: NDArray[np.bool_] | None = None,
         any_hit: bool = False,
     ) -> tuple[Ints, Array]:
-        """The nearest triangle, or any, that each ray meets between two distances, in units of its direction.
+        """The nearest triangle, or any, that each ray hits between two distances, in units of its direction.
 
         Parameters
         ----------
         origins, directions : (N, 3) float64
         least, most : (N,) or float
         own : (N,) ints or int
-            A triangle that each ray leaves out.
+            A triangle that each ray ignores.
         casts : (T,) bool, optional
-            Which triangles there are; all if None.
+            Triangles to test; all if None.
 
         Returns
         -------
@@ -202,7 +202,7 @@ class Tracer:
 
 
 def scene_triangles(scene: Scene) -> tuple[Array, NDArray[np.int64], NDArray[np.bool_]]:
-    """World corners (T, 3, 3), nodes (T,) of a scene's triangles, and which of these cast: not those of blended materials."""
+    """World corners (T, 3, 3), nodes (T,) of a scene's triangles, and which of them cast: not those of blended materials."""
     corners, nodes, casts = [], [], []
     for number, node in enumerate(scene.nodes):
         matrix, mesh = np.asarray(node.world_from_mesh, dtype=np.float64), node.mesh
@@ -234,13 +234,13 @@ def pixel_rays(camera: Any, size: tuple[int, int], offset: tuple[float, float] =
 
 @dataclass(eq=False)
 class View:
-    """What the exact ray through each pixel meets, and what it sees of lights that have no size.
+    """What the exact ray through each pixel hits, and the visibility there of lights without size.
 
     Parameters
     ----------
     scene, camera, size
     triangle : (H * W,) ints, optional
-        Surfaces to take instead of those that rays meet first: where the ray meets their planes.
+        Surfaces to use instead of the first hits: where the ray hits their planes.
     tracer : Tracer, optional
         Of the same scene, so that it need not be built again.
     """
@@ -270,12 +270,12 @@ class View:
 
     @cached_property
     def _tolerance(self) -> float:
-        """Distance below which a ray meets what touches its start; of the scene's coordinates, some hundred roundings of float64."""
+        """Distance below which a ray hits what touches its start; of the scene's coordinates, some hundred roundings of float64."""
         assert self.tracer is not None
         return 1e-13 * float(np.abs(self.tracer.corners).max())
 
     def visibility(self, towards: Any = None, position: Any = None) -> NDArray[np.float32]:
-        """1 where a light is seen, 0 where not, nan where there is no surface (H, W); of a direction to a sun, or of a place."""
+        """1 where a light is visible, 0 where not, nan where there is no surface (H, W); light given by direction or by position."""
         assert self.tracer is not None
         own = self.triangle[self.rows]
         if towards is not None:

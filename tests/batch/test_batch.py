@@ -1,4 +1,4 @@
-"""Batches: lines checked before work, faults isolated, what is done kept, processes that die replaced, a cluster that loses a worker."""
+"""Batches: all lines are checked before rendering starts, failures are isolated, finished images are kept, dead processes are replaced."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def written(path: Path, *jobs: dict[str, Any]) -> Path:
     return path
 
 
-def test_pictures_are_those_of_render(tmp_path: Path) -> None:
+def test_images_equal_those_of_render(tmp_path: Path) -> None:
     sun = {"kind": "sun", "direction": [-1, -2, -1]}
     jobs = read_jobs(
         written(
@@ -60,13 +60,13 @@ def test_pictures_are_those_of_render(tmp_path: Path) -> None:
     again = run_batch(jobs, tmp_path / "out", processes=1)
     assert (again.drawn, again.kept) == (0, 3)
     (tmp_path / "out" / "a.png").unlink()
-    assert run_batch(jobs, tmp_path / "out", processes=1).drawn == 1, "what is missing is drawn"
+    assert run_batch(jobs, tmp_path / "out", processes=1).drawn == 1, "the missing image is rendered"
     changed = read_jobs(written(tmp_path / "jobs.jsonl", {"output": "a.png", "lights": [sun]}))
     assert run_batch(changed, tmp_path / "out", processes=1).drawn == 1, "another job of the same name"
     assert run_batch(changed, tmp_path / "out", processes=1, fresh=True).drawn == 1
 
 
-def test_a_journal_that_was_cut_keeps_what_is_whole(tmp_path: Path) -> None:
+def test_truncated_journal_keeps_its_complete_lines(tmp_path: Path) -> None:
     jobs = read_jobs(written(tmp_path / "jobs.jsonl", {"output": "a.png"}, {"output": "b.png"}))
     run_batch(jobs, tmp_path / "out", processes=1)
     journal = tmp_path / "out" / JOURNAL
@@ -101,7 +101,7 @@ WRONG: list[tuple[dict[str, Any] | str, str]] = [
 
 
 @pytest.mark.parametrize(("line", "said"), WRONG, ids=range(len(WRONG)))
-def test_what_is_no_job_is_said(tmp_path: Path, line: dict[str, Any] | str, said: str) -> None:
+def test_invalid_job_lines_are_refused(tmp_path: Path, line: dict[str, Any] | str, said: str) -> None:
     if isinstance(line, dict):
         whole = {"scene": "courtyard", "output": "a.png"} | line
         if said.endswith("is missing"):
@@ -130,7 +130,7 @@ INNER = [
 ]
 
 
-def test_whatever_json_says_is_a_job_or_a_named_error(tmp_path: Path) -> None:
+def test_random_json_is_a_job_or_a_named_error(tmp_path: Path) -> None:
     rng = random.Random(1)
 
     def value(depth: int) -> Any:
@@ -146,7 +146,7 @@ def test_whatever_json_says_is_a_job_or_a_named_error(tmp_path: Path) -> None:
         with suppress(gs.GlshadowError):
             parse_job(json.dumps(job), tmp_path)
             jobs += 1
-    assert jobs > 50, "or all were refused"
+    assert jobs > 50, "otherwise all were refused"
 
 
 def test_all_lines_are_checked_before_any_work(tmp_path: Path) -> None:
@@ -158,7 +158,7 @@ def test_all_lines_are_checked_before_any_work(tmp_path: Path) -> None:
     assert "jobs.jsonl has 32 lines that are no jobs" in done.stderr
     assert "line 4: output 'a.png' is also that of line 2" in done.stderr
     lines = done.stderr.splitlines()
-    assert len(lines) == 22, "each bad line is a line on the screen"
+    assert len(lines) == 22, "one line of output for each bad line"
     assert lines[0] == "error: jobs.jsonl has 32 lines that are no jobs"
     assert lines[2].startswith("  line 5: it is no JSON")
     assert lines[-1] == "  and 12 more"
@@ -170,15 +170,15 @@ def test_all_lines_are_checked_before_any_work(tmp_path: Path) -> None:
     assert "No such file" in CliRunner().invoke(main, ["batch", str(tmp_path / "none.jsonl")]).stderr
 
 
-def test_a_file_of_jobs_is_a_file(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "pipe.jsonl")  # nobody writes into it: to open it would wait for ever
+def test_jobs_file_must_be_a_regular_file(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.jsonl")  # a pipe without a writer: opening it would block for ever
     for place in (tmp_path / "pipe.jsonl", Path("/dev/zero"), tmp_path):
         with pytest.raises(gs.SettingsError, match="a folder, a device or a pipe"):
             read_jobs(place)
 
 
-def test_names_are_made_one_at_a_time_and_counted(tmp_path: Path) -> None:
-    """A line of a million characters asks for a hundred thousand names; eleven lines for more pictures than a file may."""
+def test_expanded_names_are_generated_lazily_and_limited(tmp_path: Path) -> None:
+    """A line of a million characters would expand to a hundred thousand names; eleven lines, to more images than the limit."""
     path = tmp_path / "jobs.jsonl"
     long = "x/" * 400_000 + "{}.png"
     path.write_text(
@@ -197,7 +197,7 @@ def test_names_are_made_one_at_a_time_and_counted(tmp_path: Path) -> None:
     assert "line 11: 1100000 pictures up to here" in raised.value.__notes__[0]
 
 
-def test_names_are_compared_as_files(tmp_path: Path) -> None:
+def test_output_names_are_compared_as_paths(tmp_path: Path) -> None:
     path = written(
         tmp_path / "jobs.jsonl", {"output": "a//b.png"}, {"output": "./a/b.png"}, {"output": "{:x}.png", "orbit": 11}
     )
@@ -207,7 +207,7 @@ def test_names_are_compared_as_files(tmp_path: Path) -> None:
     assert list(gs.batch.Job("courtyard", "{:x}.png", orbit=11).names())[-2:] == ["9.png", "a.png"]
 
 
-def test_a_link_out_of_the_folder_is_not_written_through(tmp_path: Path) -> None:
+def test_symlink_out_of_the_folder_is_not_followed(tmp_path: Path) -> None:
     out, elsewhere = tmp_path / "out", tmp_path / "elsewhere"
     out.mkdir()
     elsewhere.mkdir()
@@ -225,8 +225,8 @@ def outcomes(jobs: Path, out: Path) -> tuple[int, int]:
     return done.drawn, done.kept
 
 
-def test_a_picture_is_what_it_was_last_drawn_from(tmp_path: Path) -> None:
-    """An edit, a run, the edit undone, a run: the picture is the first job's again; so after another file has taken its place."""
+def test_image_matches_the_job_of_the_last_run(tmp_path: Path) -> None:
+    """Edit a job, run, undo the edit, run: the image is the first job's again. The same after another file has replaced it."""
     out, path = tmp_path / "out", tmp_path / "jobs.jsonl"
     first, second = ({"output": "a.png", "lights": [{"direction": [x, -2, -1]}]} for x in (-1, 1))
     pictures = []
@@ -243,8 +243,8 @@ def test_a_picture_is_what_it_was_last_drawn_from(tmp_path: Path) -> None:
 TRIANGLES = "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 3/3 2/2\n"
 
 
-def test_every_file_of_a_model_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Model, materials, texture, one that was missing, and glshadow's version; the same bytes written anew do not."""
+def test_changed_model_file_renders_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Model, material library, texture, a file that was missing, glshadow's version. Rewriting the same bytes renders nothing."""
     out, path = tmp_path / "out", tmp_path / "jobs.jsonl"
     model, materials, texture = (tmp_path / f"models/a.{ending}" for ending in ("obj", "mtl", "png"))
     model.parent.mkdir()
@@ -256,7 +256,7 @@ def test_every_file_of_a_model_counts(tmp_path: Path, monkeypatch: pytest.Monkey
     assert outcomes(path, out) == (2, 0), "without its texture"
     assert outcomes(path, out) == (0, 2)
     image.write(texture, np.full((2, 2, 3), 200, np.uint8))
-    assert outcomes(path, out) == (2, 0), "it has come"
+    assert outcomes(path, out) == (2, 0), "the texture exists now"
     reds = (out / "a.png").read_bytes()
     facts = texture.stat()
     image.write(texture, np.full((2, 2, 3), (90, 10, 10), np.uint8))
@@ -271,13 +271,13 @@ def test_every_file_of_a_model_counts(tmp_path: Path, monkeypatch: pytest.Monkey
     assert outcomes(path, out) == (0, 2)
     model.parent.rename(tmp_path / "moved")
     written(path, {"scene": "moved/a.obj", "output": "a.png"})
-    assert outcomes(path, out) == (0, 1), "where the model is does not matter"
+    assert outcomes(path, out) == (0, 1), "the model's location does not matter"
     monkeypatch.setattr("glshadow.batch.inputs.__version__", "another")
     assert outcomes(path, out) == (1, 0)
 
 
-def test_a_worker_that_stays_loads_a_changed_model(tmp_path: Path) -> None:
-    """A cluster's workers outlive a batch."""
+def test_long_lived_worker_reloads_a_changed_model(tmp_path: Path) -> None:
+    """Workers of a cluster outlive a batch."""
     model = tmp_path / "a.obj"
     model.write_text(TRIANGLES)
     job = gs.batch.Job(str(model), "a.png", size=(48, 32), samples=1)
@@ -289,13 +289,13 @@ def test_a_worker_that_stays_loads_a_changed_model(tmp_path: Path) -> None:
     drawer.release()
 
 
-def test_jobs_of_python_are_checked_and_kept_apart(tmp_path: Path) -> None:
+def test_python_jobs_are_checked_and_told_apart(tmp_path: Path) -> None:
     for wrong in ({"size": (0, 3)}, {"cameras": [3]}, {"lights": gs.DirectionalLight}, {"shadow": 1}, {"samples": 3}, {"orbit": 0},
                   {"ground": 1}, {"up_axis": "w"}, {"background": "red"}, {"output": "/a.png"}, {"scene": 3}):  # fmt: skip
         with pytest.raises(gs.SettingsError, match=next(iter(wrong))):
             gs.batch.Job(**{"scene": "courtyard", "output": "a.png", **wrong})
     image_of = [np.full((4, 4, 3), each, np.uint8) for each in (50, 200)]
-    for cookie in map(gs.Cookie, image_of):  # that print alike
+    for cookie in map(gs.Cookie, image_of):  # whose values print the same
         light = gs.DirectionalLight(direction=(-1, -2, -1), cookie=cookie)
         job = gs.batch.Job("courtyard", "a.png", lights=(light,), size=(48, 32), samples=1)
         assert run_batch([job], tmp_path, processes=1).drawn == 1
@@ -312,7 +312,7 @@ def test_arguments_of_a_batch_are_checked(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
-def test_a_journal_that_cannot_be_written_is_named_before_any_work(tmp_path: Path) -> None:
+def test_unwritable_journal_is_refused_before_any_work(tmp_path: Path) -> None:
     jobs = [gs.batch.Job("courtyard", "a.png", size=(48, 32))]
     (tmp_path / "a" / JOURNAL).mkdir(parents=True)
     with pytest.raises(gs.GlshadowError, match=rf"{JOURNAL} is a folder"):
@@ -324,7 +324,7 @@ def test_a_journal_that_cannot_be_written_is_named_before_any_work(tmp_path: Pat
     assert not list(tmp_path.rglob("*.png"))
 
 
-def test_a_fault_is_listed_and_no_other_job_fails(tmp_path: Path) -> None:
+def test_failed_job_is_listed_and_the_others_succeed(tmp_path: Path) -> None:
     (tmp_path / "broken.glb").write_bytes(b"glTF nothing")
     jobs = written(
         tmp_path / "jobs.jsonl", {"output": "a.png"}, {"scene": "broken.glb", "output": "b.png"}, {"output": "c.png"}
@@ -340,12 +340,12 @@ def test_a_fault_is_listed_and_no_other_job_fails(tmp_path: Path) -> None:
     assert (out / "a.png").is_file()
     assert (out / "c.png").is_file()
     again = CliRunner().invoke(main, ["batch", str(jobs), "-o", str(out), "--processes", "1"])
-    assert "2 kept, 1 failed" in again.stderr, "what failed is tried anew"
+    assert "2 kept, 1 failed" in again.stderr, "a failed job is tried again"
     checked = CliRunner().invoke(main, ["batch", str(jobs), "--check", "--json"])
     assert json.loads(checked.stdout)["pictures"] == 3
 
 
-def test_a_process_that_dies_takes_one_job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_dead_process_fails_one_job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from glshadow.batch import run
 
     jobs = read_jobs(written(tmp_path / "jobs.jsonl", *({"output": f"{k}.png"} for k in range(4))))
@@ -369,8 +369,8 @@ def test_a_process_that_dies_takes_one_job(tmp_path: Path, monkeypatch: pytest.M
 
 
 @pytest.mark.slow
-def test_killed_it_goes_on_where_it_was(tmp_path: Path) -> None:
-    """The whole command by SIGKILL: no picture is cut, and the next run draws the rest alone."""
+def test_killed_batch_resumes(tmp_path: Path) -> None:
+    """The whole command, killed by SIGKILL: no image is truncated, and the next run renders only the missing ones."""
     jobs = written(tmp_path / "jobs.jsonl", *({"output": f"{k}.png"} for k in range(60)))
     out = tmp_path / "out"
     command = [sys.executable, "-m", "glshadow", "batch", str(jobs), "-o", str(out), "--processes", "1"]
@@ -383,15 +383,15 @@ def test_killed_it_goes_on_where_it_was(tmp_path: Path) -> None:
     for name in there:
         assert image.read(out / name).shape[:2] == (32, 48)
     done = run_batch(read_jobs(jobs), out, processes=1)
-    assert done.kept >= len(there) - 1, "a picture may be in place before its line is"
+    assert done.kept >= len(there) - 1, "an image may exist before its line in the journal"
     assert done.kept + done.drawn == 60
     assert len(list(out.glob("[0-9]*.png"))) == 60
     assert len((out / JOURNAL).read_text().splitlines()) == 60
 
 
 @pytest.mark.slow
-def test_a_cluster_that_loses_a_worker(tmp_path: Path) -> None:
-    """Two workers in processes of their own, one killed midway: nothing lost, nothing twice."""
+def test_cluster_survives_a_lost_worker(tmp_path: Path) -> None:
+    """Two worker processes, one killed midway: every image is rendered, none twice."""
     distributed = pytest.importorskip("distributed")
     lines = ({"output": f"{k:02d}.png", "lights": [{"direction": [-1, -2 - k, -1]}]} for k in range(40))
     jobs = read_jobs(written(tmp_path / "jobs.jsonl", *lines))
@@ -417,8 +417,8 @@ def test_a_cluster_that_loses_a_worker(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_cluster_without_workers_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Then it waits for one; and again, where the last has gone."""
+def test_cluster_without_workers_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The batch waits and reports that it waits; so it does again when the last worker has gone."""
     distributed = pytest.importorskip("distributed")
     monkeypatch.setattr("glshadow.batch.cluster.ANSWERS_S", 0.5)
     jobs = read_jobs(written(tmp_path / "jobs.jsonl", {"output": "a.png"}, {"output": "b.png"}))
@@ -441,7 +441,7 @@ def test_a_cluster_without_workers_is_said(tmp_path: Path, monkeypatch: pytest.M
     assert "has no worker: waiting for one" in said[0]
 
 
-def test_no_scheduler_and_no_opengl_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_scheduler_and_missing_opengl_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
     jobs = read_jobs(written(tmp_path / "jobs.jsonl", {"output": "a.png"}))
     monkeypatch.setattr("glshadow.batch.cluster.ANSWERS_S", 0.5)

@@ -1,4 +1,4 @@
-"""The commands in this process: every option, every kind of end, what is printed where."""
+"""The commands run in this process: every option, every exit code, and what is printed to which stream."""
 
 import json
 from importlib import import_module
@@ -89,7 +89,7 @@ def test_exr_holds_the_floats(folder):
     } | {"N.X", "P.Y"}
 
 
-# -- every option reaches the picture or the report
+# -- every option reaches the image or the report
 
 
 @pytest.mark.parametrize(
@@ -121,7 +121,7 @@ def test_resolution_and_fit(folder):
     assert view["texel"][0] < scene["texel"][0]
 
 
-def test_shadow_options_reach_given_and_default_lights_but_revive_none(folder):
+def test_shadow_options_apply_to_given_and_default_lights_but_not_to_shadow_none(folder):
     report = facts("render", *SMALL, "--filter", "hard", "--light", "sun:-1,-1,0", "--light", "sun:0,-1,0:shadow=off")
     assert [light["used"]["filter"] for light in report["lights"]] == ["Hard()", "None"]
     assert [light["casts"] for light in report["lights"]] == [True, False]
@@ -149,12 +149,12 @@ def test_fov_and_ortho_together_are_refused(folder):
     assert "height must be a finite number in" in run("render", *SMALL, "--ortho", "-1", code=2).output
 
 
-def test_eye_alone_looks_at_the_middle(folder):
+def test_eye_without_target_looks_at_the_scene_centre(folder):
     report = facts("render", *SMALL, "--eye", "-20,10,5")
     np.testing.assert_allclose(report["camera"]["target"], np.mean(report["scene"]["bounds"], axis=0))
 
 
-def test_nothing_given_is_the_scenes_own_camera(folder):
+def test_default_camera_is_the_scenes(folder):
     scene = gs.scenes.courtyard()
     assert facts("render", *SMALL)["camera"]["position"] == list(scene.camera.position)
 
@@ -170,7 +170,7 @@ def test_strength_ambient_background(folder):
     dark, pale = (_rendered("--strength", strength) for strength in ("1", "0"))
     assert dark.mean() < pale.mean() - 1.0
     assert _rendered("--ambient", "0.5").mean() > dark.mean() + 1.0
-    red = _rendered("--ambient", "1,0,0", "--light", "sun:0,1,0")  # from below: the ground gets the ambient light alone
+    red = _rendered("--ambient", "1,0,0", "--light", "sun:0,1,0")  # from below: the ground receives ambient light only
     assert (red[-1, 48] == (255, 0, 0)).all()
     assert (_rendered("--background", "1,0.5,0")[0, 0] == (255, 128, 0)).all()
 
@@ -240,7 +240,7 @@ def test_missing_file(folder):
     "name",
     ["made_cube_all_nan.glb", "glb_truncated_chunk_data.glb", "RecursiveNodes.gltf", "empty.stl", "OutOfMemory.off"],
 )
-def test_hostile_file_is_one_line(folder, models, name):
+def test_hostile_file_prints_one_line(folder, models, name):
     result = run("render", str(models / "hostile" / name), code=1)
     errors = [line for line in result.stderr.splitlines() if not line.startswith("warning: ")]
     assert len(errors) == 1
@@ -249,7 +249,7 @@ def test_hostile_file_is_one_line(folder, models, name):
     assert list(folder.iterdir()) == []
 
 
-def test_warnings_are_lines_and_listed(folder, models):
+def test_warnings_are_printed_and_listed(folder, models):
     path = str(models / "hostile" / "alpha_blend_mode_test.glb")
     result = run("render", path, *SMALL)
     assert "warning: alpha_blend_mode_test.glb: " in result.stderr
@@ -257,7 +257,7 @@ def test_warnings_are_lines_and_listed(folder, models):
     assert any("alpha blended" in line for line in report["warnings"])
 
 
-def test_each_warning_once(folder, monkeypatch):
+def test_repeated_warning_is_printed_once(folder, monkeypatch):
     def noisy(*_, **__):
         for message in ("two\n lines", "two lines", "another"):
             warn(message)
@@ -270,7 +270,7 @@ def test_each_warning_once(folder, monkeypatch):
 
 @pytest.mark.parametrize("camera", [("--eye", "30,30,30", "--target", "60,60,60"), ("--near", "50", "--far", "60")])
 @pytest.mark.parametrize("command", ["render", "measure"])
-def test_blank_picture_is_refused(folder, command, camera):
+def test_empty_view_is_refused(folder, command, camera):
     result = run(command, *SMALL, *camera, "-o", "x.png", code=1)
     last = result.stderr.splitlines()[-1]
     assert last.startswith("error: nothing is in view: courtyard lies between (-12, ")
@@ -290,7 +290,7 @@ def test_interrupt(folder, monkeypatch):
     assert Path("x.png").read_bytes() == b"before"
 
 
-def test_bug_is_one_line_and_a_traceback_on_demand(folder, monkeypatch):
+def test_bug_prints_one_line_and_a_traceback_on_demand(folder, monkeypatch):
     def broken(*_, **__):
         raise ZeroDivisionError("of something")
 
@@ -319,7 +319,7 @@ def test_measure(folder):
     assert pixels("error.png").shape == (54, 3 * 96 + 8, 3)
     run("render", *SMALL, "-o", "ours.png", "--samples", "1")
     ours = pixels("error.png")[:, 96 + 4 : 2 * 96 + 4].astype(int)
-    # The same shading: float32 light composed anew, and rounded once more
+    # The same shading: float32 light composed again, and rounded once more
     assert np.abs(ours - pixels("ours.png")).max() <= 1
 
 
@@ -381,7 +381,7 @@ def test_help(command):
     assert all(len(line) <= 110 for line in page.splitlines())
 
 
-def test_help_tells_every_default():
+def test_help_states_every_default():
     page = " ".join(run("render", "--help").stdout.split())
     for words in (
         "Default: exact",

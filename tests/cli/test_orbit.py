@@ -1,4 +1,4 @@
-"""glshadow render --orbit: which pictures are made, which are kept, and what is refused."""
+"""glshadow render --orbit: which images are rendered, which are kept, and what is refused."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def files(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
-def test_all_round(folder: Path) -> None:
+def test_orbit_renders_every_view(folder: Path) -> None:
     assert made("--orbit", "3", "-o", "view_{:02d}.png") == [True] * 3
     assert files(folder) == ["view_.orbit.jsonl", "view_00.png", "view_01.png", "view_02.png"]
     scene = gs.scenes.courtyard()
@@ -46,20 +46,20 @@ def test_all_round(folder: Path) -> None:
             np.testing.assert_array_equal(image.read(f"view_{number:02d}.png")[..., :3], expected)
 
 
-def test_what_is_there_is_kept(folder: Path) -> None:
+def test_existing_images_are_kept(folder: Path) -> None:
     request = ("--orbit", "4", "-o", "v{}.png")
     assert made(*request) == [True] * 4
     before = [(folder / f"v{k}.png").stat().st_mtime_ns for k in range(4)]
     assert made(*request) == [False] * 4
     (folder / "v1.png").unlink()
-    (folder / "v2.png").write_bytes((folder / "v3.png").read_bytes())  # another picture under its name
+    (folder / "v2.png").write_bytes((folder / "v3.png").read_bytes())  # another image under its name
     assert made(*request) == [False, True, True, False]
     after = [(folder / f"v{k}.png").stat().st_mtime_ns for k in range(4)]
     assert [a == b for a, b in zip(after, before, strict=True)] == [True, False, False, True]
 
 
 @pytest.mark.parametrize("more", ["--filter hard", "--background 0,0,0", "--light sun:0,-1,0", "--ortho 9", "--ground"])
-def test_another_request_makes_all_anew(more: str) -> None:
+def test_changed_options_render_all_again(more: str) -> None:
     options = more.split()
     assert made("--orbit", "2", "-o", "v{}.png") == [True] * 2
     done = run("--orbit", "2", "-o", "v{}.png", *options)
@@ -67,8 +67,8 @@ def test_another_request_makes_all_anew(more: str) -> None:
     assert made("--orbit", "2", "-o", "v{}.png", *options) == [False] * 2
 
 
-def test_another_cookie_is_another_request(folder: Path) -> None:
-    """Of the same size, other in its middle alone: both print alike."""
+def test_changed_cookie_renders_all_again(folder: Path) -> None:
+    """The two cookies have the same size and print the same; only their middles differ."""
     request = ("--orbit", "1", "-o", "v{}.png", "--light", "sun:0,-1,0:cookie=c.png")
     for shade in (40, 200):
         pixels = np.full((32, 32, 3), 90, np.uint8)
@@ -78,7 +78,7 @@ def test_another_cookie_is_another_request(folder: Path) -> None:
     assert made(*request) == [False]
 
 
-def test_an_interrupted_command_goes_on(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interrupted_command_resumes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     save, count = gs.Frame.save, [0]
 
     def interrupted(frame: gs.Frame, path: Path) -> None:
@@ -112,30 +112,30 @@ def test_an_interrupted_command_goes_on(folder: Path, monkeypatch: pytest.Monkey
         (("--orbit", "2", "-o", "nowhere/v{}.png"), "there is no folder"),
     ],
 )
-def test_what_is_refused(folder: Path, arguments: tuple[str, ...], said: str) -> None:
+def test_bad_options_are_refused(folder: Path, arguments: tuple[str, ...], said: str) -> None:
     assert said in run(*arguments, code=2).stderr
     assert files(folder) == []
 
 
-def test_a_bad_model_fails_before_anything_is_written(folder: Path) -> None:
+def test_bad_model_fails_before_any_write(folder: Path) -> None:
     (folder / "bad.glb").write_bytes(b"glTF")
     run("bad.glb", "--orbit", "2", code=1)
     assert files(folder) == ["bad.glb"]
 
 
-def test_without_a_name_it_is_the_models(folder: Path) -> None:
+def test_default_name_is_the_models(folder: Path) -> None:
     run("--orbit", "1", "--overlay", "axes")
     assert files(folder) == ["courtyard_.orbit.jsonl", "courtyard_000.png"]
 
 
-def test_a_models_name_may_have_braces(folder: Path) -> None:
+def test_model_name_may_contain_braces(folder: Path) -> None:
     (folder / "a{b}.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 3 2\n")
     run("a{b}.obj")
     run("a{b}.obj", "--orbit", "1")
     assert files(folder) == ["a{b}.obj", "a{b}.png", "a{b}_.orbit.jsonl", "a{b}_000.png"]
 
 
-def test_other_pictures_of_the_journal_are_nobodys_business(folder: Path) -> None:
+def test_other_entries_of_the_journal_are_left_alone(folder: Path) -> None:
     journal = folder / "v.orbit.jsonl"
     journal.write_text('{"key":"v9.png","request":"another","sha256":"0"}\n{"key":"of something else"}\n')
     done = run("--orbit", "1", "-o", "v{}.png")

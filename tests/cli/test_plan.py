@@ -1,4 +1,4 @@
-"""glshadow plan: what it prints, and the command line that it hands on."""
+"""glshadow plan: what it prints, and the command line that it suggests."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_share_refuses(text: str) -> None:
 
 @pytest.fixture(scope="module")
 def journal(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where the settings of PICTURE are measured once for this file."""
+    """The journal: the settings of PICTURE are measured once for this file."""
     return tmp_path_factory.mktemp("plan") / "plan.jsonl"
 
 
@@ -57,7 +57,7 @@ def test_json_is_one_object(planned: Result, journal: Path) -> None:
     assert journal.is_file()
 
 
-def test_it_prints_a_line_that_renders(
+def test_printed_command_renders(
     planned: Result, journal: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -79,7 +79,7 @@ def test_it_prints_a_line_that_renders(
     assert image.read("courtyard.png").shape == (54, 96, 4)
 
 
-def test_none_meets_the_budget(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unreachable_budget_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("glshadow.study.plan.run_plan.__defaults__", _coarse())
     done = run("--wrong=0", *SMALL, "--json")
     assert done.exit_code == 1
@@ -91,7 +91,7 @@ def test_none_meets_the_budget(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def _coarse() -> tuple[object, ...]:
-    """Defaults of run_plan with one low resolution, so that trying all of them is quick."""
+    """run_plan with one low resolution by default, so that trying all settings is quick."""
     from glshadow.study import plan
 
     # without Exact, which meets every budget
@@ -110,7 +110,7 @@ def test_usage() -> None:
 
 
 def test_a_budget_of_time(journal: Path) -> None:
-    """Nobody draws a frame in a picosecond: said in one line, with the fastest; without any budget nothing is tried."""
+    """No frame takes a picosecond: one line says so and names the fastest. Without any budget nothing is measured."""
     quick = run("--wrong=20%", "--ms", "1e-9", "--journal", str(journal), *PICTURE)
     assert quick.exit_code == 1
     assert "draws a frame within 1e-09 ms; the fastest is" in quick.output

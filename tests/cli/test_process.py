@@ -1,4 +1,4 @@
-"""The command as a process of its own: streams, Ctrl-C, the terminal, and what is not imported."""
+"""The command in a process of its own: streams, Ctrl-C, the terminal, and which modules it does not import."""
 
 import json
 import os
@@ -66,7 +66,7 @@ def test_ctrl_c(tmp_path):
 
 
 def _on_a_terminal(cwd, seconds):
-    """Standard error of a render that takes so long, as a terminal gets it."""
+    """Standard error of a render that lasts so long, connected to a terminal."""
     mine, theirs = os.openpty()
     with subprocess.Popen(
         [sys.executable, "-c", STALLED.format(seconds=seconds), "render", *SMALL],
@@ -77,14 +77,14 @@ def _on_a_terminal(cwd, seconds):
         try:
             while chunk := os.read(mine, 4096):
                 shown += chunk
-        except OSError:  # how a terminal says that nobody writes any more
+        except OSError:  # how a terminal reports that its other end was closed
             pass
         os.close(mine)
     assert process.returncode == 0
     return shown.decode()
 
 
-def test_progress_shows_only_when_it_takes_long(tmp_path):
+def test_progress_is_shown_only_for_long_renders(tmp_path):
     shown = _on_a_terminal(tmp_path, seconds=2.5)
     assert "rendering courtyard" in shown
     assert "courtyard.png: 96x54" in shown
@@ -109,5 +109,5 @@ def test_help_imports_no_graphics(tmp_path):
 def test_render_imports_only_what_it_needs(tmp_path, models):
     done = run("-c", SAY_MODULES, "render", str(models / "chess_board.glb"), *SMALL, cwd=tmp_path)
     assert done.returncode == 0
-    # scipy says whether each part of a mesh is closed: 0.1 s, and back faces need not be drawn
+    # scipy computes whether each part of a mesh is closed: 0.1 s, and back faces need not be drawn
     assert not (HEAVY - {"scipy"}) & set(done.stdout.splitlines()[-1].split())

@@ -1,4 +1,4 @@
-"""Text of the options: what it becomes, and what is refused with which words."""
+"""Parsing of option values: the settings they give, and the messages of those that are refused."""
 
 import pytest
 
@@ -10,7 +10,7 @@ from glshadow.errors import SettingsError
 from glshadow.shadows.filters import FILTERS
 
 
-def test_lists_for_help_are_those_of_the_settings():
+def test_help_lists_match_the_settings():
     assert values.OVERLAYS == overlay.OVERLAYS
 
 
@@ -132,7 +132,7 @@ def test_size_refused(text):
         values.size(text)
 
 
-def test_numbers_of_pictures():
+def test_view_counts():
     assert values.size("640X480") == (640, 480)
     assert values.ambient("0.25") == (0.25, 0.25)
     assert values.ambient("0,0.5,1") == ((0.0, 0.5, 1.0), (0.0, 0.5, 1.0))
@@ -153,6 +153,6 @@ def test_numbers_of_pictures():
 @pytest.mark.parametrize(
     ("name", "has"), [("view", {"--size"}), ("export", set()), ("study", {"--size", "--backend", "--device"})]
 )
-def test_commands_have_no_option_that_they_would_ignore(name: str, has: set[str]) -> None:
+def test_commands_offer_only_options_that_apply(name: str, has: set[str]) -> None:
     options = {each for param in main.commands[name].params for each in param.opts}
     assert options & {"--size", "--backend", "--device"} == has

@@ -1,4 +1,4 @@
-"""Shadows by asking every triangle in float64, with the exact filter's own rule: slow, and the judge where Embree and it differ."""
+"""Shadows in float64 by testing every triangle with the exact filter's own rule: slow; decides where Embree and the filter differ."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def blocked(
 ) -> Bools:
     """Whether a triangle other than the own one lies between points and a light.
 
-    A triangle does if the ray to the light meets it (its edges included) and the point lies beyond its plane, seen from the light,
+    A triangle blocks if the ray to the light meets it (its edges included) and the point lies beyond its plane, seen from the light,
     by more than rounding: distance to the plane, not along the ray.
 
     Parameters
@@ -50,7 +50,7 @@ def blocked(
         side = normals[few] @ place if sun else dot(place - corners[few, 0], normals[few])
         away = np.abs(point - corners[few, 0]).sum(axis=1) + np.abs(point - rays.corners[own[number], 0]).sum()
         rounding = bound[0] + bound[1] * away
-        # a light on the triangle sees both sides
+        # a light in the triangle's plane sees both sides
         hit = few[(gap * np.sign(side) < -rounding) & (sun | (np.abs(side) > rounding))]
         if len(hit) and rays.masked.any():
             slope = normals[hit] @ along

@@ -25,26 +25,26 @@ from .brute import blocked
 SIZE = (640, 360)
 
 LEAST_COSINE = 2e-6
-"""N.L below which float32 cannot tell on which side of a face the light is: 16 roundings of 2^-24, doubled."""
+"""N.L below which float32 cannot decide on which side of a face the light is: 16 roundings of 2^-24, doubled."""
 
 WRONG = 3
-"""Pixels of a picture of 640 x 360: silhouettes that pass within float32's rounding of a pixel's point."""
+"""Pixels of an image of 640 x 360: silhouettes within float32's rounding of a pixel's point."""
 
 
-MOST_JUDGED = 500
-"""Disputed pixels that are asked triangle by triangle, evenly chosen: more than that fail anyway."""
+MOST_TESTED = 500
+"""Disputed pixels that are tested against every triangle, evenly chosen: more than that fail anyway."""
 
 
 @dataclass(frozen=True)
 class Compared:
-    """A picture and its truth.
+    """A frame and its traced reference.
 
     Attributes
     ----------
     disputed : (H, W) bool
         Surfaces in the light's reach, where the two differ.
     wrong : (H, W) bool
-        Those where float64, asked triangle by triangle with the filter's own bound, says that the picture is wrong.
+        Those where testing every triangle in float64, with the filter's own bound, shows that the frame is wrong.
     """
 
     frame: Frame
@@ -85,7 +85,7 @@ def compared(
     size: tuple[int, int] = SIZE,
     **settings: Any,
 ) -> Compared:
-    """Render with Exact() and judge every pixel."""
+    """Render with Exact() and check every pixel."""
     light = with_exact(light, **settings)
     frame = renderer.render(scene, camera, [light], size, outputs=("visibility", "triangle"), samples=1)
     assert frame.used[0].fallbacks == ()
@@ -100,14 +100,14 @@ def compared(
 def _wrong(frame: Frame, truth: Truth, disputed: NDArray[np.bool_]) -> NDArray[np.bool_]:
     light, rays = frame.lights[0], truth.rays
     rows = np.flatnonzero(disputed)
-    rows = rows[:: 1 + len(rows) // MOST_JUDGED]
+    rows = rows[:: 1 + len(rows) // MOST_TESTED]
     points, own = truth.position.reshape(-1, 3)[rows] - rays.origin, truth.triangle.ravel()[rows]
-    asking = AimedLight(light, rays.origin).receivers(rays, own, points, truth.normal.reshape(-1, 3)[rows], False)
+    tested = AimedLight(light, rays.origin).receivers(rays, own, points, truth.normal.reshape(-1, 3)[rows], False)
     reach = rays.size + float(np.abs(getattr(light, "position", rays.origin) - rays.origin).max())
     dark = (
-        blocked(rays, light, own, asking.points, distance_bound(rays.size, reach), asking.lifted) & rays.receives[own]
+        blocked(rays, light, own, tested.points, distance_bound(rays.size, reach), tested.lifted) & rays.receives[own]
     )
-    dark |= ~asking.open_to(AimedLight(light, rays.origin).towards(asking.points)[0])
+    dark |= ~tested.open_to(AimedLight(light, rays.origin).towards(tested.points)[0])
     result = np.zeros(disputed.shape, dtype=bool)
     result.ravel()[rows] = (frame.visibility[0].ravel()[rows] > 0.5) == dark
     return result

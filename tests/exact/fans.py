@@ -1,8 +1,8 @@
-"""Rays at edges and vertices of closed fans of triangles, asked by the filter's own GLSL: none may slip between two triangles.
+"""Rays at edges and vertices of closed triangle fans, tested by the filter's own GLSL: none may slip between two triangles.
 
 The program is `light_visibility` of glsl/receiver/exact.glsl, its slot <candidates> filled by a loop over the fan instead of a list:
-the vertex moved to the ray (`across`), the edges' signs (`turns`) and the decision (`met`) are those that pictures are made with. As a
-control each fan is also asked with triple products of float32, which let rays slip.
+the vertex moved to the ray (`across`), the edges' signs (`turns`) and the decision (`met`) are the renderer's own. As a
+control each fan is also tested with float32 triple products, which let rays slip.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ KINDS = ("orthographic", "perspective", "cube")
 AT_VERTICES = 0.35  # share of the rays; the others pass an edge
 ULPS = 3  # how far off, in units of the last place of each coordinate; 40 % of the rays: not at all
 MOST = 24  # triangles round one edge
-FACING = 1e-3  # least cosine of a fan's triangles to the light: none is seen edge-on
+FACING = 1e-3  # minimum cosine between a fan's triangles and the light: none is edge-on
 EDGES = 40_000
 
 _FAN = """// Slot <candidates>: the triangles round one edge, all of them.
@@ -90,7 +90,7 @@ class Fans:
     Attributes
     ----------
     corners : (T, 3, 3) float64
-        Float32 values, relative to the light (a sun: to the middle of its grid), z backward.
+        Float32 values, relative to the light (directional: to the middle of its grid), z backward.
     edges : (E, 2, 3) float32
         Ends of the edges.
     around : (E, MOST) int32
@@ -105,7 +105,7 @@ class Fans:
 
 @contextmanager
 def readable(snippets: Mapping[str, str]) -> Iterator[None]:
-    """Snippets of a test beside those of the glsl folder, for the composer."""
+    """A test's snippets next to those of the glsl folder, for the composer."""
     read = source.read
     source.read = lambda name: snippets[name] if name in snippets else read(name)  # type: ignore[assignment]
     try:
@@ -115,11 +115,11 @@ def readable(snippets: Mapping[str, str]) -> Iterator[None]:
 
 
 def fans_of(solid: Solid, kind: str, rng: np.random.Generator) -> Fans:
-    """Edges of a closed mesh whose whole surroundings face a light that stands beside it."""
+    """Edges of a closed mesh whose adjacent triangles all face a light that stands beside it."""
     positions, triangles = solid
     size = float(np.abs(positions - positions.mean(axis=0)).max())
     local = (positions - positions.mean(axis=0)) @ rotation(rng).T
-    # off the middle, as meshes lie in real scenes: coordinates are larger than what differs between neighbours
+    # off the origin, as meshes are in real scenes: coordinates are larger than the differences between neighbours
     away = {"orthographic": (3.1, -2.3, 0.0), "perspective": (0.9, -0.5, -4.0), "cube": (-0.3, 2.4, 1.3)}[kind]
     vertices = (local + np.array(away) * size).astype(np.float32)
     corners = vertices.astype(np.float64)[triangles]
@@ -132,7 +132,7 @@ def fans_of(solid: Solid, kind: str, rng: np.random.Generator) -> Fans:
 
 
 def _whole(triangles: NDArray[np.int32], facing: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
-    """Vertices (V,) whose fans face the light and are one closed ring: as many edges as triangles, each edge shared by two."""
+    """Vertices (V,) whose fans face the light and form one closed ring: as many edges as triangles, each edge shared by two."""
     whole = np.ones(count, dtype=bool)
     whole[triangles[~facing].ravel()] = False
     start, end = triangles.astype(np.int64).ravel(), triangles[:, [1, 2, 0]].astype(np.int64).ravel()
@@ -204,7 +204,7 @@ def rays_on_seams(count: int, rng: np.random.Generator) -> NDArray[np.float32]:
 
 
 def slipped(context: GLContext, programs: Programs, fans: Fans, rays: NDArray[np.float32]) -> tuple[int, int]:
-    """How many rays slip through their fan: by the filter's own test, and by triple products."""
+    """How many rays slip through their fan: by the filter's own test, and by float32 triple products."""
     ctx = context.ctx
     slots = {"shadow": "receiver/exact.glsl", "candidates": "test/fan.glsl"}
     defines = {
@@ -215,7 +215,7 @@ def slipped(context: GLContext, programs: Programs, fans: Fans, rays: NDArray[np
     }
     with readable(SNIPPETS):
         program = programs.compute("test/slipped.comp", slots=slots, defines=defines)
-    middle = 0.5 * CELLS[fans.kind]  # every ray falls into this cell; those of a point light into all of their face
+    middle = 0.5 * CELLS[fans.kind]  # every ray falls into this cell; for a point light, into all cells of its face
     program.set(
         u_cells=(middle if fans.kind == "cube" else 0.0,) * 2 + (middle,) * 2, u_bound=(0.0, 0.0), u_rays=len(rays)
     )

@@ -1,4 +1,4 @@
-"""Random scenes of few triangles that may shadow themselves: open shells, valleys, slabs, nested boxes, seen from anywhere."""
+"""Random scenes of few triangles that may shadow themselves: open shells, valleys, slabs, nested boxes, from any viewpoint."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ def _triangles(quads: Array) -> Array:
 
 
 def box(rng: np.random.Generator, missing: int = 0, flat: float = 1.0) -> Shape:
-    """A box of edge 1, turned outward or inward, without some faces."""
+    """A box of edge 1 with outward or inward faces, some of them missing."""
     corners = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * (1.0, flat, 1.0)
     quads = _QUADS[rng.permutation(6)[missing:]]
     return corners, _triangles(quads if rng.random() < 0.7 else quads[:, ::-1])
 
 
 def fold(rng: np.random.Generator, quads: int) -> Shape:
-    """Quads side by side whose seams go up and down: a tent, a valley, a screen."""
+    """Quads side by side, folded at their seams: a tent, a valley, a folding screen."""
     x = np.linspace(-0.5, 0.5, quads + 1)
     seams = np.stack([x, rng.uniform(-0.4, 0.4, quads + 1), np.full(quads + 1, 0.5)], axis=1)
     corners = np.concatenate([seams, seams * (1.0, 1.0, -1.0)])
@@ -38,14 +38,14 @@ def fold(rng: np.random.Generator, quads: int) -> Shape:
 
 
 def nested(rng: np.random.Generator) -> Shape:
-    """A box in an open box, one mesh."""
+    """A box inside an open box, one mesh."""
     outer, faces = box(rng, 1)
     inner, more = box(rng, 5)
     return np.concatenate([outer, inner * 0.6]), np.concatenate([faces, more + 8])
 
 
 def shape(rng: np.random.Generator) -> Shape:
-    """One of them, of at most 16 triangles."""
+    """A random box, fold or nested box of at most 16 triangles."""
     kind = rng.integers(9)
     if kind <= 1:
         return box(rng, int(rng.integers(1, 5)))
@@ -67,7 +67,7 @@ def turn(rng: np.random.Generator) -> Array:
 
 
 def place(rng: np.random.Generator, size: float) -> Array:
-    """Upright or turned, sometimes stretched or mirrored."""
+    """A random placement (4, 4): upright or rotated, sometimes stretched or mirrored."""
     linear = np.diag(size * (rng.uniform(0.3, 1.5, 3) if rng.random() < 0.5 else np.ones(3)))
     if rng.random() < 0.1:
         linear[2] *= -1.0
@@ -95,14 +95,14 @@ def low_poly_scene(rng: np.random.Generator) -> Scene:
 
 
 def above(rng: np.random.Generator) -> Array:
-    """A unit vector, mostly of the upper half."""
+    """A random unit vector, mostly in the upper hemisphere."""
     away = rng.normal(size=3)
     away[1] = np.abs(away[1]) * (1.0 if rng.random() < 0.8 else -1.0)
     return np.asarray(away / np.linalg.norm(away))
 
 
 def camera(rng: np.random.Generator) -> Camera:
-    """Outside, among the bodies, or with a near plane that cuts them."""
+    """A camera outside, among the bodies, or with a near plane that cuts through them."""
     kind = rng.random()
     target = tuple(rng.uniform(-1.0, 1.0, 3).tolist())
     away = above(rng)
@@ -118,7 +118,7 @@ def camera(rng: np.random.Generator) -> Camera:
 
 
 def light(rng: np.random.Generator) -> Light:
-    """A sun, a spot or a point light without size: inside bodies or outside."""
+    """A directional, spot or point light without size, inside bodies or outside."""
     kind = rng.integers(3)
     away = above(rng)
     if kind == 0:

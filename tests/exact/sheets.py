@@ -1,4 +1,4 @@
-"""A closed sheet over a plane, which must be all dark, and tessellations of one plane, which must be all lit."""
+"""A closed sheet over a plane, which must be completely dark, and tessellations of one plane, which must be completely lit."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from .turned import rotation
 
 SHEET_HALF, SHEET_HEIGHT = 30.0, 4.0
 PLANE_HALF = 6.0
-ROUGH = 0.1  # of a cell: how far vertices of the sheet are moved sideways; up and down a fifth of it
+ROUGH = 0.1  # fractions of a cell: how far vertices of the sheet are moved sideways; vertically a fifth of it
 ELEVATIONS = (60.0, 20.0, 5.0, 1.0, 0.1)
 LIGHTS = ("sun", "spot", "point light")
 
 
 def grid(cells: int, half: float, height: float = 0.0) -> Solid:
-    """A level square of 2 cells^2 triangles, facing up."""
+    """A horizontal square of 2 cells^2 triangles, facing up."""
     line = np.linspace(-half, half, cells + 1)
     x, z = np.meshgrid(line, line, indexing="ij")
     positions = np.stack([x, np.full_like(x, height), z], axis=-1).reshape(-1, 3)
@@ -40,7 +40,7 @@ def _placed(rng: np.random.Generator, offset: float = 0.0) -> Array:
 
 
 def under_a_sheet(cells: int, rng: np.random.Generator) -> tuple[Scene, dict[str, Light]]:
-    """A plane seen from between it and a jittered open sheet of 2 cells^2 triangles, turned at random; three lights above.
+    """A plane seen from between it and a jittered sheet of 2 cells^2 triangles, at a random orientation; three lights above.
 
     The vertices are moved by the matrix before they are rounded to float32, so that no coordinate is a round number.
     """
@@ -99,9 +99,9 @@ def lit_and_asked(
 ) -> tuple[int, int]:
     """Pixels of the first `first` triangles that are lit at all, and all pixels that show them, where the light shines."""
     frame = renderer.render(scene, None, [light], size, outputs=("visibility", "triangle", "position"), samples=1)
-    asked = (frame.triangle >= 0) & (frame.triangle < first) & shone(frame)
-    return int((frame.visibility[0][asked] > 0.0).sum()), int(asked.sum())
+    tested = (frame.triangle >= 0) & (frame.triangle < first) & shone(frame)
+    return int((frame.visibility[0][tested] > 0.0).sum()), int(tested.sum())
 
 
 PLANE_TRIANGLES = 128
-"""Of `under_a_sheet`: the triangles of the plane come first."""
+"""The triangles of the plane come first in `under_a_sheet`."""

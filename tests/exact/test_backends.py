@@ -1,4 +1,4 @@
-"""Exact() where Mesa draws into memory, and in a context that belongs to someone else."""
+"""Exact() under OSMesa, and in a context that belongs to another program."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def masked() -> Scene:
 # -- OSMesa
 
 
-def test_osmesa_gives_the_same_picture(renderer: Renderer, masked: Scene, optional: Callable[[str, str], None]) -> None:
+def test_osmesa_renders_the_same_image(renderer: Renderer, masked: Scene, optional: Callable[[str, str], None]) -> None:
     try:
         other = Renderer("osmesa")
     except ContextError:
@@ -55,7 +55,7 @@ def test_osmesa_gives_the_same_picture(renderer: Renderer, masked: Scene, option
             np.testing.assert_array_equal(theirs.linear, ours.linear)
 
 
-# -- a context of someone else
+# -- a context of another program
 
 
 @pytest.fixture
@@ -68,10 +68,10 @@ def foreign(built_on_the_gpu: None) -> Iterator[moderngl.Context]:
 
 
 @pytest.mark.parametrize("samples", [1, 4])
-def test_a_foreign_context_gets_back_its_state(
+def test_foreign_context_state_is_restored(
     foreign: moderngl.Context, renderer: Renderer, masked: Scene, samples: int
 ) -> None:
-    """Storage buffers, image units, blending and the rest: bound by the caller, used by the lists, put back."""
+    """Storage buffers, image units, blending and more: bound by the caller, used to build the triangle lists, restored."""
     buffers = [foreign.buffer(bytes([i]) * 64) for i in range(6)]
     for binding, buffer in enumerate(buffers):
         buffer.bind_to_storage_buffer(binding)

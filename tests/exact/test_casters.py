@@ -1,4 +1,4 @@
-"""What casts and what receives: cut-out and blended materials, nodes told not to, instances, mirrored nodes, single triangles."""
+"""Casters and receivers: cut-out and blended materials, nodes that do not cast or receive, instances, mirrored nodes, single triangles."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def ground() -> Node:
 def leaf(
     texture: np.ndarray, repeats: float = 1.0, alpha: float = 1.0, cutoff: float = 0.5, mode: AlphaMode = AlphaMode.MASK
 ) -> Mesh:
-    """A level square of side 2 whose texture is repeated, from a negative coordinate on."""
+    """A horizontal square of side 2 whose texture repeats, starting at a negative coordinate."""
     positions, triangles = shapes.rectangle((-1.0, 0.0, 1.0), (2.0, 0.0, 0.0), (0.0, 0.0, -2.0))
     uv = (np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) - 0.3) * repeats
     material = Material((1.0, 1.0, 1.0, alpha), texture, mode, cutoff)
@@ -44,7 +44,7 @@ def leaf(
 
 
 def leaves(width: int = 32, height: int = 24) -> np.ndarray:
-    """A texture with holes of all alphas, wider than high."""
+    """A texture with holes of all alpha values, wider than high."""
     texture = np.full((height, width, 4), 200, dtype=np.uint8)
     texture[..., 3] = np.random.default_rng(3).integers(0, 256, (height, width))
     return texture
@@ -72,8 +72,8 @@ def assert_right(result: Compared) -> None:
 
 @every_light
 @pytest.mark.parametrize("repeats", [1.0, 3.7])
-def test_cut_out_casters(renderer: Renderer, light: Light, repeats: float) -> None:
-    """An image used by two materials, instances of one mesh, and solid casters among them."""
+def test_cut_out_casters_have_traced_shadows(renderer: Renderer, light: Light, repeats: float) -> None:
+    """One image used by two materials, instances of one mesh, and opaque casters among them."""
     image = leaves()
     one, other = leaf(image, repeats), leaf(image, 0.5, alpha=0.8, cutoff=0.3)
     solid = Mesh(*shapes.box((0.4, 0.4, 0.4)))
@@ -88,8 +88,8 @@ def test_cut_out_casters(renderer: Renderer, light: Light, repeats: float) -> No
 
 
 @every_light
-def test_masks_matter(renderer: Renderer, light: Light) -> None:
-    """The control of the test above: opaque leaves give another picture."""
+def test_alpha_masks_change_the_shadow(renderer: Renderer, light: Light) -> None:
+    """The control of the test above: opaque leaves give another image."""
     mesh = leaf(leaves())
     cut = compared(renderer, scene_of(Node(mesh, placed(-0.5, 1.0, 0.0, 1), "leaf")), light)
     whole = replace(mesh, material=replace(mesh.material, alpha_mode=AlphaMode.OPAQUE))
@@ -99,7 +99,7 @@ def test_masks_matter(renderer: Renderer, light: Light) -> None:
 
 
 @pytest.mark.parametrize("before", [1, 2, 3])
-def test_a_mask_does_not_depend_on_how_many_triangles_come_before_it(renderer: Renderer, before: int) -> None:
+def test_alpha_mask_is_independent_of_preceding_triangles(renderer: Renderer, before: int) -> None:
     corners = np.array([[[-9.0, -0.1 * k, 9.0], [9.0, -0.1 * k, 9.0], [0.0, -0.1 * k, -9.0]] for k in range(before)])
     below = Node(Mesh(corners.reshape(-1, 3), np.arange(3 * before).reshape(-1, 3)), np.eye(4), "ground")
     scene = Scene((below, Node(leaf(leaves()), placed(-0.5, 1.0, 0.0, 1), "leaf")), CAMERA)
@@ -107,8 +107,8 @@ def test_a_mask_does_not_depend_on_how_many_triangles_come_before_it(renderer: R
 
 
 @pytest.mark.parametrize("cutoff", [0.0, 1.0, 1.5, -1.0])
-def test_cutoffs_at_the_end_of_the_range(renderer: Renderer, cutoff: float) -> None:
-    """At 0 all exists, at 1 only what is opaque, above 1 nothing."""
+def test_extreme_alpha_cutoffs(renderer: Renderer, cutoff: float) -> None:
+    """At 0 every texel is solid, at 1 only fully opaque ones, above 1 none."""
     image = leaves()
     image[:12, :, 3] = 255
     scene = scene_of(Node(leaf(image, cutoff=cutoff), placed(-0.5, 1.0, 0.0, 1), "leaf"))
@@ -121,8 +121,8 @@ def test_cutoffs_at_the_end_of_the_range(renderer: Renderer, cutoff: float) -> N
 def test_blended_materials_cast_nothing(renderer: Renderer, light: Light, filter_: gs.Exact | gs.Pcf) -> None:
     for texture in (None, leaves()):
         mesh = leaf(leaves())
-        glass = replace(mesh, material=Material(texture=texture, alpha_mode=AlphaMode.BLEND))
-        scene = scene_of(Node(glass, placed(-0.5, 1.0, 0.0, 1), "glass"))
+        translucent = replace(mesh, material=Material(texture=texture, alpha_mode=AlphaMode.BLEND))
+        scene = scene_of(Node(translucent, placed(-0.5, 1.0, 0.0, 1), "glass"))
         lit = replace(light, shadow=gs.Shadow(filter=filter_))
         frame = renderer.render(
             scene, lights=[lit], size=(160, 90), outputs=("visibility", "triangle", "position"), samples=1
@@ -133,7 +133,7 @@ def test_blended_materials_cast_nothing(renderer: Renderer, light: Light, filter
         np.testing.assert_allclose(frame.visibility[0][floor & shone(frame)], 1.0, atol=WEIGHT)
 
 
-# -- nodes told not to cast, or not to receive
+# -- nodes that do not cast, or do not receive
 
 
 @every_light
@@ -149,7 +149,7 @@ def test_casts_and_receives(renderer: Renderer, light: Light, casts: bool, recei
     scene = scene_of(*nodes)
     result = compared(renderer, scene, light)
     assert_right(result)
-    # the same by a map, outside a band of two texels, which no edge is wider than here
+    # the same with a shadow map, outside a band of two texels, which no edge exceeds here
     frame = renderer.render(
         scene, lights=[light], size=result.frame.size, outputs=("visibility", "triangle"), samples=1
     )
@@ -172,9 +172,9 @@ def test_a_floor_that_does_not_receive_stays_lit(renderer: Renderer) -> None:
 
 @every_light
 def test_instances_that_share_edges(renderer: Renderer, light: Light) -> None:
-    """A closed ceiling of tiles: one mesh, each tile placed and turned by its own matrix, its vertices rounded with it.
+    """A closed ceiling of tiles: one mesh, each tile placed and rotated by its own matrix, its vertices rounded after the transform.
 
-    Where the matrices are exact, neighbours' vertices are equal and nothing may leak; the lit spots of rounded ones are as thin as
+    Where the matrices are exact, neighbours share vertices and no light may leak; where they round, leaks are as thin as
     the rounding.
     """
     tile = Mesh(*shapes.rectangle((-0.5, 0.0, 0.5), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0)))
@@ -198,7 +198,7 @@ def test_instances_that_share_edges(renderer: Renderer, light: Light) -> None:
 @pytest.mark.parametrize("axis", [0, 1, 2])
 @pytest.mark.parametrize("faces", [None, gs.Faces.BOTH])
 def test_mirrored_nodes(renderer: Renderer, light: Light, axis: int, faces: gs.Faces | None) -> None:
-    """A mirror turns the winding over: closed meshes must not lose the side that faces the light."""
+    """A mirror reverses the winding: closed meshes must keep the side that faces the light."""
     flip = np.eye(4)
     flip[axis, axis] = -1.0
     ball, torus = Mesh(*shapes.icosphere(3, 0.6)), Mesh(*shapes.torus(0.6, 0.2, 48, 24))
@@ -212,7 +212,7 @@ def test_mirrored_nodes(renderer: Renderer, light: Light, axis: int, faces: gs.F
 @pytest.mark.parametrize("filter_", [gs.Exact(), gs.Hard()], ids=["exact", "hard"])
 @pytest.mark.parametrize("axis", [None, 0, 1, 2])
 def test_a_mirrored_sheet_keeps_its_front(renderer: Renderer, axis: int | None, filter_: gs.Exact | gs.Hard) -> None:
-    """One side of an open sheet casts. In which way a mirror turns its vertices round makes no difference to which."""
+    """Only one side of an open sheet casts. Mirroring reverses the vertex order, and must not change which side that is."""
     flip = np.eye(4)
     if axis is not None:
         flip[axis, axis] = -1.0
@@ -233,7 +233,7 @@ def test_a_mirrored_sheet_keeps_its_front(renderer: Renderer, axis: int | None, 
 
 @pytest.mark.parametrize("filter_", [gs.Exact(), gs.Hard()], ids=["exact", "hard"])
 def test_a_large_sheet_without_area_casts_nothing(renderer: Renderer, filter_: gs.Exact | gs.Hard) -> None:
-    """A node squashed to a line, as long as the scene."""
+    """A node scaled to a line, as long as the scene."""
     line = np.diag([1.0, 0.0, 0.0, 1.0])
     line[1, 3] = 1.0
     scene = scene_of(Node(Mesh(*shapes.rectangle((-9.0, 0.0, 9.0), (18.0, 0.0, 0.0), (0.0, 0.0, -18.0))), line, "line"))
@@ -256,8 +256,8 @@ def test_one_triangle(renderer: Renderer, kind: str) -> None:
 
 
 @pytest.mark.parametrize("casters", [1, 2])
-def test_a_light_in_a_triangles_plane(renderer: Renderer, casters: int) -> None:
-    """Edge-on a triangle casts nothing; a caster between must still cast."""
+def test_light_in_the_plane_of_a_triangle(renderer: Renderer, casters: int) -> None:
+    """An edge-on triangle casts nothing; a caster in between must still cast."""
     wall = Mesh(*shapes.rectangle((0.5, 0.0, 1.0), (0.0, 2.0, 0.0), (0.0, 0.0, -2.0)))
     plate = Mesh(*shapes.rectangle((-0.5, 1.0, 0.5), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0)))
     nodes = [Node(wall, np.eye(4), "wall"), Node(plate, np.eye(4), "plate")][:casters]
@@ -286,7 +286,7 @@ def test_a_light_on_a_vertex_or_inside_a_triangle(renderer: Renderer, corner: tu
      shadow=gs.Shadow(filter=gs.LightSamples(16, of=gs.Pcf(1))))],
     ids=["sky", "sun", "lamp of maps"],
 )  # fmt: skip
-def test_what_receives_nothing_sees_all_of_a_light_that_has_a_size(renderer: Renderer, light: Light) -> None:
+def test_non_receivers_see_the_whole_area_light(renderer: Renderer, light: Light) -> None:
     ground = Mesh(*shapes.rectangle((-4.0, 0.0, 4.0), (8.0, 0.0, 0.0), (0.0, 0.0, -8.0)))
     body = Mesh(*shapes.box((2.0, 1.0, 2.0), (0.0, 1.0, 0.0)))
     camera = gs.PerspectiveCamera(position=(3.0, 4.0, 6.0), target=(0.0, 0.5, 0.0))

@@ -1,4 +1,4 @@
-"""Every pixel against rays; where the two differ, float64 asks every triangle."""
+"""Every pixel against rays; where the two differ, every triangle is tested in float64."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ def test_courtyard(renderer: Renderer, courtyard: Scene, name: str) -> None:
     assert 0.2 < result.lit < 0.99, str(result)
 
 
-def test_a_light_inside_a_closed_column_lights_nothing(renderer: Renderer, courtyard: Scene) -> None:
-    """Its walls are seen from behind: were they culled as back faces, half the picture would be lit."""
+def test_light_inside_a_closed_column_is_blocked(renderer: Renderer, courtyard: Scene) -> None:
+    """The column's walls are seen from behind: if they were culled as back faces, half of the image would be lit."""
     frame = renderer.render(
         courtyard,
         lights=[gs.PointLight(position=(3.0, 0.3, 3.0), shadow=gs.Shadow(filter=gs.Exact()))],
@@ -61,7 +61,7 @@ SMALL: dict[str, analytic.AnalyticScene] = {
 
 
 def small_lights(scene: Scene) -> dict[str, Light]:
-    """One of each kind, over the scene."""
+    """One light of each kind, above the scene."""
     low, high = scene.bounds
     above = 0.5 * (low + high) + np.array([0.11, 0.4, 0.07]) * float(np.linalg.norm(high - low))
     return {
@@ -82,7 +82,7 @@ def test_small_scenes(renderer: Renderer, name: str, kind: str) -> None:
 
 @pytest.mark.parametrize("name", list(SMALL))
 def test_closed_forms(renderer: Renderer, name: str) -> None:
-    """Without a tracer between: the picture is the closed form, but for edges that pass within rounding of a pixel's point."""
+    """Without a tracer: the image is the closed form, except for edges within rounding of a pixel's point."""
     built = SMALL[name]
     result = compared(renderer, built.scene, built.scene.lights[0])
     truth, seen = result.truth, result.truth.triangle >= 0
@@ -94,7 +94,7 @@ def test_closed_forms(renderer: Renderer, name: str) -> None:
 
 
 def around(scene: Scene, share: tuple[float, float, float]) -> tuple[Array, float]:
-    """A point off the middle of a scene by a share of its size, and its size."""
+    """A point away from a scene's centre by a fraction of its size, and the size."""
     low, high = scene.bounds
     size = float(np.linalg.norm(high - low))
     return 0.5 * (low + high) + np.array(share) * size, size

@@ -1,4 +1,4 @@
-"""What is kept between frames, and what happens when it does not fit."""
+"""What the renderer caches between frames, and what happens when triangle lists do not fit into buffers."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def drawn(renderer: Renderer, scene: Scene, light: Light, camera: gs.Perspective
     return renderer.render(scene, camera, [light], SIZE, outputs=("visibility",), samples=1).used[0].draws
 
 
-# Lists are built, or maps drawn, with one draw a build: six faces of a point light's map and two nodes are more.
+# Building lists takes one draw, drawing maps takes more: six faces of a point light's map times two nodes.
 SHADOWS = {
     "exact": gs.Shadow(filter=gs.Exact()),
     "map": gs.Shadow(resolution=256, filter=gs.Pcf(1), fit=gs.SceneFit()),
@@ -52,7 +52,7 @@ SHADOWS = {
 
 @pytest.mark.parametrize("shadow", SHADOWS.values(), ids=list(SHADOWS))
 @every_light
-def test_what_did_not_change_is_not_made_again(scene: Scene, light: Light, shadow: gs.Shadow) -> None:
+def test_unchanged_lists_and_maps_are_reused(scene: Scene, light: Light, shadow: gs.Shadow) -> None:
     light = replace(light, shadow=shadow)
     exact = isinstance(shadow.filter, gs.Exact)
     moved_light: Light = (
@@ -81,7 +81,7 @@ def test_what_did_not_change_is_not_made_again(scene: Scene, light: Light, shado
 
 
 @every_light
-def test_kept_lists_give_the_picture_of_new_ones(scene: Scene, light: Light) -> None:
+def test_reused_lists_give_the_image_of_new_ones(scene: Scene, light: Light) -> None:
     light = replace(light, shadow=gs.Shadow(filter=gs.Exact()))
     other = scene.moved({"b": translation((0.2, 1.3, 0.4))})
 
@@ -98,8 +98,8 @@ def test_kept_lists_give_the_picture_of_new_ones(scene: Scene, light: Light) -> 
             np.testing.assert_array_equal(values, picture(fresh, which, k))
 
 
-def test_two_exact_lights_and_a_map_beside_each_other(scene: Scene) -> None:
-    """Each has lists of its own; neither is asked with the other's."""
+def test_exact_lights_and_mapped_lights_do_not_interfere(scene: Scene) -> None:
+    """Each exact light has lists of its own, and samples no other light's."""
     exact, mapped = gs.Shadow(filter=gs.Exact()), gs.Shadow(resolution=256)
     chosen = [replace(LIGHTS[name], shadow=shadow) for name, shadow in
               (("sun", exact), ("spot", mapped), ("point light", exact), ("spot", exact))]  # fmt: skip
@@ -113,11 +113,13 @@ def test_two_exact_lights_and_a_map_beside_each_other(scene: Scene) -> None:
 
 
 @pytest.mark.parametrize("filter_", [gs.Exact(), gs.Hard()], ids=["exact", "hard"])
-def test_a_sun_and_a_lamp_with_the_same_numbers(scene: Scene, filter_: gs.Exact | gs.Hard) -> None:
-    """The floor darkens nothing under a sun from above, and everything over a lamp below it; what is kept must not mix them up."""
+def test_directional_and_point_light_with_equal_vectors_are_told_apart(
+    scene: Scene, filter_: gs.Exact | gs.Hard
+) -> None:
+    """The floor blocks nothing of a light from above, and everything of a point light below it: the cache must tell the two apart."""
     shadow = gs.Shadow(filter=filter_, resolution=256)
     sun = gs.DirectionalLight(direction=(0.0, -1.0, 0.0), shadow=shadow)
-    lamp = gs.PointLight(position=(0.0, -1.0, 0.0), shadow=shadow)
+    point_light = gs.PointLight(position=(0.0, -1.0, 0.0), shadow=shadow)
     from_below = replace(CAMERA, position=(3.0, 0.2, 6.0))  # sees the undersides of the balls
 
     def picture(renderer: Renderer, light: Light) -> np.ndarray:
@@ -126,14 +128,14 @@ def test_a_sun_and_a_lamp_with_the_same_numbers(scene: Scene, filter_: gs.Exact 
         return values
 
     with Renderer("egl") as fresh:
-        expected = picture(fresh, lamp)
+        expected = picture(fresh, point_light)
     with Renderer("egl") as kept:
         picture(kept, sun)
-        np.testing.assert_array_equal(picture(kept, lamp), expected)
+        np.testing.assert_array_equal(picture(kept, point_light), expected)
 
 
-def test_a_panel_that_turns_in_place_is_asked_anew() -> None:
-    """The floor darkens nothing before a panel that lies along it, and all that is above it before one that reaches below."""
+def test_rotated_rect_light_is_recomputed() -> None:
+    """The floor blocks no light of a rectangle parallel to it, and some of a rectangle that reaches below it."""
     floor = Node(Mesh(*shapes.rectangle((-3.0, 0.0, 3.0), (6.0, 0.0, 0.0), (0.0, 0.0, -6.0))), np.eye(4), "floor")
     boxes = [
         Node(Mesh(*shapes.box((side,) * 3, middle)), np.eye(4), name)
@@ -142,17 +144,17 @@ def test_a_panel_that_turns_in_place_is_asked_anew() -> None:
     scene = Scene((floor, *boxes), gs.PerspectiveCamera((0.0, 1.5, 4.5), (0.0, 0.4, 0.0), fov_y=60.0))
     lying = gs.RectLight(position=(0.0, 0.5, 0.0), direction=(0.0, -1.0, 0.0), width=2.0, height=2.0)
     standing = replace(lying, direction=(1.0, 0.0, 0.0), up=(0.0, 1.0, 0.0))
-    lamp = gs.PointLight(position=lying.position, radius=0.5 * float(np.hypot(2.0, 2.0)))
+    point_light = gs.PointLight(position=lying.position, radius=0.5 * float(np.hypot(2.0, 2.0)))
     with Renderer("egl") as kept:
-        for light in (lying, standing, lamp, replace(standing, height=1.0), lying):
+        for light in (lying, standing, point_light, replace(standing, height=1.0), lying):
             values = kept.render(scene, None, [light], (192, 108), outputs=("visibility",), samples=1).visibility
             with Renderer("egl") as fresh:
                 expected = fresh.render(scene, None, [light], (192, 108), outputs=("visibility",), samples=1).visibility
             np.testing.assert_array_equal(values, expected)
 
 
-def test_a_camera_that_enters_a_body_sees_its_inner_side_dark() -> None:
-    """A closed box over all: it darkens nothing but itself, which a camera outside does not see."""
+def test_camera_inside_a_closed_box_sees_it_dark() -> None:
+    """A closed box around everything shadows only its own inside, which a camera outside does not see."""
     box = Node(Mesh(*shapes.box((4.0, 4.0, 4.0))), np.eye(4), "box")
     small = Node(Mesh(*shapes.box((0.4, 0.4, 0.4), (0.0, 2.2, 0.0))), np.eye(4), "small")
     scene = Scene((box, small))
@@ -170,15 +172,17 @@ def test_a_camera_that_enters_a_body_sees_its_inner_side_dark() -> None:
                 assert not frame.visibility[0][within].any()
                 links.append(frame.used[0].links)
             if isinstance(filter_, gs.Exact):
-                assert links[0] == links[2] < links[1] == links[3] == links[4], "from outside the box need not cast"
+                assert links[0] == links[2] < links[1] == links[3] == links[4], (
+                    "seen from outside the box need not cast"
+                )
 
 
-# -- overflow
+# -- triangle lists that do not fit
 
 
 @pytest.fixture
 def expected(scene: Scene) -> dict[str, tuple[np.ndarray, int]]:
-    """The picture of each light, and how many links it takes."""
+    """Each light's image, and how many list entries it needs."""
     result = {}
     with Renderer("egl") as renderer:
         for name, light in LIGHTS.items():
@@ -192,14 +196,14 @@ def exact(light: Light) -> Light:
 
 
 def limited(renderer: Renderer, texels: int) -> None:
-    """The renderer's driver with a smaller largest texture buffer."""
+    """Pretend that the driver's largest texture buffer has so many texels."""
     context = renderer._context
     context.caps = replace(context.caps, max_texture_buffer_size=texels)
 
 
 @pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("name", list(LIGHTS))
-def test_lists_that_are_too_small_grow(
+def test_too_small_lists_grow(
     scene: Scene, expected: dict[str, tuple[np.ndarray, int]], monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
     sizes: list[int] = []
@@ -222,7 +226,7 @@ def test_lists_that_are_too_small_grow(
 
 @pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("name", list(LIGHTS))
-def test_lists_that_cannot_grow_get_a_coarser_grid(
+def test_lists_at_the_buffer_limit_use_a_coarser_grid(
     scene: Scene, expected: dict[str, tuple[np.ndarray, int]], monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
     monkeypatch.setattr(CellLists, "reserve", _least)
@@ -239,7 +243,7 @@ _reserve = CellLists.reserve
 
 
 def _least(self: CellLists, size: int) -> None:
-    """A first buffer of 64 links, so that the limit decides and not the generous start."""
+    """Allocate 64 entries first, so that the limit matters and not the generous first size."""
     _reserve(self, min(size, max(64 * LINK_BYTES, self.count * LINK_BYTES)))
 
 
@@ -251,8 +255,8 @@ SOFT: dict[str, Light] = {
 
 @pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("light", [*LIGHTS.values(), *SOFT.values()], ids=[*LIGHTS, *SOFT])
-def test_lists_written_in_parts_are_those_written_at_once(scene: Scene, light: Light) -> None:
-    """A storage buffer holds the facets of half of the scene's triangles, and the links of fewer."""
+def test_lists_built_in_parts_equal_those_built_at_once(scene: Scene, light: Light) -> None:
+    """A storage buffer holds the facets of half of the scene's triangles, and even fewer list entries."""
     ball, cut_out = Mesh(*shapes.icosphere(4, 0.4)), Node(leaf(leaves()), translation((0.2, 2.0, 0.1)), "leaf")
     scene = replace(scene, nodes=(*(replace(node, mesh=ball) for node in scene.nodes[1:]), scene.nodes[0], cut_out))
     triangles = sum(len(node.mesh.triangles) for node in scene.nodes)
@@ -273,7 +277,7 @@ def test_lists_written_in_parts_are_those_written_at_once(scene: Scene, light: L
 
 @pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("name", list(LIGHTS))
-def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+def test_lists_that_never_fit_raise(scene: Scene, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     monkeypatch.setattr(CellLists, "reserve", _least)
     triangles = sum(len(node.mesh.triangles) for node in scene.nodes)
     with Renderer("egl") as renderer:
@@ -289,7 +293,7 @@ def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest
             match=r"even on its coarsest grid, a texture buffer of this driver holds .*: split the scene",
         ):
             renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",), samples=1)
-        # and the renderer goes on
+        # the renderer still works
         monkeypatch.undo()
         renderer._context.caps = before
         again = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",), samples=1).visibility
@@ -299,7 +303,7 @@ def test_where_nothing_helps_the_error_says_so(scene: Scene, monkeypatch: pytest
 
 
 @pytest.mark.usefixtures("built_on_the_gpu")
-def test_triangles_beyond_a_buffer_are_a_named_error(scene: Scene) -> None:
+def test_too_many_triangles_for_a_buffer_raise(scene: Scene) -> None:
     with Renderer("egl") as renderer:
         limited(renderer, 3000)
         with pytest.raises(
@@ -310,8 +314,8 @@ def test_triangles_beyond_a_buffer_are_a_named_error(scene: Scene) -> None:
 
 
 @pytest.mark.parametrize("name", list(LIGHTS))
-def test_nothing_casts(renderer: Renderer, scene: Scene, name: str) -> None:
-    """No caster, no grid to fit: all that faces the light is lit."""
+def test_scene_without_casters_is_lit(renderer: Renderer, scene: Scene, name: str) -> None:
+    """Without casters there is no grid to fit: everything that faces the light is lit."""
     quiet = replace(scene, nodes=tuple(replace(node, casts=False) for node in scene.nodes))
     frame = renderer.render(
         quiet, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility", "triangle", "position"), samples=1
@@ -325,7 +329,7 @@ def test_nothing_casts(renderer: Renderer, scene: Scene, name: str) -> None:
 
 
 @pytest.mark.parametrize("samples", [1, 4])
-def test_no_objects_pile_up_over_frames_with_moving_lights(scene: Scene, samples: int) -> None:
+def test_moving_lights_do_not_leak_gl_objects(scene: Scene, samples: int) -> None:
     shadow = gs.Shadow(filter=gs.Exact())
 
     def frame(renderer: Renderer, k: int) -> None:

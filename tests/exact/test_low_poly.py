@@ -1,4 +1,4 @@
-"""Random scenes of few triangles against float64 rays: nothing that darkens what is seen may be left out as a caster."""
+"""Random scenes of few triangles against float64 rays: no caster of a visible shadow may be culled."""
 
 from __future__ import annotations
 
@@ -21,32 +21,32 @@ from .low_poly import camera, light, low_poly_scene
 
 SIZE = (48, 32)
 BAND = 1.0 / 64.0
-"""Of a pixel: four times as far as GL moves a vertex. A pixel whose five rays, to its middle and so far about it, differ is not judged."""
+"""Pixels: four times the distance by which GL moves a vertex. A pixel is skipped if its centre ray and four at that distance differ."""
 
 Bools = NDArray[np.bool_]
 
 
-def seen_from(view: View, lamp: Light) -> NDArray[np.float32]:
+def seen_from(view: View, each: Light) -> NDArray[np.float32]:
     """Float64 visibility (H, W) of a light without size."""
-    if isinstance(lamp, gs.DirectionalLight):
-        return view.visibility(towards=-np.asarray(lamp.direction))
-    return view.visibility(position=lamp.position)
+    if isinstance(each, gs.DirectionalLight):
+        return view.visibility(towards=-np.asarray(each.direction))
+    return view.visibility(position=each.position)
 
 
-def in_cone(view: View, lamp: Light) -> Bools:
-    """Pixels (H, W) whose surface a spot reaches."""
+def in_cone(view: View, each: Light) -> Bools:
+    """Pixels (H, W) whose surface lies in a spot light's cone."""
     result = np.ones(view.size[::-1], dtype=bool)
-    if isinstance(lamp, gs.SpotLight):
-        away = view.points - np.asarray(lamp.position)
-        cosine = away @ np.asarray(lamp.direction) / np.linalg.norm(away, axis=1)
-        result.ravel()[view.rows] = cosine > np.cos(np.radians(lamp.outer_angle)) + 1e-6
+    if isinstance(each, gs.SpotLight):
+        away = view.points - np.asarray(each.position)
+        cosine = away @ np.asarray(each.direction) / np.linalg.norm(away, axis=1)
+        result.ravel()[view.rows] = cosine > np.cos(np.radians(each.outer_angle)) + 1e-6
     return result
 
 
-def judged(
+def stable_pixels(
     scene: Scene, viewer: Camera, near: float, lights: list[Light]
 ) -> tuple[NDArray[np.int32], list[Bools], list[View]]:
-    """Triangles (H, W) of the pixels' middles, for each light where all five rays agree, and the five views, the middle's first."""
+    """Triangles (H, W) at the pixel centres, for each light where all five rays agree, and the five views, the centre's first."""
     tracer = Tracer(scene_triangles(scene)[0])
     views = []
     for x, y in ((0.0, 0.0), (-BAND, -BAND), (BAND, -BAND), (-BAND, BAND), (BAND, BAND)):
@@ -57,24 +57,24 @@ def judged(
     triangles = np.stack([view.triangle.reshape(SIZE[::-1]) for view in views])
     same = (triangles == triangles[0]).all(axis=0)
     stable = []
-    for lamp in lights:
-        seen = np.stack([seen_from(view, lamp) for view in views])
-        stable.append(same & (seen == seen[0]).all(axis=0) & in_cone(views[0], lamp))
+    for each in lights:
+        seen = np.stack([seen_from(view, each) for view in views])
+        stable.append(same & (seen == seen[0]).all(axis=0) & in_cone(views[0], each))
     return np.where(same, triangles[0], -2), stable, views
 
 
 def check(renderer: Renderer, seed: int) -> int:
-    """One scene under three lights; how many pixels were judged."""
+    """Check one scene under three lights; returns how many pixels were compared."""
     rng = np.random.default_rng(seed)
     scene, viewer = low_poly_scene(rng), camera(rng)
     lights = [replace(light(rng), shadow=gs.Shadow(filter=gs.Exact())) for _ in range(3)]
     frame = renderer.render(scene, viewer, lights, SIZE, outputs=("visibility", "triangle"), samples=1)
-    triangle, stable, views = judged(scene, viewer, frame.near, lights)
+    triangle, stable, views = stable_pixels(scene, viewer, frame.near, lights)
     wrong = int(((frame.triangle != triangle) & (triangle >= -1)).sum())
     assert wrong == 0, f"seed {seed}: {wrong} pixels show another triangle"
-    for number, (lamp, where) in enumerate(zip(lights, stable, strict=True)):
-        wrong = int((frame.visibility[number] != seen_from(views[0], lamp))[where].sum())
-        assert wrong == 0, f"seed {seed}, {lamp}: {wrong} of {where.sum()} pixels"
+    for number, (each, where) in enumerate(zip(lights, stable, strict=True)):
+        wrong = int((frame.visibility[number] != seen_from(views[0], each))[where].sum())
+        assert wrong == 0, f"seed {seed}, {each}: {wrong} of {where.sum()} pixels"
     return sum(int(where.sum()) for where in stable)
 
 
@@ -91,8 +91,8 @@ def test_no_shadow_is_missing_in_400_more(renderer: Renderer) -> None:
 
 
 @pytest.mark.parametrize("low", [1e-2, 1e-3, 1e-5, 1e-6, 1e-7, 1e-8, 0.0, -1e-8])
-def test_the_sign_of_a_cosine_is_that_of_a_sun_along_a_face(renderer: Renderer, low: float) -> None:
-    """A box whose side a sun grazes: lit to its edges, where float32 would see its neighbours stand in the way; dark from behind."""
+def test_grazing_directional_light_decides_faces_by_the_exact_cosine(renderer: Renderer, low: float) -> None:
+    """A directional light grazes a box's side. Lit: up to the edges, where float32 would let adjacent faces block. Dark: from behind."""
     box = Node(Mesh(*shapes.box((2.0, 2.0, 2.0))), np.eye(4), "box")
     ground = Node(Mesh(*shapes.rectangle((-9.0, -1.5, 9.0), (18.0, 0.0, 0.0), (0.0, 0.0, -18.0))), np.eye(4), "ground")
     scene = Scene((box, ground), gs.PerspectiveCamera((3.0, 3.0, 6.0), (0.0, 0.0, 0.0)))

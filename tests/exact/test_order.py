@@ -1,4 +1,4 @@
-"""A picture depends on its arguments alone, not on what was drawn before; and where lists do not fit, that is one light's matter."""
+"""An image depends on its arguments alone, not on earlier frames; triangle lists that do not fit affect only their own light."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def scene() -> Scene:
 
 
 def lights() -> list[Light]:
-    """Of all kinds, with and without a size, asked of triangles and of maps: what any two of them share, a key may mix up."""
+    """Lights of all kinds, with and without a size, exact and mapped: a cache key might confuse any two that share data."""
     few, dithered = (gs.Shadow(filter=gs.Exact(light_samples=16, dither=dither)) for dither in (False, True))
     maps = [
         gs.Shadow(filter=kind, resolution=resolution)
@@ -110,12 +110,12 @@ def drawn(
     samples: int = 1,
 ) -> Drawn:
     frame = renderer.render(scene, camera, chosen, size, samples=samples)
-    # how much had to be drawn is the one thing that may depend on what is there
+    # only the number of draws may depend on what is cached
     return frame.image, frame.visibility, [{**used.as_dict(), "draws": 0} for used in frame.used]
 
 
 def forget(renderer: Renderer) -> None:
-    """All that a renderer keeps but compiled programs, which take longer than a picture."""
+    """Drop all that a renderer caches, except compiled programs, which take longer than a frame."""
     old = renderer._store
     assert old is not None
     with renderer._context:
@@ -125,7 +125,7 @@ def forget(renderer: Renderer) -> None:
 
 
 @pytest.mark.parametrize("sets", [0, pytest.param(SETS, marks=pytest.mark.exhaustive)])
-def test_a_picture_does_not_depend_on_what_was_drawn_before(scene: Scene, sets: int) -> None:
+def test_image_is_independent_of_earlier_frames(scene: Scene, sets: int) -> None:
     """Every set of lights once, and further ones."""
     rng = np.random.default_rng(SEED)
     known = lights()
@@ -141,12 +141,12 @@ def test_a_picture_does_not_depend_on_what_was_drawn_before(scene: Scene, sets: 
     jobs = [(*job, 4 if len(job[1]) == 1 and not rng.integers(4) else 1) for job in jobs]
     with Renderer("egl") as kept, Renderer("egl") as fresh:
         for renderer in (kept, fresh):
-            # so little that the lists of large lights do not fit
+            # so small that the lists of area lights do not fit
             caps = replace(renderer._context.caps, max_storage_block=1 << 20, max_texture_buffer_size=1 << 16)
             renderer._context.caps = caps
         found = [drawn(kept, scene, *job) for job in jobs]
         assert any("entries for its size" in used["why"] for _, _, each in found for used in each)
-        # backwards, so that what programs keep is not the same either
+        # in reverse order, so that the uniforms kept by programs differ too
         for (image, visibility, used), job in zip(reversed(found), reversed(jobs), strict=True):
             forget(fresh)
             expected = drawn(fresh, scene, *job)
@@ -155,8 +155,8 @@ def test_a_picture_does_not_depend_on_what_was_drawn_before(scene: Scene, sets: 
             np.testing.assert_array_equal(visibility, expected[1], str(job))
 
 
-def test_panes_of_a_spot_that_turns_in_place(scene: Scene) -> None:
-    """What it sees through glass is another part of its map."""
+def test_rotated_spot_redraws_its_translucent_casters(scene: Scene) -> None:
+    """After the rotation the spot sees translucent casters through another part of its map."""
     one, other = (
         gs.SpotLight(position=(1.6, 5.0, 1.2), direction=aim, inner_angle=15.0, outer_angle=20.0)
         for aim in ((-1.0, -3.0, -1.0), (0.0, -3.0, 0.0))
@@ -172,7 +172,7 @@ def test_panes_of_a_spot_that_turns_in_place(scene: Scene) -> None:
     np.testing.assert_array_equal(visibility, expected[1])
 
 
-# -- where lists do not fit
+# -- lights whose triangle lists do not fit
 
 SUN = gs.DirectionalLight(direction=(-0.4, -1.0, 0.3))
 LAMP = gs.PointLight(position=(0.3, 2.6, 0.2))
@@ -190,7 +190,7 @@ Refuse = Callable[[Callable[[Light], bool]], None]
 
 @pytest.fixture
 def refuse(monkeypatch: pytest.MonkeyPatch) -> Refuse:
-    """Makes that lists of such lights never fit."""
+    """Make the triangle lists of the given lights never fit."""
     build = Listed._build
 
     def refusing(refused: Callable[[Light], bool]) -> None:
@@ -204,14 +204,14 @@ def refuse(monkeypatch: pytest.MonkeyPatch) -> Refuse:
 
 
 def mean_of(renderer: Renderer, scene: Scene, points: tuple[Light, ...], shadow: gs.Shadow) -> np.ndarray:
-    """The mean visibility of a light's points, each as a light of its own."""
+    """The mean visibility over a light's sample points, each rendered as a light of its own."""
     one = [
         renderer.render(scene, None, [replace(each, shadow=shadow)], SIZE, samples=1).visibility[0] for each in points
     ]
     return np.mean(np.stack(one).astype(np.float64), axis=0)
 
 
-def test_a_lamp_that_does_not_fit_changes_no_other_light(scene: Scene, refuse: Refuse) -> None:
+def test_point_light_without_lists_changes_no_other_light(scene: Scene, refuse: Refuse) -> None:
     with Renderer("egl") as renderer:
         before = drawn(renderer, scene, CAMERA, [SUN])
     refuse(lambda light: isinstance(light, gs.PointLight))
@@ -227,7 +227,7 @@ def test_a_lamp_that_does_not_fit_changes_no_other_light(scene: Scene, refuse: R
 
 
 @pytest.mark.parametrize("name", list(SIZED))
-def test_a_size_whose_lists_do_not_fit_is_asked_point_by_point(
+def test_area_light_without_lists_is_sampled_point_by_point(
     scene: Scene, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
     def full(self: Grown, *_: object) -> bool:
@@ -245,17 +245,17 @@ def test_a_size_whose_lists_do_not_fit_is_asked_point_by_point(
     assert used.why.startswith(
         "asked for; 16 points of the light, one after another, for lists of 123 entries for its size, a buffer of this driver holds "
     )
-    assert [line for line in used.fallbacks if "blend" not in line] == []  # a pane does not tint a panel
+    assert [line for line in used.fallbacks if "blend" not in line] == []  # area lights have no tint
     np.testing.assert_array_equal(frame.visibility[0], expected.astype(np.float32))
     np.testing.assert_array_equal(again.visibility, frame.visibility)
     assert again.used[0] == replace(used, draws=0)
 
 
 @pytest.mark.parametrize("which", ["all points", "the last point"])
-def test_a_size_without_any_lists_is_that_of_as_many_maps(
+def test_area_light_without_any_lists_uses_as_many_maps(
     scene: Scene, refuse: Refuse, monkeypatch: pytest.MonkeyPatch, which: str
 ) -> None:
-    """Also where only the lists of a point that comes late do not fit; and it is no error but where lists were asked for by name."""
+    """Also if only the lists of a late sample point do not fit. It is an error only if Exact() was requested by name."""
     monkeypatch.setattr(shadow_module, "RESOLUTION", 128)
     light = SIZED["lamp"]
     last = light.hard_lights(64)[-1].position  # type: ignore[union-attr]
@@ -277,12 +277,12 @@ def test_a_size_without_any_lists_is_that_of_as_many_maps(
         assert used.filter == gs.LightSamples()
         assert used.why.startswith("Exact() needs ")
         assert used.why.endswith("; 64 points of the light, one after another")
-        assert [line for line in used.fallbacks if "blend" not in line] == []  # a pane does not tint a panel
+        assert [line for line in used.fallbacks if "blend" not in line] == []  # area lights have no tint
     np.testing.assert_array_equal(frame.visibility, expected.visibility)
 
 
-def test_a_derived_map_obeys_the_size(scene: Scene) -> None:
-    """A setting that only a map has asks for maps, not for a hard shadow."""
+def test_map_setting_on_an_area_light_gives_many_maps(scene: Scene) -> None:
+    """A setting that only maps have selects maps of the light's sample points, not a hard shadow."""
     light = replace(SIZED["sun"], shadow=gs.Shadow(resolution=128))
     with Renderer("egl") as renderer:
         used = renderer.render(scene, None, [light], SIZE, samples=1).used[0]

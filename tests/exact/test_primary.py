@@ -1,4 +1,4 @@
-"""Pixels show the triangle that their own ray meets: against a tracer that shares nothing with the renderer."""
+"""Every pixel shows the triangle that its own ray hits, according to a tracer that shares no code with the renderer."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from tests.tracer import View
 
 SIZE = (320, 180)
 CELLS = 90
-HAIR = 1e-3  # pixels: float32 places of vertices, seen from where they are, are off by less
+HAIR = 1e-3  # pixels: float32 positions of vertices, relative to the camera, are off by less
 
 
 def hills(rng: np.random.Generator, height: float = 0.04) -> gs.Scene:
-    """A rough height field of 16,200 triangles, each some two pixels large, that hides itself nowhere."""
+    """A rough height field of 16,200 triangles, each about two pixels large, which does not occlude itself."""
     side = np.linspace(-1.0, 1.0, CELLS + 1)
     x, z = np.meshgrid(side, side, indexing="ij")
     y = height * rng.uniform(size=x.shape)
@@ -31,7 +31,7 @@ def hills(rng: np.random.Generator, height: float = 0.04) -> gs.Scene:
 
 
 def edge_distance(view: View, rows: np.ndarray, triangle: np.ndarray) -> np.ndarray:
-    """Distance in pixels (N,) of pixels' middles from the nearest edge of a triangle each."""
+    """Distance in pixels (N,) from pixel centres to the nearest edge of one triangle each."""
     assert view.tracer is not None
     camera, height = view.camera, view.size[1]
     pixel = 2.0 * np.tan(np.radians(0.5 * camera.fov_y)) / height
@@ -47,7 +47,7 @@ def edge_distance(view: View, rows: np.ndarray, triangle: np.ndarray) -> np.ndar
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
-def test_every_pixel_of_a_height_field_shows_the_triangle_that_its_ray_meets(
+def test_height_field_pixels_show_the_triangle_their_ray_hits(
     rng: np.random.Generator, renderer: gs.Renderer, scale: float
 ) -> None:
     scene = hills(rng)
@@ -68,7 +68,7 @@ def test_every_pixel_of_a_height_field_shows_the_triangle_that_its_ray_meets(
 @pytest.mark.parametrize("samples", [1, 4])
 @pytest.mark.parametrize("light", [gs.DirectionalLight(direction=(-1.0, -0.15, 0.3)), gs.PointLight(position=(0.9, 0.3, 0.2))],
                          ids=["sun", "point"])  # fmt: skip
-def test_no_pixel_of_a_height_field_under_grazing_light_is_wrong(
+def test_height_field_under_grazing_light_matches_rays(
     rng: np.random.Generator, renderer: gs.Renderer, light: gs.DirectionalLight | gs.PointLight, samples: int
 ) -> None:
     scene = hills(rng)
@@ -88,13 +88,13 @@ def test_no_pixel_of_a_height_field_under_grazing_light_is_wrong(
         difference = np.abs(frame.visibility[0] - truth)
     judged = np.isfinite(difference)
     assert 0.2 < truth[judged].mean() < 0.8
-    if samples == 1:  # two pixels may lie nearer to a shadow's edge than float32 tells
+    if samples == 1:  # two pixels may lie closer to a shadow's edge than float32 resolves
         assert (difference[judged] > 0.5).sum() <= 2
     else:
         assert (difference[judged] > 0.26).mean() <= 1e-3
 
 
-def test_position_depth_and_normal_are_those_of_the_ray(rng: np.random.Generator, renderer: gs.Renderer) -> None:
+def test_position_depth_and_normal_match_the_ray(rng: np.random.Generator, renderer: gs.Renderer) -> None:
     scene = hills(rng)
     frame = renderer.render(scene, size=SIZE, outputs=("triangle", "position", "normal", "depth"), samples=1)
     view = View(scene, scene.camera, SIZE)
@@ -111,12 +111,12 @@ def test_position_depth_and_normal_are_those_of_the_ray(rng: np.random.Generator
     assert alike.min() > 1.0 - 1e-6
 
 
-def test_where_a_ray_misses_what_was_drawn_what_lies_behind_is_seen(renderer: gs.Renderer) -> None:
-    """A thin leaf before a wall, its borders through pixels' middles but for less than GL's vertices are snapped."""
+def test_ray_past_the_rasterised_triangle_shows_the_surface_behind(renderer: gs.Renderer) -> None:
+    """A thin leaf in front of a wall. Its borders pass pixel centres at less than the distance by which GL snaps vertices."""
     camera = gs.OrthographicCamera(position=(0.0, 0.0, 5.0), target=(0.0, 0.0, 0.0), height=2.0, near=0.1, far=10.0)
     size = (64, 64)
     pixel = 2.0 / 64
-    edge = 0.5 * pixel - pixel / 2048  # GL snaps it onto the middles
+    edge = 0.5 * pixel - pixel / 2048  # GL snaps it onto the pixel centres
     leaf = gs.Mesh(
         *rectangle((-10.5 * pixel, -10.5 * pixel, 1.0), (10.5 * pixel + edge, 0.0, 0.0), (0.0, 21.0 * pixel, 0.0))
     )
@@ -128,8 +128,8 @@ def test_where_a_ray_misses_what_was_drawn_what_lies_behind_is_seen(renderer: gs
     np.testing.assert_array_equal(frame.node.ravel(), view.node[view.triangle])
 
 
-def test_wires_thinner_than_the_snap_are_seen_where_rays_meet_them(renderer: gs.Renderer) -> None:
-    """Wires before a wall and beside it before nothing, 1/1024 pixel wide: over pixels' middles, or past them by half as much."""
+def test_wires_thinner_than_vertex_snapping_show_where_rays_hit(renderer: gs.Renderer) -> None:
+    """Wires 1/1024 pixel wide, in front of a wall and in front of nothing: over pixel centres, or half a width beside them."""
     camera = gs.OrthographicCamera(position=(0.0, 0.0, 5.0), target=(0.0, 0.0, 0.0), height=2.0, near=0.1, far=10.0)
     pixel, hair = 2.0 / 64, 2.0 / 64 / 2048
     columns = np.arange(2, 62, 2)
@@ -149,7 +149,7 @@ def test_wires_thinner_than_the_snap_are_seen_where_rays_meet_them(renderer: gs.
 
 
 def splinters(rng: np.random.Generator, count: int = 4000) -> gs.Scene:
-    """Triangles at random places that share no edge, most of them much thinner than a pixel of SIZE; a third behind or beside the eye."""
+    """Random triangles without shared edges, most of them much thinner than a pixel of SIZE; a third behind or beside the camera."""
     middle = rng.uniform(-1.0, 1.0, (count, 1, 3)) * (1.5, 1.0, 2.0)
     along = rng.normal(size=(count, 1, 3)) * 10.0 ** rng.uniform(-2.0, 0.0, (count, 1, 1))
     across = rng.normal(size=(count, 1, 3)) * 10.0 ** rng.uniform(-5.0, -1.5, (count, 1, 1))
@@ -159,10 +159,8 @@ def splinters(rng: np.random.Generator, count: int = 4000) -> gs.Scene:
 
 
 @pytest.mark.parametrize("kind", ["perspective", "orthographic"])
-def test_every_pixel_of_splinters_shows_what_its_ray_meets(
-    rng: np.random.Generator, renderer: gs.Renderer, kind: str
-) -> None:
-    """Also where it meets nothing; but for rays that pass an edge nearer than float32 tells."""
+def test_splinter_pixels_show_what_their_ray_hits(rng: np.random.Generator, renderer: gs.Renderer, kind: str) -> None:
+    """Also where the ray hits nothing. Except for rays that pass an edge closer than float32 resolves."""
     scene = splinters(rng)
     camera = (
         gs.PerspectiveCamera(position=(0.0, 0.0, 1.0), target=(0.1, 0.05, -1.0), fov_y=60.0)
@@ -178,10 +176,10 @@ def test_every_pixel_of_splinters_shows_what_its_ray_meets(
     assert (met >= 0).sum() > 5_000
     assert (
         len(other) <= 5
-    )  # three with this seed, whose rays pass 2e-6 to 7e-6 pixel beside an edge: float32 tells no more
+    )  # three with this seed, whose rays pass an edge at 2e-6 to 7e-6 pixel: float32 resolves no more
 
 
-def test_what_pixels_show_does_not_depend_on_the_frames_before(rng: np.random.Generator) -> None:
+def test_surfaces_do_not_depend_on_earlier_frames(rng: np.random.Generator) -> None:
     scene = splinters(rng, 500)
     cameras = [gs.PerspectiveCamera(position=(x, 0.0, 1.0), target=(0.0, 0.0, -1.0)) for x in (0.0, 0.01, 0.3)]
     outputs = ("triangle", "depth", "visibility")
@@ -203,7 +201,7 @@ def test_what_pixels_show_does_not_depend_on_the_frames_before(rng: np.random.Ge
             np.testing.assert_array_equal(one, other)
 
 
-def test_where_triangles_do_not_fit_into_buffers_pixels_show_what_was_drawn(rng: np.random.Generator) -> None:
+def test_without_triangle_buffers_pixels_show_rasterised_triangles(rng: np.random.Generator) -> None:
     scene = hills(rng)
     mesh = scene.nodes[0].mesh
     soup = gs.Mesh(mesh.positions[mesh.triangles.ravel()], np.arange(3 * len(mesh.triangles)).reshape(-1, 3))

@@ -1,4 +1,4 @@
-"""Smooth meshes: the shadow ends where the shading does, for every kind of light and filter, and nothing leaks."""
+"""Smooth meshes: shadow and shading end at the same place, for every kind of light and filter, and no light leaks."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def _scene(*meshes, matrices=None):
 
 
 def _sheet(lean):
-    """A square in y = 0, its vertex normals leaning outwards."""
+    """A square in y = 0 whose vertex normals lean outwards."""
     points = np.array([[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, -1.0]])
     normals = points * lean + np.array([0.0, 1.0, 0.0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -59,22 +59,22 @@ def _sheet(lean):
 
 @pytest.mark.parametrize("subdivisions", [1, 2, 3])
 @pytest.mark.parametrize(("name", "technique"), PAIRS)
-def test_a_ball_is_lit_wherever_its_shading_is(renderer, subdivisions, name, technique):
-    """Nothing stands between a convex body's lit side and the light. In levels of 255 of the light: 2, for what filters round. Flat
-    facets that are turned away while the shading is not: up to 82."""
+def test_smooth_ball_is_lit_where_its_shading_is(renderer, subdivisions, name, technique):
+    """Nothing blocks the light of a convex body's lit side. Tolerance: 2 of 255 levels, for what filters round. Flat
+    shadowing, with facets facing away where the shading does not, would be off by up to 82."""
     light = replace(LIGHTS[name], shadow=Shadow(filter=FILTERS[technique]))
     scene = _scene(_ball(subdivisions))
     frame = renderer.render(scene, CAMERA, [light], SIZE, outputs=("visibility", "triangle"), samples=1)
     truth = trace(scene, CAMERA, [light], SIZE, surface=frame.triangle, samples=1)
     seen = truth.triangle >= 0
     cosine = truth.cosine[0][seen]  # of the interpolated normal, where the point is shaded
-    below = np.sin(np.radians(0.5 * getattr(light, "angle", 0.0)))  # where some of the light is below the horizon
+    below = np.sin(np.radians(0.5 * getattr(light, "angle", 0.0)))  # where part of the light is below the horizon
     whole = cosine > below
     assert (255.0 * cosine[whole] * (1.0 - frame.visibility[0][seen][whole])).max() <= 2.0
     assert frame.visibility[0][seen][cosine < -below - 1e-3].max() == 0.0
 
 
-def test_inverted_normals_are_the_same_surface(renderer):
+def test_inverted_normals_give_the_same_shadow(renderer):
     first, second = (
         renderer.render(_scene(_ball(1, sign)), CAMERA, [LIGHTS["sun"]], SIZE, outputs=("visibility",), samples=1)
         for sign in (1.0, -1.0)
@@ -82,8 +82,8 @@ def test_inverted_normals_are_the_same_surface(renderer):
     np.testing.assert_array_equal(first.visibility, second.visibility)
 
 
-def test_normals_across_right_angles_change_nothing(renderer):
-    """A cube whose normals are averaged has the shadow of its faces."""
+def test_normals_averaged_over_right_angles_are_ignored(renderer):
+    """A cube with averaged normals has the shadow of its flat faces."""
     positions, triangles = shapes.box((1.0, 1.2, 0.9))
     flat = Mesh(positions, triangles)
     smooth = Mesh(positions, triangles, normals=shapes.vertex_normals((positions, triangles)))
@@ -96,15 +96,15 @@ def test_normals_across_right_angles_change_nothing(renderer):
 
 @pytest.mark.parametrize("name", ["sun", "soft sun"])
 def test_no_light_passes_through_a_sheet(renderer, name):
-    """Its interpolated normals face a light that is below it: a hollow sheet stays dark, being between the light and itself."""
+    """Its interpolated normals face a light that is below it: an open sheet stays dark, because it blocks its own light."""
     light = replace(LIGHTS[name], direction=(-1.0, 0.15, 0.0))
     camera = PerspectiveCamera((0.0, 3.0, 2.0), (0.0, 0.0, 0.0), fov_y=40.0)
     frame = renderer.render(_scene(_sheet(-0.5)), camera, [light], SIZE, outputs=("visibility",), samples=1)
     assert np.nanmax(frame.visibility) == 0.0
 
 
-def test_a_ball_behind_another_is_dark(renderer):
-    """Also its terminator's facets, which ask from outside it."""
+def test_ball_behind_another_is_dark(renderer):
+    """Including the facets at its terminator, whose shadow rays start outside of it."""
     before = np.diag([3.0, 3.0, 3.0, 1.0])
     before[:3, 3] = -8.0 * np.array(AIM) / np.linalg.norm(AIM)
     scene = _scene(_ball(1), _ball(1), matrices=[np.eye(4), before])
@@ -117,7 +117,7 @@ def test_a_ball_behind_another_is_dark(renderer):
 
 
 def _crowd(seed):
-    """Ellipsoids of few facets that go through each other, and a sheet."""
+    """Intersecting ellipsoids of few facets, and a sheet."""
     rng = np.random.default_rng(seed)
     meshes, places = [_sheet(0.5)], [np.diag([1.5, 1.0, 1.5, 1.0])]
     for _ in range(4):
@@ -131,11 +131,11 @@ def _crowd(seed):
 
 
 @pytest.mark.parametrize("name", [*LIGHTS, "panel"])
-def test_pictures_and_rays_agree(renderer, name):
-    """Shadows on rounded surfaces, hidden and lit by others: as float64 says, but for a pixel or two whose normals, rounded to 16 bits,
-    or whose sums decide otherwise."""
-    panel = RectLight(position=PLACE, direction=AIM, width=0.6, height=0.6)
-    light = LIGHTS.get(name, panel)
+def test_smooth_shadows_match_rays(renderer, name):
+    """Rounded surfaces that shadow each other match float64, except for one or two pixels: normals rounded to 16 bits
+    and float32 sums may decide differently there."""
+    rect = RectLight(position=PLACE, direction=AIM, width=0.6, height=0.6)
+    light = LIGHTS.get(name, rect)
     for seed in (0, 1) if name in ("sun", "point") else (0,):
         scene = _crowd(seed)
         frame = renderer.render(scene, CAMERA, [light], SIZE, outputs=("visibility", "triangle"), samples=1)
@@ -145,7 +145,7 @@ def test_pictures_and_rays_agree(renderer, name):
         if name == "soft sun":
             count = frame.used[0].filter.points_of_light
             apart = np.abs(count_points(truth, light, count) / count - frame.visibility[0])[seen]
-            assert (apart > 0.5 / count).sum() <= 20  # one of its points in most
+            assert (apart > 0.5 / count).sum() <= 20  # in most, one of its sample points
             assert apart.max() <= 2.0 / count
         elif name == "panel":
             soft = trace(scene, CAMERA, [light], SIZE, light_samples=64, surface=frame.triangle, samples=1)
@@ -154,8 +154,8 @@ def test_pictures_and_rays_agree(renderer, name):
             assert (truth.visibility[0] != frame.visibility[0])[seen].sum() <= 2
 
 
-def test_a_point_off_its_triangle_is_hidden_by_it(renderer):
-    """A long bevel, whose points do not rise as far as its normals lean: light from below its plane goes through it."""
+def test_displaced_shading_point_is_shadowed_by_its_triangle(renderer):
+    """A long bevel, whose shading points rise less than its normals lean: light from below its plane would pass through it."""
     light = replace(LIGHTS["sun"], direction=(-1.0, 0.15, 0.0))
     camera = PerspectiveCamera((0.0, 1.2, 0.8), (0.0, 0.0, 0.0), fov_y=60.0)
     sheet = _sheet(0.5)

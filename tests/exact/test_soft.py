@@ -1,4 +1,4 @@
-"""Lights that have a size: exact shares, as closed forms and rays give them, the same every time, and only where they are asked for."""
+"""Area lights: exact visible fractions by closed forms and rays, deterministic, and used only where they were requested."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def renderer() -> Iterator[gs.Renderer]:
 
 
 AT_EDGES = 3
-"""Pixels off by more than one point: an edge passes them nearer than float32 tells (0 to 15 at 640 x 360: docs/soft.md)."""
+"""Pixels off by more than one point: an edge passes closer than float32 resolves (0 to 15 at 640 x 360: docs/soft.md)."""
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,7 @@ def scene() -> gs.Scene:
 
 @pytest.mark.parametrize("model", ["box", "courtyard", "masked"])
 @pytest.mark.parametrize("name", list(LIGHTS))
-def test_every_point_is_seen_as_a_ray_sees_it(renderer: gs.Renderer, name: str, model: str) -> None:
+def test_every_sample_point_is_visible_as_rays_say(renderer: gs.Renderer, name: str, model: str) -> None:
     scene = masked() if model == "masked" else getattr(gs.scenes, model)()
     scene = getattr(scene, "scene", scene)
     light, compute = LIGHTS[name], renderer.info["compute"]
@@ -49,13 +49,13 @@ def test_every_point_is_seen_as_a_ray_sees_it(renderer: gs.Renderer, name: str, 
     if isinstance(light, gs.PointLight) and model == "courtyard":
         light = replace(
             light, position=(-3.0, 3.2, 2.0)
-        )  # not beside the torus, whose 65,536 triangles would all be near it
+        )  # not next to the torus: all of its 65,536 triangles would be near it
     frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
     share = frame.visibility[0] * 64.0
     expected = count_points(gs.trace(scene, None, [light], SIZE, surface=frame.triangle, samples=1), light, 64)
     gap = np.abs(share - expected)[~np.isnan(expected)]
     np.testing.assert_allclose(share[~np.isnan(share)], np.round(share[~np.isnan(share)]), atol=1e-4)
-    # where a ray passes an edge nearer than float32 tells, it may go either way; where texels are cut out, 1 in 3000 does
+    # a ray that passes an edge closer than float32 resolves may be decided either way; at alpha cut-outs, 1 in 3000 is
     assert (gap > 0.5).sum() <= (20 if model == "masked" else 6)
     assert (gap > 1.5).sum() <= AT_EDGES
     assert ((expected > 0.5) & (expected < 63.5)).sum() > 100
@@ -65,7 +65,7 @@ def test_every_point_is_seen_as_a_ray_sees_it(renderer: gs.Renderer, name: str, 
 
 
 def masked() -> gs.Scene:
-    """A cut-out leaf, twice, over a floor: holes inside its triangles."""
+    """A cut-out leaf, twice, over a floor: triangles with holes."""
     alpha = np.full((32, 32, 4), 255, dtype=np.uint8)
     y, x = np.mgrid[:32, :32]
     alpha[..., 3] = np.where((x % 8 < 4) ^ (y % 8 < 4), 255, 0)
@@ -83,22 +83,22 @@ def masked() -> gs.Scene:
 
 @pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("radius", [0.6, 2.0])
-def test_a_light_that_touches_geometry(renderer: gs.Renderer, radius: float) -> None:
-    """Its sphere reaches through the box, and below the horizon of what is near."""
+def test_light_that_intersects_geometry_matches_rays(renderer: gs.Renderer, radius: float) -> None:
+    """The light's sphere reaches through the box, and below the horizon of nearby surfaces."""
     scene = gs.scenes.box().scene
     light = gs.PointLight(position=(1.2, 1.5, 0.4), radius=radius)
     frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
     expected = count_points(gs.trace(scene, None, [light], SIZE, surface=frame.triangle, samples=1), light, 64)
     gap = np.abs(frame.visibility[0] * 64.0 - expected)[~np.isnan(expected)]
     assert (gap > 1.5).sum() <= AT_EDGES
-    # at a light that touches the surface whole fans of points lie in its plane: some go either way
+    # where a light touches the surface, whole fans of sample points lie in its plane: some are decided either way
     assert (gap > 0.5).sum() <= 4 * AT_EDGES
 
 
 @pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("height", [0.0, 0.05, 0.19])
-def test_a_light_that_lies_in_the_floor(renderer: gs.Renderer, height: float) -> None:
-    """Where the floor goes through the light no edge is: what lies above it is cut all the same."""
+def test_light_that_lies_in_the_floor_is_cut(renderer: gs.Renderer, height: float) -> None:
+    """There is no edge where the floor cuts the light; the part below must still be blocked."""
     scene = gs.scenes.box().scene
     light = gs.PointLight(position=(3.0, height, 3.0), radius=0.2)
     frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
@@ -109,9 +109,7 @@ def test_a_light_that_lies_in_the_floor(renderer: gs.Renderer, height: float) ->
 
 
 @pytest.mark.usefixtures("built_on_the_gpu")
-def test_lights_too_large_are_asked_one_point_after_another(
-    renderer: gs.Renderer, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_too_large_lights_are_sampled_point_by_point(renderer: gs.Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     from glshadow.gl.techniques import area
 
     scene, light = gs.scenes.box().scene, LIGHTS["sun"]
@@ -125,7 +123,7 @@ def test_lights_too_large_are_asked_one_point_after_another(
     assert (gap > 1.5).sum() <= AT_EDGES
 
 
-def test_chosen_faces_are_asked_one_point_after_another(renderer: gs.Renderer, scene: gs.Scene) -> None:
+def test_lights_with_chosen_faces_are_sampled_point_by_point(renderer: gs.Renderer, scene: gs.Scene) -> None:
     light = replace(LIGHTS["sun"], shadow=gs.Shadow(faces=gs.Faces.BACK))
     frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
     points = light.hard_lights(64)
@@ -157,21 +155,21 @@ def test_scale_changes_nothing(renderer: gs.Renderer, scale: float) -> None:
 
 
 @pytest.mark.parametrize("name", list(LIGHTS))
-def test_more_points_are_nearer_to_many_rays(renderer: gs.Renderer, scene: gs.Scene, name: str) -> None:
+def test_more_light_samples_are_closer_to_many_rays(renderer: gs.Renderer, scene: gs.Scene, name: str) -> None:
     errors, truth = {}, None
     for count in (16, 64, 256):
         light = replace(LIGHTS[name], shadow=gs.Shadow(filter=gs.Exact(light_samples=count)))
         frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
         truth = truth or gs.trace(scene, None, [light], SIZE, light_samples=1024, surface=frame.triangle, samples=1)
-        asked = truth.reached[0] & (truth.cosine[0] > 0.05)
-        errors[count] = float(np.abs(frame.visibility[0] - truth.visibility[0])[asked].mean())
+        tested = truth.reached[0] & (truth.cosine[0] > 0.05)
+        errors[count] = float(np.abs(frame.visibility[0] - truth.visibility[0])[tested].mean())
     assert errors[64] < 0.7 * errors[16], errors
     assert errors[256] < 0.7 * errors[64], errors
     assert errors[256] < 3e-3, errors
 
 
-def test_a_half_planes_edge_under_a_sun(renderer: gs.Renderer) -> None:
-    """The share of a disc beyond a straight edge: (acos x - x sqrt(1 - x^2)) / pi."""
+def test_half_plane_under_a_directional_light(renderer: gs.Renderer) -> None:
+    """The fraction of a disc beyond a straight edge: (acos x - x sqrt(1 - x^2)) / pi."""
     height, angle = 2.0, 6.0
     floor = gs.Mesh(*shapes.rectangle((-2, 0, 2), (4, 0, 0), (0, 0, -4)))
     roof = gs.Mesh(*shapes.rectangle((-40, height, 40), (40, 0, 0), (0, 0, -80)))  # over x < 0
@@ -192,9 +190,7 @@ def test_a_half_planes_edge_under_a_sun(renderer: gs.Renderer) -> None:
 
 
 @pytest.mark.parametrize("samples", [4, 16])
-def test_samples_of_pixels_and_points_of_lights_go_together(
-    renderer: gs.Renderer, scene: gs.Scene, samples: int
-) -> None:
+def test_multisampling_and_light_samples_combine(renderer: gs.Renderer, scene: gs.Scene, samples: int) -> None:
     lights = [LIGHTS["sun"], gs.DirectionalLight(direction=(0.5, -1.0, 0.3))]
     frame = renderer.render(scene, None, lights, SIZE, outputs=OUTPUTS, samples=samples)
     truth = gs.trace(scene, None, lights, SIZE, samples=samples, light_samples=512 // samples)
@@ -204,7 +200,9 @@ def test_samples_of_pixels_and_points_of_lights_go_together(
 
 
 @pytest.mark.usefixtures("built_on_the_gpu")
-def test_still_pictures_count_once(renderer: gs.Renderer, scene: gs.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unchanged_frame_reuses_its_light_samples(
+    renderer: gs.Renderer, scene: gs.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from glshadow.gl.techniques.area import Area
 
     times, original = [], Area._classify
@@ -222,7 +220,7 @@ def test_still_pictures_count_once(renderer: gs.Renderer, scene: gs.Scene, monke
         assert len(times) == 2
 
 
-def test_maps_know_only_points(renderer: gs.Renderer, scene: gs.Scene) -> None:
+def test_single_map_is_hard_for_area_lights(renderer: gs.Renderer, scene: gs.Scene) -> None:
     light = replace(LIGHTS["sun"], shadow=gs.Shadow(filter=gs.Pcf()))
     frame = renderer.render(scene, None, [light], SIZE, samples=1)
     assert any("size is ignored" in said for said in frame.used[0].fallbacks)
@@ -231,9 +229,9 @@ def test_maps_know_only_points(renderer: gs.Renderer, scene: gs.Scene) -> None:
 @pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("name", [*LIGHTS, "panel"])
 def test_dither_turns_steps_into_noise(renderer: gs.Renderer, scene: gs.Scene, name: str) -> None:
-    """The same share on average, other points in each pixel, and the same picture every time."""
-    panel = gs.RectLight(position=(2.5, 3.0, 1.5), direction=(-2.5, -2.5, -1.5), width=0.8, height=0.4)
-    light = LIGHTS.get(name, panel)
+    """The same visibility on average, a different set of points in each pixel, and the same image every time."""
+    rect = gs.RectLight(position=(2.5, 3.0, 1.5), direction=(-2.5, -2.5, -1.5), width=0.8, height=0.4)
+    light = LIGHTS.get(name, rect)
     lights = [replace(light, shadow=gs.Shadow(filter=gs.Exact(light_samples=16, dither=on))) for on in (False, True)]
     plain, noisy = (
         renderer.render(scene, None, [each], SIZE, outputs=OUTPUTS, samples=1).visibility[0] for each in lights
@@ -247,13 +245,13 @@ def test_dither_turns_steps_into_noise(renderer: gs.Renderer, scene: gs.Scene, n
     assert np.nanmean(np.abs(noisy - truth)) < 1.5 * np.nanmean(np.abs(plain - truth)) + 1e-3
 
 
-def test_dither_is_named_where_it_cannot_be(renderer: gs.Renderer, scene: gs.Scene) -> None:
+def test_unavailable_dither_is_reported(renderer: gs.Renderer, scene: gs.Scene) -> None:
     sky = gs.SkyLight(shadow=gs.Shadow(filter=gs.Exact(dither=True)))
     used = renderer.render(scene, None, [sky], SIZE, samples=1).used[0]
     assert any("no dither" in said for said in used.fallbacks)
 
 
-def test_measure_wants_a_soft_truth(renderer: gs.Renderer, scene: gs.Scene) -> None:
+def test_measure_refuses_a_hard_reference_for_soft_shadows(renderer: gs.Renderer, scene: gs.Scene) -> None:
     light = LIGHTS["sun"]
     frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
     with pytest.raises(gs.SettingsError, match=r"light 0 has a size.*light_samples=256"):
@@ -261,10 +259,10 @@ def test_measure_wants_a_soft_truth(renderer: gs.Renderer, scene: gs.Scene) -> N
     error = gs.measure(frame, gs.trace(scene, None, [light], SIZE, light_samples=256, samples=1))
     assert error.acne == error.leak == 0.0
     assert error.mean < 2e-3
-    assert error.mean < error.penumbra < 0.02, "where the rays of the truth are as coarse as the points: 1 / sqrt(256)"
+    assert error.mean < error.penumbra < 0.02, "the reference's rays are as coarse as the sample points: 1 / sqrt(256)"
     assert error.p95 < 0.02
     assert "penumbra" in str(error)
     hard = renderer.render(
         scene, None, [replace(light, shadow=gs.Shadow(filter=gs.Hard()))], SIZE, outputs=OUTPUTS, samples=1
     )
-    gs.measure(hard, gs.trace(scene, None, [light], SIZE, samples=1))  # a hard shadow may be compared with a hard truth
+    gs.measure(hard, gs.trace(scene, None, [light], SIZE, samples=1))  # hard against hard is fine

@@ -1,4 +1,4 @@
-"""Shares of a light that have a closed form: half planes, strips, corners and balls before a disc, by the tracer and by Exact()."""
+"""Closed forms of visible light fractions: half planes, strips, corners and balls in front of a disc, by the tracer and by Exact()."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from glshadow.scenes import shapes
 
 POINTS, RAYS = 1024, 16384
 SIZE = (48, 4)
-HEIGHT = 2.0  # of what casts, over the floor
-HALF = 0.1  # of the light, as a tangent seen from below
+HEIGHT = 2.0  # height of the casters above the floor
+HALF = 0.1  # half width of the light, as a tangent seen from below
 
 Exact = Callable[[np.ndarray, np.ndarray], np.ndarray]  # places on the floor, in units of the penumbra's half width
 
@@ -27,13 +27,13 @@ def renderer() -> Iterator[gs.Renderer]:
 
 
 def beyond(x: float | np.ndarray) -> np.ndarray:
-    """Share of the unit disc at abscissae greater than x."""
+    """Fraction of the unit disc with x greater than the argument."""
     inside = np.clip(x, -1.0, 1.0)
     return np.asarray((np.arccos(inside) - inside * np.sqrt(1.0 - inside**2)) / np.pi)
 
 
 def quadrant(x: float, y: float) -> float:
-    """Share of the unit disc at abscissae less than x and ordinates less than y."""
+    """Fraction of the unit disc with x and y less than the arguments."""
     value, _ = quad(
         lambda s: max(min(np.sqrt(1.0 - s * s), y) + np.sqrt(1.0 - s * s), 0.0),
         -1.0,
@@ -47,7 +47,7 @@ def sheet(left: float, right: float, front: float = -40.0, back: float = 40.0, h
     return gs.Mesh(*shapes.rectangle((left, height, back), (right - left, 0, 0), (0, 0, front - back)))
 
 
-# A light's point at the tangent (p, q) is hidden where the sheet holds floor + HEIGHT (p, q): a half plane over x < 0 hides p < -x.
+# A light's point at the tangent (p, q) is hidden where the sheet covers floor + HEIGHT (p, q): a half plane over x < 0 hides p < -x.
 CASES: dict[str, tuple[tuple[gs.Mesh, ...], Exact]] = {
     "half plane": ((sheet(-40.0, 0.0),), lambda x, z: beyond(-x)),
     "strip": ((sheet(-0.06, 0.06),), lambda x, z: 1.0 - beyond(-x - 0.3) + beyond(-x + 0.3)),
@@ -70,9 +70,9 @@ def camera_of(width: float) -> gs.OrthographicCamera:
 
 @pytest.mark.parametrize("name", list(CASES))
 @pytest.mark.parametrize("kind", ["sun", "spot", "point"])
-def test_before_a_disc(renderer: gs.Renderer, name: str, kind: str) -> None:
+def test_casters_before_a_disc_light(renderer: gs.Renderer, name: str, kind: str) -> None:
     casters, exact = CASES[name]
-    far = 2000.0  # of the lamps: there a disc that turns to each receiver is the disc of the sun
+    far = 2000.0  # for local lights: there a disc that faces each receiver equals the disc of the directional light
     light: gs.Light = gs.DirectionalLight(direction=(0, -1, 0), angle=2.0 * float(np.degrees(np.arctan(HALF))))
     if kind == "spot":
         light = gs.SpotLight(
@@ -90,16 +90,16 @@ def test_before_a_disc(renderer: gs.Renderer, name: str, kind: str) -> None:
     assert gap.max() < 2.0 * POINTS**-0.75, "the discrepancy of a spiral, for up to two edges"
     assert gap.mean() < 0.5 * POINTS**-0.75
     if kind != "sun" and name != "corner":
-        return  # the tracer takes seconds, and knows lamps from suns by their rays alone
+        return  # the tracer takes seconds, and distinguishes local from directional lights by their rays alone
     truth = gs.trace(scene, camera, [light], SIZE, surface=frame.triangle, light_samples=RAYS, samples=1)
     error = np.abs(truth.visibility[0] - expected)
-    # 16,384 rays, one in each ring of equal area: RAYS^-3/4 = 7e-4 where an edge cuts the disc; the lamps' height adds HEIGHT / far
+    # 16,384 rays, one in each ring of equal area: RAYS^-3/4 = 7e-4 where an edge cuts the disc; a finite height adds HEIGHT / far
     assert np.sqrt((error**2).mean()) < 1e-3
     assert error.max() < 5e-3
 
 
 def cap_beyond(tilt: np.ndarray, half: float) -> np.ndarray:
-    """Share of a spherical cap's solid angle on one side of a great circle, whose plane is tilted away from the cap's middle; radians.
+    """Fraction of a spherical cap's solid angle on one side of a great circle whose plane is tilted away from the cap's axis; radians.
 
     By Gauss and Bonnet, of the area between the great circle and the cap's boundary: 2 chord - 2 cos(half) arc, their halves as angles;
     that of the cap is 2 pi (1 - cos(half)).
@@ -110,8 +110,8 @@ def cap_beyond(tilt: np.ndarray, half: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("angle", [60.0, 89.0])
-def test_a_wide_sun_is_even_in_solid_angle(renderer: gs.Renderer, angle: float) -> None:
-    """A half plane before a sun: its edge and a place on the floor span a plane that cuts the cap."""
+def test_wide_directional_light_is_uniform_in_solid_angle(renderer: gs.Renderer, angle: float) -> None:
+    """A half plane before a wide light: the plane through its edge and a point of the floor cuts the light's cap."""
     half = 0.5 * float(np.radians(angle))
     scene, camera = scene_of((sheet(-40.0, 0.0),)), camera_of(3.0)
     sun = gs.DirectionalLight(
@@ -128,7 +128,7 @@ def test_a_wide_sun_is_even_in_solid_angle(renderer: gs.Renderer, angle: float) 
 
 
 def test_under_a_ball(renderer: gs.Renderer) -> None:
-    """Below its middle: a cap before a cap."""
+    """Below the ball's centre: one spherical cap occludes another."""
     radius, away = 0.06, 1.0
     positions, triangles = _ball(radius, away)
     scene = scene_of((gs.Mesh(positions, triangles),))
@@ -144,7 +144,7 @@ def test_under_a_ball(renderer: gs.Renderer) -> None:
 
 
 def _ball(radius: float, height: float) -> tuple[np.ndarray, np.ndarray]:
-    """Of 32,768 triangles, whose outline is off by 4e-5 of its radius."""
+    """A ball of 32,768 triangles, whose silhouette is off by 4e-5 of its radius."""
     lon, lat = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False), np.linspace(0.0, np.pi, 65))
     points = radius * np.stack([np.sin(lat) * np.cos(lon), np.cos(lat), np.sin(lat) * np.sin(lon)], axis=-1)
     number = np.arange(65 * 256).reshape(65, 256)

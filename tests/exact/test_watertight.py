@@ -20,7 +20,7 @@ from .compare import with_exact
 from .fans import KINDS, MOST, closed_box, fans_of, rays_at, rays_on_seams, slipped
 from .sheets import ELEVATIONS, PLANE_TRIANGLES, lit_and_asked, tessellations, under_a_sheet
 
-RAYS = 200_000  # per mesh and light; scripts/bench watertight asks ten millions of each light
+RAYS = 200_000  # per mesh and light; scripts/bench watertight tests ten million per light
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +62,7 @@ def test_no_ray_slips_between_triangles(
 def test_no_ray_slips_between_a_point_lights_faces(
     glcontext: GLContext, programs: Programs, rng: np.random.Generator
 ) -> None:
-    """At the border of a face rounding gives the cell behind its last."""
+    """At a face's border rounding gives the cell after its last one."""
     for _ in range(5):
         ours, _ = slipped(glcontext, programs, closed_box(rng), rays_on_seams(RAYS, rng))
         assert ours == 0
@@ -77,11 +77,11 @@ def brain(models: Path) -> Solid:
 def test_nothing_is_lit_under_a_sheet(renderer: Renderer, rng: np.random.Generator, cells: int) -> None:
     scene, lights = under_a_sheet(cells, rng)
     for name, light in lights.items():
-        lit, asked = lit_and_asked(renderer, scene, with_exact(light), PLANE_TRIANGLES)
-        assert asked > 100_000
-        assert lit == 0, f"{name}: {lit} leaks of {asked}"
+        lit, tested = lit_and_asked(renderer, scene, with_exact(light), PLANE_TRIANGLES)
+        assert tested > 100_000
+        assert lit == 0, f"{name}: {lit} leaks of {tested}"
         control, _ = lit_and_asked(renderer, scene, replace(light, shadow=None), PLANE_TRIANGLES)
-        assert control == asked, f"{name}: without a shadow all of the plane is lit"
+        assert control == tested, f"{name}: without a shadow all of the plane is lit"
 
 
 @pytest.mark.parametrize("offset", [0.0, 1000.0])
@@ -91,6 +91,6 @@ def test_tessellations_of_one_plane_do_not_shadow_each_other(
 ) -> None:
     scene, lights = tessellations(elevation, offset, rng)
     for name, light in lights.items():
-        lit, asked = lit_and_asked(renderer, scene, with_exact(light), 1 << 30)
-        assert asked > 100_000
-        assert lit == asked, f"{name}: acne in {asked - lit} of {asked} pixels"
+        lit, tested = lit_and_asked(renderer, scene, with_exact(light), 1 << 30)
+        assert tested > 100_000
+        assert lit == tested, f"{name}: acne in {tested - lit} of {tested} pixels"

@@ -1,4 +1,4 @@
-"""Exact() on OpenGL 3.3 to 4.2: the CPU builds the lists, and the picture is that of the lists of the GPU."""
+"""Exact() on OpenGL 3.3 to 4.2: triangle lists built on the CPU give the image of those built on the GPU."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ SIZE = (320, 180)
 
 @pytest.fixture(scope="module")
 def older() -> Iterator[Renderer]:
-    """A driver of OpenGL 3.3 without extensions: GLSL that has no `precise`."""
+    """A driver of OpenGL 3.3 without extensions: its GLSL has no `precise`."""
     with Renderer("egl") as renderer:
         renderer._context.caps = replace(
             renderer._context.caps, compute=False, max_storage_block=0, texture_gather=False, version_code=330
@@ -51,16 +51,16 @@ def older() -> Iterator[Renderer]:
 
 
 def source_of(renderer: Renderer, kind: type[Source]) -> Any:
-    """What the last picture's first light was made with."""
+    """How the last frame's first light was computed."""
     assert renderer._store is not None
     return renderer._store.sources[0, kind.__name__]
 
 
-# -- pictures
+# -- images
 
 
 def casters() -> Scene:
-    """Cut-out leaves, a mirrored closed mesh, and a single triangle larger than all."""
+    """Cut-out leaves, a mirrored closed mesh, and one triangle larger than everything else."""
     mirror = np.diag([-1.0, 1.0, 1.0, 1.0])
     vast = Mesh(np.array([[-900.0, -2.0, -900.0], [900.0, -2.0, -900.0], [0.0, -2.0, 900.0]]), np.array([[0, 2, 1]]))
     return scene_of(
@@ -83,27 +83,27 @@ def moved(scene: Scene, scale: float, offset: tuple[float, float, float]) -> Sce
 
 @pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("which", ["courtyard", "casters"])
-def test_picture_is_that_of_lists_built_on_the_gpu(renderer: Renderer, older: Renderer, which: str) -> None:
-    names = ("sun", "low sun", "wide spot", "point light near a column")  # the scene's triangles take their time
+def test_image_equals_that_of_lists_built_on_the_gpu(renderer: Renderer, older: Renderer, which: str) -> None:
+    names = ("sun", "low sun", "wide spot", "point light near a column")  # slow scene: not all
     courtyard = {name: COURTYARD[name] for name in names}
     scene, lights = (gs.scenes.courtyard(), courtyard) if which == "courtyard" else (casters(), LIGHTS)
     for name, light in lights.items():
         frames = [
             each.render(scene, None, [light], SIZE, outputs=("visibility",), samples=1) for each in (renderer, older)
-        ]  # what no setting asks for is exact in both
+        ]  # everything that no setting changes is exact in both
         np.testing.assert_array_equal(*(frame.visibility for frame in frames), err_msg=name)
         theirs, ours = (frame.used[0] for frame in frames)
         assert ours.filter == gs.Exact()
         assert ours.fallbacks == ()
         assert "built on the CPU: building them on the GPU needs OpenGL 4.3" in ours.why
         assert ours.why.endswith("has 3.3")
-        # two rules when a triangle is large, whose counts differ little
+        # both use their own rule for large triangles, and their counts differ little
         assert abs(ours.links / theirs.links - 1.0) < 0.1, name
 
 
 @pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize(("scale", "offset"), [(1e-6, (0.0, 0.0, 0.0)), (1.0, (1e7, -3e6, 2e7))])
-def test_size_and_place_of_the_scene_change_nothing(
+def test_image_is_invariant_to_scale_and_translation(
     renderer: Renderer, older: Renderer, scale: float, offset: tuple[float, float, float]
 ) -> None:
     scene = moved(casters(), scale, offset)
@@ -118,7 +118,7 @@ def test_size_and_place_of_the_scene_change_nothing(
 
 
 @pytest.mark.parametrize("name", ["sun", "wide spot", "point light near a column"])
-def test_pictures_are_those_of_rays(older: Renderer, name: str) -> None:
+def test_images_match_rays(older: Renderer, name: str) -> None:
     result = compared(older, gs.scenes.courtyard(), COURTYARD[name], size=SIZE)
     assert result.wrong.sum() <= WRONG, str(result)
     assert 0.2 < result.lit < 0.99
@@ -134,8 +134,8 @@ def test_nothing_is_lit_under_a_sheet(older: Renderer, rng: np.random.Generator,
 
 
 @pytest.mark.parametrize("version", ["3.3", "4.1"])
-def test_a_driver_of_that_version(renderer: Renderer, tmp_path: Path, version: str) -> None:
-    """Mesa is told to give no more; an own process, because it reads that once."""
+def test_driver_of_an_older_version(renderer: Renderer, tmp_path: Path, version: str) -> None:
+    """Mesa is configured to offer no more than that version; in a process of its own, because it reads the variable once."""
     code = (
         "import glshadow as gs, numpy as np, sys\n"
         "with gs.Renderer('egl') as renderer:\n"
@@ -158,7 +158,7 @@ def test_a_driver_of_that_version(renderer: Renderer, tmp_path: Path, version: s
 
 @pytest.mark.parametrize("kind", ["sun", "spot", "point"])
 def test_half_planes_before_a_disc(older: Renderer, kind: str) -> None:
-    """A light with a size is seen point by point; a spot's cone is not that of its points."""
+    """An area light is evaluated point by point; a spot's cone is not applied to each of its sample points."""
     count, far = 64, 2000.0
     casters, exact = CASES["half plane"]
     shadow = gs.Shadow(filter=gs.Exact(light_samples=count))
@@ -184,12 +184,12 @@ def test_half_planes_before_a_disc(older: Renderer, kind: str) -> None:
     place = frame.position / (HEIGHT * HALF)
     expected = exact(place[..., 0], place[..., 2])
     assert ((expected > 0.05) & (expected < 0.95)).mean() > 0.2
-    # points of a disc; those of a lamp's ball are spread less evenly: docs/soft.md
+    # points of a disc; those of a spherical light are distributed less evenly: docs/soft.md
     most = 2.0 * count**-0.75 if kind == "sun" else 0.65 * count**-0.5
     assert np.abs(frame.visibility[0] - expected).max() < most
 
 
-def test_points_of_a_sun_are_those_of_rays(older: Renderer) -> None:
+def test_directional_light_samples_match_rays(older: Renderer) -> None:
     scene = gs.scenes.box().scene
     light = gs.DirectionalLight(angle=20.0, shadow=gs.Shadow(filter=gs.Exact(light_samples=16)))
     frame = older.render(scene, None, [light], SIZE, outputs=("visibility", "triangle"), samples=1)
@@ -199,11 +199,11 @@ def test_points_of_a_sun_are_those_of_rays(older: Renderer) -> None:
     assert ((frame.visibility[0] > 0.1) & (frame.visibility[0] < 0.9)).sum() > 100
 
 
-# -- lists
+# -- triangle lists
 
 
 def lists_of(renderer: Renderer) -> tuple[ListGrid, NDArray[np.float32], Walked]:
-    """Grid, facets and lists of the last picture's first light, whoever built them."""
+    """Grid, facets and lists of the last frame's first light, built on either processor."""
     on_gpu = renderer._context.caps.compute
     source = source_of(renderer, Listed if on_gpu else Uploaded)
     textures = source._textures if on_gpu else source.lists.textures
@@ -216,7 +216,7 @@ def lists_of(renderer: Renderer) -> tuple[ListGrid, NDArray[np.float32], Walked]
 
 
 def touches(grid: ListGrid, corners: Array, x: NDArray[np.int64], y: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Whether triangles (N, 3, 3) of a face, all of them before the light, overlap its fine cells (x, y): no axis separates them."""
+    """Whether triangles (N, 3, 3) in front of the light overlap a face's fine cells (x, y): no axis separates them."""
     depth = np.ones(corners.shape[:2]) if grid.projection == "orthographic" else -corners[..., 2]
     scale = np.array(grid.cells_from_window)
     place = corners[..., :2] / depth[..., None] * scale[:2] + scale[2:] - np.stack([x, y], axis=1)[:, None]
@@ -232,10 +232,10 @@ def touches(grid: ListGrid, corners: Array, x: NDArray[np.int64], y: NDArray[np.
 
 @pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("name", [*LIGHTS, "wide spot"])
-def test_lists_hold_what_those_of_the_gpu_hold(
+def test_cpu_lists_contain_those_of_the_gpu(
     renderer: Renderer, older: Renderer, rng: np.random.Generator, name: str
 ) -> None:
-    """Facets to the bit; and where the GPU finds that a triangle touches a cell, and float64 agrees, so does the CPU."""
+    """Facets are equal to the bit. If the GPU lists a triangle in a cell, and float64 agrees, so does the CPU."""
     light = LIGHTS.get(name, gs.SpotLight(position=(0.1, 0.5, 0.2), direction=(0.3, -1.0, 0.2), outer_angle=80.0))
     triangles = scattered(rng, 2000, 1.5)
     numbers = np.arange(6000).reshape(-1, 3)
@@ -259,7 +259,7 @@ def test_lists_hold_what_those_of_the_gpu_hold(
     for found, side, scale in ((theirs.fine, grid.cells, 1), (theirs.coarse, grid.cells // RATIO, RATIO)):
         cell, triangle = (found >> np.uint64(32)).astype(np.int64), (found & np.uint64(0xFFFFFFFF)).astype(np.int64)
         face, y, x = cell // side**2, cell // side % side, cell % side
-        # of a coarse cell, some fine one
+        # some fine cell of a coarse one
         x, y = (scale * at + rng.integers(0, scale, len(at)) for at in (x, y))
         corners = facets[triangle, :, :3].astype(np.float64)
         if grid.projection == "cube":
@@ -278,7 +278,7 @@ def test_lists_hold_what_those_of_the_gpu_hold(
 # -- limits
 
 
-def test_lists_that_do_not_fit_get_a_coarser_grid() -> None:
+def test_lists_that_do_not_fit_use_a_coarser_grid() -> None:
     scene, light = casters(), LIGHTS["point light"]
     with Renderer("egl") as small:
         small._context.caps = replace(small._context.caps, compute=False, max_storage_block=0, version_code=410)
@@ -299,7 +299,7 @@ def test_lists_that_do_not_fit_get_a_coarser_grid() -> None:
     np.testing.assert_array_equal(other.visibility, usual.visibility)
 
 
-def test_a_scene_beyond_the_buffers_gets_a_map_that_says_why() -> None:
+def test_scene_beyond_the_buffers_falls_back_to_a_map() -> None:
     scene = gs.scenes.courtyard()
     with Renderer("egl") as small:
         small._context.caps = replace(
@@ -313,7 +313,7 @@ def test_a_scene_beyond_the_buffers_gets_a_map_that_says_why() -> None:
 
 
 @pytest.mark.parametrize("name", list(LIGHTS))
-def test_nothing_casts(older: Renderer, name: str) -> None:
+def test_scene_without_casters_is_lit(older: Renderer, name: str) -> None:
     quiet = casters()
     quiet = replace(quiet, nodes=tuple(replace(node, casts=False) for node in quiet.nodes))
     frame = older.render(quiet, None, [LIGHTS[name]], SIZE, outputs=("visibility", "triangle", "position"), samples=1)
@@ -321,7 +321,7 @@ def test_nothing_casts(older: Renderer, name: str) -> None:
     assert (frame.visibility[0][floor] == 1.0).all()
 
 
-def test_lists_are_kept_while_light_and_scene_stay(older: Renderer) -> None:
+def test_lists_are_reused_while_light_and_scene_stay(older: Renderer) -> None:
     scene, light = casters(), LIGHTS["spot"]
 
     def drawn(light: Light, fov_y: float = 50.0) -> int:
@@ -335,14 +335,14 @@ def test_lists_are_kept_while_light_and_scene_stay(older: Renderer) -> None:
 
 
 @pytest.mark.parametrize(("room", "again"), [(1 << 29, 0), (1, 16)])
-def test_lists_of_a_lights_points_are_kept_while_there_is_room(
+def test_lists_of_light_samples_are_reused_within_the_memory_limit(
     monkeypatch: pytest.MonkeyPatch, room: int, again: int
 ) -> None:
     monkeypatch.setattr(uploaded, "_KEPT", room)
     scene, shadow = casters(), gs.Shadow(filter=gs.Exact(light_samples=16))
     sun = gs.DirectionalLight(direction=(-0.4, -1.0, 0.3), angle=6.0, shadow=shadow)
     turned = gs.PerspectiveCamera((3.5, 5.0, 5.5), (0.0, 0.6, 0.0), fov_y=50.0)
-    # the camera moves, the light changes, the scene changes
+    # another camera, another light, another scene
     quiet = replace(scene, nodes=scene.nodes[:2])
     frames = [(scene, None, sun), (scene, turned, sun), (scene, None, replace(sun, angle=5.0)), (quiet, None, sun)]
     pictures, builds = [], []

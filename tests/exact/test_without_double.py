@@ -1,4 +1,4 @@
-"""Where a driver has no double, pairs of floats make the same triangles: to the bit, in normals of slivers nearly."""
+"""Where a driver has no double, pairs of floats give the same triangles: equal to the bit, normals of slivers nearly."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from glshadow.gl.techniques.listed import Listed
 
 SIZE = (160, 90)
 NORMALS = 2.0**-24
-"""Half a unit in the last place of 1: both round a number that they know to 2^-45, and may do so to either side."""
+"""Half a unit in the last place of 1: both round a number that they represent to 2^-45, and may round to either side."""
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def without() -> Iterator[gs.Renderer]:
 
 
 def facets(renderer: gs.Renderer, scene: gs.Scene, light: gs.Light) -> NDArray[np.float32]:
-    """What the pass wrote (T, 3, 4), read as it is rendered."""
+    """The pass's output (T, 3, 4), as the renderer reads it."""
     renderer.render(scene, lights=[light], size=SIZE, outputs=("visibility",), samples=1)
     assert renderer._store is not None
     (source,) = (each for each in renderer._store.sources.values() if isinstance(each, Listed))
@@ -41,17 +41,17 @@ def facets(renderer: gs.Renderer, scene: gs.Scene, light: gs.Light) -> NDArray[n
 
 
 @pytest.mark.usefixtures("built_on_the_gpu")
-def test_none_is_asked_for(without: gs.Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
+def test_double_is_not_used(without: gs.Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled = []
     compute = Programs.compute
 
     def seen(self: Programs, name: str, **options: Any) -> Any:
-        asked.append((name, options.get("defines", {}).get("GLS_DOUBLE")))
+        compiled.append((name, options.get("defines", {}).get("GLS_DOUBLE")))
         return compute(self, name, **options)
 
     monkeypatch.setattr(Programs, "compute", seen)
     facets(without, gs.scenes.courtyard(), gs.DirectionalLight())
-    assert ("pass/lists.comp", 0) in asked
+    assert ("pass/lists.comp", 0) in compiled
 
 
 def scaled(scene: gs.Scene, scale: float, offset: tuple[float, float, float]) -> gs.Scene:
@@ -92,8 +92,8 @@ def test_triangles_are_the_same(without: gs.Renderer, name: str, kind: str) -> N
 
 
 @pytest.mark.usefixtures("built_on_the_gpu")
-def test_slivers_and_triangles_without_area(without: gs.Renderer, rng: np.random.Generator) -> None:
-    """Down to a millionth as wide as long; a point and a line have no normal."""
+def test_slivers_and_degenerate_triangles(without: gs.Renderer, rng: np.random.Generator) -> None:
+    """Slivers down to a millionth as wide as long; points and lines have no normal."""
     ends = rng.uniform(-1.0, 1.0, (200, 2, 3))
     along = rng.uniform(0.0, 1.0, (200, 1))
     third = (
@@ -115,8 +115,8 @@ def test_slivers_and_triangles_without_area(without: gs.Renderer, rng: np.random
 
 
 @pytest.mark.usefixtures("built_on_the_gpu")
-def test_a_driver_that_has_none_is_asked_for_none(tmp_path: Path) -> None:
-    """Mesa is told to leave the extension out, and not to come down to OpenGL 3.3 for it, which it otherwise does."""
+def test_driver_without_double_is_supported(tmp_path: Path) -> None:
+    """Mesa is configured to omit the extension, and to keep its OpenGL version, which it would otherwise lower to 3.3."""
     code = (
         "import glshadow as gs, numpy as np, sys\n"
         "with gs.Renderer('egl') as renderer:\n"

@@ -1,4 +1,4 @@
-"""Every example runs in a fresh process, quietly, and writes the picture that its docstring speaks of."""
+"""Every example runs in a fresh process without output on stderr, and writes the image that its docstring describes."""
 
 import subprocess
 import sys

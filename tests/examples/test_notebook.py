@@ -1,4 +1,4 @@
-"""The notebook runs from top to bottom in a fresh kernel, and what it says in words is what its numbers say."""
+"""The notebook runs from top to bottom in a fresh kernel, and its text agrees with its numbers."""
 
 import json
 import re
@@ -14,7 +14,7 @@ from ..tolerances import PATIENCE_S
 CHECKOUT = Path(__file__).resolve().parents[2]
 NOTEBOOK = CHECKOUT / "examples" / "visual_check.ipynb"
 
-# In a process of its own: the Jupyter machinery warns about its own affairs, and pytest here turns warnings into errors.
+# In a process of its own: the Jupyter machinery emits warnings of its own, and pytest here turns warnings into errors.
 RUN = """
 import json, sys
 from pathlib import Path
@@ -47,7 +47,7 @@ def _printed(notebook: dict[str, Any]) -> str:
     return "".join("".join(text) for text in streams)
 
 
-def test_every_picture_is_shown_and_nothing_is_said_on_stderr(executed: dict[str, Any]) -> None:
+def test_every_image_is_shown_and_stderr_is_empty(executed: dict[str, Any]) -> None:
     outputs = _outputs(executed)
     pictures = [output for output in outputs if "image/png" in output.get("data", {})]
     assert len(pictures) == 6
@@ -57,7 +57,7 @@ def test_every_picture_is_shown_and_nothing_is_said_on_stderr(executed: dict[str
 def test_the_shadows_are_right(executed: dict[str, Any]) -> None:
     score = re.search(r"wrong ([\d.]+)%", _printed(executed))
     assert score is not None
-    assert float(score[1]) < 0.2  # no shadow at all: 6 %; the README's picture, larger: 0.05 %
+    assert float(score[1]) < 0.2  # no shadow at all: 6 %; the README's image, larger: 0.05 %
 
 
 def test_blurring_the_map_is_hard_and_fringed_and_pcf_is_not(executed: dict[str, Any]) -> None:
@@ -68,7 +68,7 @@ def test_blurring_the_map_is_hard_and_fringed_and_pcf_is_not(executed: dict[str,
     assert fringe > 4.0 * max(edge, 0.01)
 
 
-def test_pcf_by_hand_is_what_glshadow_does(executed: dict[str, Any]) -> None:
+def test_handwritten_pcf_matches_glshadow(executed: dict[str, Any]) -> None:
     difference = re.search(r"on average ([\d.]+) from", _printed(executed))
     assert difference is not None
     # nearest against bilinear taps differ in the ramp only, which is a few percent of the ground

@@ -1,4 +1,4 @@
-"""Every notebook runs from top to bottom in a fresh kernel, says nothing on stderr, and shows what it promises."""
+"""Every notebook runs from top to bottom in a fresh kernel, writes nothing to stderr, and shows what it promises."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def shown(notebook: dict[str, Any], kind: str) -> list[str]:
     return ["".join(output["data"][kind]) for output in outputs_of(notebook) if kind in output.get("data", {})]
 
 
-def test_it_shows_what_it_promises(executed: tuple[str, dict[str, Any]]) -> None:
+def test_notebook_shows_its_outputs(executed: tuple[str, dict[str, Any]]) -> None:
     name, notebook = executed
     assert [output for output in outputs_of(notebook) if output.get("name") == "stderr"] == []
     said, html = printed(notebook), shown(notebook, "text/html")

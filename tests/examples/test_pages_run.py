@@ -1,4 +1,4 @@
-"""Every command and every block of Python in README and pages runs, in the order of its page, and prints what the page says."""
+"""Every command and every Python block of README and docs runs, in the order of its page, and prints what the page shows."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def sessions(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 def given(page: str, folder: Path, models: Path) -> None:
-    """What a page takes for granted in the reader's folder."""
+    """Create the files that a page assumes in the reader's folder."""
     if page == "docs/commands.md":
         shutil.copy(models / "cesium_man.glb", folder / "chess.glb")
         (folder / "jobs.jsonl").write_text(JOB)
@@ -38,7 +38,7 @@ def given(page: str, folder: Path, models: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", [PAGES[0], *(pytest.param(page, marks=pytest.mark.exhaustive) for page in PAGES[1:])])
-def test_what_a_page_says_to_type_works(page: str, sessions: ModuleType, models: Path, tmp_path: Path) -> None:
+def test_commands_and_blocks_of_a_page_work(page: str, sessions: ModuleType, models: Path, tmp_path: Path) -> None:
     given(page, tmp_path, models)
     for block in sessions.blocks_of((CHECKOUT / page).read_text()):
         printed = sessions.run(block, tmp_path)
@@ -49,7 +49,7 @@ def test_what_a_page_says_to_type_works(page: str, sessions: ModuleType, models:
 
 
 def test_most_lines_are_run(sessions: ModuleType) -> None:
-    """Only what installs, needs root, or is run elsewhere is left out; of that, what can be checked is."""
+    """Only what installs, needs root, or runs elsewhere is left out; whatever can be checked of that is checked."""
     run, left = [], []
     for page in PAGES:
         for block in sessions.blocks_of((CHECKOUT / page).read_text()):
@@ -64,14 +64,14 @@ def test_most_lines_are_run(sessions: ModuleType) -> None:
         assert not word.startswith("scripts/") or os.access(CHECKOUT / word, os.X_OK), line
 
 
-def test_extras_that_are_named_are_there() -> None:
+def test_named_extras_exist() -> None:
     project = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["project"]
     for page in PAGES:
         for names in re.findall(r"(?:glshadow|\.)\[([\w,]+)\]'", (CHECKOUT / page).read_text()):
             assert set(names.split(",")) <= set(project["optional-dependencies"]), page
 
 
-def test_blocks_that_fail_and_words_that_differ_are_seen(sessions: ModuleType, tmp_path: Path) -> None:
+def test_failing_blocks_and_different_output_are_detected(sessions: ModuleType, tmp_path: Path) -> None:
     page = "```sh\necho 1.00 s\nglshadow view\npip install x\n```\n\n```text\n7.3 s\n```\n\n```python\n1 / 0\n```\n"
     shell, python = sessions.blocks_of(page)
     assert sessions.commands(shell) == ["echo 1.00 s"]
@@ -84,7 +84,9 @@ def test_blocks_that_fail_and_words_that_differ_are_seen(sessions: ModuleType, t
 
 @pytest.mark.slow
 @pytest.mark.parametrize("arguments", [["view"], ["view", "chess.glb"], ["view", "model.glb", "--ground"]], ids=str)
-def test_a_window_opens_as_pages_say(arguments: list[str], screen: str, models: Path, tmp_path: Path) -> None:
+def test_window_opens_by_the_documented_command(
+    arguments: list[str], screen: str, models: Path, tmp_path: Path
+) -> None:
     assert "glshadow view chess.glb" in (CHECKOUT / "docs" / "commands.md").read_text()
     assert "glshadow view\nglshadow view model.glb --ground\n" in (CHECKOUT / "docs" / "window.md").read_text()
     for name in ("chess", "model"):
@@ -103,7 +105,7 @@ def test_a_window_opens_as_pages_say(arguments: list[str], screen: str, models: 
 
 
 def _press_q(process: subprocess.Popen[str], screen: str) -> None:
-    """When the window is there."""
+    """Press Q once the window is open."""
     until = time.monotonic() + PATIENCE_S
     while time.monotonic() < until and process.poll() is None:
         if pressed(screen, "search", "--name", "^glshadow$").strip():

@@ -1,4 +1,4 @@
-"""The README's Python and every example pass `mypy --strict` as a stranger's would, against the types that the package carries."""
+"""The README's Python and every example pass `mypy --strict` against the package's installed types, as a user's code would."""
 
 import re
 import subprocess
@@ -24,7 +24,7 @@ gs.render(size=3)
 
 
 def check(*files: Path) -> str:
-    """What mypy says of some scripts; empty where all is well."""
+    """What mypy reports for some scripts; empty if they pass."""
     command = [
         sys.executable,
         "-m",
@@ -54,7 +54,7 @@ def test_blocks_of_the_readme_and_examples(tmp_path: Path) -> None:
     files = [tmp_path / f"readme_{number}.py" for number in range(len(blocks))]
     for file, block in zip(files, blocks, strict=True):
         file.write_text(block)
-    for example in EXAMPLES:  # whose names begin with a digit, as no module's may
+    for example in EXAMPLES:  # modules, whose names may not begin with a digit
         files.append(tmp_path / f"example_{example.name}")
         files[-1].write_text(example.read_text())
     assert check(*files) == ""

@@ -1,4 +1,4 @@
-"""The wheel, built from the sdist of this checkout, installed elsewhere, renders with its own copy of glsl/."""
+"""The wheel, built from the sdist of this checkout and installed elsewhere, renders with its own copy of glsl/."""
 
 import os
 import re
@@ -29,7 +29,7 @@ def run(*command: str | Path, cwd: Path, **environment: str) -> str:
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("dist")
-    # Through the sdist, so that a file missing from it is missing here; no isolation, so that no network is needed.
+    # Through the sdist, so that a file missing there is noticed; without isolation, so that no network is needed.
     run(sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, cwd=CHECKOUT)
     (built,) = folder.glob("*.whl")
     return built
@@ -57,8 +57,8 @@ def test_wheel_carries_every_shader_and_module(wheel: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.exhaustive
-def test_a_package_index_finds_nothing_broken(wheel: Path) -> None:
-    """The long description is the README, with no address that is relative: an index has none of our files."""
+def test_long_description_has_no_relative_links(wheel: Path) -> None:
+    """The long description is the README without relative addresses: an index has none of our files."""
     archive = zipfile.ZipFile(wheel)
     (name,) = (each for each in archive.namelist() if each.endswith(".dist-info/METADATA"))
     _, _, text = archive.read(name).decode().partition("\n\n")
@@ -74,7 +74,7 @@ def test_a_package_index_finds_nothing_broken(wheel: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.exhaustive
 def test_installed_wheel_renders(site: Path, tmp_path: Path) -> None:
-    # In front of the editable checkout; the working directory holds no glshadow either.
+    # Before the editable checkout on the path; the working directory holds no glshadow either.
     where = run(sys.executable, "-c", "import glshadow; print(glshadow.__file__)", cwd=tmp_path, PYTHONPATH=str(site))
     assert Path(where.strip()).is_relative_to(site)
     picture = tmp_path / "out.png"
@@ -86,4 +86,4 @@ def test_installed_wheel_renders(site: Path, tmp_path: Path) -> None:
     with Image.open(picture) as image:
         pixels = np.asarray(image.convert("L"), dtype=float)
     assert pixels.shape == (64, 64)
-    assert pixels.std() > 10  # a scene with light and shadow, not one colour
+    assert pixels.std() > 10  # an image with light and shadow, not one colour

@@ -1,4 +1,4 @@
-"""A filter's float64 twin over an image of comparisons."""
+"""A filter's float64 twin evaluated on an image of comparison results."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from glshadow.shadows.filters import Filter
 
 
 def seen(kind: Filter, lit: ArrayLike, positions: ArrayLike) -> Array:
-    """Visibility (N,) at positions (N, 2) in texels; `lit` (H, W): the outcome at each texel, the nearest one counts outside."""
+    """Visibility (N,) at positions (N, 2) in texels; `lit` (H, W): the result at each texel, clamped to the edge outside."""
     image = np.asarray(lit, dtype=np.float64)
 
     def compare(texel: np.ndarray, place: np.ndarray) -> Array:
@@ -21,7 +21,7 @@ def seen(kind: Filter, lit: ArrayLike, positions: ArrayLike) -> Array:
 
 
 def vertical_edge(width: int = 40, edge: int = 20, height: int = 24) -> Array:
-    """Lit from column `edge` on: the true edge is at x = edge texels."""
+    """Lit from column `edge` on: the exact edge is at x = edge texels."""
     return np.broadcast_to((np.arange(width) >= edge).astype(np.float64), (height, width))
 
 

@@ -1,4 +1,4 @@
-"""A cut-out's shadow, filtered, is as dark as the share of it that is solid: whether texels are finer than its holes or far coarser."""
+"""The filtered shadow of a cut-out is as dark as its solid fraction, whether texels are smaller than its holes or far larger."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def renderer() -> Iterator[gs.Renderer]:
 
 
 def leaf_over_ground() -> tuple[gs.Scene, gs.Camera, float]:
-    """A leaf of side 2 at height 2 whose shadow fills a square of the ground beside it, a camera above it, and the solid share."""
+    """A leaf of side 2 at height 2 whose shadow fills a square of the ground, a camera above that square, and the solid fraction."""
     image = np.full((SIDE, SIDE, 4), 255, dtype=np.uint8)
     image[..., 3] = np.random.default_rng(8).integers(0, 256, (SIDE, SIDE))
     positions, triangles = shapes.rectangle((-3.0, 2.0, 1.0), (2.0, 0.0, 0.0), (0.0, 0.0, -2.0))
@@ -31,7 +31,7 @@ def leaf_over_ground() -> tuple[gs.Scene, gs.Camera, float]:
     leaf = gs.Mesh(positions, triangles, uv=uv, material=material)
     ground = gs.Mesh(*shapes.rectangle((-4.0, 0.0, 4.0), (8.0, 0.0, 0.0), (0.0, 0.0, -8.0)))
     scene = gs.Scene((gs.Node(ground, np.eye(4), "ground"), gs.Node(leaf, np.eye(4), "leaf")))
-    # the shadow covers x and z from -1 to 1; the picture its middle
+    # the shadow covers x and z from -1 to 1; the image its middle
     camera = gs.OrthographicCamera((0.0, 6.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), height=1.6)
     # bilinear between texels, repeated: the same samples of every texel's square
     alpha = image[..., 3].astype(np.float64)
@@ -45,14 +45,14 @@ def leaf_over_ground() -> tuple[gs.Scene, gs.Camera, float]:
 @pytest.mark.parametrize(
     "filter", [gs.Hard(), gs.Pcf(2), gs.Gaussian(2), gs.Vsm(2), gs.Evsm(2), gs.Msm(2), gs.Exact()], ids=str
 )
-def test_the_shadow_is_as_dark_as_the_leaf_is_solid(renderer: gs.Renderer, filter: gs.Filter, resolution: int) -> None:
-    """Some 4,000 texels of the coarsest map lie in the leaf, each solid or not: a deviation of 0.008; of 37,000 pixels less."""
+def test_mean_shadow_equals_the_solid_fraction(renderer: gs.Renderer, filter: gs.Filter, resolution: int) -> None:
+    """The coarsest map has about 4,000 texels in the leaf, each solid or not: a deviation of 0.008; of 37,000 pixels less."""
     scene, camera, solid = leaf_over_ground()
     assert 0.4 < solid < 0.6
     size = {} if isinstance(filter, gs.Exact) else {"resolution": resolution}
     light = gs.DirectionalLight(direction=SUN.direction, shadow=gs.Shadow(filter=filter, fit=gs.SceneFit(), **size))
     frame = renderer.render(scene, camera, [light], SIZE, outputs=("visibility",), samples=1)
-    if isinstance(filter, gs.Vsm):  # two depths on slopes are no two depths: the bound is loose, and says so
+    if isinstance(filter, gs.Vsm):  # slopes add depths: the bound is loose
         assert 1.0 - solid - 0.024 < frame.visibility.mean() < 0.8
         return
     assert frame.visibility.mean() == pytest.approx(1.0 - solid, abs=0.024)
@@ -61,8 +61,8 @@ def test_the_shadow_is_as_dark_as_the_leaf_is_solid(renderer: gs.Renderer, filte
 
 
 @pytest.mark.parametrize("kind", [gs.Evsm, gs.Msm])
-def test_mip_maps_calm_what_is_smaller_than_a_pixel(renderer: gs.Renderer, kind: type[gs.Evsm] | type[gs.Msm]) -> None:
-    """Holes of a tenth of a pixel: without them each pixel shows the texel in its middle, with them the share of light."""
+def test_mip_maps_reduce_noise_of_sub_pixel_holes(renderer: gs.Renderer, kind: type[gs.Evsm] | type[gs.Msm]) -> None:
+    """Holes of a tenth of a pixel: without mip maps each pixel shows the texel at its centre, with them the fraction of light."""
     scene, camera, solid = leaf_over_ground()
     seen = {}
     for mip_maps in (False, True):
@@ -76,7 +76,7 @@ def test_mip_maps_calm_what_is_smaller_than_a_pixel(renderer: gs.Renderer, kind:
     assert seen[True].mean() == pytest.approx(1.0 - solid, abs=0.05)
 
 
-def test_mip_maps_are_nearer_to_the_mean_over_a_pixel(renderer: gs.Renderer) -> None:
+def test_mip_maps_are_closer_to_the_pixel_mean(renderer: gs.Renderer) -> None:
     scene = gs.scenes.courtyard()
     assert scene.lights is not None
     truth = gs.trace(scene, None, scene.lights, (160, 90), samples=16)

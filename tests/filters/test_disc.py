@@ -1,4 +1,4 @@
-"""Disc: the spiral, the ramp of an edge, its reach, and what its shader does where it is turned."""
+"""Disc: the spiral, its ramp at an edge, its reach, and its shader when rotated per pixel."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ EPS = np.finfo(np.float64).eps
 
 @pytest.mark.parametrize("taps", [8, 16, 33, MAX_TAPS])
 def test_spiral_fills_the_disc_evenly(taps: int) -> None:
-    """Each tap stands for the same area: as many as there should be within any radius, to one tap; centred to one tap's share."""
+    """Each tap represents the same area: the number of taps within any radius is right to one tap, the centroid to one tap's share."""
     places = disc(taps)
     radius = np.sort(np.hypot(*places.T))
     assert radius[-1] < 1.0
@@ -28,8 +28,8 @@ def test_spiral_fills_the_disc_evenly(taps: int) -> None:
 
 
 @pytest.mark.parametrize("kind", [gs.Disc(), gs.Disc(0.5, 8), gs.Disc(4.0, 64)], ids=str)
-def test_straight_edge_is_the_disc_seen_along_it(kind: gs.Disc) -> None:
-    """Share of the disc beyond the edge, smeared by a bilinear tap: (acos t - t sqrt(1 - t^2)) / pi; to the share of two taps."""
+def test_straight_edge_is_the_fraction_of_the_disc(kind: gs.Disc) -> None:
+    """Fraction of the disc beyond the edge, smeared by a bilinear tap: (acos t - t sqrt(1 - t^2)) / pi; to the share of two taps."""
     x = np.linspace(10.0, 30.0, 801)
     found = seen(kind, vertical_edge(), along_x(x))
     step = np.linspace(-0.5, 0.5, 201)  # a bilinear tap is a box of one texel
@@ -40,7 +40,7 @@ def test_straight_edge_is_the_disc_seen_along_it(kind: gs.Disc) -> None:
     np.testing.assert_allclose(found[far], x[far] > 20.0, atol=64 * EPS)
 
 
-def test_reach_covers_every_texel_that_is_read() -> None:
+def test_reach_covers_every_texel_read() -> None:
     kind = gs.Disc(3.0, 64)
     for column in range(40):
         lit = np.zeros((40, 40))
@@ -56,8 +56,8 @@ def test_settings_are_checked(given: dict[str, float]) -> None:
         gs.Disc(**given)  # type: ignore[arg-type]
 
 
-def test_turned_taps_are_noise_about_the_same_mean() -> None:
-    """Only pixels on an edge change, and their mean does not: a turned spiral covers the same disc."""
+def test_rotated_taps_keep_the_mean() -> None:
+    """Only pixels at an edge change, and their mean does not: a rotated spiral covers the same disc."""
     scene = gs.scenes.courtyard()
     pictures = []
     with gs.Renderer() as renderer:

@@ -1,4 +1,4 @@
-"""EdgePcf: all of `Pcf` where an edge is, and what it overlooks."""
+"""EdgePcf: equal to `Pcf` at an edge, and what it misses."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ EPS = np.finfo(np.float64).eps
 
 
 @pytest.mark.parametrize("radius", [2, 3, 4])
-def test_a_half_plane_is_that_of_pcf(radius: int) -> None:
-    """Whatever its direction: the corners of a square are on both sides of each line through it, or its middle is on the far side."""
+def test_half_plane_equals_pcf(radius: int) -> None:
+    """In every direction: a line through the square has corners on both sides, or separates the centre from them."""
     y, x = np.mgrid[:40, :40]
     places = np.random.default_rng(3).uniform(12.0, 28.0, (400, 2))
     for angle in np.linspace(0.0, 6.2, 13):
@@ -26,7 +26,7 @@ def test_a_half_plane_is_that_of_pcf(radius: int) -> None:
     np.testing.assert_allclose(seen(gs.EdgePcf(radius), vertical_edge(), positions), whole, atol=64 * EPS)
 
 
-def test_a_wire_between_the_blocks_is_overlooked() -> None:
+def test_wire_between_the_blocks_is_missed() -> None:
     lit = np.ones((40, 40))
     lit[:, 18] = 0.0
     assert seen(gs.Pcf(4), lit, [[20.2, 20.2]])[0] < 1.0

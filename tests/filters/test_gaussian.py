@@ -1,4 +1,4 @@
-"""Gaussian: the weights that others get from few hardware taps, its edge, its reach."""
+"""Gaussian: the weights that others compute from few hardware taps, its edge, its reach."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ TAPS = {
 
 @pytest.mark.parametrize("radius", list(BELLS))
 @pytest.mark.parametrize("fraction", [0.0, 0.25, 0.6, 0.999])
-def test_texels_count_as_in_the_hardware_taps(radius: int, fraction: float) -> None:
+def test_weights_equal_those_of_the_hardware_taps(radius: int, fraction: float) -> None:
     expected = np.zeros(2 * radius + 2)
     for offset, weight in TAPS[radius](fraction):
         left = int(np.floor(offset))

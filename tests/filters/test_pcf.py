@@ -64,7 +64,7 @@ def test_texel_centre_is_the_texel(kind: Hard | Pcf) -> None:
 
 
 def test_three_by_three_has_ten_levels_on_a_slanted_edge() -> None:
-    """At texel centres nine comparisons with equal weight: 0/9 to 9/9, every one of them, and nothing between."""
+    """At texel centres nine comparisons of equal weight: 0/9 to 9/9, each of them occurs, and nothing between."""
     y, x = np.mgrid[0:64, 0:64]
     lit = ((x + 0.5) * np.cos(0.4) + (y + 0.5) * np.sin(0.4) > 40.0).astype(np.float64)
     centres = np.stack([x[2:-2, 2:-2].ravel() + 0.5, y[2:-2, 2:-2].ravel() + 0.5], axis=-1)
@@ -89,8 +89,8 @@ def test_radius_is_checked(radius: object) -> None:
 
 
 @pytest.mark.parametrize("radius", RADII)
-def test_reach_covers_every_texel_that_is_read(radius: int) -> None:
-    """A texel centre further away than the reach never matters; one just inside does."""
+def test_reach_covers_every_texel_read(radius: int) -> None:
+    """A texel centre beyond the reach never matters; one just inside does."""
     reach = Pcf(radius).reach_texels
     for x in (20.0, 20.3, 20.5, 20.9):
         for column in range(40):

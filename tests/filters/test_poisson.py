@@ -1,4 +1,4 @@
-"""Poisson: four texels, and nothing between their greys."""
+"""Poisson: four texels, and five levels of visibility only."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .images import along_x, seen, vertical_edge
 
 
 @pytest.mark.parametrize("radius", [1.0, 3.0])
-def test_an_edge_is_counted_place_by_place(radius: float) -> None:
+def test_edge_visibility_counts_its_taps(radius: float) -> None:
     x = np.linspace(10.0, 30.0, 801)
     found = seen(gs.Poisson(radius), vertical_edge(), along_x(x))
     expected = (np.floor(x[:, None] + radius * PLACES[:, 0]) >= 20).mean(axis=1)
@@ -20,7 +20,7 @@ def test_an_edge_is_counted_place_by_place(radius: float) -> None:
     assert set(found) == {0.0, 0.25, 0.5, 0.75, 1.0}
 
 
-def test_reach_covers_every_texel_that_is_read() -> None:
+def test_reach_covers_every_texel_read() -> None:
     kind = gs.Poisson(3.0)
     for column in range(40):
         lit = np.zeros((40, 40))

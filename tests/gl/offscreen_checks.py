@@ -1,4 +1,4 @@
-"""pyrender's OffscreenRenderer and ours on the same pyrender scenes, in a process of its own; prints what test_offscreen.py judges."""
+"""pyrender's OffscreenRenderer and ours on the same pyrender scenes, in a process of its own; prints what test_offscreen.py checks."""
 
 import json
 import sys
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-np.inf = np.inf  # type: ignore[attr-defined]  # the released pyrender wants it
+np.inf = np.inf  # type: ignore[attr-defined]  # the released pyrender needs it
 warnings.simplefilter("ignore")
 import pyrender  # noqa: E402
 import trimesh  # noqa: E402
@@ -20,7 +20,7 @@ OWN = {"sun": Flags.SHADOWS_DIRECTIONAL, "spot": Flags.SHADOWS_SPOT, "point": Fl
 
 
 def built(kind: str) -> tuple[Any, list[Any]]:
-    """Two boxes and a ground of plain dielectrics, as pyrender sees them."""
+    """Two boxes and a ground of plain dielectrics, as pyrender objects."""
     scene = pyrender.Scene(bg_color=[0.2, 0.4, 0.6, 0.5], ambient_light=[0.1, 0.1, 0.1])
     nodes = []
     for extents, at, color in (

@@ -1,4 +1,4 @@
-"""Renderers beside pyrender, whose delete() terminates its display; test_displays.py runs each check in a process of its own."""
+"""Renderers next to pyrender, whose delete() terminates its display; test_displays.py runs each check in a process of its own."""
 
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -33,7 +33,7 @@ def drawn_by(offscreen: Any) -> np.ndarray:
 
 
 def after() -> None:
-    """pyrender comes and goes while two renderers live."""
+    """pyrender starts and ends while two renderers live."""
     with gs.Renderer("egl") as first, gs.Renderer("egl") as second:
         expected = ours(first)
         for _ in range(2):
@@ -44,7 +44,7 @@ def after() -> None:
 
 
 def before() -> None:
-    """pyrender has come, and in the second round gone, before the first renderer."""
+    """pyrender starts, and in the second round ends, before the first renderer is created."""
     offscreen, painted = theirs()
     with gs.Renderer("egl") as renderer:
         expected = ours(renderer)
@@ -56,7 +56,7 @@ def before() -> None:
 
 
 def interleaved() -> None:
-    """Each keeps its own context current, and its own picture."""
+    """Each renderer keeps its own context current, and its own image."""
     offscreen, painted = theirs()
     theirs_is_current = current()
     with gs.Renderer("egl") as renderer:
@@ -75,7 +75,7 @@ def interleaved() -> None:
 
 
 def threads() -> None:
-    """pyrender starts and ends on this thread, again and again, while others draw."""
+    """pyrender starts and ends on this thread, again and again, while other threads render."""
 
     def draw(_: int) -> list[np.ndarray]:
         with gs.Renderer("egl") as renderer:

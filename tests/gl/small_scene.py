@@ -1,4 +1,4 @@
-"""A small scene with a forward program around it, for tests that compare programs pixel by pixel."""
+"""A small scene with a forward renderer, for tests that compare shader programs pixel by pixel."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from glshadow.shadows.shadow import Shadow
 from glshadow.shadows.view import ShadowView, shadow_views
 
 SIZE = (192, 128)
-REACH = 20.0  # no coordinate of the scene, in any frame, is larger
+REACH = 20.0  # maximum coordinate of the scene in any frame
 RESOLUTION = 256
 CAMERA = PerspectiveCamera(position=(5.0, 4.0, 6.0), target=(0.0, 0.4, 0.0), fov_y=36.0)
 BACKGROUND = 0.25
@@ -47,7 +47,7 @@ def small_scene() -> Scene:
 
 
 def light_of(kind: str, shadow: Shadow) -> Light:
-    """A light of a kind that shadows the small scene."""
+    """A light of the given kind that casts shadows in the small scene."""
     if kind == "directional":
         return DirectionalLight(direction=(-0.55, -0.8, 0.35), shadow=shadow)
     if kind == "spot":
@@ -64,8 +64,8 @@ def views_of(scene: Scene, light: Light, clip: ClipSpace, guard: int = 6) -> tup
 
 @contextmanager
 def on_gpu(context: GLContext, scene: Scene) -> Iterator[tuple[GpuScene, Programs]]:
-    """The scene's buffers and an empty store of programs, freed at the end."""
-    # moderngl binds again what was bound before, also a framebuffer that was released meanwhile: leave one that stays.
+    """The scene's buffers and an empty program cache, freed at the end."""
+    # moderngl rebinds the previously bound framebuffer, even one that was released meanwhile: bind one that stays alive.
     idle = context.ctx.simple_framebuffer((1, 1))
     idle.use()
     meshes, programs = Meshes(context), Programs(context)
@@ -80,7 +80,7 @@ def on_gpu(context: GLContext, scene: Scene) -> Iterator[tuple[GpuScene, Program
 
 @dataclass
 class Picture:
-    """What the forward program drew: (H, W, 4) float32, row 0 at the bottom, and where there is a surface."""
+    """What the forward renderer drew: (H, W, 4) float32, row 0 at the bottom, and where there is a surface."""
 
     values: NDArray[np.float32]
 
@@ -90,7 +90,7 @@ class Picture:
 
 
 class Forward:
-    """Draws the scene as a foreign program would: unindexed triangles with face normals, one draw."""
+    """Draws the scene as a foreign program would: unindexed triangles with face normals, one draw call."""
 
     def __init__(self, context: GLContext, scene: Scene) -> None:
         corners = np.concatenate([node.mesh.positions[node.mesh.triangles] for node in scene.nodes])
@@ -109,12 +109,12 @@ class Forward:
             buffer.release()
 
     def vertex_array(self, program: Program) -> moderngl.VertexArray:
-        """The triangles as input of a program."""
+        """The triangles as vertex input of a program."""
         content = [(buffer, "3f", name) for name, buffer in self._buffers.items() if name in program]
         return self.context.ctx.vertex_array(program.gl, content)
 
     def draw(self, program: Program, light: Light, shadow_map: Map | None, **more: Any) -> Picture:
-        """One picture in float32."""
+        """One image in float32."""
         ctx = self.context.ctx
         eye_clip = perspective(*CAMERA.window(SIZE), 0.5, 30.0, ClipSpace(False, False))
         view = lv_from_world(light, shadow_map) if shadow_map else np.eye(4)
@@ -156,7 +156,7 @@ class Forward:
 
 
 def stored(shadow_map: Map) -> Array:
-    """What a map's atlas holds: (H, W, components), depth and float targets as they are, 8-bit ones in 0..1."""
+    """Contents of a map's atlas: (H, W, components), depth and float targets unchanged, 8-bit ones in 0..1."""
     atlas = shadow_map.atlas
     raw = atlas.texture.read()
     kind = {Target.R8: np.uint8, Target.RGBA8: np.uint8, Target.R16F: np.float16}.get(atlas.target, np.float32)

@@ -1,4 +1,4 @@
-"""The same picture through every backend, in several contexts at once, on several threads, and in a context of someone else."""
+"""The same image through every backend, in several contexts at once, on several threads, and in a foreign context."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ OUTPUTS = ("image", "visibility", "depth", "linear", "shadow_maps")
 
 
 def lights() -> list[Light]:
-    """Every kind, depth and metric targets, both directions of depth."""
+    """Every kind of light, depth and metric targets, both directions of depth."""
     return [
         DirectionalLight(direction=(-0.6, -1.0, 0.4), intensity=0.5, shadow=Shadow(resolution=256)),
         SpotLight(position=(2.0, 5.0, 2.0), direction=(-2.0, -5.0, -2.0), intensity=0.3, shadow=Shadow(resolution=128)),
@@ -80,7 +80,7 @@ def osmesa(optional: Callable[[str, str], None]) -> Iterator[Renderer]:
 
 
 def test_osmesa(osmesa: Renderer, scene: Scene, expected: Frame) -> None:
-    """The same rasteriser behind another door. Two builds of Mesa may round differently, but not beyond an edge's pixels."""
+    """The same rasteriser in another context. Two builds of Mesa may round differently, but only in pixels at edges."""
     frame = picture(osmesa, scene)
     assert osmesa.info["backend"] == "osmesa"
     with Renderer("egl") as egl:
@@ -92,7 +92,7 @@ def test_osmesa(osmesa: Renderer, scene: Scene, expected: Frame) -> None:
 
 
 def test_alternating_renderers(scene: Scene, expected: Frame) -> None:
-    """Object names of two contexts collide: each must draw with its own."""
+    """Object names of two contexts collide: each renderer must draw with its own."""
     other_scene = builtin.room(rods=True).scene
     with Renderer("egl") as a, Renderer("egl") as b:
         there = picture(b, other_scene)
@@ -140,7 +140,7 @@ def test_released_twice() -> None:
     assert current() == {}
 
 
-# -- a context of someone else
+# -- a foreign context
 
 
 def foreign_context() -> moderngl.Context:
@@ -156,7 +156,7 @@ def foreign() -> Iterator[moderngl.Context]:
 
 
 class Painter:
-    """A small program of the calling side: draws a red quarter and reads it back."""
+    """A small program of the caller: draws a red quarter and reads it back."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self.ctx = ctx
@@ -180,7 +180,7 @@ class Painter:
 
 
 def test_foreign_context(foreign: moderngl.Context, scene: Scene, expected: Frame) -> None:
-    """Its state is put back, its objects still work, and it is never released."""
+    """The context's state is restored, its objects still work, and it is never released."""
     painter = Painter(foreign)
     before = painter.paint()
     assert before[:4] == bytes([255, 0, 0, 255])
@@ -204,7 +204,7 @@ def test_foreign_context(foreign: moderngl.Context, scene: Scene, expected: Fram
     assert foreign.error == "GL_NO_ERROR"
 
 
-def test_foreign_context_draws_between_pictures(foreign: moderngl.Context, scene: Scene, expected: Frame) -> None:
+def test_foreign_context_draws_between_frames(foreign: moderngl.Context, scene: Scene, expected: Frame) -> None:
     painter = Painter(foreign)
     before = painter.paint()
     with Renderer(context=foreign) as renderer:
@@ -214,7 +214,7 @@ def test_foreign_context_draws_between_pictures(foreign: moderngl.Context, scene
 
 
 def test_foreign_context_with_other_conventions(foreign: moderngl.Context, scene: Scene, expected: Frame) -> None:
-    """Whatever the calling program set does not reach the picture."""
+    """State set by the caller does not affect the image."""
     foreign.enable_only(moderngl.BLEND | moderngl.CULL_FACE | moderngl.RASTERIZER_DISCARD)
     foreign.depth_func = ">"
     foreign.front_face = "cw"
@@ -237,7 +237,7 @@ def test_two_renderers_in_one_foreign_context(foreign: moderngl.Context, scene: 
 
 
 def test_foreign_context_after_an_error(foreign: moderngl.Context, scene: Scene, expected: Frame) -> None:
-    """A refused picture also puts the state back."""
+    """A refused frame also restores the state."""
     gl = EntryPoints(foreign.mglo._context.load_opengl_function)
     foreign.enable_only(moderngl.BLEND)
     state = read_state(foreign, gl)

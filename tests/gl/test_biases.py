@@ -1,4 +1,4 @@
-"""Biases on the GPU: what is derived from a filter keeps planes clean, and what is too small for it says so."""
+"""Biases on the GPU: a bias derived from a filter keeps planes free of acne, and a bias that is too small is reported."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def renderer() -> Iterator[gs.Renderer]:
 
 
 def drawn(renderer: gs.Renderer, tilt: float, filter_: gs.Filter, bias: gs.Bias) -> tuple[Array, gs.Used]:
-    """Visibility of a ground that sees nothing but the sun, `tilt` degrees from its normal."""
+    """Visibility of an infinite ground whose normal is tilted `tilt` degrees away from the light."""
     angle = np.radians(tilt)
     aim = (float(-np.sin(angle) * 0.8), float(-np.cos(angle)), float(-np.sin(angle) * 0.6))
     shadow = gs.Shadow(
         filter=filter_, bias=bias, resolution=256, fit=gs.SceneFit()
-    )  # so that nothing is near its border
+    )  # so that no point is near its border
     sun = gs.DirectionalLight(direction=aim, shadow=shadow)
     frame = renderer.render(GROUND, None, [sun], SIZE, outputs=("visibility",), samples=1)
     return frame.visibility[0], frame.used[0]
@@ -39,7 +39,7 @@ def drawn(renderer: gs.Renderer, tilt: float, filter_: gs.Filter, bias: gs.Bias)
 
 @pytest.mark.parametrize("bias", DERIVED, ids=str)
 @pytest.mark.parametrize("filter_", FILTERS, ids=str)
-def test_a_plane_is_lit_under_a_derived_bias(renderer: gs.Renderer, filter_: gs.Filter, bias: gs.Bias) -> None:
+def test_plane_is_lit_with_a_derived_bias(renderer: gs.Renderer, filter_: gs.Filter, bias: gs.Bias) -> None:
     for tilt in (10.0, 45.0, 70.0, 85.0, 89.0):
         seen, used = drawn(renderer, tilt, filter_, bias)
         assert np.nanmin(seen) > LIT, tilt
@@ -48,8 +48,8 @@ def test_a_plane_is_lit_under_a_derived_bias(renderer: gs.Renderer, filter_: gs.
 
 
 @pytest.mark.parametrize("bias", [gs.SlopeScaledBias(1.1), gs.NormalOffsetBias(1.0), gs.ConstantBias(1e-3)], ids=str)
-def test_a_bias_that_is_too_small_says_so(renderer: gs.Renderer, bias: gs.Bias) -> None:
-    """Where it says nothing, under a smaller filter or a larger bias, the plane is lit."""
+def test_too_small_bias_is_reported(renderer: gs.Renderer, bias: gs.Bias) -> None:
+    """Without a report, under a smaller filter or a larger bias, the plane is lit."""
     seen, used = drawn(renderer, 60.0, gs.Pcf(1), bias)
     (said,) = used.fallbacks
     assert f"bias {bias} is too small for a filter that reads 2 texels" in said

@@ -1,4 +1,4 @@
-"""Orthographic and calibrated cameras: depth in closed form, shadows against rays, and pictures that follow from each other."""
+"""Orthographic and calibrated cameras: depth in closed form, shadows against rays, and images that follow from each other."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def table() -> gs.Scene:
 
 
 def table_depth(camera: gs.Camera) -> tuple[Array, Array]:
-    """View depth (H, W) of the table's surfaces, infinite beside it, and which surface: 0 none, 1 floor, 2 to 4 faces of the box."""
+    """View depth (H, W) of the table scene, infinite outside it, and which surface: 0 none, 1 floor, 2 to 4 faces of the box."""
     origin, ray = camera.rays(SIZE)
     with np.errstate(divide="ignore", invalid="ignore"):
         floor = -origin[..., 1] / ray[..., 1]
@@ -72,7 +72,7 @@ def table_depth(camera: gs.Camera) -> tuple[Array, Array]:
 
 
 def inner(surface: Array) -> Array:
-    """Pixels (H, W) whose 3 x 3 neighbours show the same surface: elsewhere a snapped vertex may show another one."""
+    """Pixels (H, W) whose 3 x 3 neighbours show the same surface: elsewhere a snapped vertex may reveal another one."""
     padded = np.pad(surface, 1, mode="edge")
     around = [padded[i : i + surface.shape[0], j : j + surface.shape[1]] for i in range(3) for j in range(3)]
     return np.all([each == surface for each in around], axis=0)
@@ -87,21 +87,21 @@ def test_depth_in_closed_form(either: Renderer, table: gs.Scene, name: str) -> N
     assert {0, 1, 2, 3, 4} == set(np.unique(surface[sure]))
     np.testing.assert_array_equal(np.isfinite(frame.depth)[sure], np.isfinite(expected)[sure])
     seen = sure & np.isfinite(expected)
-    # Snapping moves a surface by so much of what its depth changes from pixel to pixel; the rest is rounding: of the buffer, of what it
-    # is made from (4 steps), and of the output.
+    # Snapping moves a surface by as much as its depth changes over that distance; the rest is rounding: of the buffer, of its
+    # inputs (4 steps), and of the output.
     finite = np.where(np.isfinite(expected), expected, 0.0)
     bound = 2.0 * SNAP * np.abs(np.gradient(finite)).max(axis=0) + 8.0 * UNIT * (frame.far + finite)
     if camera.is_perspective and not either.info["clip_control"]:
         bound += 4.0 * UNIT * finite**2 / frame.near
     assert (np.abs(frame.depth[seen] - expected[seen]) < bound[seen]).all()
-    if not camera.is_perspective:  # the metric of a sun's map, in either clip convention
+    if not camera.is_perspective:  # the metric of a directional light's map, in either clip convention
         metric = (frame.depth[seen] - frame.near) / (frame.far - frame.near)
         np.testing.assert_allclose(frame.depth_metric[seen], metric, atol=4.0 * UNIT)
 
 
 @pytest.mark.parametrize("light", LIGHTS)
 @pytest.mark.parametrize("name", CAMERAS)
-def test_exact_shadows_are_those_of_rays(renderer: Renderer, courtyard: gs.Scene, name: str, light: str) -> None:
+def test_exact_shadows_match_rays(renderer: Renderer, courtyard: gs.Scene, name: str, light: str) -> None:
     scene, camera = courtyard, CAMERAS[name]
     lit = [replace(LIGHTS[light], shadow=gs.Shadow(filter=gs.Exact()))]
     frame = renderer.render(scene, camera, lit, (320, 180), outputs=("visibility", "triangle"), samples=1)
@@ -110,8 +110,8 @@ def test_exact_shadows_are_those_of_rays(renderer: Renderer, courtyard: gs.Scene
     asked = (truth.cosine[0] > 1e-3) & truth.reached[0]  # below, rounding decides which side of the surface is lit
     assert asked.sum() > 5000
     wrong = asked & (np.abs(frame.visibility[0] - truth.visibility[0]) > 0.5)
-    # nobody can tell closer to an edge than float32 holds a point of a scene of 20 x 20
-    # on a smooth mesh a facet that is turned away hides points over it along lines as flat as this: 16 bits of a normal move their ends
+    # closer to an edge than float32 resolves in a scene of 20 x 20
+    # on a smooth mesh a facet that faces away shadows points above it along lines that are as flat: 16 bits of a normal move their ends
     towards, _ = lit[0].to_light(truth.position)
     turned = (truth.normal * towards).sum(axis=-1) < 0.01
     assert not (wrong & ~turned & ~truth.near_edge(0, POSITION_ROUNDINGS * UNIT * 20.0, wrong)).any()
@@ -128,14 +128,14 @@ def test_no_filter_has_acne_or_leaks(either: Renderer, courtyard: gs.Scene, name
         frame = either.render(courtyard, camera, lit, (320, 180), outputs=("visibility", "triangle"), samples=1)
         error = gs.measure(frame, truth)
         assert (error.acne, error.leak) == (0.0, 0.0), kind
-        # 3 pixels, and in perspective too: an edge's neighbourhood is tried in 16 directions only
+        # 3 pixels, and in perspective too: only 16 directions around a pixel are searched for an edge
         assert error.grain < 1e-4, kind
         assert error.counted > 0.5
         assert error.edge < 2e-3, kind
 
 
-def test_samples_of_a_pixel_lie_in_it(renderer: Renderer, courtyard: gs.Scene) -> None:
-    """The mean of 16 points of a pixel is nearer to that of 6 x 6 rays than its middle, and without a bias to either side."""
+def test_samples_lie_inside_their_pixel(renderer: Renderer, courtyard: gs.Scene) -> None:
+    """The mean of 16 samples is closer to that of 6 x 6 rays than the value at the pixel's centre, and unbiased."""
     lights = [replace(LIGHTS["sun"], shadow=gs.Shadow(filter=gs.Exact()))]
     frames = [renderer.render(courtyard, OFF_CENTRE, lights, SIZE, samples=samples) for samples in (1, 16)]
     truth = gs.trace(courtyard, OFF_CENTRE, lights, SIZE, samples=36)
@@ -162,7 +162,7 @@ def test_without_compute_shaders(table: gs.Scene) -> None:
 
 
 @pytest.mark.parametrize("name", CAMERAS)
-def test_maps_cover_what_is_seen(renderer: Renderer, courtyard: gs.Scene, name: str) -> None:
+def test_maps_cover_the_visible_surfaces(renderer: Renderer, courtyard: gs.Scene, name: str) -> None:
     camera, fits = CAMERAS[name], (gs.ViewFit(), gs.SceneFit())
     lit = [replace(light, shadow=gs.Shadow(resolution=512, fit=fit)) for light in LIGHTS.values() for fit in fits]
     frame = renderer.render(courtyard, camera, lit, SIZE, samples=1)
@@ -191,11 +191,11 @@ def test_orthographic_is_perspective_from_far_away(renderer: Renderer, courtyard
     assert one is not None
     assert other is not None
     different = (np.abs(one.astype(int) - other.astype(int)) > 2).any(axis=-1).mean()
-    assert different < 0.05  # edges, which move by up to half a pixel: the scene is 1 / 250 of the distance deep
+    assert different < 0.05  # edges, which move by up to half a pixel: the scene's depth is 1 / 250 of the distance
 
 
 @pytest.mark.parametrize("name", ["orthographic", "calibrated"])
-def test_the_principal_point_shifts_the_picture(renderer: Renderer, table: gs.Scene, name: str) -> None:
+def test_principal_point_shifts_the_image(renderer: Renderer, table: gs.Scene, name: str) -> None:
     """By whole pixels: the same rays through other pixels."""
     camera = CAMERAS[name]
     if isinstance(camera, gs.IntrinsicsCamera):
@@ -209,7 +209,7 @@ def test_the_principal_point_shifts_the_picture(renderer: Renderer, table: gs.Sc
     _same(here, there, np.s_[10:, :-20], np.s_[:-10, 20:])
 
 
-def test_a_larger_picture_of_a_calibrated_camera_shows_more(renderer: Renderer, table: gs.Scene) -> None:
+def test_larger_image_of_a_calibrated_camera_shows_more(renderer: Renderer, table: gs.Scene) -> None:
     light = replace(LIGHTS["sun"], shadow=gs.Shadow(filter=gs.Exact()))
     small, large = (
         renderer.render(table, CALIBRATED, [light], size, outputs=("depth", "image"), samples=1)
@@ -219,7 +219,7 @@ def test_a_larger_picture_of_a_calibrated_camera_shows_more(renderer: Renderer, 
 
 
 def _same(one: Frame, other: Frame, part: tuple[slice, ...], counterpart: tuple[slice, ...]) -> None:
-    """Equal but for rounding, which decides a few pixels on edges."""
+    """Equal except for rounding, which decides a few pixels at edges."""
     a, b = one.depth[part], other.depth[counterpart]
     both = np.isfinite(a) & np.isfinite(b)
     assert both.mean() > 0.3
@@ -230,7 +230,7 @@ def _same(one: Frame, other: Frame, part: tuple[slice, ...], counterpart: tuple[
 
 
 def test_behind_an_orthographic_camera(renderer: Renderer, table: gs.Scene) -> None:
-    """Seen only where a near plane is given there, by the picture and by the rays."""
+    """Surfaces behind the camera are seen only if a near plane is given there, both in the image and by rays."""
     inside = gs.OrthographicCamera((0.0, 0.5, 0.0), (-1.0, 0.3, -0.4), height=1.5)
     light = [replace(LIGHTS["sun"], shadow=gs.Shadow(filter=gs.Exact()))]
     for camera in (inside, replace(inside, near=-3.0), replace(inside, near=-3.0, far=-0.2)):
@@ -247,7 +247,7 @@ def test_behind_an_orthographic_camera(renderer: Renderer, table: gs.Scene) -> N
 
 
 def test_far_from_the_origin(renderer: Renderer, table: gs.Scene) -> None:
-    """The camera 1e5 units away along its view: the same rays, so the same picture."""
+    """The camera moves 1e5 units back along its view: the same rays, so the same image."""
     forward = np.subtract(PLAN.target, PLAN.position)
     away = replace(PLAN, position=tuple((np.asarray(PLAN.position) - 1e5 * forward).tolist()))
     light = replace(LIGHTS["sun"], shadow=gs.Shadow(filter=gs.Exact()))
@@ -257,8 +257,8 @@ def test_far_from_the_origin(renderer: Renderer, table: gs.Scene) -> None:
     assert (np.abs(here.image.astype(int) - there.image.astype(int)) > 1).any(axis=-1).mean() < 5e-3
 
 
-def test_without_clip_control_the_courtyard_is_as_right(renderer: Renderer, courtyard: gs.Scene) -> None:
-    """-1..1 depth from 1e-5 of far on had three times the wrong pixels, acne and leaks among them."""
+def test_courtyard_without_clip_control_is_as_accurate(renderer: Renderer, courtyard: gs.Scene) -> None:
+    """-1..1 depth from 1e-5 of far on had three times as many wrong pixels, acne and leaks among them."""
     scene, light = courtyard, gs.PointLight(position=(1.0, 4.0, 2.0), shadow=gs.Shadow(filter=gs.Pcf()))
     truth = gs.trace(scene, None, [light], (640, 360), samples=1)
     outputs = ("visibility", "triangle")
@@ -267,7 +267,7 @@ def test_without_clip_control_the_courtyard_is_as_right(renderer: Renderer, cour
         older._context.caps = replace(older._context.caps, clip_control=False)
         coarse = older.render(scene, None, [light], (640, 360), outputs=outputs, samples=1)
         close = older.render(scene, replace(scene.camera, near=1e-3), [light], (640, 360), outputs=outputs, samples=1)
-    assert coarse.near > 1.0  # nothing in view is nearer than 6
+    assert coarse.near > 1.0  # no visible surface is nearer than 6
     ours, theirs = gs.measure(coarse, truth), gs.measure(fine, truth)
     assert (ours.acne, ours.leak, ours.grain) == (0.0, 0.0, 0.0)
     assert ours.wrong < 1.05 * theirs.wrong

@@ -1,4 +1,4 @@
-"""Several maps of one sun, and one in perspective: right at every distance, without seams, still under a moving camera."""
+"""Several maps of one directional light, and one in perspective: correct at every distance, no seams, stable under a moving camera."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def renderer() -> Iterator[gs.Renderer]:
 
 @pytest.fixture(scope="module")
 def posts() -> gs.Scene:
-    """Posts of 1.2 m on a ground, from before the camera to 120 m away (N35)."""
+    """Posts of 1.2 m on a ground, from in front of the camera to 120 m away (N35)."""
     ground = gs.Mesh(*shapes.rectangle((-80, 0, 10), (160, 0, 0), (0, 0, -200)))
     post = gs.Mesh(*shapes.box((0.2, 1.2, 0.2), (0.0, 0.6, 0.0)))
     nodes = [gs.Node(ground, np.eye(4), "ground")]
@@ -45,13 +45,13 @@ def light(fit: gs.Fit | None, filter: gs.Filter | None = None, **more: object) -
 
 
 def errors(frame: gs.Frame, truth: gs.Truth) -> Array:
-    asked = (truth.cosine[0] > 1e-3) & ~np.isnan(frame.visibility[0])
-    return np.asarray(np.abs(frame.visibility[0] - truth.visibility[0])[asked])
+    tested = (truth.cosine[0] > 1e-3) & ~np.isnan(frame.visibility[0])
+    return np.asarray(np.abs(frame.visibility[0] - truth.visibility[0])[tested])
 
 
 @pytest.mark.parametrize("fit", FITS, ids=str)
-def test_every_shadow_is_as_long_as_it_should_be(renderer: gs.Renderer, posts: gs.Scene, fit: gs.Fit) -> None:
-    """Of posts near and far, as far as pixels tell: to a pixel and a texel."""
+def test_shadow_lengths_are_exact(renderer: gs.Renderer, posts: gs.Scene, fit: gs.Fit) -> None:
+    """Of near and far posts, to a pixel and a texel."""
     frame = renderer.render(posts, None, [light(fit)], SIZE, outputs=("visibility", "position", "triangle"), samples=1)
     truth = gs.trace(posts, None, [light(fit)], SIZE, surface=frame.triangle, samples=1)
     assert len(frame.used[0].views) == getattr(fit, "count", 1)
@@ -70,7 +70,7 @@ def test_every_shadow_is_as_long_as_it_should_be(renderer: gs.Renderer, posts: g
 
 
 def _dark_until(frame: gs.Frame, visibility: Array, foot: Array) -> float:
-    """How far from a post's middle the ground is dark, along x."""
+    """How far from a post's centre the ground is dark, along x."""
     places = frame.position.astype(np.float64)
     ground = (
         (np.abs(places[..., 1]) < 1e-3) & (np.abs(places[..., 2] - foot[2]) < 0.08) & (places[..., 0] > foot[0] + 0.15)
@@ -82,8 +82,10 @@ def _dark_until(frame: gs.Frame, visibility: Array, foot: Array) -> float:
 
 @pytest.mark.parametrize("filter", [gs.Pcf(1), gs.Evsm(), gs.Msm()], ids=str)
 @pytest.mark.parametrize("fit", FITS[:5], ids=str)
-def test_no_seam_and_no_acne(renderer: gs.Renderer, posts: gs.Scene, fit: gs.Fit, filter: gs.Filter) -> None:
-    """But for edges everything is lit or dark as rays say, in every map and where one fades into the next."""
+def test_cascades_have_no_seams_and_no_acne(
+    renderer: gs.Renderer, posts: gs.Scene, fit: gs.Fit, filter: gs.Filter
+) -> None:
+    """Except at edges everything is lit or dark as rays say, in every map and where one fades into the next."""
     frame = renderer.render(posts, None, [light(fit, filter)], SIZE, outputs=("visibility", "triangle"), samples=1)
     truth = gs.trace(posts, None, [light(fit)], SIZE, surface=frame.triangle, samples=1)
     assert gs.measure(frame, truth).acne == 0.0
@@ -95,8 +97,8 @@ def test_no_seam_and_no_acne(renderer: gs.Renderer, posts: gs.Scene, fit: gs.Fit
 
 
 @pytest.mark.parametrize("fit", FITS, ids=str)
-def test_all_is_dark_under_a_roof(renderer: gs.Renderer, fit: gs.Fit) -> None:
-    """Whichever map is asked, near its border and where it fades: no pixel of the ground is lit."""
+def test_ground_under_a_roof_is_dark_in_every_cascade(renderer: gs.Renderer, fit: gs.Fit) -> None:
+    """Whichever map is sampled, near its border or in its blend zone: no pixel of the ground is lit."""
     ground = gs.Node(gs.Mesh(*shapes.rectangle((-80, 0, 10), (160, 0, 0), (0, 0, -200))), np.eye(4), "ground")
     roof = gs.Node(gs.Mesh(*shapes.rectangle((-120, 6, 50), (240, 0, 0), (0, 0, -280))), np.eye(4), "roof")
     frame = renderer.render(
@@ -108,8 +110,8 @@ def test_all_is_dark_under_a_roof(renderer: gs.Renderer, fit: gs.Fit) -> None:
     assert (frame.visibility[0][under] == 0.0).all()
 
 
-def test_a_bias_in_texels_is_that_of_each_map(renderer: gs.Renderer, posts: gs.Scene) -> None:
-    """1.5 texels along the normal keep every map's plane clean; without any the ground is striped from near to far."""
+def test_bias_in_texels_scales_with_each_cascade(renderer: gs.Renderer, posts: gs.Scene) -> None:
+    """1.5 texels along the normal prevent acne in every map; without a bias the ground is striped from near to far."""
     low = replace(SUN, direction=(0.9, -0.3, 0.2))
     truth = gs.trace(posts, None, [low], SIZE, samples=1)
     acne = {}
@@ -122,7 +124,7 @@ def test_a_bias_in_texels_is_that_of_each_map(renderer: gs.Renderer, posts: gs.S
     assert acne["none"] > 0.1
 
 
-def test_they_are_nearer_to_the_truth_than_one_map() -> None:
+def test_cascades_are_more_accurate_than_one_map() -> None:
     scene, size = gs.scenes.outdoors(), (320, 180)
     found = {}
     with gs.Renderer("egl") as renderer:
@@ -139,8 +141,8 @@ def test_they_are_nearer_to_the_truth_than_one_map() -> None:
     assert eight < four, found
 
 
-def test_stable_maps_are_still(renderer: gs.Renderer, posts: gs.Scene) -> None:
-    """The camera moves by 0.37 texels of the first map: what both maps hold is the same, bit for bit (N35)."""
+def test_stable_cascades_do_not_flicker(renderer: gs.Renderer, posts: gs.Scene) -> None:
+    """The camera moves by 0.37 texels of the first map: texels that both maps cover are equal bit for bit (N35)."""
     fit = gs.Cascades(3, stable=True, distance=150.0)
     first = renderer.render(posts, CAMERA, [light(fit)], SIZE, outputs=("shadow_maps",), samples=1)
     step = 0.37 * first.used[0].views[0].texel[0]
@@ -159,14 +161,14 @@ def test_stable_maps_are_still(renderer: gs.Renderer, posts: gs.Scene) -> None:
             height, width = old.shape
             common_old = old[max(y, 0) : height + min(y, 0), max(x, 0) : width + min(x, 0)]
             common_new = new[max(-y, 0) : height + min(-y, 0), max(-x, 0) : width + min(-x, 0)]
-            # moved by texels, a vertex is a rounding off what it was
+            # a vertex moved by whole texels differs by a rounding
             np.testing.assert_allclose(common_new, common_old, rtol=0.0, atol=1e-6 if x or y else 0.0)
             fixed += (x, y) == (0, 0)
     assert fixed >= 3
 
 
-def test_perspective_holds_every_shadow_from_any_side(renderer: gs.Renderer) -> None:
-    """Boxes on a ground, 300 cameras and suns: finite matrices, and dark wherever a pixel and its eight neighbours are."""
+def test_perspective_map_covers_every_shadow_from_any_direction(renderer: gs.Renderer) -> None:
+    """Boxes on a ground, 300 cameras and lights: finite matrices, and dark wherever a pixel and its eight neighbours are."""
     ground = gs.Mesh(*shapes.rectangle((-10, 0, 10), (20, 0, 0), (0, 0, -20)))
     boxes = [gs.Mesh(*shapes.box((1.0, 1.0, 1.0), (x, 0.5, z))) for x, z in ((0, 0), (-6, -7), (5, 4), (8, -9))]
     scenes = [
@@ -215,7 +217,7 @@ def test_in_every_clip_convention(renderer: gs.Renderer, posts: gs.Scene, fit: g
 
 
 @pytest.mark.parametrize("fit", [gs.Cascades(), gs.Lispsm()], ids=str)
-def test_samples_are_answered_too(renderer: gs.Renderer, posts: gs.Scene, fit: gs.Fit) -> None:
+def test_cascades_work_with_multisampling(renderer: gs.Renderer, posts: gs.Scene, fit: gs.Fit) -> None:
     frame = renderer.render(posts, None, [light(fit)], SIZE, outputs=("visibility",), samples=4)
     truth = gs.trace(posts, None, [light(fit)], SIZE, samples=4)
     assert errors(frame, truth).mean() < 0.01
@@ -227,7 +229,7 @@ def test_samples_are_answered_too(renderer: gs.Renderer, posts: gs.Scene, fit: g
     ids=["spot", "point"],
 )
 @pytest.mark.parametrize("fit", [gs.Cascades(), gs.Lispsm()], ids=str)
-def test_other_lights_say_that_they_have_none(
+def test_fits_that_a_light_lacks_are_reported(
     renderer: gs.Renderer, posts: gs.Scene, lamp: gs.Light, fit: gs.Fit
 ) -> None:
     shadow = gs.Shadow(filter=gs.Pcf(1), fit=fit)
@@ -239,20 +241,20 @@ def test_other_lights_say_that_they_have_none(
     np.testing.assert_array_equal(frame.visibility, plain.visibility)
 
 
-def test_what_perspective_cannot_do_is_said(renderer: gs.Renderer, posts: gs.Scene) -> None:
+def test_unsupported_perspective_fits_are_refused(renderer: gs.Renderer, posts: gs.Scene) -> None:
     for more in ({"target": gs.Target.R32F}, {"bias": gs.NormalOffsetBias()}):
         frame = renderer.render(posts, None, [light(gs.Lispsm(), **more)], SIZE, outputs=("visibility",), samples=1)
         assert any("in perspective" in said for said in frame.used[0].fallbacks)
 
 
-def test_nothing_in_view_is_no_error(renderer: gs.Renderer, posts: gs.Scene) -> None:
+def test_empty_view_is_no_error(renderer: gs.Renderer, posts: gs.Scene) -> None:
     away = replace(CAMERA, target=(0.0, 60.0, 4.1))
     for fit in FITS:
         with pytest.warns(gs.GlshadowWarning, match="nothing is in view"):
             renderer.render(posts, away, [light(fit)], SIZE, outputs=("visibility",), samples=1)
 
 
-def test_a_scene_scaled_by_a_millionth_gives_the_same_picture(renderer: gs.Renderer, posts: gs.Scene) -> None:
+def test_scene_scaled_by_a_millionth_gives_the_same_image(renderer: gs.Renderer, posts: gs.Scene) -> None:
     for fit in (gs.Cascades(), gs.Lispsm()):
         for scale in (1e-6, 1e4):
             matrix = np.diag([scale, scale, scale, 1.0])

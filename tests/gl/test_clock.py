@@ -1,4 +1,4 @@
-"""Seconds per stage: the GPU's own where they can be true, the wall clock's elsewhere."""
+"""Seconds per stage: GPU time where the driver's timestamps are plausible, wall-clock time otherwise."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from glshadow.gl.driver.queries import Timestamp, has_timestamps
 
 @pytest.fixture
 def trusted(glcontext: GLContext) -> Iterator[GLContext]:
-    """As if a GPU drew."""
+    """Pretend that a GPU renders."""
     glcontext.trusts_timestamps = True
     yield glcontext
     glcontext.trusts_timestamps = glcontext.caps.timestamps
 
 
-def told(monkeypatch: pytest.MonkeyPatch, *seconds: float) -> None:
-    """What the driver says, one after the other: begin and end of each stage, the end first as it is read first."""
+def driver_timestamps(monkeypatch: pytest.MonkeyPatch, *seconds: float) -> None:
+    """Timestamps that the driver returns one by one: begin and end of each stage, the end first, because it is read first."""
     answers = iter(seconds)
     real = Timestamp.read
 
@@ -33,9 +33,9 @@ def told(monkeypatch: pytest.MonkeyPatch, *seconds: float) -> None:
     monkeypatch.setattr(Timestamp, "read", read)
 
 
-def test_nothing_is_asked_of_a_driver_on_the_cpu(glcontext: GLContext) -> None:
-    assert has_timestamps(glcontext.gl), "it has them"
-    assert not glcontext.caps.timestamps, "and no GPU"
+def test_software_driver_is_not_queried(glcontext: GLContext) -> None:
+    assert has_timestamps(glcontext.gl), "the driver has timestamps"
+    assert not glcontext.caps.timestamps, "but no GPU"
     clock = Clock(glcontext, True)
     with clock("a"):
         time.sleep(0.02)
@@ -48,16 +48,16 @@ def test_nothing_is_asked_of_a_driver_on_the_cpu(glcontext: GLContext) -> None:
     assert 0.0 <= times["b"] < 0.02
 
 
-def test_what_is_not_wanted_costs_nothing(trusted: GLContext, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Clock, "_now", lambda self: pytest.fail("asked"))
+def test_unused_timing_costs_nothing(trusted: GLContext, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Clock, "_now", lambda self: pytest.fail("the driver was queried"))
     clock = Clock(trusted, False)
     with clock("a"):
         pass
     assert clock.times() == {}
 
 
-def test_the_gpus_time_is_taken(trusted: GLContext, monkeypatch: pytest.MonkeyPatch) -> None:
-    told(monkeypatch, 5.001, 5.0, 7.003, 7.002, 9.002, 9.0)
+def test_gpu_time_is_used(trusted: GLContext, monkeypatch: pytest.MonkeyPatch) -> None:
+    driver_timestamps(monkeypatch, 5.001, 5.0, 7.003, 7.002, 9.002, 9.0)
     clock = Clock(trusted, True)
     for name in ("a", "b", "a"):
         with clock(name):
@@ -67,10 +67,10 @@ def test_the_gpus_time_is_taken(trusted: GLContext, monkeypatch: pytest.MonkeyPa
 
 
 @pytest.mark.parametrize("seconds", [(5.0, 5.1), (9.0, 5.0)], ids=["backwards", "longer than the frame"])
-def test_what_cannot_be_is_not_believed_again(
+def test_impossible_gpu_time_is_not_trusted_again(
     trusted: GLContext, monkeypatch: pytest.MonkeyPatch, seconds: tuple[float, float]
 ) -> None:
-    told(monkeypatch, *seconds)
+    driver_timestamps(monkeypatch, *seconds)
     clock = Clock(trusted, True)
     with clock("a"):
         time.sleep(0.01)
@@ -78,13 +78,13 @@ def test_what_cannot_be_is_not_believed_again(
     assert not trusted.trusts_timestamps
 
 
-def test_a_frame_timed_by_the_gpu_is_the_same_frame() -> None:
+def test_frame_timed_by_the_gpu_is_unchanged() -> None:
     scene = gs.scenes.courtyard()
-    asked = ("image", "timings")
+    requested = ("image", "timings")
     with gs.Renderer("egl") as renderer:
-        frame = renderer.render(scene, size=(160, 90), samples=4, outputs=asked)
+        frame = renderer.render(scene, size=(160, 90), samples=4, outputs=requested)
         renderer._context.trusts_timestamps = True
-        other = renderer.render(scene, size=(160, 90), samples=4, outputs=asked)
+        other = renderer.render(scene, size=(160, 90), samples=4, outputs=requested)
         assert set(other.timings) <= set(frame.timings)
         assert {"shadow", "resolve", "read"} <= set(other.timings)
         assert (other.image == frame.image).all()
@@ -100,5 +100,5 @@ def test_timestamps_are_seconds(glcontext: GLContext) -> None:
     end = Timestamp(glcontext.gl)
     glcontext.ctx.finish()
     wall = time.perf_counter() - start
-    # the driver may note the moment a little before or after it is asked for
+    # the driver may take the timestamp slightly before or after the call
     assert 0.04 < end.read() - begin.read() < wall + 0.05

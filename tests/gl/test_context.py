@@ -1,4 +1,4 @@
-"""Contexts: every backend, the messages when none works, nesting, threads, other people's contexts, limits."""
+"""Contexts: every backend, the messages if none works, nesting, threads, foreign contexts, limits."""
 
 import os
 import subprocess
@@ -79,7 +79,7 @@ def pair() -> Iterator[tuple[GLContext, GLContext]]:
 
 
 def run_python(*arguments: str, **environment: str) -> str:
-    """Run a fresh interpreter; its standard output."""
+    """Run a fresh interpreter; returns its standard output."""
     env = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)} | environment
     done = subprocess.run(
         [sys.executable, "-W", "error", *arguments], env=env, capture_output=True, text=True, timeout=PATIENCE_S
@@ -91,13 +91,13 @@ def run_python(*arguments: str, **environment: str) -> str:
 # -- opening
 
 
-def test_backend_draws_and_knows_itself(opened: GLContext) -> None:
+def test_backend_renders_and_reports_its_name(opened: GLContext) -> None:
     assert paint(opened, 77) == 77
     caps = opened.caps
     assert caps.version_code >= 330
     assert caps.renderer
     assert caps.max_texture_size >= 4096
-    assert caps.max_texture_buffer_size >= 65536  # least that OpenGL 3.3 allows
+    assert caps.max_texture_buffer_size >= 65536  # minimum that OpenGL 3.3 allows
     assert opened.owned
 
 
@@ -109,7 +109,7 @@ def test_drawn_by_mesa_in_software(session_glcontext: GLContext) -> None:
     assert session_glcontext.caps.clip_control
 
 
-def test_opening_leaves_current_what_was_current(pair: tuple[GLContext, GLContext]) -> None:
+def test_opening_keeps_the_current_context(pair: tuple[GLContext, GLContext]) -> None:
     a, _ = pair
     assert current() == {}
     with a:
@@ -172,7 +172,7 @@ def test_missing_library_names_the_package(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_egl_needs_no_libgl() -> None:
-    """libGL.so.1 is not among the packages that the README asks for; the default of moderngl would load it."""
+    """libGL.so.1 is not among the packages that the README requires; the default of moderngl would load it."""
     code = (
         "from glshadow.gl.driver.context import open_context\n"
         "from pathlib import Path\n"
@@ -183,7 +183,7 @@ def test_egl_needs_no_libgl() -> None:
     assert run_python("-c", code).strip() == "[]"
 
 
-# -- being current
+# -- current contexts
 
 
 def test_blocks_nest_in_any_order(pair: tuple[GLContext, GLContext]) -> None:
@@ -243,7 +243,7 @@ def test_one_context_per_thread() -> None:
     assert found == {value: list(range(value, value + 20)) for value in (10, 60, 110)}
 
 
-def test_a_context_moves_between_threads_but_is_not_in_two(pair: tuple[GLContext, GLContext]) -> None:
+def test_context_moves_between_threads_but_is_never_in_two(pair: tuple[GLContext, GLContext]) -> None:
     a, _ = pair
     found: list[object] = []
 
@@ -277,11 +277,11 @@ def test_release_twice_and_use_after(pair: tuple[GLContext, GLContext]) -> None:
     assert paint(b, 9) == 9
 
 
-# -- other people's contexts
+# -- foreign contexts
 
 
 def host_state(ctx: moderngl.Context) -> moderngl.Framebuffer:
-    """A program that left nothing at its default; returns the framebuffer that it has bound."""
+    """A program that changed all default state; returns the framebuffer that it has bound."""
     framebuffer = ctx.simple_framebuffer((8, 8))
     framebuffer.viewport = (1, 2, 5, 4)
     framebuffer.scissor = (2, 1, 3, 5)
@@ -306,7 +306,7 @@ def host_state(ctx: moderngl.Context) -> moderngl.Framebuffer:
 
 
 def draw_everything(glcontext: GLContext) -> None:
-    """What a renderer does to a context, and more."""
+    """All that a renderer does to a context, and more."""
     ctx, gl = glcontext.ctx, glcontext.gl
     depth = ctx.depth_texture((4, 4))
     gl.specify_depth(depth.glo, (4, 4), DEPTH_COMPONENT32F)
@@ -340,7 +340,7 @@ def draw_everything(glcontext: GLContext) -> None:
 
 
 def texture_units(glcontext: GLContext) -> list[tuple[int, int]]:
-    """Sampler and 2-D texture of every unit that drawing touches, asked without the code under test."""
+    """Sampler and 2-D texture of every unit that rendering touches, queried without the code under test."""
     gl, found = glcontext.gl, []
     active = gl.integer(0x84E0)
     for unit in (*range(16), glcontext.ctx.default_texture_unit):
@@ -350,7 +350,7 @@ def texture_units(glcontext: GLContext) -> list[tuple[int, int]]:
     return found
 
 
-def test_foreign_context_gets_back_its_state() -> None:
+def test_foreign_context_state_is_restored() -> None:
     host = moderngl.create_context(
         standalone=True, backend="egl", require=330, libgl="libEGL.so.1", libegl="libEGL.so.1"
     )
@@ -365,13 +365,13 @@ def test_foreign_context_gets_back_its_state() -> None:
     assert texture_units(adopted) == units
     assert host.fbo is framebuffer
     assert (host.cull_face, host.front_face, host.wireframe) == ("front", "cw", True)
-    # moderngl's own notes: a clear goes to the host's target, a scope restores the host's flags.
+    # moderngl's own bookkeeping: a clear goes to the host's target, a scope restores the host's flags.
     host.clear(1.0, 1.0, 1.0, 1.0)
     assert framebuffer.read(components=1)[2 * 8 + 3] == 255
     with host.scope(framebuffer, moderngl.DEPTH_TEST):
         pass
     assert read_state(host, adopted.gl)["cull face"]
-    # The comparison above means something only if the drawing had changed the state.
+    # The comparison above means something only if the rendering had changed the state.
     changed = {name for name in before if before[name] != inside[name]}
     assert changed >= {
         *("depth test", "cull face", "blend", "blend func", "blend equation", "depth func", "depth mask", "viewport"),
@@ -449,7 +449,7 @@ def test_too_large_texture_is_refused_by_name(glcontext: GLContext) -> None:
 
 def test_opengl_errors_become_exceptions(glcontext: GLContext) -> None:
     limit = glcontext.caps.max_texture_size
-    glcontext.ctx.texture((limit + 1, 1), 4)  # moderngl says nothing
+    glcontext.ctx.texture((limit + 1, 1), 4)  # moderngl reports nothing
     with pytest.raises(GlshadowError, match="GL_INVALID_VALUE while making a texture"):
         glcontext.check_errors("making a texture")
     glcontext.check_errors("nothing more")
@@ -482,7 +482,7 @@ def test_depth_formats_quantise_as_named(glcontext: GLContext, internal_format: 
     value = 0.3
     ctx.framebuffer(depth_attachment=texture).clear(depth=value)
     stored = memoryview(texture.read()).cast("f")[0]
-    # Half a step of the format, and half a float32 step at 0.3 (2^-26) because read() gives float32.
+    # Half a step of the format, and half a float32 step at 0.3 (2^-26), because read() gives float32.
     assert abs(stored - value) <= step / 2 + 2.0**-26
     if internal_format == DEPTH_COMPONENT16:
         assert abs(stored - value) > 2.0**-24, "16 bits cannot hold 0.3 better than this"
@@ -528,7 +528,7 @@ def test_missing_function_is_named() -> None:
 def test_buffer_texture(
     glcontext: GLContext, internal_format: int, sampler: str, kind: str, values: list[float]
 ) -> None:
-    """A shader reads back the first texel of the table, copied into a target of the same type."""
+    """A shader reads the first texel of the table and writes it to a target of the same type."""
     ctx = glcontext.ctx
     table = BufferTexture(glcontext.gl, ctx.buffer(np.array(values, kind).tobytes()), internal_format)
     target = ctx.texture((1, 1), 4, dtype=kind)

@@ -1,4 +1,4 @@
-"""Cookies: what a light lets through at each pixel, against the image looked up in float64."""
+"""Cookies: the light that passes at each pixel, against float64 lookups into the image."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def renderer() -> Iterator[gs.Renderer]:
 
 
 def looked_up(light: gs.DirectionalLight | gs.SpotLight, points: Array) -> tuple[Array, Array]:
-    """Linear colour (N, 3) of the texel that world points fall into, and whether they are well inside a cell, where no filter matters."""
+    """Linear colour (N, 3) of the texel at world points, and whether they lie well inside a cell, where no filter matters."""
     assert light.cookie is not None
     uvw = project(light.projected[1], points)
     uv = uvw[:, :2] / uvw[:, 3:]
@@ -40,14 +40,14 @@ def looked_up(light: gs.DirectionalLight | gs.SpotLight, points: Array) -> tuple
     x, y = uv[:, 0] * CELLS.shape[1], (1.0 - uv[:, 1]) * CELLS.shape[0]
     column, row = np.minimum(x, CELLS.shape[1] - 1e-9).astype(int), np.minimum(y, CELLS.shape[0] - 1e-9).astype(int)
     inside = (np.abs(x - column - 0.5) < 0.4) & (np.abs(y - row - 0.5) < 0.4)
-    if not light.cookie.repeat:  # beyond, the border goes on
+    if not light.cookie.repeat:  # outside, the border is repeated
         inside |= ((uvw[:, :2] / uvw[:, 3:] < 0.0) | (uvw[:, :2] / uvw[:, 3:] > 1.0)).all(axis=1)
     return linear_from_srgb(CELLS[row, column] / 255.0), inside
 
 
 @pytest.mark.parametrize("filter", [None, gs.Pcf(1)], ids=["exact", "pcf"])
 @pytest.mark.parametrize("name", list(LIGHTS))
-def test_light_is_coloured_as_the_image_says(renderer: gs.Renderer, name: str, filter: gs.Filter | None) -> None:
+def test_light_colour_equals_the_image(renderer: gs.Renderer, name: str, filter: gs.Filter | None) -> None:
     light = replace(LIGHTS[name], shadow=gs.Shadow(filter=filter))
     outputs = ("linear", "position", "triangle")
     frame = renderer.render(SCENE, None, [light], SIZE, ambient=0.0, outputs=outputs, samples=1)
@@ -55,16 +55,16 @@ def test_light_is_coloured_as_the_image_says(renderer: gs.Renderer, name: str, f
     seen = frame.triangle >= 0
     points = frame.position[seen].astype(np.float64)
     color, inside = looked_up(light, points)
-    asked = inside & (plain.linear[seen].max(axis=1) > 0.02)
-    assert asked.sum() > 300
+    tested = inside & (plain.linear[seen].max(axis=1) > 0.02)
+    assert tested.sum() > 300
     expected = plain.linear[seen] * color
-    # sRGB of 8 bits read as linear by the hardware, and a position in float32
-    np.testing.assert_allclose(frame.linear[seen][asked], expected[asked], atol=2e-3)
-    assert np.ptp(color[asked], axis=0).min() > 0.2
+    # 8-bit sRGB decoded by the hardware, and a float32 position
+    np.testing.assert_allclose(frame.linear[seen][tested], expected[tested], atol=2e-3)
+    assert np.ptp(color[tested], axis=0).min() > 0.2
 
 
-def test_where_the_image_lies() -> None:
-    """Of a sun `size` wide, its height by the image's; of a spot the square that the cone touches; v up the light's own view."""
+def test_image_placement() -> None:
+    """Directional light: `size` wide, height by the image's aspect. Spot: the square that touches the cone. v is the light's up."""
     sun = gs.DirectionalLight(direction=(0.3, -1.0, 0.2), cookie=gs.Cookie(image=IMAGE, size=3.0))
     axes = view_axes(np.asarray(sun.direction))
     for along, step in ((axes[0], (1 / 3.0, 0.0)), (axes[1], (0.0, 1.5 / 3.0)), (axes[2], (0.0, 0.0))):
@@ -81,8 +81,8 @@ def test_where_the_image_lies() -> None:
         np.testing.assert_allclose(uvw[:2] / uvw[3], (0.5 + 0.5 * x, 0.5 + 0.5 * y), atol=1e-12)
 
 
-def test_nothing_shines_backwards(renderer: gs.Renderer) -> None:
-    """Behind a spot the image would be there again, upside down."""
+def test_cookie_has_no_mirror_image_behind_a_spot(renderer: gs.Renderer) -> None:
+    """Projected behind a spot the image would appear again, upside down."""
     light = gs.SpotLight(
         position=(0, 1.5, 0), direction=(0, -0.2, -1), outer_angle=60, shadow=None, cookie=gs.Cookie(image=IMAGE)
     )
@@ -92,7 +92,7 @@ def test_nothing_shines_backwards(renderer: gs.Renderer) -> None:
     assert frame.linear[behind].max() == 0.0
 
 
-def test_samples_see_it_too(renderer: gs.Renderer) -> None:
+def test_cookie_works_with_multisampling(renderer: gs.Renderer) -> None:
     light = LIGHTS["sun"]
     few, many = (
         renderer.render(SCENE, None, [light], SIZE, outputs=("linear",), samples=each).linear for each in (1, 16)
@@ -101,7 +101,7 @@ def test_samples_see_it_too(renderer: gs.Renderer) -> None:
     assert np.abs(few - many).max() > 0.1  # at borders
 
 
-def test_a_cookie_goes_with_its_last_holder() -> None:
+def test_cookie_texture_is_freed_with_its_last_user() -> None:
     with gs.Renderer("egl") as renderer:
         light = gs.DirectionalLight(cookie=gs.Cookie(image=IMAGE))
         renderer.render(SCENE, None, [light], (16, 16), samples=1)
@@ -117,11 +117,11 @@ def test_a_cookie_goes_with_its_last_holder() -> None:
 @pytest.mark.parametrize(
     "image", [np.zeros((2, 2, 3)), np.zeros((2, 2), np.uint8), np.zeros((0, 2, 3), np.uint8), "file.png", None]
 )
-def test_what_is_no_image_is_refused(image: object) -> None:
+def test_invalid_images_are_refused(image: object) -> None:
     with pytest.raises(gs.SettingsError, match="Cookie image must be an image"):
         gs.Cookie(image=image)  # type: ignore[arg-type]
 
 
-def test_the_sky_projects_nothing() -> None:
+def test_sky_refuses_a_cookie() -> None:
     with pytest.raises(gs.SettingsError, match="SkyLight has no cookie"):
         gs.SkyLight(cookie=gs.Cookie(image=IMAGE))  # type: ignore[call-arg]

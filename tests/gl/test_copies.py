@@ -1,4 +1,4 @@
-"""Nodes that lie exactly on others are not drawn, and meshes that show the same arrays share what the GPU holds of them."""
+"""Nodes that exactly coincide with others are not drawn, and meshes of the same arrays share GPU buffers."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ def assert_same(one: Frame, other: Frame) -> None:
     np.testing.assert_array_equal(one.shadow_maps[0], other.shadow_maps[0])
 
 
-def test_copies_change_nothing(renderer: Renderer) -> None:
-    """Not a pixel, whether they share the mesh or only its triangles, in another colour; and they are not drawn."""
+def test_duplicate_nodes_change_nothing(renderer: Renderer) -> None:
+    """No pixel changes, whether duplicates share the mesh or only its triangles, in another colour; and they are not drawn."""
     ground, box = parts()
     blue = replace(box.mesh, material=Material((0.0, 0.0, 1.0, 1.0)))
     alone = drawn(renderer, ground, box)
@@ -58,7 +58,7 @@ def test_copies_change_nothing(renderer: Renderer) -> None:
     assert renderer._store.scene.thing.copies.tolist() == [False, False, True, True]
 
 
-def test_what_differs_is_no_copy(renderer: Renderer) -> None:
+def test_different_nodes_are_no_duplicates(renderer: Renderer) -> None:
     ground, box = parts()
     mask = Material((1.0, 1.0, 1.0, 0.2), alpha_mode=AlphaMode.MASK)
     others = (
@@ -78,11 +78,11 @@ def test_what_differs_is_no_copy(renderer: Renderer) -> None:
             strict=True,
         )
     )
-    assert copies.pop("blended")  # of what casts nothing either
+    assert copies.pop("blended")  # of a node that does not cast either
     assert not any(copies.values()), copies
 
 
-def test_a_copy_behind_a_cut_out_node_is_drawn(renderer: Renderer) -> None:
+def test_duplicate_behind_a_cut_out_node_is_drawn(renderer: Renderer) -> None:
     ground, box = parts()
     hole = Node(replace(box.mesh, material=Material((1, 1, 1, 0.2), alpha_mode=AlphaMode.MASK)), np.eye(4), "hole")
     seen = drawn(renderer, ground, hole, box).triangle
@@ -105,14 +105,14 @@ def test_meshes_of_the_same_arrays_share_buffers_and_textures() -> None:
         assert one.texture is other.texture
         first, position = nodes[1], one.shape.positions
         del meshes, nodes[0], one
-        for _ in range(2):  # what belonged to a mesh that is gone is freed after the next picture
+        for _ in range(2):  # buffers of a deleted mesh are freed after the next frame
             alone = drawn(renderer, first)
-        assert position.size > 0  # not freed: the other one shows it
+        assert position.size > 0  # not freed: the other mesh uses it
         assert alone.image.any()
 
 
-def test_neighbours_are_those_of_the_positions_that_are_drawn() -> None:
-    """float32 brings together what float64 keeps apart: a crack of 1e-12 is none on the GPU, and the mesh is open all the same."""
+def test_adjacency_follows_the_float32_positions() -> None:
+    """A crack of 1e-12 exists in float64 only: on the GPU the triangles are neighbours, and the mesh is open all the same."""
     positions, triangles = shapes.box((1.0, 1.0, 1.0))
     apart = positions[triangles].reshape(-1, 3)
     apart[:3] += 1e-12

@@ -1,4 +1,4 @@
-"""Outputs for training sets: node, normal and position against rays."""
+"""Outputs for training data: node, normal and position against rays."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def renderer() -> Iterator[gs.Renderer]:
 
 
 def scene() -> gs.Scene:
-    """The courtyard, with a node that has nothing to draw before the others."""
+    """The courtyard, with an empty node before the others."""
     built = gs.scenes.courtyard()
     empty = gs.Node(gs.Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32)), np.eye(4), "empty")
     return gs.Scene((empty, *built.nodes), built.camera, built.lights)
@@ -55,8 +55,8 @@ def test_against_rays(renderer: gs.Renderer, name: str) -> None:
     assert len(names) > 3
 
 
-def test_far_away_positions_keep_their_digits(renderer: gs.Renderer) -> None:
-    """Moved by 1e7, positions relative to the origin are those of the scene at home, up to what float64 holds there."""
+def test_far_away_positions_keep_their_precision(renderer: gs.Renderer) -> None:
+    """Moved by 1e7, positions relative to the origin equal those of the unmoved scene, within float64's rounding there."""
     built = gs.scenes.courtyard()
     shift = np.array([1e7, -3e6, 2e6])
     away = np.eye(4)

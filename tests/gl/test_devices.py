@@ -1,4 +1,4 @@
-"""EGL's devices: listed, chosen, refused by name."""
+"""EGL devices: listed, selected, refused by name."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SCENE = gs.scenes.box().scene
 SIZE = (64, 48)
 
 
-def test_the_first_device_draws_what_auto_draws() -> None:
+def test_first_device_renders_the_same_as_auto() -> None:
     assert load_egl(EGL_LIBRARY).devices
     with gs.Renderer() as usual, gs.Renderer(device=0) as first, gs.Renderer(backend="egl:0") as named:  # type: ignore[arg-type]
         assert first.info["backend"] == "egl:0"
@@ -27,25 +27,25 @@ def test_the_first_device_draws_what_auto_draws() -> None:
             np.testing.assert_array_equal(each.render(SCENE, size=SIZE, samples=1).image, expected)
 
 
-def test_a_device_that_is_none_is_named() -> None:
+def test_unknown_device_is_named() -> None:
     count = len(load_egl(EGL_LIBRARY).devices)
     with pytest.raises(gs.ContextError, match=f"there is no device {count}; there are 0: "):
         gs.Renderer(device=count)
 
 
 @pytest.mark.parametrize("device", [-1, 1.5, "0", True, 1000])
-def test_what_is_no_device(device: object) -> None:
+def test_invalid_device_numbers_are_refused(device: object) -> None:
     with pytest.raises(gs.SettingsError, match="device must be"):
         gs.Renderer(device=device)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("backend", ["osmesa", "window"])
-def test_devices_are_egls(backend: str) -> None:
+def test_other_backends_refuse_a_device(backend: str) -> None:
     with pytest.raises(gs.SettingsError, match="one of EGL's"):
         gs.Renderer(backend, device=0)  # type: ignore[arg-type]
 
 
-def test_the_command_takes_one_and_doctor_lists_them(tmp_path: Path) -> None:
+def test_command_accepts_a_device_and_doctor_lists_them(tmp_path: Path) -> None:
     runner, picture = CliRunner(), str(tmp_path / "a.png")
     done = runner.invoke(main, ["render", "--size", "64x48", "--device", "0", "-o", picture])
     assert done.exit_code == 0, done.output

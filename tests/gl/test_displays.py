@@ -1,4 +1,4 @@
-"""The EGL display under a context: ours where others end theirs, said plainly and released quietly where ours was ended."""
+"""The EGL display of a context: survives other programs that terminate theirs; if it is terminated, errors and release are clean."""
 
 import ctypes as C
 import os
@@ -39,14 +39,14 @@ def test_beside_pyrender(check: str) -> None:
     run_python(str(PYRENDER_CHECKS), check, PYOPENGL_PLATFORM="egl")
 
 
-# -- a display that others end
+# -- a display that another program terminates
 
 LIBRARY = C.CDLL(backends.EGL_LIBRARY)
 terminate = C.CFUNCTYPE(C.c_uint, C.c_void_p)(("eglTerminate", LIBRARY))
 
 
 class OnDevice(egl.Egl):
-    """Knows the first device's display only, as where there is no surfaceless one."""
+    """Offers the first device's display only, as on systems without a surfaceless one."""
 
     def _candidates(self) -> list[int]:
         return [self._calls["eglGetPlatformDisplayEXT"](0x313F, self._device, None)]
@@ -54,7 +54,7 @@ class OnDevice(egl.Egl):
 
 @pytest.fixture
 def end_display(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], None]]:
-    """Until the end of the test contexts are made on a shared display; call this to end it."""
+    """Contexts of this test use a shared display; call this to terminate it."""
     shared = OnDevice(LIBRARY)
     monkeypatch.setattr(backends, "load_egl", lambda _: shared)
 
@@ -67,7 +67,7 @@ def end_display(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], None]]
 
 
 @pytest.mark.parametrize("initialised_again", [False, True])
-def test_a_terminated_display_is_named_and_released_quietly(
+def test_terminated_display_is_named_and_released_quietly(
     end_display: Callable[[], None], initialised_again: bool
 ) -> None:
     scene = gs.scenes.box().scene
@@ -85,13 +85,13 @@ def test_a_terminated_display_is_named_and_released_quietly(
             np.testing.assert_array_equal(later.render(scene, size=SIZE, samples=1).image, expected)
 
 
-def test_a_display_that_ends_inside_the_block(end_display: Callable[[], None]) -> None:
+def test_display_terminated_inside_the_block(end_display: Callable[[], None]) -> None:
     with gs.Renderer("egl") as renderer, renderer._context:
         end_display()
     assert renderer._context.released
 
 
-def test_an_adopted_context_whose_display_ended(end_display: Callable[[], None]) -> None:
+def test_foreign_context_of_a_terminated_display(end_display: Callable[[], None]) -> None:
     context = open_context("egl")
     with gs.Renderer(context=context.ctx) as renderer:
         end_display()
@@ -100,7 +100,7 @@ def test_an_adopted_context_whose_display_ended(end_display: Callable[[], None])
     context.release()
 
 
-# -- which display
+# -- which display is used
 
 
 def test_own_display_on_the_first_device() -> None:
@@ -156,12 +156,12 @@ with gs.Renderer("egl") as renderer:
 """
 
 
-def test_a_display_in_use_is_left_to_its_user() -> None:
-    """EGL_PLATFORM=surfaceless makes the default display the one that we would otherwise take."""
+def test_display_in_use_is_not_shared() -> None:
+    """EGL_PLATFORM=surfaceless makes the default display the one that we would otherwise use."""
     run_python("-c", FREE_FIRST, EGL_PLATFORM="surfaceless")
 
 
-def test_no_display_says_which_call_failed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_display_names_the_failed_call(monkeypatch: pytest.MonkeyPatch) -> None:
     class Without(egl.Egl):
         def _candidates(self) -> list[int]:
             return []
@@ -171,8 +171,8 @@ def test_no_display_says_which_call_failed(monkeypatch: pytest.MonkeyPatch) -> N
         open_context("egl")
 
 
-def test_the_bound_api_stays() -> None:
-    """A program that draws with OpenGL ES keeps it bound."""
+def test_bound_api_is_kept() -> None:
+    """A program that renders with OpenGL ES keeps it bound."""
     bind, bound = LIBRARY.eglBindAPI, LIBRARY.eglQueryAPI
     before = bound()
     assert bind(0x30A0)  # EGL_OPENGL_ES_API

@@ -23,7 +23,9 @@ def renderer() -> Iterator[gs.Renderer]:
 
 @pytest.mark.parametrize("falloff", [0.0, 0.3, 1.0])
 @pytest.mark.parametrize("name", ["spot", "sun"])
-def test_it_fades_by_the_squared_distance_from_the_middle(renderer: gs.Renderer, name: str, falloff: float) -> None:
+def test_shadow_fades_with_the_squared_distance_from_the_centre(
+    renderer: gs.Renderer, name: str, falloff: float
+) -> None:
     """Under a plate that covers everything visibility is the fade itself: smoothstep(1 - falloff, 1, x^2 + y^2)."""
     ground = gs.Node(gs.Mesh(*shapes.rectangle((-3, 0, 3), (6, 0, 0), (0, 0, -6))), np.eye(4), "ground")
     plate = gs.Node(gs.Mesh(*shapes.rectangle((-3.2, 1, 3.2), (6.4, 0, 0), (0, 0, -6.4))), np.eye(4), "plate")

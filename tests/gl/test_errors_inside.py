@@ -1,4 +1,4 @@
-"""An error inside a frame: what comes out has a name, and what was kept stays where nothing is half made."""
+"""An error inside a frame has a name, and cached data survives unless it may be incomplete."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def kept_after(
     raised: type[BaseException],
     match: str | None,
 ) -> bool:
-    """Whether the store is the same after an error in a frame of another light; the next picture is right in any case."""
+    """Whether the cache is unchanged after an error in a frame with another light; the next frame is correct in any case."""
     expected = renderer.render(scene, None, [LIGHT], SIZE, samples=1)
     store = renderer._store
 
@@ -56,7 +56,7 @@ def kept_after(
 
 
 FITTED = "glshadow.shadows.fits.ViewFit.fitted"  # before anything is drawn
-DRAWN = "glshadow.gl.passes.caster.draw_nodes"  # a map that is begun, in a state of its own
+DRAWN = "glshadow.gl.passes.caster.draw_nodes"  # inside a map's draw calls, in a GL state of its own
 READ = "glshadow.gl.resources.read_means"
 
 
@@ -64,7 +64,7 @@ READ = "glshadow.gl.resources.read_means"
 @pytest.mark.parametrize(
     "error", [ZeroDivisionError("float division by zero"), np.linalg.LinAlgError("singular"), IndexError(7)]
 )
-def test_a_formula_that_fails_is_reported_and_costs_nothing(
+def test_failed_formula_is_reported_and_keeps_the_cache(
     renderer: Renderer, scene: gs.Scene, where: str, error: Exception
 ) -> None:
     match = rf"unexpected {type(error).__name__}: {error}; please report this, with what was given: scene box.*DirectionalLight\(.*64, 48"
@@ -72,33 +72,33 @@ def test_a_formula_that_fails_is_reported_and_costs_nothing(
 
 
 @pytest.mark.parametrize("error", [TypeError("no"), AttributeError("none"), moderngl.Error("incomplete")])
-def test_another_defect_is_reported_and_nothing_is_kept(renderer: Renderer, scene: gs.Scene, error: Exception) -> None:
+def test_unexpected_error_is_reported_and_clears_the_cache(
+    renderer: Renderer, scene: gs.Scene, error: Exception
+) -> None:
     match = f"unexpected {type(error).__name__}: {error}; please report this"
     assert not kept_after(renderer, scene, DRAWN, error, gs.GlshadowError, match)
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), TimeoutError("late"), SystemExit(1)])
-def test_what_signal_handlers_raise_comes_out_as_it_is(
-    renderer: Renderer, scene: gs.Scene, error: BaseException
-) -> None:
-    """At any line, so that nothing is kept."""
+def test_signal_handler_exceptions_propagate(renderer: Renderer, scene: gs.Scene, error: BaseException) -> None:
+    """They may come at any line, so the cache is cleared."""
     assert not kept_after(renderer, scene, DRAWN, error, type(error), None)
 
 
-def test_a_named_error_costs_nothing(renderer: Renderer, scene: gs.Scene) -> None:
+def test_named_error_keeps_the_cache(renderer: Renderer, scene: gs.Scene) -> None:
     error = gs.SettingsError("of a setting")
     assert kept_after(renderer, scene, DRAWN, error, gs.SettingsError, "of a setting")
 
 
-def test_too_little_memory_keeps_nothing(renderer: Renderer, scene: gs.Scene) -> None:
+def test_memory_error_clears_the_cache(renderer: Renderer, scene: gs.Scene) -> None:
     assert not kept_after(renderer, scene, READ, MemoryError(), gs.ResourceError, "not enough memory for 64 x 48")
 
 
-def test_what_the_driver_could_not_allocate_is_not_kept(
+def test_failed_gpu_allocation_is_not_cached(
     renderer: Renderer, scene: gs.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Also where another way was found: a buffer without memory would be taken for one that is large enough."""
-    light = gs.DirectionalLight()  # lists, else a map
+    """Even if a fallback succeeded: a buffer without memory would be taken for one that is large enough."""
+    light = gs.DirectionalLight()  # triangle lists, or else a map
     expected = renderer.render(scene, None, [light], SIZE, samples=1)
     first = renderer._store
     assert isinstance(first, Store)
@@ -125,7 +125,7 @@ def test_what_the_driver_could_not_allocate_is_not_kept(
     np.testing.assert_array_equal(again.visibility, expected.visibility)
 
 
-def test_a_warning_that_is_made_an_error_comes_out_as_it_is(renderer: Renderer, scene: gs.Scene) -> None:
+def test_warning_turned_into_an_error_propagates(renderer: Renderer, scene: gs.Scene) -> None:
     away = gs.PerspectiveCamera((0.0, 2.0, 5.0), (0.0, 4.0, 10.0))
     store = renderer._store
     with warnings.catch_warnings():

@@ -1,4 +1,4 @@
-"""The WebGL 1 path: the same pixels from GLSL ES 1.00 programs as from core ones, map and picture."""
+"""The WebGL 1 path: GLSL ES 1.00 programs give the same map and the same image as core programs, pixel for pixel."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ from scripts.shaders.variants import MAPPED, MOMENTS
 from .small_scene import Forward, light_of, on_gpu, small_scene, stored, views_of
 
 CLIP = ClipSpace(False, False)  # WebGL's
-# Both dialects become the same operations, but Mesa 22.3 orders sums and products of ES 1.00 differently: a filter of
+# Both dialects compile to the same operations, but Mesa 22.3 orders sums and products of ES 1.00 differently: a filter of
 # (2 R + 2)^2 weights in 0..1 may differ by a rounding each.
 ROUNDING = 100 * 2.0**-24
 KINDS = ("directional", "spot", "point")
 TARGETS = (Target.R32F, Target.R8, Target.RGBA8)
 BIASES: tuple[Bias, ...] = (ReceiverPlaneBias(), ConstantBias(0.05), NormalOffsetBias(), NoBias())
-# a turned disc is noise, which a rounding turns into other noise
+# a rotated disc is noise, which a rounding turns into other noise
 FILTERS: tuple[Filter, ...] = tuple(each for each in MAPPED if not getattr(each, "rotate", False))
 
 
@@ -56,7 +56,7 @@ def forward(glcontext: GLContext) -> Iterator[Forward]:
 
 
 def es_map(context: GLContext, gpu: GpuScene, programs: Programs, kind: str, shadow: Shadow, dialect: str) -> Map:
-    """A map drawn by the caster pass in a dialect, without what GL ES 2.0 does not have (depth clamp, clip control)."""
+    """A map drawn by the caster pass in a dialect, without features that GL ES 2.0 lacks (depth clamp, clip control)."""
     assert shadow.target is not None
     assert shadow.bias is not None
     light, target = light_of(kind, shadow), shadow.target
@@ -115,10 +115,10 @@ def test_map_is_the_same_in_both_dialects(
 
 @pytest.mark.parametrize("target", TARGETS)
 @pytest.mark.parametrize("kind", KINDS)
-def test_picture_is_the_same_in_both_dialects(
+def test_image_is_the_same_in_both_dialects(
     glcontext: GLContext, gpu: tuple[GpuScene, Programs], forward: Forward, kind: str, target: Target
 ) -> None:
-    # All biases with one filter and all filters with one bias: the two do not meet in the code.
+    # All biases with one filter and all filters with one bias: they do not interact in the code.
     pairs = {
         *itertools.product(BIASES, [Pcf(1)]),
         *itertools.product([ReceiverPlaneBias()], FILTERS if target is not Target.R8 else ()),
@@ -143,7 +143,7 @@ def test_picture_is_the_same_in_both_dialects(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_means_are_asked_alike_in_both_dialects(
+def test_prefiltered_maps_are_sampled_alike_in_both_dialects(
     glcontext: GLContext, gpu: tuple[GpuScene, Programs], forward: Forward, kind: str
 ) -> None:
     for kernel in (each for each in MOMENTS if not getattr(each, "mip_maps", False)):  # GLSL ES 1.00 reads the finest
@@ -165,7 +165,7 @@ def test_means_are_asked_alike_in_both_dialects(
 
 
 @pytest.mark.parametrize("output", [1, 2])
-def test_shaded_picture_is_the_same_in_both_dialects(
+def test_shaded_image_is_the_same_in_both_dialects(
     glcontext: GLContext, gpu: tuple[GpuScene, Programs], forward: Forward, output: int
 ) -> None:
     shadow = Shadow(filter=Pcf(), bias=ReceiverPlaneBias(), target=Target.RGBA8)
@@ -182,15 +182,15 @@ def test_shaded_picture_is_the_same_in_both_dialects(
     )
     shadow_map.atlas.release()
     assert len(np.unique(core.values)) > 100
-    # sRGB encodes by pow, whose error is a few units in the last place of its result.
+    # sRGB encodes with pow, whose error is a few units in the last place of its result.
     assert np.abs(es.values - core.values).max() <= ROUNDING
 
 
 @pytest.mark.parametrize("kind", ["directional", "spot"])
-def test_cookies_and_panes_are_the_same_in_both_dialects(
+def test_cookies_and_tints_are_the_same_in_both_dialects(
     glcontext: GLContext, gpu: tuple[GpuScene, Programs], forward: Forward, kind: str
 ) -> None:
-    """Random texels as the image, and as colours and depths of what lets light through."""
+    """Random texels as the cookie, and as colours and depths of translucent casters."""
     rng, side, ctx = np.random.default_rng(6), 64, glcontext.ctx
     light = replace(light_of(kind, Shadow()), cookie=Cookie(rng.integers(0, 256, (8, 12, 3)).astype(np.uint8)))
     assert isinstance(light, DirectionalLight | SpotLight)
@@ -225,7 +225,7 @@ def test_cookies_and_panes_are_the_same_in_both_dialects(
     changed = np.abs(pictures["core330", 1] - pictures["core330", 0]).max(axis=-1) > 0.01
     assert changed.mean() > 0.1
     assert len(np.unique(pictures["core330", 1])) > 1000
-    # an image of bytes is filtered in 8 bits; a depth on the edge of a pane's, and a texel's border, are decided by the last bit
+    # an 8-bit image is filtered in 8 bits; the last bit decides depths at the edge of a translucent caster, and texel borders
     gap = np.abs(pictures["es100", 1] - pictures["core330", 1]).max(axis=-1)
     assert (gap > 2.0**-9).mean() < 2e-3
 

@@ -1,4 +1,4 @@
-"""The forward receiver: every text compiles, a pairwise choice draws the true shadow, strangers can include it."""
+"""The forward receiver: every shader compiles, a pairwise choice of settings gives the exact shadow, foreign programs can include it."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def forward_program(
 
 @cache
 def texts() -> dict[str, dict[str, Variant]]:
-    """Different texts by pass and dialect."""
+    """Distinct shader sources by pass and dialect."""
     groups: dict[str, dict[str, Variant]] = {}
     for code, variant in distinct().items():
         groups.setdefault(f"{variant.name} {variant.dialect}", {})[code] = variant
@@ -67,7 +67,7 @@ def texts() -> dict[str, dict[str, Variant]]:
 
 
 @pytest.mark.parametrize("group", sorted({f"{v.name} {v.dialect}" for v in variants()}))
-def test_every_text_compiles(glcontext: GLContext, group: str) -> None:
+def test_every_shader_compiles(glcontext: GLContext, group: str) -> None:
     if "gather" in group and not glcontext.caps.texture_gather:
         pytest.skip("optional: this driver has no textureGather")
     if group.endswith("core430") and not glcontext.caps.compute:
@@ -79,7 +79,7 @@ def test_every_text_compiles(glcontext: GLContext, group: str) -> None:
 
 
 def _compile(context: GLContext, code: str, stage: str) -> str:
-    """The driver's complaint about one stage, or nothing."""
+    """The driver's compile error of one stage, or nothing."""
     import moderngl
 
     dialect = "es100" if code.startswith("#version 100") else "core330"
@@ -93,12 +93,12 @@ def _compile(context: GLContext, code: str, stage: str) -> str:
             context.ctx.program(other_vertex, code).release()
     except moderngl.Error as error:
         message = str(error)
-        # Without a partner stage varyings have no source: a complaint of the linker, behind a successful compilation.
+        # Without a partner stage varyings have no source: an error of the linker, after a successful compilation.
         return "" if message.startswith("GLSL Linker failed") else message
     return ""
 
 
-# -- truth by brute force: a ray against every triangle
+# -- reference by brute force: a ray against every triangle
 
 
 def hits(origin: Array, direction: Array, corners: Array) -> Array:
@@ -163,7 +163,7 @@ def interior(image: Array, reach: int) -> NDArray[np.bool_]:
 
 
 def pairwise() -> list[tuple[object, ...]]:
-    """A few receivers in which every two settings meet (greedy)."""
+    """A few receivers that cover every pair of settings (greedy)."""
     reads = dict.fromkeys((r.target, r.dialect) for r in receivers() if r.compare != "depth_gather_raw")
     rows = [
         (kind, read[0], bias, kernel, read[1])
@@ -186,8 +186,8 @@ def test_pairwise_choice_has_every_setting() -> None:
     assert [len(column) for column in columns] == [len(KINDS), 3, len(BIASES), len(MAPPED), 3]
 
 
-# Pixels that an edge may reach, and one more per texel of the radius: a texel of these maps is up to 0.05 units at the
-# ground, a pixel 0.045 at the middle of the picture.
+# Pixels that an edge may affect, and one more per texel of the radius: a texel of these maps is up to 0.05 units at the
+# ground, a pixel 0.045 at the image's centre.
 EDGE_PIXELS = 2
 
 
@@ -196,7 +196,7 @@ EDGE_PIXELS = 2
     pairwise(),
     ids=lambda row: "-".join(re.sub(r"radius=|world=.*|texels=.*|[()]", "", str(getattr(v, "value", v))) for v in row),
 )
-def test_forward_draws_the_true_shadow(
+def test_forward_gives_the_exact_shadow(
     glcontext: GLContext, gpu: tuple[GpuScene, Programs], forward: Forward, row: tuple[object, ...]
 ) -> None:
     kind, target, bias, kernel, dialect = row
@@ -214,13 +214,13 @@ def test_forward_draws_the_true_shadow(
     assert (inside & (true == 1.0)).sum() > 100
     assert (inside & (true == 0.0)).sum() > 20
     if not isinstance(bias, ReceiverPlaneBias):
-        inside &= true == 0.0  # other biases leave acne on the lit side, which is what they are there to show
+        inside &= true == 0.0  # other biases leave acne on the lit side; these scenes show it on purpose
     np.testing.assert_allclose(found[inside], true[inside], atol=1e-6)
 
 
 @pytest.mark.parametrize("target", [Target.DEPTH32F, Target.R32F])
 @pytest.mark.parametrize("kind", KINDS)
-def test_derived_normal_draws_the_same(
+def test_derived_normal_gives_the_same_image(
     glcontext: GLContext, gpu: tuple[GpuScene, Programs], forward: Forward, kind: str, target: Target
 ) -> None:
     shadow = Shadow(target=target, filter=Pcf(1))
@@ -233,12 +233,12 @@ def test_derived_normal_draws_the_same(
         pictures.append(forward.draw(program, light, shadow_map).values[..., 0])
     shadow_map.atlas.release()
     # Differences of neighbouring positions keep about 2^-24 * 20 / 0.045 = 3e-5 of a pixel's width: the plane
-    # differs by less than the slack, so that at most a comparison at an edge turns over.
+    # differs by less than the slack, so that at most one comparison at an edge flips.
     differs = np.abs(pictures[0] - pictures[1]) > 1e-5
     assert differs.sum() <= 0.002 * (pictures[0] != BACKGROUND).sum()
 
 
-STRANGER = """
+FOREIGN_FRAGMENT = """
 in vec3 v_position_lv;
 in vec3 v_normal_lv;
 uniform vec3 u_towards;
@@ -258,7 +258,7 @@ def test_foreign_program_includes_the_receiver(
 ) -> None:
     light = light_of("directional", Shadow(target=target, filter=kernel))
     shadow_map = draw_map(glcontext, gpu[1], gpu[0], light, views_of(small_scene(), light, ClipSpace(False, False)))
-    source = receiver_source(glcontext, light, shadow_map) + STRANGER
+    source = receiver_source(glcontext, light, shadow_map) + FOREIGN_FRAGMENT
     ours = forward_program(glcontext, gpu[1], light, shadow_map, "core330")
     vertex = Variant("pass/forward.vert", "core330", {}, {}).compose()
     lines = source.splitlines()
@@ -269,12 +269,12 @@ def test_foreign_program_includes_the_receiver(
     found = forward.draw(theirs, light, shadow_map, u_towards=(0.0, 0.0, 1.0))
     theirs.gl.release()
     shadow_map.atlas.release()
-    # Theirs knows no eye: a face edge-on to it, which ours turns to the side that is seen, may come out differently.
+    # The foreign program has no eye position: a face edge-on to it, which ours flips towards the camera, may differ.
     assert (found.values != expected.values).any(axis=-1).sum() <= 2
     assert (found.values[found.hit] < 0.5).any()
 
 
-def test_light_without_a_map_is_open(glcontext: GLContext) -> None:
+def test_light_without_a_map_is_unshadowed(glcontext: GLContext) -> None:
     text = receiver_source(glcontext, DirectionalLight(shadow=None), None, "es100")
     assert "float light_visibility(" in text
     assert "u_map" not in text

@@ -1,4 +1,4 @@
-"""Frame as numpy, matplotlib, pickle and files take it, and its outputs against their table."""
+"""Frame in numpy, matplotlib, pickle and files, and its outputs against their table."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_type_shape_and_background_are_those_of_the_table(frame: gs.Frame, outpu
         assert (held == held[0]).all()
 
 
-def test_samples_are_four_where_nothing_is_said(renderer: gs.Renderer, scene: gs.Scene, frame: gs.Frame) -> None:
+def test_default_is_four_samples(renderer: gs.Renderer, scene: gs.Scene, frame: gs.Frame) -> None:
     assert frame.samples == 4
     assert next(renderer.sequence(scene, [scene.camera], size=SIZE)).samples == 4
     assert gs.trace(scene, size=SIZE).samples == 4
@@ -76,14 +76,14 @@ def test_samples_are_four_where_nothing_is_said(renderer: gs.Renderer, scene: gs
     )
 
 
-def test_one_name_is_enough(renderer: gs.Renderer, scene: gs.Scene) -> None:
+def test_single_output_name_is_accepted(renderer: gs.Renderer, scene: gs.Scene) -> None:
     frame = renderer.render(scene, size=SIZE, outputs="depth")
     assert set(frame.outputs) == {"depth"}
     with pytest.raises(gs.SettingsError, match=r"or .all., got 'deep'"):
         renderer.render(scene, size=SIZE, outputs="deep")
 
 
-def test_positions_are_world_coordinates_however_far_from_the_origin(renderer: gs.Renderer, scene: gs.Scene) -> None:
+def test_positions_are_world_coordinates_far_from_the_origin(renderer: gs.Renderer, scene: gs.Scene) -> None:
     matrix = np.eye(4)
     matrix[:3, 3] = FAR_FROM_ORIGIN
     nodes = [gs.Node(node.mesh, matrix @ node.world_from_mesh, node.name) for node in scene.nodes]
@@ -109,7 +109,7 @@ def test_numpy_and_matplotlib_take_a_frame_as_its_image(frame: gs.Frame) -> None
     np.testing.assert_array_equal(shown.get_array(), frame.image)
 
 
-def test_a_pickled_frame_leaves_its_scene_behind(renderer: gs.Renderer) -> None:
+def test_pickled_frame_omits_its_scene(renderer: gs.Renderer) -> None:
     scene = gs.scenes.courtyard()
     frame = renderer.render(scene, size=SIZE)
     data = pickle.dumps(frame)
@@ -124,7 +124,7 @@ def test_a_pickled_frame_leaves_its_scene_behind(renderer: gs.Renderer) -> None:
     assert pickle.loads(pickle.dumps(again)).scene.name == scene.name
 
 
-def test_show_opens_a_viewer_or_says_that_there_is_none(frame: gs.Frame, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_show_opens_a_viewer_or_reports_that_none_exists(frame: gs.Frame, monkeypatch: pytest.MonkeyPatch) -> None:
     shown = []
     monkeypatch.setattr(ImageShow, "show", lambda picture: shown.append(np.asarray(picture)) or True)
     frame.show()
@@ -135,7 +135,7 @@ def test_show_opens_a_viewer_or_says_that_there_is_none(frame: gs.Frame, monkeyp
 
 
 @pytest.mark.parametrize("path", ["nowhere/picture.png", "picture.gif"])
-def test_where_an_image_cannot_go_is_said_before_it_is_rendered(tmp_path: Path, path: str) -> None:
+def test_bad_output_path_is_refused_before_rendering(tmp_path: Path, path: str) -> None:
     with pytest.raises(gs.SettingsError, match=r"there is no folder|must end in one of"):
         gs.render(object(), path=tmp_path / path)  # which load would refuse with a SceneError
 
@@ -152,7 +152,7 @@ def test_exr_channels_are_those_of_the_table(frame: gs.Frame, tmp_path: Path) ->
     assert names == named | {"visibility.0"}
 
 
-def test_outputs_of_the_centre_have_no_samples(renderer: gs.Renderer, scene: gs.Scene) -> None:
+def test_outputs_at_the_pixel_centre_have_no_samples(renderer: gs.Renderer, scene: gs.Scene) -> None:
     one, four = (renderer.render(scene, size=SIZE, outputs=CENTRES, samples=samples) for samples in (1, 4))
     for name in CENTRES:
         np.testing.assert_array_equal(one.outputs[name], four.outputs[name])

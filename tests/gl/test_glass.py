@@ -1,4 +1,4 @@
-"""Light through casters that blend: its colour on what lies behind, by the formula; nothing before them; visibility untouched."""
+"""Translucent casters: their colour on receivers behind them, by the formula; none on surfaces before them; visibility unchanged."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def through(color: tuple[float, ...]) -> Array:
 
 
 def tint(renderer: gs.Renderer, scene: gs.Scene, light: gs.Light) -> tuple[Array, gs.Frame]:
-    """Linear light on the ground over that without any pane (H, W, 3); NaN where the ground is not seen or not lit."""
+    """Linear light on the ground divided by that without translucent casters (H, W, 3); NaN where the ground is not seen or not lit."""
     outputs = ("linear", "node", "visibility", "position")
     frame = renderer.render(scene, CAMERA, [light], SIZE, ambient=0.0, outputs=outputs, samples=1)
     bare = renderer.render(gs.Scene((scene.nodes[0],)), CAMERA, [light], SIZE, ambient=0.0, outputs=outputs, samples=1)
@@ -56,7 +56,7 @@ def tint(renderer: gs.Renderer, scene: gs.Scene, light: gs.Light) -> tuple[Array
 
 @pytest.mark.parametrize("filter", [None, gs.Pcf(1)], ids=["exact", "pcf"])
 @pytest.mark.parametrize("name", list(LIGHTS))
-def test_what_lies_behind_gets_its_colour(renderer: gs.Renderer, name: str, filter: gs.Filter | None) -> None:
+def test_receiver_behind_is_tinted(renderer: gs.Renderer, name: str, filter: gs.Filter | None) -> None:
     scene = gs.Scene((ground(), node("red", RED, -1.5, 1.0, z=-0.3), node("blue", BLUE, -1.5, 2.0, z=0.3)))
     light = replace(LIGHTS[name], shadow=gs.Shadow(filter=filter))
     seen, frame = tint(renderer, scene, light)
@@ -64,25 +64,25 @@ def test_what_lies_behind_gets_its_colour(renderer: gs.Renderer, name: str, filt
     for expected in (np.ones(3), through(RED), through(BLUE), through(RED) * through(BLUE)):
         near = np.abs(seen - expected).max(axis=-1) < 5e-3
         assert (near & known).sum() > 15, expected
-    # nothing else, but for texels at borders
+    # only texels at borders differ
     all_of = [np.ones(3), through(RED), through(BLUE), through(RED) * through(BLUE)]
     gap = np.min([np.abs(seen - each).max(axis=-1) for each in all_of], axis=0)
     assert (gap[known] > 5e-3).mean() < 0.05
-    assert (frame.visibility[0][known] == 1.0).all(), "visibility is a number that knows no colour"
+    assert (frame.visibility[0][known] == 1.0).all(), "visibility has no colour"
 
 
-def test_where_its_shadow_lies(renderer: gs.Renderer) -> None:
-    """A sun of slope 0.4: a pane at height 1 from x to x + 1 tints the ground from x + 0.4 to x + 1.4."""
+def test_tint_placement(renderer: gs.Renderer) -> None:
+    """A light of slope 0.4: a caster at height 1 from x to x + 1 tints the ground from x + 0.4 to x + 1.4."""
     seen, frame = tint(renderer, gs.Scene((ground(), node("red", RED, -1.0, 1.0))), LIGHTS["sun"])
     places = frame.position
     red = np.abs(seen - through(RED)).max(axis=-1) < 5e-3
     pixel = 6.0 / SIZE[1]
     row = np.abs(places[..., 2]) < 0.4
-    assert places[..., 0][red & row].max() == pytest.approx(0.4, abs=2 * pixel)  # its left end lies under the pane
+    assert places[..., 0][red & row].max() == pytest.approx(0.4, abs=2 * pixel)  # its left end lies under the caster
     assert not red[places[..., 0] > 0.4 + 2 * pixel].any()
 
 
-def test_panes_of_no_and_of_full_alpha(renderer: gs.Renderer) -> None:
+def test_casters_of_zero_and_full_alpha(renderer: gs.Renderer) -> None:
     clear, _ = tint(renderer, gs.Scene((ground(), node("clear", (0.2, 0.2, 0.2, 0.0), -1.0, 1.0))), LIGHTS["sun"])
     np.testing.assert_allclose(clear[~np.isnan(clear)], 1.0, atol=5e-3)
     dense, _ = tint(renderer, gs.Scene((ground(), node("dense", (0.9, 0.9, 0.9, 1.0), -1.0, 1.0))), LIGHTS["sun"])
@@ -90,7 +90,7 @@ def test_panes_of_no_and_of_full_alpha(renderer: gs.Renderer) -> None:
     assert dark.sum() > 100
 
 
-def test_a_pane_does_not_tint_itself_nor_what_is_before_it(renderer: gs.Renderer) -> None:
+def test_caster_tints_neither_itself_nor_what_is_before_it(renderer: gs.Renderer) -> None:
     scene = gs.Scene((ground(), node("red", RED, -1.0, 1.0), node("blue", BLUE, -1.5, 2.0, side=0.6)))
     for light in LIGHTS.values():
         outputs = ("linear", "node")
@@ -105,7 +105,7 @@ def test_a_pane_does_not_tint_itself_nor_what_is_before_it(renderer: gs.Renderer
         np.testing.assert_allclose(frame.linear[upper], alone.linear[upper], atol=5e-3)
 
 
-def test_holes_of_a_texture_let_all_through(renderer: gs.Renderer) -> None:
+def test_texture_holes_have_no_tint(renderer: gs.Renderer) -> None:
     image = np.full((8, 8, 4), 255, dtype=np.uint8)
     image[:, :4, 3] = 0
     material = gs.Material(color=(1.0, 0.0, 0.0, 0.5), texture=image, alpha_mode=gs.AlphaMode.BLEND)
@@ -120,7 +120,7 @@ def test_holes_of_a_texture_let_all_through(renderer: gs.Renderer) -> None:
     assert places[..., 0][red].min() > 0.9, "the left half is empty: its shadow would begin at 0"
 
 
-def test_no_glass_costs_nothing() -> None:
+def test_scene_without_translucent_casters_allocates_no_map() -> None:
     with gs.Renderer("egl") as fresh:
         fresh.render(gs.scenes.box().scene, None, None, SIZE, samples=1)
         assert all(glass._owned == [] for glass in fresh._store.glasses.values())
@@ -129,7 +129,7 @@ def test_no_glass_costs_nothing() -> None:
 
 
 @pytest.mark.parametrize("light", [gs.RectLight(position=(0.0, 4.0, 0.0)), gs.SkyLight()], ids=["panel", "sky"])
-def test_a_light_that_is_not_tinted_says_so(renderer: gs.Renderer, light: gs.Light) -> None:
+def test_lights_without_tint_report_it(renderer: gs.Renderer, light: gs.Light) -> None:
     scene = gs.Scene((ground(), node("red", RED, -1.5, 1.0)))
     both = renderer.render(scene, CAMERA, [light, LIGHTS["sun"]], SIZE, outputs=("image",), samples=1)
     assert [any("untinted" in line for line in used.fallbacks) for used in both.used] == [True, False]
@@ -137,7 +137,7 @@ def test_a_light_that_is_not_tinted_says_so(renderer: gs.Renderer, light: gs.Lig
     assert not any("untinted" in line for line in bare.used[0].fallbacks)
 
 
-def test_a_spot_that_turns_in_place_takes_its_tint_along() -> None:
+def test_rotated_spot_redraws_its_tint() -> None:
     scene = gs.Scene((ground(), node("red", RED, -1.5, 1.0)))
     ways = [(1.0, -1.0, 0.0), (0.3, -1.0, 0.0)]
     spots = [replace(LIGHTS["spot"], direction=way, outer_angle=20.0, inner_angle=20.0) for way in ways]  # type: ignore[call-arg]
@@ -150,7 +150,7 @@ def test_a_spot_that_turns_in_place_takes_its_tint_along() -> None:
             )
 
 
-def test_samples_are_tinted_too(renderer: gs.Renderer) -> None:
+def test_tint_works_with_multisampling(renderer: gs.Renderer) -> None:
     scene = gs.Scene((ground(), node("red", RED, -1.5, 1.0)))
     one, four = (
         renderer.render(scene, CAMERA, [LIGHTS["sun"]], SIZE, outputs=("linear",), samples=each).linear

@@ -1,6 +1,6 @@
-"""The two cases in which any shadow at all is an artefact: an empty plane at grazing light, and a convex body alone.
+"""The two cases in which any shadow at all is an artefact: an empty plane at grazing light, and a single convex body.
 
-Every pixel with N.L > 0 for the geometric normal counts, and not one may be darkened.
+Every pixel with N.L > 0 for the geometric normal is tested, and not one may be darkened.
 """
 
 from __future__ import annotations
@@ -54,14 +54,14 @@ def plane() -> Scene:
 
 @pytest.fixture(scope="module")
 def ball() -> Scene:
-    """Of flat facets: what is smooth is lit by its smooth normal."""
+    """With flat facets: a smooth mesh is lit by its smooth normal."""
     scene = builtin.ball().scene
     (node,) = scene.nodes
     return replace(scene, nodes=(replace(node, mesh=replace(node.mesh, normals=None)),))
 
 
 def lights(towards: Array, distance: float, resolution: int, kernel: Filter) -> dict[str, Light]:
-    """The three lights, seen from the origin in direction `towards`."""
+    """The three kinds of light, seen from the origin in direction `towards`."""
     shadow = Shadow(resolution=resolution, filter=kernel)
     position, direction = tuple(distance * towards), tuple(-towards)
     return {
@@ -95,7 +95,7 @@ def assert_lit(frame: Frame, counted: Array) -> None:
 def test_empty_plane(
     renderer: Renderer, plane: Scene, kind: str, kernel: Filter, resolution: int, theta: float, view: str
 ) -> None:
-    """N6: all lit, however low the light."""
+    """N6: completely lit, however low the light."""
     e = np.radians(90.0 - theta)
     towards = np.array([0.8 * np.cos(e), np.sin(e), 0.6 * np.cos(e)])
     light = lights(towards, 40.0, resolution, kernel)[kind]
@@ -109,8 +109,10 @@ def test_empty_plane(
 
 
 @every_pair(kernel=(DEFAULT, Hard()), kind=("spot", "point"), height=(5.0, 1.0, 0.1, 0.01))
-def test_lamp_just_above_the_plane(renderer: Renderer, plane: Scene, kernel: Filter, kind: str, height: float) -> None:
-    """Every angle up to grazing in one picture."""
+def test_point_light_just_above_the_plane(
+    renderer: Renderer, plane: Scene, kernel: Filter, kind: str, height: float
+) -> None:
+    """Every angle up to grazing in one image."""
     shadow = Shadow(filter=kernel)
     where = (0.0, height, 0.3)
     light: Light = PointLight(position=where, shadow=shadow)
@@ -124,7 +126,7 @@ def test_lamp_just_above_the_plane(renderer: Renderer, plane: Scene, kernel: Fil
 
 
 class Facets:
-    """The facets of a convex body, and which of them lie next to the points that a view shows."""
+    """The facets of a convex body, and which of them lie next to visible points."""
 
     def __init__(self, scene: Scene) -> None:
         mesh = scene.nodes[0].mesh
@@ -136,17 +138,17 @@ class Facets:
         self._known: dict[str, tuple[Array, Array, Array]] = {}
 
     def _around(self, view: str, points: Array) -> tuple[Array, Array]:
-        """Normals (N, 8, 3) of the facets next to points (N, 3), and which of them a point lies on: on an edge both."""
+        """Normals (N, 8, 3) of the facets next to points (N, 3), and which of them a point lies on: both at an edge."""
         if view not in self._known or not np.array_equal(self._known[view][0], points):
             _, near = self._tree.query(points, k=8)
             normals = self._normals[near]
-            # greatest, 0, for its own facet
+            # maximum, 0, for its own facet
             above = np.einsum("nki,nki->nk", normals, points[:, None] - self._corners[near, 0])
             self._known[view] = points, normals, above >= above.max(axis=1, keepdims=True) - 1e-6
         return self._known[view][1:]
 
     def facing(self, view: str, points: Array, light: Light) -> Array:
-        """Which points (N,) lie on facets that face the light; on an edge both must."""
+        """Which points (N,) lie on facets that face the light; at an edge both must."""
         normals, own = self._around(view, points)
         cosine = np.einsum("nki,ni->nk", normals, light.to_light(points)[0])
         return np.where(own, cosine > 1e-6, True).all(axis=1)  # float32 rounds N.L by that much

@@ -1,4 +1,4 @@
-"""Many nodes with one mesh: drawn together, they look as when each is drawn by itself."""
+"""Many nodes with one mesh: instanced drawing gives the same image as drawing each by itself."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ OUTPUTS = ("image", "visibility", "triangle", "node", "normal")
 
 
 def crowds() -> Scene:
-    """Balls with smooth normals, cards with holes and open rectangles, turned, stretched, mirrored, and two that show only shadow."""
+    """Balls with smooth normals, cards with holes and open rectangles, rotated, stretched, mirrored, and two that only cast."""
     random = np.random.default_rng(8)
     positions, triangles = shapes.icosphere(1, 0.4)
     texture = np.full((8, 8, 4), 255, dtype=np.uint8)
@@ -43,8 +43,8 @@ def crowds() -> Scene:
 
 
 @pytest.mark.parametrize("samples", [1, 4])
-def test_instances_drawn_together_are_those_drawn_one_by_one(monkeypatch: pytest.MonkeyPatch, samples: int) -> None:
-    monkeypatch.setattr(runs, "AT_ONCE", 200)  # triangles: two balls in a draw
+def test_instanced_drawing_equals_separate_draws(monkeypatch: pytest.MonkeyPatch, samples: int) -> None:
+    monkeypatch.setattr(runs, "AT_ONCE", 200)  # triangles: two balls per draw
     frames = []
     for many in (8, 1000):
         monkeypatch.setattr(drawing, "_MANY", many)
@@ -55,8 +55,8 @@ def test_instances_drawn_together_are_those_drawn_one_by_one(monkeypatch: pytest
     assert len(np.unique(frames[0].node)) > 40
 
 
-def test_a_small_texture_buffer_takes_several_draws() -> None:
-    """One that holds the matrices of nine nodes of twenty."""
+def test_small_texture_buffer_splits_instanced_draws() -> None:
+    """A buffer that holds the matrices of nine nodes of twenty."""
     scene = crowds()
     with Renderer("egl") as renderer:
         expected = renderer.render(scene, size=(160, 100), outputs=("triangle", "image"), samples=1)
@@ -68,8 +68,8 @@ def test_a_small_texture_buffer_takes_several_draws() -> None:
     np.testing.assert_array_equal(again.image, expected.image)
 
 
-def test_what_is_computed_of_many_nodes_together_is_that_of_each() -> None:
-    """Planes and neighbours, of meshes of as many triangles, of more, and of instances between them, against each node's own float64."""
+def test_batched_planes_and_adjacency_equal_those_of_each_node() -> None:
+    """Planes and adjacency of small meshes, large meshes and instances between them, against each node's own float64."""
     scene = crowds()
     with Renderer("egl") as renderer:
         renderer.render(scene, size=(16, 16), samples=1)

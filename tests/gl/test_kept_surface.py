@@ -1,4 +1,4 @@
-"""What the camera sees is drawn again only where it may have changed; a light that moves is not such a thing."""
+"""The camera pass runs again only if the visible surfaces may have changed; a moving light does not change them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def renderer() -> Iterator[gs.Renderer]:
 
 @pytest.fixture
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """One entry for each time that the surface is drawn."""
+    """One entry for each time that the camera pass runs."""
     from glshadow.gl import draw
 
     times: list[int] = []
@@ -45,7 +45,7 @@ def fresh(scene: gs.Scene, **options: Any) -> gs.Frame:
 
 @pytest.mark.parametrize("samples", [1, 4])
 @pytest.mark.parametrize("shadow", [gs.Shadow(), gs.Shadow(filter=gs.Pcf())], ids=["exact", "map"])
-def test_a_moving_light_sees_what_was_seen(
+def test_moving_light_reuses_the_camera_pass(
     renderer: gs.Renderer, drawn: list[int], shadow: gs.Shadow, samples: int
 ) -> None:
     scene = gs.scenes.box().scene
@@ -60,7 +60,7 @@ def test_a_moving_light_sees_what_was_seen(
 
 
 @pytest.mark.parametrize("samples", [1, 4])
-def test_what_may_have_changed_is_drawn_again(renderer: gs.Renderer, drawn: list[int], samples: int) -> None:
+def test_changed_inputs_run_the_camera_pass_again(renderer: gs.Renderer, drawn: list[int], samples: int) -> None:
     scene = gs.scenes.box().scene
     name = scene.nodes[-1].name
     changes: list[tuple[gs.Scene, dict[str, Any]]] = [
@@ -81,7 +81,7 @@ def test_what_may_have_changed_is_drawn_again(renderer: gs.Renderer, drawn: list
             np.testing.assert_array_equal(frame.outputs[each], expected.outputs[each])
 
 
-def test_middles_take_the_place_of_samples_only_for_a_while(renderer: gs.Renderer) -> None:
+def test_pixel_centres_replace_samples_only_temporarily(renderer: gs.Renderer) -> None:
     scene = gs.scenes.box().scene
     for outputs in (("image",), ("image", "depth"), ("image",), ("depth",), ("image",)):
         frame = renderer.render(scene, size=SIZE, samples=4, outputs=outputs)
@@ -90,7 +90,7 @@ def test_middles_take_the_place_of_samples_only_for_a_while(renderer: gs.Rendere
             np.testing.assert_array_equal(frame.outputs[name], expected.outputs[name])
 
 
-def test_nothing_in_view_is_said_every_time(renderer: gs.Renderer) -> None:
+def test_empty_view_is_reported_every_time(renderer: gs.Renderer) -> None:
     scene = gs.scenes.box().scene
     away = gs.PerspectiveCamera((0, 5, 50), (0, 5, 100))
     for _ in range(2):

@@ -1,4 +1,4 @@
-"""A ground of any size swallows no shadow near the camera; a map that covers too much says so."""
+"""A ground of any size loses no shadow near the camera; a map that covers too much is reported."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def table() -> gs.Mesh:
 
 
 def ground(side: float, cells: int = 1) -> gs.Mesh:
-    """A square of so many cells along each side, cut in two triangles each, at y = 0."""
+    """A square at y = 0 of so many cells along each side, two triangles each."""
     steps = np.linspace(-0.5 * side, 0.5 * side, cells + 1)
     x, z = np.meshgrid(steps, steps)
     corner = np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)
@@ -51,8 +51,8 @@ def visibility(scene: gs.Scene, shadow: gs.Shadow) -> tuple[np.ndarray, gs.Used]
 
 @pytest.mark.parametrize("cells", [1, 100])
 @pytest.mark.parametrize("filter", [gs.Pcf(1), gs.Hard(), gs.Disc(), gs.Exact()], ids=str)
-def test_the_ground_may_be_as_large_as_it_likes(filter: gs.Filter, cells: int) -> None:
-    """The picture near the camera is that of the smallest ground, but for a pixel or two that lie on an edge."""
+def test_ground_size_does_not_change_the_shadow(filter: gs.Filter, cells: int) -> None:
+    """The image near the camera equals that of the smallest ground, except for a pixel or two at edges."""
     first, used = visibility(scene_of(table(), ground(SIDES[0], cells)), gs.Shadow(filter=filter))
     assert (first < 0.5).sum() > 400
     for side in SIDES[1:]:
@@ -62,8 +62,8 @@ def test_the_ground_may_be_as_large_as_it_likes(filter: gs.Filter, cells: int) -
             np.testing.assert_allclose(also.texel, used.texel, rtol=1e-3)
 
 
-def test_a_map_that_covers_too_much_says_so() -> None:
-    """Hills cast on themselves: the map must cover them all."""
+def test_map_that_covers_too_much_is_reported() -> None:
+    """Hills shadow themselves: the map must cover them all."""
     hills = ground(1e5, 40)
     rough = gs.Mesh(
         hills.positions + np.random.default_rng(1).uniform(0, 30, (len(hills.positions), 1)) * (0, 1, 0),
@@ -88,8 +88,8 @@ def test_a_map_that_covers_too_much_says_so() -> None:
         )
 
 
-def test_nothing_is_drawn_where_nothing_can_be_darkened() -> None:
-    """The caster's shade lies outside of what is seen."""
+def test_casters_without_visible_shadow_are_not_drawn() -> None:
+    """The caster's shadow lies outside the view."""
     aside = gs.Mesh(table().positions + np.array([0.0, 0.0, 50.0]), table().triangles)
     frame_light = gs.DirectionalLight(direction=SUN, shadow=gs.Shadow(filter=gs.Pcf()))
     with gs.Renderer() as renderer:
@@ -100,11 +100,11 @@ def test_nothing_is_drawn_where_nothing_can_be_darkened() -> None:
 
 @pytest.mark.parametrize("scale", [1.0, 1e-6])
 @pytest.mark.parametrize("half", [1e4, 1e6, 1e7])
-def test_nothing_near_is_cut_by_a_large_ground(half: float, scale: float) -> None:
-    """A box of 2 on a ground, the eye 8 away: every pixel shows what its ray meets, at its depth, and the shadow is that of a small ground.
+def test_large_ground_clips_nothing_near(half: float, scale: float) -> None:
+    """A box of 2 on a ground, 8 from the camera: every pixel shows its ray's hit, at its depth, and the shadow of a small ground.
 
-    Depth has the closed form of planes. Its float32 is off by 1.5e-4 where vertices 1e7 away are clipped; a wall and another 1 % behind
-    it, 9/10 of the way to the horizon, tell whether that could swap two surfaces.
+    Depth has the closed form of planes. In float32 it is off by 1.5e-4 where vertices 1e7 away are clipped; a wall and another 1 % behind
+    it, 9/10 of the way to the horizon, show whether that could swap two surfaces.
     """
     box = gs.Mesh(
         scale * shapes.box((2.0, 2.0, 2.0), (0.0, 1.0, 0.0))[0], shapes.box((2.0, 2.0, 2.0), (0.0, 1.0, 0.0))[1]
@@ -128,7 +128,7 @@ def test_nothing_near_is_cut_by_a_large_ground(half: float, scale: float) -> Non
     depths = np.stack([front, ground, wall])
     expected = np.where(np.isfinite(depths.min(axis=0)), depths.argmin(axis=0), -1)
     assert np.isin(frame.node, (-1, 0, 1, 2)).all(), "the wall behind shows through"
-    assert (frame.node != expected).sum() <= 4 * SIZE[0] / 100, "but for pixels that an edge passes"
+    assert (frame.node != expected).sum() <= 4 * SIZE[0] / 100, "except for pixels at edges"
     same = (frame.node == expected) & (expected >= 0)
     assert set(np.unique(expected[same])) == {0, 1, 2}
     np.testing.assert_allclose(frame.depth[same], depths.min(axis=0)[same], rtol=2e-4)
@@ -138,14 +138,14 @@ def test_nothing_near_is_cut_by_a_large_ground(half: float, scale: float) -> Non
 
 
 @pytest.mark.parametrize("filter", [gs.Pcf(1), gs.Exact()], ids=str)
-def test_a_lamp_over_a_large_ground_has_shadows_below_it(filter: gs.Filter) -> None:
-    """Those of the same table on a small ground: its near plane lies before the receivers, not behind them."""
-    lamp = gs.PointLight(position=(0.4, 2.5, 0.3), shadow=gs.Shadow(filter=filter, resolution=512))
+def test_local_light_over_a_large_ground_casts_shadows(filter: gs.Filter) -> None:
+    """The same shadows as on a small ground: the light's near plane lies before the receivers, not behind them."""
+    point_light = gs.PointLight(position=(0.4, 2.5, 0.3), shadow=gs.Shadow(filter=filter, resolution=512))
     seen = []
     with gs.Renderer() as renderer:
         for side in (10.0, 3e4):
             frame = renderer.render(
-                scene_of(table(), ground(side)), CAMERA, [lamp], SIZE, outputs=("visibility", "depth"), samples=1
+                scene_of(table(), ground(side)), CAMERA, [point_light], SIZE, outputs=("visibility", "depth"), samples=1
             )
             seen.append(np.where(frame.depth < 5.0, frame.visibility[0], 1.0))
     assert (seen[0] < 0.5).sum() > 200

@@ -1,4 +1,4 @@
-"""Maps of means against float64: what they hold, and what is made of it at every pixel."""
+"""Prefiltered (moment) shadow maps against float64: their contents, and the visibility of every pixel."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ LIGHTS: dict[str, gs.Light] = {
 MOMENTS = [each for each in variants.MOMENTS if isinstance(each, MomentFilter)]
 DTYPES = {"f4": np.float32, "f2": np.float16, "nu2": np.uint16}
 PRECISIONS = {"f4": 2.0**-22, "f2": 2.0**-9, "nu2": 2.0**-15}
-"""Of a mean of (2 R + 1)^2 that is rounded after each of two passes; relative to the largest (exp: to itself)."""
+"""Relative error of a mean of (2 R + 1)^2 that is rounded after each of two passes; relative to the maximum (exp: to itself)."""
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def rendered(
 
 
 def even_depth(view: gs.ShadowView, window: Array) -> Array:
-    """Depth from 0 at near to 1 at far of stored window depth, by the projection's own matrix."""
+    """Depth from 0 at near to 1 at far, from stored window depth by the projection's own matrix."""
     matrix = view.clip_from_view
     ndc = window if view.clip.zero_to_one else 2.0 * window - 1.0
     # ndc = (m22 z + m23) / (m32 z + m33)
@@ -56,8 +56,8 @@ def even_depth(view: gs.ShadowView, window: Array) -> Array:
     return np.clip((-z - view.near) / (view.far - view.near), 0.0, 1.0)
 
 
-def means_of(kind: MomentFilter, depth: Array) -> Array:
-    """(R, R, components) box means of what is stored; the border repeats."""
+def box_filtered(kind: MomentFilter, depth: Array) -> Array:
+    """(R, R, components): stored values averaged over the filter's box; clamped at the border."""
     stored = kind.encoded(depth.ravel()).reshape(*depth.shape, -1)
     padded = np.pad(stored, ((kind.radius,) * 2, (kind.radius,) * 2, (0, 0)), mode="edge")
     width = 2 * kind.radius + 1
@@ -66,7 +66,7 @@ def means_of(kind: MomentFilter, depth: Array) -> Array:
 
 
 def tile_of(renderer: gs.Renderer, source: Prefiltered, number: int) -> NDArray[np.float64]:
-    """What a view's tile of means holds (R, R, components), row 0 at v = 1."""
+    """A view's tile of the prefiltered map (R, R, components), row 0 at v = 1."""
     assert source.map is not None
     view, texture = source.map.views[number], source.map.atlas.texture
     kind = source.map.filter
@@ -80,24 +80,24 @@ def tile_of(renderer: gs.Renderer, source: Prefiltered, number: int) -> NDArray[
 
 @pytest.mark.parametrize("name", list(LIGHTS))
 @pytest.mark.parametrize("kind", MOMENTS, ids=str)
-def test_a_map_holds_the_means(renderer: gs.Renderer, kind: MomentFilter, name: str) -> None:
+def test_map_holds_box_filtered_moments(renderer: gs.Renderer, kind: MomentFilter, name: str) -> None:
     frame, source = rendered(renderer, kind, LIGHTS[name])
     for number, view in enumerate(frame.used[0].views):
         depth = even_depth(view, frame.shadow_maps[0][number].astype(np.float64))
-        expected = means_of(kind, depth)
+        expected = box_filtered(kind, depth)
         inner = np.s_[kind.radius : -kind.radius or None, kind.radius : -kind.radius or None]
         found, expected = tile_of(renderer, source, number)[inner], expected[inner]
-        # exp's relative error: its exponent times the rounding of depth, a few 2^-24 that a lamp's unprojection makes larger
+        # exp's relative error: its exponent times the rounding of depth, a few 2^-24 that a local light's unprojection enlarges
         relative = PRECISIONS[kind.precision] + 180.0 * 2.0**-20
         scale = np.maximum(np.abs(expected), 1e-30) if "esm" in kind.spelling or "evsm" in kind.spelling else 1.0
         if kind.precision == "f2":
-            scale = np.maximum(scale, 2.0**-14 / PRECISIONS["f2"])  # what is smaller is stored in fewer bits
+            scale = np.maximum(scale, 2.0**-14 / PRECISIONS["f2"])  # smaller values are stored in fewer bits
         assert (np.abs(found - expected) / scale).max() < relative
 
 
 @pytest.mark.parametrize("name", ["sun", "spot"])
 @pytest.mark.parametrize("kind", [each for each in MOMENTS if not each.mip_maps], ids=str)
-def test_every_pixel_is_answered_as_in_float64(renderer: gs.Renderer, kind: MomentFilter, name: str) -> None:
+def test_every_pixel_matches_float64(renderer: gs.Renderer, kind: MomentFilter, name: str) -> None:
     frame, source = rendered(renderer, kind, LIGHTS[name])
     view = frame.used[0].views[0]
     means = tile_of(renderer, source, 0)[::-1]
@@ -126,21 +126,21 @@ def test_every_pixel_is_answered_as_in_float64(renderer: gs.Renderer, kind: Mome
         for j in (0, 1)
     )
     deviation, extent = spread(kind.radius, slope * per_unit)
-    facet = FACET_SLOPE * kind.reach_texels * max(view.texel)  # what the derived bias lets neighbouring facets rise
+    facet = FACET_SLOPE * kind.reach_texels * max(view.texel)  # rise between facets under the derived bias
     own = np.minimum(((away - facet if sun else away * (1.0 - facet)) - view.near) * per_unit, 1.0)
     expected = kind.lit(own, np.asarray(sampled), deviation, extent)
     found = frame.visibility[0][seen].astype(np.float64)
     gap = np.abs(found - expected)[inside]
     assert inside.sum() > 1000
     assert ((expected > 0.02) & (expected < 0.98))[inside].sum() > 10
-    # three depths may lie in an order that a rounding decides
+    # three depths may be in an order that a rounding decides
     assert np.quantile(gap, 0.98) < 0.02
     assert np.median(gap) < 1e-3
 
 
 @pytest.mark.parametrize("kind", [gs.Vsm(), gs.Evsm(), gs.Msm()], ids=str)
-def test_many_points_of_a_light_are_asked_so_too(renderer: gs.Renderer, kind: gs.Filter) -> None:
-    """A map of means for each point; of a light without size the same as without points."""
+def test_prefiltered_maps_of_light_samples(renderer: gs.Renderer, kind: gs.Filter) -> None:
+    """One prefiltered map per sample point; a light without size gives the same result with and without sample points."""
     scene, sun = gs.scenes.box().scene, gs.DirectionalLight(angle=20.0)
     many = gs.Shadow(filter=gs.LightSamples(16, of=kind))
     frame = renderer.render(scene, None, [replace(sun, shadow=many)], SIZE, outputs=("visibility",), samples=1)
@@ -158,8 +158,8 @@ def test_many_points_of_a_light_are_asked_so_too(renderer: gs.Renderer, kind: gs
 @pytest.mark.parametrize(
     "kind", [gs.Esm(), gs.Vsm(), gs.Evsm(), gs.Msm(), gs.Msm(hausdorff=True), gs.Evsm(4), gs.Msm(4)], ids=str
 )
-def test_the_derived_bias_leaves_no_acne(renderer: gs.Renderer, kind: gs.Filter) -> None:
-    """Under every kind of light, and a low sun: no pixel more than percentage closer filtering has."""
+def test_derived_bias_leaves_no_acne(renderer: gs.Renderer, kind: gs.Filter) -> None:
+    """With every kind of light, and a low directional light: no pixel more than percentage-closer filtering has."""
     lights: tuple[gs.Light, ...] = (*LIGHTS.values(), gs.DirectionalLight(direction=(-0.9, -0.2, -0.3)))
     for light in lights:
         truth = gs.trace(SCENE, None, [light], SIZE, samples=1)
@@ -172,7 +172,7 @@ def test_the_derived_bias_leaves_no_acne(renderer: gs.Renderer, kind: gs.Filter)
         assert acne[0] <= acne[1]
 
 
-def test_a_kept_map_keeps_its_means(renderer: gs.Renderer) -> None:
+def test_reused_map_keeps_its_moments(renderer: gs.Renderer) -> None:
     first, source = rendered(renderer, gs.Vsm(2), LIGHTS["sun"])
     assert source.map is not None
     texture = source.map.atlas.texture
@@ -182,7 +182,7 @@ def test_a_kept_map_keeps_its_means(renderer: gs.Renderer) -> None:
     assert same.map.atlas.texture is texture
     assert again.used[0].draws == 0
     np.testing.assert_array_equal(again.visibility, first.visibility)
-    # another light takes over the atlas, then the first comes back
+    # another light takes over the atlas, then the first returns
     rendered(renderer, gs.Vsm(2), LIGHTS["spot"])
     third, _ = rendered(renderer, gs.Vsm(2), LIGHTS["sun"])
     np.testing.assert_array_equal(third.visibility, first.visibility)

@@ -1,4 +1,4 @@
-"""PyrenderRenderer beside the real pyrender: the same pictures without shadows, depth, segmentation, and shadows that darken only."""
+"""PyrenderRenderer beside the real pyrender: the same images without shadows, depth, segmentation, and shadows that only darken."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def found() -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("kind", ["sun", "spot", "point"])
-def test_it_returns_what_pyrender_returns(found: dict[str, Any], kind: str) -> None:
+def test_results_match_pyrender(found: dict[str, Any], kind: str) -> None:
     one = found[kind]
     picture, depth = [240, 320, 3], [240, 320]
     assert one["shapes"] == [picture, depth, picture, picture, [240, 320, 4], depth]
@@ -50,8 +50,8 @@ def test_it_returns_what_pyrender_returns(found: dict[str, Any], kind: str) -> N
 
 
 @pytest.mark.parametrize("kind", ["sun", "spot", "point"])
-def test_shadows_darken_and_nothing_else(found: dict[str, Any], kind: str) -> None:
-    """Also of point lights, whose shadow flag pyrender does not honour."""
+def test_shadows_only_darken(found: dict[str, Any], kind: str) -> None:
+    """Including point lights, whose shadow flag pyrender ignores."""
     assert found[kind]["darker"] > 0.01
     assert found[kind]["own"] > 0.01, "by its own flag"
     assert found[kind]["others"] == 0.0, "and no other"
@@ -59,16 +59,16 @@ def test_shadows_darken_and_nothing_else(found: dict[str, Any], kind: str) -> No
     assert found[kind]["brighter"] >= (-20 if kind == "spot" else -12)
 
 
-def test_what_is_kept_and_what_changes(found: dict[str, Any]) -> None:
+def test_reused_resources_and_changed_inputs(found: dict[str, Any]) -> None:
     assert found["kept"], "meshes go to the GPU once"
     assert found["moved"]
     assert found["resized"] == [240, 100, 3]
     assert found["empty"] == [[240, 100, 3], [240, 100]]
     sharp, soft = found["greys"]
-    assert soft > 1.3 * sharp, "a sun that has a size"
+    assert soft > 1.3 * sharp, "a directional light with a size"
 
 
-def test_what_is_refused() -> None:
+def test_bad_arguments_are_refused() -> None:
     class Camera:
         pass
 

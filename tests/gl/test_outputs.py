@@ -1,4 +1,4 @@
-"""What is read back, and how a setting is spelled, must not change the picture."""
+"""The choice of outputs, and the spelling of a setting, must not change the image."""
 
 from __future__ import annotations
 
@@ -33,15 +33,13 @@ def renderer() -> Iterator[gs.Renderer]:
 
 
 def bits(values: np.ndarray | tuple[np.ndarray, ...]) -> bytes:
-    """An output as it lies in memory; maps one behind the other."""
+    """The bytes of an output; shadow maps one after another."""
     return b"".join(each.tobytes() for each in (values if isinstance(values, tuple) else (values,)))
 
 
 @pytest.mark.parametrize("light", LIGHTS.values(), ids=list(LIGHTS))
-def test_every_subset_of_outputs_gives_the_same_picture(
-    renderer: gs.Renderer, scene: gs.Scene, light: gs.Light
-) -> None:
-    light = replace(light, shadow=gs.Shadow(resolution=128))  # a map is read back in every second picture
+def test_every_subset_of_outputs_gives_the_same_image(renderer: gs.Renderer, scene: gs.Scene, light: gs.Light) -> None:
+    light = replace(light, shadow=gs.Shadow(resolution=128))  # a map is read back in every second frame
     whole = renderer.render(scene, None, [light], SIZE, outputs=READ, samples=1)
     expected = {name: bits(getattr(whole, name)) for name in READ}
     for count in (1, 2, len(READ) - 1):
@@ -53,9 +51,7 @@ def test_every_subset_of_outputs_gives_the_same_picture(
 
 
 @pytest.mark.parametrize("light", LIGHTS.values(), ids=list(LIGHTS))
-def test_a_default_that_is_written_out_gives_the_same_picture(
-    renderer: gs.Renderer, scene: gs.Scene, light: gs.Light
-) -> None:
+def test_explicit_default_gives_the_same_image(renderer: gs.Renderer, scene: gs.Scene, light: gs.Light) -> None:
     plain = gs.Shadow(filter=gs.Pcf())
     derived = renderer.render(scene, None, [replace(light, shadow=plain)], SIZE, samples=1)
     used = derived.used[0]
@@ -70,7 +66,7 @@ def test_a_default_that_is_written_out_gives_the_same_picture(
 
 @pytest.mark.parametrize("compute", [True, False], ids=["built on the GPU", "built on the CPU"])
 def test_exact_obeys_faces(compute: bool) -> None:
-    """A single sheet over a ground, seen by the light from its front: BACK casts nothing, FRONT and BOTH the whole shadow."""
+    """A single sheet over a ground, lit on its front: BACK casts nothing, FRONT and BOTH the whole shadow."""
     ground = gs.Mesh(np.array([[-2, 0, 2], [2, 0, 2], [2, 0, -2], [-2, 0, -2.0]]), np.array([[0, 1, 2], [0, 2, 3]]))
     sheet = gs.Mesh(0.4 * ground.positions + (0, 1, 0), ground.triangles)  # faces up
     scene = gs.Scene((gs.Node(ground, np.eye(4), "ground"), gs.Node(sheet, np.eye(4), "sheet")))
@@ -87,8 +83,8 @@ def test_exact_obeys_faces(compute: bool) -> None:
     assert dark[gs.Faces.FRONT] == dark[gs.Faces.BOTH] > 100
 
 
-def test_only_a_bias_that_is_certain_leaves_the_floor_out(renderer: gs.Renderer, scene: gs.Scene) -> None:
-    """The courtyard's floor darkens nothing: it is one draw less, and a bias that may fail has to show what it does to it."""
+def test_floor_is_culled_only_under_a_sufficient_bias(renderer: gs.Renderer, scene: gs.Scene) -> None:
+    """The courtyard's floor shadows nothing: it is one draw less. A bias that may fail must still show its effect on the floor."""
 
     def drawn(**settings: object) -> gs.Frame:
         shadow = gs.Shadow(resolution=256, filter=gs.Hard(), fit=gs.SceneFit(), **settings)  # type: ignore[arg-type]

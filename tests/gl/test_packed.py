@@ -1,4 +1,4 @@
-"""Lights that share a texture: each map as if it were alone, whatever is drawn in which order."""
+"""Lights that share a texture: each map as if it were alone, regardless of the order of drawing."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ LIGHTS: tuple[gs.Light, ...] = (
     gs.DirectionalLight(direction=(0.4, -0.7, 0.3)),
 )
 DEPTH_TEST = 2e-5
-"""Of the metric: at silhouettes, where front and back of a thing meet, a third of a float depth buffer takes one for the other."""
+"""Error of the metric: at silhouettes, where front and back meet, a third of a float depth buffer confuses the two."""
 SNAPPED = 12
-"""Texels of four million that show another surface: GL may order two at one depth as it likes."""
+"""Texels of four million that show another surface: GL may order two at the same depth in either way."""
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def with_shadow(lights: tuple[gs.Light, ...], **more: object) -> tuple[gs.Light,
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4])
 @pytest.mark.parametrize("target", [gs.Target.R32F, gs.Target.R16F, gs.Target.R8], ids=lambda each: each.value)
-def test_each_map_is_as_if_alone(renderer: gs.Renderer, count: int, target: gs.Target) -> None:
+def test_packed_maps_equal_separate_maps(renderer: gs.Renderer, count: int, target: gs.Target) -> None:
     lights = with_shadow(LIGHTS[:count], target=target)
     outputs = ("visibility", "shadow_maps")
     alone = renderer.render(SCENE, None, lights, SIZE, outputs=outputs, samples=1)
@@ -61,7 +61,7 @@ def test_each_map_is_as_if_alone(renderer: gs.Renderer, count: int, target: gs.T
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4])
 def test_ranges_of_depth_are_exact(count: int) -> None:
-    """Next to each other, the last light's nearest, from 0 to 1 and no more; Riemer's 0.33 leaves a gap and an overlap."""
+    """Adjacent, the last light's range nearest, from 0 to 1 and no more; Riemer's 0.33 leaves a gap and an overlap."""
     ranges = [Channel(number, count, 1).depth_range for number in range(count)]
     assert ranges[-1][0] == 0.0
     assert sum(ranges[0]) == pytest.approx(1.0, abs=1e-15)
@@ -70,12 +70,12 @@ def test_ranges_of_depth_are_exact(count: int) -> None:
         assert any(first + size == pytest.approx(other, abs=1e-15) for other, _ in ranges)
 
 
-def test_order_and_what_is_kept_change_nothing(renderer: gs.Renderer) -> None:
+def test_order_and_cache_change_nothing(renderer: gs.Renderer) -> None:
     pack = gs.PackedShadow(with_shadow(LIGHTS[:3]))
     first = renderer.render(SCENE, None, pack, SIZE, outputs=("visibility",), samples=1)
     backwards = renderer.render(SCENE, None, pack[::-1], SIZE, outputs=("visibility",), samples=1)
     np.testing.assert_array_equal(backwards.visibility[::-1], first.visibility)
-    with gs.Renderer("egl") as fresh:  # where the nearest range is drawn first
+    with gs.Renderer("egl") as fresh:  # here the nearest range is drawn first
         afresh = fresh.render(SCENE, None, pack[::-1], SIZE, outputs=("visibility",), samples=1)
         assert all(used.draws > 0 for used in afresh.used)
     np.testing.assert_array_equal(afresh.visibility[::-1], first.visibility)
@@ -94,7 +94,7 @@ def test_order_and_what_is_kept_change_nothing(renderer: gs.Renderer) -> None:
     assert (gap[~np.isnan(gap)] > 0.01).sum() <= SNAPPED
 
 
-def test_two_packs_beside_each_other(renderer: gs.Renderer) -> None:
+def test_two_packs_do_not_interfere(renderer: gs.Renderer) -> None:
     packs = gs.PackedShadow(with_shadow(LIGHTS[:2])), gs.PackedShadow(with_shadow(LIGHTS[2:]))
     both = renderer.render(SCENE, None, (*packs[0], *packs[1]), SIZE, outputs=("visibility",), samples=1)
     alone = renderer.render(
@@ -104,7 +104,7 @@ def test_two_packs_beside_each_other(renderer: gs.Renderer) -> None:
     assert (gap[~np.isnan(gap)] > 0.01).sum() <= SNAPPED
 
 
-def test_it_is_a_sequence_of_lights() -> None:
+def test_pack_is_a_sequence_of_lights() -> None:
     pack = gs.PackedShadow(with_shadow(LIGHTS[:3]))
     assert len(pack) == 3
     assert [type(each) for each in pack] == [type(each) for each in LIGHTS[:3]]
@@ -126,6 +126,6 @@ def test_it_is_a_sequence_of_lights() -> None:
         ("lights", "PackedShadow|lights must be"),
     ],
 )
-def test_what_cannot_be_packed_is_refused(lights: tuple[gs.Light, ...], said: str) -> None:
+def test_unsupported_lights_are_refused(lights: tuple[gs.Light, ...], said: str) -> None:
     with pytest.raises(gs.SettingsError, match=said):
         gs.PackedShadow(lights)

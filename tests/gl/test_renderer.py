@@ -1,4 +1,4 @@
-"""Renderer: what it gives back, how lights add up, and the hard cases of frames and ranges (HARD N17 to N26 by name)."""
+"""Renderer: its outputs, how lights add up, and the hard cases of frames and ranges (HARD N17 to N26 by name)."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def dark_points(frame: Frame, light: int = 0) -> Array:
     return points[frame.lights[light].shines_on(points)]
 
 
-def assert_same_picture(a: Frame, b: Frame, share: float = PICTURE_SHARE) -> None:
+def assert_same_image(a: Frame, b: Frame, share: float = PICTURE_SHARE) -> None:
     assert a.image is not None
     assert b.image is not None
     assert a.visibility is not None
@@ -110,7 +110,7 @@ def test_shapes_and_types(renderer: Renderer) -> None:
 
 
 @pytest.mark.parametrize("name", OUTPUTS)
-def test_only_what_was_asked_for(renderer: Renderer, name: str) -> None:
+def test_only_requested_outputs_are_returned(renderer: Renderer, name: str) -> None:
     frame = renderer.render(box_scene(), lights=[sun()], size=SIZE, outputs=(name,), samples=1)
     assert tuple(frame.outputs) == (name,)
     for other in set(OUTPUTS) - {name}:
@@ -159,7 +159,7 @@ def test_shadow_falls_away_from_the_light(renderer: Renderer, kind: str, x: floa
 def test_shadow_map_rows_run_from_the_top(renderer: Renderer) -> None:
     """Row 0 of a stored map is v = 1, the side that the view's y axis points to."""
     scene = Scene((node("ground", ground()), node("box", shapes.box((0.5, 0.5, 0.5), (2.5, 0.3, 1.5)))), ABOVE)
-    shadow = Shadow(resolution=64, fit=SceneFit(), bias=NoBias())  # the derived bias leaves the ground out
+    shadow = Shadow(resolution=64, fit=SceneFit(), bias=NoBias())  # the derived bias culls the ground
     light = DirectionalLight(direction=(0.0, -1.0, 0.0), shadow=shadow)
     frame = renderer.render(scene, lights=[light], size=SIZE, outputs=("shadow_maps",), samples=1)
     assert frame.shadow_maps is not None
@@ -196,7 +196,7 @@ def srgb_decoded(color: Sequence[float]) -> Array:
 
 
 def test_unlit_side_is_dark(renderer: Renderer) -> None:
-    """0 where N.L <= 0 for the geometric normal, whatever the map says and whether or not there is one."""
+    """0 where N.L <= 0 for the geometric normal, whatever the map holds and whether or not there is one."""
     scene = builtin.ball(elevation=20.0).scene
     for shadow in (Shadow(resolution=512), None):
         light = replace(scene.lights[0], shadow=shadow)
@@ -225,7 +225,7 @@ def test_thin_sheet_lit_from_behind(renderer: Renderer) -> None:
     assert np.nanmin(below.visibility) > 1.0 - WEIGHT
 
 
-# -- how light adds up
+# -- sums of lights
 
 
 @pytest.mark.parametrize("strength", [0.0, 0.35, 1.0])
@@ -269,7 +269,7 @@ def many_lights() -> list[Light]:
 
 
 def test_lights_add_up(renderer: Renderer) -> None:
-    """Eight lights of all kinds: the linear picture is the sum of theirs, and each keeps the visibility it has alone."""
+    """Eight lights of all kinds: the linear image is the sum of theirs, and each keeps the visibility it has alone."""
     lights, outputs = many_lights(), ("linear", "visibility", "image")
     together = renderer.render(box_scene(), lights=lights, size=SIZE, ambient=0.02, outputs=outputs, samples=1)
     assert together.visibility is not None
@@ -336,7 +336,7 @@ def test_cone_range_and_falloff_are_intensity(renderer: Renderer) -> None:
     np.testing.assert_array_equal(frame.visibility[0][surface][towards[:, 1] < outer - 1e-6], 0.0)
 
 
-# -- what casts and what receives
+# -- casters and receivers
 
 
 def checker(cells: int = 8) -> np.ndarray:
@@ -359,7 +359,7 @@ def sheet_scene(mode: AlphaMode, cutoff: float = 0.5) -> Scene:
 
 
 def shadow_area(renderer: Renderer, scene: Scene, light: Light) -> float:
-    """Area in world units of the ground in shadow, seen from straight below the ground's level through nothing."""
+    """Area in world units of the ground in shadow, seen from straight below through the ground."""
     camera = PerspectiveCamera((3.0, 12.0, 0.001), (3.0, 0.0, 0.0), fov_y=30.0)
     size = (400, 400)
     frame = renderer.render(scene, camera, [light], size, outputs=("visibility", "depth"), samples=1)
@@ -370,7 +370,7 @@ def shadow_area(renderer: Renderer, scene: Scene, light: Light) -> float:
 
 @pytest.mark.parametrize("cutoff", [0.25, 0.5, 0.75])
 def test_masked_sheet_casts_half_a_shadow(renderer: Renderer, cutoff: float) -> None:
-    """N14. The light shifts the shadow by 3, beside the sheet."""
+    """N14. The light moves the shadow by 3, beside the sheet."""
     light = DirectionalLight(direction=(3.0, -1.0, 0.0), shadow=Shadow(resolution=1024))
     masked = shadow_area(renderer, sheet_scene(AlphaMode.MASK, cutoff), light)
     assert shadow_area(renderer, sheet_scene(AlphaMode.OPAQUE), light) == pytest.approx(4.0, rel=0.02)
@@ -400,7 +400,7 @@ def test_scene_in_which_nothing_casts(renderer: Renderer) -> None:
 
 
 def test_mirrored_node(renderer: Renderer) -> None:
-    """A matrix with a negative determinant turns the winding over: neither camera nor light may cull the wrong side."""
+    """A matrix with a negative determinant reverses the winding: neither camera nor light may cull the wrong side."""
     mirror = np.diag([-1.0, 1.0, 1.0, 1.0])
     solid = shapes.box((1.0, 1.0, 1.0), (0.8, 0.5, 0.3))
     there = shapes.box((1.0, 1.0, 1.0), (-0.8, 0.5, 0.3))
@@ -411,11 +411,11 @@ def test_mirrored_node(renderer: Renderer) -> None:
         b = renderer.render(
             Scene((node("ground", ground()), node("box", there)), ABOVE), lights=[light], size=SIZE, samples=1
         )
-        assert_same_picture(a, b)
+        assert_same_image(a, b)
 
 
 def test_mirrored_sheet_keeps_its_front(renderer: Renderer) -> None:
-    """Mirrored, a sheet still faces up: under a lamp above, only its front casts when only fronts are drawn."""
+    """Mirrored, a sheet still faces up: with a light above, only its front casts when only fronts are drawn."""
     mirror = np.diag([-1.0, 1.0, 1.0, 1.0])
     scene = Scene((node("ground", ground()), node("sheet", ground(0.8, level=1.0), mirror)))
     below = PerspectiveCamera((4.0, 0.5, 4.0), (0.0, 0.0, 0.0))
@@ -438,7 +438,7 @@ def test_instances_share_one_mesh(renderer: Renderer) -> None:
     assert gpu is not None
     assert len({id(each) for each in gpu.meshes}) == 2
     copies = [node(f"copy {i}", shapes.box((0.5, 0.5, 0.5), (i - 2.0, 0.25, 0.5 * i - 1.0))) for i in range(5)]
-    assert_same_picture(
+    assert_same_image(
         frame, renderer.render(Scene((scene.nodes[0], *copies), ABOVE), lights=[sun()], size=SIZE, samples=1)
     )
 
@@ -449,7 +449,7 @@ def test_moved_scene(renderer: Renderer) -> None:
     moved = scene.moved({"box": translation((1.5, 0.0, -1.0))})
     frame = renderer.render(moved, lights=[sun()], size=SIZE, outputs=("visibility", "depth", "image"), samples=1)
     there = Scene((scene.nodes[0], node("box", shapes.box((1.0, 1.0, 1.0), (1.5, 0.5, -1.0)))), ABOVE)
-    assert_same_picture(frame, renderer.render(there, lights=[sun()], size=SIZE, samples=1))
+    assert_same_image(frame, renderer.render(there, lights=[sun()], size=SIZE, samples=1))
     assert moved.nodes[1].mesh is scene.nodes[1].mesh
     points = dark_points(frame)
     assert np.abs(points[:, 2] + 1.0).max() < 0.7
@@ -457,7 +457,7 @@ def test_moved_scene(renderer: Renderer) -> None:
 
 @pytest.mark.parametrize("kind", ["sun", "spot", "point"])
 def test_faces(renderer: Renderer, kind: str) -> None:
-    """Closed meshes cast the same whichever sides are drawn; of a sheet only the side that is drawn casts."""
+    """Closed meshes cast the same whichever sides are drawn; of an open sheet only the drawn side casts."""
     light: Light = {
         "sun": sun(0.5, -1.0, 0.3),
         "spot": SpotLight(position=(-2.0, 5.0, -1.0), direction=(2.0, -5.0, 1.0), outer_angle=40),
@@ -467,9 +467,9 @@ def test_faces(renderer: Renderer, kind: str) -> None:
     for faces in (None, *Faces):
         shadow = replace(light.shadow, faces=faces, resolution=1024)
         frames[faces] = renderer.render(box_scene(), lights=[replace(light, shadow=shadow)], size=SIZE, samples=1)
-    assert_same_picture(frames[None], frames[Faces.BOTH], share=0.0)
-    assert_same_picture(frames[Faces.FRONT], frames[Faces.BOTH], share=0.0)
-    assert_same_picture(frames[Faces.BACK], frames[Faces.BOTH], share=0.02)  # the foot of the box: its bottom casts too
+    assert_same_image(frames[None], frames[Faces.BOTH], share=0.0)
+    assert_same_image(frames[Faces.FRONT], frames[Faces.BOTH], share=0.0)
+    assert_same_image(frames[Faces.BACK], frames[Faces.BOTH], share=0.02)  # the foot of the box: its bottom casts too
     lid = node("lid", ground(1.0, level=1.5))  # faces up, open
     areas = {}
     for faces in (None, *Faces):
@@ -485,7 +485,7 @@ def test_faces(renderer: Renderer, kind: str) -> None:
 
 
 def test_light_inside_a_closed_box(renderer: Renderer) -> None:
-    """N22: the outside is dark: the box around the light is not culled, and the near plane does not cut it away."""
+    """N22: the outside is dark: the box around the light is not culled, and the near plane does not clip it."""
     for half in (0.5, 0.05):
         shell = node("shell", shapes.box((2 * half, 2 * half, 2 * half), (0.0, 1.0, 0.0)))
         frame = renderer.render(
@@ -523,7 +523,7 @@ def test_fits_agree_away_from_edges(renderer: Renderer) -> None:
     assert certain.mean() > 0.4
     np.testing.assert_allclose(a[certain], b[certain], atol=WEIGHT)
     seen, whole = (np.array(frame.used[0].texel) for frame in frames)
-    assert (seen <= whole * (1.0 + 1e-9)).all()  # equal where both are fitted to the shade of the casters
+    assert (seen <= whole * (1.0 + 1e-9)).all()  # equal if both are fitted to the casters' shadow
 
 
 def test_scene_fit_does_not_depend_on_the_camera(renderer: Renderer) -> None:
@@ -538,7 +538,7 @@ def test_scene_fit_does_not_depend_on_the_camera(renderer: Renderer) -> None:
 @pytest.mark.parametrize("clip", CLIP_SPACES, ids=str)
 @pytest.mark.parametrize("kind", ["sun", "spot", "point"])
 def test_receivers_beyond_far_are_lit(renderer: Renderer, kind: str, clip: Any, target: Target) -> None:
-    """N17: a plane that crosses the far plane, no caster: all lit in every format and convention."""
+    """N17: a plane that crosses the far plane, no caster: completely lit in every format and convention."""
     shadow = Shadow(resolution=256, target=target, clip=clip)
     light: Light = {
         "sun": DirectionalLight(direction=(-1.0, -1.0, -0.2), near=-1.0, far=1.0, shadow=shadow),
@@ -554,7 +554,7 @@ def test_receivers_beyond_far_are_lit(renderer: Renderer, kind: str, clip: Any, 
 
 @TARGETS
 def test_beyond_far_and_nothing_in_reach(renderer: Renderer, target: Target) -> None:
-    """N17: everything is farther than far."""
+    """N17: everything is beyond far."""
     shadow = Shadow(resolution=64, target=target)
     light = SpotLight(position=(0.0, 10.0, 0.0), outer_angle=50, near=1.0, far=5.0, shadow=shadow)
     scene = Scene((node("ground", ground()),), ABOVE)
@@ -563,7 +563,7 @@ def test_beyond_far_and_nothing_in_reach(renderer: Renderer, target: Target) -> 
 
 
 def test_caster_before_near_still_casts(renderer: Renderer) -> None:
-    """N23, N24: what is nearer than the near plane is clamped to it, not cut."""
+    """N23, N24: a caster nearer than the near plane is clamped to it, not clipped."""
     high = node("high", shapes.box((1.0, 0.1, 1.0), (0.0, 50.0, 0.0)))
     light = DirectionalLight(direction=(0.0, -1.0, 0.0), near=-2.0, far=1.0, shadow=Shadow(resolution=512))
     camera = PerspectiveCamera((0.0, 9.0, 0.001), (0.0, 0.0, 0.0))
@@ -575,7 +575,7 @@ def test_caster_before_near_still_casts(renderer: Renderer) -> None:
 
 @TARGETS
 def test_receivers_outside_the_map_are_lit(renderer: Renderer, target: Target) -> None:
-    """N18: only the caster's shadow; neither border nor streak nor copy. The spot's map ends within the ground."""
+    """N18: only the caster's shadow; no border, streak or copy. The spot's map ends within the ground."""
     light = SpotLight(
         position=(0.0, 4.0, 0.0), inner_angle=10, outer_angle=20, shadow=Shadow(resolution=128, target=target)
     )
@@ -634,7 +634,7 @@ def test_widest_cones(renderer: Renderer, angle: float) -> None:
 @pytest.mark.parametrize("target", [None, Target.R32F, Target.DEPTH16])
 @pytest.mark.parametrize("kernel", [Hard(), Pcf(1), Pcf(3)], ids=str)
 def test_room_without_seams(renderer: Renderer, kernel: Any, target: Target | None) -> None:
-    """N21: a lamp off the middle, so that the borders between its six faces cross the walls; all lit, also on the borders."""
+    """N21: a point light off the centre, so that the borders between its six faces cross the walls; all lit, also on the borders."""
     scene = builtin.room().scene
     lamp = np.array([0.3, 0.15, -0.2])
     light = PointLight(position=tuple(lamp), shadow=Shadow(filter=kernel, target=target))
@@ -643,7 +643,7 @@ def test_room_without_seams(renderer: Renderer, kernel: Any, target: Target | No
         points = np.asarray(frame.camera.position) + pixel_rays(frame.camera, frame.size) * frame.depth[
             ..., None
         ].astype(float)
-        # beside a concave edge the kernel also reads the other wall, which is nearer than the receiver's own plane goes on
+        # beside a concave edge the kernel also samples the other wall, which is nearer than the receiver's extended plane
         second = np.sort(1.0 - np.abs(points), axis=-1)[..., 1]
         band = (kernel.radius + 1.0) * np.sqrt(2.0) * light_texel(frame) * np.abs(points - lamp).max(axis=-1)
         inner = second > band / np.cos(np.radians(60.0))
@@ -660,7 +660,7 @@ def light_texel(frame: Frame) -> float:
 
 
 def test_rods_across_face_borders(renderer: Renderer) -> None:
-    """N21: shadows of rods are unbroken where they cross from face to face."""
+    """N21: shadows of rods are continuous where they cross from face to face."""
     analytic = builtin.room(rods=True)
     lights = [replace(light, shadow=Shadow(filter=Pcf())) for light in analytic.scene.lights]
     frame = renderer.render(analytic.scene, None, lights, (320, 240), outputs=("visibility", "depth"), samples=1)
@@ -691,7 +691,7 @@ def test_faces_without_receivers_are_skipped(renderer: Renderer) -> None:
         box_scene(), lights=[PointLight(position=(0.0, 3.0, 0.0), shadow=MAP)], size=SIZE, samples=1
     )
     assert 3 in {view.face for view in below.used[0].views}
-    assert 2 not in {view.face for view in below.used[0].views}, "nothing lies above the lamp"
+    assert 2 not in {view.face for view in below.used[0].views}, "nothing lies above the light"
     far = renderer.render(
         box_scene(), lights=[PointLight(position=(0.0, 100.0, 0.0), shadow=MAP)], size=SIZE, samples=1
     )
@@ -714,7 +714,7 @@ def test_light_that_reaches_nothing_seen(renderer: Renderer) -> None:
     assert (frame.linear == 0.0).all()
 
 
-# -- the same picture
+# -- the same image
 
 
 def scaled(analytic: builtin.AnalyticScene, scale: float, offset: Array) -> tuple[Scene, PerspectiveCamera, Light]:
@@ -741,42 +741,42 @@ CASES = {
 
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e7])
 @pytest.mark.parametrize("case", CASES)
-def test_scale_does_not_matter(renderer: Renderer, case: str, scale: float) -> None:
+def test_scale_changes_nothing(renderer: Renderer, case: str, scale: float) -> None:
     """N26."""
     analytic = CASES[case]()
     unit, _, _ = scaled(analytic, 1.0, np.zeros(3))
     other, _, _ = scaled(analytic, scale, np.zeros(3))
-    assert_same_picture(
+    assert_same_image(
         renderer.render(unit, size=(240, 160), samples=1), renderer.render(other, size=(240, 160), samples=1)
     )
 
 
 @pytest.mark.parametrize("offset", [(1e7, 0.0, -1e7), (6e6, 1e6, 0.0), (1e5, 0.0, 3.0)], ids=str)
 @pytest.mark.parametrize("case", CASES)
-def test_place_does_not_matter(renderer: Renderer, case: str, offset: Any) -> None:
+def test_translation_changes_nothing(renderer: Renderer, case: str, offset: Any) -> None:
     """N25."""
     analytic = CASES[case]()
     unit, _, _ = scaled(analytic, 1.0, np.zeros(3))
     other, _, _ = scaled(analytic, 1.0, np.asarray(offset))
-    assert_same_picture(
+    assert_same_image(
         renderer.render(unit, size=(240, 160), samples=1), renderer.render(other, size=(240, 160), samples=1)
     )
 
 
 def test_baked_far_away(renderer: Renderer) -> None:
-    """Vertices that are themselves far from zero keep what float64 knew of them."""
+    """Vertices that are themselves far from zero keep their float64 precision."""
     solids = {"ground": ground(), "box": shapes.box((1.0, 1.0, 1.0), (0.0, 0.5, 0.0))}
     offset = np.array([1e6, 0.0, -1e6])
     scene = Scene(tuple(node(name, (positions + offset, faces)) for name, (positions, faces) in solids.items()))
     camera = replace(ABOVE, position=tuple(np.asarray(ABOVE.position) + offset), target=tuple(offset))
-    assert_same_picture(
+    assert_same_image(
         renderer.render(box_scene(), lights=[sun()], size=SIZE, samples=1),
         renderer.render(scene, camera, [sun()], SIZE, samples=1),
     )
 
 
 def test_metamorphic(renderer: Renderer) -> None:
-    """N39: permuted, duplicated and subdivided triangles give the same picture; another caster makes nothing brighter."""
+    """N39: permuted, duplicated and subdivided triangles give the same image; another caster makes nothing brighter."""
     scene = box_scene()
     light = sun(0.6, -1.0, 0.4)
     frame = renderer.render(scene, lights=[light], size=SIZE, samples=1)
@@ -791,7 +791,7 @@ def test_metamorphic(renderer: Renderer) -> None:
     }
     for solid in variants.values():
         other = Scene((scene.nodes[0], node("box", solid)), ABOVE)
-        assert_same_picture(frame, renderer.render(other, lights=[light], size=SIZE, samples=1))
+        assert_same_image(frame, renderer.render(other, lights=[light], size=SIZE, samples=1))
     more = box_scene(node("more", shapes.box((0.4, 0.4, 0.4), (-1.5, 1.5, 1.0))))
     darker = renderer.render(more, lights=[light], size=SIZE, samples=1)
     brighter = darker.visibility > frame.visibility + 0.51
@@ -801,7 +801,7 @@ def test_metamorphic(renderer: Renderer) -> None:
 
 
 def test_deterministic(renderer: Renderer) -> None:
-    """Bit for bit, also after other scenes, sizes, formats and lights went through the same renderer, and in a new one."""
+    """Bit for bit, also after other scenes, sizes, formats and lights on the same renderer, and in a new one."""
     scene, lights = box_scene(), many_lights()[:4]
     first = renderer.render(scene, lights=lights, size=SIZE, outputs=OUTPUTS, samples=1)
     renderer.render(builtin.room(rods=True).scene, size=(33, 17), samples=1)
@@ -833,7 +833,7 @@ def test_frame_outlives_its_renderer() -> None:
 
 
 @pytest.mark.parametrize("ending", ["png", "tif", "jpg"])
-def test_save_picture(renderer: Renderer, tmp_path: Path, ending: str) -> None:
+def test_save_image(renderer: Renderer, tmp_path: Path, ending: str) -> None:
     frame = renderer.render(box_scene(), lights=[sun()], size=SIZE, samples=1)
     path = tmp_path / f"picture.{ending}"
     frame.save(path)
@@ -867,7 +867,7 @@ def test_save_exr(renderer: Renderer, tmp_path: Path) -> None:
         np.testing.assert_array_equal(pixels[..., names.index(found)], expected)
 
 
-def test_save_without_picture(renderer: Renderer, tmp_path: Path) -> None:
+def test_save_without_image(renderer: Renderer, tmp_path: Path) -> None:
     frame = renderer.render(box_scene(), lights=[sun()], size=SIZE, outputs=("visibility",), samples=1)
     with pytest.raises(SettingsError, match='this frame has no "image"'):
         frame.save(tmp_path / "picture.png")
@@ -890,7 +890,7 @@ def test_wrong_size(renderer: Renderer, size: Any) -> None:
         renderer.render(box_scene(), size=size, samples=1)
 
 
-def test_smallest_picture(renderer: Renderer) -> None:
+def test_smallest_image(renderer: Renderer) -> None:
     frame = renderer.render(box_scene(), lights=[sun()], size=(1, 1), samples=1)
     assert frame.image.shape == (1, 1, 3)
     assert frame.visibility.shape == (1, 1, 1)
@@ -929,7 +929,7 @@ def test_released_renderer() -> None:
         renderer.render(box_scene(), size=SIZE, samples=1)
 
 
-def test_camera_that_sees_nothing(renderer: Renderer) -> None:
+def test_empty_view_warns(renderer: Renderer) -> None:
     away = PerspectiveCamera((0.0, 5.0, 20.0), (0.0, 5.0, 40.0))
     with pytest.warns(GlshadowWarning, match="nothing is in view"):
         frame = renderer.render(box_scene(), away, [sun()], SIZE, background=(1.0, 0.5, 0.0), samples=1)

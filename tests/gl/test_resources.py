@@ -1,4 +1,4 @@
-"""GPU memory: nothing is made per frame once warm, what nobody needs is freed, and too much is a named error."""
+"""GPU memory: no allocation per frame once warm, unused objects are freed, and too large requests are named errors."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def renderer() -> Iterator[Renderer]:
 
 @pytest.fixture
 def made(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
-    """Counts every object that moderngl makes."""
+    """Counts every object that moderngl creates."""
     counts: Counter[str] = Counter()
 
     def counted(name: str, original: Callable[..., Any]) -> Callable[..., Any]:
@@ -79,7 +79,7 @@ def camera(step: int) -> PerspectiveCamera:
     return PerspectiveCamera((4.0 + 0.2 * step, 5.0, 6.0), (0.0, 0.1 * step, 0.0))
 
 
-def test_nothing_is_made_once_warm(renderer: Renderer, scene: Scene, made: Counter[str]) -> None:
+def test_warm_renderer_allocates_nothing(renderer: Renderer, scene: Scene, made: Counter[str]) -> None:
     """Moving lights, camera and nodes: no texture, buffer, framebuffer, vertex array or program after the second frame."""
     outputs = ("image", "visibility", "depth", "linear", "shadow_maps")
     for step in range(6):
@@ -118,7 +118,7 @@ def fresh_scene(number: int) -> Scene:
     return replace(source, nodes=(source.nodes[0], Node(copy, np.eye(4), "box")))
 
 
-def test_mesh_on_the_gpu_dies_with_its_mesh(renderer: Renderer) -> None:
+def test_gpu_mesh_is_freed_with_its_mesh(renderer: Renderer) -> None:
     first = fresh_scene(0)
     renderer.render(first, lights=lights(0), size=SIZE, samples=1)
     gpu = renderer._store.meshes.get(first.nodes[1].mesh)
@@ -131,7 +131,7 @@ def test_mesh_on_the_gpu_dies_with_its_mesh(renderer: Renderer) -> None:
     renderer.render(other, lights=lights(0), size=SIZE, samples=1)
     gc.collect()
     renderer.render(other, lights=lights(0), size=SIZE, samples=1)
-    assert isinstance(buffer.mglo, moderngl.InvalidObject), "the vertex buffer of a mesh that is gone was kept"
+    assert isinstance(buffer.mglo, moderngl.InvalidObject), "the vertex buffer of a deleted mesh was kept"
     assert renderer._store.meshes.get(other.nodes[0].mesh) is ground
     assert len(renderer._store.meshes._meshes) == 2
 
@@ -165,7 +165,7 @@ def still_works(renderer: Renderer, scene: Scene) -> None:
     assert renderer._context.ctx.error == "GL_NO_ERROR"
 
 
-def test_picture_beyond_the_driver(renderer: Renderer, scene: Scene) -> None:
+def test_image_size_beyond_the_driver_limit(renderer: Renderer, scene: Scene) -> None:
     limit = renderer.info["max_texture_size"]
     still_works(renderer, scene)
     for size in ((limit + 1, 4), (4, 2 * limit)):
@@ -176,7 +176,7 @@ def test_picture_beyond_the_driver(renderer: Renderer, scene: Scene) -> None:
         still_works(renderer, scene)
 
 
-def test_maps_beyond_the_driver(renderer: Renderer, scene: Scene) -> None:
+def test_map_size_beyond_the_driver_limit(renderer: Renderer, scene: Scene) -> None:
     """Six faces of 16384 need an atlas of three times that side."""
     huge = PointLight(position=(-2.0, 4.0, 1.0), shadow=Shadow(resolution=16384))
     with pytest.raises((ResourceError, SettingsError), match=r"shadow map .*16384"):
@@ -185,7 +185,7 @@ def test_maps_beyond_the_driver(renderer: Renderer, scene: Scene) -> None:
 
 
 def test_out_of_memory(renderer: Renderer, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    """moderngl does not raise when a texture cannot be had; the driver only says so when asked."""
+    """moderngl does not raise when a texture cannot be allocated; the driver reports it only through its error queue."""
     still_works(renderer, scene)
     kind = type(renderer._context.gl)
     drain, said = kind._drain, []
@@ -206,7 +206,7 @@ def test_out_of_memory(renderer: Renderer, scene: Scene, monkeypatch: pytest.Mon
 
 
 def test_release_frees_everything(made: Counter[str]) -> None:
-    """Objects of a foreign context do not go with it: the renderer must free each one that it made."""
+    """Objects of a foreign context outlive the renderer: it must free each one that it created."""
     names = {"libgl": "libEGL.so.1", "libegl": "libEGL.so.1"}
     with moderngl.create_context(standalone=True, backend="egl", require=330, **names) as ctx:
         before = objects(ctx)
@@ -226,11 +226,11 @@ def test_release_frees_everything(made: Counter[str]) -> None:
 
 
 def objects(ctx: moderngl.Context) -> Counter[str]:
-    """Names of textures, buffers, framebuffers and programs that exist, found by asking for each."""
+    """Names of the textures, buffers, framebuffers and programs that exist, found by testing each name."""
     from ctypes import CFUNCTYPE, c_ubyte, c_uint
 
     found: Counter[str] = Counter()
     for kind in ("Texture", "Buffer", "Framebuffer", "Program", "VertexArray", "Sampler"):
-        ask = CFUNCTYPE(c_ubyte, c_uint)(ctx.mglo._context.load_opengl_function(f"glIs{kind}"))
-        found[kind] = sum(bool(ask(number)) for number in range(1, 400))
+        is_object = CFUNCTYPE(c_ubyte, c_uint)(ctx.mglo._context.load_opengl_function(f"glIs{kind}"))
+        found[kind] = sum(bool(is_object(number)) for number in range(1, 400))
     return found

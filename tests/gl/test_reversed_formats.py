@@ -1,4 +1,4 @@
-"""Formats with equal steps gain nothing from reversed depth, and lose nothing: a lamp's near plane lies where they resolve what is far."""
+"""Formats with equal steps neither gain nor lose by reversed depth: a local light's near plane is chosen for the far end's resolution."""
 
 from __future__ import annotations
 
@@ -30,8 +30,10 @@ def scene() -> gs.Scene:
 
 @pytest.mark.parametrize("target", [gs.Target.DEPTH16, gs.Target.DEPTH24], ids=str)
 @pytest.mark.parametrize("light", LIGHTS, ids=["point", "spot"])
-def test_reversed_is_as_good(renderer: gs.Renderer, scene: gs.Scene, light: gs.Light, target: gs.Target) -> None:
-    """Inside of the courtyard, whose boxes hold the lamp, so that its near plane is a share of far."""
+def test_reversed_depth_is_as_accurate(
+    renderer: gs.Renderer, scene: gs.Scene, light: gs.Light, target: gs.Target
+) -> None:
+    """Inside the courtyard, whose boxes enclose the light, so that its near plane is a fraction of far."""
     seen, nears = [], []
     for reverse in (False, True):
         shadow = gs.Shadow(filter=gs.Hard(), target=target, clip=gs.ClipSpace(True, reverse), resolution=1024)
@@ -40,7 +42,7 @@ def test_reversed_is_as_good(renderer: gs.Renderer, scene: gs.Scene, light: gs.L
         nears.append((frame.used[0].views[0].near, frame.used[0].views[0].far))
     assert nears[0] == nears[1]
     assert nears[0][0] < 0.02 * nears[0][1]
-    # what rounds to the other of two steps: a step of 16 bits is wider than what the bias leaves at an edge
+    # values that round to the other of two steps: a step of 16 bits is wider than the bias's margin at an edge
     assert (np.abs(seen[0] - seen[1]) > 0.5).sum() <= 3
     reached = gs.trace(scene, None, [light], SIZE, samples=1).reached[0]
     assert 0.02 < (seen[0][reached] == 0.0).mean() < 0.98

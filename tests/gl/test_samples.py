@@ -1,4 +1,4 @@
-"""Several samples in a pixel: the picture is that of every sample shaded, the visibility that of rays, and nothing else changes."""
+"""Multisampling: the image equals that of shading every sample, visibility that of rays, and nothing else changes."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def renderer() -> Iterator[gs.Renderer]:
 
 @pytest.fixture(scope="module")
 def older() -> Iterator[gs.Renderer]:
-    """One that shades every sample."""
+    """A renderer that shades every sample."""
     with gs.Renderer("egl") as renderer:
         renderer._context.caps = replace(renderer._context.caps, compute=False)
         yield renderer
@@ -56,7 +56,7 @@ def masked() -> gs.Scene:
 
 
 def ball(normals: bool = True) -> gs.Scene:
-    """A red ball with a smooth normal in each vertex, over a blue floor, one behind the other."""
+    """A red ball with smooth normals over a blue floor, one behind the other."""
     positions, triangles = shapes.icosphere(3, 0.8)
     floor = shapes.rectangle((-2, -0.9, 2), (4, 0, 0), (0, 0, -4))
     smooth = (positions / 0.8).astype(np.float32) if normals else None
@@ -67,12 +67,12 @@ def ball(normals: bool = True) -> gs.Scene:
     return gs.Scene(tuple(gs.Node(mesh, np.eye(4), str(i)) for i, mesh in enumerate(meshes)))
 
 
-# -- against every sample shaded
+# -- against shading every sample
 
 
 @pytest.mark.parametrize("samples", SAMPLES[1:])
 @pytest.mark.parametrize("which", ["courtyard", "masked", "ball"])
-def test_the_picture_is_that_of_every_sample(
+def test_image_equals_that_of_shading_every_sample(
     renderer: gs.Renderer, older: gs.Renderer, courtyard: gs.Scene, masked: gs.Scene, which: str, samples: int
 ) -> None:
     scene = {"courtyard": courtyard, "masked": masked, "ball": ball()}[which]
@@ -85,16 +85,16 @@ def test_the_picture_is_that_of_every_sample(
         np.testing.assert_array_equal(ours.alpha, every.alpha)
         np.testing.assert_array_equal(np.isnan(ours.visibility), np.isnan(every.visibility))
         off = np.abs(ours.linear - every.linear).max(axis=-1)
-        # Shaded once is what goes on smoothly, within 8 degrees and half a pixel: a Lambert term of 0.14 at most, and soft edges
-        # of three texels, whose middle is not quite their mean
+        # Shaded once: surfaces that continue smoothly, within 8 degrees and half a pixel: a Lambert term of 0.14 at most, and soft edges
+        # of three texels, where the value at the centre is not quite the mean
         assert off.mean() < 1e-3 * (1 + count), f"{off.mean():.5f}"
         assert (off > 0.15 * count).mean() < 1e-3
         one = renderer.render(scene, None, lights[:count], SIZE, outputs=OUTPUTS, samples=1)
         assert off.mean() < 0.3 * np.abs(one.linear - every.linear).max(axis=-1).mean()
 
 
-def test_every_sample_in_numpy_is_a_box_mean(older: gs.Renderer) -> None:
-    """The same picture four times as large in each direction, averaged here; no texture, whose level would differ."""
+def test_shading_every_sample_equals_a_box_mean_in_numpy(older: gs.Renderer) -> None:
+    """The same image four times as large in each direction, averaged here; without textures, whose mip level would differ."""
     scene = ball()
     fine = older.render(scene, None, None, (4 * SIZE[0], 4 * SIZE[1]), outputs=OUTPUTS, samples=1)
     mean = older.render(scene, None, None, SIZE, outputs=OUTPUTS, samples=16)
@@ -107,9 +107,9 @@ def test_every_sample_in_numpy_is_a_box_mean(older: gs.Renderer) -> None:
 
 
 @pytest.mark.parametrize("name", list(LIGHTS))
-def test_more_samples_are_nearer_to_the_traced_mean(renderer: gs.Renderer, courtyard: gs.Scene, name: str) -> None:
+def test_more_samples_are_closer_to_the_traced_mean(renderer: gs.Renderer, courtyard: gs.Scene, name: str) -> None:
     light = LIGHTS[name]
-    # its shadows are thinner than the pixels of a small picture
+    # its shadows are thinner than the pixels of a small image
     size = (480, 270) if name == "point light" else (320, 180)
     fine = gs.trace(courtyard, None, [light], size, samples=64)
     counted = fine.reached[0] & (fine.alpha == 1.0)
@@ -124,31 +124,31 @@ def test_more_samples_are_nearer_to_the_traced_mean(renderer: gs.Renderer, court
 
 @pytest.mark.parametrize("samples", SAMPLES)
 @pytest.mark.parametrize("name", list(LIGHTS))
-def test_alpha_and_visibility_are_those_of_as_many_rays(
+def test_alpha_and_visibility_match_as_many_rays(
     renderer: gs.Renderer, courtyard: gs.Scene, name: str, samples: int
 ) -> None:
     light = LIGHTS[name]
     truth = gs.trace(courtyard, None, [light], SIZE, samples=samples)
     frame = renderer.render(courtyard, None, [light], SIZE, outputs=OUTPUTS, samples=samples)
-    # GL snaps vertices to 1/256 pixel: an edge takes or leaves a sample
+    # GL snaps vertices to 1/256 pixel: an edge gains or loses a sample
     assert (frame.alpha != truth.alpha).mean() < 2e-3
     both = ~np.isnan(frame.visibility[0]) & ~np.isnan(truth.visibility[0])
     steps = np.abs(frame.visibility[0] - truth.visibility[0])[both & truth.reached[0]] * samples
-    # and where a sample sees the neighbour, its shadow is another; the rest are shadows so thin that no pixel's own sample met them: the
-    # lamp, near the torus, throws many
+    # and where a sample shows the neighbouring surface, its shadow differs; the rest are shadows so thin that no sample of the pixel hit
+    # them: the point light, near the torus, casts many
     assert (steps > 1.5).mean() < (0.02 if name == "point light" else 0.01)
     assert steps.mean() / samples < (8e-3 if name == "point light" else 4e-3)
     error = gs.measure(frame, truth)
     assert error.acne + error.leak < (5e-3 if name == "point light" else 2e-4)
 
 
-def test_measure_wants_as_many_samples(renderer: gs.Renderer, courtyard: gs.Scene) -> None:
+def test_measure_requires_equal_sample_counts(renderer: gs.Renderer, courtyard: gs.Scene) -> None:
     frame = renderer.render(courtyard, None, None, (64, 36), samples=4)
     with pytest.raises(gs.SettingsError, match=r"the frame has 4, the truth 1; use trace\(..., samples=4\)"):
         gs.measure(frame, gs.trace(courtyard, size=(64, 36), samples=1))
 
 
-# -- what does not change
+# -- invariants
 
 
 @pytest.mark.parametrize("samples", SAMPLES[1:])
@@ -160,12 +160,12 @@ def test_away_from_edges_nothing_changes(renderer: gs.Renderer, courtyard: gs.Sc
     windows = np.lib.stride_tricks.sliding_window_view(known, (3, 3))
     flat = (windows.max(axis=(2, 3)) == windows.min(axis=(2, 3))) & ~np.isnan(one)
     assert flat.mean() > 0.3
-    # but where something thinner than a pixel passes between their middles
+    # except where something thinner than a pixel passes between the centres
     assert (many[flat] != one[flat]).mean() < 0.02
 
 
 @pytest.mark.parametrize("samples", SAMPLES[1:])
-def test_middles_are_those_of_one_sample(renderer: gs.Renderer, masked: gs.Scene, samples: int) -> None:
+def test_centre_outputs_equal_those_of_one_sample(renderer: gs.Renderer, masked: gs.Scene, samples: int) -> None:
     outputs = ("depth", "depth_metric", "triangle", "node", "normal", "position")
     one = renderer.render(masked, None, None, SIZE, outputs=outputs, samples=1)
     many = renderer.render(masked, None, None, SIZE, outputs=(*outputs, "image"), samples=samples)
@@ -175,8 +175,8 @@ def test_middles_are_those_of_one_sample(renderer: gs.Renderer, masked: gs.Scene
     np.testing.assert_array_equal(alone.image, many.image)
 
 
-def test_the_same_picture_every_time(renderer: gs.Renderer, courtyard: gs.Scene) -> None:
-    """Pixels are collected in whatever order the driver takes them; which ones they are must not depend on it."""
+def test_image_is_deterministic(renderer: gs.Renderer, courtyard: gs.Scene) -> None:
+    """The driver collects pixels in any order; the result must not depend on it."""
     lights = list(LIGHTS.values())
     pictures = [renderer.render(courtyard, None, lights, SIZE, outputs=OUTPUTS, samples=8) for _ in range(4)]
     for picture in pictures[1:]:
@@ -184,7 +184,7 @@ def test_the_same_picture_every_time(renderer: gs.Renderer, courtyard: gs.Scene)
             np.testing.assert_array_equal(getattr(picture, name), getattr(pictures[0], name))
 
 
-def test_lights_and_sizes_share_the_room(renderer: gs.Renderer, courtyard: gs.Scene) -> None:
+def test_lights_and_image_sizes_share_buffers(renderer: gs.Renderer, courtyard: gs.Scene) -> None:
     lights = list(LIGHTS.values())
     for size in ((160, 90), (161, 89), (160, 90)):
         together = renderer.render(courtyard, None, lights, size, samples=4)
@@ -193,7 +193,7 @@ def test_lights_and_sizes_share_the_room(renderer: gs.Renderer, courtyard: gs.Sc
             np.testing.assert_array_equal(together.visibility[number], alone.visibility[0])
 
 
-def test_more_samples_than_fit_at_once_are_shaded_in_turn(
+def test_samples_beyond_the_buffer_are_shaded_in_batches(
     renderer: gs.Renderer, courtyard: gs.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     lights = list(LIGHTS.values())
@@ -212,7 +212,7 @@ def test_no_light(renderer: gs.Renderer) -> None:
     np.testing.assert_allclose(frame.linear[frame.alpha == 1.0].max(axis=0), [0.4, 0.15, 0.4], atol=1e-6)
 
 
-def test_too_large_a_picture_is_named(renderer: gs.Renderer) -> None:
+def test_too_large_image_is_refused(renderer: gs.Renderer) -> None:
     with pytest.raises(
         gs.SettingsError, match=r"16 samples of the image's pixels must be 1 to \d+ pixels wide and high"
     ):

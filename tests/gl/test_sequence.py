@@ -1,4 +1,4 @@
-"""Many pictures of one scene: each is the one that render gives, and what does not depend on the camera is made once."""
+"""Sequences of one scene: each frame equals that of render, and data that does not depend on the camera is computed once."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def scene() -> gs.Scene:
     return gs.scenes.box().scene
 
 
-def test_each_is_the_picture_of_render(renderer: gs.Renderer, scene: gs.Scene) -> None:
+def test_frames_equal_those_of_render(renderer: gs.Renderer, scene: gs.Scene) -> None:
     cameras = gs.orbit(scene.camera, 5)
     lights = [gs.DirectionalLight(), gs.PointLight(position=(1, 3, 2), shadow=gs.Shadow(filter=gs.Pcf()))]
     options = {"outputs": ("image", "visibility", "alpha"), "samples": 4, "background": None, "ambient": 0.2}
@@ -37,7 +37,7 @@ def test_each_is_the_picture_of_render(renderer: gs.Renderer, scene: gs.Scene) -
     assert len({frame.image.tobytes() for frame in frames}) == len(frames)
 
 
-def test_lists_and_whole_maps_are_made_once(renderer: gs.Renderer, scene: gs.Scene) -> None:
+def test_lists_and_scene_maps_are_built_once(renderer: gs.Renderer, scene: gs.Scene) -> None:
     for shadow in (gs.Shadow(), gs.Shadow(fit=gs.SceneFit())):
         frames = list(
             renderer.sequence(scene, gs.orbit(scene.camera, 4), [gs.DirectionalLight(shadow=shadow)], SIZE, samples=1)
@@ -46,7 +46,7 @@ def test_lists_and_whole_maps_are_made_once(renderer: gs.Renderer, scene: gs.Sce
         assert [frame.used[0].draws for frame in frames[1:]] == [0, 0, 0]
 
 
-def test_cameras_are_taken_one_by_one(renderer: gs.Renderer, scene: gs.Scene) -> None:
+def test_cameras_are_consumed_lazily(renderer: gs.Renderer, scene: gs.Scene) -> None:
     taken = []
 
     def cameras() -> Iterator[gs.PerspectiveCamera]:
@@ -62,7 +62,7 @@ def test_cameras_are_taken_one_by_one(renderer: gs.Renderer, scene: gs.Scene) ->
     assert renderer.render(scene, size=SIZE, samples=1).image.any()
 
 
-def test_errors_come_at_once_and_say_which(renderer: gs.Renderer, scene: gs.Scene) -> None:
+def test_errors_are_immediate_and_name_the_camera(renderer: gs.Renderer, scene: gs.Scene) -> None:
     for bad in (
         {"samples": 3},
         {"background": "red"},

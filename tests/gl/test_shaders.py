@@ -1,4 +1,4 @@
-"""A foreign program with foreign vertex arrays asks our shadow maps: against rays, with several lights, and with its state kept."""
+"""A foreign program with foreign vertex arrays samples our shadow maps: against rays, with several lights, and with its state restored."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ void main() {
 
 
 class Foreign:
-    """A plain moderngl program of a calling program: its own context, buffers and matrices."""
+    """A plain moderngl program of a caller: its own context, buffers and matrices."""
 
     def __init__(self) -> None:
         self.ctx = moderngl.create_standalone_context(require=330, backend="egl")
@@ -74,8 +74,8 @@ class Foreign:
         array.render()
         array.release()
 
-    def asks(self, light: gs.Light, shown: str, cast: Callable[[gs.Caster], Any] | None = None) -> np.ndarray:
-        """A picture of what GLSL says of a light called lamp."""
+    def shade(self, light: gs.Light, shown: str, cast: Callable[[gs.Caster], Any] | None = None) -> np.ndarray:
+        """An image of GLSL expressions for a light named lamp."""
         with gs.ShadowMap(self.ctx, light, self.bounds) as shadow:
             program = self.ctx.program(vertex_shader=VERTEX, fragment_shader=shadow.source("lamp") + REST % shown)
             shadow.draw(cast or self.cast)
@@ -107,22 +107,22 @@ def foreign() -> Iterator[Foreign]:
 
 @pytest.mark.parametrize("filter", [gs.Hard(), gs.Pcf(1), gs.Gaussian(2), gs.Pcss(), gs.Evsm(1)], ids=str)
 @pytest.mark.parametrize("name", list(LIGHTS))
-def test_its_shadows_are_those_of_rays(foreign: Foreign, name: str, filter: gs.Filter) -> None:
+def test_shadows_match_rays(foreign: Foreign, name: str, filter: gs.Filter) -> None:
     light = replace(LIGHTS[name], shadow=gs.Shadow(filter=filter, resolution=2048))
     truth = gs.trace(SCENE, None, [light], SIZE, samples=1)
-    seen = foreign.asks(light, "vec3(lamp_visibility(position, n)), 1.0")[..., 0]
+    seen = foreign.shade(light, "vec3(lamp_visibility(position, n)), 1.0")[..., 0]
     known = (truth.cosine[0] > 0.05) & truth.reached[0] & (seen >= 0.0) & (truth.node >= 0)
     assert known.mean() > 0.25
     wrong = np.abs(seen - truth.visibility[0])[known] > 0.5
-    assert wrong.mean() < 0.03, "silhouettes count here, where a picture may show the neighbour"
+    assert wrong.mean() < 0.03, "silhouettes are included, where a pixel may show the neighbour"
     assert 0.03 < (seen[known] < 0.5).mean() < 0.9
 
 
 @pytest.mark.parametrize("name", list(LIGHTS))
-def test_what_faces_away_is_dark(foreign: Foreign, name: str) -> None:
-    """Whatever its map says: nothing casts here."""
+def test_back_facing_surface_is_dark(foreign: Foreign, name: str) -> None:
+    """Regardless of the map: nothing casts here."""
     shown = "lamp_visibility(position, n), dot(lamp_towards(position), n), lamp_arriving(position), 1.0"
-    seen = foreign.asks(LIGHTS[name], shown, lambda caster: None)
+    seen = foreign.shade(LIGHTS[name], shown, lambda caster: None)
     drawn = seen[..., 3] > 0.0
     away, towards = drawn & (seen[..., 1] < -1e-3), drawn & (seen[..., 1] > 1e-3) & (seen[..., 2] > 1e-6)
     assert away.sum() > 300
@@ -131,14 +131,14 @@ def test_what_faces_away_is_dark(foreign: Foreign, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", list(LIGHTS))
-def test_directions_and_what_arrives(foreign: Foreign, name: str) -> None:
+def test_light_directions_and_irradiance(foreign: Foreign, name: str) -> None:
     light = LIGHTS[name] if name == "sun" else replace(LIGHTS[name], falloff=2.0, range=30.0)
-    seen = foreign.asks(light, "lamp_towards(position), lamp_arriving(position)")
+    seen = foreign.shade(light, "lamp_towards(position), lamp_arriving(position)")
     truth = gs.trace(SCENE, None, [light], SIZE, samples=1)
     known = (truth.node >= 0) & (seen[..., 3] >= 0.0)
     towards, distance = light.to_light(np.nan_to_num(truth.position))
     gap = np.abs(seen[..., :3] - towards).max(axis=-1)[known]
-    assert np.quantile(gap, 0.95) < 2e-2, "a pixel's own triangle, but at silhouettes"
+    assert np.quantile(gap, 0.95) < 2e-2, "a pixel's own triangle, except at silhouettes"
     expected = np.ones(truth.node.shape) if name == "sun" else (1.0 - (distance / 30.0) ** 4) ** 2 / distance**2
     inside = known & truth.reached[0]  # of the spot's cone
     assert np.quantile(np.abs(seen[..., 3] - expected)[inside], 0.95) < 1e-3
@@ -166,7 +166,7 @@ def test_several_lights_in_one_program_by_include(foreign: Foreign) -> None:
         shadow.release()
 
 
-def test_a_light_that_moves_needs_no_other_text(foreign: Foreign) -> None:
+def test_moving_light_keeps_its_shader_source(foreign: Foreign) -> None:
     with gs.ShadowMap(foreign.ctx, LIGHTS["sun"], foreign.bounds) as shadow:
         text = shadow.source()
         program = foreign.ctx.program(
@@ -182,7 +182,7 @@ def test_a_light_that_moves_needs_no_other_text(foreign: Foreign) -> None:
     assert (np.abs(pictures[0] - pictures[1]) > 0.5).mean() > 0.05
 
 
-def test_the_programs_state_is_given_back(foreign: Foreign) -> None:
+def test_gl_state_is_restored(foreign: Foreign) -> None:
     ctx = foreign.ctx
     with gs.ShadowMap(ctx, LIGHTS["spot"], foreign.bounds) as shadow:
         foreign.target.use()
@@ -225,7 +225,7 @@ def test_the_programs_state_is_given_back(foreign: Foreign) -> None:
         (None, np.eye(3)[:2], "with a Shadow"),
     ],
 )
-def test_what_is_refused(foreign: Foreign, light: Any, bounds: Any, said: str) -> None:
+def test_bad_arguments_are_refused(foreign: Foreign, light: Any, bounds: Any, said: str) -> None:
     with pytest.raises(gs.SettingsError, match=said):
         gs.ShadowMap(foreign.ctx, light, bounds)
 

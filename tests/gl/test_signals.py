@@ -1,4 +1,4 @@
-"""Signals wait until moderngl is done."""
+"""Signals are deferred until moderngl is done."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from ..tolerances import PATIENCE_S
 
 @pytest.fixture
 def handlers() -> Iterator[list[int]]:
-    """What SIGTERM's own handler has seen; put back at the end."""
+    """Signals that SIGTERM's own handler has received; restored at the end."""
     seen: list[int] = []
     before = signal.signal(signal.SIGTERM, lambda number, _: seen.append(number))
     yield seen
     signal.signal(signal.SIGTERM, before)
 
 
-def test_ctrl_c_comes_at_the_end() -> None:
+def test_ctrl_c_is_delivered_at_the_end() -> None:
     reached = []
 
     def interrupted() -> None:
@@ -41,7 +41,7 @@ def test_ctrl_c_comes_at_the_end() -> None:
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def test_every_handler_is_called_once_and_stays(handlers: list[int]) -> None:
+def test_every_handler_is_called_once_and_restored(handlers: list[int]) -> None:
     mine = signal.getsignal(signal.SIGTERM)
     with undisturbed():
         os.kill(os.getpid(), signal.SIGTERM)
@@ -65,7 +65,7 @@ def test_every_signal_waits(name: str) -> None:
         signal.signal(number, before)
 
 
-def test_an_error_inside_comes_out(handlers: list[int]) -> None:
+def test_error_inside_propagates(handlers: list[int]) -> None:
     with pytest.raises(ValueError, match="inside"), undisturbed():
         raise ValueError("inside")
     with undisturbed():

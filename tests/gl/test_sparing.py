@@ -1,4 +1,4 @@
-"""A map of a moving light is drawn with fewer triangles than before, and not one texel of it moves."""
+"""Occlusion culling: the map of a moving light is drawn with fewer triangles than the last one, and no texel changes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ SHADOWS = {
 
 @pytest.fixture
 def eager(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Everything is asked, always; returns how many triangles each call drew."""
+    """Cull in every frame, however few the triangles; returns how many triangles each call drew."""
     counts: list[int] = []
     for name, value in {
         "LEAST_TRIANGLES": 0,
@@ -62,7 +62,7 @@ def pair() -> Iterator[tuple[Renderer, Renderer]]:
 
 
 def nested() -> Scene:
-    """Balls in balls on a floor, one of them mirrored and stretched, one open, one of a mesh that is a single cluster."""
+    """Balls in balls on a floor: one mirrored and stretched, one open, one of a mesh that is a single cluster."""
     ball, few = Mesh(*shapes.icosphere(4, 0.5)), Mesh(*shapes.icosphere(1, 0.2))
     open_ball = Mesh(ball.positions, ball.triangles[100:], material=Material((0.9, 0.4, 0.1, 1.0)))
     ground = Mesh(*shapes.rectangle((-3.0, 0.0, 3.0), (6.0, 0.0, 0.0), (0.0, 0.0, -6.0)))
@@ -88,7 +88,7 @@ def moved(light: gs.Light, k: int) -> gs.Light:
 
 @pytest.mark.parametrize("light", LIGHTS)
 @pytest.mark.parametrize("shadow", SHADOWS)
-def test_no_texel_moves(
+def test_culling_changes_no_texel(
     pair: tuple[Renderer, Renderer], eager: list[int], monkeypatch: pytest.MonkeyPatch, light: str, shadow: str
 ) -> None:
     spared, plain = pair
@@ -114,8 +114,8 @@ def test_no_texel_moves(
         assert 0 < sum(drawn) < (0.85 if shadow == "float" else 1.0) * total * views
 
 
-def test_what_was_hidden_is_drawn_when_it_shows(pair: tuple[Renderer, Renderer], eager: list[int]) -> None:
-    """A light that jumps to the other side sees what the last map knew nothing of."""
+def test_disoccluded_triangles_are_drawn(pair: tuple[Renderer, Renderer], eager: list[int]) -> None:
+    """A light that jumps to the other side sees triangles that were hidden in the last map."""
     spared, plain = pair
     scene = nested()
     for k in range(6):
@@ -125,10 +125,10 @@ def test_what_was_hidden_is_drawn_when_it_shows(pair: tuple[Renderer, Renderer],
             for renderer in (spared, plain)
         )
         np.testing.assert_array_equal(one, other)
-        plain._store.atlases.release()  # it never draws a map again, so that it never spares
+        plain._store.atlases.release()  # without its previous map this renderer never culls
 
 
-def test_early_beginnings_change_nothing(pair: tuple[Renderer, Renderer], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_early_submission_changes_nothing(pair: tuple[Renderer, Renderer], monkeypatch: pytest.MonkeyPatch) -> None:
     often, once = pair
     scene = nested()
     asked = ("image", "triangle", "depth", "shadow_maps")

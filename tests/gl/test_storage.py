@@ -60,7 +60,7 @@ def light_of(kind: str, near: float | None = None, far: float | None = None, **s
 
 
 def stored_bounds(renderer: Renderer, light: Light, clip: ClipSpace, target: Target) -> tuple[Array, Array, Array]:
-    """What the map of `plane_and_box` stores, and the least and greatest value allowed; (V, R, R) each."""
+    """Contents of the map of `plane_and_box`, and the minimum and maximum value allowed; (V, R, R) each."""
     scene, triangles = plane_and_box()
     frame = renderer.render(scene, lights=[light], size=(16, 9), outputs=("shadow_maps", "visibility"), samples=1)
     used = frame.used[0]
@@ -76,14 +76,14 @@ def stored_bounds(renderer: Renderer, light: Light, clip: ClipSpace, target: Tar
 
 
 @every_pair(**CELLS)
-def test_every_texel_holds_the_formula(renderer: Renderer, kind: str, clip: ClipSpace, target: Target) -> None:
-    """Near and far cut through the scene: the map also holds what is nearer, what is beyond, and nothing."""
+def test_every_texel_matches_the_formula(renderer: Renderer, kind: str, clip: ClipSpace, target: Target) -> None:
+    """Near and far cut through the scene: the map also holds what is nearer, what is beyond, and empty texels."""
     near, far = (-1.0, 0.3) if kind == "directional" else (2.8, 4.4)
     light = light_of(kind, near, far, clip=clip, target=target)
     stored, low, high = stored_bounds(renderer, light, clip, target)
     assert (stored >= low).all(), f"{(stored < low).sum()} texels too low, worst {(low - stored).max():.3g}"
     assert (stored <= high).all(), f"{(stored > high).sum()} texels too high, worst {(stored - high).max():.3g}"
-    # The bounds mean something: all but texels on edges are known to the format's step and what a moved vertex changes.
+    # The bounds are tight: except at edges all texels are known to the format's step and the effect of a moved vertex.
     width = 2.0 * (target.quantum + depth_tolerance(RESOLUTION, kind != "directional")) + 5e-3
     assert (high - low <= width).mean() > 0.9
     nearest, farthest = (1.0, 0.0) if target.is_depth and clip.reversed else (0.0, 1.0)
@@ -101,7 +101,7 @@ def test_derived_range_holds_the_whole_scene(renderer: Renderer, kind: str, clip
     nothing = clip.clear_depth if target.is_depth else 1.0
     drawn = stored[np.abs(stored - nothing) > 1.5 * target.quantum]
     assert drawn.size > 0.05 * stored.size
-    assert 0.0 < drawn.min() < drawn.max() < 1.0  # what is seen lies strictly between near and far: nothing is clamped
+    assert 0.0 < drawn.min() < drawn.max() < 1.0  # visible surfaces lie between near and far: nothing is clamped
 
 
 def facing_square(distance: float, half: float = 40.0) -> shapes.Solid:
@@ -111,7 +111,7 @@ def facing_square(distance: float, half: float = 40.0) -> shapes.Solid:
 
 @every_pair(**CELLS, share=(-0.5, 0.0, 0.25, 1.0, 1.5))
 def test_near_far_and_beyond(renderer: Renderer, kind: str, clip: ClipSpace, target: Target, share: float) -> None:
-    """A plane across the light's axis at near, between, at far and beyond either: one known number in the middle."""
+    """A plane across the light's axis before near, at near, between, at far and beyond: one known number at the centre."""
     near, far = 2.0, 6.0
     distance = near + share * (far - near) if share >= 0.0 else 0.5 * near
     settings = Shadow(RESOLUTION + 1, bias=NoBias(), clip=clip, target=target, fit=SceneFit(), faces=Faces.BOTH)
@@ -121,7 +121,7 @@ def test_near_far_and_beyond(renderer: Renderer, kind: str, clip: ClipSpace, tar
         "spot": lambda: SpotLight(position=(0, 0, 0), direction=(0.0, -1.0, 0.0), outer_angle=40, **common),
         "point": lambda: PointLight(position=(0, 0, 0), **common),
     }[kind]()
-    # the upper square keeps a node inside the range, so that the map is drawn whatever becomes of the other
+    # the upper square keeps a node inside the range, so that the map is drawn wherever the other is
     scene, _ = scene_of(facing_square(distance), shapes.box((0.1, 0.1, 0.1), (0.9, -4.0, 0.9)))
     frame = renderer.render(scene, lights=[light], size=(8, 8), outputs=("shadow_maps",), samples=1)
     assert frame.shadow_maps is not None
@@ -148,7 +148,7 @@ def test_camera_depth_and_metric(renderer: Renderer, clip: ClipSpace) -> None:
     """The camera's own depth against rays, and its metric against the formula of a spot light in its convention."""
     scene, triangles = plane_and_box()
     camera = PerspectiveCamera(CAMERA.position, CAMERA.target, near=2.0, far=20.0)
-    # the light's convention leaves the camera's alone
+    # the light's convention does not affect the camera's
     lights_ = [DirectionalLight(shadow=Shadow(resolution=16, clip=clip))]
     frame = renderer.render(scene, camera, lights_, size=(64, 48), outputs=("depth", "depth_metric"), samples=1)
     assert frame.depth is not None
@@ -169,7 +169,7 @@ def test_camera_depth_and_metric(renderer: Renderer, clip: ClipSpace) -> None:
 
 
 def test_radial_metric_is_the_distance(renderer: Renderer) -> None:
-    """A point light's metric at a face's corner counts the distance, sqrt(3) times the depth."""
+    """At a face's corner a point light's metric is the distance, sqrt(3) times the depth."""
     scene, _ = scene_of(shapes.box((4.0, 4.0, 4.0)))
     settings = Shadow(resolution=64, bias=NoBias(), target=Target.R32F, faces=Faces.BOTH, fit=SceneFit())
     light = PointLight(position=(0, 0, 0), near=0.1, far=4.0, shadow=settings)

@@ -1,4 +1,4 @@
-"""Shadows thinner than a pixel: with several samples in a pixel visibility is the mean over all of them, whatever else shines."""
+"""Shadows thinner than a pixel: multisampled visibility is the mean over all samples, whatever other lights there are."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from glshadow.scenes import shapes
 from ..exact.test_casters import LIGHTS as LEAF_LIGHTS
 from ..exact.test_casters import leaf, leaves, placed, scene_of
 
-PITCH, PIXEL = 0.5 * 1.0137, 0.08  # of the wires, and of a picture that is 150 pixels high
+PITCH, PIXEL = 0.5 * 1.0137, 0.08  # of the wires, and of an image that is 150 pixels high
 WIRES = (200, 150)
 SUN = gs.DirectionalLight(direction=(-0.55, -0.8, -0.25))
 SPOT = gs.SpotLight(position=(6.0, 9.0, 5.0), direction=(-6.0, -9.0, -5.0), inner_angle=44.0, outer_angle=45.0)
@@ -39,7 +39,7 @@ def courtyard() -> gs.Scene:
 
 @pytest.fixture
 def every(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Makes every sample of every pixel shaded from here on, as where the edges need more memory than there is."""
+    """From here on every sample of every pixel is shaded, as if the silhouette edges did not fit into memory."""
 
     def switch() -> None:
         monkeypatch.setattr(Edges, "update", lambda *_: False)
@@ -69,7 +69,7 @@ def wires(width: float, turned: float = 0.0) -> gs.Scene:
 
 
 def lit_columns(width: float, columns: int) -> NDArray[np.float64]:
-    """The share (200,) of a pixel's columns of samples that lie under no wire."""
+    """The fraction (200,) of a pixel's sample columns that lie under no wire."""
     x = 16.0 * (np.arange(WIRES[0] * columns) + 0.5) / (WIRES[0] * columns) - 8.0
     nearest = np.abs(x[:, None] + 15.0 - PITCH * np.arange(60)).min(axis=1)
     return np.asarray((nearest > 0.5 * width).reshape(WIRES[0], columns).mean(axis=1))
@@ -81,13 +81,13 @@ def test_wires_darken_by_their_width(renderer: gs.Renderer, pixels: float) -> No
     for samples, tolerance in ((4, 0.01), (16, 0.003)):
         seen = renderer.render(wires(width), size=WIRES, samples=samples).visibility[0]
         np.testing.assert_allclose(seen, np.tile(lit_columns(width, int(samples**0.5)), (WIRES[1], 1)), atol=1e-6)
-        # not along the samples' columns: no number of them lies under a wire by chance
+        # not along the sample columns: their number under a wire does not depend on chance
         turned = renderer.render(wires(width, 0.3), size=WIRES, samples=samples).visibility[0]
         assert abs(float(turned.mean()) - (1.0 - width / PITCH)) <= tolerance, samples
 
 
 def disagreement(ours: gs.Frame, every: gs.Frame) -> NDArray[np.bool_]:
-    """Pixels (H, W) whose means differ by more than a sample where some light reaches them."""
+    """Pixels (H, W) whose means differ by more than a sample, where some light reaches them."""
     np.testing.assert_array_equal(np.isnan(ours.visibility), np.isnan(every.visibility))
     off = np.abs(np.nan_to_num(ours.visibility) - np.nan_to_num(every.visibility))
     return np.asarray((off > 1.01 / ours.samples).any(axis=0))
@@ -132,8 +132,8 @@ def test_visibility_is_the_mean_of_every_sample(
 
 
 @pytest.mark.parametrize("samples", [4, 16])
-def test_a_light_does_not_depend_on_the_others(renderer: gs.Renderer, courtyard: gs.Scene, samples: int) -> None:
-    """Also not on those of the picture before, whose camera is the same."""
+def test_lights_do_not_affect_each_other(renderer: gs.Renderer, courtyard: gs.Scene, samples: int) -> None:
+    """Nor those of the previous frame, which has the same camera."""
     lights: list[Light] = [
         replace(SUN, angle=1.0), SPOT, POINT, replace(SUN, shadow=gs.Shadow(filter=gs.Pcf(1), resolution=256)),
     ]  # fmt: skip
@@ -145,7 +145,7 @@ def test_a_light_does_not_depend_on_the_others(renderer: gs.Renderer, courtyard:
             np.testing.assert_array_equal(seen, alone)
 
 
-def test_many_lights_ask_for_samples_of_their_own(renderer: gs.Renderer) -> None:
+def test_more_lights_than_a_mask_holds(renderer: gs.Renderer) -> None:
     scene = wires(0.02)
     lights = [gs.DirectionalLight(direction=(0.02 * i, -1, 0.05)) for i in range(33)]
     together = renderer.render(scene, None, lights, (40, 30), samples=4).visibility
@@ -155,12 +155,12 @@ def test_many_lights_ask_for_samples_of_their_own(renderer: gs.Renderer) -> None
         np.testing.assert_array_equal(together[number], alone)
 
 
-def test_fewer_grids_where_memory_ends(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same pictures with one grid of edges, and with none, where every sample is shaded."""
+def test_edge_grids_shrink_with_the_memory_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same images with one grid of edges, and with none, where every sample is shaded."""
     scene = wires(0.02, 0.3)
     pictures, grids = [], []
     fill = Edges._fill
-    for limit in (1 << 23, 1 << 18, 1):  # links
+    for limit in (1 << 23, 1 << 18, 1):  # list entries
         with gs.Renderer() as renderer, monkeypatch.context() as patch:
 
             def limited(self: Edges, *arguments: Any, limit: int = limit) -> bool:

@@ -1,4 +1,4 @@
-"""Pictures over nothing: alpha is coverage, straight in bytes and premultiplied in floats; catchers show what a shadow takes."""
+"""Transparent images: alpha is coverage, straight in bytes and premultiplied in floats; a shadow catcher shows the light that it loses."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def renderer() -> Iterator[gs.Renderer]:
 
 
 def scene_of(catches: bool, lights: tuple[gs.Light, ...], body: bool = True) -> gs.Scene:
-    """A box above a white plane that fills the picture."""
+    """A box above a white plane that fills the image."""
     plane = gs.Mesh(*shapes.rectangle((-30, 0, 30), (60, 0, 0), (0, 0, -60)))
     box = gs.Mesh(*shapes.box((1, 1, 1), (0, 0.9, 0)), material=gs.Material(color=(0.8, 0.3, 0.2, 1.0)))
     nodes = [gs.Node(plane, np.eye(4), "plane", catches=catches)]
@@ -41,7 +41,7 @@ def scene_of(catches: bool, lights: tuple[gs.Light, ...], body: bool = True) -> 
 @pytest.mark.parametrize("samples", [1, 4])
 @pytest.mark.parametrize("name", list(LIGHTS))
 @pytest.mark.parametrize("strength", [1.0, 0.6])
-def test_a_catcher_laid_over_the_unshadowed_plane_is_the_shadowed_plane(
+def test_catcher_over_the_unshadowed_plane_gives_the_shadowed_plane(
     renderer: gs.Renderer, name: str, samples: int, strength: float
 ) -> None:
     lights = tuple(replace(light, shadow=gs.Shadow(strength=strength)) for light in LIGHTS[name])
@@ -51,7 +51,7 @@ def test_a_catcher_laid_over_the_unshadowed_plane_is_the_shadowed_plane(
     caught = renderer.render(scene_of(True, lights), size=SIZE, outputs=outputs, background=None, samples=samples)
     assert caught.image.shape == (SIZE[1], SIZE[0], 4)
     light = caught.linear[..., :3] + (1.0 - caught.linear[..., 3:]) * below.linear
-    # of several samples: the mean of products is not the product of means, where the light changes within a pixel
+    # with several samples the mean of products is not the product of means where the light changes within a pixel
     np.testing.assert_allclose(light, wanted.linear, atol=1e-5 if samples == 1 else 6e-3)
     # and from the bytes alone, straight alpha, composited in linear light
     alpha = caught.image[..., 3:] / 255.0
@@ -64,7 +64,7 @@ def test_a_catcher_laid_over_the_unshadowed_plane_is_the_shadowed_plane(
     assert (caught.alpha < 1e-6).any()
 
 
-def test_a_catcher_is_what_the_formula_says(renderer: gs.Renderer) -> None:
+def test_catcher_matches_the_formula(renderer: gs.Renderer) -> None:
     """alpha = 1 - (luminance with shadow) / (luminance without), with a coloured light and a coloured ambient term."""
     sun = gs.DirectionalLight(direction=(0, -1, 0), color=(1.0, 0.5, 0.2), intensity=0.7)
     ambient = ((0.1, 0.2, 0.4), (0.3, 0.0, 0.0))
@@ -86,7 +86,7 @@ def test_a_catcher_is_what_the_formula_says(renderer: gs.Renderer) -> None:
     np.testing.assert_array_equal(frame.alpha[frame.node == 1], 1.0)
 
 
-def test_a_catcher_over_a_background_is_the_background_darkened(renderer: gs.Renderer) -> None:
+def test_catcher_darkens_the_background(renderer: gs.Renderer) -> None:
     scene, color = scene_of(True, LIGHTS["sun"]), (0.2, 0.5, 0.8)
     over = renderer.render(scene, size=SIZE, background=color, outputs=("linear", "alpha"), samples=4)
     alone = renderer.render(scene, size=SIZE, background=None, outputs=("linear",), samples=4).linear
@@ -110,7 +110,7 @@ def test_alpha_is_the_covered_share(renderer: gs.Renderer, samples: int) -> None
     np.testing.assert_allclose(linear_from_srgb(frame.image[..., :3][some] / 255.0), straight, atol=5e-3)
 
 
-def test_over_any_background_it_is_the_opaque_picture(renderer: gs.Renderer) -> None:
+def test_compositing_over_a_background_gives_the_opaque_image(renderer: gs.Renderer) -> None:
     scene = gs.scenes.courtyard()
     for color in ((0.0, 0.0, 0.0), (0.3, 0.9, 0.5)):
         opaque = renderer.render(scene, size=SIZE, background=color, outputs=("linear",), samples=8).linear
@@ -118,7 +118,7 @@ def test_over_any_background_it_is_the_opaque_picture(renderer: gs.Renderer) -> 
         np.testing.assert_allclose(alone[..., :3] + (1.0 - alone[..., 3:]) * linear_from_srgb(color), opaque, atol=1e-6)
 
 
-def test_a_ground_that_catches() -> None:
+def test_ground_as_a_catcher() -> None:
     scene = gs.scenes.box().scene
     plain, catching = scene.with_ground(), scene.with_ground(catches=True)
     assert [node.catches for node in plain.nodes] == [False] * len(plain.nodes)

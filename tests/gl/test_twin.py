@@ -1,6 +1,6 @@
 """Visibility from the GPU against the float64 twin, every pixel, on maps of 3 x 3 to 64 x 64 texels.
 
-The twin answers with the least and the greatest visibility that limited precision allows. Every pixel must lie between,
+The twin computes the minimum and the maximum visibility that limited precision allows. Every pixel must lie between,
 and almost everywhere the two are the same number.
 """
 
@@ -44,7 +44,7 @@ from ..tolerances import WEIGHT, precision
 SIZE = (72, 54)
 CAMERA = PerspectiveCamera(position=(1.4, 3.2, 3.2), target=(-0.1, 0.3, 0.0))
 REACH = 12.0  # of the scene and the camera, world units
-# a turned disc is noise: its twin is the disc that is not turned
+# a rotated disc is noise: its twin is the disc without rotation
 FILTERS: tuple[Filter, ...] = tuple(each for each in MAPPED if not getattr(each, "rotate", False))
 DERIVED, CASTER = ReceiverPlaneBias(), SlopeScaledBias(1.1, 4.0)
 BIASES: tuple[Bias, ...] = (
@@ -83,7 +83,7 @@ def light_of(kind: str, shadow: Shadow) -> Light:
         return DirectionalLight(direction=(-0.55, -0.8, 0.25), shadow=shadow)
     if kind == "spot":
         return SpotLight(position=(2.2, 3.8, -0.9), direction=(-0.5, -1.0, 0.2), outer_angle=48, shadow=shadow)
-    # near given: the derived one is so close that all window depths but reversed ones end within a few roundings of far
+    # near is given: the derived one is so close that all window depths but reversed ones end within a few roundings of far
     return PointLight(position=(1.7, 2.9, -1.3), near=0.6, far=7.0, shadow=shadow)
 
 
@@ -102,7 +102,7 @@ def triangles_of(scene: Scene) -> Array:
 
 
 def surface(frame: Frame, hits: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-    """Per pixel the world point (H, W, 3) on its triangle, the normal that is seen, and whether it is certain."""
+    """Per pixel the world point (H, W, 3) on its triangle, the normal facing the camera, and whether it is certain."""
     triangles, (expected, which, border) = triangles_of(frame.scene), hits
     certain = ~border & np.isfinite(expected) & np.isfinite(frame.depth)
     depth = np.where(certain, frame.depth, 1.0).astype(np.float64)
@@ -138,33 +138,33 @@ def _check(
     assert certain.mean() > 0.6
     cosine = (normals * light.to_light(points)[0]).sum(axis=-1)
     assert (seen[certain & (cosine < -1e-6)] == 0.0).all()
-    asked = certain & (cosine > 1e-4)
-    assert not np.isnan(seen[asked]).any()
+    tested = certain & (cosine > 1e-4)
+    assert not np.isnan(seen[tested]).any()
     allowed = precision(used.views[0].resolution, used.views[0].projection != "orthographic", REACH)
     if used.target is DEPTH and used.clip == ClipSpace(True, reversed=True):
-        # floats round relative to their size, and 0 is far: what is stored bounds the error
+        # floats round relative to their size, and 0 is far: the stored value bounds the error
         allowed = replace(allowed, stored=allowed.stored * float(frame.shadow_maps[0].max()))
     triangles = triangles_of(scene)
     if used.bias.certain:
-        triangles = triangles[len(scene.nodes[0].mesh.triangles) :]  # the ground darkens nothing, and is not drawn
+        triangles = triangles[len(scene.nodes[0].mesh.triangles) :]  # the ground shadows nothing, and is not drawn
     stored = model.cast(used.views, triangles, used.target, used.bias, allowed)
-    low, high = model.receive(stored, light, points[asked], normals[asked], used.filter, used.bias, allowed)
-    found = seen[asked]
+    low, high = model.receive(stored, light, points[tested], normals[tested], used.filter, used.bias, allowed)
+    found = seen[tested]
     slack = WEIGHT + 4.0 * allowed.texels  # a weight changes by as much as the position; two axes, two sides
     wrong = (found < low - slack) | (found > high + slack)
     assert not wrong.any(), (
         f"{wrong.sum()} of {wrong.size} pixels beyond the twin, worst {np.maximum(low - found, found - high).max():.3g}"
     )
     known = (high - low <= slack).mean()
-    assert known >= least_known, f"the twin knows {known:.1%} of the pixels"
+    assert known >= least_known, f"the twin is certain of {known:.1%} of the pixels"
     if used.views[0].resolution > 8:
         assert found.min() < 1.0 - slack, "all is lit: the test shows nothing"
 
 
-# Share of pixels that the twin must know: under the others' filter lies a texel that a triangle's edge may or may not
+# Share of pixels for which the twin must be certain. Others sample a texel that a triangle's edge may or may not
 # cover, or a comparison within rounding of a tie. Larger kernels and smaller maps meet more edges.
 @pytest.mark.parametrize("kernel", FILTERS, ids=named)
-# what a map stores does not know the kind of light: metrics with one of them
+# stored values do not depend on the kind of light: metrics with one kind only
 @pytest.mark.parametrize(("kind", "target"), [*((kind, DEPTH) for kind in KINDS), (KINDS[1], METRIC)], ids=named)
 def test_filters(check: Checker, kind: str, target: Target, kernel: Filter) -> None:
     check(light_of(kind, settings(64, kernel, DERIVED, target)), 0.5)
@@ -172,7 +172,7 @@ def test_filters(check: Checker, kind: str, target: Target, kernel: Filter) -> N
 
 @every_pair(kind=KINDS, target=(DEPTH, METRIC), kernel=(Hard(), Pcf(1)), bias=BIASES)
 def test_biases(check: Checker, kind: str, target: Target, kernel: Filter, bias: Bias) -> None:
-    # without a bias a surface lit head-on is one single tie
+    # without a bias a surface that faces the light is one single tie
     check(light_of(kind, settings(48, kernel, bias, target)), 0.4 if bias == NoBias() else 0.5)
 
 
@@ -190,16 +190,16 @@ def test_every_format_and_convention(check: Checker, kind: str, target: Target, 
 @every_pair(kind=KINDS, target=(DEPTH, METRIC), kernel=(Hard(), Pcf(0), Pcf(1)), resolution=(3, 5, 8, 13, 33))
 def test_tiny_maps(check: Checker, kind: str, target: Target, kernel: Filter, resolution: int) -> None:
     if kind == "point" and resolution < 2 * kernel.reach_texels + 1:
-        resolution = 2 * int(kernel.reach_texels) + 1  # a smaller tile has no room for the guard band of its neighbours
+        resolution = 2 * int(kernel.reach_texels) + 1  # a smaller tile cannot hold the guard band of its neighbours
     light = light_of(kind, settings(resolution, kernel, ConstantBias(0.05), target))
     check(light, 0.3 if resolution > 8 else 0.05)
 
 
-# how a texel is compared does not know the light, but for its reversed depth
+# how a texel is compared does not depend on the light, except for reversed depth
 @pytest.mark.parametrize(
     ("kind", "kernel"), [*((KINDS[0], each) for each in FILTERS), *((kind, Pcf(1)) for kind in KINDS[1:])], ids=named
 )
-def test_all_ways_to_compare_agree(renderer: Renderer, scene: Scene, kind: str, kernel: Filter) -> None:
+def test_all_comparison_paths_agree(renderer: Renderer, scene: Scene, kind: str, kernel: Filter) -> None:
     """Gathered raw depths, gathered comparisons and single comparisons give the same numbers, depth reversed or not."""
     context = renderer._context
     own = context.caps

@@ -1,4 +1,4 @@
-"""Functions of snippets by themselves, on the GPU, against their twins in float64."""
+"""Functions of single snippets on the GPU, against their twins in float64."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from glshadow.shadows.metric import unpack
 def evaluated(
     context: GLContext, name: str, expression: str, before_it: str = "", **inputs: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """What an expression (vec4) of a snippet gives for each row of its inputs: (N, 4). `before_it`: text that it counts on."""
+    """Values (N, 4) of a snippet's expression (vec4) for each row of its inputs. `before_it`: text that it depends on."""
     ctx, count = context.ctx, len(next(iter(inputs.values())))
     types = {key: f"vec{value.shape[1]}" for key, value in inputs.items()}
     into = "".join(f"in {kind} a_{key};\nflat out {kind} {key};\n" for key, kind in types.items())
@@ -47,7 +47,7 @@ def evaluated(
 
 def test_plane_from_derivatives(glcontext: GLContext, rng: np.random.Generator) -> None:
     edge_on = [[(1.0, 2.0, 0.5), (2.0, 4.0, 3.0)], [(0.0, 0.0, 0.0), (1.0, 1.0, 1.0)]]  # the second: no extent
-    # less and more edge-on than 2^-20 of the terms, which is where a plane ends
+    # less and more edge-on than 2^-20 of the terms, the limit of a usable plane
     edge_on += [[(1.0, 1.0, 0.5), (1.0, 1.0 + k * 2.0**-23, 3.0)] for k in (15, 16, 17, 18)]
     dx, dy = np.concatenate([rng.normal(size=(50, 2, 3)), edge_on]).astype(np.float32).swapaxes(0, 1)
     call = "vec4(receiver_plane_from_derivatives(dx, dy), 0.0, 0.0)"
@@ -94,7 +94,7 @@ def test_least_shadow(glcontext: GLContext, rng: np.random.Generator, bounded: b
     )
     # a Hankel matrix of random moments is inverted in float32: some are nearly singular
     assert np.quantile(np.abs(found - expected), 0.97) < 5e-3
-    assert (np.abs(expected - other) > 0.02).sum() > 20, "both problems are told apart"
+    assert (np.abs(expected - other) > 0.02).sum() > 20, "the two problems differ"
 
 
 @pytest.mark.parametrize("radius", [0, 1, 4])

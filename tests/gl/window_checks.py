@@ -1,4 +1,4 @@
-"""Checks that need a display; test_context.py runs each in a process of its own, since glfw dies with its X server."""
+"""Checks that need a display; test_context.py runs each in a process of its own, because glfw dies with its X server."""
 
 import sys
 
@@ -62,7 +62,7 @@ def host_window() -> None:
 
 
 def egl_beside_window() -> None:
-    """glvnd refuses EGL while GLX is current; the host's context comes back all the same."""
+    """glvnd refuses EGL while GLX is current; the host's context is restored all the same."""
     _, ctx = host()
     place = current()
     texture = ctx.texture((2, 2), 4, bytes([7] * 16))

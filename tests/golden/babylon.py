@@ -1,4 +1,4 @@
-"""Reads the golden file of Babylon.js shadow maps: texels with known world points, and what Babylon stored there.
+"""Reads the golden file of Babylon.js shadow maps: texels with known world points, and the values that Babylon stored there.
 
 The file's matrices are 16 numbers of a row-vector matrix, row by row; the same 16 numbers are a column-vector matrix
 column by column, and that is how they are given here (`clip = transform @ [x, y, z, 1]`).
@@ -24,13 +24,13 @@ from glshadow.shadows.view import Projection
 FILE_NAME = "babylon_depth_metric.json"
 FACE_DIRECTIONS = np.array([[1, 0, 0], [-1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.float64)
 
-# What a read-back may differ by from the float64 metric.
-F32_TOLERANCE = 5e-7  # float32 matrices and interpolation on slanted faces: the file's README; largest seen 3.4e-7
+# Tolerances between a read-back and the float64 metric.
+F32_TOLERANCE = 5e-7  # float32 matrices and interpolation on slanted faces: the file's README; maximum seen 3.4e-7
 PACKING_TOLERANCE = F32_TOLERANCE + 0.5 * 255.0**-4  # a float32 metric, then half a step of the finest byte
 MATRIX_TOLERANCE = 8 * 2.0**-24  # entries stored as float32, a chain of at most eight roundings; times the largest term
 
 PROJECTIONS: dict[str, Projection] = {"directional": "orthographic", "spot": "perspective", "point": "cube"}
-"""Of the maps of a kind of light."""
+"""Babylon's maps by kind of light."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,13 +59,13 @@ class Config:
 
     @property
     def has_metric(self) -> bool:
-        """Whether the colour target holds the metric (pcf has the depth attachment alone)."""
+        """Whether the colour target holds the metric (pcf has only the depth attachment)."""
         return self.filter != "pcf"
 
     def own_matrix(self, face: int) -> tuple[Array, Array]:
         """Our (view_from_world, clip_from_view) for a face, from the light's numbers alone."""
         direction = FACE_DIRECTIONS[face] if self.direction is None else self.direction
-        # Straight up or down the roll is arbitrary: there the file's own up is followed.
+        # Straight up or down the roll is arbitrary: there the file's own up vector is used.
         up = self.view[face][1, :3] if abs(direction[1]) > 0.999 * np.linalg.norm(direction) else (0.0, 1.0, 0.0)
         h = self.half_window
         build = orthographic if self.kind == "directional" else perspective
@@ -75,7 +75,7 @@ class Config:
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """One texel. `clip` is before any bias; what was not read is None."""
+    """One texel. `clip` is before any bias; values that were not read are None."""
 
     config: Config
     face: int
@@ -87,13 +87,13 @@ class Reading:
     documented_metric: float  # by the file's author from the documented formula, in float64
     documented_stored: float | None
     documented_depth: float | None
-    read_metric: float | None  # what the colour target holds; an exponential of the metric for esm
+    read_metric: float | None  # contents of the colour target; for esm an exponential of the metric
     read_raw: Array | None
     read_depth: float | None
 
     @property
     def kinds(self) -> frozenset[str]:
-        """Names of everything that this reading can witness."""
+        """Names of all values that this reading can verify."""
         config = self.config
         names = {f"light {config.kind}", f"filter {config.filter}", f"clip {config.kind} {config.clip}"}
         if self.read_metric is not None:
@@ -115,7 +115,7 @@ class Reading:
         return frozenset({*names, f"{config.handed}-handed"})
 
     def biased_z(self, clip_z: float, clip_w: float) -> float:
-        """Clip z as the depth attachment gets it."""
+        """Clip z as the depth attachment receives it."""
         config = self.config
         if config.filter not in ("pcf", "pcss"):
             return clip_z
@@ -132,12 +132,12 @@ class Reading:
         return float(projected_metric(z, config.clip, low, high)) + config.bias
 
     def stored(self, clip: Array) -> float:
-        """What the colour target should hold: the metric, or exp(-min(87, scale * metric)); 87 < ln(float32 max) = 88.7."""
+        """The expected colour target: the metric, or exp(-min(87, scale * metric)); 87 < ln(float32 max) = 88.7."""
         metric = self.metric(clip)
         return float(np.exp(-min(87.0, self.config.depth_scale * metric))) if self.config.filter == "esm" else metric
 
     def depth(self, clip: Array) -> float:
-        """What the depth attachment should hold."""
+        """The expected depth attachment."""
         return float(window_depth([self.biased_z(float(clip[2]), float(clip[3])), float(clip[3])], self.config.clip))
 
     def file_clip(self) -> Array:
@@ -150,7 +150,7 @@ class Reading:
         return project(projection @ view, self.world_point)
 
     def tolerance(self, stored: float) -> float:
-        """How far the read metric may be from `stored`."""
+        """Tolerance between the read metric and `stored`."""
         config = self.config
         if config.texture == "f16":
             # One ulp: llvmpipe truncates when it stores half floats, and what it truncates is a float32 metric.

@@ -1,4 +1,4 @@
-"""Our caster pass, given Babylon.js's matrices and points, stores what Babylon.js stored."""
+"""Our caster pass, given Babylon.js's matrices and points, stores the values that Babylon.js stored."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .babylon import F32_TOLERANCE, PROJECTIONS, Reading, load_readings
 TARGETS = {"f32": Target.R32F, "f16": Target.R16F, "u8": Target.RGBA8}
 # World units: the normal bias moves a square of this half width sideways by up to 0.05; it must still cover the texel.
 HALF_QUAD = 0.5
-ZOOM = 1e4  # of the window around the texel
+ZOOM = 1e4  # width of the window around the texel
 
 
 @pytest.fixture(scope="module")
@@ -62,18 +62,18 @@ class Caster:
         return program
 
     def store(self, reading: Reading, target: Target, dialect: str = "core330", quad: Array | None = None) -> Array:
-        """What the texel holds after the reading's point, or a quad (4, 3) of its plane with the normal bias."""
+        """The texel's value after drawing the reading's point, or a quad (4, 3) of its plane with the normal bias."""
         config, face = reading.config, reading.face
         on_depth = config.filter in ("pcf", "pcss")
         program = self._program(reading, target, on_depth or quad is not None, dialect)
-        # Relative to the point, as the renderer draws meshes relative to their origin: float32 keeps what is small.
+        # Relative to the point, as the renderer draws meshes relative to their origin: float32 keeps small differences.
         origin = translation(reading.world_point)
         view = config.view[face] @ origin
         clip = config.projection[face] @ view
         if target.is_depth:
             program.set(u_clip_bias=config.clip.sign * config.bias * bias_factor(config.clip))
         elif on_depth:
-            # Babylon's metric sees the z that its depth-texture filters have moved; ours keeps the two biases apart.
+            # Babylon's metric uses the z that its depth-texture filters have moved; ours keeps the two biases apart.
             clip = clip.copy()
             clip[2] += config.clip.sign * config.bias * bias_factor(config.clip) * clip[3]
         x, y, _, w = project(clip, np.zeros(3))
@@ -146,9 +146,9 @@ def test_babylon_metric_from_our_shader(
         found, read = metric_of(caster.store(reading, target, dialect), target), reading.read_metric
         tolerance = reading.tolerance(read)
         if reading.config.filter == "esm":
-            # None of our techniques stores an exponential: back to the metric, 2^-24 for its own rounding.
+            # None of our techniques stores this exponential: convert back to the metric, 2^-24 for its own rounding.
             read, tolerance = -np.log(read) / reading.config.depth_scale, F32_TOLERANCE + 2.0**-24
-        # Babylon's float targets hold the metric beyond far too; ours is clamped, as its receivers clamp it.
+        # Babylon's float targets hold the metric beyond far too; ours is clamped, because its receivers clamp theirs.
         within += read < 1.0
         off = abs(found - min(read, 1.0))
         assert off <= tolerance, f"{reading.config.name} {reading.texel}: {off}"
@@ -186,7 +186,7 @@ def test_babylon_normal_bias_from_our_shader(caster: Caster, readings: list[Read
 
 
 def plain_twin(reading: Reading) -> bool:
-    """Whether it is of the configuration that the normal bias was added to."""
+    """Whether it belongs to the configuration that the normal bias was added to."""
     config = reading.config
     unbiased = config.bias == 0 and config.normal_bias == 0 and not config.clip.zero_to_one and not config.clip.reversed
     return unbiased and (config.kind, config.filter, config.texture) == ("directional", "none", "f32")
@@ -202,5 +202,5 @@ def test_babylon_bytes_from_our_shader(caster: Caster, readings: list[Reading]) 
         # The finer two bytes hold less than a float32 metric's own error (255^-2 = 1.5e-5 / 255 a step).
         coarse[bool((found[2:] == reading.read_raw[2:]).all())] += 1
     assert chosen
-    # A carry between bytes turns with the last bit of the metric.
+    # A carry between bytes depends on the last bit of the metric.
     assert coarse[True] >= 0.9 * len(chosen), coarse

@@ -1,4 +1,4 @@
-"""The float64 metric against shadow maps that Babylon.js really drew."""
+"""The float64 metric against shadow maps that Babylon.js rendered."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .babylon import F32_TOLERANCE, FILE_NAME, MATRIX_TOLERANCE, PROJECTIONS, Re
 LIGHTS = ("directional", "spot", "point")
 PROJECTED = ("directional", "spot")  # Babylon has no depth-texture filter for point lights
 
-# Every kind of reading that must be there: a file that lost one would pass the comparisons below in silence.
+# Every kind of reading that must exist: otherwise the comparisons below would silently pass on a file that lost one.
 EXPECTED_KINDS = sorted(
     {
         "depth",
@@ -88,7 +88,7 @@ def test_babylon_matrices_are_column_vector_matrices(readings: list[Reading]) ->
 
 
 def test_babylon_clip_by_own_matrices(readings: list[Reading]) -> None:
-    """Babylon draws its shadow maps left-handed, whatever the scene's handedness: only x runs the other way."""
+    """Babylon draws its shadow maps left-handed, whatever the scene's handedness: only x is reversed."""
     for reading in readings:
         view, _ = reading.config.own_matrix(reading.face)
         mirror = np.sign(view[0, :3] @ reading.config.view[reading.face][0, :3])
@@ -100,7 +100,7 @@ def test_babylon_clip_by_own_matrices(readings: list[Reading]) -> None:
 
 
 def _largest_term(reading: Reading) -> float:
-    """Size of the numbers that cancel on the way to clip space: matrices times |world point|."""
+    """Size of the terms that cancel on the way to clip space: matrices times |world point|."""
     face, config = reading.face, reading.config
     in_view = np.abs(config.view[face]) @ np.abs([*reading.world_point, 1.0])
     return float(max(in_view.max(), (np.abs(config.projection[face]) @ in_view).max()))
@@ -186,7 +186,7 @@ def test_babylon_raw_is_the_metric_in_float_targets(readings: list[Reading]) -> 
 
 
 def test_babylon_normal_bias(readings: list[Reading]) -> None:
-    """The square of an unbiased reading, moved by our formula and met by the texel's light ray: the biased reading."""
+    """The square of an unbiased reading, moved by our formula and hit by the texel's light ray: the biased reading."""
     plain = {
         reading.texel: reading
         for reading in readings
@@ -213,7 +213,7 @@ def test_babylon_normal_bias(readings: list[Reading]) -> None:
         np.testing.assert_allclose(point, reading.world_point, rtol=0, atol=1e-6)
         clip = project(config.projection[0] @ config.view[0], point)
         assert abs(reading.read_metric - reading.stored(clip)) <= F32_TOLERANCE
-        # The bias is there: without it the reading would be off by far more than the tolerance.
+        # The bias matters: without it the reading would be off by far more than the tolerance.
         assert abs(reading.read_metric - reading.stored(before.clip)) > 100 * F32_TOLERANCE
 
 

@@ -15,8 +15,10 @@ from .registry import Case, Known, Picture, overhead, picture_of, sun_direction
 FACETS = 2e-3  # share of pixels: facets of icosphere 6 lie up to 2e-4 of the radius inside the sphere
 
 
-def lamp_towards(elevation: float, distance: float, target: tuple[float, float, float], *, spot: float = 0.0) -> Light:
-    """A point light, or a spot of that outer angle aimed at the target, where the sun of an elevation would be."""
+def local_light_towards(
+    elevation: float, distance: float, target: tuple[float, float, float], *, spot: float = 0.0
+) -> Light:
+    """A point light, or a spot of that outer angle aimed at the target, where a directional light of that elevation would come from."""
     aim = np.asarray(sun_direction(elevation))
     position = tuple(np.asarray(target) - aim * distance)
     if spot == 0.0:
@@ -36,9 +38,9 @@ def walls() -> list[Picture]:
         )
     near = analytic.wall(30.0)
     for name, spot in (("point light", 0.0), ("spot", 40.0)):
-        light = lamp_towards(30.0, 12.0, (-1.0, 0.0, 0.0), spot=spot)
+        light = local_light_towards(30.0, 12.0, (-1.0, 0.0, 0.0), spot=spot)
         pictures.append(picture_of(f"wall, {name}", near, light))
-    low = lamp_towards(5.0, 30.0, (-10.0, 0.0, 0.0), spot=50.0)
+    low = local_light_towards(5.0, 30.0, (-10.0, 0.0, 0.0), spot=50.0)
     pictures.append(picture_of("wall, spot 5 degrees high", analytic.wall(5.0), low, resolution=2048))
     return pictures
 
@@ -50,10 +52,10 @@ def spheres() -> list[Picture]:
     ]
 
 
-def lamp_discs() -> list[Picture]:
+def local_light_discs() -> list[Picture]:
     built = analytic.sphere(height=6.0, lamp_height=10.0)
     spot = SpotLight(position=(0.0, 10.0, 0.0), direction=(0.0, -1.0, 0.0), inner_angle=35.0, outer_angle=40.0)
-    # The top of the sphere above the light: the shadow is bounded by a hyperbola.
+    # The top of the sphere is above the light: the shadow is bounded by a hyperbola.
     low = PointLight(position=(3.0, 6.5, 0.0))
     beside = overhead((-60.0, 0.0), (-10.0, 10.0), 60.0)
     wide = Scene(
@@ -71,7 +73,7 @@ def lamp_discs() -> list[Picture]:
     ]
 
 
-def lamp_squares() -> list[Picture]:
+def local_light_squares() -> list[Picture]:
     built = analytic.plates(gap=4.0, lamp_height=10.0)
     spot = SpotLight(position=(0.0, 10.0, 0.0), direction=(0.0, -1.0, 0.0), inner_angle=25.0, outer_angle=30.0)
     tilted = SpotLight(position=(0.0, 10.0, 0.0), direction=(0.2, -1.0, 0.1), inner_angle=35.0, outer_angle=40.0)
@@ -89,8 +91,10 @@ def balls() -> list[Picture]:
         coarse = analytic.ball(30.0, subdivisions=level)
         pictures.append(picture_of(f"ball of {20 * 4**level} facets", coarse, dark=False))
     ball = analytic.ball(30.0)
-    pictures.append(picture_of("ball, point light", ball, lamp_towards(30.0, 6.0, (0.0, 0.0, 0.0)), dark=False))
-    pictures.append(picture_of("ball, spot", ball, lamp_towards(30.0, 6.0, (0.0, 0.0, 0.0), spot=15.0), dark=False))
+    pictures.append(picture_of("ball, point light", ball, local_light_towards(30.0, 6.0, (0.0, 0.0, 0.0)), dark=False))
+    pictures.append(
+        picture_of("ball, spot", ball, local_light_towards(30.0, 6.0, (0.0, 0.0, 0.0), spot=15.0), dark=False)
+    )
     return pictures
 
 
@@ -109,7 +113,7 @@ def planes() -> list[Picture]:
     diagonal = DirectionalLight(direction=sun_direction(1.0, 45.0))
     pictures.append(picture_of("plane, theta 89, diagonal", analytic.plane(1.0), diagonal, dark=False))
     for name, spot in (("point light", 0.0), ("spot", 60.0)):
-        light = lamp_towards(2.0, 20.0, (0.0, 0.0, 0.0), spot=spot)
+        light = local_light_towards(2.0, 20.0, (0.0, 0.0, 0.0), spot=spot)
         pictures.append(picture_of(f"plane, {name} 2 degrees high", analytic.plane(2.0), light, camera, dark=False))
     return pictures
 
@@ -120,9 +124,9 @@ def feet() -> list[Picture]:
     built = analytic.wall(30.0)
     pictures = [picture_of("foot of the wall", built, camera=camera)]
     for name, spot in (("point light", 0.0), ("spot", 30.0)):
-        light = lamp_towards(30.0, 6.0, (0.0, 0.0, 0.0), spot=spot)
+        light = local_light_towards(30.0, 6.0, (0.0, 0.0, 0.0), spot=spot)
         pictures.append(picture_of(f"foot, {name}", built, light, camera))
-    # The lit side, from so near that a texel is many pixels: the wall is steep to the light, the ground is flat to it.
+    # The lit side, so close that a texel is many pixels: the wall is steep to the light, the ground is flat to it.
     near = overhead((0.45, 0.65), (-0.1, 0.1), 3.0)
     for resolution in (1024, 40):
         pictures.append(
@@ -144,7 +148,7 @@ def boxes() -> list[Picture]:
     ]
     built = analytic.box(30.0, 30.0)
     for name, spot in (("point light", 0.0), ("spot", 40.0)):
-        pictures.append(picture_of(f"box, {name}", built, lamp_towards(30.0, 8.0, (0.0, 0.0, 0.0), spot=spot)))
+        pictures.append(picture_of(f"box, {name}", built, local_light_towards(30.0, 8.0, (0.0, 0.0, 0.0), spot=spot)))
     return pictures
 
 
@@ -163,7 +167,7 @@ def gaps() -> list[Picture]:
 
 
 def _below(gap: float) -> tuple[AnalyticScene, None, object]:
-    """The plate's shadow seen through the gap, from within it."""
+    """The plate's shadow seen through the gap, from inside it."""
     from glshadow.core.cameras import PerspectiveCamera
 
     camera = PerspectiveCamera((-1.5 - gap, 0.5 * gap, 0.1), (0.0, 0.0, 0.0), fov_y=20.0)
@@ -182,8 +186,8 @@ CASES = (
                 "normal offset": "the far edge moves in by n cot e"},
          passes=("slope", "depth16", "r16f")),
     Case(2, "sphere over a plane", "ellipse r / sin e by r at -h cot e", spheres),
-    Case(3, "sphere under a point light", "disc of radius H r / sqrt((H - h)^2 - r^2) = 2.582; beside it a hyperbola", lamp_discs),
-    Case(4, "square under a point light", "square of half-side H / (H - h) = 1.667", lamp_squares),
+    Case(3, "sphere under a point light", "disc of radius H r / sqrt((H - h)^2 - r^2) = 2.582; beside it a hyperbola", local_light_discs),
+    Case(4, "square under a point light", "square of half-side H / (H - h) = 1.667", local_light_squares),
     Case(5, "convex sphere alone", "lit iff N.L > 0", balls,
          fails={"clip": "acne where the slope exceeds the bias"}),
     Case(6, "empty plane to 89.99 degrees", "all lit", planes, fails={"none": "half the plane"},

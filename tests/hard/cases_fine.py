@@ -1,4 +1,4 @@
-"""N7, N8, N12, N13, N23 and N30: depth that a format cannot hold, and detail that a map cannot hold."""
+"""N7, N8, N12, N13, N23 and N30: depth differences that a format cannot resolve, and detail that a map cannot resolve."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ OVERHEAD = (0.0, -1.0, 0.0)
 
 
 def layer(gap: float) -> Picture:
-    """Two level planes `gap` apart under an overhead sun whose map spans 1000 m; the camera looks between them."""
+    """Two horizontal planes `gap` apart under an overhead light whose map spans 1000 m; the camera looks between them."""
     sun = DirectionalLight(direction=OVERHEAD, near=-900.0, far=100.0)
     parts = {"ground": level((-12.0, 12.0), (-12.0, 12.0)), "roof": level((-5.0, 5.0), (-5.0, 5.0), gap)}
     eye = 0.4 * min(gap, 2.0)  # sees ground from a distance of 1 on, up to beyond the roof
@@ -65,11 +65,11 @@ HIGH = 450.0  # above the camera, so that only the ground is seen
 
 
 def wire(width: float, angle: float) -> Picture:
-    """Ribbons of `width` texels, above the camera, 13 + 1/64 texels apart, turned by `angle`."""
+    """Ribbons of `width` texels, above the camera, 13 + 1/64 texels apart, rotated by `angle`."""
     texel = WIRE_TEXEL
     spacing = (13.0 + 1.0 / WIRE_COUNT) * texel
     centres = (np.arange(WIRE_COUNT) - 0.5 * (WIRE_COUNT - 1)) * spacing
-    ground = level((-6.0, 6.0), (-6.0, 6.0))  # beyond the picture, so that edges there are known
+    ground = level((-6.0, 6.0), (-6.0, 6.0))  # beyond the image, so that edges there are known
     strips = turned_y(ribbons(centres, width * texel, 12.0, HIGH), angle)
     sun = DirectionalLight(direction=OVERHEAD)
     camera = overhead((-5.12, 5.12), (-5.12, 5.12), 400.0, (1024, 61))
@@ -115,7 +115,7 @@ def landscapes() -> list[Picture]:
 
 
 def horizon(relief: Array, points: Array, normals: Array, sun: DirectionalLight) -> Array:
-    """Lit iff nothing along the way to the sun rises above it; steps of a quarter cell."""
+    """Lit iff nothing along the way to the light rises above it; steps of a quarter cell."""
     towards = -np.asarray(sun.direction)
     level_length = np.hypot(towards[0], towards[2])
     ahead, climb = towards[[0, 2]] / level_length, towards[1] / level_length
@@ -137,9 +137,11 @@ def outliers() -> list[Picture]:
     nodes = (*built.scene.nodes, Node(Mesh(*triangle), np.eye(4), "outlier"))
     scene = replace(built.scene, nodes=nodes)
     pictures = [picture_of("cube and outlier", analytic.AnalyticScene(scene, built.blocked), size=(128, 128))]
-    lamp = PointLight(position=(3.0, 4.0, 2.0))
+    point_light = PointLight(position=(3.0, 4.0, 2.0))
     pictures.append(
-        picture_of("cube and outlier, point light", analytic.AnalyticScene(scene, built.blocked), lamp, size=(128, 128))
+        picture_of(
+            "cube and outlier, point light", analytic.AnalyticScene(scene, built.blocked), point_light, size=(128, 128)
+        )
     )
     return pictures
 

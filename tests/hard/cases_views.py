@@ -1,4 +1,4 @@
-"""N14 to N24: where light and camera look from, and what the map does not cover."""
+"""N14 to N24: the directions of light and camera, and places that the map does not cover."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ def masks() -> list[Picture]:
         pictures.append(
             Picture(f"checker of {texels} texels, cutoff {cutoff:g}", scene, sun, camera, resolution=resolution)
         )
-    lamp = PointLight(position=(1.0, 4.0, 0.5))
+    local_light = PointLight(position=(1.0, 4.0, 0.5))
     wide = overhead((-2.0, 2.0), (-2.0, 2.0), 0.9)
-    scene = scene_of({"ground": ground, "leaves": checker(64, 8, 1.0, 1.0, 0.5)}, wide, lamp, "checker")
-    pictures.append(Picture("checker, point light", scene, lamp, wide))
+    scene = scene_of({"ground": ground, "leaves": checker(64, 8, 1.0, 1.0, 0.5)}, wide, local_light, "checker")
+    pictures.append(Picture("checker, point light", scene, local_light, wide))
     return pictures
 
 
@@ -44,14 +44,14 @@ def duels() -> list[Picture]:
         sun = DirectionalLight(direction=(0.0, -float(np.sin(e)), float(np.cos(e))))
         scene = scene_of(parts, camera, sun, "duel")
         pictures.append(Picture(f"duel, sun {elevation:g} degrees high", scene, sun, camera, resolution=2048))
-    lamp = SpotLight(position=(0.0, 6.0, -75.0), direction=(0.0, -0.08, 1.0), inner_angle=30.0, outer_angle=40.0)
-    scene = scene_of(parts, camera, lamp, "duel")
-    pictures.append(Picture("duel, spot", scene, lamp, camera, resolution=2048))
+    local_light = SpotLight(position=(0.0, 6.0, -75.0), direction=(0.0, -0.08, 1.0), inner_angle=30.0, outer_angle=40.0)
+    scene = scene_of(parts, camera, local_light, "duel")
+    pictures.append(Picture("duel, spot", scene, local_light, camera, resolution=2048))
     return pictures
 
 
 def backs() -> list[Picture]:
-    """Sheets lit from behind, thinner than any bias: their seen side and the inside of a hut of them are dark."""
+    """Sheets lit from behind, thinner than any bias: their visible side and the inside of a hut of them are dark."""
     sun = DirectionalLight(direction=(0.3, -0.4, 1.0))  # towards the camera
     camera = PerspectiveCamera((0.0, 1.2, 6.0), (0.0, 0.7, 0.0))
     ground = level((-3.0, 3.0), (-3.0, 4.0))
@@ -61,7 +61,7 @@ def backs() -> list[Picture]:
         Picture(f"{name} lit from behind", scene_of({"ground": ground, name: solid}, camera, sun, name), sun, camera)
         for name, solid in (("sheet", sheet), ("slab of 0.1 mm", thin))
     ]
-    # From inside a hut of sheets without thickness only the door's light is seen.
+    # From inside a hut of sheets without thickness only light through the door is visible.
     walls = [
         shapes.rectangle((-2.0, 0.0, -2.0), (4.0, 0.0, 0.0), (0.0, 2.0, 0.0)),
         shapes.rectangle((-2.0, 0.0, -2.0), (0.0, 0.0, 4.0), (0.0, 2.0, 0.0)),
@@ -72,8 +72,8 @@ def backs() -> list[Picture]:
     outside = DirectionalLight(direction=(-0.5, -0.9, -0.7))
     eye = PerspectiveCamera((1.5, 1.6, 1.7), (-1.0, 0.2, -1.5), fov_y=80.0)
     pictures.append(Picture("hut", scene_of(hut, eye, outside, "hut"), outside, eye))
-    lamp = PointLight(position=(3.0, 4.0, 3.0))
-    pictures.append(Picture("hut, point light", scene_of(hut, eye, lamp, "hut"), lamp, eye))
+    local_light = PointLight(position=(3.0, 4.0, 3.0))
+    pictures.append(Picture("hut, point light", scene_of(hut, eye, local_light, "hut"), local_light, eye))
     return pictures
 
 
@@ -83,16 +83,16 @@ def ranges() -> list[Picture]:
     parts = {"ground": level((-4.0, 4.0), (-4.0, 4.0), -12.0)}
     sun = DirectionalLight(direction=(0.0, -1.0, 0.0), near=0.0, far=10.0)
     spot = SpotLight(position=(0.0, 0.0, 0.0), near=0.1, far=10.0, inner_angle=40.0, outer_angle=45.0)
-    lamp = PointLight(position=(0.0, 0.0, 0.0), near=0.1, far=10.0)
+    local_light = PointLight(position=(0.0, 0.0, 0.0), near=0.1, far=10.0)
     tilted = DirectionalLight(direction=(0.5, -1.0, 0.2), near=0.0, far=9.0)
     return [
         Picture(f"beyond far, {name}", scene_of(parts, camera, light, "beyond far"), light, camera, dark=False)
-        for name, light in (("sun", sun), ("spot", spot), ("point light", lamp), ("low sun", tilted))
+        for name, light in (("sun", sun), ("spot", spot), ("point light", local_light), ("low sun", tilted))
     ]
 
 
 def borders() -> list[Picture]:
-    """A spot of half-width 5 on a receiver of 40 x 40; and a sun whose map covers the 10 x 10 that is seen."""
+    """A spot of half-width 5 on a receiver of 40 x 40; and a directional light whose map covers the visible 10 x 10."""
     camera = overhead((-20.0, 20.0), (-20.0, 20.0), 30.0)
     half = float(np.degrees(np.arctan(0.5)))
     built = analytic.plates(gap=4.0, lamp_height=10.0)
@@ -211,14 +211,14 @@ def beams() -> list[Picture]:
 
 
 def smooth_back() -> Mesh:
-    """A level square whose shading normals lean towards a light that its geometric normal faces away from."""
+    """A horizontal square whose shading normals lean towards a light that its geometric normal faces away from."""
     positions, triangles = level((-1.0, 1.0), (-1.0, 1.0))
     normals = np.tile(np.array([[-0.8, 0.6, 0.0]], dtype=np.float32), (len(positions), 1))
     return Mesh(positions, triangles, normals=normals)
 
 
 def insides() -> list[Picture]:
-    """N40: the camera in a shadow and in a caster; its near plane across one: see test_settings.py."""
+    """N40: the camera inside a shadow and inside a caster; its near plane across one: see test_settings.py."""
     built = analytic.box(30.0, 30.0, (2.0, 2.0, 2.0))
     direction = np.asarray(built.scene.lights[0].direction)  # type: ignore[union-attr]
     dark = np.array([0.0, 1.0, 0.0]) + 1.5 * direction

@@ -1,6 +1,6 @@
-"""Draws a picture with a technique, compares every pixel that faces the light with the truth, and predicts failures.
+"""Renders with a technique, compares every pixel that faces the light with the reference, and predicts failures.
 
-A mismatch: |visibility - truth| > 0.5 outside the first band, any difference outside the second (half-widths
+A mismatch: |visibility - reference| > 0.5 outside the first band, any difference outside the second (half-widths
 (radius + 1/2) sqrt 2 and (radius + 1) sqrt 2 texels of the map that was really used, in the light plane). The exact
 filter has no texels and no band: any difference is a mismatch, unless the true boundary passes within rounding of the
 point, or the picture shows a neighbouring triangle there and is right for that.
@@ -43,28 +43,28 @@ Bools = NDArray[np.bool_]
 Ints = NDArray[Any]
 
 LEAST_COSINE = 2e-6
-"""N.L below which float32 cannot tell which side of a face the light is on: 16 roundings of 2^-24, doubled."""
+"""N.L below which float32 cannot decide which side of a face the light is on: 16 roundings of 2^-24, doubled."""
 
 SAME = 1e-5
 """Visibility that counts as equal: a filter's weights are sums of float32 products (16 roundings) over 25 texels."""
 
 PLANE_SLACK = 1e-6
-"""Of the scene's size: a rasterised triangle whose plane passes this close to the traced point is the same surface."""
+"""Fraction of the scene's size: a rasterised triangle whose plane passes this close to the traced point is the same surface."""
 
 OTHER_SURFACE_SHARE = 0.02
 """Pixels that may show another surface than the ray through their centre: vertices are snapped to 1/256 pixel."""
 
 EXACT_ROUNDINGS = 8.0
-"""Of 2^-24 of the scene's size: how far float32 moves a receiver across its ray from the eye; more along a slanting plane."""
+"""In 2^-24 of the scene's size: how far float32 moves a receiver across its ray from the eye; more along a slanted plane."""
 
 SNAPPED = 1.0 / 64.0
 """Texels added to a band: rasterisers snap casters' vertices to 1/256 texel, and positions are rounded."""
 
 ROUNDINGS = 16.0
-"""Of 2^-24 of the reach that the derived bias allows for: only to predict what it loses."""
+"""In 2^-24 of the reach: float32 error that the derived bias allows; used only to predict its loss."""
 
 DIRECTIONS, COARSE_SPOKES, FEW = 20, 80, 500
-AT_ONCE = 4000  # points moved in one call: fewer cost as much, more are moved although an earlier spoke has answered
+AT_ONCE = 4000  # points moved in one call: fewer are not faster, more would be moved in vain
 _SPOKES = [
     (ring / rings, 2.0 * np.pi * (turn + 0.5 * (ring % 2)) / directions)
     for rings, directions in ((4, DIRECTIONS), (12, 36))  # for the few left over finer, so that thin features are found
@@ -75,7 +75,7 @@ _SPOKES = [
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came out of one picture.
+    """The comparison of one picture with its reference.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ class Outcome:
         return int((self.leak | self.acne).sum())
 
     def off_creases(self) -> int:
-        """Mismatches other than lit pixels drawn darker within the filter's reach of a concave crease."""
+        """Mismatches except lit pixels drawn darker within the filter's reach of a concave crease."""
         radius = self.technique.filter.radius
         crease = near_crease(self.frame, self.truth, (radius + 1.0) * np.sqrt(2.0), self.acne)
         return int((self.leak | (self.acne & ~crease)).sum())
@@ -146,7 +146,7 @@ def judge(renderer: Renderer, picture: Picture, technique: Technique) -> Outcome
 
 
 def _excused(frame: Frame, truth: Truth, where: Bools) -> Bools:
-    """Where the true boundary is as near as rounding; where another triangle is shown, and the picture right for it."""
+    """Where the exact boundary is as near as rounding; where another triangle is shown, and the image right for it."""
     if not where.any():
         return where
     towards = truth.position - np.asarray(frame.camera.position)
@@ -162,13 +162,13 @@ def _excused(frame: Frame, truth: Truth, where: Bools) -> Bools:
 
 
 def same_surface(frame: Frame, truth: Truth) -> Bools:
-    """Whether the rasterised triangle lies in the plane of the traced one: coplanar neighbours and copies do."""
-    drawn, asked = frame.triangle, (frame.triangle >= 0) & (truth.triangle >= 0)
+    """Whether the rasterised triangle lies in the plane of the traced one: coplanar neighbours and duplicates do."""
+    drawn, tested = frame.triangle, (frame.triangle >= 0) & (truth.triangle >= 0)
     result = np.zeros(drawn.shape, dtype=bool)
-    points = truth.position[asked] - truth.rays.origin
-    off = np.abs(truth.rays.plane_distance(drawn[asked], points))
-    alike = np.abs(dot(truth.rays.normals[drawn[asked]], truth.rays.normals[truth.triangle[asked]])) > 1.0 - 1e-6
-    result[asked] = (drawn[asked] == truth.triangle[asked]) | ((off < PLANE_SLACK * truth.rays.size) & alike)
+    points = truth.position[tested] - truth.rays.origin
+    off = np.abs(truth.rays.plane_distance(drawn[tested], points))
+    alike = np.abs(dot(truth.rays.normals[drawn[tested]], truth.rays.normals[truth.triangle[tested]])) > 1.0 - 1e-6
+    result[tested] = (drawn[tested] == truth.triangle[tested]) | ((off < PLANE_SLACK * truth.rays.size) & alike)
     missed = (truth.triangle >= 0) & ~result
     assert missed.mean() <= OTHER_SURFACE_SHARE, f"{missed.mean():.1%} of the pixels show another surface than traced"
     return result
@@ -185,7 +185,7 @@ def texel_field(view: ShadowView, points: Array) -> Array:
 
 
 def near_edge(frame: Frame, truth: Truth, texels: float, where: Bools) -> Bools:
-    """Whether the true boundary passes within so many texels of the map that was used; an ellipse for a sun's."""
+    """Whether the exact boundary passes within so many texels of the map that was used; an ellipse for directional lights."""
     return _around(frame, truth, texels, where, _other_visibility)
 
 
@@ -211,9 +211,9 @@ def _around(
     truth: Truth,
     texels: float,
     where: Bools,
-    ask: Callable[[Truth, AimedLight, Ints, Ints, Array], Bools],
+    test: Callable[[Truth, AimedLight, Ints, Ints, Array], Bools],
 ) -> Bools:
-    """Ask about points within `texels` of pixels, in the light plane and put back on the surface along the light."""
+    """Test points within `texels` of pixels, in the light plane and projected back to the surface along the light."""
     result = np.zeros(where.shape, dtype=bool)
     rows = np.flatnonzero(where)
     if len(rows) == 0 or not frame.used[0].views:
@@ -229,7 +229,7 @@ def _around(
     u, v = _basis(truth) if sun else (np.zeros(3), np.zeros(3))
     near, first = np.zeros(len(rows), dtype=bool), 0
     while first < len(_SPOKES) and not near.all() and (first < COARSE_SPOKES or (~near).sum() <= FEW):
-        # The first and the last stay: alone, a point would be asked in other directions.
+        # The first and the last stay: alone, a point would be tested in other directions.
         left = np.union1d(np.flatnonzero(~near), [0, len(rows) - 1])
         end = COARSE_SPOKES if first < COARSE_SPOKES else len(_SPOKES)
         end = min(end, first + max(1, AT_ONCE // len(left)))
@@ -241,7 +241,7 @@ def _around(
             x, y = offset @ u, offset @ v
             reach, angle = np.hypot(x, y), np.arctan2(y, x)
         moved = moved_over(rays, source, own[again], points[again], reach, angle[:, None])
-        near[left] |= ask(truth, source, rows[again], *moved).reshape(-1, len(left)).any(axis=0)
+        near[left] |= test(truth, source, rows[again], *moved).reshape(-1, len(left)).any(axis=0)
         first = end
     result.ravel()[rows] = near
     return result
@@ -253,7 +253,7 @@ def _basis(truth: Truth) -> tuple[Array, Array]:
     return u[0], v[0]
 
 
-# -- what a technique that cannot pass is predicted to do
+# -- predicted failures of techniques that cannot pass
 
 
 @dataclass(frozen=True)
@@ -265,7 +265,7 @@ class Prediction:
 
 
 def predict(outcome: Outcome) -> Prediction:
-    """Mismatches that follow from the bias alone, as if the map were infinitely fine (leak), or the receiver one plane
+    """Mismatches due to the bias alone, as if the map were infinitely fine (leak), or the receiver one plane
     sampled at random places of a texel (acne).
 
     leak: dark points that are lit once they are moved by what the bias moves them.
@@ -341,7 +341,7 @@ def _slope(view: ShadowView, light: object, points: Array, normals: Array) -> Ar
 
 
 def _along_light(outcome: Outcome, view: ShadowView, points: Array, slope: Array) -> Array:
-    """World units along the light that a bias takes off the compare depth, (N,)."""
+    """World units along the light that a bias subtracts from the compare depth, (N,)."""
     used = outcome.frame.used[0]
     bias, filter_ = used.bias, used.filter
     assert filter_ is not None
@@ -362,7 +362,7 @@ def _along_light(outcome: Outcome, view: ShadowView, points: Array, slope: Array
 
 
 def rounding(outcome: Outcome) -> float:
-    """What the derived bias allows for float32: the renderer's own figure."""
+    """The renderer's own figure for float32 rounding in the derived bias."""
     frame = outcome.frame
     centre = outcome.picture.scene.bounds.mean(axis=0)
     left, right, _, _ = frame.camera.window(frame.size)
@@ -376,12 +376,12 @@ def rounding(outcome: Outcome) -> float:
 
 
 def default_allowance(reach: float, filter_: Filter, texel: float) -> float:
-    """World units that the derived bias takes off under an overhead sun, format aside; `reach` is the scene's size."""
+    """World units that the derived bias subtracts under an overhead light, format aside; `reach` is the scene's size."""
     return ROUNDINGS * 2.0**-24 * reach + FACET_SLOPE * filter_.reach_texels * texel
 
 
 def _world_step(outcome: Outcome, view: ShadowView, points: Array) -> Array:
-    """World units along the light per unit of what is stored, (N,)."""
+    """World units along the light per unit of stored depth, (N,)."""
     target = outcome.frame.used[0].target
     assert target is not None
     if view.projection == "orthographic":
@@ -423,7 +423,7 @@ def _slope_scaled_blocked(
     some = np.flatnonzero(blocked)
     if len(some) == 0:
         return result
-    # The caster that answers in the map is the one nearest to the light: shoot back from it.
+    # The caster stored in the map is the one nearest to the light: shoot back from it.
     far = np.where(np.isfinite(gap[some]), gap[some], 0.0)
     hit, place = rays.first_hits(
         start[some] + towards[some] * (0.5 * far)[:, None], towards[some], np.full(len(some), np.inf)

@@ -1,4 +1,4 @@
-"""What a hard case is: pictures with their exact answer, and which technique must pass them or fail them, and why."""
+"""Hard cases: pictures with their exact answer, which techniques must pass or fail them, and why."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ class Picture:
     Parameters
     ----------
     lit, dark : bool
-        Whether the truth has lit and dark pixels among those that face the light: then the test demands them.
+        Whether the reference has lit and dark pixels among those that face the light: then the test demands them.
     length : float
-        Size of the thing that casts, world units: biases in world units are taken relative to it.
+        Size of the caster, world units: biases in world units are relative to it.
     closed_form_share : float
         Share of pixels at which mesh and closed form may differ: facets of a sphere, steps of a search.
     """
@@ -65,7 +65,7 @@ class Picture:
 
 
 class Verdict(Enum):
-    """What a technique is expected to do with a case."""
+    """The expected result of a technique in a case."""
 
     PASS = "pass"
     FAILS = "fails as predicted"
@@ -75,7 +75,7 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Expected:
-    """A verdict with its reason; `size`: how large the failure is predicted to be, in words."""
+    """A verdict with its reason; `size`: the predicted extent of the failure, in words."""
 
     verdict: Verdict
     why: str = ""
@@ -83,7 +83,7 @@ class Expected:
 
 @dataclass(frozen=True)
 class Technique:
-    """A way to make a shadow: settings that depend on the picture only through its resolution and its length."""
+    """A shadow technique: settings that depend on the picture only through its resolution and its length."""
 
     name: str
     filter: Filter = field(default_factory=Pcf)
@@ -151,7 +151,7 @@ TECHNIQUES = {technique.name: technique for technique in (*CLAIMING, *COARSE, *C
 
 @dataclass(frozen=True)
 class Known:
-    """A failure of a technique that claims the case: a finding, to be mended.
+    """An unexpected failure of a technique that claims the case: to be fixed.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ CREASES = (
 
 
 def crease(*pictures: str, techniques: tuple[str, ...] = ("default",)) -> Known:
-    """The seam that percentage closer filtering draws along concave edges and beside grazing faces."""
+    """The seam that percentage-closer filtering draws along concave edges and beside grazing faces."""
     return Known(pictures, techniques, CREASES, creases_only=True)
 
 
@@ -278,7 +278,7 @@ def overhead(
 
 
 def sun_direction(elevation: float, azimuth: float = 0.0) -> tuple[float, float, float]:
-    """The way a sun's light travels; azimuth turns it about y from -x."""
+    """The direction in which a directional light travels; azimuth rotates it about y from -x."""
     e, a = np.radians(elevation), np.radians(azimuth)
     level = 0.0 if elevation == 90.0 else float(np.cos(e))
     return (-level * float(np.cos(a)), -float(np.sin(e)), level * float(np.sin(a)))

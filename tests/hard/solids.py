@@ -1,4 +1,4 @@
-"""Scenes of the hard cases that are not built in: how they are put together, and a few closed forms."""
+"""Builders for the hard cases' scenes that are not built in, and a few closed forms."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def scene_of(
 
 
 def level(x: tuple[float, float], z: tuple[float, float], y: float = 0.0) -> Solid:
-    """Level rectangle that faces up."""
+    """Horizontal rectangle that faces up."""
     return shapes.rectangle((x[0], y, z[1]), (x[1] - x[0], 0.0, 0.0), (0.0, 0.0, z[0] - z[1]))
 
 
@@ -38,18 +38,18 @@ def posts(places: list[tuple[float, float]], width: float, height: float) -> Sol
 
 
 def ribbons(centres: Array, width: float, length: float, y: float) -> Solid:
-    """Level strips along z, one per centre x, facing up."""
+    """Horizontal strips along z, one per centre x, facing up."""
     return shapes.joined([level((x - 0.5 * width, x + 0.5 * width), (-0.5 * length, 0.5 * length), y) for x in centres])
 
 
 def turned_y(solid: Solid, degrees: float) -> Solid:
-    """A solid turned about the y axis."""
+    """A solid rotated about the y axis."""
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     return solid[0] @ np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]).T, solid[1]
 
 
 def checker(texels: int, cells: int, half: float, y: float, cutoff: float) -> Mesh:
-    """A level square |x|, |z| <= half with a texture of texels^2 whose alpha is a checker of cells^2."""
+    """A horizontal square |x|, |z| <= half with a texture of texels^2 whose alpha is a checker of cells^2."""
     cell = (np.arange(texels) * cells) // texels
     opaque = (cell[:, None] + cell[None, :]) % 2 == 0
     texture = np.full((texels, texels, 4), 255, dtype=np.uint8)
@@ -92,13 +92,13 @@ def heights_at(relief: Array, size: float, x: Array, z: Array) -> Array:
 
 
 def mapped(scene: Scene, matrix: Array) -> Scene:
-    """Every node placed anew by a matrix that comes last."""
+    """Apply a matrix to every node, after its own."""
     return replace(
         scene, nodes=tuple(replace(node, world_from_mesh=matrix @ node.world_from_mesh) for node in scene.nodes)
     )
 
 
 def bars(period: float, width: float, count: int, length: float, y: float) -> Solid:
-    """`count` level strips, centred on x = 0."""
+    """`count` horizontal strips, centred on x = 0."""
     centres = (np.arange(count) - 0.5 * (count - 1)) * period
     return ribbons(centres, width, length, y)

@@ -1,4 +1,4 @@
-"""The table case x technique, as data: `rows()`, for reports and tests.
+"""The table case x technique as data: `rows()`, for reports and tests.
 
 `python -m tests.hard.table` writes it to where the report of a study reads it.
 """
@@ -226,12 +226,12 @@ def rows() -> list[dict[str, str | int]]:
 
 
 def summary() -> dict[str, int]:
-    """How many cells have which verdict."""
+    """Number of cells per verdict."""
     return dict(Counter(str(row["verdict"]) for row in rows()))
 
 
 def as_json() -> str:
-    """What `glshadow.study.cases` reads; a technique that does not apply to a case is left out of it."""
+    """Input of `glshadow.study.cases`; a technique that does not apply to a case is omitted."""
     void = Verdict.NOT_APPLICABLE.value
     kept = [row for row in rows() if row["technique"] not in TECHNIQUES or row["verdict"] != void]
     cells = ",\n".join("  " + json.dumps(row) for row in kept)

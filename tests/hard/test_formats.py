@@ -1,4 +1,4 @@
-"""What R8, RGBA8 and D16 cost at a caster's foot is what their step predicts, for every kind of light."""
+"""The gap at a caster's foot due to R8, RGBA8 and D16 equals the format's step, for every kind of light."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ TIMES = 2.0
 
 @pytest.mark.parametrize("target", [Target.R8, Target.RGBA8, Target.DEPTH16], ids=lambda target: target.value)
 @pytest.mark.parametrize("light", PROBES)
-def test_the_gap_at_a_foot_is_one_step_of_the_format(renderer: Renderer, light: str, target: Target) -> None:
+def test_gap_at_a_foot_is_one_step_of_the_format(renderer: Renderer, light: str, target: Target) -> None:
     gap = foot_gap(renderer, light, target)
-    assert gap.predicted > 2e-3, "must stand out against a texel"
+    assert gap.predicted > 2e-3, "must be large against a texel"
     assert gap.predicted / TIMES <= gap.measured <= gap.predicted * TIMES, str(gap)

@@ -1,4 +1,4 @@
-"""N25, N26, N39: the same scene moved, scaled, turned or cut differently must give the same shadows."""
+"""N25, N26, N39: the same scene moved, scaled, rotated or tessellated differently must give the same shadows."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from glshadow.shadows.filters import Exact, Filter, Pcf
 from glshadow.shadows.fits import SceneFit
 from glshadow.shadows.shadow import Shadow
 
-from .cases_contact import lamp_towards
+from .cases_contact import local_light_towards
 from .judge import judge
 from .registry import EXACT, THOROUGH, Picture, Technique, picture_of
 from .solids import mapped
@@ -33,16 +33,16 @@ few = settings(max_examples=5, deadline=None, suppress_health_check=list(HealthC
 
 BUILT = analytic.box(30.0, 30.0)
 SUN = BUILT.scene.lights[0]
-LAMP = lamp_towards(40.0, 6.0, (0.0, 0.0, 0.0))
-SPOT = lamp_towards(40.0, 6.0, (0.0, 0.0, 0.0), spot=40.0)
-LIGHTS = {"sun": SUN, "point light": LAMP, "spot": SPOT}
+POINT = local_light_towards(40.0, 6.0, (0.0, 0.0, 0.0))
+SPOT = local_light_towards(40.0, 6.0, (0.0, 0.0, 0.0), spot=40.0)
+LIGHTS = {"sun": SUN, "point light": POINT, "spot": SPOT}
 FILTERS: dict[str, Filter] = {"default": Pcf(), "exact": Exact()}
 lights = pytest.mark.parametrize("light", LIGHTS.values(), ids=list(LIGHTS))
 filters = pytest.mark.parametrize("filter_", FILTERS.values(), ids=list(FILTERS))
 
 
 def moved_camera(camera: PerspectiveCamera, matrix: Array) -> PerspectiveCamera:
-    """A camera by a similarity."""
+    """A camera transformed by a similarity."""
     place = tuple(transform(matrix, camera.position)), tuple(transform(matrix, camera.target))
     up = matrix[:3, :3] @ np.asarray(camera.up)
     return replace(camera, position=place[0], target=place[1], up=tuple(up / np.linalg.norm(up)))
@@ -61,7 +61,7 @@ def picture(renderer: Renderer, scene: Scene, camera: PerspectiveCamera, light: 
     shadow = Shadow(resolution=1024, **options)  # type: ignore[arg-type]
     frame = renderer.render(
         scene, camera, [replace(light, shadow=shadow)], SIZE, ambient=0.1, samples=1
-    )  # from everywhere alike
+    )  # independent of the direction
     return frame.image.astype(np.int64)
 
 
@@ -72,7 +72,7 @@ def base(renderer: Renderer, light: Light, **options: object) -> Array:
 def assert_same(ours: Array, theirs: Array, share: float = SHARE) -> None:
     differing = (np.abs(ours - theirs).max(axis=-1) > 1).mean()
     assert differing <= share, f"{differing:.3%} of the pixels differ"
-    assert ours.min() < ours.max(), "a blank picture"
+    assert ours.min() < ours.max(), "a blank image"
 
 
 def placed(renderer: Renderer, light: Light, matrix: Array, **options: object) -> Array:
@@ -95,7 +95,7 @@ def test_n25_a_translated_scene_is_the_same(
 @seed(1)
 @few
 @given(st.tuples(*[st.floats(-1e8, 1e8)] * 3))
-def test_n25_any_translation(renderer: Renderer, offset: tuple[float, float, float]) -> None:
+def test_n25_random_translation(renderer: Renderer, offset: tuple[float, float, float]) -> None:
     assert_same(placed(renderer, SUN, translation(offset)), base(renderer, SUN))
 
 
@@ -113,9 +113,9 @@ def test_n26_a_scaled_scene_is_the_same(renderer: Renderer, light: Light, filter
 @seed(2)
 @few
 @given(st.floats(-6.0, 7.0), st.sampled_from(list(FILTERS)))
-def test_n26_any_scale(renderer: Renderer, exponent: float, name: str) -> None:
+def test_n26_random_scale(renderer: Renderer, exponent: float, name: str) -> None:
     matrix = np.diag([10.0**exponent] * 3 + [1.0])
-    assert_same(placed(renderer, LAMP, matrix, filter=FILTERS[name]), base(renderer, LAMP, filter=FILTERS[name]))
+    assert_same(placed(renderer, POINT, matrix, filter=FILTERS[name]), base(renderer, POINT, filter=FILTERS[name]))
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1e7])
@@ -132,7 +132,7 @@ def test_n26_no_mismatch_at_any_scale(renderer: Renderer, scale: float, techniqu
 def test_n25_n26_the_exact_filter_has_no_mismatch_anywhere(
     renderer: Renderer, light: Light, far: tuple[float, float, float], scale: float
 ) -> None:
-    """Scaled first, then moved as far as float64 still holds the lengths: by 10^7 of the scaled scene's own."""
+    """Scaled first, then moved as far as float64 still resolves the lengths: by 10^7 of the scaled scene's own size."""
     matrix = translation(np.array(far) * scale) @ np.diag([scale, scale, scale, 1.0])
     scene, camera = mapped(BUILT.scene, matrix), moved_camera(BUILT.scene.camera, matrix)
     outcome = judge(renderer, Picture("box far away", scene, moved_light(light, matrix), camera), EXACT)
@@ -158,7 +158,7 @@ def rotation(x: float, y: float, z: float) -> Array:
 @few
 @given(st.tuples(*[st.floats(-3.0, 3.0)] * 3), st.sampled_from(list(LIGHTS)))
 def test_n39_a_turned_scene_is_the_same(renderer: Renderer, angles: tuple[float, float, float], name: str) -> None:
-    # Another map, with other texels: only what lies off the edges is the same; a texel is a third of a pixel here.
+    # Another map, with other texels: only points away from edges are equal; a texel is a third of a pixel here.
     light, matrix = LIGHTS[name], rotation(*angles)
     assert_same(placed(renderer, light, matrix), base(renderer, light), share=0.02)
     assert_same(placed(renderer, light, matrix, filter=Exact()), base(renderer, light, filter=Exact()))
@@ -172,7 +172,7 @@ def test_n39_a_mirrored_scene_is_the_same(renderer: Renderer, light: Light, filt
     flip[axis, axis] = -1.0
     mirrored = placed(renderer, light, flip, filter=filter_)
     share = SHARE if isinstance(filter_, Exact) else 0.02
-    # a camera does not mirror: the picture is turned over
+    # a camera does not mirror: the image is flipped
     assert_same(mirrored[:, ::-1], base(renderer, light, filter=filter_), share=share)
 
 
@@ -200,7 +200,7 @@ def subdivided(mesh: Mesh) -> Mesh:
 @lights
 @filters
 @pytest.mark.parametrize("change", [permuted, duplicated, subdivided])
-def test_n39_the_same_surface_in_other_triangles(
+def test_n39_same_surface_with_another_tessellation(
     renderer: Renderer, light: Light, filter_: Filter, change: object
 ) -> None:
     scene = remeshed(change)
@@ -221,7 +221,7 @@ def test_n39_another_caster_is_never_brighter(renderer: Renderer, place: tuple[f
         without = renderer.render(BUILT.scene, scene.camera, lit, SIZE, outputs=outputs, samples=1)
         seen = (with_it.triangle == without.triangle) & (without.triangle >= 0)  # type: ignore[operator]
         brighter = (with_it.visibility[0] > without.visibility[0] + 0.5) & seen
-        assert brighter.mean() <= SHARE  # the fit is another: edges move by a texel
+        assert brighter.mean() <= SHARE  # another fit: edges move by a texel
 
 
 @lights
@@ -233,7 +233,7 @@ def test_n39_a_caster_off_every_light_path_changes_nothing(renderer: Renderer, l
         node = Node(Mesh(positions, triangles), np.eye(4), "aside")
         scene = replace(BUILT.scene, nodes=(*BUILT.scene.nodes, node))
         pictures.append(picture(renderer, scene, scene.camera, light, filter=filter_))
-    assert np.abs(pictures[0] - pictures[1]).max() <= 1  # positions are relative to the middle of the scene's box
+    assert np.abs(pictures[0] - pictures[1]).max() <= 1  # positions are relative to the centre of the scene's box
 
 
 def test_n39_swapped_lights_give_the_same_picture(renderer: Renderer) -> None:

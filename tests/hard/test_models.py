@@ -33,7 +33,7 @@ def test_n36_large_models(renderer: Renderer, models: Path, name: str) -> None:
     frame = renderer.render(scene, scene.camera, [sun], SIZE, outputs=("visibility", "triangle"), samples=1)
     error = measure(frame, truth)
     assert error.counted > 0.05
-    # Counted pixels are those off silhouettes and creases.
+    # The pixels tested are those away from silhouettes and creases.
     assert error.acne + error.leak == 0.0, str(error)
     result = compared(renderer, scene, sun, scene.camera, SIZE)
     assert result.wrong.sum() <= WRONG, str(result)  # of all pixels

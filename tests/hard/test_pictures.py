@@ -1,4 +1,4 @@
-"""Every hard case that is a picture, with every technique that claims it, or that is predicted to fail it."""
+"""Every hard case that is a picture, with every technique that claims it or is predicted to fail it."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ CELLS = [
 ]
 
 TIMES = 2.0
-"""Within which factor a predicted failure must come out."""
+"""Factor within which the predicted number of failures must be."""
 
 FEW = 10
 """Pixels by which a leak may differ besides: another driver rounds moments otherwise."""
 
 
 @pytest.mark.parametrize("case", CASES, ids=CASE_IDS)
-def test_the_truth_is_the_closed_form_and_shows_light_and_shadow(case: Case) -> None:
+def test_reference_equals_the_closed_form(case: Case) -> None:
     for picture in pictures(case):
         truth = truth_of(picture)
         seen = ~np.isnan(truth.visibility[0])
@@ -41,7 +41,7 @@ def test_the_truth_is_the_closed_form_and_shows_light_and_shadow(case: Case) -> 
 
 
 @pytest.mark.parametrize(("case", "technique"), CELLS)
-def test_no_mismatch_but_what_is_listed(renderer: Renderer, case: Case, technique: str) -> None:
+def test_mismatches_are_only_the_listed_ones(renderer: Renderer, case: Case, technique: str) -> None:
     many = TECHNIQUES[technique] in THOROUGH
     chosen = pictures(case)[: None if many else case.probes]
     outcomes = [judge(renderer, picture, TECHNIQUES[technique]) for picture in chosen]

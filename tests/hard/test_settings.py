@@ -1,4 +1,4 @@
-"""N16, N18 to N20, N28, N29, N35, N37, N38: images, limits and inputs at the edge of what makes sense."""
+"""N16, N18 to N20, N28, N29, N35, N37, N38: images, limits and inputs at the limits of what makes sense."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def linear(renderer: Renderer, picture: Picture, ambient: float) -> Array:
     return np.where(np.isnan(frame.visibility[0])[..., None], np.nan, frame.linear)
 
 
-# -- N16, N18, N19: what arrives in the image
+# -- N16, N18, N19: irradiance in the image
 
 
 def test_n16_no_light_on_the_back_whatever_the_shading_normal(renderer: Renderer) -> None:
@@ -105,7 +105,7 @@ def test_n28_straight_up_lights_the_underside_only(renderer: Renderer) -> None:
 
 
 @pytest.mark.parametrize("direction", [(0, 0, 0), (np.nan, -1, 0), (0, -np.inf, 0)], ids=str)
-def test_n28_n37_directions_that_are_none(direction: tuple[float, float, float]) -> None:
+def test_n28_n37_zero_and_non_finite_directions_raise(direction: tuple[float, float, float]) -> None:
     for make in (DirectionalLight, lambda direction: SpotLight(position=(0, 0, 0), direction=direction)):
         with pytest.raises(SettingsError, match="direction"):
             make(direction=direction)
@@ -114,7 +114,7 @@ def test_n28_n37_directions_that_are_none(direction: tuple[float, float, float])
 # -- N29
 
 
-def test_n29_nothing_to_render() -> None:
+def test_n29_empty_scene_raises() -> None:
     with pytest.raises(SceneError, match="nothing to render"):
         Scene(())
     point = Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]], dtype=np.int32))
@@ -178,7 +178,7 @@ def test_n27_a_far_outlier_makes_scene_fit_coarse(renderer: Renderer) -> None:
 # -- N37
 
 
-def test_n37_what_is_not_a_number_is_refused(renderer: Renderer) -> None:
+def test_n37_nan_is_refused(renderer: Renderer) -> None:
     bad = np.array([[0.0, 0.0, 0.0], [1.0, np.nan, 0.0], [0.0, 1.0, 0.0]])
     with pytest.raises(SceneError, match="not finite"):
         Mesh(bad, np.array([[0, 1, 2]], dtype=np.int32))
@@ -212,7 +212,7 @@ def test_n38_maps_of_a_few_texels(renderer: Renderer, resolution: int, light: st
         assert (np.abs(lit - 1.0) <= SAME).all(), f"{filter_}: least {lit.min()}"  # an empty plane is lit by any map
 
 
-def test_n38_sizes_that_are_none(renderer: Renderer) -> None:
+def test_n38_invalid_sizes_raise(renderer: Renderer) -> None:
     with pytest.raises(SettingsError, match="resolution"):
         Shadow(resolution=32768)
     for size in ((0, 0), (64, 0)):
@@ -225,9 +225,9 @@ def test_n38_sizes_that_are_none(renderer: Renderer) -> None:
 def test_n38_a_map_beyond_the_drivers_limit_is_a_named_error(renderer: Renderer) -> None:
     if renderer.info["max_texture_size"] > 16384:
         pytest.skip("optional: this driver has maps that large")
-    lamp = PointLight(position=(0.0, 0.0, 0.0), shadow=Shadow(resolution=16384))  # six of them do not fit in one atlas
+    point_light = PointLight(position=(0.0, 0.0, 0.0), shadow=Shadow(resolution=16384))  # six exceed one atlas
     with pytest.raises((ResourceError, SettingsError), match="limit"):
-        renderer.render(analytic.room().scene, lights=[lamp], size=SMALL, samples=1)
+        renderer.render(analytic.room().scene, lights=[point_light], size=SMALL, samples=1)
 
 
 # -- N40

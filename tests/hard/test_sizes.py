@@ -1,4 +1,4 @@
-"""The sizes that the table predicts: needed bias, lost gap, lit strip, widths, moire, ramps."""
+"""The quantities that the table predicts: required bias, lost gap, lit strip, widths, moire, ramps."""
 
 from __future__ import annotations
 
@@ -52,10 +52,10 @@ def rise_per_texel(view: ShadowView, normal: Array) -> float:
 
 
 @pytest.mark.parametrize("number", range(5), ids=[f"{theta:g}" for theta in cases_contact.THETAS[:5]])
-def test_n6_needed_constant_bias(renderer: Renderer, number: int) -> None:
+def test_n6_required_constant_bias(renderer: Renderer, number: int) -> None:
     picture = cases_contact.planes()[number]
     theta = cases_contact.THETAS[number]
-    # A bias of half a texel's rise is needed: none dark just above it, some just below.
+    # A bias of half a texel's rise is required: no dark pixel just above it, some just below.
     view = draw(renderer, picture, Shadow(resolution=1024, filter=Hard())).used[0].views[0]
     needed = 0.5 * rise_per_texel(view, np.array([0.0, 1.0, 0.0]))
     enough = visibility(
@@ -70,7 +70,7 @@ def test_n6_needed_constant_bias(renderer: Renderer, number: int) -> None:
 
 
 @pytest.mark.parametrize("radius", [0, 1])
-def test_n6_needed_bias_of_a_filter_reaches_as_far_as_its_taps(renderer: Renderer, radius: int) -> None:
+def test_n6_required_bias_of_a_filter_grows_with_its_reach(renderer: Renderer, radius: int) -> None:
     picture, flat = cases_contact.planes()[0], Pcf(radius)
     view = draw(renderer, picture, Shadow(resolution=1024, filter=flat)).used[0].views[0]
     needed = flat.reach_texels * rise_per_texel(view, np.array([0.0, 1.0, 0.0]))
@@ -80,7 +80,7 @@ def test_n6_needed_bias_of_a_filter_reaches_as_far_as_its_taps(renderer: Rendere
     assert (less < 1.0 - SAME).any()
 
 
-def test_n6_needed_normal_offset(renderer: Renderer) -> None:
+def test_n6_required_normal_offset(renderer: Renderer) -> None:
     picture = cases_contact.planes()[0]
     view = draw(renderer, picture, Shadow(resolution=1024, filter=Hard())).used[0].views[0]
     # Along the light the offset n gains n / cos theta; NormalOffsetBias is in texels along which the normal leans.
@@ -103,7 +103,7 @@ def test_n6_needed_normal_offset(renderer: Renderer) -> None:
 def test_n7_lost_gap(renderer: Renderer, target: Target, filter_: Hard | Pcf) -> None:
     """Lost below 0.45 of quantum x range + rounding + facet allowance, there above twice that.
 
-    Half a step is the luck of rounding what is stored; 16-bit floats are rounded towards zero, a whole step.
+    Half a step is the rounding of the stored value; 16-bit floats are rounded towards zero, a whole step.
     """
     technique = Technique("layers", filter=filter_, target=target)
     first = cases_fine.layer(0.1)
@@ -198,7 +198,7 @@ def test_n13_lattice_below_two_texels_is_right_in_the_mean_only(renderer: Render
         hard = visibility(renderer, picture, HARD.shadow(picture))
         errors[ratio] = np.abs(hard - truth_of(picture).visibility[0]).mean()
         assert hard.mean() == pytest.approx(mean, abs=0.08)  # texels and bars beat: few periods of it are seen
-    # A texel that answers for more than a period is right by chance: P(wrong) = 2 v (1 - v).
+    # A texel that represents more than a period is right by chance: P(wrong) = 2 v (1 - v).
     chance = 2.0 * mean * (1.0 - mean)
     assert chance / 2.0 < errors[0.5] < chance * 2.0
     assert errors[8.0] < 0.5 * errors[0.5]
@@ -227,16 +227,18 @@ def test_n32_ramp_of_a_straight_edge(renderer: Renderer, radius: int) -> None:
     assert (0.5 - offset) / slope == pytest.approx(0.123, abs=0.5 * texel + 1e-6)
 
 
-# -- N31: the truth of a light with a size
+# -- N31: the reference of an area light
 
 
 def test_n31_penumbra_of_a_disc_light() -> None:
     """V(u) = 1/2 + (u sqrt(1 - u^2) + asin u) / pi over a penumbra of w_l d_r / d_b, traced."""
     width, to_blocker, to_receiver = 0.5, 5.0, 5.0
-    lamp = SpotLight(position=(0.0, to_blocker + to_receiver, 0.0), radius=0.5 * width, outer_angle=40.0)
+    disc_light = SpotLight(position=(0.0, to_blocker + to_receiver, 0.0), radius=0.5 * width, outer_angle=40.0)
     parts = {"ground": level((-1.0, 1.0), (-1.0, 1.0)), "roof": level((-9.0, 0.0), (-9.0, 9.0), to_receiver)}
     camera = overhead((-0.5, 0.5), (-0.02, 0.02), 2.0, (64, 8))
-    truth = trace(scene_of(parts, camera, lamp, "disc"), camera, [lamp], (64, 8), light_samples=256, samples=1)
+    truth = trace(
+        scene_of(parts, camera, disc_light, "disc"), camera, [disc_light], (64, 8), light_samples=256, samples=1
+    )
     u = 2.0 * truth.position[..., 0] / (width * to_receiver / to_blocker)
     inside = np.clip(u, -1.0, 1.0)
     exact = 0.5 + (inside * np.sqrt(1.0 - inside**2) + np.arcsin(inside)) / np.pi

@@ -1,4 +1,4 @@
-"""Two lights that glshadow does not have, each written as CONTRIBUTING says: what renders, traces and spells them knows neither."""
+"""Two lights that glshadow does not have, written as CONTRIBUTING describes: rendering, tracing and spelling work without knowing them."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ vec4 light_arriving(vec3 position_lv) {
 
 @dataclass(frozen=True, kw_only=True)
 class BeamLight(SphereLight):
-    """Light from a position into a pyramid of four sides, as from a projector: one view, and GLSL of its own."""
+    """Light from a point into a pyramid of four sides, like a projector: one view, and GLSL of its own."""
 
     direction: Triple = setting(direction, (0.0, -1.0, 0.0), help="the way the light travels")
     width: float = setting(number(0.0, 10.0, above=True), 1.0, help="tangent of half its opening angle, right and left")

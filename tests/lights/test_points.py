@@ -1,4 +1,4 @@
-"""Points of lights that have a size: on the light, well spread, the same every time."""
+"""Sample points of area lights: on the light, well distributed, deterministic."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ COUNTS = [16, 64, 256, 1024]
 
 
 def shares(points: np.ndarray, lines: int = 200) -> float:
-    """Largest gap between the share of points beyond a line through the unit disc and the share of its area, over many lines."""
+    """Largest difference, over many lines, between the fraction of points beyond a line through the unit disc and that of its area."""
     rng = np.random.default_rng(1)
     worst = 0.0
     for angle, height in zip(rng.uniform(0, 2 * np.pi, lines), rng.uniform(-0.95, 0.95, lines), strict=True):
@@ -23,17 +23,17 @@ def shares(points: np.ndarray, lines: int = 200) -> float:
 
 
 @pytest.mark.parametrize("count", COUNTS)
-def test_a_disc_is_filled_evenly(count: int) -> None:
+def test_disc_points_are_evenly_distributed(count: int) -> None:
     points = disc(count)
     assert points.shape == (count, 2)
     assert (np.linalg.norm(points, axis=1) < 1.0).all()
     np.testing.assert_allclose(points.mean(axis=0), 0.0, atol=1.0 / count**0.75)
-    # a straight edge's share: for a random set it would be about 1.5 / sqrt(count)
+    # error of a straight edge's fraction: for a random set it would be about 1.5 / sqrt(count)
     assert shares(points) < 1.3 * count**-0.75
 
 
 @pytest.mark.parametrize("count", COUNTS)
-def test_a_ball_fills_the_disc_from_every_side(count: int) -> None:
+def test_ball_points_fill_the_disc_from_every_side(count: int) -> None:
     points = ball(count)
     assert (np.linalg.norm(points, axis=1) <= 1.0).all()
     rng = np.random.default_rng(2)
@@ -45,7 +45,7 @@ def test_a_ball_fills_the_disc_from_every_side(count: int) -> None:
     assert np.median(worst) < 0.5 / np.sqrt(count)
 
 
-def test_a_suns_points_lie_within_its_angle() -> None:
+def test_directional_light_points_lie_within_its_angle() -> None:
     sun = gs.DirectionalLight(direction=(-1.0, -2.0, 0.5), angle=4.0, intensity=0.3)
     points = sun.hard_lights(64)
     aims = np.array([light.direction for light in points])
@@ -57,8 +57,8 @@ def test_a_suns_points_lie_within_its_angle() -> None:
 
 
 @pytest.mark.parametrize("angle", [0.53, 10.0, 60.0, 89.9])
-def test_a_suns_points_are_even_in_solid_angle(angle: float) -> None:
-    """Rings about its middle: within t of it lies the share (1 - cos t) / (1 - cos a) of a cap of half its angle a."""
+def test_directional_light_points_are_uniform_in_solid_angle(angle: float) -> None:
+    """Rings about its axis: within t of it lies the fraction (1 - cos t) / (1 - cos a) of a cap of half its angle a."""
     sun = gs.DirectionalLight(direction=(-1.0, -2.0, 0.5), angle=angle)
     half, count = 0.5 * np.radians(angle), 256
     aims = np.array([light.direction for light in sun.hard_lights(count)])
@@ -69,19 +69,19 @@ def test_a_suns_points_are_even_in_solid_angle(angle: float) -> None:
     np.testing.assert_allclose(seen / np.linalg.norm(seen, axis=1, keepdims=True), -aims, atol=1e-12)
 
 
-def test_a_lamps_points_lie_within_its_radius() -> None:
-    for lamp in (
+def test_point_light_points_lie_within_its_radius() -> None:
+    for each in (
         gs.PointLight(position=(1.0, 2.0, 3.0), radius=0.5),
         gs.SpotLight(position=(1.0, 2.0, 3.0), radius=0.5),
     ):
-        points = lamp.hard_lights(64)
-        away = np.linalg.norm(np.array([light.position for light in points]) - lamp.position, axis=1)
+        points = each.hard_lights(64)
+        away = np.linalg.norm(np.array([light.position for light in points]) - each.position, axis=1)
         assert 0.4 < away.max() <= 0.5
         assert {light.radius for light in points} == {0.0}
-        assert {type(light) for light in points} == {type(lamp)}
+        assert {type(light) for light in points} == {type(each)}
 
 
-def test_a_light_without_size_is_itself() -> None:
+def test_light_without_size_has_one_point() -> None:
     sun = gs.DirectionalLight()
     assert sun.hard_lights(64) == (sun,)
     assert not sun.has_size

@@ -1,4 +1,4 @@
-"""The proof that lights are a seam: two that glshadow does not have go everywhere, for one more name in LIGHTS."""
+"""Lights are extensible: two that glshadow does not have work everywhere after adding their names to LIGHTS."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ each_stranger = pytest.mark.parametrize("name", list(STRANGERS))
 
 @pytest.fixture(autouse=True)
 def added(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One line in `LIGHTS` (which a module that is loaded already has under its own name), and the snippet in its folder."""
+    """Add both lights to `LIGHTS` (also in modules that have imported it), and the snippet to its folder."""
     family = (*lights.LIGHTS, TubeLight, BeamLight)
     monkeypatch.setattr(lights, "LIGHTS", family)
     monkeypatch.setattr(job, "LIGHTS", family)
@@ -51,7 +51,7 @@ def scene() -> gs.Scene:
     return gs.scenes.box().scene
 
 
-def test_a_beam_has_the_shadow_that_rays_see(renderer: gs.Renderer, scene: gs.Scene) -> None:
+def test_beam_shadow_matches_rays(renderer: gs.Renderer, scene: gs.Scene) -> None:
     light = STRANGERS["beam"]
     frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
     assert frame.used[0].filter == gs.Exact()
@@ -63,7 +63,7 @@ def test_a_beam_has_the_shadow_that_rays_see(renderer: gs.Renderer, scene: gs.Sc
     assert (frame.visibility[0][known & ~truth.reached[0]] == 0.0).mean() > 0.999
 
 
-def test_a_tube_has_the_mean_shadow_of_its_points(renderer: gs.Renderer, scene: gs.Scene) -> None:
+def test_tube_shadow_is_the_mean_over_its_points(renderer: gs.Renderer, scene: gs.Scene) -> None:
     light = replace(STRANGERS["tube"], shadow=gs.Shadow(filter=gs.Exact(light_samples=16)))
     frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)
     points = light.hard_lights(16)
@@ -73,14 +73,14 @@ def test_a_tube_has_the_mean_shadow_of_its_points(renderer: gs.Renderer, scene: 
     known = frame.triangle >= 0
     np.testing.assert_allclose(frame.visibility[0][known], expected[known], atol=1e-6)  # sums of 16 float32 shares
     truth = gs.trace(scene, None, [light], SIZE, light_samples=256, surface=frame.triangle, samples=1)
-    # a share of 16 points is off by 1/32 at most where one straight edge cuts the tube, that of 256 random ones by less
+    # 16 points are off by 1/32 at most where one straight edge cuts the tube, 256 random ones by less
     assert np.abs(frame.visibility[0] - truth.visibility[0])[known].mean() < 0.01
     soft = (truth.visibility[0] > 0.1) & (truth.visibility[0] < 0.9)
     assert soft.mean() > 0.02
 
 
 @each_stranger
-def test_with_a_map(renderer: gs.Renderer, scene: gs.Scene, name: str) -> None:
+def test_added_light_with_a_map(renderer: gs.Renderer, scene: gs.Scene, name: str) -> None:
     light = STRANGERS[name]
     settings = gs.Shadow(filter=gs.LightSamples(16), resolution=512) if light.has_size else gs.Shadow(filter=gs.Pcf(1))
     exact = gs.Shadow(filter=gs.Exact(light_samples=16))
@@ -101,7 +101,7 @@ def test_with_a_map(renderer: gs.Renderer, scene: gs.Scene, name: str) -> None:
 
 
 @each_stranger
-def test_what_it_gives_is_its_twin(renderer: gs.Renderer, name: str) -> None:
+def test_irradiance_matches_its_twin(renderer: gs.Renderer, name: str) -> None:
     light = replace(STRANGERS[name], shadow=None, color=(1.0, 0.5, 0.25), intensity=2.0, range=20.0)
     mesh = gs.Mesh(np.array([(-3, 0, 3), (3, 0, 3), (0, 0, -3)], dtype=float), np.array([(0, 1, 2)]))
     camera = gs.PerspectiveCamera(position=(0, 6, 0.1), target=(0, 0, 0))
@@ -118,7 +118,7 @@ def test_what_it_gives_is_its_twin(renderer: gs.Renderer, name: str) -> None:
 
 
 @each_stranger
-def test_on_the_command_line(name: str) -> None:
+def test_added_light_on_the_command_line(name: str) -> None:
     light = STRANGERS[name]
     place = ",".join(map(str, light.place[:3]))
     other = ",".join(map(str, getattr(light, light.by_place[1])))
@@ -131,7 +131,7 @@ def test_on_the_command_line(name: str) -> None:
         values.light("moon:1,2,3")
 
 
-def test_a_command_draws_one_and_says_what_it_was(tmp_path: Path) -> None:
+def test_command_renders_and_reports_an_added_light(tmp_path: Path) -> None:
     arguments = ["render", "--size", "64x48", "--samples", "1", "-o", str(tmp_path / "beam.png"), "--json"]
     result = CliRunner().invoke(main, [*arguments, "--light", "beam:1.5,3,2:-1.5,-2.6,-2"])
     assert result.exit_code == 0, result.output
@@ -139,7 +139,7 @@ def test_a_command_draws_one_and_says_what_it_was(tmp_path: Path) -> None:
 
 
 @each_stranger
-def test_in_a_batch(name: str) -> None:
+def test_added_light_in_a_batch(name: str) -> None:
     light = STRANGERS[name]
     given = {"kind": name, "position": light.place[:3], light.by_place[1]: getattr(light, light.by_place[1])}
     made = job.parse_job(json.dumps({"scene": "courtyard", "output": "a.png", "lights": [given]}), Path())
@@ -148,7 +148,7 @@ def test_in_a_batch(name: str) -> None:
 
 
 @each_stranger
-def test_its_lines_are_in_the_overlay(renderer: gs.Renderer, scene: gs.Scene, name: str) -> None:
+def test_overlay_draws_the_gizmo_of_an_added_light(renderer: gs.Renderer, scene: gs.Scene, name: str) -> None:
     light = STRANGERS[name]
     camera = gs.PerspectiveCamera(position=(0.0, 4.0, 9.0), target=(0.0, 1.5, 0.0))
     frame = renderer.render(scene, camera, [light], SIZE, outputs=required_outputs(("lights", "map")), samples=1)
@@ -157,8 +157,8 @@ def test_its_lines_are_in_the_overlay(renderer: gs.Renderer, scene: gs.Scene, na
 
 
 @each_stranger
-def test_everything_else_takes_it(renderer: gs.Renderer, scene: gs.Scene, name: str) -> None:
-    """Budgets, errors, several samples, a window's hands, many lights at once."""
+def test_added_light_works_everywhere_else(renderer: gs.Renderer, scene: gs.Scene, name: str) -> None:
+    """Budgets, errors, multisampling, the window's controls, many lights at once."""
     from glshadow.ui.showing import Showing
 
     light = STRANGERS[name]

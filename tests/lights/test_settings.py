@@ -1,4 +1,4 @@
-"""The lights: what they refuse, directions and distances, and the cone."""
+"""Lights: refused settings, directions and distances, and the cone."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ def test_defaults() -> None:
     sun = DirectionalLight()
     assert sun.shadow == Shadow()
     assert (sun.color, sun.intensity, sun.angle, sun.near, sun.far) == ((1.0, 1.0, 1.0), 1.0, 0.0, None, None)
-    lamp = SpotLight(position=(1, 2, 3))
-    assert lamp.position == (1.0, 2.0, 3.0)
-    assert (lamp.inner_angle, lamp.outer_angle, lamp.radius, lamp.range, lamp.falloff) == (20.0, 30.0, 0.0, None, 0.0)
+    spot = SpotLight(position=(1, 2, 3))
+    assert spot.position == (1.0, 2.0, 3.0)
+    assert (spot.inner_angle, spot.outer_angle, spot.radius, spot.range, spot.falloff) == (20.0, 30.0, 0.0, None, 0.0)
     assert PointLight(position=(1, 2, 3), shadow=None).shadow is None
 
 
@@ -104,7 +104,7 @@ def test_edges_of_the_ranges_are_allowed() -> None:
     PointLight(**SPOT, falloff=8.0, near=1e-6, far=1e6)
 
 
-def test_towards_a_sun() -> None:
+def test_direction_to_a_directional_light() -> None:
     points = np.random.default_rng(3).normal(size=(4, 5, 3))
     towards, distance = DirectionalLight(direction=(0, -3, 4)).to_light(points)
     np.testing.assert_allclose(towards, np.broadcast_to([0.0, 0.6, -0.8], points.shape), rtol=1e-15)
@@ -112,15 +112,15 @@ def test_towards_a_sun() -> None:
     assert np.isposinf(distance).all()
 
 
-def test_towards_a_lamp() -> None:
+def test_direction_to_a_point_light() -> None:
     points = np.array([[0.0, 0.0, 0.0], [3.0, 4.0, 0.0], [0.0, 5.0, 0.0], [0.0, 4.0, 0.0]])
     towards, distance = PointLight(position=(0, 4, 0)).to_light(points)
     np.testing.assert_allclose(towards, [[0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 0]], atol=1e-15)
-    np.testing.assert_allclose(distance, [4, 3, 1, 0], rtol=1e-15)  # the light's own place divides by nothing
+    np.testing.assert_allclose(distance, [4, 3, 1, 0], rtol=1e-15)  # at the light itself: no division by zero
 
 
 def at_angle(degrees: np.ndarray) -> np.ndarray:
-    """Points seen at an angle from the axis of a spot light at (0, 4, 0) that looks down."""
+    """Points at an angle from the axis of a spot light at (0, 4, 0) that looks down."""
     angle = np.radians(degrees)
     return np.stack([7.0 * np.sin(angle), 4.0 - 7.0 * np.cos(angle), 0.0 * angle], axis=-1)
 

@@ -1,4 +1,4 @@
-"""The sky: what it refuses, and what a filter of one map means to it."""
+"""The sky: what it refuses, and what a filter of a single map does with it."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ def renderer() -> Iterator[gs.Renderer]:
         ({"intensity": -1.0}, "intensity must be"),
     ],
 )
-def test_what_it_has_not_is_refused(given: dict[str, object], words: str) -> None:
+def test_missing_settings_are_refused(given: dict[str, object], words: str) -> None:
     with pytest.raises(gs.SettingsError, match=words):
         gs.SkyLight(**given)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("filter", [gs.Hard(), gs.Pcf(1), gs.Vsm(), gs.Pcss()], ids=str)
-def test_a_filter_of_one_map_means_many_maps(renderer: gs.Renderer, filter: gs.Filter) -> None:
+def test_single_map_filter_is_applied_to_many_maps(renderer: gs.Renderer, filter: gs.Filter) -> None:
     scene = gs.scenes.courtyard()
     given, meant = (
         renderer.render(scene, None, [gs.SkyLight(shadow=gs.Shadow(filter=each, resolution=256))], SIZE, samples=1)
@@ -52,28 +52,28 @@ def test_a_filter_of_one_map_means_many_maps(renderer: gs.Renderer, filter: gs.F
     assert "SkyLight" not in meant.used[0].why
 
 
-def test_its_maps_show_the_shadow_that_triangles_give(renderer: gs.Renderer) -> None:
-    """Not the hard shadow of a sun in the zenith."""
+def test_mapped_sky_shadow_matches_the_exact_one(renderer: gs.Renderer) -> None:
+    """Not the hard shadow of a directional light in the zenith."""
     scene, sky = gs.scenes.courtyard(), gs.SkyLight()
     exact = renderer.render(scene, None, [sky], SIZE, samples=1)
     mapped = renderer.render(scene, None, [replace(sky, shadow=gs.Shadow(filter=gs.Pcf(1)))], SIZE, samples=1)
     difference = mapped.visibility[0] - exact.visibility[0]
-    assert abs(float(np.nanmean(difference))) < 0.005  # .08 off when it was a sun's
+    assert abs(float(np.nanmean(difference))) < 0.005  # .08 off with that of a directional light
     assert float(np.nanmean(np.abs(difference))) < 0.02
 
 
-def test_a_number_of_points_is_kept(renderer: gs.Renderer) -> None:
+def test_given_number_of_points_is_kept(renderer: gs.Renderer) -> None:
     settings = gs.Shadow(filter=gs.LightSamples(16), resolution=256)
     frame = renderer.render(gs.scenes.courtyard(), None, [gs.SkyLight(shadow=settings)], SIZE, samples=1)
     assert frame.used[0].filter == gs.LightSamples(16)
 
 
-def test_it_has_no_place_in_a_pack() -> None:
+def test_sky_in_a_pack_is_refused() -> None:
     with pytest.raises(gs.SettingsError, match="suns and spots"):
         gs.PackedShadow([gs.SkyLight()])
 
 
-def test_a_hand_does_not_move_it() -> None:
+def test_window_controls_do_not_move_the_sky() -> None:
     shown = Showing.of(gs.scenes.courtyard(), None, [gs.SkyLight()])
     assert shown.lit_from(20.0, -30.0).lights == shown.lights
     assert shown.sized(3.0).lights == shown.lights

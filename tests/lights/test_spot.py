@@ -1,4 +1,4 @@
-"""Spots: visibility is 0 outside the cone, whatever stands there, by every technique and by rays."""
+"""Spot lights: visibility is 0 outside the cone, whatever is there, for every technique and for rays."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ def floor(*more: gs.Node) -> gs.Scene:
 
 
 def away(frame: gs.Frame) -> np.ndarray:
-    """From the middle of the cone's circle on the floor (H, W)."""
+    """Distance (H, W) from the centre of the cone's circle on the floor."""
     position = frame.position.astype(np.float64)
     return np.hypot(position[..., 0] - SPOT.position[0], position[..., 2] - SPOT.position[2])
 
 
 @pytest.mark.parametrize("radius", [0.0, 0.1])
 @pytest.mark.parametrize("name", list(SHADOWS))
-def test_a_bare_floor_shows_the_circle_of_the_cone(renderer: gs.Renderer, name: str, radius: float) -> None:
+def test_empty_floor_shows_the_circle_of_the_cone(renderer: gs.Renderer, name: str, radius: float) -> None:
     frame = renderer.render(
         floor(), None, [replace(SPOT, shadow=SHADOWS[name], radius=radius)], SIZE, outputs=OUTPUTS, samples=1
     )
@@ -59,7 +59,7 @@ def test_a_bare_floor_shows_the_circle_of_the_cone(renderer: gs.Renderer, name: 
 
 
 @pytest.mark.parametrize("inner", [10.0, 30.0])
-def test_several_samples_show_its_area(renderer: gs.Renderer, inner: float) -> None:
+def test_multisampled_circle_has_the_exact_area(renderer: gs.Renderer, inner: float) -> None:
     light = replace(SPOT, inner_angle=inner)
     frame = renderer.render(floor(), None, [light], (240, 180), outputs=OUTPUTS, samples=16)
     pixel = 5.0 * 2.0 * np.tan(np.radians(25.0)) / 180
@@ -68,7 +68,7 @@ def test_several_samples_show_its_area(renderer: gs.Renderer, inner: float) -> N
 
 
 @pytest.mark.parametrize("name", ["exact", "none"])
-def test_rays_say_the_same(renderer: gs.Renderer, name: str) -> None:
+def test_visibility_matches_rays(renderer: gs.Renderer, name: str) -> None:
     """With casters inside the cone, across its border and outside."""
     boxes = [
         gs.Node(gs.Mesh(*shapes.box((0.3, 0.4, 0.3), (x, 0.2, 0.3))), np.eye(4), f"box {x}") for x in (0.0, 1.3, 2.0)
@@ -85,8 +85,8 @@ def test_rays_say_the_same(renderer: gs.Renderer, name: str) -> None:
     assert (lit.min() == 0.0) == (name == "exact")
 
 
-def test_the_image_knows_the_cone_once(renderer: gs.Renderer) -> None:
-    """Strength falls smoothly to 0 at the border; visibility, which jumps there, takes nothing more away."""
+def test_image_applies_the_cone_once(renderer: gs.Renderer) -> None:
+    """Intensity falls smoothly to 0 at the border; visibility, which is a step there, removes nothing more."""
     light = replace(SPOT, shadow=None, range=9.0, falloff=1.0)
     frame = renderer.render(floor(), None, [light], SIZE, outputs=(*OUTPUTS, "normal"), ambient=0.0, samples=1)
     known = frame.triangle >= 0
@@ -96,7 +96,7 @@ def test_the_image_knows_the_cone_once(renderer: gs.Renderer) -> None:
     np.testing.assert_allclose(frame.linear[known], expected[:, None] * color, atol=2e-6)
 
 
-def test_measuring_leaves_out_what_it_does_not_shine_on(renderer: gs.Renderer) -> None:
+def test_measure_ignores_pixels_outside_the_cone(renderer: gs.Renderer) -> None:
     scene = gs.scenes.box().scene
     light = gs.SpotLight(position=(2.0, 4.0, 1.5), direction=(-2.0, -3.5, -1.5), outer_angle=20.0)
     frame = renderer.render(scene, None, [light], SIZE, outputs=OUTPUTS, samples=1)

@@ -1,4 +1,4 @@
-"""Every kind of light: its GLSL gives what its float64 twin says, and its points are where it says."""
+"""Every kind of light: its GLSL equals its float64 twin, and its sample points are where the twin puts them."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_every_kind_has_an_example() -> None:
 
 
 @each_light
-def test_the_snippet_gives_what_the_twin_says(renderer: gs.Renderer, light: Light) -> None:
+def test_snippet_equals_its_twin(renderer: gs.Renderer, light: Light) -> None:
     scene, bare = gs.scenes.box().scene, replace(light, shadow=None, color=(1.0, 0.6, 0.2))
     frame = renderer.render(scene, None, [bare], SIZE, outputs=OUTPUTS, ambient=0.0, samples=1)
     known = frame.triangle >= 0
@@ -55,8 +55,8 @@ def test_the_snippet_gives_what_the_twin_says(renderer: gs.Renderer, light: Ligh
 
 
 @each_light
-def test_its_points_have_equal_shares(light: Light, rng: np.random.Generator) -> None:
-    """Directions to hard lights, to the points of the penumbra pass and to random ones have about the same mean."""
+def test_sample_points_have_equal_weights(light: Light, rng: np.random.Generator) -> None:
+    """Directions to hard lights, to the sample points of the penumbra pass and to random points have about the same mean."""
     receiver = np.array([[0.4, 0.1, -0.3]])
     middle, distance = light.to_light(receiver)
     hard = np.concatenate([each.to_light(receiver)[0] for each in light.hard_lights(256)]).mean(axis=0)
@@ -71,14 +71,14 @@ def test_its_points_have_equal_shares(light: Light, rng: np.random.Generator) ->
 
 
 @each_light
-def test_the_hull_of_its_extremes_holds_its_points(light: Light) -> None:
+def test_hull_of_the_extremes_contains_all_points(light: Light) -> None:
     """Along random directions no point lies farther out than all extremes."""
     if light.weighted:
         pytest.skip("optional: no finite number of directions holds the sky")
     rng = np.random.default_rng(4)
     extremes = np.array([each.place[:3] for each in light.extremes()])
     points = np.array([each.place[:3] for each in light.hard_lights(512)])
-    if light.at_infinity:  # where the rays meet a plane across the light
+    if light.at_infinity:  # where the rays hit a plane across the light
         axes = light.disc_axes
         extremes, points = (ways @ axes[:2].T / (ways @ axes[2])[:, None] for ways in (extremes, points))
     for way in rng.normal(size=(200, points.shape[1])):
@@ -86,14 +86,14 @@ def test_the_hull_of_its_extremes_holds_its_points(light: Light) -> None:
 
 
 @each_light
-def test_what_does_not_move_shadows_is_no_geometry(light: Light) -> None:
+def test_color_and_intensity_are_not_geometry(light: Light) -> None:
     dimmed = replace(light, intensity=0.1, color=(0.0, 1.0, 0.0), shadow=None)
     assert dimmed.geometry == light.geometry
     assert light.nudged(1e-3, 1e-3).geometry != light.geometry
 
 
 @each_light
-def test_the_same_from_another_origin(light: Light) -> None:
+def test_light_is_invariant_to_the_origin(light: Light) -> None:
     origin, points = np.array([3.0, -2.0, 1.0]), np.random.default_rng(3).normal(size=(5, 3))
     moved = light.relative_to(origin)
     np.testing.assert_allclose(moved.to_light(points - origin)[0], light.to_light(points)[0], atol=1e-12)
@@ -101,6 +101,6 @@ def test_the_same_from_another_origin(light: Light) -> None:
     assert np.array_equal(moved.reaches(points - origin), light.reaches(points))
 
 
-def test_a_setting_that_a_light_has_not_is_named() -> None:
+def test_unknown_setting_is_named() -> None:
     with pytest.raises(gs.SettingsError, match=r"PointLight has no colour=3 and no size=2; it takes color, intensity"):
         gs.PointLight(position=(0, 1, 0), colour=3, size=2)  # type: ignore[call-arg]

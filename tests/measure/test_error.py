@@ -1,4 +1,4 @@
-"""The error measure: published numbers of the courtyard, known errors injected into a truth, and refusals."""
+"""The error measure: published numbers of the courtyard, known errors injected into a reference, and refusals."""
 
 import json
 from dataclasses import dataclass, replace
@@ -23,7 +23,7 @@ SIZE = (480, 270)
 
 @dataclass
 class Frame:
-    """A frame that shows what it is told to."""
+    """A frame that shows given data."""
 
     visibility: np.ndarray
     scene: object
@@ -47,8 +47,8 @@ def wall():
 
 
 def test_courtyard_without_shadow_scores_the_published_numbers(courtyard):
-    # What every peer was measured with: 493,724 counted pixels, and 2 whose smooth normal is turned to the light a little more than
-    # their facet; no shadow at all is wrong in 6.12 %, mean 0.0612.
+    # The numbers that every peer was measured with: 493,724 counted pixels, and 2 whose smooth normal faces the light slightly
+    # more than their facet; without shadows 6.12 % are wrong, mean 0.0612.
     lit = np.where(np.isnan(courtyard.visibility), np.nan, courtyard.cosine > 0).astype(np.float32)
     surface = int((courtyard.triangle >= 0).sum())
     assert abs(surface - 547_020) <= 2  # two silhouette pixels that a rasteriser does not fill
@@ -60,7 +60,7 @@ def test_courtyard_without_shadow_scores_the_published_numbers(courtyard):
     assert error.wrong == pytest.approx(error.edge + error.leak)
 
 
-def test_truth_itself_has_no_error(courtyard):
+def test_reference_has_no_error(courtyard):
     error = measure(Frame.of(courtyard), courtyard)
     assert (error.wrong, error.mean, error.grain, error.contact, error.all_wrong, error.all_mean) == (0, 0, 0, 0, 0, 0)
 
@@ -76,7 +76,7 @@ def counted_of(truth):
     return measure(Frame.of(truth), truth).kinds[0] == Outcome.GOOD
 
 
-def test_injected_errors_are_told_apart(wall):
+def test_injected_errors_are_classified(wall):
     counted = counted_of(wall)
     ground, distance, x = distances(wall)
     texel = texel_size(wall, 0, 2048)
@@ -101,13 +101,13 @@ def test_injected_errors_are_told_apart(wall):
 
 
 def coarse(truth, resolution=64, radius=1):
-    """The same truth as if its light had a coarse map, so that bands are many pixels wide."""
+    """The same reference as if its light had a coarse map, so that bands are many pixels wide."""
     lights = tuple(replace(light, shadow=Shadow(resolution=resolution, filter=Pcf(radius))) for light in truth.lights)
     return replace(truth, lights=lights)
 
 
 @pytest.mark.parametrize("radius", [0, 1, 2])
-def test_a_moved_edge_is_edge_within_the_band_and_an_artefact_beyond(wall, radius):
+def test_moved_edge_is_an_edge_error_within_the_band_only(wall, radius):
     truth = coarse(wall, radius=radius)
     counted = counted_of(truth)
     ground, distance, x = distances(truth)
@@ -128,7 +128,7 @@ def test_a_moved_edge_is_edge_within_the_band_and_an_artefact_beyond(wall, radiu
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0], ids=["lit", "dark"])
-def test_grain_is_what_is_grey_beyond_the_second_band(wall, side):
+def test_grain_is_grey_beyond_the_second_band(wall, side):
     """Lit surfaces that are grey there shadow themselves: acne too, though not wrong."""
     truth = coarse(wall)
     counted = counted_of(truth)
@@ -153,7 +153,7 @@ def test_grain_is_what_is_grey_beyond_the_second_band(wall, side):
     assert measure(frame, truth).grain == 0.0
 
 
-def test_contact_is_the_leak_at_the_foot(wall):
+def test_contact_is_the_leak_at_the_foot_of_a_caster(wall):
     truth = coarse(wall, resolution=256, radius=0)
     counted = counted_of(truth)
     ground, _, x = distances(truth)
@@ -181,7 +181,7 @@ def test_missing_surface_counts_as_wrong(wall):
     assert np.isfinite(error.all_mean)
 
 
-def test_a_pixel_that_shows_another_triangle_counts(wall):
+def test_pixel_showing_another_triangle_counts(wall):
     counted = counted_of(wall)
     other = np.zeros(counted.shape, dtype=bool)
     other[100:115, 200:220] = True
@@ -193,16 +193,16 @@ def test_a_pixel_that_shows_another_triangle_counts(wall):
     assert measure(frame, wall).wrong * counted.sum() == pytest.approx(other.sum())
 
 
-def test_renderer_and_truth_number_triangles_alike(courtyard):
+def test_frame_and_reference_number_triangles_alike(courtyard):
     with Renderer("egl") as renderer:
         frame = renderer.render(courtyard.scene, size=courtyard.size, outputs=("triangle",), samples=1)
     assert len(np.unique(courtyard.node)) == 7  # six nodes and the background
     differs = frame.triangle != courtyard.triangle
-    # where an edge passes a pixel's middle by less than float32 tells, or a silhouette by less than GL's vertices are snapped
+    # where an edge passes a pixel's centre closer than float32 resolves, or a silhouette closer than GL snaps vertices
     assert differs.sum() <= 16
 
 
-def test_what_counts():
+def test_counted_pixels():
     truth = trace(builtin.box().scene, size=SIZE, samples=1)
     counted = counted_of(truth)
     body, normal = truth.body, truth.normal
@@ -218,7 +218,7 @@ def test_what_counts():
     assert not counted[edges[:, 0], edges[:, 1]].any()
 
 
-def test_cone_and_range_limit_what_counts():
+def test_cone_and_range_limit_the_counted_pixels():
     scene = builtin.plane().scene
     spot = SpotLight(position=(0, 4, 0), outer_angle=30)
     bulb = PointLight(position=(0, 4, 0), range=5.0)
@@ -236,13 +236,13 @@ def test_texels():
     bulb = PointLight(position=(0, 4, 0))
     above = replace(scene.camera, position=(0, 30, 0), target=(0, 0, 0), up=(0.6, 0, 0.8))
     truth = trace(scene, above, [sun, spot, bulb], SIZE, samples=1)
-    assert texel_size(truth, 0, 100) == pytest.approx(0.1, rel=0.03)  # 10 m less the last pixel, however it is turned
+    assert texel_size(truth, 0, 100) == pytest.approx(0.1, rel=0.03)  # 10 m less the last pixel, however it is rotated
     distance = np.linalg.norm(truth.position - (0, 4, 0), axis=-1)
     np.testing.assert_allclose(texel_size(truth, 1, 128), 2 * distance / 128)
     np.testing.assert_allclose(texel_size(truth, 2, 128), 2 * distance / 128)
 
 
-def test_lights_are_scored_apart_and_pooled():
+def test_lights_are_scored_separately_and_pooled():
     scene = builtin.wall().scene
     lights = [scene.lights[0], DirectionalLight(direction=(0.3, -1, 0.2), shadow=None)]
     truth = trace(scene, lights=lights, size=SIZE, samples=1)
@@ -258,7 +258,7 @@ def test_lights_are_scored_apart_and_pooled():
     assert len(str(error).splitlines()) == 2
 
 
-def test_picture_and_dict(wall):
+def test_error_image_and_dict(wall):
     counted = counted_of(wall)
     ground, distance, x = distances(wall)
     frame = Frame.of(wall)
@@ -280,7 +280,7 @@ def test_picture_and_dict(wall):
     assert again["lights"][0]["leak"] == error.leak
 
 
-def test_nothing_counted_is_none_in_json():
+def test_no_counted_pixels_give_null_in_json():
     scene = builtin.plane(elevation=0.01).scene
     truth = trace(scene, size=(32, 18), samples=1)  # N.L < 0.05 everywhere
     error = measure(Frame.of(truth), truth)
@@ -288,7 +288,7 @@ def test_nothing_counted_is_none_in_json():
     assert json.loads(json.dumps(error.as_dict(), allow_nan=False))["wrong"] is None
 
 
-def test_frame_and_truth_must_belong_together(wall):
+def test_frame_and_reference_must_match(wall):
     good = Frame.of(wall)
     measure(good, wall)
     other = builtin.wall().scene  # equal, but not the same object: it may have been moved
@@ -304,8 +304,8 @@ def test_frame_and_truth_must_belong_together(wall):
             measure(frame, wall)
 
 
-def test_windows_see_what_does_not_cancel(wall):
-    """Lit pixels a twentieth too dark: the mean over windows is off by it. In turn too dark and too light: it is not."""
+def test_window_means_reveal_one_sided_errors(wall):
+    """Lit pixels too dark by a twentieth: the mean over windows is off by it. Alternately too dark and too light: it is not."""
     counted = counted_of(wall)
     lit = counted & (wall.visibility[0] == 1.0)
     dark = counted & (wall.visibility[0] == 0.0)
@@ -315,7 +315,7 @@ def test_windows_see_what_does_not_cancel(wall):
     error = measure(frame, wall)
     assert error.wrong == error.grain == 0.0
     assert error.window == pytest.approx(0.05 * lit.sum() / counted.sum(), rel=1e-5)
-    # the wall's shadow has windows of its own: there it adds up again
+    # the wall's shadow has windows of its own: there the error does not cancel
     rows, columns = np.indices(lit.shape)
     sign = np.where((rows + columns) % 2 == 0, 0.05, -0.05)
     frame.visibility[0] = np.where(counted, wall.visibility[0] + sign, wall.visibility[0])

@@ -1,4 +1,4 @@
-"""FLIP of whole pictures."""
+"""FLIP of whole images."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def picture(rng: np.random.Generator) -> NDArray[np.uint8]:
     return np.kron(coarse, np.ones((8, 8, 1))).astype(np.uint8)
 
 
-def test_equal_pictures_look_the_same(picture: NDArray[np.uint8]) -> None:
+def test_equal_images_have_no_difference(picture: NDArray[np.uint8]) -> None:
     found = gs.flip(picture, picture.copy())
     assert found.mean == 0.0
     assert found.map.shape == picture.shape[:2]
@@ -27,7 +27,7 @@ def test_equal_pictures_look_the_same(picture: NDArray[np.uint8]) -> None:
     assert not found.map.any()
 
 
-def test_black_on_white_differs_the_most() -> None:
+def test_black_on_white_is_the_largest_difference() -> None:
     black, white = (np.full((32, 32, 3), value, dtype=np.uint8) for value in (0, 255))
     mean, where = gs.flip(black, white)
     assert mean == pytest.approx(where.mean(), rel=1e-6)
@@ -35,7 +35,7 @@ def test_black_on_white_differs_the_most() -> None:
     assert 0.9 < mean <= 1.0
 
 
-def test_the_map_is_where_they_differ_and_grows_with_it(picture: NDArray[np.uint8]) -> None:
+def test_map_shows_the_place_and_size_of_the_difference(picture: NDArray[np.uint8]) -> None:
     means = []
     for step in (8, 32):
         other = picture.copy()
@@ -50,19 +50,19 @@ def test_the_map_is_where_they_differ_and_grows_with_it(picture: NDArray[np.uint
     assert 0.0 < means[0] < means[1]
 
 
-def test_seen_from_farther_a_pixel_matters_less(picture: NDArray[np.uint8]) -> None:
+def test_larger_viewing_distance_lowers_the_difference(picture: NDArray[np.uint8]) -> None:
     other = picture.copy()
     other[24, 32] = 255 - other[24, 32]
     near, far = (gs.flip(other, picture, ppd).map.max() for ppd in (20.0, 120.0))
     assert far < near
 
 
-def test_a_frame_is_taken_by_its_image(picture: NDArray[np.uint8]) -> None:
+def test_frames_are_compared_by_their_image(picture: NDArray[np.uint8]) -> None:
     frame = SimpleNamespace(image=picture)
     assert gs.flip(frame, picture).mean == 0.0
 
 
-def test_what_cannot_be_compared_is_refused(picture: NDArray[np.uint8]) -> None:
+def test_incomparable_images_are_refused(picture: NDArray[np.uint8]) -> None:
     with pytest.raises(gs.SettingsError, match="one size"):
         gs.flip(picture, picture[:-1])
     with pytest.raises(gs.SettingsError, match=r"reference must be \(H, W, 3\) uint8"):
@@ -73,7 +73,7 @@ def test_what_cannot_be_compared_is_refused(picture: NDArray[np.uint8]) -> None:
         gs.flip(picture, picture, 0.0)
 
 
-def test_missing_package_says_what_to_install(picture: NDArray[np.uint8], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_package_names_what_to_install(picture: NDArray[np.uint8], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "flip_evaluator", None)
     with pytest.raises(gs.GlshadowError, match=r"pip install 'glshadow\[study\]'"):
         gs.flip(picture, picture)

@@ -1,4 +1,4 @@
-"""What must hold for any input: inverses, monotony, orthonormality, ranges and invariances of the float64 core.
+"""Properties for any input: inverses, monotony, orthonormality, ranges and invariances of the float64 core.
 
 Deterministic (derandomize) and free of deadlines, which mean nothing on a shared machine.
 """
@@ -124,7 +124,7 @@ def test_window_depth_orders_like_the_metric(
 
 @deterministic
 @given(kinds, clips, ranges(), fractions, st.floats(1e-6, 1e6))
-def test_scaling_the_scene_leaves_metric_and_depth_alone(
+def test_metric_and_depth_are_invariant_to_scale(
     kind: str, clip: ClipSpace, planes: tuple[float, float], fraction: float, scale: float
 ) -> None:
     near, far = planes
@@ -141,7 +141,7 @@ def test_scaling_the_scene_leaves_metric_and_depth_alone(
 
 @deterministic
 @given(rounded(0.0, 1.0 - 2.0**-24, 12))
-def test_unpack_undoes_pack(value: float) -> None:
+def test_unpack_inverts_pack(value: float) -> None:
     packed = pack(value)
     assert (packed >= -1e-9).all()  # v 255^3 is rounded at 2^-29, which a digit 0 may show as -2^-29 / 255
     assert (packed <= 1.0).all()
@@ -152,8 +152,8 @@ def test_unpack_undoes_pack(value: float) -> None:
 
 @deterministic
 @given(hnp.arrays(np.uint8, 4))
-def test_pack_finds_the_bytes_again(digits: np.ndarray) -> None:
-    """The same number; and the same bytes, unless rounding can carry: 0 0 1 0 may come back as 255 254 0 0."""
+def test_pack_recovers_the_bytes(digits: np.ndarray) -> None:
+    """The same number; and the same bytes unless rounding can carry: 0 0 1 0 may return as 255 254 0 0."""
     value = unpack(digits / 255.0)
     assume(value <= 1.0 - 2.0**-24)
     again = np.rint(pack(value) * 255.0)
@@ -165,7 +165,7 @@ def test_pack_finds_the_bytes_again(digits: np.ndarray) -> None:
 @deterministic
 @given(rounded(-10.0, 10.0), rounded(-10.0, 10.0))
 def test_packing_keeps_the_order(a: float, b: float) -> None:
-    """Clamped, never wrapped: nothing beyond far reads as near. Order to half a step of the finest byte."""
+    """Clamped, never wrapped: nothing beyond far appears near. Monotonic to half a step of the finest byte."""
     low, high = sorted((a, b))
     stored = [float(unpack(np.rint(pack(value) * 255.0) / 255.0)) for value in (low, high)]
     assert stored[0] <= stored[1] + 255.0**-4
@@ -233,7 +233,7 @@ def test_points_inside_the_frustum_land_inside_clip_space(
     position = project(build(*window, near, far, clip) @ view, point)
     assert position[3] > 0
     uvz = project(bias_matrix(clip), position[:3] / position[3])[:3]
-    # Positions of up to 1e3 and beyond: their rounding, over the size of the window and of the depth range.
+    # Positions of up to 1e3 and more: their rounding, over the size of the window and of the depth range.
     size = np.abs(eye).max() + 10.0 * spread + distance
     narrowest = min(right - left, top - bottom) * spread
     axes_error = 1e-9  # look_at with the default up close to the view direction
@@ -300,7 +300,7 @@ def test_weights_are_a_partition(fraction: float, radius: int) -> None:
 def test_more_bias_is_never_darker(
     stored: Array, depth: float, slope: float, a: float, b: float, radius: int, x: float
 ) -> None:
-    """A row of a shadow map, a receiver plane followed from texel to texel, and two biases."""
+    """A row of a shadow map, a receiver plane evaluated at each texel, and two biases."""
     plane = depth + slope * (np.arange(16) + 0.5 - x) / 16.0
     less, more = (
         seen(Pcf(radius), (plane - bias <= stored).astype(np.float64)[None], np.array([[x, 0.5]]))[0]

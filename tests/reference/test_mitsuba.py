@@ -1,4 +1,4 @@
-"""A second opinion on the truth: Mitsuba 3 sees the same scene by its own camera, tree and epsilon."""
+"""A second opinion on the traced reference: Mitsuba 3 traces the same scene with its own camera, tree and epsilon."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from glshadow.scene.nodes import Scene
 SIZE = (320, 180)
 
 LIFT = 1500.0 * 2.0**-24
-"""Mitsuba's shadow rays start (1 + largest coordinate) times this off the surface: where the boundary is nearer, the two
+"""Mitsuba's shadow rays start (1 + largest coordinate) times this off the surface: if the boundary is closer, the two
 may differ. Hit points differ by float32's rounding, which is less."""
 
 MOST = 1e-3
-"""Share of the pixels that may differ at all: at 320 x 180 about 2e-4 of the courtyard's lie within LIFT of the boundary."""
+"""Share of pixels that may differ: at 320 x 180 about 2e-4 of the courtyard's lie within LIFT of the boundary."""
 
 LIGHTS = [
     pytest.param(DirectionalLight(direction=(-0.55, -0.8, -0.25)), id="sun"),
@@ -45,7 +45,7 @@ def mi() -> Any:
 
 
 def mitsuba_scene(mi: Any, scene: Scene, camera: PerspectiveCamera) -> Any:
-    """Every node as a mesh without vertex normals, and the camera, by Mitsuba's own conventions."""
+    """Every node as a mesh without vertex normals, and the camera, in Mitsuba's own conventions."""
     parts: dict[str, Any] = {}
     for number, node in enumerate(scene.nodes):
         positions = node.mesh.positions @ node.world_from_mesh[:3, :3].T + node.world_from_mesh[:3, 3]
@@ -62,7 +62,7 @@ def mitsuba_scene(mi: Any, scene: Scene, camera: PerspectiveCamera) -> Any:
 
 
 def opinion(mi: Any, scene: Any, light: Light) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Visibility (H, W), NaN where no surface, and the points seen (H, W, 3)."""
+    """Visibility (H, W), NaN where no surface, and the hit points (H, W, 3)."""
     width, height = SIZE
     sensor = scene.sensors()[0]
     visibility = np.full((height, width), np.nan, dtype=np.float32)
@@ -95,12 +95,12 @@ def test_mitsuba_agrees(mi: Any, light: Light, record_property: Callable[[str, o
     ours = truth.visibility[0]
     lift = LIFT * (1.0 + truth.rays.size)
 
-    # The same surfaces, but for pixels whose centre lies on a silhouette.
+    # The same surfaces, except for pixels whose centre lies on a silhouette.
     silhouettes = np.isnan(theirs) != np.isnan(ours)
     moved = np.linalg.norm(points - truth.position, axis=-1) > lift
     assert (silhouettes | moved).mean() <= MOST
 
-    # The same shadows, but for pixels on their boundary.
+    # The same shadows, except for pixels on their boundary.
     compared = np.isfinite(theirs) & np.isfinite(ours) & ~moved
     assert compared.sum() > 30000
     assert 0.05 < ours[compared].mean() < 0.95

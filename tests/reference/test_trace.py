@@ -1,4 +1,4 @@
-"""The tracer against closed forms: zero mismatches, save where a point lies within rounding of the boundary."""
+"""The tracer against closed forms: no mismatches, except at points within rounding of the boundary."""
 
 import pickle
 import sys
@@ -22,9 +22,9 @@ DOWN = DirectionalLight(direction=(0, -1, 0))
 
 
 def settled(built, truth, distance):
-    """Exact visibility (N,) at the seen points, and which of them keep it when moved by `distance` in the light plane.
+    """Exact visibility (N,) at the hit points, and which of them keep it when moved by `distance` in the light plane.
 
-    Points are moved in 8 directions and along the light back onto the plane that they lie on.
+    Points are moved in 8 directions, and along the light back onto their own plane.
     """
     seen = truth.triangle >= 0
     points, normals = truth.position[seen], truth.shading[seen]
@@ -67,24 +67,24 @@ FACETS = 0.82 * 4.0**-6
 
 
 @pytest.mark.parametrize("elevation", [90.0, 45.0, 10.0])
-def test_sphere_under_a_sun(elevation):
+def test_sphere_under_a_directional_light(elevation):
     _, exact = assert_exact(builtin.sphere(elevation), band=FACETS, left_out=5e-3)
     assert 0.01 < 1.0 - exact.mean() < 0.9
 
 
-def test_sphere_under_a_lamp():
+def test_sphere_under_a_point_light():
     assert_exact(builtin.sphere(height=6.0, lamp_height=10.0), band=FACETS, left_out=5e-3)
 
 
-@pytest.mark.parametrize(("gap", "lamp"), [(4.0, 10.0), (0.1, None), (1e-3, None), (1e-5, None), (0.0, None)])
-def test_plates(gap, lamp):
-    _, exact = assert_exact(builtin.plates(gap=gap, lamp_height=lamp))
+@pytest.mark.parametrize(("gap", "local_light"), [(4.0, 10.0), (0.1, None), (1e-3, None), (1e-5, None), (0.0, None)])
+def test_plates(gap, local_light):
+    _, exact = assert_exact(builtin.plates(gap=gap, lamp_height=local_light))
     if gap == 0.0:
         assert exact.all()  # coplanar: nothing shadows itself
 
 
 @pytest.mark.parametrize("gap", [1e-2, 1e-4, 1e-5])
-def test_a_gap_seen_from_near(gap):
+def test_gap_seen_from_near(gap):
     built = builtin.plates(gap=gap)
     camera = PerspectiveCamera((-1.0 - 15 * gap, 12 * gap, 10 * gap), (-1.0 - 0.5 * gap, 0, 0))
     built = replace(built, scene=replace(built.scene, camera=camera))
@@ -136,7 +136,7 @@ def test_large_world(offset):
     eye, target = (tuple(np.add(p, offset)) for p in (built.camera.position, built.camera.target))
     moved = built.moved({node.name: matrix for node in built.nodes})
     there = trace(moved, camera=PerspectiveCamera(eye, target), size=SIZE, samples=1)
-    # float64 holds the eye to 1.2e-7 at 1e9: only pixels on an edge may change
+    # float64 resolves 1.2e-7 at an eye at 1e9: only pixels at an edge may change
     differ = ~((here.visibility == there.visibility) | (np.isnan(here.visibility) & np.isnan(there.visibility)))
     assert differ.mean() < 1e-4
 
@@ -160,7 +160,7 @@ def test_coplanar_copies_do_not_shadow_each_other():
         i, j = (index.ravel() for index in np.meshgrid(np.arange(cells), np.arange(cells)))
         a, b, c, d = (p * (cells + 1) + q for p, q in ((i, j), (i, j + 1), (i + 1, j), (i + 1, j + 1)))
         triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([c, b, d], axis=1)])
-        rounded = (positions @ turn[:3, :3].T).astype(np.float32)  # as a file would hold them
+        rounded = (positions @ turn[:3, :3].T).astype(np.float32)  # as a file would store them
         sheets.append(Node(Mesh(rounded, triangles), np.eye(4), f"{cells}"))
     up = turn[:3, 1]
     camera = PerspectiveCamera(tuple(12.0 * up + 1.0), (0, 0, 0), fov_y=60)
@@ -172,7 +172,7 @@ def test_coplanar_copies_do_not_shadow_each_other():
 
 
 @pytest.mark.parametrize(("units", "blocked"), [(6.0, False), (10.0, True)])
-def test_what_counts_as_coplanar(units, blocked):
+def test_coplanar_tolerance(units, blocked):
     # Two sheets `units` of float32's rounding apart; the bound is 8. Heights near 0 are held exactly.
     low = Mesh(*shapes.rectangle((-1, 0, 1), (2, 0, 0), (0, 0, -2)))
     high = Mesh(*shapes.rectangle((-1, units * 2.0**-24, 1), (2, 0, 0), (0, 0, -2)))
@@ -181,7 +181,7 @@ def test_what_counts_as_coplanar(units, blocked):
     assert rays.blocked(np.array([0], dtype=np.int32), point, up, np.array([np.inf]))[0] == [blocked]
 
 
-def test_light_that_lies_on_a_surface_is_not_blocked_by_it():
+def test_light_on_a_surface_is_not_blocked_by_it():
     ground, ceiling = (shapes.rectangle((-2, y, 2), (4, 0, 0), (0, 0, -4)) for y in (0.0, 1.0))
     scene = Scene((Node(Mesh(*ground), np.eye(4), "ground"), Node(Mesh(*ceiling), np.eye(4), "ceiling")))
     camera = PerspectiveCamera((1.5, 0.9, 1.5), (0, 0, 0), fov_y=80)
@@ -190,7 +190,7 @@ def test_light_that_lies_on_a_surface_is_not_blocked_by_it():
         assert (truth.visibility[0][truth.node == 0] == lit).all()
 
 
-def test_what_lies_beyond_the_light_does_not_block():
+def test_surface_beyond_the_light_does_not_block():
     built = builtin.plates(gap=4.0, lamp_height=10.0).scene
     low = PointLight(position=(0, 3.0, 0))
     truth = trace(built, lights=[low, replace(low, shadow=None)], size=SIZE, samples=1)
@@ -223,7 +223,7 @@ def test_alpha_mask(cutoff):
     truth = trace(checkered(cutoff), camera, [DOWN], (640, 360), samples=1)
 
     def cells(points):
-        """Whether the checker is solid above or at points, and whether its lines are further than one texel."""
+        """Whether the checker is solid above or at points, and whether its lines are more than one texel away."""
         u, v = (points[:, 0] + 1) * 4, (1 + points[:, 2]) * 4  # row 0 of the texture is v = 1, at z = -1
         distance = np.minimum(np.abs(u - u.round()), np.abs(v - v.round())) / 8 * 2
         inside = (np.abs(points[:, 0]) < 1 - 2 / 64) & (np.abs(points[:, 2]) < 1 - 2 / 64)
@@ -233,7 +233,7 @@ def test_alpha_mask(cutoff):
         seen = truth.node == node
         solid, sure = cells(truth.position[seen])
         assert sure.sum() > 1000
-        if node == 1:  # only the solid cells are seen, and the sun lights them
+        if node == 1:  # only the solid cells are seen, and the light reaches them
             assert solid[sure].all()
             assert (truth.visibility[0][seen] == 1.0).all()
         else:
@@ -277,7 +277,7 @@ def test_camera_near_and_far_cut():
     inside = -(cut.position - built.camera.position) @ built.camera.view_from_world[2, :3]
     assert np.nanmin(inside) >= near * (1 - 1e-6)
     assert np.nanmax(inside) <= far * (1 + 1e-6)
-    # nothing is in front of anything here but the wall: what is left is the rest of the same picture
+    # only the wall is in front of anything here: the remaining image is unchanged
     assert 0.3 < np.isfinite(inside).sum() / np.isfinite(depth).sum() < 0.6
 
 
@@ -303,14 +303,14 @@ def test_penumbra_of_a_disc():
     np.testing.assert_allclose(truth.variance[0][seen], mean * (1 - mean), atol=1e-6)
 
 
-def test_lamp_of_a_radius_and_a_point_agree_away_from_the_edge():
+def test_point_light_with_and_without_radius_agree_away_from_the_edge():
     built = builtin.plates(gap=4.0, lamp_height=10.0).scene
-    lamp = built.lights[0]
-    soft = trace(built, lights=[replace(lamp, radius=0.1)], size=SIZE, light_samples=9, samples=1)
+    local_light = built.lights[0]
+    soft = trace(built, lights=[replace(local_light, radius=0.1)], size=SIZE, light_samples=9, samples=1)
     hard = trace(built, size=SIZE, samples=1)
     ground = hard.node == 0
     largest = np.abs(hard.position[..., [0, 2]]).max(axis=-1)
-    half_penumbra = 0.1 * 4 / (10 - 4)  # radius * gap / (lamp - gap)
+    half_penumbra = 0.1 * 4 / (10 - 4)  # radius * gap / (height - gap)
     clear = ground & (np.abs(largest - 5 / 3) > half_penumbra + 1e-3)
     np.testing.assert_array_equal(soft.visibility[0][clear], hard.visibility[0][clear])
     assert ((soft.visibility[0][ground] > 0) & (soft.visibility[0][ground] < 1)).any()
@@ -358,7 +358,7 @@ def test_near_edge_in_a_bowl_finds_no_boundary():
     inside = (truth.triangle >= 0) & (truth.position[..., 1] < -0.45)
     assert inside.sum() > 1000
     assert (truth.visibility[0][inside] == 1.0).all()
-    # The plane of each triangle lies under the bowl: left there, the points would be in its shadow.
+    # The plane of each triangle lies under the bowl: points left there would be in its shadow.
     assert not truth.near_edge(0, 0.1, inside).any()
 
 
@@ -386,7 +386,7 @@ def test_equal_vertices_stay_equal_in_the_world():
     np.testing.assert_array_equal(both[:1001], both[1001:][::-1])
 
 
-def test_truth_can_be_pickled():
+def test_reference_can_be_pickled():
     scene = builtin.wall().scene
     truth = trace(scene, size=(32, 18), samples=1)
     again = pickle.loads(pickle.dumps(truth))
@@ -394,7 +394,7 @@ def test_truth_can_be_pickled():
     np.testing.assert_array_equal(again.near_edge(0, 0.5, where), truth.near_edge(0, 0.5, where))
 
 
-def test_missing_embreex_says_what_to_install(monkeypatch):
+def test_missing_embreex_names_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "embreex.mesh_construction", None)
     with pytest.raises(ReferenceUnavailable, match=r"pip install 'glshadow\[reference\]'"):
         trace(builtin.plane().scene, size=(8, 8), samples=1)

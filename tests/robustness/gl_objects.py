@@ -1,4 +1,4 @@
-"""How many OpenGL objects of each kind a context holds, and how much memory the process does."""
+"""Numbers of OpenGL objects in a context by kind, and memory of the process."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ import glshadow as gs
 from glshadow.gl.driver.current import address
 
 KINDS = ("Texture", "Buffer", "Framebuffer", "VertexArray", "Program", "Shader", "Sampler", "Query", "Renderbuffer")
-NAMES = 4096  # asked one by one, at least; a driver that gives the lowest free name needs no more
+NAMES = 4096  # names tested one by one, at least; a driver that assigns the lowest free name needs no more
 
 
 def counted(renderer: gs.Renderer) -> dict[str, int]:
-    """Objects by kind in the renderer's context."""
+    """Number of objects in the renderer's context by kind."""
     counts = {}
     with renderer._context:
         for kind in KINDS:
-            asked = C.CFUNCTYPE(C.c_ubyte, C.c_uint)(address(f"glIs{kind}"))
-            counts[kind] = sum(bool(asked(name)) for name in range(1, max(NAMES, _fresh(kind) + 1)))
+            is_object = C.CFUNCTYPE(C.c_ubyte, C.c_uint)(address(f"glIs{kind}"))
+            counts[kind] = sum(bool(is_object(name)) for name in range(1, max(NAMES, _fresh(kind) + 1)))
     return counts
 
 
 def _fresh(kind: str) -> int:
-    """A name that is free: Mesa 22.3 counts textures and buffers on and on, so that all in use are below it."""
-    if kind in ("Program", "Shader"):  # one space of names for both
+    """A free name: Mesa 22.3 counts names of textures and buffers upwards, so that all in use are below it."""
+    if kind in ("Program", "Shader"):  # textures and buffers share one space of names
         name = int(C.CFUNCTYPE(C.c_uint)(address("glCreateProgram"))())
         C.CFUNCTYPE(None, C.c_uint)(address("glDeleteProgram"))(name)
         return name
@@ -37,7 +37,7 @@ def _fresh(kind: str) -> int:
 
 
 def resident_mib() -> float:
-    """Memory of this process that is in RAM, without what the allocator merely keeps (glibc: 40 MiB more or less, by chance)."""
+    """Resident memory of this process, without what the allocator caches (glibc: 40 MiB more or less, by chance)."""
     trim = getattr(C.CDLL(None), "malloc_trim", None)
     if trim is not None:
         trim(0)

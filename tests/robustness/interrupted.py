@@ -1,4 +1,4 @@
-"""Ctrl-C at a chosen step of Python code, where a timer would come to a few of many thousands."""
+"""Ctrl-C at a chosen step of Python code, where a timer would reach only a few of many thousands."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ _UNHEARD = {"__del__"}
 
 
 class Interrupted(KeyboardInterrupt):
-    """The one that is raised here."""
+    """The exception raised here."""
 
 
 def interrupt(at: int, call: Callable[[], Any]) -> bool:
-    """Call, and raise at the line, call or return of that number, from 0; whether there were as many."""
+    """Call a function, and raise at the line, call or return with that number, from 0; returns whether there were as many."""
     count = -1
 
     def trace(frame: FrameType, event: str, _: Any) -> Any:

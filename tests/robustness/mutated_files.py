@@ -1,4 +1,4 @@
-"""Model files changed at random: numbers, types and keys of the JSON, bytes of the data, lengths, cut ends."""
+"""Model files with random changes: numbers, types and keys of the JSON, bytes of the data, lengths, truncation."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ import glshadow as gs
 Rng = np.random.Generator
 
 BESIDE_HOSTILE = ("milk_truck.glb", "cesium_man.glb", "house_scene.glb")
-LARGEST = 1_200_000  # bytes: one case has to be a matter of milliseconds
+LARGEST = 1_200_000  # bytes: one case must take milliseconds
 
-# Written instead of numbers: ends of the integer and float formats, beyond both, and what is no number.
+# Written instead of numbers: limits of the integer and float formats, beyond both, and values that are no number.
 NUMBERS = (0, 1, -1, 2, 3, 4, 255, 65535, 2**31 - 1, 2**31, 2**32, 2**53, 10**15, -(2**31), 0.5, 1e-30, 1e-45, 1e30, 1e39, 1e300,
            -1e300, float("nan"), float("inf"), float("-inf"), 5120, 5121, 5123, 5125, 5126)  # fmt: skip
 OTHERS = (
@@ -45,7 +45,7 @@ SINGLES = (np.nan, np.inf, -np.inf, 3e38, -3e38, 1e-40, 1e20, 0.0)
 
 @dataclass(frozen=True)
 class Mutant:
-    """A changed file: where it comes from, its ending, its bytes, and what was done to it."""
+    """A changed file: its source, its ending, its bytes, and the changes."""
 
     source: str
     suffix: str
@@ -54,7 +54,7 @@ class Mutant:
 
 
 def sources(models: Path | None) -> dict[str, bytes]:
-    """Files to change, by name: two that are made here, and all small ones of the models folder, where there is one."""
+    """Files to change, by name: two that are made here, and all small ones of the models folder, if there is one."""
     found = {"made_box.glb": pack(*box_document()), "made_plane.glb": pack(*box_document(plane=True))}
     if models is None or not models.is_dir():
         return found
@@ -66,7 +66,7 @@ def sources(models: Path | None) -> dict[str, bytes]:
 
 
 def refused(files: dict[str, bytes]) -> frozenset[str]:
-    """Names of those that cannot be rendered even unchanged."""
+    """Names of the files that cannot be rendered even unchanged."""
     names = set()
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore", gs.GlshadowWarning)
@@ -81,7 +81,7 @@ def refused(files: dict[str, bytes]) -> frozenset[str]:
 
 
 def mutant(rng: Rng, files: dict[str, bytes], refused: Collection[str] = ()) -> Mutant:
-    """One of the files, changed in one to three ways; seven of eight are GLB, and few of those that are `refused` as they are."""
+    """One of the files, changed in one to three ways; seven of eight are GLB, and few of those that are `refused` unchanged."""
     name, wanted = "", rng.random() < 0.125
     while (
         not name
@@ -117,7 +117,7 @@ def pack(document: Any, binary: bytes) -> bytes:
 
 
 def unpack(data: bytes) -> tuple[Any, bytes] | None:
-    """Document and binary chunk; None where it is no longer a GLB."""
+    """Document and binary chunk; None if it is no longer a GLB."""
     try:
         (length,) = struct.unpack_from("<I", data, 12)
         return json.loads(data[20 : 20 + length]), data[28 + length :]
@@ -144,7 +144,7 @@ def _change_glb(rng: Rng, data: bytes, parts: tuple[Any, bytes] | None) -> tuple
 
 
 def _places(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
-    """Paths of everything inside a document, containers too."""
+    """Paths of all values inside a document, containers too."""
     found: list[tuple[Any, ...]] = [path] if path else []
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, item in items:
@@ -158,7 +158,7 @@ def _change_json(rng: Rng, document: Any) -> str:
     places = _places(document)
     if not places:
         return "nothing"
-    # rather a number than a whole branch
+    # prefer a number to a whole branch
     path = max((places[int(rng.integers(len(places)))] for _ in range(2)), key=len)
     holder = document
     for key in path[:-1]:
@@ -196,28 +196,28 @@ def _change_json(rng: Rng, document: Any) -> str:
 
 def _change_bytes(rng: Rng, data: bytes, start: int) -> tuple[bytes, str]:
     changed = bytearray(data)
-    room = len(data) - start
+    remaining = len(data) - start
     count = int(rng.integers(1, 9))
     way = rng.random()
-    if way < 0.4 and room >= 4:
+    if way < 0.4 and remaining >= 4:
         for _ in range(count):
-            at = start + 4 * int(rng.integers(room // 4))
+            at = start + 4 * int(rng.integers(remaining // 4))
             (old,) = struct.unpack_from("<f", changed, at)
             value = old * float(rng.normal()) if abs(old) < 1e30 else 1.0
             if rng.random() < 0.15:
                 value = float(SINGLES[int(rng.integers(len(SINGLES)))])
             struct.pack_into("<f", changed, at, value)
         return bytes(changed), f"{count} float32 from byte {start} on"
-    if way < 0.6 and room >= 4:
-        at = start + int(rng.integers(room))
+    if way < 0.6 and remaining >= 4:
+        at = start + int(rng.integers(remaining))
         length = min(int(rng.integers(1, 4096)), len(data) - at)
         changed[at : at + length] = bytes([int(rng.choice([0, 127, 255]))]) * length
         return bytes(changed), f"{length} bytes at {at} all alike"
     if way < 0.7:
-        end = start + int(rng.integers(room))
+        end = start + int(rng.integers(remaining))
         return bytes(changed[:end]), f"cut at byte {end} of {len(data)}"
     for _ in range(count):
-        changed[start + int(rng.integers(room))] = int(rng.integers(256))
+        changed[start + int(rng.integers(remaining))] = int(rng.integers(256))
     return bytes(changed), f"{count} bytes from byte {start} on"
 
 
@@ -260,7 +260,7 @@ def _png(rows: int, columns: int) -> bytes:
 
 
 def box_document(plane: bool = False) -> tuple[dict[str, Any], bytes]:
-    """A textured, alpha masked box over a floor, with camera, three lights, instances; `plane`: no indices and nothing optional."""
+    """A textured, alpha-masked box over a floor, with camera, three lights, instances; `plane`: no indices and nothing optional."""
     corners = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype="<f4") - np.float32(0.5)
     words = ("130", "410", "032", "240", "173", "514", "571", "372", "642", "276", "654", "756")
     faces = np.array([[int(digit) for digit in word] for word in words], dtype="<u2")

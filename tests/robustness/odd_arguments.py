@@ -1,4 +1,4 @@
-"""Arguments that no caller should give, and some that look odd but are fine; and every public callable to give them to."""
+"""Arguments that no caller should pass, and some that look odd but are fine; and every public callable that takes them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from glshadow.shadows.filters import FILTERS
 
 
 class Raising:
-    """Whatever is asked of it, it raises."""
+    """Raises whatever is done with it."""
 
     def __fail(self, *_: object, **__: object) -> Any:
         raise RuntimeError("a foreign object's own fault")
@@ -35,7 +35,7 @@ class Raising:
 
 
 class Escaping:
-    """Its repr drives a terminal."""
+    """Its repr controls a terminal."""
 
     def __repr__(self) -> str:
         return "\x1b]0;title\x07\u202e" + "x" * 10_000
@@ -51,13 +51,13 @@ class RaisingNumber(int):
 
 
 class Word(StrEnum):
-    """A string that is an enum's member."""
+    """A string that is a member of an enum."""
 
     IMAGE = "image"
 
 
 class ShoutingText(str):
-    """A string that says something else."""
+    """A string whose str() differs from its value."""
 
     __slots__ = ()
 
@@ -75,7 +75,7 @@ def _stairs() -> Any:
     yield from (0.25, 0.5, 0.75)
 
 
-# Made anew for every call: iterators are used up, arrays could be written to.
+# Created anew for every call: iterators are consumed, arrays could be written to.
 ODD: dict[str, Callable[[], Any]] = {
     "None": lambda: None,
     "True": lambda: True,
@@ -227,7 +227,7 @@ def given(value: Any) -> Callable[[], Any]:
 MESH = gs.Mesh(np.eye(3), np.array([[0, 1, 2]]))
 NODE = gs.Node(MESH, np.eye(4), "a")
 SCENE = gs.Scene((NODE,))
-# What has no default, by the parameter's name.
+# Values for required parameters, by name.
 REQUIRED: dict[str, Any] = {
     "world": 0.1, "clip": 0.0, "position": (0.0, 3.0, 0.0), "positions": np.eye(3), "triangles": [[0, 1, 2]], "name": "a", "mesh": MESH,
     "world_from_mesh": np.eye(4), "nodes": (NODE,), "fx": 500.0, "fy": 500.0, "cx": 320.0, "cy": 240.0, "pose": np.eye(4),
@@ -235,7 +235,7 @@ REQUIRED: dict[str, Any] = {
     "scene": SCENE, "source": SCENE, "matrices": {"a": np.eye(4)}, "matrix": np.eye(4), "costs": [1.0, 2.0], "errors": [2.0, 1.0],
     "camera": gs.PerspectiveCamera(), "count": 3, "points_w": (1.0, 0.0, 0.0), "output": "a.png", "names": ("map",), "subdivisions": 1,
 }  # fmt: skip
-# Made by glshadow, not by its callers; and what raises, names or draws. The renderer's arguments have tests of their own.
+# Created by glshadow, not by callers; and callables that raise, name or draw. The renderer's arguments have tests of their own.
 NOT_BUILT = {
     "AlphaMode", "Camera", "Faces", "Flip", "Frame", "Renderer", "Score", "Measurement", "ShadowView", "Target", "Truth", "Used", "flip",
     "Caster", "Compared", "Comparison", "PyrenderRenderer", "ShadowMap", "Explorer", "compare", "explore", "export_page",
@@ -244,9 +244,9 @@ NOT_BUILT = {
 
 
 def built() -> dict[str, Call]:
-    """Public callables and their arguments: the defaults, or what is required; some with other values than the defaults."""
+    """Public callables and their arguments: the defaults, or the required ones; some with other values than the defaults."""
     named: dict[str, Callable[..., Any]] = {}
-    for name in gs.__all__:  # in its order: workers that share the tests must name them alike
+    for name in gs.__all__:  # in fixed order: workers that share the tests must generate the same names
         value = getattr(gs, name)
         if (
             name not in NOT_BUILT
@@ -290,7 +290,7 @@ def built() -> dict[str, Call]:
 
 @dataclass(frozen=True)
 class Case:
-    """A call with odd arguments; `text` says which."""
+    """A call with odd arguments, which `text` describes."""
 
     text: str
     call: Callable[[], Any]
@@ -326,7 +326,7 @@ def _drawn(rng: np.random.Generator) -> tuple[str, Callable[[], Any]]:
 
 
 def in_use(value: Any) -> dict[str, Any] | None:
-    """Arguments of `Renderer.render` that use what a call has built; None: nothing to draw."""
+    """Arguments of `Renderer.render` that use the result of a call; None: nothing to draw."""
     if isinstance(value, gs.Scene):
         return {"scene": value}
     if isinstance(value, gs.scenes.AnalyticScene):

@@ -15,7 +15,7 @@ Rng = np.random.Generator
 
 @dataclass(frozen=True)
 class Case:
-    """One picture to render; `text` says with which settings."""
+    """One frame to render; `text` describes its settings."""
 
     scene: gs.Scene
     camera: gs.Camera | None
@@ -26,7 +26,7 @@ class Case:
 
     @property
     def text(self) -> str:
-        """All that it takes to see the case again, but for the scene's triangles."""
+        """All that is needed to reproduce the case, except for the scene's triangles."""
         low, high = self.scene.bounds.tolist()
         rows = [f"scene {self.scene.name}, bounds {low} {high}", f"camera {self.camera}", f"size {self.size}",
                 f"ambient {self.ambient}, background {self.background}"]  # fmt: skip
@@ -34,13 +34,13 @@ class Case:
 
 
 def case(rng: Rng) -> Case:
-    """A case of which every part is a valid setting by itself."""
+    """A case whose parts are all valid settings."""
     while True:
         scene = _scene(rng)
         try:
             camera = _camera(rng, scene) if rng.random() < 0.8 else None
             lights = tuple(_light(rng, scene) for _ in range(rng.integers(0, 4))) if rng.random() < 0.95 else None
-        except gs.SettingsError:  # near >= far, eye = target, ...: refused when built, which is not what is tested here
+        except gs.SettingsError:  # near >= far, eye = target, ...: refused by the constructor, which is not tested here
             continue
         size = (int(rng.integers(1, 81)), int(rng.integers(1, 81)))
         background = tuple(float(x) for x in rng.random(3))
@@ -97,7 +97,7 @@ def _material(rng: Rng) -> gs.Material:
 
 
 def _point(rng: Rng, scene: gs.Scene) -> tuple[float, float, float]:
-    """A vertex, a point on a surface, the middle, one nearby, or one far away."""
+    """A vertex, a point on a surface, the centre, one nearby, or one far away."""
     low, high = scene.bounds
     size = float(np.linalg.norm(high - low))
     node = scene.nodes[int(rng.integers(len(scene.nodes)))]
@@ -184,7 +184,7 @@ def _light(rng: Rng, scene: gs.Scene) -> gs.DirectionalLight | gs.SpotLight | gs
 
 
 def _amount(rng: Rng) -> float:
-    """A strength: common, none, or any that is allowed."""
+    """A strength: common, zero, or any valid value."""
     if rng.random() < 0.5:
         return float(rng.choice([0.0, 1.0]))
     return float(10.0 ** (rng.uniform(-3, 3) if rng.random() < 0.9 else rng.uniform(-300, 38)))

@@ -1,4 +1,4 @@
-"""What the fuzzer found, made small: one case for each cause that was mended."""
+"""Small cases of what the fuzzer found: one for each cause that was fixed."""
 
 import warnings
 
@@ -21,15 +21,15 @@ def solid(positions, triangles):
     return gs.Scene((gs.Node(gs.Mesh(positions, triangles), np.eye(4), "solid"),))
 
 
-def test_a_surface_seen_edge_on_at_the_clear_depth_is_nothing(renderer):
-    """The eye lies in the plane of a needle's cap: its fragments have no depth, and the driver gives them that of the background."""
+def test_edge_on_surface_at_the_clear_depth_is_background(renderer):
+    """The eye lies in the plane of a needle's cap: its fragments have no depth, and the driver gives them the clear depth."""
     half = 9236.691467016617
     scene = solid(*shapes.box((2 * half, 2e-8 * half, 2e-8 * half)))
     camera = gs.PerspectiveCamera(
         (-half, 4.282950519132855e-05, -5.475211350190919e-05),
         up=(0.7232112427580216, 0.0891171367717086, 0.7034480689858998),
         fov_y=75.27758405774615,
-        near=2.002e-5 * half,  # a derived one would show the sides from within
+        near=2.002e-5 * half,  # a derived one would show the sides from inside
     )
     with pytest.warns(gs.GlshadowWarning, match="nothing is in view"):
         frame = renderer.render(scene, camera, (), (17, 63), outputs=("depth",), samples=1)
@@ -38,7 +38,7 @@ def test_a_surface_seen_edge_on_at_the_clear_depth_is_nothing(renderer):
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 @pytest.mark.parametrize("name", ["TRANSLATION", "ROTATION", "SCALE"])
-def test_instances_that_are_nowhere_are_refused(name, value, tmp_path):
+def test_instances_at_non_finite_places_are_refused(name, value, tmp_path):
     document, binary = mutated_files.box_document(plane=True)
     columns = 4 if name == "ROTATION" else 3
     rows = np.ones((2, columns), dtype="<f4")
@@ -55,8 +55,8 @@ def test_instances_that_are_nowhere_are_refused(name, value, tmp_path):
         gs.load(path)
 
 
-def test_a_narrow_view_far_from_the_origin(renderer):
-    """All corners of its near face are one point in float64, and none of its faces may follow from them."""
+def test_narrow_view_far_from_the_origin(renderer):
+    """All corners of the frustum's near face are one point in float64, so the frustum's planes must not be derived from them."""
     place = np.array([228910.85582940138, 65704.6251557398, -194688.26556936547])
     positions, triangles = shapes.rectangle((-1, 0, 1), (2, 0, 0), (0, 0, -2))
     scene = solid(positions * 0.13 + place, triangles)
@@ -90,7 +90,7 @@ def test_texture_transforms_beyond_float32(tmp_path):
         gs.load(path)
 
 
-def test_a_colour_beyond_what_a_surface_reflects_is_clipped(tmp_path):
+def test_colour_above_one_is_clamped(tmp_path):
     document, binary = mutated_files.box_document()
     document["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = [1e300, -1.0, 0.5, 1.0]
     path = tmp_path / "box.glb"
@@ -119,7 +119,7 @@ def test_text_that_is_not_utf8_is_read(tmp_path):
     assert scene.nodes[0].mesh.material.color == (1.0, 0.0, 0.0, 1.0)  # of a.obj
 
 
-def test_a_place_beyond_the_largest_coordinate_is_refused():
+def test_position_beyond_the_coordinate_limit_is_refused():
     positions, triangles = shapes.box((1e10, 1e10, 1e10))
     matrix = np.eye(4)
     matrix[0, 3] = 1e25
@@ -127,7 +127,7 @@ def test_a_place_beyond_the_largest_coordinate_is_refused():
         gs.load(gs.Scene((gs.Node(gs.Mesh(positions, triangles), np.eye(4), "box"),)).moved({"box": matrix}))
 
 
-def test_a_quaternion_of_any_length(tmp_path):
+def test_quaternion_of_any_length_is_normalised(tmp_path):
     document, binary = mutated_files.box_document(plane=True)
     path = tmp_path / "turned.glb"
     matrices = []

@@ -1,4 +1,4 @@
-"""Texts of a file that would drive a terminal, turn its writing round or cannot be written: escaped wherever they are shown."""
+"""Text from a file that would control a terminal, reverse its writing direction or cannot be encoded is escaped wherever it is shown."""
 
 import copy
 import io
@@ -24,7 +24,7 @@ FORBIDDEN = ("\x1b", "\x07", "\x9b", "\u202e", "\u2066", "\u200b", "\u2028", "\u
 
 
 def clean(text: str, lines: bool = False) -> bool:
-    """Printable; `lines`: but for line feeds and tabs, which a driver's log is made of."""
+    """Whether a text is printable; `lines`: except for line feeds and tabs, which a driver's log contains."""
     return (text.replace("\n", "").replace("\t", "") if lines else text).isprintable()
 
 
@@ -47,10 +47,10 @@ def test_printable() -> None:
 
 
 @pytest.mark.parametrize("kind", [gs.GlshadowError, gs.SceneError, gs.SettingsError, gs.ShaderError, gs.MissingOutput])
-def test_errors_say_it_printably(kind: type[gs.GlshadowError]) -> None:
+def test_error_messages_are_printable(kind: type[gs.GlshadowError]) -> None:
     error = kind(f"first {HOSTILE}\nsecond")
     assert clean(str(error), lines=True)
-    assert ("\n" in str(error)) == (kind is not gs.SceneError)  # of a file's making, one line
+    assert ("\n" in str(error)) == (kind is not gs.SceneError)  # from a file, one line
     assert str(pickle.loads(pickle.dumps(error))) == str(error)
     assert str(copy.copy(error)) == str(error)
     assert len(str(kind("x" * 10**6))) < 2100
@@ -94,7 +94,7 @@ def hostile_files(folder):
     return files
 
 
-def test_what_a_file_says_is_printable(tmp_path):
+def test_messages_about_a_file_are_printable(tmp_path):
     said: list[str] = []
     refused = 0
     for name in hostile_files(tmp_path):
@@ -112,7 +112,7 @@ def test_what_a_file_says_is_printable(tmp_path):
     assert sum(r"\x1b" in text for text in said) >= 8, said  # it was shown, escaped
 
 
-def test_the_command_says_it_printably_and_its_json_faithfully(tmp_path, monkeypatch):
+def test_command_prints_escapes_and_json_keeps_the_text(tmp_path, monkeypatch):
     hostile_files(tmp_path)
     monkeypatch.chdir(tmp_path)
     name = f"{TITLE}{TURNED}"
@@ -124,8 +124,8 @@ def test_the_command_says_it_printably_and_its_json_faithfully(tmp_path, monkeyp
     assert json.loads(result.stdout)["scene"]["name"] == name
 
 
-def test_progress_takes_no_orders():
-    """Neither rich's markup nor its emoji codes, nor the terminal's."""
+def test_progress_interprets_no_markup():
+    """Neither rich's markup nor its emoji codes, nor terminal sequences."""
     progress = Progress()
     stream = io.StringIO()
 
@@ -144,7 +144,7 @@ def test_progress_takes_no_orders():
     assert clean(Display.shown)
 
 
-def test_a_page_is_text(tmp_path):
+def test_page_escapes_names(tmp_path):
     scene = gs.scenes.plane().scene
     path = gs.export_page(gs.Scene(scene.nodes, name=HOSTILE), tmp_path, lights=gs.DirectionalLight())
     page = path.read_text(encoding="utf-8")
@@ -152,7 +152,7 @@ def test_a_page_is_text(tmp_path):
     assert words(HOSTILE) in page
 
 
-def test_a_comparison_prints_its_names_printably():
+def test_comparison_prints_escaped_names():
     found = gs.compare(gs.scenes.plane().scene, {f"{HOSTILE}1": "hard", f"{HOSTILE}2": "pcf:1"}, size=(24, 16))
     assert clean(repr(found))
     assert clean(str(found), lines=True)
@@ -162,7 +162,7 @@ def test_a_comparison_prints_its_names_printably():
     assert found[f"{HOSTILE}1"].name == f"{HOSTILE}1"
 
 
-def test_html_is_text():
+def test_html_escapes_names():
     import numpy as np
 
     for html in (words(HOSTILE), figure(np.zeros((2, 2, 3), np.uint8), HOSTILE), table([HOSTILE], [[HOSTILE]])):

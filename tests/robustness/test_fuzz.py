@@ -1,4 +1,4 @@
-"""Some mutated files and some random settings, always the same, through the whole renderer; scripts/fuzz draws 10,000."""
+"""A few mutated files and random settings, always the same, through the whole renderer; scripts/fuzz runs 10,000."""
 
 import time
 
@@ -11,9 +11,9 @@ from ..pace import pace
 from . import mutated_files, random_settings, verdict
 
 FILES = 200
-SETTINGS = 40  # ten seconds where the driver has cached no shader: nearly every case has some of its own
+SETTINGS = 40  # ten seconds if the driver has cached no shader: nearly every case has some of its own
 SEED = 20260101
-SLOWEST_S = 10.0  # of processor time of a quiet core: a hang
+SLOWEST_S = 10.0  # of processor time of an idle core: a hang
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def files(models):
 
 
 def failures(run, cases):
-    """`number: cause` of all cases that fail, and how many ended in each way."""
+    """`number: cause` of all failed cases, and the number of cases by result."""
     wrong, kinds = [], dict.fromkeys((verdict.OK, verdict.WARNED, verdict.REFUSED, verdict.FAIL), 0)
     slowness = pace()
     for number in range(cases):
@@ -58,7 +58,7 @@ def test_mutated_files(renderer, files, tmp_path, capfd):
 
     wrong, kinds = failures(run, FILES)
     assert wrong == []
-    # the mutations are neither harmless nor all deadly
+    # the mutations are neither harmless nor all fatal
     assert kinds[verdict.OK] + kinds[verdict.WARNED] > FILES // 10, kinds
     assert kinds[verdict.REFUSED] > FILES // 10, kinds
 
@@ -73,7 +73,7 @@ def test_random_settings(renderer):
     assert kinds[verdict.OK] > SETTINGS // 4, kinds  # most cameras see something
 
 
-def test_the_judge_can_fail(renderer, monkeypatch):
+def test_checks_detect_broken_frames(renderer, monkeypatch):
     scene = gs.scenes.courtyard()
     render = gs.Renderer.render
 

@@ -1,4 +1,4 @@
-"""The command against streams that fail, disks that are full and names that are odd: one sentence and an exit code, never a traceback."""
+"""The command with failing streams, full disks and odd names: one sentence and an exit code, never a traceback."""
 
 import os
 import resource
@@ -27,7 +27,7 @@ def start(folder, *arguments, **options):
 
 
 def ended(process):
-    """Exit code and what was said, which is no traceback and no apology."""
+    """Exit code and standard error, which must be neither a traceback nor a request to report a bug."""
     said = process.stderr.read().decode()
     process.stderr.close()
     code = process.wait(timeout=PATIENCE_S)
@@ -37,7 +37,7 @@ def ended(process):
     return code, said
 
 
-def test_nobody_reads_the_report(folder):
+def test_closed_pipe_ends_the_report(folder):
     process = start(folder, "tri.obj", *SMALL, "--json", stdout=subprocess.PIPE)
     process.stdout.close()
     code, said = ended(process)
@@ -46,7 +46,7 @@ def test_nobody_reads_the_report(folder):
     assert (folder / "tri.png").exists()
 
 
-def test_the_report_has_no_room(folder):
+def test_full_disk_fails_the_report(folder):
     with open("/dev/full", "w") as full:  # noqa: PTH123
         code, said = ended(start(folder, "tri.obj", *SMALL, "--json", stdout=full))
     assert code == 1
@@ -63,10 +63,10 @@ def test_closed_streams_are_no_error(folder):
     assert (folder / "tri.png").exists()
 
 
-@pytest.mark.parametrize("room", [4096, 5, 0])
+@pytest.mark.parametrize("limit_bytes", [4096, 5, 0])
 @pytest.mark.parametrize("ending", [".png", ".jpg", ".tif", ".exr"])
-def test_a_full_disk_leaves_no_half_picture(tmp_path, ending, room):
-    """A child with a limit on the size of files: its writes fail as on a full disk."""
+def test_full_disk_leaves_no_partial_image(tmp_path, ending, limit_bytes):
+    """A child process with a limit on the size of files: its writes fail as on a full disk."""
     code = f"import numpy as np, sys; sys.path[:] = {sys.path!r}\nfrom glshadow import image, GlshadowError\n" + (
         "pixels = np.random.default_rng(0).integers(0, 256, (200, 200, 3)).astype(np.uint8)\n"
         f"try: image.write('x{ending}', pixels)\n"
@@ -74,7 +74,7 @@ def test_a_full_disk_leaves_no_half_picture(tmp_path, ending, room):
     )
 
     def limit():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit_bytes, limit_bytes))
 
     done = subprocess.run(
         [sys.executable, "-B", "-c", code],
@@ -92,7 +92,7 @@ def test_a_full_disk_leaves_no_half_picture(tmp_path, ending, room):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_page_of_a_model_whose_name_is_not_utf8(folder):
+def test_page_of_a_model_with_a_non_utf8_name(folder):
     model = os.fsencode(folder) + b"/b\xfc<\x1b[1m.obj"
     os.rename(folder / "tri.obj", model)  # noqa: PTH104
     command = [sys.executable, "-m", "glshadow", "export", model, "-o", "page"]
@@ -101,7 +101,7 @@ def test_a_page_of_a_model_whose_name_is_not_utf8(folder):
     assert r"<title>b\udcfc&lt;\x1b[1m</title>" in (folder / "page/index.html").read_text(encoding="utf-8")
 
 
-def test_names_that_are_not_utf8(folder):
+def test_non_utf8_names_are_supported(folder):
     model, picture = os.fsencode(folder) + b"/b\xfcste.obj", os.fsencode(folder) + b"/b\xfcste.png"
     os.rename(folder / "tri.obj", model)  # noqa: PTH104
     code, _ = ended(start(folder, model, *SMALL, "-o", picture))
@@ -120,7 +120,7 @@ def test_names_that_are_not_utf8(folder):
         (("--light", "point:0,0,1:far=1e300"), "far must be a finite number in [1e-20, 1e+20]"),
     ],
 )
-def test_values_beyond_what_can_be_drawn(folder, arguments, words):
+def test_values_beyond_the_limits_are_refused(folder, arguments, words):
     code, said = ended(start(folder, "tri.obj", *SMALL, *arguments))
     assert code == 2
     assert words in said

@@ -1,4 +1,4 @@
-"""Every hostile file by `load`, through the renderer, and through the command: a picture, or one sentence that names the file."""
+"""Every hostile file by `load`, through the renderer, and through the command: an image, or one sentence that names the file."""
 
 import json
 import os
@@ -31,7 +31,7 @@ def renderer():
         yield renderer
 
 
-def test_the_files_are_there(models):
+def test_every_hostile_file_exists(models):
     assert len(FILES) > 100
 
 
@@ -82,7 +82,7 @@ def test_references_that_leave_the_folder_are_refused(uri, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["BoxMeshopt.glb", "made_nan.stl"])
-def test_as_a_process(models, name, tmp_path):
+def test_command_survives_hostile_files(models, name, tmp_path):
     command = [sys.executable, "-m", "glshadow", "render", models / "hostile" / name, "-o", tmp_path / "x.png", *SMALL]
     done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     refused = name == "BoxMeshopt.glb"

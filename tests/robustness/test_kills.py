@@ -1,4 +1,4 @@
-"""Processes that are killed while they write or read leave no half file, and what SIGKILL leaves is removed by the next one."""
+"""Killed processes leave no partial file, and the next process removes what SIGKILL leaves."""
 
 import os
 import signal
@@ -16,7 +16,7 @@ from ..tolerances import PATIENCE_S
 PIXELS = np.zeros((32, 32, 3), dtype=np.uint8)
 SMALL = ("--size", "96x54", "--resolution", "256")
 
-# The command, stopped at the worst moment: half of the picture is written.
+# The command, stopped at the worst moment: half of the image is written.
 HALF_WRITTEN = """
 import sys, time
 from glshadow import image
@@ -52,7 +52,7 @@ def hidden(folder):
 
 
 def killed(tmp_path, code, number, *arguments):
-    """What a child says on standard error that is killed once it is ready, and how it ends."""
+    """Standard error of a child that is killed once it is ready, and its exit status."""
     command = [sys.executable, "-c", code, *arguments]
     environment = os.environ | {"TMPDIR": str(tmp_path)}
     with subprocess.Popen(
@@ -65,24 +65,24 @@ def killed(tmp_path, code, number, *arguments):
     return process.returncode, errors
 
 
-def test_a_terminated_command_cleans_up(tmp_path):
+def test_terminated_command_cleans_up(tmp_path):
     code, errors = killed(tmp_path, HALF_WRITTEN, signal.SIGTERM, "render", *SMALL)
     assert (code, errors) == (143, "error: terminated\n")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_killed_command_is_cleaned_up_after(tmp_path):
+def test_next_command_cleans_up_after_a_killed_one(tmp_path):
     (tmp_path / "courtyard.png").write_bytes(b"the one before")
     code, _ = killed(tmp_path, HALF_WRITTEN, signal.SIGKILL, "render", *SMALL)
     assert code == -signal.SIGKILL
-    assert len(hidden(tmp_path)) == 1  # or this would test nothing
+    assert len(hidden(tmp_path)) == 1  # otherwise nothing would be tested
     assert (tmp_path / "courtyard.png").read_bytes() == b"the one before"
     image.write(tmp_path / "another.png", PIXELS)
     assert hidden(tmp_path) == []
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
-def test_a_killed_reader_is_cleaned_up_after(tmp_path, monkeypatch, number):
+def test_next_load_cleans_up_after_a_killed_one(tmp_path, monkeypatch, number):
     image.write(tmp_path / "picture.png", PIXELS)
     code, _ = killed(tmp_path, HALF_READ, number)
     assert code == -number
@@ -93,7 +93,7 @@ def test_a_killed_reader_is_cleaned_up_after(tmp_path, monkeypatch, number):
     assert hidden(tmp_path) == []
 
 
-def test_what_belongs_to_the_living_and_to_strangers_stays(tmp_path):
+def test_files_of_running_processes_and_of_others_stay(tmp_path):
     machine = files._MACHINE
     with subprocess.Popen([sys.executable, "-c", "import time; time.sleep(900)"]) as other:
         stay = [f".glshadow-{machine}-{other.pid}-0.png", ".glshadow-0badcafe-1-0.png", ".glshadow.png", ".other"]
@@ -107,7 +107,7 @@ def test_what_belongs_to_the_living_and_to_strangers_stays(tmp_path):
     assert hidden(tmp_path) == sorted(stay[1:])
 
 
-def test_an_error_inside_leaves_nothing(tmp_path):
+def test_error_leaves_no_temporary_file(tmp_path):
     target = tmp_path / "a.txt"
     target.write_text("before")
 
@@ -124,8 +124,8 @@ def test_an_error_inside_leaves_nothing(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.exhaustive
-def test_commands_killed_at_any_moment(tmp_path):
-    """SIGTERM and SIGKILL in turn, spread over the command's whole life: the picture is whole or not there."""
+def test_commands_killed_at_any_time_leave_no_partial_image(tmp_path):
+    """SIGTERM and SIGKILL in turn, at times spread over the command's run: the image is complete or absent."""
     command = [sys.executable, "-m", "glshadow", "render", *SMALL, "-o", "a.png"]
     environment = os.environ | {"TMPDIR": str(tmp_path)}
     start = time.monotonic()

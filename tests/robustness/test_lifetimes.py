@@ -1,4 +1,4 @@
-"""Renderers come and go, in turn, at once, in threads and processes, out of memory and interrupted; what stays is right, and little."""
+"""Renderers created and released in turn, at once, in threads and processes, out of memory and interrupted; images stay right."""
 
 import gc
 import itertools
@@ -49,7 +49,7 @@ def expected():
     return alone()
 
 
-def test_a_second_renderer_after_release(expected):
+def test_renderer_works_after_another_was_released(expected):
     first = gs.Renderer()
     kept = picture(first)
     first.release()
@@ -60,7 +60,7 @@ def test_a_second_renderer_after_release(expected):
         picture(first)
 
 
-def test_two_renderers_in_turn_release_in_any_order(expected):
+def test_two_renderers_may_be_released_in_any_order(expected):
     first, second = gs.Renderer(), gs.Renderer()
     scene = box()
     for renderer in (first, second, first, second):
@@ -70,7 +70,7 @@ def test_two_renderers_in_turn_release_in_any_order(expected):
     second.release()
 
 
-def test_threads_with_a_renderer_each(expected):
+def test_one_renderer_per_thread(expected):
     results, errors = {}, []
 
     def work(number):
@@ -93,7 +93,7 @@ def test_threads_with_a_renderer_each(expected):
             np.testing.assert_array_equal(image, expected)
 
 
-def test_a_renderer_made_here_and_used_in_another_thread(expected):
+def test_renderer_used_in_another_thread(expected):
     outcome = []
     with gs.Renderer() as renderer:
         picture(renderer)
@@ -213,7 +213,7 @@ def test_out_of_memory_is_a_named_error_and_leaves_a_working_renderer():
     assert done.returncode == 0, done.stderr
 
 
-def test_what_is_refused_leaves_nothing_on_the_gpu():
+def test_refused_frames_leak_no_gl_objects():
     with gs.Renderer() as renderer:
         scene = box()
         picture(renderer, scene)
@@ -228,7 +228,7 @@ def test_what_is_refused_leaves_nothing_on_the_gpu():
         assert counted(renderer) == before
 
 
-def test_changing_scenes_do_not_pile_up():
+def test_changing_scenes_do_not_leak():
     with gs.Renderer() as renderer:
         counts = []
         for turn in range(30):
@@ -238,7 +238,7 @@ def test_changing_scenes_do_not_pile_up():
         assert counts[0] == counts[1] == counts[2]
 
 
-def test_a_foreign_context_gets_everything_back():
+def test_renderers_leave_no_objects_in_a_foreign_context():
     context = moderngl.create_standalone_context(backend="egl")
     first = gs.Renderer(context=context)
     empty = {}
@@ -251,7 +251,7 @@ def test_a_foreign_context_gets_everything_back():
     context.release()
 
 
-def test_ctrl_c_in_a_picture_leaves_a_working_renderer(expected):
+def test_ctrl_c_during_a_frame_leaves_a_working_renderer(expected):
     scene = gs.scenes.courtyard()
     lights = [gs.PointLight(position=(0, 3, 0), shadow=gs.Shadow(resolution=1024))] * 4
     interrupted = 0
@@ -270,7 +270,7 @@ def test_ctrl_c_in_a_picture_leaves_a_working_renderer(expected):
     assert interrupted == 3
 
 
-# what is interrupted while moderngl makes it may lack what its __del__ asks for
+# an object that moderngl was creating at the interrupt may lack attributes that its __del__ reads
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.parametrize(
     ("warm", "stride"),
@@ -281,7 +281,7 @@ def test_ctrl_c_in_a_picture_leaves_a_working_renderer(expected):
     ],
 )
 def test_ctrl_c_at_any_step_leaves_a_working_renderer(warm, stride):
-    """A picture has some 27,000 steps, a warm one 7,000."""
+    """A first frame has some 27,000 steps, a warm one 7,000."""
     scene = box()
     lights = [gs.DirectionalLight(shadow=gs.Shadow(filter=filter_)) for filter_ in (gs.Pcf(), gs.Exact())]
 
@@ -301,13 +301,13 @@ def test_ctrl_c_at_any_step_leaves_a_working_renderer(warm, stride):
         step += stride
 
 
-def test_renderers_give_their_memory_back():
+def test_released_renderers_free_their_memory():
     for _ in range(3):
         alone()
     before = resident_mib()
     for _ in range(8):
         alone()
-    # one 2048 x 2048 float map is 16 MiB: eight renderers that kept theirs would be 128
+    # one 2048 x 2048 float map is 16 MiB: eight renderers that kept theirs would keep 128
     assert resident_mib() - before < 32.0
 
 
@@ -364,8 +364,8 @@ def test_interrupted_when_a_gpu_object_is_made_and_not_yet_noted(monkeypatch, ex
             assert counted(renderer) == held
 
 
-def test_a_released_renderer_leaves_nothing_with_the_meshes():
-    """A scene outlives many renderers: what each of them computed of its meshes must go with it."""
+def test_released_renderer_leaves_no_data_on_meshes():
+    """A scene outlives many renderers: the data that each of them computed of its meshes must be freed with it."""
     scene = gs.scenes.courtyard()
     renderer = gs.Renderer()
     renderer.render(scene, size=(32, 32), samples=1)

@@ -1,5 +1,5 @@
-"""Every public callable with every odd value in place of each argument: it works, or it names the fault; no foreign error, no foreign
-warning, and nothing in a picture that is negative or no number."""
+"""Every public callable with every odd value for each argument: it works, or it names the fault; no foreign error, no foreign
+warning, and no negative or non-finite number in an image."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .odd_arguments import ODD, SCENE, SIZE, Call, built, given
 
 
 def verdict(call: Callable[[], Any]) -> str | None:
-    """What is wrong with how a call ends; None: nothing."""
+    """How a call fails the test; None: it does not."""
     with warnings.catch_warnings(record=True) as caught, np.errstate(all="warn", under="ignore"):
         warnings.simplefilter("always")
         try:
@@ -34,11 +34,11 @@ def verdict(call: Callable[[], Any]) -> str | None:
     foreign = [each for each in caught if not issubclass(each.category, gs.GlshadowWarning)]
     if foreign:
         return f"{foreign[0].category.__name__}: {foreign[0].message} ({foreign[0].filename}:{foreign[0].lineno})"
-    return picture_fault(result) if isinstance(result, gs.Frame) else None
+    return frame_fault(result) if isinstance(result, gs.Frame) else None
 
 
-def picture_fault(frame: gs.Frame) -> str | None:
-    """What a picture must not hold."""
+def frame_fault(frame: gs.Frame) -> str | None:
+    """An invalid value in a frame; None if there is none."""
     linear = frame.outputs.get("linear", np.zeros(1))
     if not np.isfinite(linear).all() or (linear < 0.0).any():
         return f"linear from {linear.min()} to {linear.max()}"
@@ -100,8 +100,8 @@ def test_render(renderer: gs.Renderer, name: str) -> None:
     assert faults(renderer.render, RENDER, name) == []
 
 
-def test_odd_arguments_that_are_fine_make_pictures(renderer: gs.Renderer) -> None:
-    """Or the tests above would pass if everything were refused."""
+def test_odd_but_valid_arguments_render(renderer: gs.Renderer) -> None:
+    """Otherwise the tests above would pass if everything were refused."""
     for name, odd in [("lights", "lights"), ("lights", "sun"), ("lights", "()"), ("ambient", "0-d"), ("ambient", "[.5] * 3"),
                       ("background", "read-only"), ("background", "0"), ("outputs", "names"), ("size", "one")]:  # fmt: skip
         values = {key: value() for key, value in RENDER.items()} | {name: ODD[odd]()}
@@ -110,7 +110,7 @@ def test_odd_arguments_that_are_fine_make_pictures(renderer: gs.Renderer) -> Non
         assert isinstance(renderer.render(**values), gs.Frame), (name, odd)
 
 
-def test_light_is_neither_negative_nor_endless(renderer: gs.Renderer) -> None:
+def test_light_is_neither_negative_nor_infinite(renderer: gs.Renderer) -> None:
     for refused in (
         {"ambient": -0.1},
         {"ambient": (0.1, -0.1, 0.1)},
@@ -121,7 +121,7 @@ def test_light_is_neither_negative_nor_endless(renderer: gs.Renderer) -> None:
             renderer.render(SCENE, size=SIZE, **refused)  # type: ignore[arg-type]
     for strong in ({"ambient": 1e38}, {"lights": gs.DirectionalLight(color=(1e38,) * 3, intensity=1e38)}):
         frame = renderer.render(SCENE, size=SIZE, outputs=("linear",), **strong)  # type: ignore[arg-type]
-        assert picture_fault(frame) is None
+        assert frame_fault(frame) is None
 
 
 RESULTS: dict[str, dict[str, Any]] = {
@@ -183,7 +183,7 @@ def test_studies(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """With a run that is not carried out: what it would be given is checked before."""
+    """The run is stubbed: only the checks of its arguments are tested."""
     monkeypatch.chdir(tmp_path)
 
     def stop(*_: object) -> None:
@@ -201,7 +201,7 @@ BATCH = {
 
 @pytest.mark.parametrize("name", BATCH)
 def test_batches(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With jobs that are not drawn: what `run_batch` would be given is checked before."""
+    """Jobs are not rendered: only the checks before `run_batch` are tested."""
     monkeypatch.chdir(tmp_path)
 
     def stop(*_: object) -> None:
@@ -212,7 +212,7 @@ def test_batches(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert faults(batch.run_batch, BATCH, name) == []
 
 
-def test_a_file_of_jobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_jobs_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     assert faults(batch.read_jobs, {"path": given("jobs.jsonl")}, "path") == []
 
@@ -237,11 +237,11 @@ def test_shadow_maps_of_other_programs(method: str, name: str) -> None:
         arguments = MAP[method] | ({"program": given(program)} if method == "apply" else {})
         getattr(shadow, method)(**{key: value() for key, value in arguments.items()})
         found = faults(getattr(shadow, method), arguments, name)
-        called = ("casters=function", "casters=raising")  # their errors are their own
+        called = ("casters=function", "casters=raising")  # they raise errors of their own
         assert [each for each in found if not each.startswith(called)] == []
     context.release()
 
 
-def test_a_sequence_of_cameras(renderer: gs.Renderer) -> None:
+def test_camera_sequence(renderer: gs.Renderer) -> None:
     arguments = {"scene": given(SCENE), "cameras": given(())}
     assert faults(lambda **values: list(itertools.islice(renderer.sequence(**values), 2)), arguments, "cameras") == []

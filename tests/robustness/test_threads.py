@@ -1,4 +1,4 @@
-"""Loading in many threads leaves the process's warning filters, and its warnings, as they were."""
+"""Loading in many threads changes neither the process's warning filters nor its warnings."""
 
 import re
 import warnings
@@ -23,7 +23,7 @@ FILES = {
 }
 
 
-def test_filters_stay_as_they_are(tmp_path):
+def test_warning_filters_are_unchanged(tmp_path):
     for name, text in FILES.items():
         (tmp_path / name).write_text(text)
 
@@ -44,7 +44,7 @@ def test_filters_stay_as_they_are(tmp_path):
         assert [str(each.message) for each in caught] == ["still here"]
 
 
-def test_listening_is_of_one_thread():
+def test_warnings_are_collected_per_thread():
     heard: list[str] = []
     with listening(heard.append), ThreadPoolExecutor(1) as pool:
         warn("to the\nlistener")
@@ -55,7 +55,7 @@ def test_listening_is_of_one_thread():
         warn("as ever")
 
 
-def test_the_package_never_touches_the_filters():
+def test_package_never_changes_warning_filters():
     forbidden = re.compile(r"\b(catch_warnings|simplefilter|filterwarnings|resetwarnings|showwarning)\b(?!` would)")
     found = [path.name for path in PACKAGE.rglob("*.py") if forbidden.search(path.read_text())]
     assert found == []

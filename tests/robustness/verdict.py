@@ -1,4 +1,4 @@
-"""What became of one picture: ok, rendered with a warning, refused with a named error, or FAIL; and what a picture has to hold."""
+"""Result of one frame: ok, rendered with a warning, refused with a named error, or FAIL; and the invariants of a frame."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ OK, WARNED, REFUSED, FAIL = "ok", "warned", "named error", "FAIL"
 OUTPUTS = ("image", "visibility", "linear", "depth")
 
 
-# A warning that prepares for an empty picture; one about a missing texture does not.
+# A warning that announces an empty image; one about a missing texture does not.
 BLANK = re.compile(r"nothing|nowhere|already lost|smaller than one texel")
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """One of the four kinds; `cause` is what cases of the same kind are grouped by, `detail` the whole story."""
+    """One of the four kinds; cases of the same kind are grouped by `cause`; `detail` has the full text."""
 
     kind: str
     cause: str = ""
@@ -33,11 +33,11 @@ class Verdict:
 
 
 class Wrong(AssertionError):
-    """A picture came out that must not."""
+    """A frame violates an invariant."""
 
 
 def judged(work: Callable[[], None]) -> Verdict:
-    """Run `work` and say how it ended. Anything but a GlshadowError or a GlshadowWarning is a failure."""
+    """Run `work` and classify its result. Anything but a GlshadowError or a GlshadowWarning is a failure."""
     with warnings.catch_warnings(record=True) as caught, np.errstate(all="warn", under="ignore"):
         warnings.simplefilter("always")
         try:
@@ -68,14 +68,14 @@ def _first(caught: Sequence[warnings.WarningMessage]) -> str:
 
 
 def _place(error: BaseException) -> str:
-    """Innermost line of the package, else of anything."""
+    """Innermost line of the package, otherwise of any code."""
     frames = traceback.extract_tb(error.__traceback__)
     ours = [frame for frame in frames if "/glshadow/" in frame.filename] or list(frames)
     return f"{Path(ours[-1].filename).name}:{ours[-1].lineno}"
 
 
 def _shape(message: str) -> str:
-    """A message without its names and numbers, so that equal causes count together."""
+    """A message without its names and numbers, so that equal causes are grouped."""
     words = ["#" if any(c.isdigit() for c in word) else word for word in message.split() if ".glb" not in word]
     return " ".join(words)[:100]
 
@@ -97,7 +97,7 @@ def checked_case(renderer: gs.Renderer, case: Any) -> gs.Frame:
 def checked_render(
     renderer: gs.Renderer, scene: gs.Scene, camera: Any, lights: Any, size: tuple[int, int], **options: Any
 ) -> gs.Frame:
-    """Render twice; Wrong unless both are equal, finite, in range, of the right shape, and show a surface."""
+    """Render twice; raises Wrong unless both are equal, finite, in range, of the right shape, and show a surface."""
     frame = renderer.render(scene, camera, lights, size, outputs=OUTPUTS, **{"samples": 1, **options})
     _check(frame)
     with warnings.catch_warnings():
@@ -113,9 +113,9 @@ def checked_render(
 
 
 def _differing(first: NDArray[Any], second: NDArray[Any], name: str) -> int:
-    """How many values differ by more than what comes of float32 below its least normal number, 1.2e-38.
+    """How many values differ by more than float32's subnormal numbers, below 1.2e-38.
 
-    There llvmpipe's threads flush to zero or do not, as it happens (Mesa 22.3); a light then multiplies the difference by its
+    llvmpipe's threads may or may not flush these to zero (Mesa 22.3); a light then multiplies the difference by its
     strength, which reaches 1e18.
     """
     if first.dtype.kind != "f":

@@ -1,4 +1,4 @@
-"""Small glTF files that ask for much: how each is made. Run as a script it loads and renders one, and prints what that cost."""
+"""Small glTF files that expand to much data, and how each is made. Run as a script it loads and renders one, and prints the cost."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ PLACED = {"extensions": {"KHR_lights_punctual": {"light": 0}}}
 
 
 def one_mesh(*nodes: dict, **top: object) -> tuple[Glb, dict]:
-    """A file whose mesh 0 is to be made, and a primitive of one triangle."""
+    """A file with an empty mesh 0, and a primitive of one triangle."""
     file = Glb(nodes=list(nodes) or [{"mesh": 0}], **top)
     return file, {"attributes": {"POSITION": file.add(TRIANGLE)}}
 
 
 def nodes(*given: dict) -> Glb:
-    """One triangle in these nodes."""
+    """One triangle, used by these nodes."""
     file, primitive = one_mesh(*given)
     file.mesh(primitive)
     return file
 
 
 def without_data(count: int, indexed: bool = False) -> Glb:
-    """Positions, or indices, that are declared and nowhere stored."""
+    """Positions, or indices, that are declared but not stored."""
     file = Glb(nodes=[{"mesh": 0}])
     primitive = {"attributes": {"POSITION": file.declare(3 if indexed else count)}}
     if indexed:
@@ -48,7 +48,7 @@ def without_data(count: int, indexed: bool = False) -> Glb:
 
 
 def sparse(count: int, used: bool) -> Glb:
-    """Three stored positions of very many; `used`: triangles ask for all of them."""
+    """Three stored positions of very many; `used`: triangles reference all of them."""
     file = Glb(nodes=[{"mesh": 0}])
     rows, values = file.view(np.arange(3, dtype="<u4")), file.view(TRIANGLE.astype("<f4"))
     places = {"count": 3, "indices": {"bufferView": rows, "componentType": 5125}, "values": {"bufferView": values}}
@@ -60,7 +60,7 @@ def sparse(count: int, used: bool) -> Glb:
 
 
 def gpu_instances(count: int, spread: bool) -> Glb:
-    """EXT_mesh_gpu_instancing; `spread`: with places that are stored."""
+    """EXT_mesh_gpu_instancing; `spread`: with stored positions."""
     file, primitive = one_mesh({"mesh": 0})
     places = np.random.default_rng(1).uniform(0.0, 300.0, (count, 3))
     translation = file.add(places) if spread else file.declare(count)
@@ -70,7 +70,7 @@ def gpu_instances(count: int, spread: bool) -> Glb:
 
 
 def materials(count: int) -> Glb:
-    """As many primitives, each in a colour of its own."""
+    """Many primitives, each in a colour of its own."""
     colors = [{"pbrMetallicRoughness": {"baseColorFactor": [k / count, 0.5, 0.5, 1]}} for k in range(count)]
     file, primitive = one_mesh(materials=colors)
     file.mesh(*({**primitive, "material": k} for k in range(count)))
@@ -85,7 +85,7 @@ def repeated(count: int) -> Glb:
 
 
 def chain(count: int) -> Glb:
-    """Every node below the one before."""
+    """Every node is the child of the previous one."""
     return nodes(*({"children": [k + 1], "translation": [0.01, 0, 0]} for k in range(count - 1)), {"mesh": 0})
 
 
@@ -97,7 +97,7 @@ def lights(count: int, kind: str) -> Glb:
 
 
 def amplified(placed: int, triangles: int) -> Glb:
-    """A small mesh in many places."""
+    """A small mesh at many places."""
     places = [{"mesh": 0, "translation": [12 * (k % 80), 0, 12 * (k // 80)]} for k in range(placed)]
     file = Glb(nodes=places)
     corners = np.random.default_rng(0).uniform(0.0, 1.0, (triangles, 3, 3))
@@ -117,7 +117,7 @@ def shapes_and_materials(count: int, triangles: int) -> Glb:
 
 
 def textured(*pictures: bytes) -> Glb:
-    """A triangle per picture."""
+    """One triangle per image."""
     count = len(pictures)
     infos = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": k}}} for k in range(count)]
     file, primitive = one_mesh(materials=infos, textures=[{"source": k} for k in range(count)])
@@ -130,7 +130,7 @@ def textured(*pictures: bytes) -> Glb:
 
 
 def png(side: int, channels: int = 3, bits: int = 8, interlaced: bool = False) -> bytes:
-    """A black picture: a thousandth of its pixels."""
+    """A black image: its file is a thousandth of its pixels."""
     packer, row = zlib.compressobj(9), b"\0" + bytes(side * channels * bits // 8)
     data = b"".join(packer.compress(row * 64) for _ in range(side // 64)) + packer.flush()
     kind = {1: 0, 3: 2, 4: 6}[channels]
@@ -142,7 +142,7 @@ def png(side: int, channels: int = 3, bits: int = 8, interlaced: bool = False) -
 
 
 def jpeg_of_many_scans(side: int, scans: int) -> bytes:
-    """A progressive grey picture whose last scan comes again and again: a few bytes each, a pass over every pixel each."""
+    """A progressive grey image whose last scan is repeated: a few bytes each, a pass over every pixel each."""
     from PIL import Image
 
     stream = io.BytesIO()
@@ -186,7 +186,7 @@ GROUPS: dict[str, tuple[Callable[[], Glb], str]] = {
 
 
 def main(path: str) -> None:
-    """Load and render; prints a JSON object of what came of it, seconds of processor time and bytes of memory."""
+    """Load and render; prints a JSON object with the result, seconds of processor time and bytes of memory."""
     import glshadow as gs
 
     warnings.simplefilter("ignore")
@@ -201,7 +201,7 @@ def main(path: str) -> None:
 
 
 def peak_memory() -> int:
-    """Bytes; of this program alone, where ru_maxrss also remembers the process that it was forked from."""
+    """Bytes; of this program alone, while ru_maxrss includes the process that it was forked from."""
     found = re.search(r"VmHWM:\s+(\d+) kB", Path("/proc/self/status").read_text())
     assert found is not None
     return 1024 * int(found[1])

@@ -14,7 +14,7 @@ COLUMNS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
 
 
 class Glb:
-    """JSON and binary chunk of a file in the making.
+    """JSON and binary chunk of a file under construction.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Glb:
         return len(self.json["meshes"]) - 1
 
     def save(self, path: Path) -> Path:
-        """Write it; a file without scenes gets one of all its nodes that are nobody's children."""
+        """Write the file; without scenes, it gets one of all nodes that are no other node's children."""
         nodes = self.json.get("nodes", [])
         below = {child for node in nodes for child in node.get("children", ())}
         document = {"scenes": [{"nodes": [k for k in range(len(nodes)) if k not in below]}], **self.json}

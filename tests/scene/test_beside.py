@@ -1,4 +1,4 @@
-"""Files that a model names: none outside its folder, none read further than asked, and all of them together limited."""
+"""Files that a model names: none outside its folder, none read beyond what is used, and all of them limited in total."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def gltf(path: Path, uri: str = "a.bin", length: int = 36, **more: Any) -> Path:
 
 
 def sparse(path: Path, size: int, head: bytes = b"") -> Path:
-    """A file of `size` bytes that takes no room on the disk."""
+    """A sparse file of `size` bytes that occupies no disk space."""
     with path.open("wb") as file:
         file.write(head)
         file.truncate(size)
@@ -48,7 +48,7 @@ def sparse(path: Path, size: int, head: bytes = b"") -> Path:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """That of the models; beside it what they must not read."""
+    """The model's folder; beside it are files that a model must not read."""
     (tmp_path / "outside").mkdir()
     (tmp_path / "outside/secret.bin").write_bytes(CORNERS)
     (tmp_path / "outside/secret.mtl").write_text("newmtl m\nKd 1 0 0\n")
@@ -58,7 +58,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("through", ["file", "folder", "chain"])
-def test_links_out_of_the_folder_are_not_followed(folder: Path, through: str) -> None:
+def test_symlinks_out_of_the_folder_are_refused(folder: Path, through: str) -> None:
     def link(ending: str) -> str:
         target = folder.parent / "outside" / f"secret.{ending}"
         if through == "folder":
@@ -86,8 +86,8 @@ def test_links_out_of_the_folder_are_not_followed(folder: Path, through: str) ->
         assert (material.color[:3], material.texture) == ((1.0, 1.0, 1.0), None)
 
 
-def test_links_inside_the_folder_are_followed(folder: Path, tmp_path: Path) -> None:
-    """And the model itself, and its folder, may be links."""
+def test_symlinks_inside_the_folder_are_followed(folder: Path, tmp_path: Path) -> None:
+    """The model itself, and its folder, may be links."""
     (folder / "store").mkdir()
     (folder / "store/data").write_bytes(CORNERS)
     (folder / "a.bin").symlink_to("store/data")
@@ -100,7 +100,7 @@ def test_links_inside_the_folder_are_followed(folder: Path, tmp_path: Path) -> N
         gs.load(tmp_path / "outside/a.gltf")
 
 
-def test_a_buffer_is_read_as_far_as_it_is_declared(folder: Path) -> None:
+def test_buffer_is_read_up_to_its_declared_length(folder: Path) -> None:
     gltf(folder / "a.gltf")
     sparse(folder / "a.bin", 20 * GIB, CORNERS)
     budget = Budget()
@@ -153,8 +153,8 @@ HUGE: dict[str, tuple[Callable[[Path], Path], str]] = {
 
 
 @pytest.mark.parametrize("name", HUGE)
-def test_a_huge_file_is_refused_before_it_is_read(folder: Path, name: str) -> None:
-    """In a process that has 4 GB of addresses less than it would need."""
+def test_huge_file_is_refused_before_reading(folder: Path, name: str) -> None:
+    """In a process that may address 4 GB less than reading would need."""
     make, said = HUGE[name]
     path = make(folder)
     code = (
@@ -169,7 +169,7 @@ def test_a_huge_file_is_refused_before_it_is_read(folder: Path, name: str) -> No
     assert re.search(said, done.stdout), done.stdout
 
 
-def test_all_files_together_are_limited(folder: Path) -> None:
+def test_total_file_size_is_limited(folder: Path) -> None:
     (folder / "a.bin").write_bytes(CORNERS)
     path = gltf(folder / "a.gltf")
     size = path.stat().st_size + 36
@@ -178,8 +178,8 @@ def test_all_files_together_are_limited(folder: Path) -> None:
         gs.load(path, limits=Limits(file_bytes=size - 1))
 
 
-def test_what_is_read_and_what_is_missing_is_known(folder: Path) -> None:
-    """What a batch compares before it keeps a picture."""
+def test_read_and_missing_files_are_recorded(folder: Path) -> None:
+    """The files that a batch compares before it reuses an image."""
     image.write(folder / "Red.png", np.full((2, 2, 3), 9, np.uint8))
     (folder / "a.mtl").write_text("newmtl m\nmap_Kd red.png\nnewmtl n\nmap_Kd none.png\n")
     (folder / "a.obj").write_text(f"mtllib a.mtl\nusemtl m\n{TRIANGLE}usemtl n\nf 1/1 2/2 3/3\n")
@@ -190,7 +190,7 @@ def test_what_is_read_and_what_is_missing_is_known(folder: Path) -> None:
 
 
 def chunks(folder: Path, count: int) -> Path:
-    """A GLB of a triangle with its buffer behind so many empty chunks of an unknown kind."""
+    """A GLB of a triangle whose buffer follows so many empty chunks of an unknown kind."""
     text = gltf(folder / "a.gltf").read_text().replace(', "uri": "a.bin"', "").encode()
     text += b" " * (-len(text) % 4)
     body = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", 0, 5) * count
@@ -199,14 +199,14 @@ def chunks(folder: Path, count: int) -> Path:
     return folder / "a.glb"
 
 
-def test_chunks_of_a_glb_are_not_kept(folder: Path) -> None:
+def test_unknown_glb_chunks_are_not_kept(folder: Path) -> None:
     assert len(gs.load(chunks(folder, 3)).nodes) == 1
     with pytest.raises(gs.SceneError, match="neither an uri nor a binary chunk"):
         gs.load(chunks(folder, 3_000_000))
 
 
 def seconds(call: Callable[[], object]) -> float:
-    """Of processor time, the least of three."""
+    """Processor time, the minimum of three."""
     taken = []
     for _ in range(3):
         start = time.process_time()
@@ -215,8 +215,8 @@ def seconds(call: Callable[[], object]) -> float:
     return min(taken)
 
 
-def test_names_of_missing_files_cost_each_the_same(folder: Path) -> None:
-    """Four times as many take four times as long; where each looks through all before it, fifteen times (measured)."""
+def test_missing_file_names_cost_linear_time(folder: Path) -> None:
+    """Four times as many take four times as long; a search through all earlier names would take fifteen times (measured)."""
 
     def look(count: int) -> None:
         beside = Beside(folder, [], Budget())
@@ -228,8 +228,8 @@ def test_names_of_missing_files_cost_each_the_same(folder: Path) -> None:
 
 @pytest.mark.filterwarnings("ignore::glshadow.GlshadowWarning")
 @pytest.mark.parametrize("space", [" ", "\n{word} "], ids=["in a line", "in lines"])
-def test_libraries_beyond_the_hundredth_are_not_looked_for(folder: Path, space: str) -> None:
-    """They cost no more than names of materials; each looked for on the disk, they took 18 and 95 times that (measured)."""
+def test_material_libraries_beyond_the_hundredth_are_ignored(folder: Path, space: str) -> None:
+    """They cost no more than names of materials; with a look-up on the disk for each, 18 and 95 times as much (measured)."""
 
     def load(word: str) -> None:
         names = space.format(word=word).join(f"m{k}.mtl" for k in range(100_000))
@@ -239,7 +239,7 @@ def test_libraries_beyond_the_hundredth_are_not_looked_for(folder: Path, space: 
     assert seconds(lambda: load("mtllib")) < 4.0 * seconds(lambda: load("usemtl"))
 
 
-def test_a_name_longer_than_a_path_is_missing(folder: Path) -> None:
+def test_overlong_file_name_is_missing(folder: Path) -> None:
     (folder / "a.obj").write_text(f"mtllib {'x/' * 500_000}\n{TRIANGLE}")
     with pytest.warns(gs.GlshadowWarning, match="is missing"):
         gs.load(folder / "a.obj")

@@ -1,4 +1,4 @@
-"""Built-in scenes: the courtyard's geometry against trimesh's, and what the analytic scenes promise."""
+"""Built-in scenes: the courtyard's geometry against trimesh's, and the closed forms of the analytic scenes."""
 
 import importlib.util
 import os
@@ -21,14 +21,14 @@ BENCH = MODELS.parent / "bench" / "courtyard.py"
 
 
 def sorted_triangles(corners):
-    """Triangles (T, 3, 3) in an order that vertex order (but not winding) does not change; rounded only to compare."""
+    """Triangles (T, 3, 3) in an order that is independent of vertex order (but not of winding); rounded only to compare."""
     key = corners.round(9) + 0.0
     first = np.lexsort(key.reshape(-1, 3).T[::-1])
     rank = np.zeros(len(first), dtype=np.int64)
     rank[first] = np.arange(len(first))
     rank = rank.reshape(-1, 3)
     same = (key[:, :, None] == key[:, None, :]).all(-1)
-    rank = np.where(same, rank[:, None, :], len(first)).min(axis=2)  # equal corners get equal ranks
+    rank = np.where(same, rank[:, None, :], len(first)).min(axis=2)  # equal corners have equal ranks
     start = rank.argmin(axis=1)
     turned = np.stack([corners[np.arange(len(corners)), (start + k) % 3] for k in range(3)], axis=1)
     flat = turned.reshape(len(turned), 9)
@@ -51,12 +51,12 @@ def assert_same_triangles(ours, theirs):
     ],
     ids=["box", "cylinder", "torus", "icosphere"],
 )
-def test_solids_are_trimeshs(ours, theirs):
+def test_solids_equal_those_of_trimesh(ours, theirs):
     positions, triangles = ours
     assert_same_triangles(positions[triangles], np.asarray(theirs().triangles))
 
 
-def test_courtyard_is_the_benchmarks():
+def test_courtyard_equals_the_benchmark_scene():
     if not BENCH.exists():
         pytest.skip(f"optional: {BENCH} is not here")
     spec = importlib.util.spec_from_file_location("bench_courtyard", BENCH)
@@ -81,7 +81,7 @@ def test_courtyard_facts():
     np.testing.assert_allclose(sphere.normals, radial, atol=2e-3)  # angle weights on facets of 0.03 rad
 
 
-def test_courtyard_starts_without_trimesh_or_scipy():
+def test_courtyard_needs_neither_trimesh_nor_scipy():
     code = (
         "import sys; from glshadow import scenes; scenes.courtyard();"
         "sys.exit('heavy' if {'trimesh', 'scipy', 'embreex'} & set(sys.modules) else 0)"

@@ -1,4 +1,4 @@
-"""STL, OFF and PLY as exporters write them beside the letter of the format, each with the value that is right."""
+"""STL, OFF and PLY files as exporters write them, deviating from the specification, each with the correct result."""
 
 import struct
 import subprocess
@@ -21,14 +21,14 @@ ARROW = np.array([[0, 0, 0], [3, 1, 0], [0, 2, 0], [1, 1, 0]], dtype=float)
 
 
 def area(scene):
-    """Sum of the triangles' areas, and the sum of their area vectors' z: equal where all face +z and none lies over another."""
+    """Sum of the triangles' areas, and the sum of their area vectors' z: equal if all face +z and none overlap."""
     corners = np.concatenate([node.mesh.positions[node.mesh.triangles] for node in scene.nodes])
     vectors = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     return float(np.linalg.norm(vectors, axis=1).sum()), float(vectors[:, 2].sum())
 
 
 def loaded(path, data, note=None):
-    """The scene of a file made of `data`; with `note`, the only warning must match it."""
+    """The scene of a file with the content `data`; with `note`, the only warning must match it."""
     path.write_bytes(data if isinstance(data, bytes) else data.encode())
     if note is None:
         return load(path)
@@ -39,7 +39,7 @@ def loaded(path, data, note=None):
 
 
 def colors(scene):
-    """Linear colour at each corner: what the material and the vertices give together."""
+    """Linear colour at each corner: material times vertices."""
     (node,) = scene.nodes
     base = np.asarray(node.mesh.material.color)
     tints = np.ones((len(node.mesh.positions), 4)) if node.mesh.colors is None else node.mesh.colors
@@ -87,7 +87,7 @@ def test_stl(tmp_path, data, note):
     assert area(scene) == (6.0, 6.0)
 
 
-def test_stl_cut_off_is_refused(tmp_path):
+def test_truncated_stl_is_refused(tmp_path):
     with pytest.raises(SceneError, match="declares 3 facets, 234 bytes, but the file has 184"):
         loaded(tmp_path / "plate.stl", binary_stl(count=3))
 
@@ -191,7 +191,7 @@ BYTES = ["uchar red", "uchar green", "uchar blue"]
 @pytest.mark.parametrize("end", ["\n", "\r", "\r\n"])
 @pytest.mark.parametrize("kind", PLY)
 def test_ply_strips(tmp_path, kind, end):
-    """Two strips in one row, and one in another; every second triangle of a strip is wound the other way."""
+    """Two strips in one row, and one in another; every second triangle of a strip has reversed winding."""
     grid = ("vertex", PLACE, [[x, y, 0.0] for x in range(4) for y in range(2)])
     strips = ("tristrips", ["int int vertex_indices"], [[[1, 0, 3, 2, -1, 3, 2, 5, 4]], [[5, 4, 7, 6]]])
     scene = loaded(tmp_path / "s.ply", ply(kind, grid, strips, end=end))
@@ -234,7 +234,7 @@ def test_ply_colours_multiply_and_alpha_is_linear(tmp_path):
     np.testing.assert_allclose(mesh.colors[mesh.triangles[:, 0]], [[1, 0, 0, 0.2], [0, 1, 0, 0.2]], atol=1e-6)
 
 
-def test_ply_of_one_colour_is_a_material(tmp_path):
+def test_ply_of_uniform_colour_becomes_a_material(tmp_path):
     vertices = ("vertex", [*PLACE, *BYTES], [[*p, 188, 188, 188] for p in SQUARE.tolist()])
     mesh = (
         loaded(tmp_path / "c.ply", ply("ascii", vertices, ("face", ["uchar int vertex_indices"], [[[0, 1, 2]]])))
@@ -289,7 +289,7 @@ def test_broken_ply(tmp_path, data, pattern):
 # --- all of them ---
 
 
-def test_colours_reach_the_picture(tmp_path):
+def test_colours_reach_the_image(tmp_path):
     """Half of a plate is red, half is blue: its pixels are, and no others are coloured."""
     table = [[*p, 255 * (p[0] < 1), 0, 255 * (p[0] >= 1)] for p in ([0, 0, 0], [0.999, 0, 0], [0.999, 3, 0], [0, 3, 0])]
     table += [[x + 1, y, z, 0, 0, 255] for x, y, z, *_ in table]
@@ -305,7 +305,7 @@ def test_colours_reach_the_picture(tmp_path):
 
 
 def test_mesh_files_need_neither_trimesh_nor_the_filters_of_warnings(tmp_path):
-    """Importing trimesh takes a second; filters of warnings belong to the whole process, and changing them is not thread-safe."""
+    """Importing trimesh takes a second; warning filters belong to the whole process, and changing them is not thread-safe."""
     (tmp_path / "a.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
     code = f"import sys; from glshadow.io.load import load; load({str(tmp_path / 'a.off')!r}); sys.exit('trimesh' in sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

@@ -1,4 +1,4 @@
-"""OBJ and MTL as exporters write them beside the letter of the format, each with the value that is right."""
+"""OBJ and MTL files as exporters write them, deviating from the specification, each with the correct result."""
 
 import warnings
 
@@ -60,7 +60,7 @@ def test_obj_concave(tmp_path):
 
 @pytest.mark.parametrize(("red", "half"), [("1 0 0", "0.5019607843137255 0 0"), ("255 0 0", "128 0 0")])
 def test_obj_vertex_colours(tmp_path, red, half):
-    """Behind the place, in sRGB; a vertex without is white, and a fourth number alone is a weight."""
+    """After the position, in sRGB; a vertex without is white, and a fourth number alone is a weight."""
     text = f"v 0 0 0 {red}\nv 1 0 0 {half}\nv 0 1 0\nv 1 1 0 0.5\nf 1 2 3\nf 2 4 3\n"
     found = colors(loaded(tmp_path / "a.obj", text))
     expected = {
@@ -73,7 +73,7 @@ def test_obj_vertex_colours(tmp_path, red, half):
         np.testing.assert_allclose(found[place], color, atol=1e-5)  # float32, rounded to five digits
 
 
-def test_obj_parts_are_materials(tmp_path):
+def test_obj_material_groups_become_nodes(tmp_path):
     (tmp_path / "m.mtl").write_text("newmtl a\nKd 1 0 0\nnewmtl b\nKd .5\nd 0.25\n")
     text = f"mtllib m.mtl\n{CORNERS}o one\nf 1 2 3\nusemtl a\nf 1 3 4\nusemtl b\nf 1 2 4\nusemtl a\nf 2 3 4\nusemtl c\n"
     scene = loaded(tmp_path / "a.obj", text, "1 of 3 placed meshes are alpha blended")
@@ -103,7 +103,7 @@ def test_broken_obj(tmp_path, text, pattern):
 def test_references_to_missing_attributes_are_noted(tmp_path):
     with pytest.warns(GlshadowWarning, match=r"1 corner\(s\) refer to normals that do not exist"):
         mesh = load_text(tmp_path, CORNERS + "f 1//1 2//1 3//7\n").nodes[0].mesh
-    assert mesh.normals.tolist() == [[0, 0, 1]] * 3  # that of the face, where there is none
+    assert mesh.normals.tolist() == [[0, 0, 1]] * 3  # the face's normal, if there is none
 
 
 def load_text(folder, text):
@@ -153,10 +153,10 @@ def test_map_options(pictures, line, size):
     assert mesh.uv[mesh.triangles[0]].tolist() == [[0, 0], [1, 0], [1, 1]]
 
 
-@pytest.mark.parametrize(("asked", "there"), [("PLAIN.PNG", "plain.png"), ("Tex\\Red One.PNG", "tex/red one.png")])
-def test_a_name_of_other_case_is_found(pictures, asked, there):
+@pytest.mark.parametrize(("written", "there"), [("PLAIN.PNG", "plain.png"), ("Tex\\Red One.PNG", "tex/red one.png")])
+def test_file_name_of_other_case_is_found(pictures, written, there):
     with pytest.warns(GlshadowWarning, match=f"is there as '{there}': used"):
-        assert textured(pictures, f"map_Kd {asked}").material.texture is not None
+        assert textured(pictures, f"map_Kd {written}").material.texture is not None
 
 
 def test_map_scale_and_offset(pictures):
@@ -178,7 +178,7 @@ def test_map_scale_and_offset(pictures):
         ("map_Kd ../plain.png", "outside the model's folder"),
     ],
 )
-def test_what_cannot_be_honoured_is_said(pictures, line, pattern):
+def test_unsupported_statements_warn(pictures, line, pattern):
     if line == "map_Kd -unknown plain.png":
         line = "map_Kd -unknown word"
     with pytest.warns(GlshadowWarning, match=pattern):

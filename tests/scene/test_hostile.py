@@ -1,4 +1,4 @@
-"""Every hostile file has its expected outcome: loads, loads with a warning, or a SceneError; never anything else."""
+"""Every hostile file has its expected outcome: it loads, loads with a warning, or raises a SceneError; nothing else."""
 
 import importlib.util
 import json
@@ -138,7 +138,7 @@ def test_no_file_without_an_outcome(models):
 def test_outcome(models, name, capfd):
     path = models / "hostile" / name
     kind, pattern = (LOADS, "") if OUTCOMES[name] == LOADS else OUTCOMES[name]
-    with at_most(5.0):  # a hundred times what the slowest needs; without care the 2,000 nodes take minutes
+    with at_most(5.0):  # a hundred times the slowest file's need; without limits the 2,000 nodes take minutes
         check_outcome(path, kind, pattern)
     printed = capfd.readouterr()
     assert printed.out + printed.err == "", "a loader's log lines leaked"
@@ -175,8 +175,8 @@ def hostile(models, name):
         return load(models / "hostile" / name)
 
 
-def test_what_was_read_is_right(models):
-    assert world_extents(hostile(models, "SimpleSparseAccessor.gltf"))[1] == 4.0  # the sparse accessor lifts to 2, 3, 4
+def test_loaded_geometry_is_correct(models):
+    assert world_extents(hostile(models, "SimpleSparseAccessor.gltf"))[1] == 4.0  # sparse values: 2, 3, 4
     quantized = world_extents(hostile(models, "milk_truck_quantized.glb"))
     # 1e-3: int16 steps of a truck of 4.9 m are 1.5e-4
     np.testing.assert_allclose(quantized, world_extents(load(models / "milk_truck.glb")), atol=1e-3)
@@ -193,7 +193,7 @@ def test_what_was_read_is_right(models):
     strip = hostile(models, "Mesh_PrimitiveMode_04.gltf").nodes[0].mesh
     corners = strip.positions[strip.triangles]
     facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
-    assert (facing > 0).all() or (facing < 0).all()  # every second triangle of a strip is wound the other way
+    assert (facing > 0).all() or (facing < 0).all()  # every second triangle of a strip has reversed winding
     assert len(hostile(models, "polygonfaces.obj").nodes[0].mesh.triangles) == 3
     assert len(hostile(models, "multibody.stl").nodes) == 2
 
@@ -217,7 +217,7 @@ def test_bad_normals_become_face_normals(models):
     faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     faces /= np.linalg.norm(faces, axis=1, keepdims=True)
     agreement = np.einsum("tij,tj->ti", mesh.normals[mesh.triangles].astype(float), faces)
-    assert agreement.max() > 0.99  # a box: what is not broken, and what is replaced, follows its faces
+    assert agreement.max() > 0.99  # a box: valid normals, and those that are replaced, equal the faces'
 
 
 def test_huge_header_needs_no_memory(models):
@@ -300,7 +300,7 @@ def test_broken_gltf_is_refused(tmp_path, changes, pattern):
     assert str(raised.value).startswith("broken.glb")
 
 
-def test_any_byte_or_digit_changed_ends_in_a_scene_or_a_scene_error(tmp_path, rng):
+def test_random_byte_changes_give_a_scene_or_a_scene_error(tmp_path, rng):
     plain = triangle()
     digits = [place for place in range(20, len(plain) - 44) if plain[place : place + 1].isdigit()]
     path = tmp_path / "fuzz.glb"
@@ -324,7 +324,7 @@ def test_any_byte_or_digit_changed_ends_in_a_scene_or_a_scene_error(tmp_path, rn
 
 
 @pytest.mark.parametrize(("name", "keep"), [("athlete_robot.stl", 0.5), ("terrain_jacksboro.ply", 0.5)])
-def test_cut_off_files_are_refused(models, tmp_path, name, keep):
+def test_truncated_files_are_refused(models, tmp_path, name, keep):
     data = (models / name).read_bytes()
     (tmp_path / name).write_bytes(data[: int(len(data) * keep)])
     with pytest.raises(SceneError, match=name):
@@ -351,7 +351,7 @@ def test_nothing_outside_the_folder_is_read_for_an_obj(tmp_path, models):
 @pytest.mark.parametrize(
     ("source", "pattern"), [("nowhere.glb", "no such file"), ("scene.fbx", ".glb, .gltf"), (5, "int")]
 )
-def test_what_is_no_model(source, pattern, tmp_path):
+def test_non_models_are_refused(source, pattern, tmp_path):
     if source == "nowhere.glb":
         source = Path(tmp_path, source)
     with pytest.raises(SceneError, match=pattern):

@@ -1,4 +1,4 @@
-"""Images: what is written comes back, whole or not at all, and errors name the path."""
+"""Images: written files read back the same, completely or not at all, and errors name the path."""
 
 import os
 import time
@@ -18,7 +18,7 @@ def picture(rng):
 
 
 @pytest.mark.parametrize("suffix", [".png", ".tif", ".tiff"])
-def test_bytes_come_back(tmp_path, picture, suffix):
+def test_bytes_round_trip(tmp_path, picture, suffix):
     path = tmp_path / f"a{suffix}"
     image.write(path, picture)
     assert np.array_equal(image.read(path)[..., :3], picture)
@@ -27,7 +27,7 @@ def test_bytes_come_back(tmp_path, picture, suffix):
 
 
 @pytest.mark.parametrize("suffix", [".jpg", ".jpeg"])
-def test_jpeg_is_near(tmp_path, suffix):
+def test_jpeg_round_trip_is_close(tmp_path, suffix):
     ramp = np.broadcast_to(np.linspace(0, 255, 64).astype(np.uint8)[None, :, None], (32, 64, 3))
     image.write(tmp_path / f"a{suffix}", ramp)
     # 6 of 255: quality 95 on a smooth ramp
@@ -84,7 +84,7 @@ def test_float_tiff(tmp_path, rng):
 def test_equal_pixels_give_equal_bytes(tmp_path, picture, suffix):
     first, second = tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"
     image.write(first, picture)
-    time.sleep(1.1)  # EXR and TIFF would carry the second of writing
+    time.sleep(1.1)  # EXR and TIFF would contain the second of writing
     image.write(second, picture)
     assert first.read_bytes() == second.read_bytes()
 
@@ -124,7 +124,7 @@ def test_permissions_follow_the_umask(tmp_path, picture):
         ("a.exr", {}, "one size"),
     ],
 )
-def test_what_cannot_be_written(tmp_path, name, pixels, pattern):
+def test_unsupported_images_are_refused(tmp_path, name, pixels, pattern):
     with pytest.raises(SettingsError, match=pattern):
         image.write(tmp_path / name, pixels)
     assert list(tmp_path.iterdir()) == []
@@ -136,7 +136,7 @@ def test_unwritable_path(tmp_path, picture):
 
 
 @pytest.mark.parametrize("data", [b"", b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff", b"text"])
-def test_what_cannot_be_read(tmp_path, data):
+def test_unreadable_data_is_refused(tmp_path, data):
     with pytest.raises(SceneError, match="cannot be read as an image"):
         image.read(data)
     (tmp_path / "a.png").write_bytes(data)
@@ -146,14 +146,14 @@ def test_what_cannot_be_read(tmp_path, data):
         image.read(tmp_path / "b.png")
 
 
-def test_a_cut_off_picture_is_refused(tmp_path, rng):
+def test_truncated_image_is_refused(tmp_path, rng):
     image.write(tmp_path / "a.png", rng.integers(0, 256, (64, 64, 3), dtype=np.uint8))
     data = (tmp_path / "a.png").read_bytes()
     with pytest.raises(SceneError, match="cannot be read as an image"):
         image.read(data[: len(data) // 2])
 
 
-def test_a_huge_picture_is_refused_before_memory_is_asked_for(tmp_path):
+def test_huge_image_is_refused_before_allocation(tmp_path):
     import struct
     import zlib
 

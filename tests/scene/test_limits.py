@@ -1,4 +1,4 @@
-"""A small file must not take minutes or gigabytes: it is drawn, or refused by the name of a limit before memory is taken."""
+"""A small file must not take minutes or gigabytes: it is rendered, or refused with the name of a limit before allocation."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from . import costly
 from .glb import Glb
 
 SECONDS = 10.0
-"""Of processor time of a quiet core, for one load and one picture of 96 x 64; measured: 5 at most."""
+"""Processor time of an idle core, for one load and one frame of 96 x 64; measured: 5 at most."""
 MEMORY = 1_400_000_000
-"""Bytes: six million triangles, the most that a group draws, of 200 each, and Python with its libraries."""
+"""Bytes: six million triangles, the maximum of a group, of 200 each, and Python with its libraries."""
 
 
 @pytest.mark.parametrize("name", costly.GROUPS)
@@ -66,7 +66,9 @@ def lit(count: int) -> Glb:
         (costly.nodes({"mesh": 0}), {"seconds": 1e-9}, "seconds of reading; the limit is 1e-09"),
     ],
 )  # fmt: skip
-def test_every_limit_is_asked_and_can_be_raised(tmp_path: Path, made: Glb, limits: dict[str, Any], said: str) -> None:
+def test_every_limit_is_enforced_and_can_be_raised(
+    tmp_path: Path, made: Glb, limits: dict[str, Any], said: str
+) -> None:
     path = made.save(tmp_path / "made.glb")
     load(path)
     (field,) = limits
@@ -76,14 +78,14 @@ def test_every_limit_is_asked_and_can_be_raised(tmp_path: Path, made: Glb, limit
     assert str(raised.value).startswith("made.glb: ")
 
 
-def test_expansion_counts_what_is_taken_beyond_what_is_free() -> None:
+def test_expansion_limit_counts_beyond_the_free_allowance() -> None:
     budget = Budget(Limits(expansion=10.0), read_bytes=1000)
     budget.take(budget.FREE + 9_000, "first")
     with pytest.raises(SceneError, match="second: 11 bytes of memory per byte read"):
         budget.take(2_000, "second")
 
 
-def test_a_raised_limit_draws_the_picture(tmp_path: Path) -> None:
+def test_raised_limit_renders(tmp_path: Path) -> None:
     path = costly.textured(costly.png(8192, 1)).save(tmp_path / "large.glb")
     with pytest.raises(SceneError, match="expansion"):
         load(path)
@@ -92,22 +94,22 @@ def test_a_raised_limit_draws_the_picture(tmp_path: Path) -> None:
     assert texture.shape == (8192, 8192, 4)
 
 
-def test_limits_are_checked() -> None:
+def test_bad_limits_are_refused() -> None:
     with pytest.raises(SettingsError, match="Limits nodes must be an integer"):
         gs.Limits(nodes=0)
     with pytest.raises(SettingsError, match="limits must be"):
         load("whatever.glb", limits=3)  # type: ignore[arg-type]
 
 
-def test_a_refused_image_is_no_broken_one(tmp_path: Path) -> None:
-    """A picture that cannot be decoded costs itself, one that is too large the scene; both are found before decoding."""
+def test_oversized_image_differs_from_a_broken_one(tmp_path: Path) -> None:
+    """An undecodable image is dropped, an oversized one refuses the scene; both are detected before decoding."""
     path = costly.textured(b"\xff\xd8\xff\xe0 no frame header").save(tmp_path / "made.glb")
     with pytest.warns(gs.GlshadowWarning, match="JPEG without a frame header"):
         load(path)
 
 
-def test_a_part_of_a_large_accessor_costs_what_it_uses(tmp_path: Path) -> None:
-    """As exporters write whole scenes: one list of vertices, of which each primitive uses some."""
+def test_part_of_a_large_accessor_costs_what_it_uses(tmp_path: Path) -> None:
+    """As exporters write whole scenes: one vertex buffer, of which each primitive uses a part."""
     file = Glb(nodes=[{"mesh": 0}])
     positions = np.random.default_rng(0).uniform(0.0, 1.0, (200_000, 3))
     accessor = file.add(positions)

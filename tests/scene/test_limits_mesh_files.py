@@ -1,5 +1,5 @@
-"""A small mesh file costs neither minutes nor gigabytes: load and one picture in a process of their own take a few times as long as
-those of a plain file as large as the largest, and 1 GB; or the named error."""
+"""A small mesh file costs neither minutes nor gigabytes: load and one frame in a process of their own take a few times as long as
+those of a plain file of the largest size, and 1 GB; or raise a named error."""
 
 import json
 import re
@@ -15,7 +15,7 @@ from glshadow.io.limits import Budget, Limits
 from glshadow.io.load import load
 from glshadow.io.mesh_files import read_mesh_file
 
-# of load and one picture of 96 x 64, the interpreter and its imports too; measured: 2.2 times the plain file's, .29 GB at most
+# of load and one frame of 96 x 64, with the interpreter and its imports; measured: 2.2 times the plain file's, .29 GB at most
 TIMES, MEMORY = 5.0, 1 << 30
 LARGEST = 9_000_000  # bytes of a file
 
@@ -46,7 +46,7 @@ def grid():
 
 
 def cells(count):
-    """Indices from 1 of the four corners of `count` cells of the field, some more than once."""
+    """1-based indices of the four corners of `count` cells of the field, some more than once."""
     cell = np.arange(count) % ((GRID - 1) ** 2)
     corner = cell // (GRID - 1) * GRID + cell % (GRID - 1) + 1
     return np.stack([corner, corner + GRID, corner + GRID + 1, corner + 1], axis=1).tolist()
@@ -61,7 +61,7 @@ def mixed_faces(folder):
 
 
 def statements(word, defined, names=50_000):
-    """50,000 faces, each behind a statement; the names in it repeat after `names`."""
+    """50,000 faces, each preceded by a statement; its names repeat after `names`."""
 
     def write(folder):
         (folder / "a.mtl").write_text(
@@ -86,7 +86,7 @@ def polygon(radii):
 
 
 def many_polygons(folder):
-    """Concave ones of 12 corners."""
+    """Concave polygons of 12 corners."""
     angle = np.arange(12) * np.pi / 6
     star = (
         np.stack([np.cos(angle), np.zeros(12), np.sin(angle)], axis=1) * np.where(np.arange(12) % 2, 1.0, 0.4)[:, None]
@@ -99,7 +99,7 @@ def many_polygons(folder):
 
 
 def sizes(folder):
-    """A concave polygon of each number of corners up to 500."""
+    """One concave polygon of each number of corners up to 500."""
     lines, faces, at = [], [], 1
     for count in range(9, 500):
         angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
@@ -151,7 +151,7 @@ def ply(kind, *lines, body=b"0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"):
 
 
 def mixed_lists():
-    """200,000 triangles and quads by turns."""
+    """200,000 triangles and quads in turn."""
     places = np.array([(k % 500, 0, k // 500) for k in range(250_000)], dtype="<f4")
     corner = np.arange(200_000, dtype="<i4")
     rows = [b"\3" + np.array([c, c + 500, c + 1], dtype="<i4").tobytes() if c % 2 else
@@ -172,7 +172,7 @@ RANDOM = np.random.default_rng(1)
 PLACE = [f"property float {axis}" for axis in "xyz"]
 LIST = "property list uchar int vertex_indices"
 
-# what makes the file, and what must come of it: numbers of nodes and triangles, or words of the error
+# the file's writer, and the expected result: numbers of nodes and triangles, or words of the error
 GROUPS = {
     "20,000 faces of mixed forms": (mixed_faces, (1, 30_000)),
     "50,000 objects": (statements("o", 0), (1, 50_000)),
@@ -203,7 +203,7 @@ GROUPS = {
 
 
 def cost(path):
-    """What loading and drawing a file took."""
+    """What loading and rendering a file cost."""
     run = subprocess.run(
         [sys.executable, "-c", CHILD, str(path)], capture_output=True, text=True, timeout=600, check=True
     )
@@ -212,7 +212,7 @@ def cost(path):
 
 @pytest.fixture(scope="module")
 def plain(tmp_path_factory):
-    """A file of faces and nothing else, read in one pass: what a byte costs on this machine."""
+    """A file of faces and nothing else, read in one pass: the cost per byte on this machine."""
     path = tmp_path_factory.mktemp("plain") / "a.obj"
     faces = "".join(f"f {a} {b} {c}\n" for a, b, c, _ in cells(300_000))
     path.write_text(grid() + faces + "# filled up\n" * ((LARGEST - len(grid()) - len(faces)) // 12))
@@ -232,7 +232,7 @@ def test_small_files_cost_little(group, tmp_path, plain, unit):
     path = tmp_path / write(tmp_path)
     assert path.stat().st_size < LARGEST
     said = cost(path)
-    if said["cpu"] >= TIMES * unit:  # others may have come to this machine since
+    if said["cpu"] >= TIMES * unit:  # other processes may have started on this machine meanwhile
         assert said["cpu"] < TIMES * cost(plain)["cpu"], said
     assert said["memory"] < MEMORY, said
     if isinstance(expected, str):
@@ -242,8 +242,8 @@ def test_small_files_cost_little(group, tmp_path, plain, unit):
 
 
 @pytest.mark.slow
-def test_a_file_that_costs_too_much_is_found(tmp_path, unit):
-    """One that is read forty times instead of once."""
+def test_too_slow_file_is_detected(tmp_path, unit):
+    """A file that is read forty times instead of once."""
     path = tmp_path / statements("usemtl", 500, 500)(tmp_path)
     dear = CHILD.replace("scene = gs.load(sys.argv[1])", "scene = [gs.load(sys.argv[1]) for _ in range(40)][0]")
     run = subprocess.run(
@@ -252,8 +252,8 @@ def test_a_file_that_costs_too_much_is_found(tmp_path, unit):
     assert json.loads(run.stdout)["cpu"] > TIMES * unit
 
 
-def test_the_measure_can_fail():
-    """A process that takes 200 MiB is seen to have taken them."""
+def test_memory_measurement_detects_allocations():
+    """A process that takes 200 MiB is measured to have taken them."""
     code = "import re; x = b'x' * (200 << 20); print(1024 * int(re.search(r'VmHWM:\\s+(\\d+)', open('/proc/self/status').read())[1]))"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert 200 << 20 < int(run.stdout) < 400 << 20
@@ -279,7 +279,7 @@ def test_triangles_are_limited(write, tmp_path):
         read_mesh_file(path, Budget(Limits(triangles=1)))
 
 
-def test_binary_stl_is_limited_before_memory_is_taken(tmp_path):
+def test_binary_stl_is_limited_before_allocation(tmp_path):
     (tmp_path / "a.stl").write_bytes(bytes(80) + (1000).to_bytes(4, "little") + bytes(50_000))
     with pytest.raises(SceneError, match=r"its facets: 1000 .*the limit is 999"):
         read_mesh_file(tmp_path / "a.stl", Budget(Limits(triangles=999)))
@@ -297,7 +297,7 @@ def test_bytes_are_limited(tmp_path):
         read_mesh_file(tmp_path / mixed_faces(tmp_path), budget)
 
 
-def test_pixels_are_limited_before_they_are_decoded(tmp_path):
+def test_pixels_are_limited_before_decoding(tmp_path):
     names = [f"{k}.png" for k in range(6)]
     for name in names:
         Image.new("RGB", (10, 10)).save(tmp_path / name)
@@ -311,8 +311,8 @@ def test_pixels_are_limited_before_they_are_decoded(tmp_path):
         read_mesh_file(tmp_path / "a.obj", Budget(Limits(texture_pixels=110)))
 
 
-def test_groups_beyond_the_number_that_keeps_its_names_are_merged(tmp_path):
-    """Base colours become those of the faces."""
+def test_too_many_groups_are_merged(tmp_path):
+    """Their base colours become vertex colours of the faces."""
     with pytest.warns(GlshadowWarning, match=r"its 501 groups are more than 500: .* 1 node"):
         scene = load(tmp_path / statements("usemtl", 501, 501)(tmp_path))
     (node,) = scene.nodes

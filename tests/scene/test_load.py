@@ -1,4 +1,4 @@
-"""What `load` makes of the real models, of trimesh's and pyrender's objects, and of cameras and lights in files."""
+"""`load` with the real models, with trimesh's and pyrender's objects, and with cameras and lights in files."""
 
 import json
 import subprocess
@@ -20,7 +20,7 @@ from glshadow.scene.box import default_sun
 from glshadow.scene.mesh import AlphaMode
 from glshadow.scene.nodes import Scene
 
-# name: (drawn triangles, nodes, distinct meshes, world extents, distinct pictures): what the models' README states
+# name: (rendered triangles, nodes, distinct meshes, world extents, distinct images): as stated in the models' README
 MODELS = {
     "house_scene.glb": (10_497, 2, 2, (0.503, 0.187, 0.504), 1),
     "japanese_bridge_garden.glb": (21_883, 13, 13, (11.36, 7.01, 11.37), 0),
@@ -74,7 +74,7 @@ def test_facts_of_the_models(models, name):
 
 
 @pytest.mark.parametrize("name", ["milk_truck.glb", "house_scene.glb", "chess_board.glb", "demosthenes_bust.obj"])
-def test_positions_are_those_of_trimesh_bit_for_bit(models, name):
+def test_positions_equal_those_of_trimesh_bit_for_bit(models, name):
     theirs = trimesh.load_scene(models / name, process=False)
     scene = load(models / name)
     expected = {
@@ -103,8 +103,8 @@ def test_materials_of_the_models(models):
     assert wheels[0].name != wheels[1].name
 
 
-def test_uv_are_those_of_trimesh(models):
-    """trimesh, too, turns v up: the same point of the picture for the same corner."""
+def test_uv_equal_those_of_trimesh(models):
+    """trimesh, too, has v upwards: the same point of the image for the same corner."""
     theirs = next(iter(trimesh.load_scene(models / "cesium_man.glb", process=False).geometry.values()))
     mesh = quiet_load(models / "cesium_man.glb").nodes[0].mesh
     expected = np.sort(theirs.visual.uv[theirs.faces].reshape(-1, 2), axis=0)
@@ -147,7 +147,7 @@ def test_up_axis_turns_cameras_and_lights():
     assert turned.lights[3].direction == (0, -1, 0)
     assert turned.lights[3].up == (0, 0, -1)
     assert turned.lights[4].direction == (0, -1, 0)
-    assert load(Scene(built.nodes, None, ())).lights == ()  # no light is not the same as none given
+    assert load(Scene(built.nodes, None, ())).lights == ()  # no light is not the same as no value
     with pytest.raises(SettingsError, match="up_axis"):
         load(built, up_axis="w")
 
@@ -163,16 +163,16 @@ def test_ground(models):
 # --- trimesh objects ---
 
 
-def test_trimesh_normals_are_used_only_if_somebody_gave_them():
+def test_trimesh_normals_are_used_only_if_they_were_set():
     ball = trimesh.creation.icosphere(subdivisions=1)
     assert load(ball).nodes[0].mesh.normals is None
     _ = ball.vertex_normals
-    assert load(ball).nodes[0].mesh.normals is None  # computed by trimesh: looking at them must not change the picture
+    assert load(ball).nodes[0].mesh.normals is None  # computed by trimesh: reading them must not change the image
     given = trimesh.Trimesh(ball.vertices, ball.faces, vertex_normals=ball.vertices, process=False)
     np.testing.assert_allclose(load(given).nodes[0].mesh.normals, ball.vertices, atol=1e-6)
 
 
-def test_trimesh_scene_shares_meshes_and_brings_its_camera():
+def test_trimesh_scene_shares_meshes_and_keeps_its_camera():
     scene = trimesh.Scene()
     box = trimesh.creation.box()
     scene.add_geometry(box, node_name="a", geom_name="box")
@@ -207,7 +207,7 @@ def test_trimesh_objects_without_triangles():
         load(trimesh.Scene())
 
 
-def test_a_shape_far_away_in_memory_is_float64():
+def test_far_away_trimesh_object_keeps_float64():
     box = trimesh.creation.box()
     box.apply_translation((1e7, 0, 0))
     assert np.ptp(load(box).nodes[0].mesh.positions[:, 0]) == 1.0
@@ -382,7 +382,7 @@ def test_gltf_texture_transform(tmp_path):
 
 
 @pytest.mark.parametrize("broken", [b"", b"not a picture", b"\x89PNG\r\n\x1a\n and then nothing"])
-def test_gltf_broken_picture_is_a_warning(tmp_path, broken):
+def test_gltf_broken_image_is_a_warning(tmp_path, broken):
     path = gltf(tmp_path)
     (tmp_path / "picture.png").write_bytes(broken)
     with pytest.warns(GlshadowWarning, match="drawn without this texture"):
@@ -451,7 +451,7 @@ def test_pyrender_intrinsics(pyrender):
     scene.add(pyrender.IntrinsicsCamera(fx=500, fy=400, cx=320, cy=240), pose=np.eye(4))
     camera = load(scene).camera
     np.testing.assert_allclose(camera.window((640, 480)), (-0.64, 0.64, -0.6, 0.6))
-    # a picture of another size: pixels stay as large, the principal point 320 from its left and 240 from its top
+    # an image of another size: pixels keep their size, the principal point is 320 from its left and 240 from its top
     np.testing.assert_allclose(camera.window((320, 480)), (-0.64, 0.0, -0.6, 0.6))
 
 
@@ -468,7 +468,7 @@ def test_pyrender_orthographic(pyrender):
 
 
 def test_blend_without_transparency_is_opaque(pyrender, tmp_path):
-    """pyrender's own default material is BLEND; casting nothing would take every shadow away."""
+    """pyrender's own default material is BLEND; if it cast nothing, every shadow would be missing."""
     scene = pyrender.Scene()
     scene.add(pyrender.Mesh.from_trimesh(trimesh.creation.box()))
     assert load(scene).nodes[0].mesh.material.alpha_mode is AlphaMode.OPAQUE
@@ -497,14 +497,14 @@ def test_pyrender_texture(pyrender):
 # --- PLY ---
 
 
-def test_ply_missing_picture_is_a_warning_and_trimesh_stays_quiet(tmp_path, caplog):
+def test_ply_missing_image_is_a_warning_and_trimesh_stays_quiet(tmp_path, caplog):
     head = "ply\nformat ascii 1.0\ncomment TextureFile gone.png\nelement vertex 3\n"
     head += "".join(f"property float {name}\n" for name in ("x", "y", "z", "nx", "ny", "nz"))
     head += "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
     (tmp_path / "a.ply").write_text(head + "0 0 0 0 0 2\n1 0 0 0 0 2\n0 1 0 0 0 2\n3 0 1 2\n")
     with pytest.warns(GlshadowWarning, match=r"'gone\.png' that it names is missing"):
         scene = load(tmp_path / "a.ply")
-    assert scene.nodes[0].mesh.normals.tolist() == [[0, 0, 1]] * 3  # the file's, made unit
+    assert scene.nodes[0].mesh.normals.tolist() == [[0, 0, 1]] * 3  # the file's, normalised
     assert not caplog.records
 
 

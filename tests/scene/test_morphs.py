@@ -62,7 +62,7 @@ def test_normals_colours_and_coordinates(tmp_path: Path) -> None:
     assert made.normals is not None
     assert made.colors is not None
     np.testing.assert_allclose(made.normals, np.tile((np.sqrt(0.5), 0, np.sqrt(0.5)), (3, 1)), rtol=1e-6)  # float32
-    np.testing.assert_allclose(made.colors, [[1, 0.5, 0, 1], [0, 1, 0, 1], [0, 0.5, 1, 1]])  # clamped, without a word
+    np.testing.assert_allclose(made.colors, [[1, 0.5, 0, 1], [0, 1, 0, 1], [0, 0.5, 1, 1]])  # clamped without a warning
     file = face([{"TEXCOORD_0": np.tile((0.5, 0.25), (3, 1))}], [2])
     primitive = file.json["meshes"][0]["primitives"][0]
     primitive["attributes"]["TEXCOORD_0"] = file.add(np.zeros((3, 2)))
@@ -88,7 +88,7 @@ def _png() -> bytes:
 
 
 def test_sparse_targets(tmp_path: Path) -> None:
-    """As Blender writes them: no values of their own, but a few that are replaced."""
+    """As Blender writes them: no values of their own, but a few replaced ones."""
     file = face([{"POSITION": UP}], [0.5])
     rows, values = file.view(np.array([[1]], dtype="<u2")), file.view(np.array([[0, 0, 8]], dtype="<f4"))
     sparse = {"count": 1, "indices": {"bufferView": rows, "componentType": 5123}, "values": {"bufferView": values}}
@@ -140,14 +140,14 @@ def test_broken_targets_are_refused(tmp_path: Path, targets: Any, weights: Any, 
         mesh_of(face(targets, weights), tmp_path)
 
 
-def test_targets_that_are_no_array(tmp_path: Path) -> None:
+def test_targets_must_be_an_array(tmp_path: Path) -> None:
     file = face([{"POSITION": UP}], [1])
     file.json["meshes"][0]["primitives"][0]["targets"] = {"POSITION": 0}
     with pytest.raises(SceneError, match="targets must be an array of objects"):
         mesh_of(file, tmp_path)
 
 
-def test_more_weights_than_targets_are_told(tmp_path: Path) -> None:
+def test_more_weights_than_targets_warn(tmp_path: Path) -> None:
     with pytest.warns(GlshadowWarning, match="has 1 morph targets and 2 weights"):
         made = mesh_of(face([{"POSITION": UP}], [1, 1]), tmp_path)
     np.testing.assert_array_equal(made.positions, BASE + UP)

@@ -1,4 +1,4 @@
-"""Scenes from meshes alone: defaults of a node, names that are there once, and what a ground does to bounds."""
+"""Scenes from meshes alone: defaults of a node, unique names, and the effect of a ground on bounds."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def block(size: float = 1.0) -> gs.Mesh:
     return gs.Mesh(positions, triangles)
 
 
-def test_a_mesh_is_enough_for_a_node_and_for_a_scene() -> None:
+def test_node_and_scene_need_only_a_mesh() -> None:
     mesh = block()
     node = gs.Node(mesh)
     np.testing.assert_array_equal(node.world_from_mesh, np.eye(4))
@@ -25,17 +25,17 @@ def test_a_mesh_is_enough_for_a_node_and_for_a_scene() -> None:
         gs.Scene([mesh, "mesh"])  # type: ignore[list-item]
 
 
-def test_names_are_numbered_around_those_that_are_taken() -> None:
+def test_numbered_names_avoid_given_ones() -> None:
     mesh = block()
     given = [gs.Node(mesh, name=name) for name in ("a", "a 2", "a", "b", "a", "a 2")]
     scene = gs.Scene(given)
     assert [node.name for node in scene.nodes] == ["a", "a 2", "a 3", "b", "a 4", "a 2 2"]
-    assert [node.name for node in given] == ["a", "a 2", "a", "b", "a", "a 2"]  # which are others' as well
+    assert [node.name for node in given] == ["a", "a 2", "a", "b", "a", "a 2"]  # names that other nodes have as well
     moved = scene.moved({"a 3": np.diag([2.0, 2.0, 2.0, 1.0])})
     assert [node.world_from_mesh[0, 0] for node in moved.nodes] == [1.0, 1.0, 2.0, 1.0, 1.0, 1.0]
 
 
-def test_bounds_leave_out_the_ground_and_extent_does_not() -> None:
+def test_bounds_exclude_the_ground_but_extent_includes_it() -> None:
     bare = gs.Scene([block()])
     scene = bare.with_ground()
     np.testing.assert_array_equal(scene.bounds, bare.bounds)
@@ -43,7 +43,7 @@ def test_bounds_leave_out_the_ground_and_extent_does_not() -> None:
     np.testing.assert_array_equal(gs.Scene([scene.nodes[-1]]).bounds, gs.Scene([scene.nodes[-1]]).extent)
 
 
-def test_render_puts_a_ground_under_any_scene() -> None:
+def test_render_adds_a_ground_to_any_scene() -> None:
     scene = gs.Scene([block()])
     frame = gs.render(scene, size=(32, 24), ground=True, outputs="node")
     assert [node.name for node in frame.scene.nodes] == ["node", "ground"]

@@ -1,4 +1,4 @@
-"""Triangles of polygons: they cover simple ones exactly, in any plane and however many corners, and end soon for all others."""
+"""Triangulation of polygons: simple ones are covered exactly, in any plane, with any number of corners; all others terminate quickly."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def ring(radii):
 
 
 def comb(corners, turned=False):
-    """Teeth on a bar: half of the corners bend inwards."""
+    """Teeth on a bar: half of the corners are reflex."""
     x = np.arange(corners - 2) / (corners - 2)
     y = np.where(np.arange(corners - 2) % 2, 1.0, 0.1)
     plane = np.stack([np.append(x, [x[-1], 0.0]), np.append(y, [0.0, 0.0])], axis=1)[::-1]
@@ -38,7 +38,7 @@ def stairs(corners):
 
 
 def keyhole(corners):
-    """A ring with a hole: an edge that leads to it and back again."""
+    """A ring with a hole: an edge that leads to it and back."""
     outer, inner = ring(np.full(corners // 2, 2.0)), ring(np.full(corners // 2, 1.0))[::-1]
     return np.concatenate([outer, outer[:1], inner[-1:], inner[:-1], inner[-1:]])
 
@@ -92,7 +92,7 @@ def test_simple_polygons_are_covered_exactly(name, corners, rng):
 
 
 def test_polygons_of_few_corners(rng):
-    """Every simple polygon of up to 8 corners that a random walk round a point gives, all at once and each alone."""
+    """Every simple polygon of up to 8 corners from a random walk around a point, all at once and each alone."""
     planes = [ring(rng.uniform(0.05, 1.0, rng.integers(3, 9))) for _ in range(300)]
     areas = np.array([0.5 * double_area(plane) for plane in planes])
     triangles, owner, notes = cut(*(np.column_stack([plane, np.zeros(len(plane))]) for plane in planes))
@@ -104,16 +104,16 @@ def test_polygons_of_few_corners(rng):
     assert notes == []
 
 
-def test_a_convex_quad_keeps_its_first_diagonal():
-    """That of trimesh and of most exporters: a quad that is not flat keeps its fold."""
+def test_convex_quad_keeps_its_first_diagonal():
+    """As in trimesh and most exporters: a non-planar quad keeps its fold."""
     points = np.array([[0, 0, 0], [1, 0, 0.1], [1, 1, 0], [0, 1, 0.1]])
     triangles, _, _ = cut(points)
     assert triangles.tolist() == [points[[0, 1, 2]].tolist(), points[[0, 2, 3]].tolist()]
 
 
 @pytest.mark.parametrize("name", SIMPLE)
-def test_very_many_corners_are_swept(name):
-    """Ear clipping takes 6 s for the comb and the needles; the sweep 1.3 s at most: 10 s of a quiet core leave room."""
+def test_many_corners_use_the_sweep(name):
+    """Ear clipping takes 6 s for the comb and the needles; the sweep at most 1.3 s: 10 s of an idle core leave a margin."""
     plane = SIMPLE[name](100_000)
     with at_most(10.0):
         triangles = swept(plane)
@@ -138,7 +138,7 @@ def crossing(kind, corners, rng):
 
 @pytest.mark.parametrize("corners", [5, 30, 3000, MANY + 500, MOST + 20_000])
 @pytest.mark.parametrize("kind", ["noise", "walk", "bow ties", "one crossing"])
-def test_polygons_that_cross_themselves_end_soon(kind, corners, rng):
+def test_self_intersecting_polygons_terminate_quickly(kind, corners, rng):
     plane = crossing(kind, max(corners, 14) if kind == "one crossing" else corners, rng)
     with at_most(10.0):
         triangles, _, notes = cut(np.column_stack([plane, np.zeros(len(plane))]))
@@ -162,12 +162,12 @@ def test_polygons_that_cross_themselves_end_soon(kind, corners, rng):
         np.array([[0, 0, 0], [1, 1, 0], [1, 0, 0], [0, 1, 0]]),
     ],
 )
-def test_degenerate_polygons_end_without_an_error(points):
+def test_degenerate_polygons_raise_no_error(points):
     triangles, _, _ = cut(points, points[::-1])
     assert triangles.shape[1:] == (3, 3)
 
 
-def test_fewer_than_three_corners_give_nothing():
+def test_fewer_than_three_corners_give_no_triangle():
     triangles, owner, notes = cut(np.eye(3), np.eye(3)[:2], np.zeros((0, 3)), np.eye(3)[::-1])
     assert owner.tolist() == [0, 3]
     assert triangles.tolist() == [np.eye(3).tolist(), np.eye(3)[::-1].tolist()]

@@ -1,4 +1,4 @@
-"""The depth that pyrender itself renders, beside ours from the camera that `load` makes of its."""
+"""The depth that pyrender itself renders, against ours from the camera that `load` makes of pyrender's."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import sys
 
 import pytest
 
-# pyrender's depth is that of the first of four samples in a pixel, which lies 1/8 of it to the left of its middle and 3/8 below:
-# our camera is moved as far, so that both measure the same points.
+# pyrender's depth is that of the first of four samples in a pixel, 1/8 of a pixel to the left of its centre and 3/8 below:
+# our camera is moved by as much, so that both measure the same points.
 BESIDE = """
 import json, sys, warnings
 import numpy as np
@@ -59,7 +59,7 @@ print(json.dumps(results))
 """
 
 
-def test_depth_is_pyrenders() -> None:
+def test_depth_equals_pyrenders() -> None:
     pytest.importorskip("pyrender")
     run = subprocess.run(
         [sys.executable, "-c", BESIDE],

@@ -1,4 +1,4 @@
-"""Skins at rest: vertices where the joints of the file's nodes put them."""
+"""Skins at rest: vertices transformed by the joints of the file's nodes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BAR = np.array([[0.0, 0, 0], [0, 2, 0], [1, 1, 0]])
 def arm(
     joints: Any, weights: Any, nodes: list[dict[str, Any]], skin: dict[str, Any] | None = None, **attributes: Any
 ) -> Glb:
-    """The triangle BAR on the node 0, skinned by the joints 1 and 2; arrays among the attributes become accessors."""
+    """The triangle BAR on node 0, skinned by joints 1 and 2; arrays among the attributes become accessors."""
     file = Glb(nodes=[{"mesh": 0, "skin": 0, "name": "body", "translation": [7, 7, 7], "scale": [3, 3, 3]}, *nodes])
     given = {"POSITION": BAR, **attributes}
     made = {name: file.add(values) for name, values in given.items()}
@@ -47,7 +47,7 @@ BENT: list[dict[str, Any]] = [
 
 
 def bent() -> Array:
-    """BAR by hand: the second joint turns about (10, 1, 0)."""
+    """BAR by hand: the second joint rotates about (10, 1, 0)."""
     first = np.add(BAR, (10, 0, 0))
     up = BAR - (0, 1, 0)
     second = np.add(np.stack([-up[:, 1], up[:, 0], up[:, 2]], axis=1), (10, 1, 0))
@@ -71,13 +71,13 @@ def test_normals_follow_their_joints(tmp_path: Path) -> None:
     slope = np.array([[1.0, 1, 0], [1, 1, 0], [1, 1, 0]]) / np.sqrt(2.0)
     file = arm([[(1, 0, 0, 0)] * 3], [[FIRST] * 3], stretched, {"joints": [1, 2]}, NORMAL=slope)
     mesh = the_mesh(load(file.save(tmp_path / "arm.glb")))
-    wanted = np.array([4.0, 1.0, 0.0]) / np.sqrt(17.0)  # the inverse transpose, (1, 1 / 4), made unit
+    wanted = np.array([4.0, 1.0, 0.0]) / np.sqrt(17.0)  # the inverse transpose, (1, 1 / 4), normalised
     assert mesh.normals is not None
     np.testing.assert_allclose(mesh.normals, np.tile(wanted, (3, 1)), atol=1e-6)
 
 
 def test_more_than_four_joints(tmp_path: Path) -> None:
-    """The same weights in two sets, integers that the file forgets to call normalised."""
+    """The same weights in two sets, integers that the file does not mark as normalised."""
     file = arm([[(0, 0, 0, 0)] * 3, [(1, 0, 0, 0)] * 3], [[FIRST] * 3] * 2, BENT)
     attributes = file.json["meshes"][0]["primitives"][0]["attributes"]
     attributes["WEIGHTS_0"] = file.add([(255, 0, 0, 0), (0, 0, 0, 0), (51, 0, 0, 0)], "uint8")
@@ -87,7 +87,7 @@ def test_more_than_four_joints(tmp_path: Path) -> None:
 
 
 def person(**body: Any) -> Glb:
-    """As Blender exports characters: centimetres with z up beside an armature that turns and shrinks them."""
+    """As Blender exports characters: centimetres with z up, beside an armature that rotates and scales them."""
     positions, triangles = shapes.box((40.0, 40.0, 180.0), (0.0, 0.0, 90.0))
     file = Glb(
         nodes=[
@@ -109,7 +109,7 @@ def person(**body: Any) -> Glb:
 
 @pytest.mark.parametrize("hidden", [False, True], ids=["in the scene", "joints outside the scene"])
 @pytest.mark.parametrize("body", [{}, {"scale": [100, 100, 100], "translation": [3, 4, 5]}], ids=["still", "moved"])
-def test_a_person_in_centimetres_stands_on_the_ground(tmp_path: Path, body: dict[str, Any], hidden: bool) -> None:
+def test_character_in_centimetres_stands_on_the_ground(tmp_path: Path, body: dict[str, Any], hidden: bool) -> None:
     file = person(**body)
     if hidden:
         file.json["scenes"] = [{"nodes": [2]}]
@@ -126,7 +126,7 @@ def test_two_skins_of_one_mesh_are_two_bodies(tmp_path: Path) -> None:
     np.testing.assert_allclose(other.mesh.bounds.mean(axis=0), (5.0, 0.0, 0.9), atol=1e-5)
 
 
-def test_a_skinned_node_whose_mesh_has_no_joints_stays_in_place(tmp_path: Path) -> None:
+def test_skinned_node_without_joint_attributes_stays_in_place(tmp_path: Path) -> None:
     file = person(translation=[0, 1, 0])
     attributes = file.json["meshes"][0]["primitives"][0]["attributes"]
     del attributes["JOINTS_0"], attributes["WEIGHTS_0"]
@@ -137,7 +137,7 @@ def test_a_skinned_node_whose_mesh_has_no_joints_stays_in_place(tmp_path: Path) 
     assert node.world_from_mesh[:3, 3].tolist() == [0, 1, 0]
 
 
-def test_a_mesh_with_joints_but_without_a_skin_is_placed_by_its_node(tmp_path: Path) -> None:
+def test_mesh_with_joints_but_without_skin_follows_its_node(tmp_path: Path) -> None:
     file = person(translation=[0, 1, 0])
     del file.json["nodes"][2]["skin"]
     (node,) = load(file.save(tmp_path / "person.glb")).nodes
@@ -145,7 +145,7 @@ def test_a_mesh_with_joints_but_without_a_skin_is_placed_by_its_node(tmp_path: P
     assert node.mesh.bounds[1].tolist() == [20, 20, 180]
 
 
-def test_cesium_man_stands_as_his_nodes_say(models: Path) -> None:
+def test_cesium_man_has_the_pose_of_its_nodes(models: Path) -> None:
     """Extents by an independent rule: vertex by vertex, in plain Python, from the file's numbers."""
     from glshadow.io.gltf.accessor import read_floats, read_whole
     from glshadow.io.gltf.document import open_document
@@ -175,7 +175,7 @@ def test_cesium_man_stands_as_his_nodes_say(models: Path) -> None:
     bind = read_floats(document, skin["inverseBindMatrices"], ("MAT4",), "")
     position = read_floats(document, attributes["POSITION"], ("VEC3",), "")
     weights = read_floats(document, attributes["WEIGHTS_0"], ("VEC4",), "")
-    assert weights.sum(axis=1).min() < 0.7  # a real file whose weights do not add up: they count in proportion
+    assert weights.sum(axis=1).min() < 0.7  # a real file whose weights do not add up to one: they are normalised
     weights /= weights.sum(axis=1, keepdims=True)
     joints = read_whole(document, attributes["JOINTS_0"], ("VEC4",), "")
     matrices = [world(joint) @ bind[k].reshape(4, 4).T for k, joint in enumerate(skin["joints"])]
@@ -229,8 +229,8 @@ def test_more_broken_skins_are_refused(tmp_path: Path) -> None:
         load(file.save(tmp_path / "arm.glb"))
 
 
-def test_odd_skins_are_drawn(tmp_path: Path) -> None:
-    """A joint out of range that weighs nothing, no weights at all, a joint of size zero: not worth refusing a file for."""
+def test_odd_skins_are_accepted(tmp_path: Path) -> None:
+    """A joint out of range with zero weight, no weights at all, a joint of zero scale: no reason to refuse a file."""
     unused = arm([[(0, 1, 77, 0)] * 3], WEIGHTS, BENT)
     np.testing.assert_allclose(the_mesh(load(unused.save(tmp_path / "a.glb"))).positions, bent(), atol=1e-6)
     with pytest.warns(GlshadowWarning, match="1 of 3 vertices have no joint weights: they follow the first joint"):

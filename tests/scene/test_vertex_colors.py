@@ -1,4 +1,4 @@
-"""Colours of vertices: what the files' numbers mean, and that they are what is drawn."""
+"""Vertex colours: the meaning of the files' numbers, and their rendering."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def renderer() -> Iterator[Renderer]:
 
 
 def drawn(renderer: Renderer, *meshes: Mesh) -> Array:
-    """Linear picture (H, W, 3) of meshes at their places, lit by SLANTED and some ambient light."""
+    """Linear image (H, W, 3) of meshes at their places, lit by SLANTED and some ambient light."""
     nodes = tuple(Node(mesh, np.eye(4), f"part {k}") for k, mesh in enumerate(meshes))
     frame = renderer.render(
         Scene(nodes, FRONT), lights=[SLANTED], size=SIZE, ambient=0.25, outputs=("linear",), samples=1
@@ -84,7 +84,7 @@ def test_linear_is_base_times_vertex_times_light(renderer: Renderer, picture: bo
 
 
 def test_meshes_with_and_without_colours_in_one_scene(renderer: Renderer) -> None:
-    """Each keeps its own; a shared colour of vertices is that colour of the material."""
+    """Each keeps its own colours; uniform vertex colours equal that colour of the material."""
     plain = Mesh(TRIANGLE - (0.0, 0.0, 1.0), np.array([[0, 1, 2]]), material=Material((0.2, 0.4, 0.8, 1.0)))
     colored = Mesh(0.3 * TRIANGLE, np.array([[0, 1, 2]]), colors=np.tile((0.5, 0.25, 1.0, 1.0), (3, 1)))
     same = Mesh(0.3 * TRIANGLE, np.array([[0, 1, 2]]), material=Material((0.5, 0.25, 1.0, 1.0)))
@@ -101,21 +101,21 @@ def test_meshes_with_and_without_colours_in_one_scene(renderer: Renderer) -> Non
         (np.array([[0, 0, 0, 1], [0, 2, 0, 1], [0, -1, 0, 1]]), "2 of 3 are not"),
     ],
 )
-def test_what_colours_may_be(colors: Array, said: str) -> None:
+def test_invalid_colours_are_refused(colors: Array, said: str) -> None:
     with pytest.raises(SceneError, match=said):
         Mesh(TRIANGLE, np.array([[0, 1, 2]]), colors=colors)
 
 
-# -- alpha: where does a sheet exist, half of which is clear?
+# -- alpha: the solid part of a sheet, half of which is transparent
 
 
 def sheet(texture: bool, mode: AlphaMode = AlphaMode.MASK) -> Mesh:
-    """Level, 2 x 2 at y = 1; alpha grows from 0 at x = -1 to 1 at x = 1: with the cutoff .4 and the factor .8 it exists for x > 0."""
+    """Horizontal, 2 x 2 at y = 1; alpha rises from 0 at x = -1 to 1 at x = 1: with cutoff .4 and factor .8 it is solid for x > 0."""
     positions, triangles = shapes.rectangle((-1.0, 1.0, 1.0), (2.0, 0.0, 0.0), (0.0, 0.0, -2.0))
     colors = np.array([[1, 1, 1, alpha] for alpha in (0.0, 1.0, 1.0, 0.0)])
     factor = 0.8
     picture, uv = None, None
-    if texture:  # alpha of one half in the picture, so that the factor has to be doubled
+    if texture:  # alpha of one half in the texture, so that the factor has to be doubled
         picture, uv, factor = np.full((2, 2, 4), (255, 255, 255, 204), np.uint8), np.zeros((4, 2)), 1.0
     return Mesh(positions, triangles, uv=uv, colors=colors, material=Material((1, 1, 1, factor), picture, mode, 0.4))
 
@@ -130,7 +130,7 @@ SHADOWS = {
 @pytest.mark.parametrize("texture", [False, True], ids=["vertices", "vertices and texture"])
 @pytest.mark.parametrize("shadow", SHADOWS.values(), ids=list(SHADOWS))
 def test_vertex_alpha_cuts_out(renderer: Renderer, shadow: Shadow, texture: bool) -> None:
-    """The camera sees, and the sun passes, what the float64 truth says: the sheet's half with x > 0 alone."""
+    """Camera and light agree with the float64 reference: the sheet is solid only for x > 0."""
     ground = Mesh(*shapes.rectangle((-3.0, 0.0, 3.0), (6.0, 0.0, 0.0), (0.0, 0.0, -6.0)))
     scene = Scene((Node(ground, np.eye(4), "ground"), Node(sheet(texture), np.eye(4), "sheet")))
     camera = PerspectiveCamera((0.5, 4.0, 5.0), (0.0, 0.5, 0.0), fov_y=50.0)
@@ -140,11 +140,11 @@ def test_vertex_alpha_cuts_out(renderer: Renderer, shadow: Shadow, texture: bool
     seen = truth.node == 1
     assert seen.sum() > 500
     assert (truth.position[seen][:, 0] > -1e-6).all()
-    # one in a thousand: a pixel's centre on an outline
+    # one in a thousand: a pixel's centre on a silhouette
     assert (frame.triangle != truth.triangle).mean() < 1e-3
     floor = (frame.triangle == truth.triangle) & (truth.node == 0)
-    x, z = (truth.position[..., 0] + 0.3, truth.position[..., 2] - 0.2)  # where the sun's ray passes y = 1
-    texel = 0.02  # the map's, of 2048 over 6 units, is a seventh of that
+    x, z = (truth.position[..., 0] + 0.3, truth.position[..., 2] - 0.2)  # where the light's ray crosses y = 1
+    texel = 0.02  # the map's texel, of 2048 over 6 units, is a seventh of that
     edge = (np.minimum(np.abs(x), np.abs(x - 1.0)) < texel) | (np.abs(np.abs(z) - 1.0) < texel)
     dark = (x > 0.0) & (x < 1.0) & (np.abs(z) < 1.0)
     assert (floor & dark & ~edge).sum() > 500
@@ -152,8 +152,8 @@ def test_vertex_alpha_cuts_out(renderer: Renderer, shadow: Shadow, texture: bool
     np.testing.assert_array_equal(truth.visibility[0][floor & ~edge], np.where(dark, 0.0, 1.0)[floor & ~edge])
 
 
-def test_a_factor_below_the_cutoff_leaves_nothing(renderer: Renderer) -> None:
-    """No texture, no colours of vertices: the alpha test still counts."""
+def test_alpha_factor_below_the_cutoff_hides_the_mesh(renderer: Renderer) -> None:
+    """No texture, no vertex colours: the alpha test still applies."""
     ghost = Mesh(TRIANGLE, np.array([[0, 1, 2]]), material=Material((1, 1, 1, 0.3), alpha_mode=AlphaMode.MASK))
     back = Mesh(3.0 * TRIANGLE - (0, 0, 1), np.array([[0, 1, 2]]))
     scene = Scene((Node(ghost, np.eye(4), "ghost"), Node(back, np.eye(4), "back")), FRONT)
@@ -203,7 +203,7 @@ def test_gltf_integers_are_normalised_whatever_the_file_says(tmp_path: Path) -> 
     np.testing.assert_allclose(mesh.colors[0], (1.0, 0.0, 0.2, 1.0), rtol=1e-6)  # float32
 
 
-def test_colors_out_of_range_and_not_finite_are_told(tmp_path: Path) -> None:
+def test_colors_out_of_range_and_not_finite_warn(tmp_path: Path) -> None:
     path = glb(tmp_path, np.array([[2, 0, 0], [np.nan, 0, 0], [0, -1, 0]]), "float32")
     with pytest.warns(GlshadowWarning) as caught:
         mesh = load(path).nodes[0].mesh
@@ -242,7 +242,7 @@ def test_trimesh_vertex_colors_are_srgb() -> None:
 
 
 def test_trimesh_face_colors_split_vertices() -> None:
-    """A tetrahedron: as many faces as vertices, so that their number does not tell whose the colours are."""
+    """A tetrahedron: as many faces as vertices, so that the count does not show which of them the colours belong to."""
     solid = trimesh.Trimesh(
         np.vstack([np.zeros(3), np.eye(3)]), [[0, 2, 1], [0, 3, 2], [0, 1, 3], [1, 2, 3]], process=False
     )
@@ -286,8 +286,8 @@ def test_pyrender_vertex_colors_are_linear() -> None:
         assert load(scene).nodes[0].mesh.material.alpha_mode is AlphaMode.BLEND
 
 
-def test_a_moved_copy_keeps_its_colours(renderer: Renderer) -> None:
-    """Instances share the buffers; a mesh far from its origin is stored relative to its middle."""
+def test_moved_copy_keeps_its_colours(renderer: Renderer) -> None:
+    """Instances share the buffers; a mesh far from its origin is stored relative to its centre."""
     far = np.array([1e5, 0.0, 0.0])
     mesh = Mesh(TRIANGLE + far, np.array([[0, 1, 2]]), colors=RAINBOW)
     scene = Scene((Node(mesh, translation(-far), "far"),), FRONT)

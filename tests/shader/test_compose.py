@@ -1,4 +1,4 @@
-"""Composition: includes, slots, defines, and messages that name the snippet and its line."""
+"""Shader composition: includes, slots, defines, and messages that name the snippet and its line."""
 
 from __future__ import annotations
 
@@ -89,20 +89,20 @@ def test_includes_nest_and_every_line_knows_its_file(snippets: Replace) -> None:
     ],
     ids=["unknown slot", "missing file", "outside the folder", "cycle", "itself", "twice"],
 )
-def test_disagreeing_snippets_are_named(snippets: Replace, texts: dict[str, str], message: str) -> None:
+def test_invalid_slots_and_includes_are_named(snippets: Replace, texts: dict[str, str], message: str) -> None:
     snippets(texts)
     with pytest.raises(ShaderError, match=message):
         compose(MAIN, "core330", {"slot": "lib/y.glsl"})
 
 
-def test_define_that_no_snippet_declares(snippets: Replace) -> None:
+def test_undeclared_define_is_refused(snippets: Replace) -> None:
     snippets({MAIN: "#ifndef GLS_KNOWN\n#define GLS_KNOWN 0\n#endif\n"})
     with pytest.raises(ShaderError, match=r"no included snippet declares GLS_A, GLS_B; included are .*pass/test\.frag"):
         compose(MAIN, "core330", defines={"GLS_KNOWN": 1, "GLS_B": 1, "GLS_A": 1})
     assert compose(MAIN, "core330").declared == {"GLS_KNOWN"}
 
 
-# 8 stands for the line of the snippet in what the compiler gets.
+# 8 is the snippet's line in the composed source.
 @pytest.mark.parametrize(
     ("message", "expected"),
     [

@@ -1,4 +1,4 @@
-"""Contracts of the snippets: what a slot asks for, defaults of defines, none left unused, the rules of both who fill slots."""
+"""Contracts of the snippets: signatures of slots, defaults of defines, none unused, one set of slot rules."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FILES = sorted(
 
 
 def code_of(name: str) -> str:
-    """Text without comments."""
+    """Source without comments."""
     return re.sub(r"//[^\n]*", "", source.read(name))
 
 
@@ -40,8 +40,8 @@ def slots() -> dict[str, set[str]]:
 
 
 def test_every_define_has_its_default_in_its_file() -> None:
-    """A core compiler takes `#if` of a name that nobody defines for 0: a misspelled switch would be off for ever."""
-    # What a dialect gives, and what compose adds.
+    """A core compiler treats `#if` of an undefined name as 0: a misspelled switch would always be off."""
+    # Defined by a dialect, or added by compose.
     given = {
         "GLS_VERTEX",
         "GLS_FRAGMENT",
@@ -57,7 +57,7 @@ def test_every_define_has_its_default_in_its_file() -> None:
         code = re.sub(r" +\n", "\n", code_of(name))
         used = set(re.findall(r"\bGLS_\w+", code)) - given
         assert used <= set(re.findall(r"#define (GLS_\w+)", code)), name
-        # One that is set from outside must be open to it.
+        # A define that is set from outside must be overridable.
         assert all(f"#ifndef {define}\n" in code for define in used & settable), name
 
 
@@ -91,8 +91,8 @@ def test_every_slot_is_known_and_every_snippet_used() -> None:
     assert set(FILES) == used
 
 
-def test_slots_are_those_of_the_renderer() -> None:
-    """The rules of shader.slots and of gl.techniques.mapped are one."""
+def test_slots_equal_those_of_the_renderer() -> None:
+    """shader.slots and gl.techniques.mapped use the same rules."""
     from types import SimpleNamespace
     from typing import Any, cast
 

@@ -21,7 +21,7 @@ def tool(optional: Callable[[str, str], None]) -> None:
 
 
 def of(dialect: str, body: str, stage: str = "frag") -> dict[str, Variant]:
-    """A text of our own, as if it had been composed."""
+    """A shader of our own, as if it had been composed."""
     heads = {
         "core330": "#version 330 core\n",
         "es100": "#version 100\n" + ("precision highp float;\n" if stage == "frag" else ""),
@@ -74,7 +74,7 @@ def test_vertex_limits_are_counted(tool: None) -> None:
 def test_core_errors_are_found_and_placed(tool: None) -> None:
     found = complaints(of("core330", "out vec4 o;\nvoid main() { o = vec4(1.0) }"))
     assert len(found) == 1
-    # line 3 of a text that stands for the composed pass: its third line
+    # line 3 of a source that replaces the composed pass: its third line
     assert ":" in found[0].split()[0]
     assert "syntax error" in found[0]
 
@@ -107,7 +107,7 @@ def test_limits_are_the_least_of_webgl1() -> None:
 
 
 @pytest.mark.parametrize(("ci", "code"), [("true", 1), ("", 0)])
-def test_missing_tool_is_said(monkeypatch: pytest.MonkeyPatch, ci: str, code: int) -> None:
+def test_missing_tool_is_reported(monkeypatch: pytest.MonkeyPatch, ci: str, code: int) -> None:
     monkeypatch.setattr(validate, "TOOL", "no-such-validator")
     monkeypatch.setattr(validate, "distinct", dict)
     monkeypatch.setenv("CI", ci)

@@ -10,7 +10,7 @@ import glshadow as gs
 from glshadow.study import Grid, Study, run_study
 
 SIZE = (160, 90)
-STEPS = (8, 16, 32, 64)  # so coarse that each is wrong somewhere in so small a picture
+STEPS = (8, 16, 32, 64)  # so coarse that each has wrong pixels even in so small an image
 KINDS = (gs.Hard(), gs.Pcf(1))
 GRID = Grid(STEPS, KINDS, more=(gs.Shadow(),))
 REPEATS = 2
@@ -23,7 +23,7 @@ def scene() -> gs.Scene:
 
 @pytest.fixture(scope="session")
 def journal(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What `study` has written; a test that measures more takes a copy."""
+    """The journal of `study`; a test that measures more uses a copy."""
     return tmp_path_factory.mktemp("study") / "study.jsonl"
 
 

@@ -1,4 +1,4 @@
-"""The front and the grid, on points known beforehand."""
+"""The Pareto front and the grid, on known points."""
 
 from dataclasses import replace
 
@@ -30,7 +30,7 @@ def test_front_of_known_points() -> None:
     assert pareto_front(cost, error).tolist() == list(points.values())
 
 
-def test_ties_stand_or_fall_together_and_nan_never_stands() -> None:
+def test_ties_are_kept_or_dropped_together_and_nan_is_dropped() -> None:
     assert pareto_front([1.0, 1.0, 2.0], [1.0, 1.0, 1.0]).tolist() == [True, True, False]
     assert pareto_front([1.0, np.nan, 0.5], [1.0, 0.0, np.nan]).tolist() == [True, False, False]
     assert pareto_front([], []).tolist() == []
@@ -47,7 +47,7 @@ def test_front_against_the_definition(rng: np.random.Generator) -> None:
     assert pareto_front(cost, error).tolist() == expected
 
 
-def test_default_grid_knows_the_scale_of_the_scene_and_keeps_the_default() -> None:
+def test_default_grid_scales_with_the_scene_and_contains_the_default() -> None:
     scene = gs.scenes.courtyard()
     settings = Grid.default(scene).settings()
     assert gs.Shadow().spelled_out() in settings
@@ -55,12 +55,12 @@ def test_default_grid_knows_the_scale_of_the_scene_and_keeps_the_default() -> No
     assert gs.ConstantBias(0.03) in {shadow.bias for shadow in settings}  # a thousandth of its diagonal of 34
 
 
-def test_a_grid_leaves_out_what_cannot_work() -> None:
+def test_grid_omits_invalid_combinations() -> None:
     grid = Grid((512,), (gs.Hard(),), (None, gs.SlopeScaledBias()), (None, gs.Target.R32F))
     assert [setting_name(shadow) for shadow in grid.settings()] == ["512 hard", "512 hard slope", "512 hard r32f"]
 
 
-def test_lights_that_have_a_size_get_what_obeys_it(scene: gs.Scene) -> None:
+def test_area_lights_get_filters_that_use_their_size(scene: gs.Scene) -> None:
     usual = {shadow.filter for shadow in Grid.default(scene).settings()}
     soft = {shadow.filter for shadow in Grid.default(scene, [gs.DirectionalLight(angle=2.0)]).settings()} - usual
     assert soft == {gs.Pcss(), gs.Pcss(32, 64), gs.LightSamples(16), gs.LightSamples(64), gs.Exact(light_samples=16),
@@ -76,7 +76,7 @@ def test_filters_are_named_as_the_command_line_reads_them(kind: gs.Hard | gs.Pcf
     assert values.shadow_filter(str(kind)) == kind
 
 
-def test_a_grainy_setting_does_not_beat_a_clean_one() -> None:
+def test_grainy_setting_does_not_dominate_a_clean_one() -> None:
     clean = Score(0.01, 0.002, 0.002, 0.0, 0.0, 0.0, 0.0, 1.0, 0.002, 0.01, 0.0, 0.0, 0.01)
     assert decisive_error(clean) == 0.002
     assert decisive_error(replace(clean, wrong=0.001, grain=0.9)) == 0.9

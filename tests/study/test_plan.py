@@ -1,4 +1,4 @@
-"""The cheapest settings for a budget, against the whole grid measured by hand."""
+"""The cheapest settings for a budget, against the whole grid measured exhaustively."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ def plan(scene: gs.Scene, wrong: float, resume: Path | None = None) -> Plan:
     )
 
 
-def test_every_filter_takes_its_least_resolution(scene: gs.Scene, study: Study, journal: Path) -> None:
+def test_every_filter_uses_its_lowest_sufficient_resolution(scene: gs.Scene, study: Study, journal: Path) -> None:
     errors = {(r.shadow.filter, r.shadow.resolution): r.error for r in study.results}
     budget = 1.01 * errors[gs.Hard(), 32]
-    assert budget < errors[gs.Hard(), 16]  # else this test asks nothing
+    assert budget < errors[gs.Hard(), 16]  # otherwise nothing is tested
     found = plan(scene, budget, journal)
     expected = {
         kind: min(step for step in STEPS if errors[kind, step] <= budget)
@@ -35,17 +35,17 @@ def test_every_filter_takes_its_least_resolution(scene: gs.Scene, study: Study, 
     assert [choice.cost for choice in found.choices] == sorted(choice.cost for choice in found.choices)
     for shadow, error in found.tried.items():
         assert error == errors[shadow.filter, shadow.resolution]
-        assert shadow.resolution <= expected.get(shadow.filter, STEPS[-1])  # nothing above the rung that met the budget
+        assert shadow.resolution <= expected.get(shadow.filter, STEPS[-1])  # nothing above the sufficient resolution
 
 
-def test_a_study_is_not_measured_again(scene: gs.Scene, study: Study, journal: Path) -> None:
+def test_study_results_are_reused(scene: gs.Scene, study: Study, journal: Path) -> None:
     before = journal.read_bytes()
     found = plan(scene, study.results[2].error, journal)
     assert journal.read_bytes() == before
     assert found.best.results[0] in study.results
 
 
-def test_no_setting_meets_it(scene: gs.Scene, study: Study, journal: Path) -> None:
+def test_unreachable_budget_is_reported(scene: gs.Scene, study: Study, journal: Path) -> None:
     found = plan(scene, 0.0, journal)
     assert not found.met
     assert len(found.tried) == len(STEPS) * len(KINDS)
@@ -65,7 +65,7 @@ def test_the_worst_light_decides(scene: gs.Scene) -> None:
     assert choice.error == max(result.error for result in choice.results) == both.tried[choice.shadow]
 
 
-def test_what_cannot_be_planned_is_refused(scene: gs.Scene) -> None:
+def test_invalid_plans_are_refused(scene: gs.Scene) -> None:
     for wrong in (-0.1, 1.0, float("nan")):
         with pytest.raises(
             gs.SettingsError, match=r"wrong must be a finite number in \[0, 1\) \(a share of the pixels\)"
@@ -78,14 +78,14 @@ def test_what_cannot_be_planned_is_refused(scene: gs.Scene) -> None:
         run_plan(scene, 0.1, lights=[below], size=SIZE, filters=[gs.Hard()], resolutions=[64], backend="egl")
 
 
-def test_what_is_tried_holds_the_default() -> None:
+def test_candidates_contain_the_default() -> None:
     for shadow in (gs.Shadow(), gs.Shadow(bias=gs.NoBias())):
         assert shadow.settled().filter in RUNGS
         assert shadow.settled().resolution in RESOLUTIONS
 
 
-def test_a_plan_for_a_light_that_has_a_size() -> None:
-    """One hard map is wrong along its penumbra; what obeys the size meets the budget, and the cheapest of it wins."""
+def test_plan_for_an_area_light() -> None:
+    """One hard map is wrong along its penumbra; filters that use the light's size meet the budget, and the cheapest of them wins."""
     scene = gs.scenes.courtyard()
     sun = gs.DirectionalLight(angle=6.0)
     found = run_plan(scene, 1e-3, lights=[sun], size=(96, 54), resolutions=(1024,), repeats=1)
@@ -95,8 +95,8 @@ def test_a_plan_for_a_light_that_has_a_size() -> None:
     assert best.obeys_size
 
 
-def test_milliseconds_alone_choose_the_most_accurate_that_is_so_fast() -> None:
-    """An hour allows everything; a picosecond nothing, and the fastest is named."""
+def test_time_budget_alone_chooses_the_most_accurate() -> None:
+    """An hour allows every setting; a picosecond none, and the fastest is named."""
     common = {
         "size": (96, 54),
         "filters": [gs.Hard(), gs.Pcf(1)],
@@ -114,9 +114,9 @@ def test_milliseconds_alone_choose_the_most_accurate_that_is_so_fast() -> None:
     assert len(fast.choices) == 1
     both = run_plan(scene, 0.999, ms=3.6e6, **common)  # type: ignore[arg-type]
     assert [choice.cost for choice in both.choices] == sorted(choice.cost for choice in both.choices)
-    assert len(both.choices) == 2, "of each filter its least resolution that meets the budget"
+    assert len(both.choices) == 2, "of each filter the lowest resolution that meets the budget"
 
 
-def test_a_plan_needs_a_budget() -> None:
+def test_plan_without_budget_is_refused() -> None:
     with pytest.raises(gs.SettingsError, match=r"give wrong.*or ms"):
         run_plan(gs.scenes.courtyard())

@@ -1,4 +1,4 @@
-"""The page: complete, in one piece, and the same every time."""
+"""The page: complete, in one file, and deterministic."""
 
 import json
 import re
@@ -22,7 +22,7 @@ VOID = {"meta", "img", "br", "link", "input", "hr"}
 
 
 class Page(HTMLParser):
-    """Counts tags and collects what the page refers to."""
+    """Counts tags and collects the page's references."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -51,7 +51,7 @@ def folder(study: Study, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_report(study, tmp_path_factory.mktemp("report")).parent
 
 
-def test_the_page_needs_nothing_else(folder: Path) -> None:
+def test_page_is_self_contained(folder: Path) -> None:
     page = Page((folder / "study.html").read_text())
     assert page.open == []
     assert page.references
@@ -60,7 +60,7 @@ def test_the_page_needs_nothing_else(folder: Path) -> None:
     assert "@import" not in (folder / "study.html").read_text()
 
 
-def test_the_page_has_plot_table_and_pictures(folder: Path, study: Study) -> None:
+def test_page_has_plot_table_and_images(folder: Path, study: Study) -> None:
     text = (folder / "study.html").read_text()
     page = Page(text)
     assert page.tags["svg"] == len(study.lights) == 1
@@ -75,7 +75,7 @@ def test_the_page_has_plot_table_and_pictures(folder: Path, study: Study) -> Non
         assert value in text
 
 
-def test_the_page_shows_the_hard_cases(folder: Path) -> None:
+def test_page_shows_the_hard_cases(folder: Path) -> None:
     text = (folder / "study.html").read_text()
     cases = read_cases()
     table = text[text.index('<table id="cases"') :]
@@ -90,7 +90,7 @@ def test_the_page_shows_the_hard_cases(folder: Path) -> None:
     assert notes[: notes.index("</ol>")].count("<li>") == len(cases.notes)
 
 
-def test_pictures_carry_their_flip(folder: Path, study: Study) -> None:
+def test_images_show_their_flip(folder: Path, study: Study) -> None:
     numbers = json.loads((folder / "study.json").read_text())
     flips = {row["key"]: row["flip"] for row in numbers["results"]}
     for key, panel in study.panels.items():
@@ -100,13 +100,13 @@ def test_pictures_carry_their_flip(folder: Path, study: Study) -> None:
     assert all(flips[result.key] is None for result in study.results if result.key not in study.panels)
 
 
-def test_a_report_does_without_flip(study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_report_works_without_flip(study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("glshadow.study.report.find_spec", lambda name: None)
     page = write_report(study, tmp_path)
     assert "FLIP" not in page.read_text()
 
 
-def test_plot_and_numbers_stand_beside_it(folder: Path, study: Study) -> None:
+def test_plot_and_numbers_are_written_next_to_the_page(folder: Path, study: Study) -> None:
     with Image.open(folder / "plot.png") as plot:
         assert plot.width > 1500
         assert len(plot.convert("RGB").getcolors(1 << 20) or []) > 50
@@ -115,11 +115,11 @@ def test_plot_and_numbers_stand_beside_it(folder: Path, study: Study) -> None:
     assert {row["setting"] for row in numbers["results"] if row["front"]} == {result.name for result in study.front()}
 
 
-def test_the_same_study_gives_the_same_page(folder: Path, study: Study, tmp_path: Path) -> None:
+def test_page_is_deterministic(folder: Path, study: Study, tmp_path: Path) -> None:
     assert write_report(study, tmp_path).read_bytes() == (folder / "study.html").read_bytes()
 
 
-# As much of a document as the page's script touches, around a table of `types` of columns and `cells` of [text, value].
+# The part of a document that the page's script uses, around a table of `types` of columns and `cells` of [text, value].
 DOCUMENT = """
 const element = (textContent, dataset) => {
   const attributes = new Map(), listeners = [];
@@ -147,8 +147,8 @@ def natural(text: str) -> list[str | float]:
     return [float(part) if part[:1].isdigit() else part.lower() for part in re.split(r"(\d[\d.]*)", text)]
 
 
-def test_the_table_sorts_by_click(folder: Path) -> None:
-    """The page's own script, in a browser's engine: each heading up, then down, and marked alone."""
+def test_table_sorts_by_click(folder: Path) -> None:
+    """The page's own script, in a browser's engine: each heading ascending, then descending, and only that one marked."""
     page = (folder / "study.html").read_text()
     start = page.index('<table class="wide" id="settings">')
     table = ElementTree.fromstring(page[start : page.index("</table>", start) + len("</table>")])
@@ -167,7 +167,7 @@ def test_the_table_sorts_by_click(folder: Path) -> None:
             assert json.loads(str(engine.eval(f"texts({column})"))) == [row[column][0] for row in cells]
 
 
-def test_the_command_writes_everything_and_prints_one_object(tmp_path: Path) -> None:
+def test_command_writes_all_files_and_prints_one_object(tmp_path: Path) -> None:
     arguments = ["-o", str(tmp_path / "out"), "--size", "64x36", "--quick", "--json", "--backend", "egl"]
     done = CliRunner().invoke(command, arguments)
     assert done.exit_code == 0, done.stderr
@@ -187,7 +187,7 @@ def test_the_command_writes_everything_and_prints_one_object(tmp_path: Path) -> 
     assert [row["times_ms"] for row in fresh["results"]] != times
 
 
-def test_the_command_refuses_what_it_cannot_do(tmp_path: Path) -> None:
+def test_command_refuses_bad_options(tmp_path: Path) -> None:
     assert CliRunner().invoke(command, []).exit_code == 2
     assert CliRunner().invoke(command, ["-o", str(tmp_path), "--size", "big"]).exit_code == 2
     missing = CliRunner().invoke(command, ["nothing.glb", "-o", str(tmp_path / "out")])
@@ -196,7 +196,7 @@ def test_the_command_refuses_what_it_cannot_do(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
-def test_names_are_text_in_the_page(study: Study, tmp_path: Path) -> None:
+def test_names_are_escaped_in_the_page(study: Study, tmp_path: Path) -> None:
     hostile = replace(study, scene="\x1b]0;x\x07\u202egnp<script>alert(1)</script>")
     page = write_report(hostile, tmp_path).read_text()
     for text in (page, str(hostile), hostile._repr_html_()):

@@ -1,4 +1,4 @@
-"""A study on a small picture: what it measures, in which order, and what an interruption leaves behind."""
+"""A study on a small image: what it measures, in which order, and what an interruption leaves."""
 
 import json
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from glshadow.study.run import _moved
 from .conftest import GRID, KINDS, REPEATS, SIZE, STEPS
 
 PART = Grid(resolutions=STEPS[2:], filters=KINDS)
-"""What an interrupted study is of: half of the folder's."""
+"""Settings of an interrupted study: half of the folder's."""
 
 
 def _study(scene: gs.Scene, resume: Path | None = None, progress: Callable[..., None] | None = None) -> Study:
@@ -29,7 +29,7 @@ def test_results_are_in_the_order_of_the_grid(study: Study) -> None:
     assert [result.name for result in study.results] == [*names, "exact"]
 
 
-def test_the_error_is_that_of_measure(study: Study, scene: gs.Scene) -> None:
+def test_error_equals_that_of_measure(study: Study, scene: gs.Scene) -> None:
     result = study.results[5]
     assert result.name == "32 pcf:1"
     light = replace(scene.lights[0], shadow=result.shadow)
@@ -39,7 +39,7 @@ def test_the_error_is_that_of_measure(study: Study, scene: gs.Scene) -> None:
     assert study.results[4].score.wrong > study.results[6].score.wrong > 0.0  # twice the resolution
 
 
-def test_a_sample_estimates_the_kinds_of_many_wrong_pixels(scene: gs.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sampled_error_kinds_are_close_to_all(scene: gs.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     light = replace(scene.lights[0], shadow=gs.Shadow(resolution=256, bias=gs.NoBias()))
     with gs.Renderer("egl") as renderer:
         frame = renderer.render(scene, lights=[light], size=(64, 36), samples=1)
@@ -52,15 +52,15 @@ def test_a_sample_estimates_the_kinds_of_many_wrong_pixels(scene: gs.Scene, monk
     assert not careful.sampled()  # since the last call
     assert (estimate.wrong, estimate.mean) == pytest.approx((exact.wrong, exact.mean), rel=1e-12)
     assert exact.acne > 0.1
-    # a sample of 200 knows a share to 0.5 / sqrt(200) = 3.5 % of the wrong pixels; three times that
+    # a sample of 200 estimates a share to 0.5 / sqrt(200) = 3.5 % of the wrong pixels; three times that
     assert estimate.acne == pytest.approx(exact.acne, abs=0.105 * exact.wrong)
     assert estimate.edge == pytest.approx(exact.edge, abs=0.105 * exact.wrong)
     monkeypatch.setattr("glshadow.study.remembered.SAMPLE", 10**9)
-    assert gs.measure(frame, careful) == gs.measure(frame, careful) == exact  # what it had asked is remembered
+    assert gs.measure(frame, careful) == gs.measure(frame, careful) == exact  # earlier results are cached
     assert not careful.sampled()
 
 
-def test_an_estimate_takes_over_what_its_neighbours_are(scene: gs.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_estimate_copies_the_kinds_of_neighbours(scene: gs.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     light = replace(scene.lights[0], shadow=gs.Shadow(resolution=32, filter=gs.Hard()))
     with gs.Renderer("egl") as renderer:
         frame = renderer.render(scene, lights=[light], size=SIZE, samples=1)
@@ -71,7 +71,7 @@ def test_an_estimate_takes_over_what_its_neighbours_are(scene: gs.Scene, monkeyp
     assert gs.measure(frame, RememberedTruth.of(truth)).edge == exact.edge
 
 
-def test_times_are_positive_and_one_for_every_round(study: Study) -> None:
+def test_times_are_positive_and_one_per_round(study: Study) -> None:
     for result in study.results:
         assert len(result.times_ms) == len(result.floors_ms) == REPEATS
         assert min(result.times_ms + result.floors_ms) > 0.0
@@ -80,7 +80,7 @@ def test_times_are_positive_and_one_for_every_round(study: Study) -> None:
         assert result.cost == np.median(np.array(result.times_ms) / np.array(result.floors_ms))
 
 
-def test_the_front_is_not_beaten_and_has_pictures(study: Study) -> None:
+def test_front_is_not_dominated_and_has_images(study: Study) -> None:
     front = study.front()
     assert front
     assert list(front) == sorted(front, key=lambda result: result.cost)
@@ -90,7 +90,7 @@ def test_the_front_is_not_beaten_and_has_pictures(study: Study) -> None:
         assert any(region.wrong for region in study.panels[result.key].regions) == (result.score.wrong > 0.0)
 
 
-def test_an_interrupted_study_goes_on_where_it_was(study: Study, scene: gs.Scene, tmp_path: Path) -> None:
+def test_interrupted_study_resumes(study: Study, scene: gs.Scene, tmp_path: Path) -> None:
     journal = tmp_path / "study.jsonl"
 
     def interrupt(done: int, total: int, text: str) -> None:
@@ -120,7 +120,7 @@ def test_an_interrupted_study_goes_on_where_it_was(study: Study, scene: gs.Scene
     assert journal.read_bytes() == after  # nothing left to measure
 
 
-def test_another_scene_does_not_take_over_results(scene: gs.Scene, tmp_path: Path) -> None:
+def test_results_of_another_scene_are_not_reused(scene: gs.Scene, tmp_path: Path) -> None:
     journal = tmp_path / "study.jsonl"
     grid = [gs.Shadow(resolution=128)]
     first = run_study(scene, size=SIZE, grid=grid, repeats=1, resume=journal, backend="egl")
@@ -132,23 +132,23 @@ def test_another_scene_does_not_take_over_results(scene: gs.Scene, tmp_path: Pat
     assert first.results[0].key != moved.results[0].key
 
 
-def test_lights_are_studied_alone(scene: gs.Scene) -> None:
-    lamp = gs.PointLight(position=(2.0, 4.0, 1.0))
-    lights = (scene.lights[0], gs.DirectionalLight(shadow=None), lamp)
+def test_lights_are_studied_separately(scene: gs.Scene) -> None:
+    point_light = gs.PointLight(position=(2.0, 4.0, 1.0))
+    lights = (scene.lights[0], gs.DirectionalLight(shadow=None), point_light)
     both = run_study(scene, lights=lights, size=SIZE, grid=[gs.Shadow(resolution=128)], repeats=1, backend="egl")
-    assert both.lights == (scene.lights[0], lamp)
+    assert both.lights == (scene.lights[0], point_light)
     assert [result.light for result in both.results] == [0, 1]
     assert len(both.front(0)) == len(both.front(1)) == 1
 
 
 @pytest.mark.parametrize("direction", [(0.0, -1.0, 0.0), (1.0, -2.0, 0.5)])
-def test_every_round_has_another_sun(scene: gs.Scene, direction: tuple[float, float, float]) -> None:
+def test_every_round_moves_the_light(scene: gs.Scene, direction: tuple[float, float, float]) -> None:
     rounds = {_moved(gs.DirectionalLight(direction=direction), k, scene) for k in range(5)}
-    assert len(rounds) == 5  # a light that stays where it is would be served the last map
+    assert len(rounds) == 5  # a light that does not move would reuse the last map
     assert gs.DirectionalLight(direction=direction) in rounds
 
 
-def test_what_cannot_be_studied_is_refused(scene: gs.Scene, tmp_path: Path) -> None:
+def test_invalid_studies_are_refused(scene: gs.Scene, tmp_path: Path) -> None:
     with pytest.raises(gs.SettingsError, match="no light casts a shadow"):
         run_study(scene, lights=[gs.DirectionalLight(shadow=None)])
     with pytest.raises(gs.SettingsError, match="got nothing"):
@@ -164,13 +164,13 @@ def test_what_cannot_be_studied_is_refused(scene: gs.Scene, tmp_path: Path) -> N
     assert other.read_text() == "milk\n"
 
 
-def test_a_result_survives_json(study: Study) -> None:
+def test_result_round_trips_through_json(study: Study) -> None:
     for result in study.results:
         record = json.loads(json.dumps(result.as_dict()))
         assert Result.from_dict(record, result.light, result.shadow).score == result.score
 
 
-def test_it_shows_itself_in_a_notebook(study: Study) -> None:
+def test_study_has_a_notebook_representation(study: Study) -> None:
     html = study._repr_html_()
     assert html.count("<tr>") == 1 + len(study.front())
     assert study.front()[0].name in html

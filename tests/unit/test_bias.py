@@ -80,7 +80,7 @@ def test_receiver_plane_predicts_the_depth_of_a_tap() -> None:
     [
         ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
         ((1e-3, 2e-3, 0.5), (2e-3, 4e-3, 0.7)),  # parallel in the map: the plane contains the light ray
-        ((1e-3, 2e-3, 0.5), (1e-3, 2e-3 * (1 + 1e-9), 0.7)),  # so nearly that float32 derivatives could not tell
+        ((1e-3, 2e-3, 0.5), (1e-3, 2e-3 * (1 + 1e-9), 0.7)),  # so nearly that float32 derivatives could not show it
         ((0.0, 0.0, 0.5), (1e-3, 0.0, 0.0)),
     ],
 )
@@ -185,7 +185,7 @@ def tilted(count: int = 2000) -> tuple[Array, Array]:
 
 
 def share_lit(filter_: Filter, bias: SlopeScaledBias | NormalOffsetBias, snapped: float = SNAP_TEXELS) -> Array:
-    """Of points on infinite planes through the origin, texels 1 wide; the plane is drawn `snapped` texels off along x and along y."""
+    """Lit fraction on infinite planes through the origin, texels 1 wide; the plane is drawn `snapped` texels off along x and y."""
     normals, position = tilted()
     slope = normals[:, :2] / normals[:, 2:]  # of depth, which grows along -z
     points = np.column_stack([position, -(slope * position).sum(axis=1)])
@@ -202,10 +202,10 @@ def share_lit(filter_: Filter, bias: SlopeScaledBias | NormalOffsetBias, snapped
 
 @pytest.mark.parametrize("filter_", FILTERS, ids=str)
 @pytest.mark.parametrize("kind", [SlopeScaledBias, NormalOffsetBias])
-def test_a_derived_bias_lets_no_plane_shadow_itself(
+def test_derived_bias_prevents_self_shadowing_of_planes(
     filter_: Filter, kind: type[SlopeScaledBias] | type[NormalOffsetBias]
 ) -> None:
-    """However steep: the closed form for every texel of the kernel. A sixth less, and some do."""
+    """At any slope: the closed form for every texel of the kernel. With a bias smaller by a sixth some planes shadow themselves."""
     bias = kind().derived(filter_.reach_texels)
     np.testing.assert_allclose(share_lit(filter_, bias), 1.0, rtol=0.0, atol=1e-12)  # sums of weights
     given = bias.factor if isinstance(bias, SlopeScaledBias) else bias.texels
@@ -218,13 +218,13 @@ def test_a_derived_bias_lets_no_plane_shadow_itself(
         assert (share_lit(filter_, less) < 1.0 - 1e-9).any()
 
 
-def test_a_bias_that_was_given_stays() -> None:
+def test_given_bias_is_kept() -> None:
     for bias in (SlopeScaledBias(1.1), NormalOffsetBias(1.5), ConstantBias(0.1), NoBias(), ReceiverPlaneBias()):
         assert bias.derived(2.0) is bias
 
 
 @pytest.mark.parametrize("tilt", [5.0, 30.0, 44.0, 46.0])
-def test_a_constant_bias_says_up_to_which_tilt_it_serves(tilt: float) -> None:
+def test_constant_bias_reports_its_maximum_tilt(tilt: float) -> None:
     """A plane of that tilt rises by sqrt(2) reach texels times its tangent, along the map's diagonal."""
     reach, texel = 2.0, 0.05
     said = ConstantBias(float(np.sqrt(2.0) * reach * texel * np.tan(np.radians(tilt)))).shortfall(reach, texel)

@@ -1,4 +1,4 @@
-"""The camera: poses, intrinsics, windows and rays."""
+"""Cameras: poses, intrinsics, windows and rays."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_window_is_symmetric_and_has_the_field_of_view() -> None:
     np.testing.assert_allclose([left, right, bottom, top], [-2.0, 2.0, -1.0, 1.0], rtol=1e-14)
     wide = PerspectiveCamera(fov_y=90.0, pixel_aspect=1.5).window((200, 100))
     np.testing.assert_allclose(wide, [-3.0, 3.0, -1.0, 1.0], rtol=1e-14)
-    # principal counts from the top left: to the right of the middle, and above it
+    # principal counts from the top left: to the right of the centre, and above it
     shifted = PerspectiveCamera(fov_y=90.0, principal=(0.75, 0.25)).window((200, 100))
     np.testing.assert_allclose(shifted, [-3.0, 1.0, -1.5, 0.5], rtol=1e-14)
 

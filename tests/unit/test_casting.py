@@ -1,4 +1,4 @@
-"""Which bodies are left out of a light's passes: only those that certainly darken nothing."""
+"""Bodies that a light's passes may cull: only those that certainly shadow nothing."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def slab() -> np.ndarray:
     "light",
     [SUN, gs.PointLight(position=(3.0, 4.0, 1.0)), gs.SpotLight(position=(0.0, 5.0, 0.0), direction=(0.0, -1.0, 0.0))],
 )
-def test_a_floor_under_everything_darkens_nothing(light: gs.DirectionalLight) -> None:
+def test_floor_under_everything_shadows_nothing(light: gs.DirectionalLight) -> None:
     assert not darkens(slab(), box((-1.0, 0.0, -1.0), (1.0, 2.0, 1.0)), light)
 
 
@@ -54,15 +54,15 @@ def test_a_floor_under_everything_darkens_nothing(light: gs.DirectionalLight) ->
     ],
     ids=["below", "sunk into it", "beside it, in its shadow"],
 )
-def test_it_does_what_lies_behind_it(low: tuple[float, float, float], high: tuple[float, float, float]) -> None:
+def test_floor_shadows_bodies_behind_it(low: tuple[float, float, float], high: tuple[float, float, float]) -> None:
     assert darkens(slab(), box(low, high), SUN)
 
 
-def test_a_light_from_below_makes_it_cast() -> None:
+def test_floor_casts_under_a_light_from_below() -> None:
     assert darkens(slab(), box((-1.0, 0.0, -1.0), (1.0, 2.0, 1.0)), gs.PointLight(position=(0.0, -3.0, 0.0)))
 
 
-def test_valleys_and_open_boxes_may_darken_themselves_and_tents_may_not() -> None:
+def test_valleys_and_open_boxes_may_shadow_themselves() -> None:
     a, b, c, d = (np.array(p) for p in ((-3.0, 2.0, 3.0), (0.0, 0.0, 3.0), (0.0, 0.0, -3.0), (-3.0, 2.0, -3.0)))
     left = np.array([[a, b, c], [a, c, d]])
     right = left * (-1.0, 0.15, 1.0)
@@ -70,11 +70,11 @@ def test_valleys_and_open_boxes_may_darken_themselves_and_tents_may_not() -> Non
     valley, tent = np.concatenate([left, right]), np.concatenate([left, right]) * (1.0, -1.0, 1.0)
     assert darkens(valley, valley, low)
     assert not darkens(tent, tent, gs.DirectionalLight(direction=(0.1, -1.0, 0.1)))
-    room = slab()[[1, 2, 4, 5, 6, 7, 8, 9]]
-    assert darkens(room, room, SUN)
+    open_box = slab()[[1, 2, 4, 5, 6, 7, 8, 9]]
+    assert darkens(open_box, open_box, SUN)
 
 
-def test_a_camera_outside_a_convex_body_sees_none_of_its_inner_side() -> None:
+def test_camera_outside_a_convex_body_sees_no_back_face() -> None:
     body = convex(slab())
     assert body is not None
     above, inside, across = ([(0.0, y, 0.0), (0.1, top, 0.0)] for y, top in ((0.1, 0.2), (-0.15, -0.1), (-0.1, 0.1)))
@@ -88,8 +88,8 @@ def test_a_camera_outside_a_convex_body_sees_none_of_its_inner_side() -> None:
     assert convex(np.concatenate([slab(), wall])) is None
 
 
-def test_a_plank_between_the_outermost_points_of_a_light_darkens() -> None:
-    """The shadows of the sun's rim pass a small body on either side, that of its middle meets it."""
+def test_plank_between_the_extreme_points_of_a_light_casts() -> None:
+    """The shadows of the light's rim pass a small body on either side, that of its centre hits it."""
     plank = np.array([[[-9.0, 0.0, 0.05], [9.0, 0.0, 0.05], [9.0, 0.0, -0.05]]])
     target = box((-0.1, -5.1, -0.1), (0.1, -5.0, 0.1))
     sun = gs.DirectionalLight(direction=(0.0, -1.0, 0.0), angle=20.0)
@@ -98,18 +98,18 @@ def test_a_plank_between_the_outermost_points_of_a_light_darkens() -> None:
 
 
 def test_against_rays(rng: np.random.Generator) -> None:
-    """Whatever a triangle is said not to darken, no ray from it to the sun meets the triangle."""
+    """For a triangle that is culled as shadowing nothing, no ray from the receivers to the light hits it."""
     from glshadow.core.spaces import view_axes
 
     axes = view_axes(np.asarray(SUN.direction))[:2]
-    spared = 0
+    culled = 0
     for _ in range(300):
         triangle = rng.normal(size=(1, 3, 3)) * 3.0
         middle = rng.normal(size=3) * 6.0
         target = box(tuple(middle - 0.5), tuple(middle + 0.5))
         if darkens(triangle, target, SUN):
             continue
-        spared += 1
+        culled += 1
         points = middle + rng.uniform(-0.5, 0.5, size=(200, 3))
         a, b, c = np.moveaxis((triangle[0][None] - points[:, None]) @ axes.T, 1, 0)
         area = [p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] for p, q in ((a, b), (b, c), (c, a))]
@@ -117,4 +117,4 @@ def test_against_rays(rng: np.random.Generator) -> None:
         normal = np.cross(triangle[0, 1] - triangle[0, 0], triangle[0, 2] - triangle[0, 0])
         behind = ((points - triangle[0, 0]) @ normal) * np.sign(normal @ np.asarray(SUN.direction)) > 0.0
         assert not (met & behind).any()
-    assert spared > 100
+    assert culled > 100

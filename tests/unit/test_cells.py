@@ -1,4 +1,4 @@
-"""Triangle lists that the CPU builds: conservative, of the expected length, culled and masked as they should be."""
+"""Per-cell triangle lists built on the CPU: conservative, of the expected length, culled and masked correctly."""
 
 from __future__ import annotations
 
@@ -61,8 +61,8 @@ LIGHTS: dict[str, Light] = {
 
 @pytest.mark.parametrize("halvings", [0, 4])
 @pytest.mark.parametrize("name", list(LIGHTS))
-def test_every_triangle_that_a_ray_meets_is_in_its_cell(rng: np.random.Generator, name: str, halvings: int) -> None:
-    """Receivers behind points of the triangles, vertices and edges among them, find them with the shader's own float32 arithmetic."""
+def test_every_triangle_hit_by_a_ray_is_in_its_cell(rng: np.random.Generator, name: str, halvings: int) -> None:
+    """Receivers behind points of the triangles, vertices and edges included, find them with the shader's own float32 arithmetic."""
     triangles = scattered(rng, COUNT)
     triangles[0] = [[-40.0, 0.3, -40.0], [40.0, 0.3, -40.0], [0.0, 0.3, 40.0]]  # larger than the scene
     if isinstance(light := LIGHTS[name], PointLight | SpotLight):
@@ -82,18 +82,18 @@ def test_every_triangle_that_a_ray_meets_is_in_its_cell(rng: np.random.Generator
     receivers = points.reshape(-1, 3).astype(np.float32)
     triangle = np.repeat(np.arange(COUNT), 40)
     inside, face, x, y, depth = receiver_cells(grid, receivers)
-    asked = inside & made.lists.facets[triangle, :, 3].any(axis=1)
-    assert asked.sum() > 10 * COUNT
-    missed = ~held(lists, grid, face, x, y, triangle) & asked
-    assert not missed.any(), f"{missed.sum()} of {asked.sum()}, triangles {np.unique(triangle[missed])[:5]}"
-    least = np.array([lists.depth[f, t] for f, t in zip(face[asked], triangle[asked], strict=True)])
-    assert (least <= depth[asked]).all()
+    tested = inside & made.lists.facets[triangle, :, 3].any(axis=1)
+    assert tested.sum() > 10 * COUNT
+    missed = ~held(lists, grid, face, x, y, triangle) & tested
+    assert not missed.any(), f"{missed.sum()} of {tested.sum()}, triangles {np.unique(triangle[missed])[:5]}"
+    least = np.array([lists.depth[f, t] for f, t in zip(face[tested], triangle[tested], strict=True)])
+    assert (least <= depth[tested]).all()
     assert len(lists.fine) > 0
     assert len(lists.coarse) > 0
 
 
 @pytest.mark.parametrize("kind", ["sun", "point"])
-def test_lists_are_as_long_as_cells_are_touched(rng: np.random.Generator, kind: str) -> None:
+def test_list_lengths_match_the_covered_cells(rng: np.random.Generator, kind: str) -> None:
     """Of shapes anywhere in a grid of squares of side s: area + s (width + height) + s^2 of each, by Minkowski's sum."""
     count, size = 20_000, 0.02
     middle = rng.uniform(-0.9, 0.9, (count, 1, 3))
@@ -119,12 +119,12 @@ def test_lists_are_as_long_as_cells_are_touched(rng: np.random.Generator, kind: 
     assert abs(found / expected - 1.0) < 3.0 * 0.5 / np.sqrt(count)
 
 
-def test_lists_follow_the_layout(rng: np.random.Generator) -> None:
+def test_lists_have_the_documented_layout(rng: np.random.Generator) -> None:
     made = built(LIGHTS["point"], scattered(rng, 500))
     grid, lists = made.grid, made.lists
     assert lists.heads.shape == (6 * (grid.cells + grid.cells // RATIO), grid.cells)
     assert lists.count == len(lists.links)
-    # a list's links follow each other, so that walking is reading on
+    # the entries of a list are contiguous in memory
     following = lists.links[:, 1] != 0
     np.testing.assert_array_equal(lists.links[following, 1], np.flatnonzero(following) + 2)
     assert (lists.heads > 0).sum() == (~following).sum()
@@ -136,14 +136,14 @@ def test_lists_follow_the_layout(rng: np.random.Generator) -> None:
 
 
 def test_large_triangles_go_to_coarse_cells(rng: np.random.Generator) -> None:
-    """No triangle has many more entries than MOST fine cells or all coarse ones."""
+    """No triangle has many more entries than MOST fine cells, or than all coarse cells."""
     made = built(LIGHTS["sun"], scattered(rng, 2000))
     triangles, entries = np.unique(made.lists.links[:, 0], return_counts=True)
     assert len(triangles) > 1900
     assert entries.max() <= max((made.grid.cells // RATIO) ** 2, 1.5 * MOST)
 
 
-def test_a_count_beyond_the_limit_is_told_without_links(rng: np.random.Generator) -> None:
+def test_count_beyond_the_limit_is_returned_without_entries(rng: np.random.Generator) -> None:
     triangles = scattered(rng, 500)
     made = built(LIGHTS["sun"], triangles)
     numbers, none = np.arange(1500).reshape(-1, 3), np.zeros(500, dtype=np.uint32)
@@ -160,7 +160,7 @@ def test_a_count_beyond_the_limit_is_told_without_links(rng: np.random.Generator
     assert len(few.links) == 0
 
 
-# -- what casts
+# -- casters
 
 UP = np.array([[[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 0.0, -1.0]]])  # its front is seen from above
 FRAME = np.array([[[-2.0, -3.0, 2.0], [2.0, -3.0, 2.0], [0.0, -3.0, -2.0]]])
@@ -171,14 +171,14 @@ FRAME = np.array([[[-2.0, -3.0, 2.0], [2.0, -3.0, 2.0], [0.0, -3.0, -2.0]]])
     ("flags", "front", "back"),
     [(CASTS, 1, 1), (CASTS | CULL_BACK, 1, 0), (CASTS | CULL_FRONT, 0, 1), (0, 0, 0), (CULL_BACK, 0, 0)],
 )
-def test_culled_sides_and_what_does_not_cast(light: Light, flags: int, front: int, back: int) -> None:
+def test_culled_sides_and_non_casters_are_omitted(light: Light, flags: int, front: int, back: int) -> None:
     for triangles, expected in ((UP, front), (UP[:, ::-1], back)):
         made = built(light, np.concatenate([triangles, FRAME]), flags)
         assert (made.lists.links[:, 0] == 0).any() == bool(expected)
 
 
 def test_edge_on_triangles_are_kept() -> None:
-    """Rounding decides on which side of them the light is."""
+    """Rounding decides which side faces the light."""
     upright = np.array([[[0.0, -1.0, -1.0], [0.0, -1.0, 1.0], [0.0, 1.0, 0.0]]])
     for flags in (CASTS | CULL_BACK, CASTS | CULL_FRONT):
         made = built(DirectionalLight(direction=(0.0, -1.0, 0.0)), np.concatenate([upright, FRAME]), flags)
@@ -202,8 +202,8 @@ def test_masks_go_with_their_triangles(rng: np.random.Generator) -> None:
 
 @pytest.mark.parametrize("scale", [1e-12, 1e-6, 1e9])
 @pytest.mark.parametrize("name", ["sun", "wide spot among them", "point"])
-def test_lists_are_those_of_the_scaled_scene(rng: np.random.Generator, name: str, scale: float) -> None:
-    """To the bit, where the scale is a power of two."""
+def test_lists_are_invariant_to_scale(rng: np.random.Generator, name: str, scale: float) -> None:
+    """To the bit, if the scale is a power of two."""
     light = LIGHTS[name]
     triangles = scattered(rng, 500)
     power = 2.0 ** np.round(np.log2(scale))
@@ -215,7 +215,7 @@ def test_lists_are_those_of_the_scaled_scene(rng: np.random.Generator, name: str
     np.testing.assert_array_equal(scaled.lists.heads, usual.lists.heads)
 
 
-def test_nothing_casts() -> None:
+def test_no_casters_give_empty_lists() -> None:
     made = built(LIGHTS["point"], UP, 0)
     assert made.lists.count == 0
     assert not made.lists.heads.any()

@@ -1,4 +1,4 @@
-"""Clusters hold every triangle once, and none is left out of which anything could be drawn."""
+"""Clusters contain every triangle once, and culling drops only clusters of which nothing would be drawn."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from glshadow.shadows.view import FACES, ShadowView
 
 
 def soup(rng: np.random.Generator, count: int) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    """Triangles of all sizes, of vertices that others use too, in any order."""
+    """Triangles of all sizes with shared vertices, in random order."""
     positions = (rng.normal(size=(count + 2, 3)) * rng.uniform(1e-3, 1.0, (count + 2, 1))).astype(np.float32)
     return positions, rng.integers(0, len(positions), (count, 3), dtype=np.int32)
 
@@ -42,7 +42,7 @@ def test_every_triangle_is_in_one_cluster_and_inside_its_box(rng: np.random.Gene
         np.testing.assert_allclose(clusters.centre[k] + clusters.half[k], high, rtol=0, atol=1e-15)
 
 
-def test_a_sphere_falls_into_small_pieces() -> None:
+def test_sphere_is_split_into_small_clusters() -> None:
     """Area 4 pi in C pieces of side about sqrt(4 pi / C). A view of one half needs half of them and those on the border, a band two
     sides wide, which (Archimedes) is that width / 2 of the ball."""
     positions, triangles = shapes.icosphere(5, 1.0)
@@ -55,7 +55,7 @@ def test_a_sphere_falls_into_small_pieces() -> None:
     assert 0.5 <= seen.mean() < 0.5 + side
 
 
-def test_the_order_is_that_of_the_file_where_triangles_share_a_cell() -> None:
+def test_triangles_in_one_cell_keep_the_file_order() -> None:
     positions = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=np.float32)
     triangles = np.tile(np.arange(3, dtype=np.int32), (1000, 1))
     np.testing.assert_array_equal(make_clusters(positions, triangles).order, np.arange(1000))
@@ -66,7 +66,7 @@ def at(clusters: object, matrices: list[Array]) -> Placed:
 
 
 def hostile(rng: np.random.Generator) -> Array:
-    """Turned, stretched, mirrored, flattened, tiny or far away."""
+    """Rotated, stretched, mirrored, flattened, tiny or far away."""
     matrix = np.eye(4)
     turned = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     matrix[:3, :3] = turned * rng.choice([1.0, -1.0, 1e-6, 10.0, 0.0], size=3, p=[0.4, 0.3, 0.1, 0.15, 0.05])
@@ -90,7 +90,7 @@ def drawn(view: ShadowView, matrix: Array, points: NDArray[np.float32]) -> NDArr
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**32 - 1))
-def test_what_is_left_out_lies_beyond_one_side(seed: int) -> None:
+def test_culled_clusters_lie_beyond_one_frustum_plane(seed: int) -> None:
     """By the float32 corners of every triangle: all beyond one side of the view, so that clipping leaves nothing."""
     rng = np.random.default_rng(seed)
     positions, triangles = soup(rng, 600)
@@ -108,7 +108,7 @@ def test_what_is_left_out_lies_beyond_one_side(seed: int) -> None:
             assert any(beyond) or (w[group] < 0.0).all()
 
 
-def test_the_farthest_depth_of_blocks(rng: np.random.Generator) -> None:
+def test_farthest_depth_of_tiles(rng: np.random.Generator) -> None:
     for side, reversed_depth in ((3 * BLOCK, False), (3 * BLOCK + 5, True), (4, False)):
         depth = rng.uniform(size=(side, side)).astype(np.float32)
         found = farthest(depth, reversed_depth)
@@ -126,7 +126,7 @@ def test_the_farthest_depth_of_blocks(rng: np.random.Generator) -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**32 - 1))
-def test_what_is_hidden_lies_behind_every_texel_that_it_touches(seed: int) -> None:
+def test_occluded_clusters_lie_behind_every_texel_they_touch(seed: int) -> None:
     rng = np.random.default_rng(seed)
     positions, triangles = soup(rng, 600)
     clusters = make_clusters(positions, triangles)
@@ -157,8 +157,8 @@ def test_what_is_hidden_lies_behind_every_texel_that_it_touches(seed: int) -> No
         assert (sign * stored).min() > (sign * depth[low[1] : high[1] + 1, low[0] : high[0] + 1]).max()
 
 
-def test_a_wall_hides_half_of_a_ball() -> None:
-    """Everything behind it, less a layer of clusters two sides deep: see above."""
+def test_wall_occludes_half_of_a_ball() -> None:
+    """All clusters behind the wall, except a layer of clusters two sides deep: see above."""
     positions, triangles = shapes.icosphere(5, 1.0)
     placed = at(make_clusters(positions.astype(np.float32), triangles.astype(np.int32)), [np.eye(4)])
     view = ShadowView("orthographic", 0, np.eye(4), (-1.5, 1.5, -1.5, 1.5), -2.0, 2.0, ClipSpace(True, False), 256)

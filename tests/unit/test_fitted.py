@@ -1,4 +1,4 @@
-"""Fits that make several views, or one in perspective: splits, lattices and matrices against their formulas."""
+"""Fits with several views, or one in perspective: splits, lattices and matrices against their formulas."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def asked(camera: gs.PerspectiveCamera = CAMERA, light: gs.Light = SUN, near: fl
     y = np.geomspace(near, far, 40)
     rays = np.array([[-0.3, 0.0, -1.0], [0.3, 0.0, -1.0], [-0.3, 0.0, -1.0], [0.3, 0.0, -1.0]])
     world = np.broadcast_to(rays @ axes, (len(y), 4, 3)).copy()
-    world[..., 1] = -1.7 / y[:, None]  # the ray through (x, -1.7 / depth) ends on the ground
+    world[..., 1] = -1.7 / y[:, None]  # the ray through (x, -1.7 / depth) hits the ground
     starts = np.broadcast_to(np.asarray(camera.position), world.shape)
     blocks = Blocks(starts, world, y, y * 1.03)
     corners = BOX[None]
@@ -34,7 +34,7 @@ def asked(camera: gs.PerspectiveCamera = CAMERA, light: gs.Light = SUN, near: fl
     )
 
 
-def test_splits_are_those_of_zhang() -> None:
+def test_splits_match_zhangs_formula() -> None:
     near, far, count = 2.0, 162.0, 4
     share = np.arange(count + 1) / count
     even, ratio = near + (far - near) * share, near * (far / near) ** share
@@ -46,7 +46,7 @@ def test_splits_are_those_of_zhang() -> None:
 
 
 @pytest.mark.parametrize("count", [1, 3, 8])
-def test_every_point_that_is_seen_lies_in_its_map(count: int) -> None:
+def test_every_visible_point_lies_in_its_map(count: int) -> None:
     given = asked()
     assert given.blocks is not None
     views = cascades(given, gs.Cascades(count)).views
@@ -79,7 +79,7 @@ def moved(camera: gs.PerspectiveCamera, by: Array) -> gs.PerspectiveCamera:
 
 
 def test_stable_maps_move_by_whole_texels() -> None:
-    """Wherever the camera goes and looks, the lattice of their texels stays; so does their size."""
+    """Wherever the camera moves and looks, the lattice of their texels stays, and so does their size."""
     settings = gs.Cascades(3, stable=True, distance=150.0)
     first = cascades(asked(), settings).views
     turned = replace(CAMERA, target=(7.0, 0.4, -6.0))
@@ -109,7 +109,7 @@ def test_stable_maps_cover_their_slices() -> None:
 
 
 @pytest.mark.parametrize("psm", [False, True])
-def test_perspective_holds_what_is_seen_and_keeps_light_straight(psm: bool) -> None:
+def test_perspective_map_covers_the_view_and_keeps_light_straight(psm: bool) -> None:
     given = asked()
     assert given.blocks is not None
     (view,) = warped(given, gs.Lispsm(psm)).views
@@ -124,7 +124,7 @@ def test_perspective_holds_what_is_seen_and_keeps_light_straight(psm: bool) -> N
     depth = uvzw[:, 2] / uvzw[:, 3]
     assert (depth >= 0.0).all()
     assert (depth <= 1.0).all()
-    # along the light nothing moves on the map, and depth grows evenly
+    # along the light nothing moves on the map, and depth grows linearly
     along = inside[:1] + np.linspace(-3.0, 3.0, 7)[:, None] * np.asarray(SUN.direction)
     there = project(view.uvz_from_world, along)
     np.testing.assert_allclose(
@@ -135,7 +135,7 @@ def test_perspective_holds_what_is_seen_and_keeps_light_straight(psm: bool) -> N
     np.testing.assert_allclose(steps, steps[0], rtol=1e-9)
 
 
-def test_perspective_is_left_out_where_the_sun_shines_along_the_view() -> None:
+def test_light_along_the_view_gets_no_perspective() -> None:
     light = replace(SUN, direction=tuple((-CAMERA.view_from_world[2, :3]).tolist()))
     (view,) = warped(asked(light=light), gs.Lispsm()).views
     assert view.warp is None
@@ -149,8 +149,8 @@ def test_settings_are_checked(kind: type[gs.Fit], given: dict[str, float]) -> No
         kind(**given)
 
 
-def test_perspective_is_kept_only_where_texels_are_smaller_over_what_is_seen() -> None:
-    """Suns from along the view to across it, the eye as the centre: never worse than without, and once not warped though it could be."""
+def test_perspective_is_used_only_where_it_shrinks_visible_texels() -> None:
+    """Lights from along the view to across it: never worse than without perspective, and once it is not used although it could be."""
     forward = -CAMERA.view_from_world[2, :3]
     across = np.cross(forward, (0.0, 1.0, 0.0))
     warps = []

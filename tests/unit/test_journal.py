@@ -1,4 +1,4 @@
-"""The journal: a line is there whole or not at all, whatever the disk does."""
+"""The journal: a line is written completely or not at all, whatever the disk does."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from glshadow.journal import Journal
 
 
 class Full(io.FileIO):
-    """A file on a disk that takes a few bytes more."""
+    """A file on a disk with only a few bytes left."""
 
-    room = 10
+    free = 10
 
     def write(self, data: bytes) -> int:  # type: ignore[override]
-        if self.room == 0:
+        if self.free == 0:
             raise OSError(28, "No space left on device")
-        taken = super().write(data[: self.room])
-        self.room -= taken
+        taken = super().write(data[: self.free])
+        self.free -= taken
         return taken
 
 
-def test_a_full_disk_leaves_no_half_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_full_disk_leaves_no_partial_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "j.jsonl"
     journal = Journal(path)
     journal.add({"key": "a", "value": 1})
@@ -34,14 +34,14 @@ def test_a_full_disk_leaves_no_half_line(tmp_path: Path, monkeypatch: pytest.Mon
         with pytest.raises(GlshadowError, match=r"cannot write .*j\.jsonl: No space left on device"):
             journal.add({"key": "b", "value": 2})
     assert path.read_bytes() == before
-    assert set(journal.records) == {"a"}, "what was not written is not there"
+    assert set(journal.records) == {"a"}, "the failed record is absent"
     journal.add({"key": "c", "value": 3})
     assert set(Journal(path).records) == {"a", "c"}
 
 
-def test_what_writes_piecewise_is_asked_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_partial_writes_are_continued(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     class Slow(Full):
-        room = 1 << 20
+        free = 1 << 20
 
         def write(self, data: bytes) -> int:  # type: ignore[override]
             return super().write(bytes(data)[:3])
@@ -53,7 +53,7 @@ def test_what_writes_piecewise_is_asked_again(tmp_path: Path, monkeypatch: pytes
     assert Journal(path).records == {"a": {"key": "a", "value": 1}}
 
 
-def test_a_cut_off_line_is_dropped(tmp_path: Path) -> None:
+def test_truncated_line_is_dropped(tmp_path: Path) -> None:
     path = tmp_path / "j.jsonl"
     path.write_text('{"key":"a"}\n{"key":"b')
     assert set(Journal(path).records) == {"a"}

@@ -30,7 +30,7 @@ def casters(rng: np.random.Generator) -> Array:
 
 
 def cells_of(grid: ListGrid, points: Array) -> Array:
-    """Fine cells (N, 2), not rounded, of world points that lie before the light."""
+    """Fine cells (N, 2), not rounded, of world points in front of the light."""
     local = transform(grid.view_from_world, points)
     place = local[:, :2] if grid.projection == "orthographic" else local[:, :2] / -local[:, 2:]
     x, y, z, w = grid.cells_from_window
@@ -41,11 +41,11 @@ def cells_of(grid: ListGrid, points: Array) -> Array:
 
 
 @pytest.mark.parametrize("light", [SUN, SPOT, BULB, DirectionalLight(direction=(0.0, -1.0, 0.0))])
-def test_the_window_holds_every_caster_and_little_more(light: Light, casters: Array) -> None:
+def test_window_fits_the_casters_tightly(light: Light, casters: Array) -> None:
     grid = list_grid(light, casters)
     cells = cells_of(grid, casters)
     assert ((cells > 0.0) & (cells < grid.cells)).all()
-    # 0.05 % larger than what it holds: a quarter of a cell in all of 512, and not turned the wrong way
+    # 0.05 % larger than its content: a quarter of a cell in all of 512, and not rotated the wrong way
     np.testing.assert_allclose(np.ptp(cells, axis=0), grid.cells, rtol=1e-3)
 
 
@@ -54,7 +54,7 @@ def test_the_window_holds_every_caster_and_little_more(light: Light, casters: Ar
     [
         (SUN, "orthographic", 1),
         (SPOT, "perspective", 1),
-        (BULB, "perspective", 1),  # far from all casters: one grid will do
+        (BULB, "perspective", 1),  # far from all casters: one grid suffices
         (PointLight(position=(0.1, 0.2, -0.1)), "cube", 6),  # among them
         (PointLight(position=(0.0, 0.6, 0.0)), "cube", 6),  # so near that they surround it
         (PointLight(position=(1e4, 0.0, 0.0)), "perspective", 1),
@@ -67,14 +67,14 @@ def test_kinds(casters: Array, light: Light, kind: str, faces: int) -> None:
 
 
 @pytest.mark.parametrize("light", [SUN, SPOT, BULB, PointLight(position=(0.1, 0.2, -0.1))])
-def test_views_are_rigid_and_begin_at_the_light(light: Light, casters: Array) -> None:
+def test_views_are_rigid_and_start_at_the_light(light: Light, casters: Array) -> None:
     grid = list_grid(light, casters)
     axes = grid.view_from_world[:3, :3]
     np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=RTOL_FLOAT64)
     assert np.linalg.det(axes) == pytest.approx(1.0)
     if isinstance(light, DirectionalLight):
         np.testing.assert_allclose(axes[2], -np.asarray(light.direction), atol=RTOL_FLOAT64)
-        assert np.abs(transform(grid.view_from_world, casters)).max() < 4.0  # about the middle: coordinates stay small
+        assert np.abs(transform(grid.view_from_world, casters)).max() < 4.0  # about the centre: coordinates stay small
     else:
         np.testing.assert_allclose(transform(grid.view_from_world, light.position), 0.0, atol=RTOL_FLOAT64)
 
@@ -86,7 +86,7 @@ def test_six_faces_have_world_axes_and_a_right_angle(casters: Array) -> None:
     assert grid.cells_from_window == (grid.cells / 2, grid.cells / 2, grid.cells / 2, grid.cells / 2)
 
 
-def test_a_spots_window_ends_at_its_cone(casters: Array) -> None:
+def test_spot_window_ends_at_its_cone(casters: Array) -> None:
     narrow = SpotLight(position=ABOVE, direction=(0.0, -1.0, 0.1), inner_angle=0.0, outer_angle=3.0)
     edge = float(np.tan(np.radians(3.0)))
     grid = list_grid(narrow, casters)
@@ -99,7 +99,7 @@ def test_a_spots_window_ends_at_its_cone(casters: Array) -> None:
     assert ((cells >= 0.0) & (cells <= grid.cells)).all()
 
 
-def test_a_cone_partly_beside_its_casters(casters: Array) -> None:
+def test_cone_partly_without_casters(casters: Array) -> None:
     aside = SpotLight(position=ABOVE, direction=(0.35, -1.0, 0.0), outer_angle=20.0)
     grid = list_grid(aside, casters)
     local = transform(grid.view_from_world, casters)
@@ -110,13 +110,13 @@ def test_a_cone_partly_beside_its_casters(casters: Array) -> None:
     assert ((cells >= 0.0) & (cells <= grid.cells)).all()
 
 
-def test_a_cone_that_no_caster_is_in(casters: Array) -> None:
+def test_cone_without_casters(casters: Array) -> None:
     away = SpotLight(position=ABOVE, direction=(1.0, 0.3, 0.0), outer_angle=30.0)
     edge = float(np.tan(np.radians(30.0)))
     np.testing.assert_allclose(list_grid(away, casters).window, (-edge, edge, -edge, edge))
 
 
-def test_a_spot_among_its_casters_uses_its_whole_cone(casters: Array) -> None:
+def test_spot_among_its_casters_uses_its_whole_cone(casters: Array) -> None:
     within = SpotLight(position=(0.0, 0.0, 0.0), direction=(1.0, 0.0, 0.0), outer_angle=45.0)
     grid = list_grid(within, casters)
     np.testing.assert_allclose(grid.window, (-1.0, 1.0, -1.0, 1.0))
@@ -145,7 +145,7 @@ def test_casters_without_extent_have_a_window(light: Light, points: list[list[fl
     assert np.isfinite(grid.cells_from_window).all()
 
 
-def test_the_grid_does_not_depend_on_the_worlds_origin(casters: Array) -> None:
+def test_grid_is_invariant_to_translation(casters: Array) -> None:
     near = list_grid(SUN, casters)
     far = list_grid(SUN, casters + np.array([1e6, -2e6, 5e5]))
     np.testing.assert_allclose(far.window, near.window, rtol=1e-6)
@@ -163,7 +163,7 @@ def test_bound_is_linear_in_its_lengths() -> None:
 
 
 @pytest.mark.parametrize("offset", [0.0, 10.0, 300.0])
-def test_no_point_of_a_plane_is_farther_off_than_the_bound(rng: np.random.Generator, offset: float) -> None:
+def test_coplanar_points_are_within_the_bound(rng: np.random.Generator, offset: float) -> None:
     """Pairs of triangles of one plane in float32, as lists.comp and exact.glsl round them; the bound is needed: half is reached."""
     count = 20_000
     axes = np.linalg.qr(rng.normal(size=(count, 3, 3)))[0]
@@ -174,7 +174,7 @@ def test_no_point_of_a_plane_is_farther_off_than_the_bound(rng: np.random.Genera
     local = (world.astype(np.float64) @ frame.T).astype(np.float32)
     both = [corners.reshape(-1, 3, 3).astype(np.float64) for corners in (local, world)]
     normals = facets(*both, frame)[:, :, 3].reshape(count, 2, 3).astype(np.float32)
-    # a point of the first triangle, put back on its plane in float32, seen from the second
+    # a point of the first triangle, projected to its plane in float32, seen from the second
     weights = rng.dirichlet(np.ones(3), count)
     point = np.einsum("nc,nci->ni", weights, local[:, 0].astype(np.float64)).astype(np.float32)
     point = point - normals[:, 0] * _dot(normals[:, 0], point - local[:, 0, 0])[:, None]
@@ -185,7 +185,7 @@ def test_no_point_of_a_plane_is_farther_off_than_the_bound(rng: np.random.Genera
         np.linalg.norm(np.cross(local[:, :, 1] - local[:, :, 0], local[:, :, 2] - local[:, :, 0]), axis=2).min(axis=1)
         > 0.2
     )
-    inside = _inside(point, local[:, 1], normals[:, 1])  # beyond a triangle, its plane's tilt counts for more
+    inside = _inside(point, local[:, 1], normals[:, 1])  # outside a triangle the tilt of its plane counts for more
     share = np.abs(gap) / (a + b * reach)
     assert (share[thick & inside] <= 1.0).all()
     assert share[thick & inside].max() > 0.02
@@ -196,7 +196,7 @@ def _dot(a: Array, b: Array) -> Array:
 
 
 def _inside(points: Array, corners: Array, normals: Array) -> Array:
-    """Whether points of its plane lie in a triangle."""
+    """Whether points of a triangle's plane lie inside it."""
     signs = [
         np.einsum("ni,ni->n", np.cross(corners[:, (k + 1) % 3] - corners[:, k], points - corners[:, k]), normals)
         for k in range(3)
@@ -221,7 +221,7 @@ def test_facets_are_corners_and_unit_normals(rng: np.random.Generator) -> None:
     ).all()
 
 
-def test_a_facet_without_area_has_no_normal() -> None:
+def test_degenerate_facet_has_no_normal() -> None:
     corners = np.array([[[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [2.0, 2.0, 2.0]]])
     made = facets(corners, corners, np.eye(3))
     np.testing.assert_array_equal(made[0, :, 3], 0.0)
@@ -231,7 +231,7 @@ def test_a_facet_without_area_has_no_normal() -> None:
 
 
 @pytest.mark.parametrize("samples", [1, 16, "4"])
-def test_exact_says_where_its_samples_went(samples: object) -> None:
+def test_exact_refuses_samples_and_names_the_new_setting(samples: object) -> None:
     with pytest.raises(SettingsError, match=rf"Exact takes no samples, got {samples!r}; .*samples=16.*--samples 16"):
         Exact(samples)
     with pytest.raises(

@@ -1,4 +1,4 @@
-"""Fits over thousands of boxes: shortcuts that must not change what is found."""
+"""Fits over thousands of boxes: shortcuts that must not change the result."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CLOUDS = {
 
 @pytest.mark.parametrize("name", CLOUDS)
 @pytest.mark.parametrize("count", [500, fit._MANY + 1, 300_000])
-def test_the_hull_holds_every_point(rng: np.random.Generator, name: str, count: int) -> None:
+def test_hull_contains_every_point(rng: np.random.Generator, name: str, count: int) -> None:
     points = CLOUDS[name](rng, count)
     hull = fit.convex_hull(points)
     extent = float(np.ptp(points, axis=0).max())
@@ -36,7 +36,7 @@ def test_the_hull_holds_every_point(rng: np.random.Generator, name: str, count: 
 
 
 def clipped_one_by_one(bounds: Array, matrices: Array, frustum: fit.Frustum) -> list[Array]:
-    """What every box shows, none of them taken for wholly inside or outside."""
+    """The visible part of every box, clipped individually even if it is wholly inside or outside."""
     low, high = bounds[:, 0], bounds[:, 1]
     pad = 1e-9 * np.maximum((high - low).max(axis=1, keepdims=True), np.abs(bounds).max(axis=(1, 2))[:, None] * 1e-3)
     low, high = low - pad, high + pad
@@ -55,13 +55,13 @@ def test_boxes_inside_and_outside_need_no_clipping(rng: np.random.Generator, mon
     camera = PerspectiveCamera((2.0, 3.0, 9.0), (0.0, 0.0, 0.0), fov_y=40.0)
     frustum = fit.frustum_of(camera.window((96, 64)), 0.5, 14.0, camera.view_from_world)
     wanted = clipped_one_by_one(bounds, matrices, frustum)
-    asked: list[int] = []
+    clipped: list[int] = []
     clip = fit._clipped
-    monkeypatch.setattr(fit, "_clipped", lambda *args: asked.append(len(args[0])) or clip(*args))
+    monkeypatch.setattr(fit, "_clipped", lambda *args: clipped.append(len(args[0])) or clip(*args))
     monkeypatch.setattr(fit, "_BLOCK", 100)
     found = fit.visible_corners(bounds, matrices, frustum)
-    assert 0 < sum(asked) < count // 2
-    assert max(asked) <= 100
+    assert 0 < sum(clipped) < count // 2
+    assert max(clipped) <= 100
     for one, other in zip(found, wanted, strict=True):
         np.testing.assert_array_equal(one, other)
     assert {len(points) for points in found} >= {0, 24}

@@ -1,4 +1,4 @@
-"""Meshes and scenes: what is refused, which meshes are closed, and the defaults that frame a scene."""
+"""Meshes and scenes: refused input, closedness, and the defaults that frame a scene."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def flipped(mesh: Mesh, triangle: int) -> Mesh:
 
 
 def bow_tie(end: float) -> Mesh:
-    """A prism over a quadrilateral whose sides cross where `end` is larger than -0.5."""
+    """A prism over a quadrilateral whose sides cross if `end` is larger than -0.5."""
     across = np.array([[-0.5, -0.5], [0.5, end], [0.5, -0.4], [-0.5, 0.5]])[::-1]
     below, above = (np.column_stack([across[:, 0], np.full(4, y), across[:, 1]]) for y in (-0.5, 0.5))
     sides = [[k, 4 + k, (k + 1) % 4] for k in range(4)] + [[(k + 1) % 4, 4 + k, 4 + (k + 1) % 4] for k in range(4)]
@@ -69,7 +69,7 @@ CLOSED_CASES = {
     "box of separate triangles": (soup(box()), True),
     "two shells apart": (joined(box(), box((3, 0, 0), (4, 1, 1))), True),
     "large box, small inverted one beside it": (joined(box(), inverted(box((3, 0, 0), (3.2, 0.2, 0.2)))), False),
-    # nobody looks whether the part that is turned inward lies inside another
+    # an inverted part inside another is not detected
     "shell with an inward cavity": (joined(box(), inverted(box((0.4, 0.4, 0.4), (0.6, 0.6, 0.6)))), False),
     "box with a degenerate triangle": (Mesh(box().positions, np.vstack([BOX, [[0, 0, 1]]])), True),
     "two boxes through each other": (joined(box(), box((0.5, 0.5, 0.5), (2, 2, 2))), True),
@@ -94,7 +94,7 @@ def test_closed(case: str) -> None:
     assert mesh.closed is expected
 
 
-def test_a_gap_of_one_ulp_is_a_gap() -> None:
+def test_gap_of_one_ulp_is_open() -> None:
     """Welding is by exact position, nothing else."""
     parts = soup(box())
     positions = parts.positions.copy()
@@ -120,7 +120,7 @@ def test_used_vertices_must_be_finite(bad: float) -> None:
         Mesh(positions, BOX)
 
 
-def test_unused_vertices_may_be_anything() -> None:
+def test_unused_vertices_may_have_any_value() -> None:
     mesh = Mesh(np.vstack([box().positions, [[np.nan, np.inf, 9e9]]]), BOX)
     assert np.isfinite(mesh.positions).all()
     np.testing.assert_array_equal(mesh.bounds, [[0, 0, 0], [1, 1, 1]])
@@ -163,7 +163,7 @@ def test_scene_needs_something_to_render() -> None:
         scene(Mesh(np.ones((3, 3)), np.array([[0, 1, 2]])))
 
 
-def test_bounds_are_those_of_the_turned_boxes() -> None:
+def test_bounds_enclose_the_rotated_boxes() -> None:
     quarter = np.array([[0.0, 0, 1, 10], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1]])  # about y
     turned = Scene((Node(box((0, 0, 0), (1, 2, 3)), quarter, "a"),))
     np.testing.assert_allclose(turned.bounds, [[10, 0, -1], [13, 2, 0]], atol=1e-15)
@@ -172,7 +172,7 @@ def test_bounds_are_those_of_the_turned_boxes() -> None:
     np.testing.assert_allclose(np.unique(corners[0], axis=0).shape, (8, 3))
 
 
-def test_moved_shares_meshes_and_leaves_the_original() -> None:
+def test_moved_shares_meshes_and_keeps_the_original() -> None:
     before = scene(box(), box((3, 0, 0), (4, 1, 1)))
     after = before.moved({"node1": translation((0, 5, 0))})
     assert after.nodes[0] is before.nodes[0]
@@ -214,16 +214,16 @@ def test_default_camera_frames_the_box(size: tuple[int, int], shape: tuple[float
     assert (clip[:, 3] > 0).all()
     ndc = clip[:, :2] / clip[:, 3:]
     assert np.abs(ndc).max() < 1.0
-    assert np.abs(ndc).max() > 0.2  # and not lost in the picture
+    assert np.abs(ndc).max() > 0.2  # and not tiny in the image
 
 
-def test_default_lights_and_camera_give_way_to_given_ones() -> None:
+def test_given_lights_and_camera_replace_the_defaults() -> None:
     plain = scene(box())
     assert plain.lights == (default_sun(),)
     assert plain.camera == default_camera(plain.bounds)
     assert default_sun().direction[1] < 0
-    camera, lamp = PerspectiveCamera((1, 2, 3)), PointLight(position=(0, 5, 0))
-    given = Scene(plain.nodes, camera, [lamp])  # type: ignore[arg-type]
+    camera, point_light = PerspectiveCamera((1, 2, 3)), PointLight(position=(0, 5, 0))
+    given = Scene(plain.nodes, camera, [point_light])  # type: ignore[arg-type]
     assert given.camera is camera
-    assert given.lights == (lamp,)
+    assert given.lights == (point_light,)
     assert Scene(plain.nodes, None, ()).lights == ()  # type: ignore[arg-type]

@@ -124,7 +124,7 @@ def test_pack_survives_the_bytes() -> None:
 
 
 def test_pack_clamps_instead_of_wrapping() -> None:
-    """A wrapped far value would read as nearest of all: everything behind it dark."""
+    """A wrapped far value would read as the nearest of all: everything behind it dark."""
     np.testing.assert_allclose(unpack(np.rint(pack([1.0, 1.05, 40.0]) * 255.0) / 255.0), 1.0, atol=2.0**-23)
     np.testing.assert_allclose(unpack(pack([-0.25, -1e-9])), 0.0, atol=1e-12)
 

@@ -1,4 +1,4 @@
-"""Cameras round a target."""
+"""Cameras on an orbit around a target."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CAMERAS = (
 
 
 @pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: type(camera).__name__)
-def test_a_full_turn_in_equal_steps(camera: gs.PerspectiveCamera) -> None:
+def test_full_turn_has_equal_steps(camera: gs.PerspectiveCamera) -> None:
     turn = gs.orbit(camera, 8)
     assert turn[0] == camera
     assert {type(each) for each in turn} == {type(camera)}
@@ -26,18 +26,18 @@ def test_a_full_turn_in_equal_steps(camera: gs.PerspectiveCamera) -> None:
         np.testing.assert_allclose(each.position, expected, atol=1e-12)
         assert each.target == camera.target
         assert each.lens == camera.lens
-        # turning the world back gives the first camera's view
+        # rotating the world back gives the first camera's view
         back = np.array([[np.cos(angle), 0, -np.sin(angle)], [0, 1, 0], [np.sin(angle), 0, np.cos(angle)]])
         np.testing.assert_allclose(each.view_from_world[:3, :3], camera.view_from_world[:3, :3] @ back, atol=1e-12)
 
 
-def test_one_is_the_camera_itself() -> None:
+def test_one_view_is_the_camera_itself() -> None:
     assert gs.orbit(CAMERAS[0], 1) == (CAMERAS[0],)
 
 
 @pytest.mark.parametrize(
     ("camera", "count"), [(CAMERAS[0], 0), (CAMERAS[0], 100_001), (CAMERAS[0], 2.5), (None, 3), ("x", 3)]
 )
-def test_what_is_none_is_named(camera: object, count: object) -> None:
+def test_bad_arguments_are_refused(camera: object, count: object) -> None:
     with pytest.raises(gs.SettingsError, match=r"(camera|count) must be"):
         gs.orbit(camera, count)  # type: ignore[arg-type, type-var]

@@ -1,4 +1,4 @@
-"""Depth ranges: what is given counts, what is derived cuts nothing, and -1..1 depth resolves what it shows."""
+"""Depth ranges: given values are used, derived ones clip nothing, and -1..1 depth resolves what it shows."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from glshadow.geometry.ranges import (
 from glshadow.scene.box import box_corners
 
 SIZE = (1280, 720)
-PIXEL = 2.0 * np.tan(np.radians(25.0)) / 720  # tangent of a pixel of a picture 720 high with fov_y 50
+PIXEL = 2.0 * np.tan(np.radians(25.0)) / 720  # tangent of a pixel of an image 720 high with fov_y 50
 EYE = PerspectiveCamera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
 PLAN = OrthographicCamera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
 
@@ -34,17 +34,17 @@ def boxes(*spans: tuple[float, float], half: float = 1.0) -> tuple[tuple[Array, 
     return (bounds, placed), box_corners(bounds, placed)
 
 
-def test_fine_depth_reaches_around_everything() -> None:
+def test_fine_depth_encloses_everything() -> None:
     assert depth_range(EYE, SIZE, *boxes((2, 3), (40, 50)), True) == DepthRange(0.999 * 2, 1.001 * 50)
-    # around the eye: nothing tells what is in the box
+    # around the eye: the box's content is unknown
     around = depth_range(EYE, SIZE, *boxes((-5, 50)), True)
     assert (around.near, around.far) == (NEAREST_SHARE * around.far, 1.001 * 50)
 
 
 @pytest.mark.parametrize("scale", [1.0, 1e-6, 1e6])
 @pytest.mark.parametrize("half", [1e3, 1e4, 1e6, 1e7])
-def test_fine_depth_begins_at_what_is_seen_of_a_large_ground(half: float, scale: float) -> None:
-    """A quarter of the way to a ground below an eye, height / tan of the angle to the picture's lower side; or at USUAL_SHARE."""
+def test_fine_depth_starts_at_the_visible_part_of_a_large_ground(half: float, scale: float) -> None:
+    """A quarter of the distance to a ground below the eye, height / tan of the angle to the image's lower side; or at USUAL_SHARE."""
     height = 1.7
     eye = PerspectiveCamera((0.0, scale * height, 0.0), (0.0, scale * height, -scale), fov_y=50.0)
     bounds = scale * np.array([[(-half, 0.0, -half), (half, 0.0, half)]])
@@ -57,23 +57,23 @@ def test_fine_depth_begins_at_what_is_seen_of_a_large_ground(half: float, scale:
 
 
 @pytest.mark.parametrize("clip_control", [True, False])
-def test_what_is_given_counts(clip_control: bool) -> None:
+def test_given_range_is_used(clip_control: bool) -> None:
     for camera in (EYE, PLAN):
         found = depth_range(replace(camera, near=0.5, far=9.0), SIZE, *boxes((2, 3), (40, 50)), clip_control)
         assert (found.near, found.far, found.fallbacks) == (0.5, 9.0, ())
 
 
-def test_coarse_depth_begins_at_what_is_seen() -> None:
-    # the first box is beside the picture: it does not hold the near plane back
+def test_coarse_depth_starts_at_the_visible_boxes() -> None:
+    # the first box is outside the image: it does not affect the near plane
     (bounds, placed), _ = boxes((0.1, 1.0), (20, 50))
     placed[0, 0, 3] = 100.0
     found = depth_range(EYE, SIZE, (bounds, placed), box_corners(bounds, placed), False)
-    # boxes are taken a little larger, so that flat ones are met
+    # boxes are slightly enlarged, so that flat ones are found
     assert found.near == pytest.approx(0.999 * 20, rel=1e-6)
     assert found.fallbacks == ()
 
 
-def test_coarse_depth_cuts_only_what_it_cannot_resolve_and_says_so() -> None:
+def test_coarse_depth_clips_only_what_it_cannot_resolve_and_reports_it() -> None:
     found = depth_range(EYE, SIZE, *boxes((-5, 50), half=30.0), False)
     assert found.near == pytest.approx(COARSE_STEP / PIXEL * 50, rel=1e-6)
     assert f"nearer than {found.near:g}" in found.fallbacks[0]
@@ -85,8 +85,8 @@ def test_coarse_depth_cuts_only_what_it_cannot_resolve_and_says_so() -> None:
     assert "leave near out, or give at least" in near.fallbacks[0]
 
 
-def test_coarse_depth_cuts_nothing_that_is_known_to_be_near_and_says_what_that_costs() -> None:
-    """A flat ground of 1e6 under the eye: where its nearest pixel is, is known; depth at the horizon pays for it."""
+def test_coarse_depth_keeps_known_near_surfaces_and_reports_the_cost() -> None:
+    """A flat ground of 1e6 under the eye: its nearest pixel is known, so depth at the horizon loses precision."""
     eye = PerspectiveCamera((0.0, 1.7, 0.0), (0.0, 1.7, -1.0), fov_y=50.0)
     bounds, placed = np.array([[(-1e6, 0.0, -1e6), (1e6, 0.0, 1e6)]]), np.eye(4)[None]
     found = depth_range(eye, SIZE, (bounds, placed), box_corners(bounds, placed), False)
@@ -97,13 +97,13 @@ def test_coarse_depth_cuts_nothing_that_is_known_to_be_near_and_says_what_that_c
 
 
 def test_coarse_depth_resolves_an_eighth_of_a_pixel() -> None:
-    """What two steps of 2^-24 in the window are, along the view, at the deepest point: (depth^2 / near) d(window)."""
+    """Two steps of 2^-24 in the window, along the view, at the deepest point: (depth^2 / near) d(window)."""
     found = depth_range(EYE, SIZE, *boxes((-5, 50), half=30.0), False)
     scale, depth = (found.far - found.near) / (found.far * found.near), 50.0
     assert 2.0 * 2.0**-24 * depth**2 * scale == pytest.approx(PIXEL * depth / 8.0, rel=2e-3)
 
 
-def test_nothing_in_view_is_no_reason_to_fail() -> None:
+def test_empty_view_has_a_valid_range() -> None:
     (bounds, placed), _ = boxes((2, 3))
     placed[0, 0, 3] = 100.0
     assert depth_range(EYE, SIZE, (bounds, placed), box_corners(bounds, placed), False).fallbacks == ()
@@ -115,7 +115,7 @@ def test_nothing_in_view_is_no_reason_to_fail() -> None:
 @pytest.mark.parametrize(
     ("near", "far"), [(2.0, 50.0), (-5.0, 50.0), (-9.0, -3.0), (3.0, 3.0), (0.0, 0.0), (1e6, 1e6 + 1)]
 )
-def test_orthographic_range_holds_what_is_ahead(near: float, far: float, clip_control: bool) -> None:
+def test_orthographic_range_encloses_what_is_ahead(near: float, far: float, clip_control: bool) -> None:
     found = depth_range(PLAN, SIZE, *boxes((near, far)), clip_control)
     assert found.near < found.far
     if far > 0.0:
@@ -138,13 +138,13 @@ def test_orthographic_frustum_is_a_box() -> None:
     local = frustum.corners @ camera.view_from_world[:3, :3].T + camera.view_from_world[:3, 3]
     np.testing.assert_allclose(local.min(axis=0), (window[0], window[2], -6.0), rtol=1e-12)
     np.testing.assert_allclose(local.max(axis=0), (window[1], window[3], 1.0), rtol=1e-12)
-    # every corner lies on three faces, and inside of the others
+    # every corner lies on three faces, and inside the others
     beyond = frustum.corners @ frustum.normals.T - frustum.limits
     np.testing.assert_array_equal((np.abs(beyond) < 1e-12).sum(axis=1), 3)
     assert (beyond > -1e-12).all()
 
 
-def test_what_an_orthographic_camera_sees_of_a_box() -> None:
+def test_visible_part_of_a_box_in_an_orthographic_view() -> None:
     """A window of 2 x 2 on a slab of 20 x 20 x 1, 5 away: a cuboid of 2 x 2 x 1."""
     camera = replace(PLAN, near=0.0, far=20.0)
     (bounds, placed), _ = boxes((5, 6), half=10.0)
@@ -156,8 +156,8 @@ def test_what_an_orthographic_camera_sees_of_a_box() -> None:
     np.testing.assert_allclose(np.sort(np.unique(view_depth(camera, points).round(6))), (5.0, 6.0))
 
 
-def test_what_a_depth_range_costs_is_said() -> None:
-    """An eye inside of a huge box, and an orthographic camera whose depth is linear over all of one."""
+def test_loss_of_depth_precision_is_reported() -> None:
+    """An eye inside a huge box, and an orthographic camera whose linear depth spans all of one."""
     half = 1e7
     bounds = np.array([[[-half, -0.3 * half, -half], [half, 0.3 * half, half]], [[-0.1, 0.0, -3.0], [0.1, 0.2, -2.8]]])
     matrices = np.tile(np.eye(4), (2, 1, 1))
@@ -168,6 +168,6 @@ def test_what_a_depth_range_costs_is_said() -> None:
     plan = OrthographicCamera(position=(0.0, 0.5, 0.0), target=(0.0, 0.0, -1.0), height=3.0)
     found = depth_range(plan, (64, 48), (bounds, matrices), corners, True)
     assert "orthographic" in found.fallbacks[0]
-    room = np.concatenate([bounds[:1] / half, bounds[1:]])
+    scaled = np.concatenate([bounds[:1] / half, bounds[1:]])
     for camera in (inside, plan):
-        assert depth_range(camera, (64, 48), (room, matrices), box_corners(room, matrices), True).fallbacks == ()
+        assert depth_range(camera, (64, 48), (scaled, matrices), box_corners(scaled, matrices), True).fallbacks == ()

@@ -1,4 +1,4 @@
-"""The rules of settings: what is kept, as what, and what the refusals say."""
+"""The rules of settings: accepted values, their stored types, and messages of refusal."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -50,7 +50,7 @@ KEPT: list[tuple[Rule, Any, Any]] = [
 
 
 @pytest.mark.parametrize(("rule", "given", "kept"), KEPT)
-def test_kept_in_the_plainest_type(rule: Rule, given: Any, kept: Any) -> None:
+def test_values_are_stored_in_the_simplest_type(rule: Rule, given: Any, kept: Any) -> None:
     found = rule("x", given)
     assert found == kept
     assert type(found) is type(kept)
@@ -98,25 +98,25 @@ def test_shapes() -> None:
     kept = as_floats(given)
     assert kept is not None
     np.testing.assert_array_equal(kept, given)
-    assert not np.shares_memory(kept, given)  # what the caller does to it later is the caller's business
+    assert not np.shares_memory(kept, given)  # later changes by the caller must not reach the setting
     assert as_floats(given, (3, 3)) is None
 
 
-def test_a_shape_is_looked_at_before_memory_is_taken() -> None:
+def test_shape_is_checked_before_allocation() -> None:
     assert as_floats(np.broadcast_to(np.float32(0.0), (1 << 40, 5)), (None, 3)) is None
 
 
-def test_no_numbers() -> None:
-    masked = [np.ma.masked, 1.0]  # of which numpy would make a NaN, with a warning
+def test_non_numbers_are_refused() -> None:
+    masked = [np.ma.masked, 1.0]  # numpy would convert it to NaN, with a warning
     dates = np.array(["2026"], dtype="M8[Y]")
     for value in ("1", b"1", bytearray(b"1"), {1: 2}, {1}, [True], [1j], [[1], [1, 2]], masked, np.ma.ones(3), dates):
         assert numbers_in(value) is None, value
     found = numbers_in(iter([1]))
     assert found is not None
-    assert np.isnan(found).all()  # an object, which no rule takes for a number
+    assert np.isnan(found).all()  # an object, which no rule accepts as a number
 
 
-def test_numbers_beyond_float64_are_no_numbers() -> None:
+def test_numbers_beyond_float64_are_refused() -> None:
     assert np.isnan(as_float(10**400))
     found = numbers_in([10**400, 1])
     assert found is not None
@@ -130,7 +130,7 @@ def test_paths(bad: Any) -> None:
         as_path("path", bad)
 
 
-def test_a_class_may_refuse_with_an_error_of_its_own() -> None:
+def test_class_may_raise_its_own_error() -> None:
     @dataclass(frozen=True)
     class Part(Settings):
         refusal = SceneError

@@ -1,4 +1,4 @@
-"""Shadow: defaults, and messages that name the setting, the value and what is allowed."""
+"""Shadow: defaults, and messages that name the setting, the value and the allowed values."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from glshadow.shadows.metric import Target
 from glshadow.shadows.shadow import Faces, Shadow
 
 
-def test_defaults_derive_what_they_can() -> None:
+def test_default_settings_are_derived() -> None:
     shadow = Shadow()
     values = (getattr(shadow, item.name) for item in fields(shadow) if item.name not in ("strength", "edge_falloff"))
     assert set(values) == {None}
@@ -39,14 +39,14 @@ def test_defaults_derive_what_they_can() -> None:
     ],
     ids=lambda given: next(iter(given)),
 )
-def test_a_setting_of_a_map_asks_for_one(given: dict[str, Any]) -> None:
+def test_map_setting_selects_a_map(given: dict[str, Any]) -> None:
     settled = Shadow(**given).settled()
     assert settled.filter == Pcf(1)
     assert settled.why == f"only a map has {next(iter(given))}"
     assert Shadow(**given, faces=Faces.BACK, strength=0.5).settled().filter == Pcf(1)
 
 
-def test_what_else_decides_the_filter() -> None:
+def test_other_reasons_for_the_filter() -> None:
     assert Shadow(faces=Faces.BACK, strength=0.5).settled().filter == Exact()
     assert Shadow().settled(without_map="OpenGL 3.3").why == "OpenGL 3.3"
     assert Shadow().settled(without_map="OpenGL 3.3").filter == Pcf(1)
@@ -55,7 +55,7 @@ def test_what_else_decides_the_filter() -> None:
     assert settle(DirectionalLight(shadow=None)) is None
 
 
-def test_spelled_out_is_the_same_setting() -> None:
+def test_spelled_out_shadow_is_equivalent() -> None:
     for shadow in (Shadow(), Shadow(bias=NoBias()), Shadow(filter=Hard(), strength=0.5)):
         written = shadow.spelled_out()
         assert written.settled().filter == shadow.settled().filter
@@ -68,7 +68,7 @@ def test_spelled_out_is_the_same_setting() -> None:
     [None, ReceiverPlaneBias(), ConstantBias(0.1), SlopeScaledBias(), NormalOffsetBias(), ClipBias(1e-3), NoBias()],
 )
 @pytest.mark.parametrize("filter_", [Hard(), Pcf(0), Pcf(2)])
-def test_every_pair_of_bias_and_filter_is_a_setting(bias: object, filter_: object) -> None:
+def test_every_pair_of_bias_and_filter_is_accepted(bias: object, filter_: object) -> None:
     shadow = Shadow(
         filter=filter_,
         bias=bias,

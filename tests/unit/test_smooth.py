@@ -1,4 +1,4 @@
-"""The rounded surface over smooth meshes: closed forms of its points, and what is refused."""
+"""The rounded surface over smooth meshes: closed forms of its points, and which normals are refused."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def _ball(subdivisions):
 
 
 def _unpacked(bits):
-    """What lib/octahedral.glsl makes of it."""
+    """The decoding of lib/octahedral.glsl."""
     p = (np.stack([bits & 0xFFFF, bits >> 16], axis=-1).astype(np.int64) - 32768) / 32767.0
     z = 1.0 - np.abs(p).sum(axis=-1)
     fold = np.maximum(-z, 0.0)[..., None]
@@ -28,7 +28,7 @@ def _unpacked(bits):
 
 @pytest.mark.parametrize("subdivisions", [0, 1, 2, 3])
 def test_points_of_a_ball_lie_outside_it_and_below_its_tangents(subdivisions):
-    """So that where the interpolated normal faces the light nothing of the ball is in between."""
+    """So that no part of the ball is in between where the interpolated normal faces the light."""
     corners, faces = _ball(subdivisions)
     assert (sides(faces, corners) == 1).all()
     share = heights(corners, corners)[1]
@@ -38,12 +38,12 @@ def test_points_of_a_ball_lie_outside_it_and_below_its_tangents(subdivisions):
     moved = points + lift(weights, points, corners, corners, share, np.full(len(corners), -1.0))
     radius = np.linalg.norm(moved, axis=1)
     assert (radius >= 1.0).all()
-    # the ball under the plane through the point and along its surface
+    # the ball below the plane through the point and along its surface
     assert (np.einsum("nj,nj->n", moved, unit_vectors(np.einsum("nk,nkj->nj", weights, corners))) >= 1.0).all()
 
 
 def test_an_arc():
-    """Half-way between two vertices whose normals are turned apart by 2 a: h = L sin(a) / 2 along each, L their distance."""
+    """Half-way between two vertices whose normals differ by 2 a: h = L sin(a) / 2 along each, L their distance."""
     angle, length = 0.3, 2.0
     corners = np.array([[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 3.0]]])
     s, c = np.sin(angle), np.cos(angle)
@@ -52,11 +52,11 @@ def test_an_arc():
     for cosine, part in ((-0.5, 1.0), (0.0, 1.0), (0.5 * FADE, 0.5), (FADE, 0.0), (1.0, 0.0)):
         offset = lift(*middle, corners, normals, np.ones(1), np.array([cosine]))
         np.testing.assert_allclose(offset, [[0.0, part * 0.5 * length * s * c, 0.0]], atol=1e-15)
-    # from within, the same surface is hollow
+    # from inside, the same surface is concave
     assert not lift(*middle, corners, -normals, np.ones(1), np.array([-1.0])).any()
 
 
-def test_no_point_is_moved_farther_than_heights_say():
+def test_no_point_is_moved_farther_than_its_height_bound():
     corners = RNG.normal(size=(2000, 3, 3)) * RNG.uniform(0.01, 1.0, (2000, 1, 3))
     faces = unit_vectors(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
     normals = unit_vectors(faces[:, None] + 0.4 * RNG.normal(size=(2000, 3, 3)))
@@ -69,7 +69,7 @@ def test_no_point_is_moved_farther_than_heights_say():
             assert (np.linalg.norm(offset, axis=1) <= most * (1.0 + 1e-12)).all()
 
 
-def test_which_normals_describe_a_surface():
+def test_normals_that_describe_a_surface():
     """Inverted ones do; the triangle's own, those across a right angle, and those on both sides do not."""
     face = np.array([[0.0, 1.0, 0.0]])
 
@@ -86,8 +86,8 @@ def test_which_normals_describe_a_surface():
     assert sides(face, np.zeros((1, 3, 3))) == 0
 
 
-def test_the_ends_of_a_long_bevel_do_not_rise():
-    """A strip of width w whose normals turn along it: no point rises by more than w / 2."""
+def test_long_bevel_rises_by_half_its_width_at_most():
+    """A strip of width w whose normals rotate along it: no point rises by more than w / 2."""
     corners = np.array([[[0.0, 0.0, 0.0], [0.0, 0.0, 0.1], [10.0, 0.0, 0.0]]])
     normals = unit_vectors(np.array([[[-0.5, 1.0, 0.0], [-0.5, 1.0, 0.0], [0.5, 1.0, 0.0]]]))
     most, share = heights(corners, normals)

@@ -135,7 +135,7 @@ def test_bias_matrix(clip: ClipSpace) -> None:
     ndc = np.array([[-1.0, -1.0, lowest], [1.0, 1.0, 1.0], [0.0, 0.0, middle], [-1.0, 1.0, 1.0]])
     expected = [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [0.5, 0.5, 0.5], [0.0, 1.0, 1.0]]
     np.testing.assert_allclose(transform(bias_matrix(clip), ndc), expected, atol=1e-15)
-    # Scaling w through: it can be multiplied onto the projection before the division.
+    # Scaling by w: it can be multiplied onto the projection before the division.
     matrix = bias_matrix(clip) @ perspective(-1, 1, -1, 1, NEAR, FAR, clip)
     uvz = project(matrix, [0.5, -1.0, -2.0])
     np.testing.assert_allclose(uvz[:2] / uvz[3], [0.625, 0.25], rtol=RTOL)

@@ -1,4 +1,4 @@
-"""Every filter, bias and fit is read as it is spelled; what is not understood is named."""
+"""Every filter, bias and fit is parsed from its spelling; input that cannot be parsed is named."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ def family_of(member: Spelled) -> tuple[type[Spelled], ...]:
 
 
 @pytest.mark.parametrize("text", SPELLED)
-def test_spelled_and_read(text: str) -> None:
+def test_spelling_round_trips(text: str) -> None:
     member = SPELLED[text]
     assert str(member) == text
     assert parse(text, family_of(member)) == member
 
 
 @pytest.mark.parametrize("kind", FILTERS, ids=lambda kind: kind.spelling)
-def test_every_setting_of_a_filter_is_read_as_it_is_spelled(kind: type[gs.Filter]) -> None:
+def test_every_setting_of_a_filter_round_trips(kind: type[gs.Filter]) -> None:
     for member in (*kind.variants(), *kind.rungs(), *kind.studied(), *kind.extremes()):
         assert parse(str(member), FILTERS) == member
 
 
-def test_what_is_left_out_has_its_default() -> None:
+def test_omitted_values_have_their_defaults() -> None:
     assert parse("disc:3", FILTERS) == gs.Disc(3.0)
     assert parse("disc:rotate", FILTERS) == gs.Disc(rotate=True)
     assert parse("slope", BIASES) == gs.SlopeScaledBias()
@@ -64,11 +64,11 @@ def test_what_is_left_out_has_its_default() -> None:
         ("hard:1", "it is spelled hard$"),
     ],
 )
-def test_what_is_not_understood_is_named(text: str, said: str) -> None:
+def test_input_that_cannot_be_parsed_is_named(text: str, said: str) -> None:
     with pytest.raises(SettingsError, match=said):
         parse(text, FILTERS, "filter")
 
 
-def test_a_value_that_is_missing_is_named() -> None:
+def test_missing_value_is_named() -> None:
     with pytest.raises(SettingsError, match=r"'constant' is not whole; it is spelled constant:WORLD"):
         parse("constant", BIASES, "bias")

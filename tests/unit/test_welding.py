@@ -1,4 +1,4 @@
-"""Welded vertices, the edges between them and the triangles across those, on cases small enough to be searched one by one."""
+"""Welded vertices, edges and adjacent triangles, on cases small enough for an exhaustive search."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def same(numbers: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("kind", [np.float32, np.float64])
 @pytest.mark.parametrize("mix", [None, 1 << 60, 0], ids=["hash", "hash of few", "hash of nothing"])
 def test_one_number_for_each_position(monkeypatch: pytest.MonkeyPatch, kind: type, mix: int | None) -> None:
-    """Also where some positions have one hash, and where all do."""
+    """Also if some positions have the same hash, or all do."""
     if mix is not None:
         monkeypatch.setattr(welding, "MIX", np.uint64(mix))
     positions = np.random.default_rng(0).integers(-2, 3, (200, 3)).astype(kind) * kind(0.5)
@@ -30,7 +30,7 @@ def test_one_number_for_each_position(monkeypatch: pytest.MonkeyPatch, kind: typ
 
 
 def searched(corners: np.ndarray) -> np.ndarray:
-    """What `neighbours` finds, by a dictionary of all edges."""
+    """The result of `neighbours`, by a dictionary of all edges."""
     users: dict[frozenset[int], list[tuple[int, int, int]]] = {}
     for t, triangle in enumerate(corners.tolist()):
         for start, end in zip(triangle, triangle[1:] + triangle[:1], strict=True):
@@ -45,13 +45,13 @@ def searched(corners: np.ndarray) -> np.ndarray:
 
 
 def closed_by_search(corners: np.ndarray, positions: np.ndarray) -> bool:
-    """Of convex parts apart from each other: every edge met by its twin alone, every part's volume positive."""
+    """For separate convex parts: every edge has exactly one opposite edge, every part's volume is positive."""
     positions = positions[[len({*triangle}) == 3 for triangle in corners.tolist()]]
     corners = corners[[len({*triangle}) == 3 for triangle in corners.tolist()]]
     if len(corners) == 0 or (searched(corners) >= TURNED).any():
         return False
     part = corners[:, 0].copy()
-    for _ in range(len(corners)):  # the least vertex spreads over its part
+    for _ in range(len(corners)):  # the lowest vertex number spreads over its part
         least = {v: int(part[(corners == v).any(axis=1)].min()) for v in np.unique(corners).tolist()}
         spread = np.array([min(least[v] for v in triangle) for triangle in corners.tolist()])
         if (spread == part).all():
@@ -61,8 +61,8 @@ def closed_by_search(corners: np.ndarray, positions: np.ndarray) -> bool:
     return all(volume[part == each].sum() > 0.0 for each in np.unique(part))
 
 
-def test_neighbours_are_those_that_a_search_finds() -> None:
-    """Few vertices, and so edges of no, one and many others, degenerate triangles and vertices at one place."""
+def test_neighbours_match_an_exhaustive_search() -> None:
+    """Few vertices, and therefore edges of no, one and many neighbours, degenerate triangles and coincident vertices."""
     random = np.random.default_rng(1)
     for _ in range(200):
         positions = random.integers(0, 2, (8, 3)).astype(np.float32)
@@ -71,8 +71,8 @@ def test_neighbours_are_those_that_a_search_finds() -> None:
 
 
 @pytest.mark.parametrize("mix", [None, 0], ids=["hash", "hash of nothing"])
-def test_neighbours_where_64_bits_do_not_hold_an_edge(monkeypatch: pytest.MonkeyPatch, mix: int | None) -> None:
-    """Vertices of 31 bits each: of the greater one only a hash is sorted, and the same for several edges or even all."""
+def test_neighbours_when_an_edge_exceeds_64_bits(monkeypatch: pytest.MonkeyPatch, mix: int | None) -> None:
+    """Vertices of 31 bits each: the greater one is sorted by a hash only, which may be equal for several edges or for all."""
     if mix is not None:
         monkeypatch.setattr(adjacency, "MIX", np.uint64(mix))
     random = np.random.default_rng(3)
@@ -82,8 +82,8 @@ def test_neighbours_where_64_bits_do_not_hold_an_edge(monkeypatch: pytest.Monkey
         np.testing.assert_array_equal(neighbours(corners), searched(corners))
 
 
-def test_neighbours_across_the_parts_that_are_computed_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Parts of three edges: runs of equal edges lie across their borders."""
+def test_neighbours_across_batches(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Batches of three edges: runs of equal edges cross their borders."""
     _, triangles = shapes.icosphere(2, 1.0)
     random = np.random.default_rng(4)
     corners = random.permutation(np.concatenate([triangles, triangles[:7], triangles[3:9, ::-1]])).astype(np.int32)
@@ -92,7 +92,7 @@ def test_neighbours_across_the_parts_that_are_computed_at_once(monkeypatch: pyte
 
 
 def test_closed_and_neighbours_of_random_meshes() -> None:
-    """Boxes and tetrahedra apart, some with a triangle less, one twice, one turned over, or all of them; vertices there several times."""
+    """Separate boxes and tetrahedra, some with a triangle less, one twice, one flipped, or all of them; duplicated vertices."""
     random = np.random.default_rng(5)
     found = []
     for _ in range(150):
@@ -123,8 +123,8 @@ def test_closed_and_neighbours_of_random_meshes() -> None:
     assert 30 < sum(found) < 120
 
 
-def test_every_part_of_a_closed_mesh_is_turned_outward() -> None:
-    """Forty balls whose vertices and triangles are shuffled; then one of them is turned inside out, and one loses a triangle."""
+def test_every_part_of_a_closed_mesh_faces_outward() -> None:
+    """Forty balls with shuffled vertices and triangles; then one of them is inverted, and one loses a triangle."""
     random = np.random.default_rng(2)
     ball, triangles = shapes.icosphere(1, 0.4)
     positions = np.concatenate([ball + np.array([k, 0.0, 0.0]) for k in range(40)])

@@ -1,4 +1,4 @@
-"""A file dropped on a window, as a file manager does it: the X drag-and-drop protocol, version 5 (freedesktop.org, XDND)."""
+"""Drops a file on a window as a file manager does: the X drag-and-drop protocol, version 5 (freedesktop.org, XDND)."""
 
 from __future__ import annotations
 

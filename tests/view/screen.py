@@ -1,4 +1,4 @@
-"""What is on a display."""
+"""Screenshots and key presses of a display."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ GRAB = "import sys\nfrom PIL import ImageGrab\nImageGrab.grab(xdisplay=sys.argv[
 
 
 def seen_on(display: str, folder: Path) -> NDArray[np.uint8]:
-    """Its pixels (H, W, 3); in a process of its own, since a closed display takes the process along."""
+    """Pixels (H, W, 3); in a process of its own, because a display that closes ends the process."""
     path = folder / "screen.png"
     subprocess.run([sys.executable, "-c", GRAB, display, str(path)], check=True, timeout=PATIENCE_S)
     picture = image.read(path)[..., :3].astype(np.uint8)
@@ -27,14 +27,14 @@ def seen_on(display: str, folder: Path) -> NDArray[np.uint8]:
 
 
 def kept(name: str, picture: NDArray[np.uint8]) -> None:
-    """Where GLSHADOW_SCREENSHOTS names a folder, the picture is left there, to be looked at."""
+    """If GLSHADOW_SCREENSHOTS names a folder, save the image there for inspection."""
     if folder := os.environ.get("GLSHADOW_SCREENSHOTS"):
         Path(folder).mkdir(parents=True, exist_ok=True)
         image.write(Path(folder) / f"{name}.png", picture)
 
 
 def pressed(display: str, *words: str) -> str:
-    """xdotool's words, and what it answers: nothing where it finds nothing.
+    """Run xdotool and return its output: empty where it finds nothing.
 
     Raises
     ------

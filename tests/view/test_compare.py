@@ -1,4 +1,4 @@
-"""Contact sheets: what is compared is measured as by hand, captions say it, and what is no setting is named."""
+"""Contact sheets: errors equal those of measure, captions state them, and invalid settings are named."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def compared() -> gs.Comparison:
     return gs.compare(gs.scenes.courtyard(), settings, size=SIZE)
 
 
-def test_errors_are_those_that_measure_finds(compared: gs.Comparison) -> None:
+def test_errors_equal_those_of_measure(compared: gs.Comparison) -> None:
     scene = gs.scenes.courtyard()
     (sun,) = scene.lights or ()
     truth = gs.trace(scene, size=SIZE, surface=compared["coarse"].frame.triangle, samples=1)
@@ -33,7 +33,7 @@ def test_errors_are_those_that_measure_finds(compared: gs.Comparison) -> None:
     assert isinstance(sun, gs.DirectionalLight)
 
 
-def test_the_sheet_holds_the_truth_and_each_with_its_error(compared: gs.Comparison, tmp_path: Path) -> None:
+def test_sheet_shows_the_reference_and_each_entry_with_its_error(compared: gs.Comparison, tmp_path: Path) -> None:
     assert len(compared) == 3
     assert all(len(entry.pictures) == 2 for entry in compared.entries)
     truth = compared.truth[0]
@@ -47,7 +47,7 @@ def test_the_sheet_holds_the_truth_and_each_with_its_error(compared: gs.Comparis
     assert "exact: " in repr(compared)
 
 
-def test_lights_keep_their_strength_and_each_has_its_row() -> None:
+def test_lights_keep_their_strength_and_have_one_row_each() -> None:
     lights = [gs.DirectionalLight(shadow=gs.Shadow(strength=0.5)), gs.PointLight(position=(0.0, 6.0, 0.0))]
     both = gs.compare(gs.scenes.courtyard(), ["pcf:1"], lights=lights, size=SIZE)
     assert len(both.truth) == 2
@@ -56,17 +56,17 @@ def test_lights_keep_their_strength_and_each_has_its_row() -> None:
 
 
 @pytest.mark.parametrize("wrong", [[], {}, "pcf:1", None, 3, [3], [None], ["pfc:1"], {"a": gs.NoBias()}])
-def test_what_is_no_setting_is_named(wrong: object) -> None:
+def test_invalid_settings_are_refused(wrong: object) -> None:
     with pytest.raises(gs.SettingsError):
         gs.compare(gs.scenes.courtyard(), wrong, size=SIZE)  # type: ignore[arg-type]
 
 
-def test_nothing_casts() -> None:
+def test_lights_without_shadow_are_refused() -> None:
     with pytest.raises(gs.SettingsError, match="no light casts"):
         gs.compare(gs.scenes.courtyard(), ["hard"], lights=[gs.DirectionalLight(shadow=None)], size=SIZE)
 
 
-def test_an_explorer_follows_its_controls() -> None:
+def test_explorer_follows_its_controls() -> None:
     explorer = gs.explore(gs.scenes.courtyard(), size=SIZE)
     try:
         first = explorer.view.image.copy()
@@ -94,7 +94,7 @@ def test_an_explorer_follows_its_controls() -> None:
         explorer.close()
 
 
-def test_while_it_moves_it_is_half_as_large_and_then_whole() -> None:
+def test_explorer_renders_at_half_size_while_dragging() -> None:
     """In an event loop, as a notebook's kernel has one."""
     import asyncio
 

@@ -1,4 +1,4 @@
-"""An explorer in a real browser, before a real kernel: its controls, moved with the mouse, change the picture."""
+"""An explorer in a real browser with a real kernel: its controls, moved with the mouse, change the image."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from numpy.typing import NDArray
 from ..tolerances import PATIENCE_S
 from .screen import kept, pressed, seen_on
 
-SKY = (206, 208, 214)  # of a picture's upper corners, which JPEG moves by 3
+SKY = (206, 208, 214)  # of an image's upper corners, which JPEG moves by 3
 STEP, MOVED = (
     12,
     0.02,
-)  # a change of a pixel that no JPEG makes, and the share of pixels that 100 degrees of azimuth change at least
+)  # a change of a pixel that JPEG never causes, and the share of pixels that 100 degrees of azimuth change at least
 CELL = """import glshadow as gs
 sun = gs.DirectionalLight(direction=(-0.55, -0.8, -0.25), shadow=gs.Shadow(filter=gs.Pcf(1), resolution=512))
 gs.explore(gs.scenes.courtyard(), lights=[sun])"""
-AZIMUTH, MAP = (182, 46), (98, 268)  # of slider and box, from the picture's upper right corner
+AZIMUTH, MAP = (182, 46), (98, 268)  # of slider and box, from the image's upper right corner
 
 
 @pytest.fixture
 def page(screen: str, headless: dict[str, str], optional: Callable[[str, str], None], tmp_path: Path) -> Iterator[str]:
-    """A display on which a browser shows the notebook, a kernel behind it."""
+    """A display on which a browser shows the notebook, with a kernel behind it."""
     program = which("chromium") or which("google-chrome")
     if program is None:
         optional("Chromium", "chromium")
@@ -52,7 +52,7 @@ def page(screen: str, headless: dict[str, str], optional: Callable[[str, str], N
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "start_new_session": True}
     with subprocess.Popen(serve, cwd=tmp_path, env=headless, **quiet) as server:  # type: ignore[call-overload]
         try:
-            _answers(port, server)
+            _wait_for_server(port, server)
             with subprocess.Popen(show, cwd=tmp_path, env=os.environ | {"DISPLAY": screen}, **quiet) as browser:  # type: ignore[call-overload]
                 try:
                     yield screen
@@ -62,29 +62,31 @@ def page(screen: str, headless: dict[str, str], optional: Callable[[str, str], N
             server.terminate()
 
 
-def _answers(port: int, server: subprocess.Popen[bytes]) -> None:
+def _wait_for_server(port: int, server: subprocess.Popen[bytes]) -> None:
     until = time.monotonic() + PATIENCE_S
     while time.monotonic() < until and server.poll() is None:
-        with socket.socket() as asked:
-            if asked.connect_ex(("127.0.0.1", port)) == 0:
+        with socket.socket() as probe:
+            if probe.connect_ex(("127.0.0.1", port)) == 0:
                 return
         time.sleep(0.1)
     pytest.fail("no server")
 
 
 def picture_in(seen: NDArray[np.uint8]) -> tuple[int, int] | None:
-    """Upper right corner (x, y) of the picture on a page."""
+    """Upper right corner (x, y) of the image on a page."""
     sky = np.abs(seen.astype(int) - SKY).max(axis=-1) <= 3
     # most of its 640 columns, and of its 360 rows what is above the horizon
     rows, columns = np.flatnonzero(sky.sum(axis=1) > 500), np.flatnonzero(sky.sum(axis=0) > 50)
     return (int(columns[-1]), int(rows[0])) if len(rows) and len(columns) else None
 
 
-def waits_for(display: str, folder: Path, what: str, true: Callable[[NDArray[np.uint8]], bool]) -> NDArray[np.uint8]:
+def waits_for(
+    display: str, folder: Path, what: str, condition: Callable[[NDArray[np.uint8]], bool]
+) -> NDArray[np.uint8]:
     until = time.monotonic() + PATIENCE_S
     while time.monotonic() < until:
         seen = seen_on(display, folder)
-        if true(seen):
+        if condition(seen):
             kept(f"explorer {what}", seen)
             return seen
         time.sleep(0.2)
@@ -92,7 +94,7 @@ def waits_for(display: str, folder: Path, what: str, true: Callable[[NDArray[np.
 
 
 @pytest.mark.slow
-def test_a_person_moves_its_controls(page: str, tmp_path: Path) -> None:
+def test_controls_respond_to_the_mouse(page: str, tmp_path: Path) -> None:
     first = waits_for(page, tmp_path, "a picture", lambda seen: picture_in(seen) is not None)
     corner = picture_in(first)
     assert corner is not None
@@ -117,6 +119,6 @@ def test_a_person_moves_its_controls(page: str, tmp_path: Path) -> None:
 
 
 def _is_whole(picture: NDArray[np.uint8]) -> bool:
-    """Not of half the size, drawn large: then all pixels are those of their even neighbours; edges are some percent of a whole one."""
+    """Whether the image has full resolution. At half resolution all pixels equal their even neighbours."""
     even = picture[0::2, 0::2].astype(int)
     return bool((np.abs(picture[1::2, 1::2].astype(int) - even).max(axis=-1) > STEP).mean() > 0.005)

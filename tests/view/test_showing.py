@@ -1,4 +1,4 @@
-"""What hands do to what is shown: angles, distances and settings, in numbers."""
+"""The state behind window and notebook controls: angles, distances and settings, in numbers."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_panning_and_zooming() -> None:
 
 
 @pytest.mark.parametrize("light", range(4))
-def test_a_light_moves_to_where_it_is_asked(light: int) -> None:
+def test_light_moves_to_the_given_angles(light: int) -> None:
     before = replace(showing(), light=light)
     after = before.lit_from(25.0, 50.0)
     assert after.aim == pytest.approx((25.0, 50.0))
@@ -62,7 +62,7 @@ def test_a_light_moves_to_where_it_is_asked(light: int) -> None:
         assert np.linalg.norm(np.subtract(moved.position, middle)) == pytest.approx(
             np.linalg.norm(np.subtract(old.position, middle))  # type: ignore[union-attr]
         )
-    if isinstance(moved, gs.SpotLight):  # it still looks where it looked, seen from the middle
+    if isinstance(moved, gs.SpotLight):  # it still aims at the same point, seen from the centre
         to_middle = middle - np.asarray(moved.position)
         was = middle - np.asarray(old.position)  # type: ignore[union-attr]
         cosine = np.dot(to_middle, moved.direction) / np.linalg.norm(to_middle) / np.linalg.norm(moved.direction)
@@ -79,11 +79,11 @@ def test_settings_replace_those_of_lights_that_cast() -> None:
     assert chosen[0].shadow == gs.Shadow(strength=0.5, resolution=1024, filter=gs.Pcf(2))
     assert chosen[1].shadow is None
     exact = Showing(SCENE, CAMERA, lights, filter=gs.Exact(), bias=gs.NoBias()).shadowed
-    assert exact[0].shadow == gs.Shadow(strength=0.5, filter=gs.Exact()), "what is said of a map is nothing to it"
+    assert exact[0].shadow == gs.Shadow(strength=0.5, filter=gs.Exact()), "settings of a map do not apply to it"
     assert Showing(SCENE, CAMERA, lights).shadowed == lights
 
 
-def test_every_key_does_what_the_help_says() -> None:
+def test_every_key_does_what_its_help_text_states() -> None:
     controls = Controls(showing(), landscapes())
     assert controls.pressed("f")
     assert str(controls.showing.filter) == str(gs.Hard())
@@ -93,7 +93,7 @@ def test_every_key_does_what_the_help_says() -> None:
         controls.pressed("f")
     assert controls.showing.filter == gs.Exact()
     assert controls.pressed("f")
-    assert controls.showing.filter is None, "round again"
+    assert controls.showing.filter is None, "wraps around"
     assert controls.pressed("d")
     assert (controls.showing.overlays, controls.showing.filter) == (("map",), gs.Pcf(1))
     assert controls.pressed("d")
@@ -125,12 +125,12 @@ def test_every_key_does_what_the_help_says() -> None:
     assert controls.pressed("space")
     assert controls.showing.aim == pytest.approx(showing().aim)
     assert not controls.animated
-    assert not controls.pressed("z"), "nothing"
+    assert not controls.pressed("z"), "the key does nothing"
     named = {key for keys, _ in HELP for key in keys.split()}
     assert {"f", "F", "r", "R", "b", "B", "s", "d", "l", "x", "g", "e", "1", "2", "3", "0", "a", "n", "o", "h"} <= named
 
 
-def test_the_projections_show_the_target_alike() -> None:
+def test_both_projections_show_the_target_alike() -> None:
     controls = Controls(showing(), {})
     width = CAMERA.window((100, 100))
     controls.pressed("o")

@@ -1,4 +1,4 @@
-"""What an exported page tells of itself when it is opened with #testWIDTHxHEIGHT."""
+"""Data that an exported page reports of itself when it is opened with #testWIDTHxHEIGHT."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The exported page, in a real browser, stores what the real Babylon.js stored at the same points by the same matrices."""
+"""The exported page in a real browser stores the values that the real Babylon.js stored at the same points with the same matrices."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ LIGHTS: dict[str, gs.Light] = {
     "spot": gs.SpotLight(position=(7, 9, 6), direction=(-7, -9, -6)),
     "point": gs.PointLight(position=(1, 6, 2)),
 }
-ZOOM = 1e4  # of the window around a texel: it is all that its view shows
+ZOOM = 1e4  # size of the window around a texel: the whole of its view
 PAGE = F32_TOLERANCE  # a reading's tolerance is Babylon.js's own rounding; the page's 32-bit matrices round as much
-HALF = 5e-4  # world units: covers the middle of that window
+HALF = 5e-4  # world units: covers the centre of that window
 
 
 @pytest.fixture(scope="module")
@@ -37,14 +37,14 @@ def readings() -> list[Reading]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("kind", "target"), [*((kind, "packed") for kind in LIGHTS), ("directional", "unorm8")])
-def test_a_page_stores_what_babylon_stored(
+def test_page_stores_the_values_of_babylon(
     browser: Callable[[Path, str], str], readings: list[Reading], tmp_path: Path, kind: str, target: str
 ) -> None:
     chosen = [r for r in readings if r.config.kind == kind and r.config.filter == "none" and r.read_metric is not None]
     assert len(chosen) >= 20
     assert {r.config.clip.reversed for r in chosen} == {False, True}
     path = gs.export_page(gs.scenes.courtyard(), tmp_path / "page", lights=[LIGHTS[kind]], target=target)
-    _ask(path, chosen)
+    _add_readings(path, chosen)
     stored = pixels_of(browser(path, "test16x16"), "map", len(chosen))[0] / 255.0
     metrics = unpack(stored) if target == "packed" else stored[:, 0]
     within = 0
@@ -57,8 +57,8 @@ def test_a_page_stores_what_babylon_stored(
     assert within >= 0.8 * len(chosen)
 
 
-def _ask(path: Path, readings: list[Reading]) -> None:
-    """Give an exported page the readings' points to draw, each by its light's matrices, into a texel of its own."""
+def _add_readings(path: Path, readings: list[Reading]) -> None:
+    """Make an exported page draw the readings' points, each with its light's matrices, into a texel of its own."""
     page = path.read_text()
     found = re.search(r"const scene = (\{.*\});\n", page)
     assert found

@@ -1,4 +1,4 @@
-"""The exported page in a real browser: its pixels beside ours, its stored metric beside our map's, and what is refused."""
+"""The exported page in a real browser: its pixels against ours, its stored metric against our map's, and what is refused."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..view.screen import kept
 from .browser import pixels_of
 
 SIZE = (160, 100)
-# A sphere and some columns: SwiftShader takes seconds for all of it.
+# A sphere and some columns: SwiftShader would take seconds for the whole courtyard.
 COURTYARD = gs.scenes.courtyard()
 SCENE = gs.Scene(COURTYARD.nodes[:4], COURTYARD.camera, COURTYARD.lights, name="courtyard")
 LIGHTS: dict[str, gs.Light] = {
@@ -33,7 +33,7 @@ LIGHTS: dict[str, gs.Light] = {
 @pytest.mark.parametrize(
     "name", ["point", *(pytest.param(name, marks=pytest.mark.exhaustive) for name in ("sun", "spot"))]
 )
-def test_a_browser_shows_what_we_render(browser: Callable[[Path, str], str], tmp_path: Path, name: str) -> None:
+def test_browser_image_matches_the_renderer(browser: Callable[[Path, str], str], tmp_path: Path, name: str) -> None:
     light = replace(
         LIGHTS[name], shadow=gs.Shadow(filter=gs.Pcf(1), resolution=256, target=gs.Target.RGBA8, fit=gs.SceneFit())
     )
@@ -59,13 +59,13 @@ def test_a_browser_shows_what_we_render(browser: Callable[[Path, str], str], tmp
     )
     metric = unpack(stored / 255.0)
     assert 0.0 <= metric.min() < 0.95
-    assert metric.max() > 0.99, "nothing there: the far end"
+    assert metric.max() > 0.99, "empty texels: the far end"
     assert len(np.unique(metric)) > 1000
 
 
 @pytest.mark.slow
 @pytest.mark.exhaustive
-def test_one_byte_shows_much_the_same(browser: Callable[[Path, str], str], tmp_path: Path) -> None:
+def test_one_byte_map_gives_a_similar_image(browser: Callable[[Path, str], str], tmp_path: Path) -> None:
     pages = {
         target: browser(
             gs.export_page(SCENE, tmp_path / target, lights=[LIGHTS["sun"]], resolution=256, target=target),
@@ -78,7 +78,7 @@ def test_one_byte_shows_much_the_same(browser: Callable[[Path, str], str], tmp_p
     assert len(np.unique(pixels_of(pages["unorm8"], "map", 256)[..., 0])) > 20
 
 
-def test_the_command_writes_one_file_that_needs_nothing_else(tmp_path: Path) -> None:
+def test_command_writes_one_self_contained_file(tmp_path: Path) -> None:
     done = CliRunner().invoke(
         main, ["export", "-o", str(tmp_path / "a" / "page"), "--filter", "pcf:2", "--light", "spot:6,6,6:-1,-1,-1"]
     )
@@ -91,7 +91,7 @@ def test_the_command_writes_one_file_that_needs_nothing_else(tmp_path: Path) -> 
     assert "<title>courtyard</title>" in text
 
 
-def test_what_is_refused(tmp_path: Path) -> None:
+def test_bad_arguments_are_refused(tmp_path: Path) -> None:
     for filter_ in (gs.Exact(), gs.Evsm(), gs.Pcss()):
         with pytest.raises(gs.SettingsError, match="cannot be asked in WebGL 1; these can: hard"):
             gs.export_page(SCENE, tmp_path, filter=filter_)
