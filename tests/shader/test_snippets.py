@@ -15,7 +15,7 @@ from scripts.shaders.variants import receivers, variants
 FILES = sorted(
     str(p.relative_to(source.root()))
     for p in source.root().rglob("*")
-    if p.suffix in (".glsl", ".vert", ".frag", ".comp")
+    if p.suffix in (".glsl", ".vert", ".frag", ".comp", ".geom")
 )
 
 
