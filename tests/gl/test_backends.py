@@ -175,7 +175,7 @@ class Painter:
         self.ctx.viewport = (0, 0, 4, 4)
         self.framebuffer.clear(0.0, 0.0, 1.0, 1.0)
         self.texture.use(0)
-        self.vertices.render(moderngl.TRIANGLE_STRIP, samples=1)
+        self.vertices.render(moderngl.TRIANGLE_STRIP)
         return bytes(self.target.read())
 
 

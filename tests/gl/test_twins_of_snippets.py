@@ -37,7 +37,7 @@ def evaluated(
         program, [(buffer, form, f"a_{key}") for buffer, form, key in zip(buffers, formats, inputs, strict=True)]
     )
     framebuffer.use()
-    array.render(ctx.POINTS, samples=1)
+    array.render(ctx.POINTS)
     found = np.frombuffer(texture.read(), np.float32).reshape(count, 4)
     before.use()
     for thing in (array, *buffers, framebuffer, texture, program):
