@@ -284,9 +284,7 @@ class View:
         else:
             rays, most = np.asarray(position, dtype=np.float64) - self.points, 1.0 - 1e-13
         length = np.linalg.norm(rays, axis=1)
-        self.blocker, _ = self.tracer.trace(
-            self.points, rays, self._tolerance / length, most, own, self.casts, samples=1
-        )
+        self.blocker, _ = self.tracer.trace(self.points, rays, self._tolerance / length, most, own, self.casts)
         lit = (np.einsum("ij,ij->i", self.normals, rays) > 0.0) & (self.blocker < 0)
         result = np.full(len(self.triangle), np.nan, dtype=np.float32)
         result[self.rows] = lit
