@@ -26,7 +26,7 @@ def _every(corners: Array, o: Array, d: Array, own: int) -> tuple[int, float]:
 def test_nearest_triangles_are_those_of_every_triangle_one_by_one(rng: np.random.Generator) -> None:
     corners = rng.normal(size=(300, 1, 3)) + rng.normal(size=(300, 3, 3)) * rng.choice([0.05, 0.5], (300, 1, 1))
     origins, directions, own = rng.normal(size=(400, 3)), rng.normal(size=(400, 3)), rng.integers(-1, 300, 400)
-    found, far = Tracer(corners).trace(origins, directions, own=own, samples=1)
+    found, far = Tracer(corners).trace(origins, directions, own=own)
     assert (found >= 0).sum() > 100
     for k in range(400):
         number, distance = _every(corners, origins[k], directions[k], int(own[k]))

@@ -162,7 +162,7 @@ def splinters(rng: np.random.Generator, count: int = 4000) -> gs.Scene:
 def test_every_pixel_of_splinters_shows_what_its_ray_meets(
     rng: np.random.Generator, renderer: gs.Renderer, kind: str
 ) -> None:
-    """Also where it meets nothing; but for rays that pass an edge nearer than float32 tells."""
+    """Also where it meets nothing; without double but for rays that pass an edge nearer than float32 tells."""
     scene = splinters(rng)
     camera = (
         gs.PerspectiveCamera(position=(0.0, 0.0, 1.0), target=(0.1, 0.05, -1.0), fov_y=60.0)
@@ -172,15 +172,13 @@ def test_every_pixel_of_splinters_shows_what_its_ray_meets(
     frame = renderer.render(scene, camera, size=SIZE, outputs=("triangle",), samples=1)
     view = View(scene, camera, SIZE)
     assert view.tracer is not None
-    met = view.tracer.trace(
-        view.origins, view.directions, least=frame.near if kind == "perspective" else 0.0, samples=1
-    )[0]
+    met = view.tracer.trace(view.origins, view.directions, least=frame.near if kind == "perspective" else 0.0)[0]
     ours = frame.triangle.ravel()
     other = np.flatnonzero(ours != met)
     assert (met >= 0).sum() > 5_000
-    assert (
-        len(other) <= 5
-    )  # three with this seed, whose rays pass 2e-6 to 7e-6 pixel beside an edge: float32 tells no more
+    caps = renderer._context.caps
+    most = 0 if caps.doubles and caps.version_code >= 400 else 5  # in float32 3, whose rays pass 2e-6 to 7e-6 pixel beside an edge
+    assert len(other) <= most
 
 
 def test_what_pixels_show_does_not_depend_on_the_frames_before(rng: np.random.Generator) -> None:
