@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -92,6 +93,23 @@ def test_no_pixel_of_a_height_field_under_grazing_light_is_wrong(
         assert (difference[judged] > 0.5).sum() <= 2
     else:
         assert (difference[judged] > 0.26).mean() <= 1e-3
+
+
+def test_samples_on_bent_surfaces_see_edges_that_pass_beside_the_plane_of_one_of_them(
+    rng: np.random.Generator, renderer: gs.Renderer
+) -> None:
+    """Under a sun one degree high what lies a thousandth of a pixel off a plane has its shadow's edge elsewhere."""
+    if not renderer._context.caps.compute:
+        return  # every sample is shaded
+    scene, light = hills(rng, 0.002), gs.DirectionalLight(direction=(-1.0, -0.04, 0.3))
+    frame = renderer.render(scene, lights=[light], size=SIZE, samples=4, outputs=("visibility",))
+    views = [View(scene, scene.camera, SIZE, place) for place in product((0.25, 0.75), (0.25, 0.75))]
+    truth = np.mean([view.visibility(towards=-np.array(light.direction)) for view in views], axis=0)
+    with np.errstate(invalid="ignore"):
+        difference = np.abs(frame.visibility[0] - truth)
+    judged = np.isfinite(difference)
+    assert 0.2 < truth[judged].mean() < 0.9
+    assert (difference[judged] > 0.26).sum() <= 15  # if all samples counted as seeing one plane: about 50
 
 
 def test_position_depth_and_normal_are_those_of_the_ray(rng: np.random.Generator, renderer: gs.Renderer) -> None:
