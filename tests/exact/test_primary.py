@@ -195,7 +195,9 @@ def test_every_pixel_of_splinters_shows_what_its_ray_meets(
     other = np.flatnonzero(ours != met)
     assert (met >= 0).sum() > 5_000
     caps = renderer._context.caps
-    most = 0 if caps.doubles and caps.version_code >= 400 else 5  # in float32 3, whose rays pass 2e-6 to 7e-6 pixel beside an edge
+    most = (
+        0 if caps.doubles and caps.version_code >= 400 else 5
+    )  # in float32 3, whose rays pass 2e-6 to 7e-6 pixel beside an edge
     assert len(other) <= most
 
 
