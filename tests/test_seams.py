@@ -163,15 +163,16 @@ def test_what_is_shaped_for_drivers_on_the_cpu_is_listed_with_its_reason() -> No
     assert asking == set(re.findall(r"\| `(glshadow/gl/[\w/]+\.py)` \|", table))
 
 
-def test_double_is_asked_for_in_one_place() -> None:
-    """Where a driver may have none: a file with a way round it."""
+def test_double_is_used_only_where_a_driver_without_it_has_another_way() -> None:
+    """By GLS_DOUBLE 0: pairs of floats, and plain floats."""
     glsl = PACKAGE.parent / "glsl"
     found = {
         path.relative_to(glsl).as_posix()
         for path in glsl.rglob("*.*")
         if re.search(r"^[^/]*\b(double|d(vec|mat)\d)\b", path.read_text(), re.MULTILINE)
     }
-    assert found == {"lib/placed.glsl"}
+    assert found == {"lib/placed.glsl", "lib/ray_triangle.glsl"}
+    assert all("#if GLS_DOUBLE" in (glsl / name).read_text() for name in found)
 
 
 def test_no_file_is_longer_than_a_reader_can_hold() -> None:
