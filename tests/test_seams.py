@@ -163,15 +163,16 @@ def test_code_for_software_drivers_is_documented() -> None:
     assert testing == set(re.findall(r"\| `(glshadow/gl/[\w/]+\.py)` \|", table))
 
 
-def test_double_is_used_in_one_file() -> None:
-    """Drivers may lack it: that file has a fallback."""
+def test_double_is_used_only_where_a_driver_without_it_has_another_way() -> None:
+    """By GLS_DOUBLE 0: pairs of floats, and plain floats."""
     glsl = PACKAGE.parent / "glsl"
     found = {
         path.relative_to(glsl).as_posix()
         for path in glsl.rglob("*.*")
         if re.search(r"^[^/]*\b(double|d(vec|mat)\d)\b", path.read_text(), re.MULTILINE)
     }
-    assert found == {"lib/placed.glsl"}
+    assert found == {"lib/placed.glsl", "lib/ray_triangle.glsl"}
+    assert all("#if GLS_DOUBLE" in (glsl / name).read_text() for name in found)
 
 
 def test_no_file_exceeds_the_line_limit() -> None:

@@ -24,7 +24,6 @@
 uniform usampler2D u_edge_heads;
 uniform usamplerBuffer u_edge_links;
 const float SHARP = 3.0; // radii of the footprint: wider blur is a penumbra
-const float BESIDE = 0.5; // pixels: so far off the plane may lie what the other samples see, see pass/fill.frag
 const float ROUNDING = 1e-3; // of the footprint's radius
 
 float cross2(vec2 a, vec2 b) {
@@ -43,7 +42,7 @@ bool crosses(vec2 a, vec2 b, vec2 u, vec2 v, float reach) {
 }
 
 bool edge_in(PixelFootprint f, bool facing) { // facing: the receiver's plane faces the light
-    vec3 position = f.middle, right = f.right, up = f.up;
+    vec3 position = f.middle, right = f.right, up = f.up, aside = f.aside;
     int top = 0;
 #if GLS_POINT
     float axis = face_axis(position), s = face_side(position, axis);
@@ -52,27 +51,29 @@ bool edge_in(PixelFootprint f, bool facing) { // facing: the receiver's plane fa
     position = face * position;
     right = face * right;
     up = face * up;
+    aside = face * aside;
 #define IN_FACE(v) (face * (v))
 #else
 #define IN_FACE(v) (v)
 #endif
-    float depth = -position.z, deeper = abs(right.z) + abs(up.z);
+    float depth = -position.z, deeper = abs(right.z) + abs(up.z) + abs(aside.z);
 #if GLS_SUN
-    vec2 place = position.xy, u = right.xy, v = up.xy;
+    vec2 place = position.xy, u = right.xy, v = up.xy, w = aside.xy;
     bool open = f.open;
 #else
     vec2 place = position.xy / depth;
     float grown = 1.0 / (1.0 - min(deeper / depth, MOST_FORESHORTENED));
     bool open = f.open || !(deeper < MOST_FORESHORTENED * depth);
     vec2 u = (right.xy + place * right.z) * (grown / depth), v = (up.xy + place * up.z) * (grown / depth);
+    vec2 w = (aside.xy + place * aside.z) * (grown / depth);
 #endif
     float radius = length(abs(u) + abs(v));
-    float sharp = GLS_SOFT == 1 ? SHARP * radius : 0.0, beside = ROUNDING * radius;
+    float sharp = GLS_SOFT == 1 ? SHARP * radius : 0.0, beside = ROUNDING * radius + length(w);
     const float finest = float(GLS_EDGE_CELLS) / float(GLS_CELLS);
     vec2 cell = (place * u_cells.xy + u_cells.zw) * finest;
     vec2 extent = (abs(u) + abs(v) + beside + sharp) * u_cells.xy * finest;
     float cells = float(GLS_EDGE_CELLS);
-    bool inside = (depth > 0.0 || GLS_SUN == 1) && texelFetch(u_mixed, ivec2(gl_FragCoord.xy), 0).r == 0u;
+    bool inside = (depth > 0.0 || GLS_SUN == 1) && !f.mixed;
 #if !GLS_POINT
     inside = inside && all(greaterThan(cell + extent, vec2(0.0))) && all(lessThan(cell - extent, vec2(cells)));
 #endif
@@ -87,7 +88,7 @@ bool edge_in(PixelFootprint f, bool facing) { // facing: the receiver's plane fa
 #endif
     bool found = inside && open;
     link = inside && !open ? link : 0u;
-    float slack = BESIDE * f.pixel;
+    float slack = MOST_OFF * f.pixel;
     while (link != 0u) {
         uvec4 entry = texelFetch(u_edge_links, int(link) - 1);
         link = entry.y;

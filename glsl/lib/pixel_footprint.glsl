@@ -2,8 +2,9 @@
 #ifndef GLS_ORTHO
 #define GLS_ORTHO 0
 #endif
+#include "lib/mixed.glsl"
 uniform vec4 u_sampled; // pixels: half of what the samples span, right and up; from the pixel's middle to the sample that is shown
-uniform usampler2D u_mixed; // 1: the pixel's samples see several surfaces, and are shaded anyway
+uniform usampler2D u_mixed; // see lib/mixed.glsl
 const float MOST_FORESHORTENED = 0.9; // nearer to the plane's horizon no parallelogram holds what is seen
 
 struct PixelFootprint {
@@ -12,7 +13,10 @@ struct PixelFootprint {
     vec3 up;
     vec3 normal; // of the plane, on the side that is seen
     float pixel; // its size across the ray
+    float off; // world units: how far off the plane other samples see the surface, and
+    vec3 aside; // along their rays
     bool open; // reaches to the horizon
+    bool mixed; // the samples are shaded one by one anyway
 };
 
 PixelFootprint pixel_footprint(vec3 position, vec3 normal, vec3 eye, vec3 ray) { // ray: of unit view depth
@@ -39,5 +43,9 @@ PixelFootprint pixel_footprint(vec3 position, vec3 normal, vec3 eye, vec3 ray) {
     float grown = 1.0 / (1.0 - min(foreshortened, MOST_FORESHORTENED));
     f.right = right * (u_sampled.x * grown);
     f.up = up * (u_sampled.y * grown);
+    uint mixed = texelFetch(u_mixed, ivec2(gl_FragCoord.xy), 0).r;
+    f.mixed = mixed == MIXED;
+    f.off = off_plane(mixed) * f.pixel * grown;
+    f.aside = ray * (f.off * grown / (slant == 0.0 ? 1.0 : slant));
     return f;
 }

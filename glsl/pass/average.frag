@@ -18,7 +18,8 @@
 #include "lib/srgb.glsl"
 #if GLS_OUTPUT == 1
 #include "lib/asking.glsl"
-uniform usampler2D u_mixed; // 1: several surfaces
+#include "lib/mixed.glsl"
+uniform usampler2D u_mixed;
 uniform usampler2D u_asking;
 uniform int u_light;
 #endif
@@ -42,7 +43,7 @@ void main() {
 #if GLS_OUTPUT == 1
     ivec2 there = max(pixel, ivec2(0));
     uint asking = texelFetch(u_asking, asking_at(there, u_light, textureSize(u_mixed, 0).y), 0).r & asking_bit(u_light);
-    pixel = asking != 0u || texelFetch(u_mixed, there, 0).r != 0u ? pixel : ivec2(-1);
+    pixel = asking != 0u || texelFetch(u_mixed, there, 0).r == MIXED ? pixel : ivec2(-1);
 #endif
     vec4 total = vec4(0.0);
     for (int i = 0; i < GLS_COLUMNS * GLS_ROWS; i++) {

@@ -14,11 +14,12 @@
 #define GLS_FIRST 1 // 1: the first light
 #endif
 #include "lib/asking.glsl"
+#include "lib/mixed.glsl"
 layout(early_fragment_tests) in;
 layout(std430, binding = 0) buffer Collected { uint collected_count; };
 layout(std430, binding = 1) writeonly buffer Pixels { uint pixels[]; }; // x, y << 16
 layout(r32ui, binding = 0) uniform uimage2D u_asking; // see lib/asking.glsl; 0 before the first light
-uniform usampler2D u_mixed; // 1: several surfaces
+uniform usampler2D u_mixed;
 uniform sampler2D u_visibility; // NaN where there is no surface; 2 more: marked
 uniform int u_light;
 const float DIFFERS = 0.3; // of a soft edge that is wider than three pixels its middle is its mean
@@ -41,7 +42,7 @@ void main() {
     vec4 others = vec4(below.x, below.z, above.x, above.z); // left, down, up, right
     differs = differs || any(greaterThan(abs(others - below.y), vec4(DIFFERS))); // a NaN does not
 #endif
-    bool mixed = texelFetch(u_mixed, pixel, 0).r != 0u;
+    bool mixed = texelFetch(u_mixed, pixel, 0).r == MIXED;
     int height = textureSize(u_visibility, 0).y;
     ivec2 word = asking_at(pixel, u_light, height);
 #if GLS_FIRST

@@ -1,4 +1,4 @@
-// One surface for each pixel from its samples, that of one that sees any, and whether one answer does not do for all: because they see
+// One surface for each pixel from its samples, that of one that sees any, and whether one answer does not do for all (lib/mixed.glsl): because they see
 // several surfaces, or one that does not go on smoothly. A sample counts as going on if its triangle's plane, where the sample's ray meets it, lies within half a pixel of the first
 // one's, and its shading normal within 8 degrees (a Lambert term off by 0.14 at most).
 #ifndef GLS_SURFACE
@@ -20,6 +20,7 @@
 #include "lib/surface_number.glsl"
 #include "lib/direction.glsl"
 #include "lib/color_packing.glsl"
+#include "lib/mixed.glsl"
 uniform usampler2D u_surface; // every sample
 uniform sampler2D u_camera_depth;
 uniform samplerBuffer u_planes; // per drawn triangle: unit world normal, distance from the scene's origin
@@ -36,7 +37,7 @@ layout(location = 0) out uvec2 o_surface;
 layout(location = 0) out uvec4 o_surface;
 #endif
 layout(location = 1) out uint o_mixed;
-const float SAME_NORMAL = 0.99, SAME_PLANE = 0.5, SAME_COLOR = 0.05;
+const float SAME_NORMAL = 0.99, SAME_COLOR = 0.05;
 
 vec3 shading_normal(uvec4 surface, vec4 plane) {
 #if GLS_SURFACE > 1
@@ -45,7 +46,8 @@ vec3 shading_normal(uvec4 surface, vec4 plane) {
     return plane.xyz;
 }
 
-bool goes_on(uvec4 own, vec4 plane, vec3 normal, uvec4 other, vec2 offset) {
+// off: of the own plane, in pixels
+bool goes_on(uvec4 own, vec4 plane, vec3 normal, uvec4 other, vec2 offset, out float off) {
     vec4 there = texelFetch(u_planes, triangle_of(other.r));
     vec3 aside = u_right_l * offset.x + u_up_l * offset.y;
 #if GLS_ORTHO
@@ -58,7 +60,8 @@ bool goes_on(uvec4 own, vec4 plane, vec3 normal, uvec4 other, vec2 offset) {
 #if !GLS_ORTHO
     float pixel = abs(along) * length(u_up_l);
 #endif
-    bool same = abs(dot(plane.xyz, eye + ray * along) - plane.w) <= SAME_PLANE * pixel; // false where it is no number
+    off = abs(dot(plane.xyz, eye + ray * along) - plane.w) / pixel;
+    bool same = off <= MOST_OFF; // false where it is no number
     same = same && abs(dot(normal, shading_normal(other, there))) >= SAME_NORMAL;
 #if GLS_COLORS == 1
     same = same && texelFetch(u_owners, triangle_of(own.r)).r == texelFetch(u_owners, triangle_of(other.r)).r;
@@ -85,6 +88,7 @@ void main() {
         differing |= bits_of(notEqual(numbers[q], uvec4(own.r))) << uint(4 * q);
     }
     bool mixed = false;
+    float most_off = 0.0;
     ivec2 seen = middle;
     vec4 plane = vec4(0.0);
     vec3 normal = vec3(0.0);
@@ -102,7 +106,9 @@ void main() {
             differing &= ~(bits_of(equal(numbers[each], uvec4(other.r))) << uint(4 * each));
         }
         seen = own.r == 0u && other.r != 0u ? corner + place : seen;
-        mixed = own.r == 0u || other.r == 0u || !goes_on(own, plane, normal, other, (vec2(place) + 0.5) / vec2(block) - 0.5);
+        float off = 0.0;
+        mixed = own.r == 0u || other.r == 0u || !goes_on(own, plane, normal, other, (vec2(place) + 0.5) / vec2(block) - 0.5, off);
+        most_off = max(most_off, off);
         differing = mixed ? 0u : differing;
     }
     own = own.r == 0u ? texelFetch(u_surface, seen, 0) : own;
@@ -113,6 +119,6 @@ void main() {
 #else
     o_surface = own;
 #endif
-    o_mixed = mixed ? 1u : 0u;
+    o_mixed = mixed ? MIXED : mixed_of(most_off);
     gl_FragDepth = texelFetch(u_camera_depth, seen, 0).r;
 }

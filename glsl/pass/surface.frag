@@ -31,7 +31,12 @@
 #include "lib/ray_triangle.glsl"
 uniform mat3 u_ray_l; // u_ray_l * (NDC x, y, 1): ray of unit view depth; GLS_ORTHO: its start, from the eye
 uniform vec3 u_eye_l; // relative to the scene's origin
+uniform mat3 u_ray_rest; // what float cuts off of both
+uniform vec3 u_eye_rest;
+#if GLS_ORTHO
 uniform vec3 u_forward_l; // the camera looks along
+uniform vec3 u_forward_rest;
+#endif
 uniform vec2 u_half_size; // of the image, in pixels
 flat in int t_triangle;
 #else
@@ -129,11 +134,11 @@ bool exists(out uvec4 surface) { // false: a texture cuts it out
 void main() {
     uvec4 surface = uvec4(0u);
 #if GLS_CONSERVATIVE
-    vec2 ndc = gl_FragCoord.xy / u_half_size - 1.0;
+    REAL3 ndc = REAL3(REAL2(gl_FragCoord.xy) / REAL2(u_half_size) - 1.0, 1.0);
+    REAL3 eye = REAL3(u_eye_l) + REAL3(u_eye_rest), ray = REAL_MAT3(u_ray_l) * ndc + REAL_MAT3(u_ray_rest) * ndc;
 #if GLS_ORTHO
-    vec3 ray = u_forward_l, eye = u_eye_l + u_ray_l * vec3(ndc, 1.0);
-#else
-    vec3 ray = u_ray_l * vec3(ndc, 1.0), eye = u_eye_l;
+    eye += ray;
+    ray = REAL3(u_forward_l) + REAL3(u_forward_rest);
 #endif
     v_triangle = t_triangle;
     hit = ray_triangle(triangle_of(uint(t_triangle)), eye, ray);

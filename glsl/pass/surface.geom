@@ -13,7 +13,8 @@ layout(triangles) in;
 layout(triangle_strip, max_vertices = 4) out;
 uniform vec2 u_half_size; // of the image, in pixels
 uniform float u_least_w; // clip w of the near plane, or less
-uniform float u_side; // 1, -1: only triangles seen counterclockwise, clockwise; 0: all
+uniform float u_side; // more than 0, less: fronts are seen counterclockwise, clockwise
+uniform bool u_hidden; // backs are
 uniform float u_nudge; // relative, away from the eye: more than depths are rounded
 flat in int v_triangle[];
 flat out int t_triangle;
@@ -69,7 +70,8 @@ void main() {
     vec4 a = gl_in[0].gl_Position, b = gl_in[1].gl_Position, c = gl_in[2].gl_Position;
     vec3 bc = cross(b.xyw, c.xyw), ca = cross(c.xyw, a.xyw), ab = cross(a.xyw, b.xyw);
     float volume = dot(a.xyw, bc); // more than 0: counterclockwise
-    if (volume == 0.0 || volume * u_side < 0.0) return;
+    bool back = volume * u_side < 0.0;
+    if (volume == 0.0 || back && u_hidden) return;
     vec3 start; // a point of its plane, in pixels and NDC z
     vec2 slope; // of z, a pixel
     vec3 most = max(abs(a.xyw), max(abs(b.xyw), abs(c.xyw)));
@@ -142,7 +144,8 @@ void main() {
     // none of those that hold no pixel's middle
     vec2 first = ceil(low + u_half_size - 0.5), last = floor(high + u_half_size - 0.5);
     if (any(greaterThan(first, last)) || first == last && !holds(first + 0.5 - u_half_size, count)) return;
-    start.z += u_nudge * abs(start.z);
+    // beside the edge of a front and a back their depths are too close to tell, and the front is the nearer
+    start.z += (back ? 2.0 : 1.0) * u_nudge * abs(start.z);
     bool turned = count == 4 && volume < 0.0; // the winding stays
     emit(corners[turned ? 1 : 0], start, slope);
     emit(corners[turned ? 0 : 1], start, slope);

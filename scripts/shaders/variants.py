@@ -141,10 +141,9 @@ def _surface() -> Iterator[Variant]:
                 yield Variant(name, "core330", {}, defines)
             yield Variant("pass/surface.vert", "core330", {}, {**defines, "GLS_INSTANCED": 1})
             yield Variant("pass/surface.geom", "core330", {}, defines)
-            for parallel, dialect in product((0, 1), ("core330", "core400")):
-                yield Variant(
-                    "pass/surface.frag", dialect, {}, {**defines, "GLS_CONSERVATIVE": 1, "GLS_ORTHO": parallel}
-                )
+            for parallel, (dialect, double) in product((0, 1), (("core330", 0), ("core400", 0), ("core400", 1))):
+                tested = {"GLS_CONSERVATIVE": 1, "GLS_ORTHO": parallel, "GLS_DOUBLE": double}
+                yield Variant("pass/surface.frag", dialect, {}, {**defines, **tested})
 
 
 def _depths_read() -> Iterator[Variant]:

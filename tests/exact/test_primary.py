@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -94,6 +95,23 @@ def test_height_field_under_grazing_light_matches_rays(
         assert (difference[judged] > 0.26).mean() <= 1e-3
 
 
+def test_samples_on_bent_surfaces_see_edges_that_pass_beside_the_plane_of_one_of_them(
+    rng: np.random.Generator, renderer: gs.Renderer
+) -> None:
+    """Under a light one degree above the horizon what lies a thousandth of a pixel off a plane has its shadow's edge elsewhere."""
+    if not renderer._context.caps.compute:
+        return  # every sample is shaded
+    scene, light = hills(rng, 0.002), gs.DirectionalLight(direction=(-1.0, -0.04, 0.3))
+    frame = renderer.render(scene, lights=[light], size=SIZE, samples=4, outputs=("visibility",))
+    views = [View(scene, scene.camera, SIZE, place) for place in product((0.25, 0.75), (0.25, 0.75))]
+    truth = np.mean([view.visibility(towards=-np.array(light.direction)) for view in views], axis=0)
+    with np.errstate(invalid="ignore"):
+        difference = np.abs(frame.visibility[0] - truth)
+    judged = np.isfinite(difference)
+    assert 0.2 < truth[judged].mean() < 0.9
+    assert (difference[judged] > 0.26).sum() <= 15  # if all samples counted as seeing one plane: about 50
+
+
 def test_position_depth_and_normal_match_the_ray(rng: np.random.Generator, renderer: gs.Renderer) -> None:
     scene = hills(rng)
     frame = renderer.render(scene, size=SIZE, outputs=("triangle", "position", "normal", "depth"), samples=1)
@@ -160,7 +178,7 @@ def splinters(rng: np.random.Generator, count: int = 4000) -> gs.Scene:
 
 @pytest.mark.parametrize("kind", ["perspective", "orthographic"])
 def test_splinter_pixels_show_what_their_ray_hits(rng: np.random.Generator, renderer: gs.Renderer, kind: str) -> None:
-    """Also where the ray hits nothing. Except for rays that pass an edge closer than float32 resolves."""
+    """Also where the ray hits nothing. Without double except for rays that pass an edge closer than float32 resolves."""
     scene = splinters(rng)
     camera = (
         gs.PerspectiveCamera(position=(0.0, 0.0, 1.0), target=(0.1, 0.05, -1.0), fov_y=60.0)
@@ -174,9 +192,11 @@ def test_splinter_pixels_show_what_their_ray_hits(rng: np.random.Generator, rend
     ours = frame.triangle.ravel()
     other = np.flatnonzero(ours != met)
     assert (met >= 0).sum() > 5_000
-    assert (
-        len(other) <= 5
-    )  # three with this seed, whose rays pass an edge at 2e-6 to 7e-6 pixel: float32 resolves no more
+    caps = renderer._context.caps
+    most = (
+        0 if caps.doubles and caps.version_code >= 400 else 5
+    )  # in float32 3, whose rays pass 2e-6 to 7e-6 pixel beside an edge
+    assert len(other) <= most
 
 
 def test_surfaces_do_not_depend_on_earlier_frames(rng: np.random.Generator) -> None:

@@ -585,7 +585,9 @@ def test_receivers_outside_the_map_are_lit(renderer: Renderer, target: Target) -
     assert len(points) > 20
     # the top of the box at height 1, seen from height 4
     assert np.abs(points[:, [0, 2]]).max() < 4.0 / 3.0 * 0.5 + 0.15
-    edge = within & (np.hypot(frame.position[..., 0], frame.position[..., 2]) > 1.2)  # the cone ends at 1.46, the map beyond
+    edge = within & (
+        np.hypot(frame.position[..., 0], frame.position[..., 2]) > 1.2
+    )  # the cone ends at 1.46, the map beyond
     assert edge.sum() > 100
     assert frame.visibility[0][edge].min() > 1.0 - WEIGHT
 

@@ -213,8 +213,7 @@ def draw_surface(
     hidden = ["back" if unseen else None for unseen in (scene.closed & sight.outside).tolist()]
     of_kind: dict[tuple[bool, ...], Program] = {}  # looked up once, not for every mesh
 
-    side = np.array([hidden[node] is not None for node in range(len(hidden))]) * np.where(scene.mirrored, -1.0, 1.0)
-    sides = side.astype(np.float32)[:, None]
+    sides = np.where(scene.mirrored, -1.0, 1.0).astype(np.float32)[:, None]
 
     def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
         gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
@@ -231,6 +230,7 @@ def draw_surface(
             program.write("u_first_triangle", scene.packed_first[i])
             program.write("u_normal_from_mesh", scene.packed_normals[i])
             program.write("u_side", sides[i])
+            program.set(u_hidden=hidden[i] is not None)
 
         return place, gpu.vertex_array(program, "numbered")
 
@@ -241,6 +241,7 @@ def draw_surface(
         program = _program(programs, scene, gpu, samples, rays, GLS_INSTANCED=1)
         program.set(u_color=material.color, u_cutoff=gpu.cutoff)
         program.write("u_side", sides[nodes[0]])
+        program.set(u_hidden=hidden[nodes[0]] is not None)
         array = gpu.vertex_array(program, "numbered")
         most = context.caps.max_texture_buffer_size // _INSTANCE_TEXELS
         for some in np.split(nodes, range(most, len(nodes), most)):

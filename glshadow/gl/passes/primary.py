@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -34,11 +35,17 @@ def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
     width, height = targets.surface.size
     unit = math.ldexp(1.0, -math.frexp(sight.reach)[1])
     camera = camera_uniforms(scene, sight, np.eye(3), np.zeros(3))
+    modern = work.caps.version_code >= 400
     rays = Rays(
-        dialect="core400" if work.caps.version_code >= 400 else "core330",
-        defines={"GLS_ORTHO": int(not sight.camera.is_perspective), "GLS_CONSERVATIVE": 1},
+        dialect="core400" if modern else "core330",
+        defines={
+            "GLS_ORTHO": int(not sight.camera.is_perspective),
+            "GLS_CONSERVATIVE": 1,
+            "GLS_DOUBLE": int(modern and work.caps.doubles),
+        },
         uniforms={
             **camera,
+            **{f"u_{name}_rest": _rest(camera[f"u_{name}_l"]) for name in ("ray", "eye", "forward")},
             **pixel_axes(camera, targets.surface.size),
             "u_near": (sight.near if sight.camera.is_perspective else 0.0)
             * unit,  # an orthographic camera's rays start there
@@ -72,3 +79,10 @@ def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
         "glUseProgram", 0
     )  # else Mesa 22.3 never deletes the program that is used after one with a geometry shader
     return ""
+
+
+def _rest(value: Any) -> Any:
+    """What float32 cuts off of a vector or matrix."""
+    exact = np.asarray(value, dtype=np.float64)
+    rest = exact - exact.astype(np.float32)
+    return tuple(rest.tolist()) if rest.ndim == 1 else rest

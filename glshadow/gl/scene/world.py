@@ -27,7 +27,7 @@ _TOGETHER = 2**15  # vertices that are placed at once: what is computed of them 
 
 
 def _placed(scene: GpuScene) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
-    """Vertices (V, 4) of all nodes, one after the other, w = 0, and triangles (T, 4): three vertices and the node."""
+    """Vertices (V, 4) of all nodes, one after the other, as `_round` has them, and triangles (T, 4): three vertices and the node."""
     meshes = [node.mesh for node in scene.nodes]
     vertices = np.cumsum([0, *(len(mesh.positions) for mesh in meshes)])
     triangles = np.append(scene.first, scene.count)
@@ -40,8 +40,8 @@ def _placed(scene: GpuScene) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
             points = meshes[first].positions
             for k in range(0, len(points), _TOGETHER):
                 some = slice(into.start + k, min(into.start + k + _TOGETHER, into.stop))
-                places[some, :3] = world_positions(
-                    points[k : k + _TOGETHER], scene.world_from_mesh[first], scene.origin
+                _round(
+                    places[some], world_positions(points[k : k + _TOGETHER], scene.world_from_mesh[first], scene.origin)
                 )
             np.add(meshes[first].triangles, into.start, out=faces[:, :3], casting="unsafe")
             faces[:, 3] = first
@@ -50,12 +50,21 @@ def _placed(scene: GpuScene) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
         points = np.concatenate([mesh.positions for mesh in meshes[first:end]])
         owner = np.repeat(np.arange(first, end), np.diff(vertices[first : end + 1]))
         matrices = scene.world_from_mesh[first:end, :3] - np.pad(scene.origin[:, None], ((0, 0), (3, 0)))
-        places[into, :3] = _each_placed(points, matrices, owner - first)
+        _round(places[into], _each_placed(points, matrices, owner - first))
         owner = np.repeat(np.arange(first, end), np.diff(triangles[first : end + 1]))
         np.add(np.concatenate([mesh.triangles for mesh in meshes[first:end]]), vertices[owner, None], out=faces[:, :3],
                casting="unsafe")  # fmt: skip
         faces[:, 3] = owner
     return places, corners
+
+
+def _round(places: NDArray[np.float32], points: Array) -> None:
+    """Points (V, 3) to float32 places (V, 4): in w eight more bits of each coordinate, see lib/ray_triangle.glsl."""
+    places[:, :3] = points
+    x, y, z = np.abs(places[:, :3]).T
+    scale = np.ldexp(1.0, 32 - np.frexp(np.maximum(np.maximum(x, y), z))[1])
+    bits = np.rint((points - places[:, :3]) * scale[:, None]) + 128.0
+    places[:, 3] = np.minimum(bits, 255.0) @ np.array([1.0, 256.0, 65536.0])
 
 
 def _each_placed(points: Array, matrices: Array, owner: NDArray[np.int64]) -> Array:
