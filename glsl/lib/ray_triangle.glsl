@@ -1,6 +1,9 @@
 // A camera's ray against a triangle of the scene, in world axes. Both triangles of an edge make the same of it, so that no ray passes
 // between them. Needs pass/resolve.vert's uniforms of the ray, or those that pass/surface.frag declares. In float a ray is some 1e-5 pixel
 // off, in double no more than vertices are rounded: 1e-7 pixel.
+#ifndef GLS_ORTHO
+#define GLS_ORTHO 0
+#endif
 #ifndef GLS_DOUBLE
 #define GLS_DOUBLE 0 // 1: in double
 #endif
