@@ -88,7 +88,7 @@ def list_grid(light: Light, casters: Array, halvings: int = 0, receivers: Array 
     far = nearest > _FAR_RADII * light.source_radius
     if far and (local[:, 2] < -_FAR_COSINE * np.sqrt((local * local).sum(axis=1))).all():
         tangents = local[:, :2] / -local[:, 2:]
-        spread = lamp_spread(light.source_radius, tangents, nearest, float(((seen - position) @ -axes[2]).max()))
+        spread = local_light_spread(light.source_radius, tangents, nearest, float(((seen - position) @ -axes[2]).max()))
         if np.abs(tangents).max() + spread <= edge:
             return _grid("perspective", axes, position, tangents, halvings, spread)
         low, high = np.clip([tangents.min(axis=0), tangents.max(axis=0)], -edge, edge)
@@ -109,7 +109,7 @@ def _unit_or_x(vector: Array) -> Array:
     return vector / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
 
 
-def lamp_spread(radius: float, tangents: Array, nearest: float, deepest: float) -> float:
+def local_light_spread(radius: float, tangents: Array, nearest: float, deepest: float) -> float:
     """By how much a light's radius moves shadows, in tangents: of something at the least depth, on receivers at the largest."""
     slant = float(np.sqrt(1.0 + (tangents * tangents).sum(axis=1).max()))
     return (

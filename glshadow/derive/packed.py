@@ -85,7 +85,7 @@ class PackedShadow(Sequence[Light]):
 
 
 def _filter(shadow: Shadow) -> Any:
-    return shadow.filter or shadow.settled(with_map="PackedShadow").filter
+    return shadow.filter or shadow.resolved(with_map="PackedShadow").filter
 
 
 def _common(shadows: Sequence[Shadow]) -> Target:

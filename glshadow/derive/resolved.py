@@ -1,4 +1,4 @@
-"""Decision: the settings of one light's shadow with every None decided."""
+"""ResolvedSettings: the settings of one light's shadow with every None decided."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from glshadow.shadows.channel import Channel
 from glshadow.shadows.filters import Filter
 from glshadow.shadows.fits import Fit, ViewFit
 from glshadow.shadows.metric import Target
-from glshadow.shadows.shadow import Faces, Settled, Shadow
+from glshadow.shadows.shadow import Faces, ResolvedShadow, Shadow
 from glshadow.shadows.view import fine_depth
 
 
@@ -26,7 +26,7 @@ class CasterSettings:
 
 
 @dataclass(frozen=True)
-class Decision:
+class ResolvedSettings:
     """What a light's map is drawn and asked with; `fallbacks`: every request that could not be met, with its reason."""
 
     filter: Filter
@@ -41,7 +41,7 @@ class Decision:
         return fine_depth(self.caster.target, self.clip)
 
 
-def settle(light: Light, without_map: str = "") -> Settled | None:
+def resolve_shadow(light: Light, without_map: str = "") -> ResolvedShadow | None:
     """Filter, resolution and fit of a light's shadow; None: it casts nothing.
 
     Parameters
@@ -52,16 +52,16 @@ def settle(light: Light, without_map: str = "") -> Settled | None:
     if light.shadow is None:
         return None
     planes = "" if light.planes == (None, None) else "the light's near and far"
-    settled = light.shadow.settled(without_map, planes, light.has_size)
-    filter_ = light.filter_for(settled.filter)
-    if filter_ is settled.filter:
-        return settled
+    resolved = light.shadow.resolved(without_map, planes, light.has_size)
+    filter_ = light.filter_for(resolved.filter)
+    if filter_ is resolved.filter:
+        return resolved
     return replace(
-        settled, filter=filter_, why=f"{settled.why}; {type(light).__name__} has no single map, but {filter_}"
+        resolved, filter=filter_, why=f"{resolved.why}; {type(light).__name__} has no single map, but {filter_}"
     )
 
 
-def decide(light: Light, settled: Settled, clip_control: bool, driver: str) -> Decision:
+def resolve_settings(light: Light, resolved: ResolvedShadow, clip_control: bool, driver: str) -> ResolvedSettings:
     """The settings of a light with a map.
 
     Parameters
@@ -71,21 +71,21 @@ def decide(light: Light, settled: Settled, clip_control: bool, driver: str) -> D
     driver : str
         Its name, for the reason of a fallback.
     """
-    shadow = settled.asked
+    shadow = resolved.requested
     target = shadow.target or Target.DEPTH32F
     clip, fallbacks = _clip(light, shadow, target, clip_control, driver)
-    bias = (shadow.bias or ReceiverPlaneBias()).derived(settled.filter.reach_texels)
+    bias = (shadow.bias or ReceiverPlaneBias()).derived(resolved.filter.reach_texels)
     settings = CasterSettings(target, bias, shadow.faces, shadow.channel)
-    fit = settled.fit
+    fit = resolved.fit
     if fit.for_suns and not light.at_infinity:
         fallbacks += (f"fit {fit} became {ViewFit()}: only the map of a sun can be fitted so",)
         fit = ViewFit()
-    if fit.warps and (not target.is_depth or settled.filter.encoding or bias.shift_texels > 0.0):
+    if fit.warps and (not target.is_depth or resolved.filter.encoding or bias.shift_texels > 0.0):
         fallbacks += (
             f"fit {fit} became {ViewFit()}: in perspective only depth textures that are compared are right, and no bias of so many texels",
         )
         fit = ViewFit()
-    return Decision(settled.filter, fit, settings, clip, fallbacks + ignored_size(light, settled.filter))
+    return ResolvedSettings(resolved.filter, fit, settings, clip, fallbacks + ignored_size(light, resolved.filter))
 
 
 def ignored_size(light: Light, filter_: Filter) -> tuple[str, ...]:

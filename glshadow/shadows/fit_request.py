@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Blocks:
+class DepthTiles:
     """What a camera was found to see: for each block of pixels that shows a surface, how near and how far that is.
 
     Parameters
@@ -42,7 +42,7 @@ class Blocks:
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
+class FitRequest:
     """What a fit is asked for.
 
     Parameters
@@ -61,7 +61,7 @@ class Asked:
         Texels around what is covered that a filter may reach into.
     fine : bool
         Whether the map's depth rounds relative to 1 / depth, see `view.fine_depth`.
-    blocks : Blocks, optional
+    blocks : DepthTiles, optional
         What is really seen, where that was found out.
     """
 
@@ -78,7 +78,7 @@ class Asked:
     resolution: int
     guard: int
     fine: bool = False
-    blocks: Blocks | None = None
+    depth_tiles: DepthTiles | None = None
 
 
 @dataclass(frozen=True, eq=False)

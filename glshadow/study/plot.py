@@ -120,14 +120,14 @@ class _Look:
         shadows = [result.shadow for result in results]
         self.biases = list(dict.fromkeys(str(shadow.bias or ReceiverPlaneBias()) for shadow in shadows))
         self.filters = list(dict.fromkeys(str(shadow.filter) for shadow in shadows))
-        self.resolutions = sorted({shadow.settled().resolution for shadow in shadows})
+        self.resolutions = sorted({shadow.resolved().resolution for shadow in shadows})
         self.formats = any(shadow.target is not None for shadow in shadows)
 
     def of(self, shadow: Shadow) -> tuple[str, str, float]:
         return (
             COLORS[min(self.biases.index(str(shadow.bias or ReceiverPlaneBias())), len(COLORS) - 1)],
             MARKERS[self.filters.index(str(shadow.filter)) % len(MARKERS)],
-            AREAS[min(self.resolutions.index(shadow.settled().resolution), len(AREAS) - 1)],
+            AREAS[min(self.resolutions.index(shadow.resolved().resolution), len(AREAS) - 1)],
         )
 
 

@@ -254,9 +254,9 @@ def measure_embree(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[st
                     moved = replace(turned_sun(scene, k, gs.Shadow()), angle=2.0)
                     renderer.render(scene, None, [moved], SIZE, outputs=("visibility", "triangle"), samples=1)
                 frame = renderer.render(scene, None, [sun], SIZE, outputs=("visibility", "triangle"), samples=1)
-            source = renderer._store.sources[0, "Area"]
+            source = renderer._cache.techniques[0, "Area"]
             assert isinstance(source, Area)
-            asked = source.asked
+            asked = source.partly_lit
         truth = gs.trace(scene, None, [sun], SIZE, surface=frame.triangle, samples=1)
         share = np.nan_to_num(frame.visibility[0])
         rows = (share > 0.0) & (share < 1.0)

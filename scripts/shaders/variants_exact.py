@@ -63,9 +63,9 @@ def area() -> Iterator[Variant]:
     """A light that has a size."""
     for kind in KINDS:
         defines = projection_defines(kind.projection)
-        for outlines in (0, 1):
-            yield Variant("pass/lists.comp", "core430", {}, {**defines, "GLS_AREA": 1, "GLS_ROUNDED": outlines})
-            yield Variant("pass/grown.comp", "core430", {}, {**defines, "GLS_OUTLINES": outlines})
+        for silhouettes in (0, 1):
+            yield Variant("pass/lists.comp", "core430", {}, {**defines, "GLS_AREA": 1, "GLS_ROUNDED": silhouettes})
+            yield Variant("pass/grown.comp", "core430", {}, {**defines, "GLS_OUTLINES": silhouettes})
         for (stage, between), masked, huge in product(
             enumerate(("outlines", "region", "found")), (False, True), (False, True)
         ):

@@ -51,7 +51,7 @@ def test_each_map_is_as_if_alone(renderer: gs.Renderer, count: int, target: gs.T
         assert (packed.shadow_maps[number] < 1.0).mean() > 0.05
     gap = np.abs(packed.visibility - alone.visibility)
     assert (gap[~np.isnan(gap)] > 0.01).sum() <= SNAPPED
-    sources = [renderer._store.sources[number, "Mapped"] for number in range(count)]
+    sources = [renderer._cache.techniques[number, "Mapped"] for number in range(count)]
     atlases = {id(source.map.atlas) for source in sources if isinstance(source, Mapped) and source.map}
     assert len(atlases) == 1
     for number, used in enumerate(packed.used):

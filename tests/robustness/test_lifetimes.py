@@ -308,7 +308,7 @@ def test_a_released_renderer_leaves_nothing_with_the_meshes():
     scene = gs.scenes.courtyard()
     renderer = gs.Renderer()
     renderer.render(scene, size=(32, 32), samples=1)
-    kept = [weakref.ref(gpu) for gpu in renderer._store.scene.thing.meshes]
+    kept = [weakref.ref(gpu) for gpu in renderer._cache.scene.thing.meshes]
     renderer.release()
     del renderer
     gc.collect()

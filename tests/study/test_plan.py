@@ -80,8 +80,8 @@ def test_what_cannot_be_planned_is_refused(scene: gs.Scene) -> None:
 
 def test_what_is_tried_holds_the_default() -> None:
     for shadow in (gs.Shadow(), gs.Shadow(bias=gs.NoBias())):
-        assert shadow.settled().filter in RUNGS
-        assert shadow.settled().resolution in RESOLUTIONS
+        assert shadow.resolved().filter in RUNGS
+        assert shadow.resolved().resolution in RESOLUTIONS
 
 
 def test_a_plan_for_a_light_that_has_a_size() -> None:

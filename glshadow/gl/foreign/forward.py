@@ -25,7 +25,7 @@ import numpy as np
 
 from glshadow.core.spaces import Array
 from glshadow.derive.compare import rounding_of
-from glshadow.derive.resolved import decide
+from glshadow.derive.resolved import resolve_settings
 from glshadow.errors import SettingsError
 from glshadow.gl.driver.context import Caps, GLContext, open_context
 from glshadow.gl.driver.program import Programs
@@ -72,11 +72,11 @@ def draw_map(context: GLContext, programs: Programs, scene: GpuScene, light: Lig
         raise SettingsError(
             f"a map needs a light with a Shadow and at least one view, got {light!r} and {len(views)} views"
         )
-    settled = shadow.settled(with_map="a forward pass")
-    decision = decide(light, settled, context.caps.clip_control, context.caps.renderer)
+    resolved = shadow.resolved(with_map="a forward pass")
+    settings = resolve_settings(light, resolved, context.caps.clip_control, context.caps.renderer)
     placed, size = layout(views, context.caps.max_texture_size)
-    shadow_map = Map(placed, Atlas(context, decision.caster.target, size), decision.caster, decision.filter)
-    casting = casters_seen(scene, light, None) if decision.caster.bias.certain else scene.casts
+    shadow_map = Map(placed, Atlas(context, settings.caster.target, size), settings.caster, settings.filter)
+    casting = casters_seen(scene, light, None) if settings.caster.bias.certain else scene.casts
     bound = context.ctx.fbo
     draw_casters(context, programs, scene, light, casting, shadow_map)
     if shadow_map.filter.encoding:

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from glshadow.core.setting import as_floats, flag, instance, refuse, shown, text, whole
 from glshadow.core.spaces import Array
 from glshadow.derive.compare import rounding_of
-from glshadow.derive.resolved import decide
+from glshadow.derive.resolved import resolve_settings
 from glshadow.errors import SettingsError
 from glshadow.gl.driver.context import open_context
 from glshadow.gl.driver.program import Programs, set_uniform
@@ -133,7 +133,7 @@ class ShadowMap:
             self._caster = context.program(vertex_shader=_CASTER, fragment_shader=_NOTHING)
         self._moments: Moments | None = None
         self._map: Map | None = None
-        self._asked: Map
+        self._sampled: Map
         self._released = False
         self.light: Light
         self.fit(light, bounds)
@@ -158,15 +158,15 @@ class ShadowMap:
                 [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
             )
         caps = self._context.caps
-        settled = shadow.settled(with_map="a program of one's own")
-        decision = decide(light, settled, caps.clip_control, caps.renderer)
-        if not decision.caster.target.is_depth:
+        resolved = shadow.resolved(with_map="a program of one's own")
+        settings = resolve_settings(light, resolved, caps.clip_control, caps.renderer)
+        if not settings.caster.target.is_depth:
             raise SettingsError(
-                f"a ShadowMap draws depth, got target {decision.caster.target}: use DEPTH32F, DEPTH24 or DEPTH16"
+                f"a ShadowMap draws depth, got target {settings.caster.target}: use DEPTH32F, DEPTH24 or DEPTH16"
             )
-        guard = int(np.ceil(decision.filter.reach_texels + decision.caster.bias.shift_texels)) + 1
+        guard = int(np.ceil(settings.filter.reach_texels + settings.caster.bias.shift_texels)) + 1
         views = shadow_views(
-            light, [self._bounds], self._bounds, decision.clip, shadow.resolution or 2048, guard, fine=decision.fine,
+            light, [self._bounds], self._bounds, settings.clip, shadow.resolution or 2048, guard, fine=settings.fine,
             all_inside=False,
         )  # fmt: skip
         if not views:
@@ -175,14 +175,14 @@ class ShadowMap:
             )
         placed, size = layout(views, caps.max_texture_size)
         with self._context.drawing():
-            if self._map is None or (self._map.atlas.size, self._map.settings) != (size, decision.caster):
+            if self._map is None or (self._map.atlas.size, self._map.settings) != (size, settings.caster):
                 if self._map is not None:
                     self._map.atlas.release()
-                atlas = Atlas(self._context, decision.caster.target, size)
+                atlas = Atlas(self._context, settings.caster.target, size)
             else:
                 atlas = self._map.atlas
         self.light = light
-        self._map = self._asked = Map(placed, atlas, decision.caster, decision.filter)
+        self._map = self._sampled = Map(placed, atlas, settings.caster, settings.filter)
 
     def draw(self, casters: Callable[[Caster], Any]) -> None:
         """Draw what casts: `casters` is called once for every view (six of a point light), with the view's framebuffer bound.
@@ -206,11 +206,11 @@ class ShadowMap:
             finally:
                 ctx.polygon_offset = (0.0, 0.0)
                 ctx.depth_clamp_range = None
-            self._asked = shadow_map
+            self._sampled = shadow_map
             atlas.drawn[tuple(view.tile for view in shadow_map.views)] = (object(),)
             if shadow_map.filter.encoding:
                 self._moments = self._moments or Moments(context)
-                self._asked = self._moments.filled(self._programs, shadow_map)
+                self._sampled = self._moments.filled(self._programs, shadow_map)
 
     def source(self, name: str = "shadow", version: bool = True) -> str:
         """GLSL 3.30 of three functions, to stand before the rest of a fragment shader.
@@ -229,7 +229,7 @@ class ShadowMap:
             Whether `#version` comes first; False for `context.includes` and for what follows another text.
         """
         name, version = _name(name), flag()("version", version)
-        head, _, body = receiver_text(self._context.caps, self.light, self._asked).partition("\n")
+        head, _, body = receiver_text(self._context.caps, self.light, self._sampled).partition("\n")
         body = _renamed(body + _DRAWN, name)
         return f"{head}\n{body}" if version else body
 
@@ -246,7 +246,7 @@ class ShadowMap:
         """
         program, name = instance(moderngl.Program)("program", program), _name(name)
         unit = whole(0, self._context.ctx.max_texture_units - 1)("unit", unit)
-        shadow_map = self._asked
+        shadow_map = self._sampled
         reach = float(np.abs(self._bounds).max()) + float(np.linalg.norm(self._bounds[-1] - self._bounds[0]))
         lv_from_world = self.light.frame(shadow_map.views, np.zeros(3))
         values = {
@@ -271,7 +271,7 @@ class ShadowMap:
     @property
     def views(self) -> Sequence[ShadowView]:
         """Where the map looks: one view, six of a point light."""
-        return self._asked.views
+        return self._sampled.views
 
     def release(self) -> None:
         """Free the GPU memory. May be called twice."""

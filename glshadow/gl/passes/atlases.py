@@ -122,38 +122,38 @@ Place = Callable[[], tuple[tuple[ShadowView, ...], Atlas]]
 
 
 class Atlases:
-    """The atlases of a context, kept while their sizes hold. A frame's claims are all made before the first of them is asked for."""
+    """The atlases of a context, kept while their sizes hold. A frame's allocations are all made before the first of them is asked for."""
 
     def __init__(self, context: GLContext) -> None:
         self._context = context
         self._atlases: dict[_Key, Atlas] = {}
-        self._claims: dict[_Key, list[tuple[ShadowView, ...]]] = {}
+        self._allocations: dict[_Key, list[tuple[ShadowView, ...]]] = {}
         self._placed: dict[_Key, list[tuple[ShadowView, ...]]] = {}
 
     def begin(self) -> None:
-        """A new frame: nothing is claimed."""
-        self._claims.clear()
+        """A new frame: no tile is allocated."""
+        self._allocations.clear()
         self._placed.clear()
         for atlas in self._atlases.values():
             atlas.unused_depth = 0.0
 
-    def claim(self, target: Target, views: tuple[ShadowView, ...], channel: Channel | None = None) -> Place:
+    def allocate(self, target: Target, views: tuple[ShadowView, ...], channel: Channel | None = None) -> Place:
         """Ask for tiles; what is returned says where they are. Those of a channel share theirs with the pack's other lights."""
         key = (target, channel.pack if channel else None)
-        claims = self._claims.setdefault(key, [])
-        number = len(claims)
-        claims.append(views)
+        allocations = self._allocations.setdefault(key, [])
+        number = len(allocations)
+        allocations.append(views)
 
         def place() -> tuple[tuple[ShadowView, ...], Atlas]:
             if key not in self._placed:
-                self._placed[key] = self._settle(key, claims)
+                self._placed[key] = self._lay_out(key, allocations)
             return self._placed[key][number], self._atlases[key]
 
         return place
 
-    def _settle(self, key: _Key, claims: Sequence[tuple[ShadowView, ...]]) -> list[tuple[ShadowView, ...]]:
+    def _lay_out(self, key: _Key, allocations: Sequence[tuple[ShadowView, ...]]) -> list[tuple[ShadowView, ...]]:
         target, pack = key
-        wanted = [view for claim in claims for view in claim]
+        wanted = [view for views in allocations for view in views]
         if pack is not None:  # one tile, with room for the widest gutter
             wanted = [max(wanted, key=lambda view: view.resolution + 2 * view.gutter)]
         views, size = layout(wanted, self._context.caps.max_texture_size)
@@ -169,9 +169,9 @@ class Atlases:
             atlas.drawn.clear()
             atlas.shown.clear()
         if pack is not None:
-            return [tuple(view.placed(views[0].tile) for view in claim) for claim in claims]
+            return [tuple(view.placed(views[0].tile) for view in each) for each in allocations]
         rest = iter(views)
-        return [tuple(next(rest) for _ in claim) for claim in claims]
+        return [tuple(next(rest) for _ in each) for each in allocations]
 
     def release(self) -> None:
         """Free the GPU memory."""

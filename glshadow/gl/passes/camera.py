@@ -36,7 +36,7 @@ _INSTANCE_TEXELS = 7  # pass/surface.vert
 
 
 @dataclass(frozen=True, eq=False)
-class Sight:
+class CameraView:
     """What a camera at one size sees of a scene: everything that does not depend on the light.
 
     Parameters
@@ -155,14 +155,14 @@ class Rays:
     textures: dict[str, Any]
 
 
-def look(scene: Scene, gpu: GpuScene, camera: Camera, size: tuple[int, int], clip_control: bool) -> Sight:
+def view_scene(scene: Scene, gpu: GpuScene, camera: Camera, size: tuple[int, int], clip_control: bool) -> CameraView:
     """Decide a camera's depth range and what it sees. Reversed 0..1 depth where the driver can, -1..1 elsewhere."""
     found = depth_range(camera, size, scene.boxes, scene.corners, clip_control)
     near, far = found.near, found.far
     clip = ClipSpace(True, True) if clip_control else ClipSpace(False, False)
     view = camera_view(camera, size, near, far, clip)
     corners = scene.corners
-    return Sight(
+    return CameraView(
         camera, size, near, far, clip, view,
         boxes=scene.boxes,
         lifts=gpu.lifts,
@@ -182,7 +182,7 @@ def draw_surface(
     context: GLContext,
     programs: Programs,
     scene: GpuScene,
-    sight: Sight,
+    camera_view: CameraView,
     framebuffer: moderngl.Framebuffer,
     samples: int = 1,
     rays: Rays | None = None,
@@ -198,19 +198,23 @@ def draw_surface(
     """
     ctx = context.ctx
     if context.caps.clip_control:
-        context.gl.clip_control(sight.clip.zero_to_one)
-    clip_from_mesh, (width, height) = sight.clip_from_mesh, framebuffer.size
-    wide = rays is None and sight.reaches_far and all(np.less_equal((3 * width, 3 * height), context.caps.max_viewport))
+        context.gl.clip_control(camera_view.clip.zero_to_one)
+    clip_from_mesh, (width, height) = camera_view.clip_from_mesh, framebuffer.size
+    wide = (
+        rays is None
+        and camera_view.reaches_far
+        and all(np.less_equal((3 * width, 3 * height), context.caps.max_viewport))
+    )
     if wide:
         framebuffer.viewport = (-width, -height, 3 * width, 3 * height)
-        clip_from_mesh = pack_matrices(_MIDDLE_THIRD @ sight.view.clip_from_world @ scene.world_from_origin)
+        clip_from_mesh = pack_matrices(_MIDDLE_THIRD @ camera_view.view.clip_from_world @ scene.world_from_origin)
     framebuffer.use()
-    ctx.depth_func = ">" if sight.clip.reversed else "<"  # an equal depth would be that of "nothing there"
+    ctx.depth_func = ">" if camera_view.clip.reversed else "<"  # an equal depth would be that of "nothing there"
     ctx.enable_only(moderngl.DEPTH_TEST)
     if rays is None:
-        framebuffer.clear(depth=sight.clip.clear_depth)
+        framebuffer.clear(depth=camera_view.clip.clear_depth)
     # nobody outside a closed mesh sees its back faces
-    hidden = ["back" if unseen else None for unseen in (scene.closed & sight.outside).tolist()]
+    hidden = ["back" if unseen else None for unseen in (scene.closed & camera_view.outside).tolist()]
     of_kind: dict[tuple[bool, ...], Program] = {}  # looked up once, not for every mesh
 
     side = np.array([hidden[node] is not None for node in range(len(hidden))]) * np.where(scene.mirrored, -1.0, 1.0)
@@ -249,7 +253,7 @@ def draw_surface(
             whole.instances(array, len(some), lambda first: program.set(u_first_instance=first))
             instances.release()
 
-    draw_nodes(ctx, scene, sight.drawn, hidden, begin, whole, crowd)
+    draw_nodes(ctx, scene, camera_view.drawn, hidden, begin, whole, crowd)
     ctx.enable_only(moderngl.DEPTH_TEST)
     if wide:
         framebuffer.viewport = (0, 0, width, height)
@@ -287,10 +291,10 @@ def _program(
     return program
 
 
-def nothing_in_view(scene: Scene, sight: Sight) -> str:
+def nothing_in_view(scene: Scene, camera_view: CameraView) -> str:
     """What is said of a picture without a surface."""
     low, high = ("(" + ", ".join(f"{x:.6g}" for x in point) + ")" for point in scene.bounds)
     return (
-        f"nothing is in view: {scene.name} lies between {low} and {high}, and the camera {sight.camera}, "
-        f"near {sight.near:g}, far {sight.far:g}"
+        f"nothing is in view: {scene.name} lies between {low} and {high}, and the camera {camera_view.camera}, "
+        f"near {camera_view.near:g}, far {camera_view.far:g}"
     )

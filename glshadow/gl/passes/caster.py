@@ -20,7 +20,7 @@ from glshadow.gl.scene.bodies import hides_back_faces
 from glshadow.gl.scene.drawing import Begin, draw_nodes
 from glshadow.gl.scene.geometry import GpuScene, pack_matrices
 from glshadow.gl.scene.meshes import Order
-from glshadow.gl.scene.occlusion import Sparing, sparable
+from glshadow.gl.scene.occlusion import OcclusionCulling, can_cull
 from glshadow.gl.scene.runs import Whole
 from glshadow.lights import Light
 from glshadow.shader.slots import metric_slot
@@ -58,10 +58,10 @@ def draw_casters(
         return 0
     previous = atlas.drawn.pop(tiles, None)
     hidden = hidden_sides(settings.faces, hides_back_faces(scene, light, settings.faces))
-    sparing = None
+    culling = None
     # a map that is drawn once costs less than making clusters
-    if previous is not None and previous[0] == scene.identity and sparable(scene, settings, shadow_map.views):
-        sparing = Sparing(context, scene, atlas, settings, hidden)
+    if previous is not None and previous[0] == scene.identity and can_cull(scene, settings, shadow_map.views):
+        culling = OcclusionCulling(context, scene, atlas, settings, hidden)
     if channel is not None:
         atlas.framebuffer.color_mask = channel.mask
     atlas.framebuffer.use()
@@ -75,10 +75,10 @@ def draw_casters(
             ctx.depth_func = "<="
         chosen = np.flatnonzero(casting & seen_by(view.clip_from_world, boxes, view))
         begin = partial(_begin, programs, scene, light, view, settings)
-        if sparing is None:
+        if culling is None:
             draws += draw_nodes(ctx, scene, chosen, hidden, begin("shared"), Whole(context, scene.count))
         else:
-            draws += sparing.draw(view, chosen, begin("shared"), begin("clustered"))
+            draws += culling.draw(view, chosen, begin("shared"), begin("clustered"))
     ctx.polygon_offset = (0.0, 0.0)
     ctx.depth_clamp_range = None
     ctx.front_face = "ccw"

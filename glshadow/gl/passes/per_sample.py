@@ -1,4 +1,4 @@
-"""Dense: some pixels whose samples are shaded together, a block of samples for each."""
+"""PerSample: some pixels whose samples are shaded together, a block of samples for each."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from glshadow.gl.driver.buffers import BufferTexture
 
 
 @dataclass(frozen=True, eq=False)
-class Dense:
+class PerSample:
     """Some of the collected pixels, whose samples are shaded together.
 
     Parameters

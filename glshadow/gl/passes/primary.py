@@ -9,7 +9,7 @@ import numpy as np
 
 from glshadow.errors import ResourceError
 from glshadow.gl.driver.targets import SurfaceTargets
-from glshadow.gl.frame_context import Work
+from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.camera import Rays, draw_surface
 from glshadow.gl.passes.screen import camera_uniforms, draw_over, pixel_axes
 
@@ -17,7 +17,7 @@ NOT_FOUND = "pixels show the triangles that GL drew, not those that their rays m
 """The fallback where the passes cannot run."""
 
 
-def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
+def find_primary(frame: FrameContext, targets: SurfaceTargets, samples: int = 1) -> str:
     """Mend what was drawn into `targets`; why it stays as it is, where the driver's buffers do not hold the scene's triangles.
 
     First pass/primary.frag forgets the pixels that may show something else than their rays meet. Then all triangles are drawn again, a
@@ -25,40 +25,40 @@ def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
 
     `samples`: in a pixel, each of them a texel of the targets.
     """
-    scene, sight, context = work.scene, work.sight, work.context
+    scene, camera_view, context = frame.scene, frame.camera_view, frame.context
     ctx = context.ctx
     try:
         world = scene.world.textures
     except ResourceError as error:
         return NOT_FOUND.format(error)
     width, height = targets.surface.size
-    unit = math.ldexp(1.0, -math.frexp(sight.reach)[1])
-    camera = camera_uniforms(scene, sight, np.eye(3), np.zeros(3))
+    unit = math.ldexp(1.0, -math.frexp(camera_view.reach)[1])
+    camera = camera_uniforms(scene, camera_view, np.eye(3), np.zeros(3))
     rays = Rays(
-        dialect="core400" if work.caps.version_code >= 400 else "core330",
-        defines={"GLS_ORTHO": int(not sight.camera.is_perspective), "GLS_CONSERVATIVE": 1},
+        dialect="core400" if frame.caps.version_code >= 400 else "core330",
+        defines={"GLS_ORTHO": int(not camera_view.camera.is_perspective), "GLS_CONSERVATIVE": 1},
         uniforms={
             **camera,
             **pixel_axes(camera, targets.surface.size),
-            "u_near": (sight.near if sight.camera.is_perspective else 0.0)
+            "u_near": (camera_view.near if camera_view.camera.is_perspective else 0.0)
             * unit,  # an orthographic camera's rays start there
             "u_unit": unit,
-            "u_least_w": 0.5 * sight.near if sight.camera.is_perspective else 0.5,
-            "u_nudge": -1e-6 if sight.clip.reversed else 1e-6,
+            "u_least_w": 0.5 * camera_view.near if camera_view.camera.is_perspective else 0.5,
+            "u_nudge": -1e-6 if camera_view.clip.reversed else 1e-6,
             "u_half_size": (0.5 * width, 0.5 * height),
         },
         textures=dict(world),
     )
-    program = work.programs.get(
+    program = frame.programs.get(
         "pass/resolve.vert", "pass/primary.frag", rays.dialect,
         defines={"GLS_ORTHO": rays.defines["GLS_ORTHO"]},
     )  # fmt: skip
     program.set(**rays.uniforms)
     program.bind(u_surface=targets.surface, **rays.textures)
     targets.depth_alone.use()
-    draw_over(context, program, sight)
+    draw_over(context, program, camera_view)
     program.unbind()
-    program = work.programs.get(
+    program = frame.programs.get(
         "pass/resolve.vert", "pass/nothing.frag", defines={"GLS_SURFACE": targets.surface.components}
     )
     program.set(**camera)
@@ -66,7 +66,7 @@ def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
     ctx.depth_func = "=="
     program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
     ctx.depth_clamp_range = (0.0, 1.0)  # of a plane seen edge-on the ends of a grown triangle may have any depth
-    draw_surface(context, work.programs, scene, sight, targets.framebuffer, samples, rays)
+    draw_surface(context, frame.programs, scene, camera_view, targets.framebuffer, samples, rays)
     ctx.depth_clamp_range = None
     context.gl.call(
         "glUseProgram", 0

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import srgb_from_linear
 from glshadow.gl.driver.targets import CameraTargets, SurfaceTargets
-from glshadow.gl.passes.camera import Sight
+from glshadow.gl.passes.camera import CameraView
 from glshadow.gl.scene.geometry import TRIANGLES, GpuScene
 from glshadow.shadows.metric import metric_range, projected_metric
 
@@ -78,11 +78,13 @@ def pixels(texture: moderngl.Texture, dtype: Any) -> NDArray[Any]:
     return np.ascontiguousarray(data[::-1])
 
 
-def read_middles(outputs: Collection[str], scene: GpuScene, sight: Sight, targets: SurfaceTargets) -> dict[str, Any]:
+def read_middles(
+    outputs: Collection[str], scene: GpuScene, camera_view: CameraView, targets: SurfaceTargets
+) -> dict[str, Any]:
     """What is seen at each pixel's middle, by name; row 0 at the top."""
     window = pixels(targets.depth, np.float32)[..., 0]
-    nothing = window == sight.clip.clear_depth
-    depth = sight.depth(np.where(nothing, 0.5, window.astype(np.float64)))
+    nothing = window == camera_view.clip.clear_depth
+    depth = camera_view.depth(np.where(nothing, 0.5, window.astype(np.float64)))
     number = pixels(targets.surface, np.uint32)[..., 0].astype(np.int64)
     triangle = np.where(nothing, -1, (number & TRIANGLES) - 1).astype(np.int32)
     planes = None
@@ -92,9 +94,11 @@ def read_middles(outputs: Collection[str], scene: GpuScene, sight: Sight, target
     if "depth" in outputs:
         results["depth"] = np.where(nothing, np.inf, depth).astype(np.float32)
     if "depth_metric" in outputs:
-        matrix, kind = sight.view.clip_from_view, sight.view.projection
+        matrix, kind = camera_view.view.clip_from_view, camera_view.view.projection
         metric = projected_metric(
-            matrix[2, 3] - matrix[2, 2] * depth, sight.clip, *metric_range(kind, sight.clip, sight.near, sight.far)
+            matrix[2, 3] - matrix[2, 2] * depth,
+            camera_view.clip,
+            *metric_range(kind, camera_view.clip, camera_view.near, camera_view.far),
         )
         results["depth_metric"] = np.where(nothing, 1.0, metric).astype(np.float32)
     if "triangle" in outputs:
@@ -104,21 +108,21 @@ def read_middles(outputs: Collection[str], scene: GpuScene, sight: Sight, target
         owners = scene.scene_numbers[np.frombuffer(scene.owners.buffer.read(), np.uint32)]
         results["node"] = np.where(seen, owners[triangle], -1).astype(np.int32)
     if planes is not None:
-        results.update(_surface(outputs, scene, sight, planes, triangle, depth, seen))
+        results.update(_surface(outputs, scene, camera_view, planes, triangle, depth, seen))
     return results
 
 
 def _surface(
     outputs: Collection[str],
     scene: GpuScene,
-    sight: Sight,
+    camera_view: CameraView,
     planes: NDArray[np.float32],
     triangle: NDArray[np.int32],
     depth: Array,
     seen: NDArray[np.bool_],
 ) -> dict[str, Any]:
     planes = planes[triangle[seen]].astype(np.float64)
-    starts, directions = (each[seen] for each in sight.camera.rays(sight.size))
+    starts, directions = (each[seen] for each in camera_view.camera.rays(camera_view.size))
     normal, height = planes[:, :3], planes[:, 3]
     results: dict[str, Any] = {}
     if "normal" in outputs:

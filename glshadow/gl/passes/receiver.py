@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from glshadow.core.spaces import Array
-from glshadow.gl.passes.per_sample import Dense
+from glshadow.gl.passes.per_sample import PerSample
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,4 +43,4 @@ class Receiver:
     textures: Mapping[str, Any] = field(default_factory=dict)
     marks: Mapping[str, int | str] = field(default_factory=dict)
     collected: Mapping[str, int | str] = field(default_factory=dict)
-    densely: Callable[[Dense], Receiver] | None = None
+    per_sample: Callable[[PerSample], Receiver] | None = None

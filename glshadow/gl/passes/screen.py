@@ -15,7 +15,7 @@ from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import BLEND
 from glshadow.gl.driver.program import Program
 from glshadow.gl.driver.targets import CameraTargets
-from glshadow.gl.passes.camera import Sight
+from glshadow.gl.passes.camera import CameraView
 from glshadow.gl.scene.geometry import GpuScene
 
 
@@ -48,7 +48,7 @@ def comparison_sampler(ctx: moderngl.Context, reversed_depth: bool) -> moderngl.
 
 
 def camera_uniforms(
-    scene: GpuScene, sight: Sight, axes: Array, offset: Array, aside: tuple[float, float] = (0.0, 0.0)
+    scene: GpuScene, camera_view: CameraView, axes: Array, offset: Array, aside: tuple[float, float] = (0.0, 0.0)
 ) -> dict[str, Any]:
     """Uniforms of pass/resolve.vert that say where the camera is in a light's frame.
 
@@ -61,13 +61,13 @@ def camera_uniforms(
     aside : (2,) floats
         Where in a pixel rays go through it, right and up of its middle, in pixels.
     """
-    camera = sight.camera
-    rays = sight.rays
-    rays[:, 2] += rays[:, :2] @ (2.0 * np.array(aside) / sight.size)
-    eye = sight.eye - scene.origin
+    camera = camera_view.camera
+    rays = camera_view.rays
+    rays[:, 2] += rays[:, :2] @ (2.0 * np.array(aside) / camera_view.size)
+    eye = camera_view.eye - scene.origin
     return {
-        "u_far_z": sight.far_z,
-        "u_unproject": sight.unproject,
+        "u_far_z": camera_view.far_z,
+        "u_unproject": camera_view.unproject,
         "u_ray_l": axes @ camera.view_from_world[:3, :3].T @ rays,
         "u_eye_l": tuple(axes @ eye),
         "u_forward_l": tuple(-axes @ camera.view_from_world[2, :3]),
@@ -96,12 +96,12 @@ def surface_textures(samplers: Samplers, scene: GpuScene, targets: CameraTargets
     }
 
 
-def draw_over(context: GLContext, program: Program, sight: Sight, added: bool = False) -> None:
+def draw_over(context: GLContext, program: Program, camera_view: CameraView, added: bool = False) -> None:
     """A pass over all pixels that see a surface: one triangle at the far plane, the camera's depth attached. `added`: to colour 0."""
     if context.caps.clip_control:
-        context.gl.clip_control(sight.clip.zero_to_one)
+        context.gl.clip_control(camera_view.clip.zero_to_one)
     context.ctx.enable_only(moderngl.DEPTH_TEST)
-    context.ctx.depth_func = "<" if sight.clip.reversed else ">"
+    context.ctx.depth_func = "<" if camera_view.clip.reversed else ">"
     with blended(context) if added else nullcontext():
         program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
 

@@ -1,4 +1,4 @@
-"""Glass: what casters that blend let through of one light, as a map of colours beside a map of the nearest of them."""
+"""TranslucentMap: what casters that blend let through of one light, as a map of colours beside a map of the nearest of them."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array, ClipSpace, bias_matrix
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.targets import depth_texture, release, released_on_error
-from glshadow.gl.frame_context import Work
+from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.atlases import layout
 from glshadow.gl.scene.drawing import draw_nodes
 from glshadow.gl.scene.geometry import GpuScene, pack_matrices
 from glshadow.lights import Light
-from glshadow.shadows.fit_request import Asked
+from glshadow.shadows.fit_request import FitRequest
 from glshadow.shadows.fitted import around
 from glshadow.shadows.metric import Target
 from glshadow.shadows.view import ShadowView
@@ -29,7 +29,7 @@ _GUARD = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Panes:
+class Tint:
     """A light's two maps, and how its receivers find their place on them."""
 
     views: tuple[ShadowView, ...]
@@ -67,44 +67,44 @@ def untinted(scene: GpuScene, light: Light) -> tuple[str, ...]:
     return (UNTINTED.format(type(light).__name__),)
 
 
-class Glass:
+class TranslucentMap:
     """The panes of one light, kept while the light, the scene and what is seen of it stay."""
 
     def __init__(self, context: GLContext) -> None:
         self._context = context
         self._key: Hashable = None
-        self._panes: Panes | None = None
+        self._tint: Tint | None = None
         self._size = (0, 0)
         self._owned: list[Any] = []
 
-    def panes(self, work: Work, light: Light) -> Panes | None:
+    def tint(self, frame: FrameContext, light: Light) -> Tint | None:
         """What tints the light; None: nothing does."""
-        scene = work.scene
+        scene = frame.scene
         if light.shadow is None or light.wide or not scene.blends.any():
             return None
-        key = (scene.identity, light.geometry, light.planes, work.sight)
+        key = (scene.identity, light.geometry, light.planes, frame.camera_view)
         if key != self._key:
             self._key = None
-            self._panes = self._drawn(work, light)
+            self._tint = self._drawn(frame, light)
             self._key = key
-        return self._panes
+        return self._tint
 
-    def _drawn(self, work: Work, light: Light) -> Panes | None:
-        scene, sight, ctx = work.scene, work.sight, work.context.ctx
-        clip = ClipSpace(work.caps.clip_control, reversed=False)
-        asked = Asked(
-            light, scene.corners, scene.boxes, sight.receivers, scene.corners[scene.blends].reshape(-1, 3), sight.camera, sight.size,
-            sight.near, sight.far, clip, RESOLUTION, _GUARD,
+    def _drawn(self, frame: FrameContext, light: Light) -> Tint | None:
+        scene, camera_view, ctx = frame.scene, frame.camera_view, frame.context.ctx
+        clip = ClipSpace(frame.caps.clip_control, reversed=False)
+        request = FitRequest(
+            light, scene.corners, scene.boxes, camera_view.receivers, scene.corners[scene.blends].reshape(-1, 3),
+            camera_view.camera, camera_view.size, camera_view.near, camera_view.far, clip, RESOLUTION, _GUARD,
         )  # fmt: skip
-        found = around(asked, sight.receivers).views
+        found = around(request, camera_view.receivers).views
         if not found:
             return None
-        views, size = layout(found, work.caps.max_texture_size)
+        views, size = layout(found, frame.caps.max_texture_size)
         self._make(size)
         colors, depths, framebuffer = self._owned
         matrices = [pack_matrices(view.clip_from_world @ scene.world_from_origin) for view in views]
         framebuffer.use()
-        work.context.gl.clip_control(clip.zero_to_one) if work.caps.clip_control else None
+        frame.context.gl.clip_control(clip.zero_to_one) if frame.caps.clip_control else None
         nodes, hidden = np.flatnonzero(scene.blends), [None] * len(scene.nodes)
         # first the nearest, then the colours of all
         for depth in (True, False):
@@ -119,21 +119,21 @@ class Glass:
                 ctx.depth_func = "<="
                 ctx.depth_clamp_range = (0.0, 1.0)
                 ctx.blend_func = moderngl.ZERO, moderngl.SRC_COLOR
-                draw_nodes(ctx, scene, nodes, hidden, self._begin(work, clip_from_mesh))
+                draw_nodes(ctx, scene, nodes, hidden, self._begin(frame, clip_from_mesh))
         ctx.enable_only(moderngl.NOTHING)
         ctx.blend_func = moderngl.ONE, moderngl.ONE
         ctx.depth_clamp_range = None
         framebuffer.depth_mask, framebuffer.color_mask = True, (True, True, True, True)
-        return Panes(views, colors, depths)
+        return Tint(views, colors, depths)
 
     def _begin(
-        self, work: Work, clip_from_mesh: NDArray[np.float32]
+        self, frame: FrameContext, clip_from_mesh: NDArray[np.float32]
     ) -> Callable[[int], tuple[Callable[[int], None], moderngl.VertexArray]]:
-        scene = work.scene
+        scene = frame.scene
 
         def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
             gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
-            program = work.programs.get(
+            program = frame.programs.get(
                 "pass/glass.vert",
                 "pass/glass.frag",
                 defines={"GLS_TEXTURED": int(gpu.textured), "GLS_COLORED": int(gpu.colored)},
@@ -167,19 +167,19 @@ class Glass:
     def release(self) -> None:
         """Free the GPU memory."""
         release(*reversed(self._owned))
-        self._owned, self._key, self._panes = [], None, None
+        self._owned, self._key, self._tint = [], None, None
 
 
-class Glasses(dict[int, Glass]):
+class TranslucentMaps(dict[int, TranslucentMap]):
     """What tints the lights, by their number; kept from frame to frame."""
 
     def __init__(self, context: GLContext) -> None:
         super().__init__()
         self._context = context
 
-    def panes(self, work: Work, number: int, light: Light) -> Panes | None:
+    def tint(self, frame: FrameContext, number: int, light: Light) -> Tint | None:
         """Those of the light of that number."""
-        return self.setdefault(number, Glass(self._context)).panes(work, light)
+        return self.setdefault(number, TranslucentMap(self._context)).tint(frame, light)
 
     def release(self) -> None:
         """Free them all."""

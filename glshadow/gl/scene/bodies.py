@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array, transform
 from glshadow.derive.casting import Convex, convex, darkens
-from glshadow.gl.passes.camera import Sight
+from glshadow.gl.passes.camera import CameraView
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.lights import Light
 from glshadow.scene.mesh import Mesh
@@ -37,7 +37,7 @@ class Casters:
     inside: dict[int, Convex]
 
 
-def casters_seen(scene: GpuScene, light: Light, sight: Sight | None) -> NDArray[np.bool_]:
+def casters_seen(scene: GpuScene, light: Light, camera_view: CameraView | None) -> NDArray[np.bool_]:
     """Which nodes (N,) darken anything that a camera sees, or any camera if None: not a floor under everything, whose rasterising would
     cost as much as all the rest.
     """
@@ -49,7 +49,7 @@ def casters_seen(scene: GpuScene, light: Light, sight: Sight | None) -> NDArray[
         casters = scene.casting[key] = _casters(scene, light)
     casting = casters.always.copy()
     for i, body in casters.inside.items():
-        casting[i] = sight is None or not (sight.outside[i] or body.excludes(sight.near_corners))
+        casting[i] = camera_view is None or not (camera_view.outside[i] or body.excludes(camera_view.near_corners))
     return casting
 
 

@@ -1,4 +1,4 @@
-"""Sparing: a map that is drawn again and again is drawn with fewer triangles, those of clusters that can be in it.
+"""OcclusionCulling: a map that is drawn again and again is drawn with fewer triangles, those of clusters that can be in it.
 
 Clusters outside the view or behind others change nothing in a depth map, whatever is drawn first. What was behind others in the last
 map of a moving light is mostly so in the next: the rest is drawn, its depth is read, and of what was left out only those clusters
@@ -38,7 +38,7 @@ _FIRST_PAUSE = 3  # draws before clusters are made: that takes as long as two or
 _PAUSE, _LONGEST_PAUSE = 16, 1024  # draws after which it is tried again whether it is worth its time
 
 
-def sparable(scene: GpuScene, settings: CasterSettings, views: Sequence[ShadowView]) -> bool:
+def can_cull(scene: GpuScene, settings: CasterSettings, views: Sequence[ShadowView]) -> bool:
     """Whether maps can be drawn with fewer triangles.
 
     Not in perspective. Of equal depths of a metric the last that is drawn wins, so that all must be drawn, and in order. Casters that are
@@ -87,7 +87,7 @@ class Shown:
     clusters: Bools | None = None
 
 
-class Sparing:
+class OcclusionCulling:
     """How one light's maps are drawn with fewer triangles.
 
     Parameters
@@ -120,11 +120,11 @@ class Sparing:
             self._draw_whole(chosen, whole)
             return len(chosen)
         bounds, shows, mine = self._shows(view, chosen)
-        work = self._work(view)
-        reading, testing = _TEXEL * view.resolution**2, _CLUSTER * len(work)
-        asks = self._reads and 0.5 * work[shows].sum() > reading and seen.asking.tries()
+        frame = self._work(view)
+        reading, testing = _TEXEL * view.resolution**2, _CLUSTER * len(frame)
+        asks = self._reads and 0.5 * frame[shows].sum() > reading and seen.asking.tries()
         now = shows & seen.clusters if asks and seen.clusters is not None else shows
-        if work[now].sum() > _FEWER * work[mine].sum():
+        if frame[now].sum() > _FEWER * frame[mine].sum():
             self._draw_whole(chosen, whole)
             now = mine
         else:
@@ -134,9 +134,9 @@ class Sparing:
             seen.clusters = ~self._behind(view, bounds)
             needed = shows & seen.clusters
             self._draw(needed & ~now, clustered)
-            seen.asking.learn(work[shows & ~needed].sum() > reading)
-        fewer = work[needed].sum() <= _FEWER * work[mine].sum()
-        seen.choosing.learn(fewer and work[mine & ~needed].sum() > testing)
+            seen.asking.learn(frame[shows & ~needed].sum() > reading)
+        fewer = frame[needed].sum() <= _FEWER * frame[mine].sum()
+        seen.choosing.learn(fewer and frame[mine & ~needed].sum() > testing)
         return len(chosen)
 
     def _work(self, view: ShadowView) -> Array:

@@ -7,7 +7,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from glshadow.derive.lists import ListGrid, lamp_spread
+from glshadow.derive.lists import ListGrid, local_light_spread
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.program import Programs
 from glshadow.gl.driver.targets import release, succeed
@@ -41,7 +41,7 @@ class Grown:
 
     def __init__(self, context: GLContext) -> None:
         self._context = context
-        self.casters, self.outlines = CellLists(context), CellLists(context)
+        self.casters, self.silhouettes = CellLists(context), CellLists(context)
         self.values: dict[str, Any] = {}
         self.widest = self.longest = self.most = 0
         self._grounds: tuple[moderngl.Texture, ...] = ()
@@ -85,8 +85,8 @@ class Grown:
         grids: dict[str, int | str] = {"GLS_GROUNDS": _GROUNDS, "GLS_GROWN": _GROWN, "GLS_LEVELS": _LEVELS}
         count, size = scene.world.count, (_GROWN, 2 * _GROWN * grid.faces)
         self.widest = self.longest = self.most = 0
-        for outlines, lists in enumerate((self.casters, self.outlines)):
-            defines = {**cell_defines(grid, grid.cells), **grids, "GLS_OUTLINES": outlines}
+        for silhouettes, lists in enumerate((self.casters, self.silhouettes)):
+            defines = {**cell_defines(grid, grid.cells), **grids, "GLS_OUTLINES": silhouettes}
             program = programs.compute("pass/grown.comp", defines=defines)
             program.set(**self.values, u_cells=grid.cells_from_window)
             program.bind(**scene.world.textures, **textures, u_neighbours=scene.world.neighbours, u_ground=ground,
@@ -116,7 +116,7 @@ class Grown:
 
     def release(self) -> None:
         """Free the GPU memory."""
-        release(self.casters, self.outlines, self._framebuffer, *self._grounds)
+        release(self.casters, self.silhouettes, self._framebuffer, *self._grounds)
 
 
 def _depths(scene: GpuScene, grid: ListGrid) -> tuple[float, float]:
@@ -141,7 +141,7 @@ def _farthest(grid: ListGrid, radius: float, depths: tuple[float, float]) -> int
         return _GROUNDS
     else:
         left, right, bottom, top = grid.window
-        spread = lamp_spread(
+        spread = local_light_spread(
             radius, np.array([[left, bottom], [left, top], [right, bottom], [right, top]]), least, deepest
         )
     return min(int(np.ceil(spread * max(grid.cells_from_window[:2]) * _GROUNDS / grid.cells)) + 1, _GROUNDS)

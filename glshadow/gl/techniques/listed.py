@@ -19,13 +19,13 @@ from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import RG32UI, RGBA32F
 from glshadow.gl.driver.program import Programs
 from glshadow.gl.driver.targets import release
-from glshadow.gl.frame_context import Work
+from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.scene.bodies import casters_seen, hides_back_faces
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.techniques.cells import FACET_BYTES, CellLists
 from glshadow.gl.techniques.edges import Edges
-from glshadow.gl.techniques.technique import Source
+from glshadow.gl.techniques.technique import Technique
 from glshadow.gl.techniques.triangles import (
     casting_corners,
     cell_defines,
@@ -37,10 +37,10 @@ from glshadow.gl.techniques.triangles import (
     triangle_receiver,
 )
 from glshadow.lights import Light
-from glshadow.shadows.shadow import Faces, Settled
+from glshadow.shadows.shadow import Faces, ResolvedShadow
 
 
-class Listed(Source):
+class Listed(Technique):
     """One light's triangle lists and what they were built for.
 
     Attributes
@@ -65,12 +65,12 @@ class Listed(Source):
         self.masked = False
         self.builds = 0
 
-    def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
+    def allocate(self, frame: FrameContext, light: Light, shadow: ResolvedShadow | None) -> None:
         """Take the light with its settings."""
         assert shadow is not None
         self.light, self._shadow = light, shadow
 
-    def prepare(self, work: Work) -> Used:
+    def update(self, frame: FrameContext) -> Used:
         """Build them, unless they are those of this scene and light already.
 
         Raises
@@ -79,12 +79,14 @@ class Listed(Source):
             If the scene does not fit into the driver's buffers on any grid.
         """
         shadow = self._shadow
-        built = self._update(work.programs, work.scene, self.light, casters_seen(work.scene, self.light, work.sight))
-        fallbacks = ignored_size(self.light, shadow.filter) + far_away(work, self.grid)
-        return Used(filter=shadow.filter, faces=shadow.asked.faces, draws=int(built), links=self.lists.count, fallbacks=fallbacks,
+        built = self._update_lists(
+            frame.programs, frame.scene, self.light, casters_seen(frame.scene, self.light, frame.camera_view)
+        )
+        fallbacks = ignored_size(self.light, shadow.filter) + far_away(frame, self.grid)
+        return Used(filter=shadow.filter, faces=shadow.requested.faces, draws=int(built), links=self.lists.count, fallbacks=fallbacks,
                     why=shadow.why)  # fmt: skip
 
-    def _update(self, programs: Programs, scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> bool:
+    def _update_lists(self, programs: Programs, scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> bool:
         """Whether they had to be built."""
         key = made_for(scene, light, casting)
         if key == self._key:
@@ -146,26 +148,26 @@ class Listed(Source):
             old.release()
         return BufferTexture(self._context.gl, self._context.ctx.buffer(reserve=size), internal_format)
 
-    def receiver(self, work: Work) -> Receiver:
+    def receiver(self, frame: FrameContext) -> Receiver:
         """Walk them."""
-        return self._walked(work)
+        return self._walked(frame)
 
-    def marking_receiver(self, work: Work) -> Receiver:
+    def marking_receiver(self, frame: FrameContext) -> Receiver:
         """With the silhouette edges of its casters; where these are too many, all samples of every pixel are shaded."""
-        return self._marking(work)
+        return self._marking(frame)
 
-    def _walked(self, work: Work) -> Receiver:
-        return triangle_receiver(work, self.light, self.grid, self.masked, self._textures)
+    def _walked(self, frame: FrameContext) -> Receiver:
+        return triangle_receiver(frame, self.light, self.grid, self.masked, self._textures)
 
-    def _marking(self, work: Work) -> Receiver:
-        receiver = self._walked(work)
-        if not self._find_edges(work):
+    def _marking(self, frame: FrameContext) -> Receiver:
+        receiver = self._walked(frame)
+        if not self._find_edges(frame):
             return replace(receiver, collected={"GLS_EVERY": 1, "GLS_NEIGHBORS": 0})
         return replace(
             receiver,
             textures={**receiver.textures, **self._edges.textures},
             marks={"GLS_MARKS": 1, **self._edges.defines},
-            collected={"GLS_MARKED": 1, "GLS_NEIGHBORS": int(self._turns_unlisted(work.scene))},
+            collected={"GLS_MARKED": 1, "GLS_NEIGHBORS": int(self._turns_unlisted(frame.scene))},
         )
 
     def _turns_unlisted(self, scene: GpuScene) -> bool:
@@ -173,10 +175,10 @@ class Listed(Source):
         smooth meshes between their edges."""
         return self.grid.projection == "perspective" or not scene.casts.all() or scene.rounded is not None
 
-    def _find_edges(self, work: Work) -> bool:
+    def _find_edges(self, frame: FrameContext) -> bool:
         """Make lists of silhouette edges, unless they are there; whether they fit into the driver's buffers."""
         textures = {"u_facets": self._facets, "u_traits": self._traits}
-        return self._edges.update(work.programs, work.scene, self.light, self.grid, self.builds, textures)
+        return self._edges.update(frame.programs, frame.scene, self.light, self.grid, self.builds, textures)
 
     @property
     def _textures(self) -> dict[str, Any]:

@@ -11,120 +11,123 @@ from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array, transform
 from glshadow.derive.compare import map_uniforms, rounding_of
-from glshadow.derive.resolved import Decision, decide
+from glshadow.derive.resolved import ResolvedSettings, resolve_settings
 from glshadow.derive.used import Used
 from glshadow.errors import warn
 from glshadow.gl.driver.context import Caps, GLContext
-from glshadow.gl.frame_context import Work
+from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.atlases import Place
 from glshadow.gl.passes.caster import Map, draw_casters
-from glshadow.gl.passes.depth_tiles import seen_blocks
+from glshadow.gl.passes.depth_tiles import find_depth_tiles
 from glshadow.gl.passes.readback import pixels
 from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.scene.bodies import casters_seen
-from glshadow.gl.techniques.technique import Source, fetching_dialect, frame_of, open_receiver
+from glshadow.gl.techniques.technique import Technique, fetching_dialect, frame_of, open_receiver
 from glshadow.lights import Light
 from glshadow.shader.slots import Compare, Shape, mapped_defines, mapped_slots
 from glshadow.shadows.filters import Filter
-from glshadow.shadows.fit_request import Asked
+from glshadow.shadows.fit_request import FitRequest
 from glshadow.shadows.metric import Target, unpack
-from glshadow.shadows.shadow import Settled
+from glshadow.shadows.shadow import ResolvedShadow
 from glshadow.shadows.view import ShadowView
 
 MOST_PIXELS = 2.0**16
 """Side of a map in pixels of the nearest receiver from which on it is said: a texel of a 2048 map is then 32 of them."""
 
 
-class Mapped(Source):
+class Mapped(Technique):
     """One light's map; none where no receiver of it is seen."""
 
     def __init__(self, context: GLContext) -> None:
         self.map: Map | None = None
         self._place: Place | None = None
-        self._decision: Decision
-        self._asked: Asked
+        self._settings: ResolvedSettings
+        self._request: FitRequest
         self._casting: NDArray[np.bool_]
         self._shaded: Array | None = None
         self._looked_at = -1  # scene whose texels were looked at
 
-    def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
+    def allocate(self, frame: FrameContext, light: Light, shadow: ResolvedShadow | None) -> None:
         """Decide the settings and fit the views."""
         assert shadow is not None
         self.light, self._why = light, shadow.why
-        caps, scene = work.caps, work.scene
-        self._decision = decision = decide(light, shadow, caps.clip_control, caps.renderer)
+        caps, scene = frame.caps, frame.scene
+        self._settings = settings = resolve_settings(light, shadow, caps.clip_control, caps.renderer)
         self._casting = scene.casts
-        if decision.caster.bias.certain:  # no surface shadows itself: what darkens nothing else need not be drawn
-            self._casting = casters_seen(scene, light, work.sight)
+        if settings.caster.bias.certain:  # no surface shadows itself: what darkens nothing else need not be drawn
+            self._casting = casters_seen(scene, light, frame.camera_view)
         self._place = self.map = None
         if not self._casting.any():
             return
-        sight, reach = work.sight, shadow.filter.reach_texels + decision.caster.bias.shift_texels
-        self._asked = Asked(
-            light, scene.corners, scene.boxes, sight.receivers, scene.corners[self._casting].reshape(-1, 3), sight.camera, sight.size,
-            sight.near, sight.far, decision.clip, shadow.resolution, int(np.ceil(reach)) + 1, decision.fine,
+        camera_view, reach = frame.camera_view, shadow.filter.reach_texels + settings.caster.bias.shift_texels
+        self._request = FitRequest(
+            light, scene.corners, scene.boxes, camera_view.receivers, scene.corners[self._casting].reshape(-1, 3),
+            camera_view.camera, camera_view.size, camera_view.near, camera_view.far, settings.clip,
+            shadow.resolution, int(np.ceil(reach)) + 1, settings.fine,
         )  # fmt: skip
-        fitted = decision.fit.fitted(self._asked)
+        fitted = settings.fit.fitted(self._request)
         self._shaded = fitted.shaded
         if fitted.views:
-            self._place = work.atlases.claim(decision.caster.target, fitted.views, decision.caster.channel)
+            self._place = frame.atlases.allocate(settings.caster.target, fitted.views, settings.caster.channel)
 
-    def prepare(self, work: Work) -> Used:
+    def update(self, frame: FrameContext) -> Used:
         """Draw the map."""
-        draws, decision, caster = 0, self._decision, self._decision.caster
+        draws, settings, caster = 0, self._settings, self._settings.caster
         if self._place is not None:
             views, atlas = self._place()
-            if decision.fit.measures:
-                views = self._measured(work, views)
-            self.map = Map(views, atlas, caster, decision.filter)
-            draws = draw_casters(work.context, work.programs, work.scene, self.light, self._casting, self.map)
-            if self._looked_at != work.scene.identity:
-                self._looked_at = work.scene.identity
-                self._warn_of_large_texels(work, self.map.views[0])
+            if settings.fit.measures:
+                views = self._measured(frame, views)
+            self.map = Map(views, atlas, caster, settings.filter)
+            draws = draw_casters(frame.context, frame.programs, frame.scene, self.light, self._casting, self.map)
+            if self._looked_at != frame.scene.identity:
+                self._looked_at = frame.scene.identity
+                self._warn_of_large_texels(frame, self.map.views[0])
         views = self.map.views if self.map else ()
         return Used(
             views,
-            decision.filter,
+            settings.filter,
             caster.bias,
             caster.target,
-            decision.clip,
+            settings.clip,
             caster.faces,
             draws,
-            decision.fallbacks + self._too_small(),
+            settings.fallbacks + self._too_small(),
             why=self._why,
         )
 
     def _too_small(self) -> tuple[str, ...]:
         """The fallback of a bias under which planes shadow themselves, if that can be told."""
-        if self.map is None or self._decision.filter.encoding:  # the mean of a plane's depths lies on it
+        if self.map is None or self._settings.filter.encoding:  # the mean of a plane's depths lies on it
             return ()
         texel = max(
             max(view.texel) * (1.0 if view.projection == "orthographic" else view.far) for view in self.map.views
         )
-        said = self._decision.caster.bias.shortfall(self._decision.filter.reach_texels, texel)
+        said = self._settings.caster.bias.shortfall(self._settings.filter.reach_texels, texel)
         return (said,) if said else ()
 
-    def _measured(self, work: Work, placed: tuple[ShadowView, ...]) -> tuple[ShadowView, ...]:
+    def _measured(self, frame: FrameContext, placed: tuple[ShadowView, ...]) -> tuple[ShadowView, ...]:
         """Views fitted to what is really seen, in the places of those that were claimed."""
-        fitted = self._decision.fit.fitted(replace(self._asked, blocks=seen_blocks(work)))
+        fitted = self._settings.fit.fitted(replace(self._request, depth_tiles=find_depth_tiles(frame)))
         self._shaded = fitted.shaded
         return tuple(view.placed(there.tile) for view, there in zip(fitted.views, placed, strict=False)) or placed
 
-    def _warn_of_large_texels(self, work: Work, view: ShadowView) -> None:
+    def _warn_of_large_texels(self, frame: FrameContext, view: ShadowView) -> None:
         """Said once for a scene: where a map covers so much that what casts near the camera may fall between its texels."""
-        bodies = [points for points in work.sight.receivers if len(points)]
+        bodies = [points for points in frame.camera_view.receivers if len(points)]
         if not bodies:
             return
         seen = np.concatenate(bodies)
-        camera = work.sight.camera.view_from_world
-        least = max(float((-(seen @ camera[2, :3] + camera[2, 3])).min()), work.sight.near)
-        if _side(work, view, seen, least) <= MOST_PIXELS:
+        camera = frame.camera_view.camera.view_from_world
+        least = max(float((-(seen @ camera[2, :3] + camera[2, 3])).min()), frame.camera_view.near)
+        if _side(frame, view, seen, least) <= MOST_PIXELS:
             return
-        window = pixels(work.targets.depth, np.float32)  # boxes may come nearer than what is in them: ask the picture
-        surface = window != work.sight.clip.clear_depth
+        window = pixels(frame.targets.depth, np.float32)  # boxes may come nearer than what is in them: ask the picture
+        surface = window != frame.camera_view.clip.clear_depth
         if not surface.any():
             return
-        side = _side(work, view, seen, float(np.quantile(work.sight.depth(window[surface].astype(np.float64)), 0.01)))
+        side = _side(
+            frame, view, seen, float(np.quantile(frame.camera_view.depth(window[surface].astype(np.float64)), 0.01))
+        )
         if side > MOST_PIXELS:
             warn(
                 f"a texel of the light's {view.resolution} map is as wide as {side / view.resolution:.0f} pixels of what is nearest to the "
@@ -132,16 +135,16 @@ class Mapped(Source):
                 stacklevel=6,
             )
 
-    def receiver(self, work: Work) -> Receiver:
+    def receiver(self, frame: FrameContext) -> Receiver:
         """Compare with it."""
         if self.map is None:
-            return open_receiver(work, self.light)
-        scene, caps = work.scene, work.caps
+            return open_receiver(frame, self.light)
+        scene, caps = frame.scene, frame.caps
         axes, offset = frame_of(self.light.frame(self.map.views, scene.origin), scene.origin)
-        reach = max(self._reach(work), float(np.abs(offset).max()))
-        compared = work.samplers.nearer_reversed if self.map.views[0].clip.reversed else work.samplers.nearer
+        reach = max(self._reach(frame), float(np.abs(offset).max()))
+        compared = frame.samplers.nearer_reversed if self.map.views[0].clip.reversed else frame.samplers.nearer
         raw = (caps.texture_gather and caps.software) or self.map.filter.reads_depths
-        sampler = work.samplers.plain if raw else compared
+        sampler = frame.samplers.plain if raw else compared
         plain = self.map.filter.encoding or not self.map.settings.target.is_depth
         return Receiver(
             map_slots(self.light, self.map, caps),
@@ -157,19 +160,19 @@ class Mapped(Source):
             {"u_map": (self.map.atlas.texture, None if plain else sampler)},
         )
 
-    def marking_receiver(self, work: Work) -> Receiver:
+    def marking_receiver(self, frame: FrameContext) -> Receiver:
         """A map's texels may be smaller than a pixel; prefiltered ones are read from a mip map of the pixel's size."""
-        receiver = self.receiver(work)
+        receiver = self.receiver(frame)
         if self.map is None or self.map.filter.encoding:
             return receiver
         return replace(receiver, marks={"GLS_MARKS": 1}, collected={"GLS_MARKED": 1})
 
-    def _reach(self, work: Work) -> float:
+    def _reach(self, frame: FrameContext) -> float:
         """Largest coordinate on the way to the position of a receiver that the map answers for: eye, ray x depth, their sum."""
-        sight, origin = work.sight, work.scene.origin
-        eye = float(np.abs(sight.eye - origin).max())
+        camera_view, origin = frame.camera_view, frame.scene.origin
+        eye = float(np.abs(camera_view.eye - origin).max())
         if self._shaded is None:
-            return eye + sight.reach
+            return eye + camera_view.reach
         return 2.0 * eye + float(np.abs(self._shaded - origin).max())
 
     def stored(self) -> NDArray[np.float32]:
@@ -177,12 +180,12 @@ class Mapped(Source):
         return super().stored() if self.map is None else stored_values(self.map)
 
 
-def _side(work: Work, view: ShadowView, seen: Array, depth: float) -> float:
+def _side(frame: FrameContext, view: ShadowView, seen: Array, depth: float) -> float:
     """How many pixels at a view depth a map is wide where it is nearest to the light, or anywhere under a sun."""
     away = 1.0
     if view.projection != "orthographic":
         away = float(np.linalg.norm(transform(view.view_from_world, seen), axis=1).min())
-    return max(view.texel) * away * view.resolution / work.sight.pixel(depth)
+    return max(view.texel) * away * view.resolution / frame.camera_view.pixel(depth)
 
 
 def map_slots(light: Light, shadow_map: Map, caps: Caps) -> dict[str, str]:

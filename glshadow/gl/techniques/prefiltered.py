@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from glshadow.derive.used import Used
 from glshadow.gl.driver.context import GLContext
-from glshadow.gl.frame_context import Work
+from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.caster import Map
 from glshadow.gl.passes.moments import Moments
 from glshadow.gl.techniques.mapped import Mapped, stored_values
@@ -21,12 +21,12 @@ class Prefiltered(Mapped):
         self._moments = Moments(context)
         self._depths: Map | None = None
 
-    def prepare(self, work: Work) -> Used:
+    def update(self, frame: FrameContext) -> Used:
         """Draw the map, and take its means."""
-        used = super().prepare(work)
+        used = super().update(frame)
         self._depths = self.map
         if self.map is not None:
-            self.map = self._moments.filled(work.programs, self.map)
+            self.map = self._moments.filled(frame.programs, self.map)
         return used
 
     def stored(self) -> NDArray[np.float32]:

@@ -1,4 +1,4 @@
-"""Source: what a light's shadow is asked of."""
+"""Technique: what a light's shadow is asked of."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array
 from glshadow.derive.used import Used
 from glshadow.gl.driver.context import GLContext
-from glshadow.gl.frame_context import Work
+from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.receiver import Receiver
 from glshadow.lights import Light
 from glshadow.shader.slots import open_slots
-from glshadow.shadows.shadow import Settled
+from glshadow.shadows.shadow import ResolvedShadow
 
 
-class Source:
+class Technique:
     """Base: a light that casts nothing. A frame calls `claim` of all lights, then `prepare` of all, then asks light by light.
 
     An heir is made once per light and context, and keeps what it drew for as long as that is still right.
@@ -24,26 +24,26 @@ class Source:
     def __init__(self, context: GLContext) -> None:
         self.light: Light
 
-    def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
+    def allocate(self, frame: FrameContext, light: Light, shadow: ResolvedShadow | None) -> None:
         """Take the light with its settings, and say what room its maps need; nothing is drawn yet."""
         self.light = light
 
     def expect(self, lights: tuple[Light, ...]) -> None:
         """These lights are claimed in turn, again and again: what is drawn for one may be kept until its next turn."""
 
-    def prepare(self, work: Work) -> Used:
+    def update(self, frame: FrameContext) -> Used:
         """Draw what the light needs, unless it is kept; what was really used."""
         return Used()
 
-    def receiver(self, work: Work) -> Receiver:
+    def receiver(self, frame: FrameContext) -> Receiver:
         """How the light is asked."""
-        return open_receiver(work, self.light)
+        return open_receiver(frame, self.light)
 
-    def marking_receiver(self, work: Work) -> Receiver:
+    def marking_receiver(self, frame: FrameContext) -> Receiver:
         """The same for a picture with several samples in a pixel: where it can, it marks pixels whose samples may differ."""
-        return self.receiver(work)
+        return self.receiver(frame)
 
-    def amended(self, used: Used) -> Used:
+    def finalize(self, used: Used) -> Used:
         """What was used, as it turned out where it was asked."""
         return used
 
@@ -55,10 +55,10 @@ class Source:
         """Free the GPU memory."""
 
 
-def open_receiver(work: Work, light: Light) -> Receiver:
+def open_receiver(frame: FrameContext, light: Light) -> Receiver:
     """A receiver that is lit."""
-    return Receiver(open_slots(light), *frame_of(light.frame((), work.scene.origin), work.scene.origin),
-                    dialect=fetching_dialect(work.caps.texture_gather))  # fmt: skip
+    return Receiver(open_slots(light), *frame_of(light.frame((), frame.scene.origin), frame.scene.origin),
+                    dialect=fetching_dialect(frame.caps.texture_gather))  # fmt: skip
 
 
 def fetching_dialect(gather: bool) -> str:

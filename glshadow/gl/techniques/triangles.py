@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array
 from glshadow.derive.lists import HUGE_SHARE, MOST, RATIO, ListGrid, distance_bound
 from glshadow.errors import ResourceError
-from glshadow.gl.frame_context import Work
-from glshadow.gl.passes.camera import Sight
+from glshadow.gl.frame_context import FrameContext
+from glshadow.gl.passes.camera import CameraView
 from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.lights import Light
@@ -61,26 +61,28 @@ def check_facets(scene: GpuScene, limit: int) -> None:
         )
 
 
-def eye_in_light(scene: GpuScene, sight: Sight, grid: ListGrid) -> Array:
+def eye_in_light(scene: GpuScene, camera_view: CameraView, grid: ListGrid) -> Array:
     """The camera's position (3,) in the light's frame."""
     axes, origin = light_frame(grid, scene)
-    return np.asarray(axes @ (sight.eye - scene.origin) - axes @ origin)
+    return np.asarray(axes @ (camera_view.eye - scene.origin) - axes @ origin)
 
 
-def rounding_bound(scene: GpuScene, sight: Sight, grid: ListGrid) -> tuple[float, float]:
+def rounding_bound(scene: GpuScene, camera_view: CameraView, grid: ListGrid) -> tuple[float, float]:
     """`core.lists.distance_bound` of a scene seen by a camera."""
-    eye = eye_in_light(scene, sight, grid)
-    return distance_bound(scene.world.reach, max(usual_reach(scene, grid), float(np.abs(eye).max()) + sight.spread))
+    eye = eye_in_light(scene, camera_view, grid)
+    return distance_bound(
+        scene.world.reach, max(usual_reach(scene, grid), float(np.abs(eye).max()) + camera_view.spread)
+    )
 
 
 _ROUGH = 1e-4
 """Of the scene's size: by how much shadows may be off without a word."""
 
 
-def far_away(work: Work, grid: ListGrid) -> tuple[str, ...]:
+def far_away(frame: FrameContext, grid: ListGrid) -> tuple[str, ...]:
     """The fallback of a camera or a light so far away that float32 holds places in the scene coarsely."""
-    size = float(np.linalg.norm(np.ptp(work.scene.corners.reshape(-1, 3), axis=0)))
-    bound = rounding_bound(work.scene, work.sight, grid)[0]
+    size = float(np.linalg.norm(np.ptp(frame.scene.corners.reshape(-1, 3), axis=0)))
+    bound = rounding_bound(frame.scene, frame.camera_view, grid)[0]
     if bound <= _ROUGH * size:
         return ()
     return (f"camera or light is so far from a scene of {size:g} that shadows are right to {bound:.2g} only",)
@@ -95,7 +97,9 @@ def usual_reach(scene: GpuScene, grid: ListGrid) -> float:
     return float(np.abs(local).max())
 
 
-def triangle_receiver(work: Work, light: Light, grid: ListGrid, masked: bool, textures: Mapping[str, Any]) -> Receiver:
+def triangle_receiver(
+    frame: FrameContext, light: Light, grid: ListGrid, masked: bool, textures: Mapping[str, Any]
+) -> Receiver:
     """A receiver that tests its ray against the triangles of lists.
 
     Parameters
@@ -105,18 +109,18 @@ def triangle_receiver(work: Work, light: Light, grid: ListGrid, masked: bool, te
     textures : mapping
         Heads, links and facets, by the samplers that read them.
     """
-    scene = work.scene
+    scene = frame.scene
     axes, origin = light_frame(grid, scene)
     return Receiver(
         exact_slots(light),
         axes,
         -axes @ origin,
         exact_defines(grid.projection, grid.cells, RATIO, masked, scene.world.huge),
-        "core400" if work.caps.version_code >= 400 else "core330",
+        "core400" if frame.caps.version_code >= 400 else "core330",
         {
-            "u_eye_l": tuple(eye_in_light(scene, work.sight, grid)),
+            "u_eye_l": tuple(eye_in_light(scene, frame.camera_view, grid)),
             "u_cells": grid.cells_from_window,
-            "u_bound": rounding_bound(scene, work.sight, grid),
+            "u_bound": rounding_bound(scene, frame.camera_view, grid),
             "u_huge": (usual_reach(scene, grid), HUGE_SHARE),
         },
         {**textures, **scene.world.mask_textures},

@@ -18,13 +18,13 @@ from glshadow.gl.driver.buffers import BufferTexture
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import RGBA32F, RGBA32UI
 from glshadow.gl.driver.targets import release, released_on_error
-from glshadow.gl.frame_context import Work
+from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.scene.bodies import casters_seen
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.scene.world import local_positions
 from glshadow.gl.techniques.listed import node_traits
-from glshadow.gl.techniques.technique import Source
+from glshadow.gl.techniques.technique import Technique
 from glshadow.gl.techniques.triangles import (
     casting_corners,
     check_facets,
@@ -34,7 +34,7 @@ from glshadow.gl.techniques.triangles import (
     triangle_receiver,
 )
 from glshadow.lights import Light
-from glshadow.shadows.shadow import Settled
+from glshadow.shadows.shadow import ResolvedShadow
 
 _WHY = "triangle lists are built on the CPU: building them on the GPU needs OpenGL 4.3, {} has {:.1f}"
 _TEXEL = 16  # bytes
@@ -96,7 +96,7 @@ class _Lists:
         release(self._heads, self._links, self._facets)
 
 
-class Uploaded(Source):
+class Uploaded(Technique):
     """One light's triangle lists, built by `core.cells` and uploaded; or those of several lights that come in turn.
 
     Attributes
@@ -115,7 +115,7 @@ class Uploaded(Source):
         self.lists = _Lists(context)
         self.builds = 0
 
-    def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
+    def allocate(self, frame: FrameContext, light: Light, shadow: ResolvedShadow | None) -> None:
         """Take the light with its settings."""
         assert shadow is not None
         self.light, self._shadow = light, shadow
@@ -130,7 +130,7 @@ class Uploaded(Source):
         release(*(each for each in self._made.values() if each is not self.lists))
         self._made.clear()
 
-    def prepare(self, work: Work) -> Used:
+    def update(self, frame: FrameContext) -> Used:
         """Build them, unless there are those of this scene and light already.
 
         Raises
@@ -138,13 +138,13 @@ class Uploaded(Source):
         ResourceError
             If the scene does not fit into the driver's buffer textures on any grid.
         """
-        shadow, caps = self._shadow, work.caps
-        built = self._update(work.scene, self.light, casters_seen(work.scene, self.light, work.sight))
+        shadow, caps = self._shadow, frame.caps
+        built = self._update_lists(frame.scene, self.light, casters_seen(frame.scene, self.light, frame.camera_view))
         why = f"{shadow.why}; {_WHY.format(caps.renderer, caps.version_code / 100)}"
-        return Used(filter=shadow.filter, faces=shadow.asked.faces, draws=int(built), links=self.lists.count,
-                    fallbacks=ignored_size(self.light, shadow.filter) + far_away(work, self.lists.grid), why=why)  # fmt: skip
+        return Used(filter=shadow.filter, faces=shadow.requested.faces, draws=int(built), links=self.lists.count,
+                    fallbacks=ignored_size(self.light, shadow.filter) + far_away(frame, self.lists.grid), why=why)  # fmt: skip
 
-    def _update(self, scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> bool:
+    def _update_lists(self, scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> bool:
         """Whether they had to be built."""
         key = made_for(scene, light, casting)
         if key in self._made:
@@ -187,10 +187,10 @@ class Uploaded(Source):
                 )
             halvings += 1
 
-    def receiver(self, work: Work) -> Receiver:
+    def receiver(self, frame: FrameContext) -> Receiver:
         """Walk them."""
-        masked = work.scene.world.masks is not None
-        return triangle_receiver(work, self.light, self.lists.grid, masked, self.lists.textures)
+        masked = frame.scene.world.masks is not None
+        return triangle_receiver(frame, self.light, self.lists.grid, masked, self.lists.textures)
 
     def release(self) -> None:
         """Free the GPU memory."""
