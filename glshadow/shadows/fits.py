@@ -163,7 +163,7 @@ class Lispsm(Fit):
 
     def fitted(self, request: FitRequest) -> Fitted:
         """One view."""
-        return warped(request, self)
+        return warped(request, self, cascades(request, Cascades(1, blend=0.0)))
 
 
 FITS: tuple[type[Fit], ...] = (ViewFit, SceneFit, Cascades, Lispsm)

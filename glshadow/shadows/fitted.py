@@ -119,9 +119,8 @@ def _snapped(request: FitRequest, settings: Cascades, light: DistantLight) -> tu
     return tuple(found)
 
 
-def warped(request: FitRequest, settings: Lispsm) -> Fitted:
-    """One view in perspective along the camera's view, or as for one cascade where that is no better."""
-    plain = cascades(request, Cascades(1, blend=0.0))
+def warped(request: FitRequest, settings: Lispsm, plain: Fitted) -> Fitted:
+    """One view in perspective along the camera's view; `plain`, that of a single cascade, where perspective gives no smaller texels."""
     if not plain.views:
         return plain
     view = replace(plain.views[0], cascade=None)

@@ -10,7 +10,7 @@ import pytest
 import glshadow as gs
 from glshadow.core.spaces import Array, ClipSpace, project, transform
 from glshadow.shadows.fit_request import DepthTiles, FitRequest
-from glshadow.shadows.fitted import _texels, cascades, split, warped
+from glshadow.shadows.fitted import _texels, cascades, split
 
 CAMERA = gs.PerspectiveCamera(position=(0.0, 1.7, 0.0), target=(0.0, 1.2, -10.0), fov_y=50.0)
 SUN = gs.DirectionalLight(direction=(0.6, -0.7, -0.1))
@@ -126,7 +126,7 @@ def test_stable_maps_cover_their_slices() -> None:
 def test_perspective_holds_what_is_seen_and_keeps_light_straight(psm: bool) -> None:
     given = asked()
     assert given.depth_tiles is not None
-    (view,) = warped(given, gs.Lispsm(psm)).views
+    (view,) = gs.Lispsm(psm).fitted(given).views
     assert view.warp is not None
     points = given.depth_tiles.between(2.0, 180.0)
     inside = points[(np.abs(points[:, 0]) < 50.0)]
@@ -151,7 +151,7 @@ def test_perspective_holds_what_is_seen_and_keeps_light_straight(psm: bool) -> N
 
 def test_perspective_is_left_out_where_the_sun_shines_along_the_view() -> None:
     light = replace(SUN, direction=tuple((-CAMERA.view_from_world[2, :3]).tolist()))
-    (view,) = warped(asked(light=light), gs.Lispsm()).views
+    (view,) = gs.Lispsm().fitted(asked(light=light)).views
     assert view.warp is None
 
 
@@ -173,7 +173,7 @@ def test_perspective_is_kept_only_where_texels_are_smaller_over_what_is_seen() -
         given = asked(light=replace(SUN, direction=tuple(aim.tolist())))
         assert given.depth_tiles is not None
         (view,), (plain,) = (
-            each.views for each in (warped(given, gs.Lispsm(psm=True)), cascades(given, gs.Cascades(1)))
+            each.views for each in (gs.Lispsm(psm=True).fitted(given), cascades(given, gs.Cascades(1)))
         )
         local = transform(view.view_from_world, given.depth_tiles.between(2.0, 180.0))
         depth = np.maximum(

@@ -105,5 +105,6 @@ class Techniques(dict[tuple[int, str], Technique]):
 
 
 __all__ = [
-    "Accumulated", "Area", "LightPass", "Listed", "Mapped", "Prefiltered", "Receiver", "Technique", "Techniques", "Uploaded", "technique_of",
+    "Accumulated", "Area", "LightPass", "Listed", "Mapped", "Prefiltered", "Receiver", "Technique", "Techniques", "Uploaded",
+    "technique_of",
 ]  # fmt: skip
