@@ -6,8 +6,8 @@
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif
-#ifndef GLS_PANEL
-#define GLS_PANEL 0 // 1: the light is a panel, which does not turn
+#ifndef GLS_RECT
+#define GLS_RECT 0 // 1: the light is a panel, which does not turn
 #endif
 #ifndef GLS_DITHER
 #define GLS_DITHER 0 // 1: the points are turned from pixel to pixel
@@ -21,8 +21,8 @@
 uniform usamplerBuffer u_found;
 uniform samplerBuffer u_disc; // points of the light: a sun's (x, y) of rays (x, y, 1), else of the unit disc
 uniform int u_count; // of them
-#if GLS_PANEL
-uniform mat3 u_panel; // half its width, half its height, the way it looks, in the light's frame
+#if GLS_RECT
+uniform mat3 u_rect; // half its width, half its height, the way it looks, in the light's frame
 #else
 uniform mat3 u_disc_axes; // a lamp's, in the light's frame: right, up, and where it looks
 #endif
@@ -39,8 +39,8 @@ struct Disc { // of a lamp, as the receiver sees it, or a panel
 };
 
 Disc disc_seen(vec3 position) { // turned with the receiver by the shortest way from an axis: a seam only opposite to it
-#if GLS_PANEL
-    return Disc(u_panel[0], u_panel[1]);
+#if GLS_RECT
+    return Disc(u_rect[0], u_rect[1]);
 #else
     vec3 right = u_disc_axes[0], up = u_disc_axes[1], axis = u_disc_axes[2], away = normalize(position);
     vec3 both = (axis + away) / max(1.0 + dot(axis, away), 1e-6);
@@ -50,7 +50,7 @@ Disc disc_seen(vec3 position) { // turned with the receiver by the shortest way 
 
 vec3 source(int k, Disc disc) { // of a ray, see Ray
     vec2 point = texelFetch(u_disc, k).xy;
-#if GLS_DITHER && GLS_PANEL
+#if GLS_DITHER && GLS_RECT
     point = 2.0 * fract(0.5 * point + 0.5 + dither_turn * vec2(1.0, 0.754877666)) - 1.0;
 #elif GLS_DITHER
     float turn = 6.2831853 * dither_turn;

@@ -1,4 +1,4 @@
-// The camera's ray through a sample, in the light's axes. Needs lib/sight.glsl with rays of their own.
+// The camera's ray through a sample, in the light's axes. Needs lib/camera_rays.glsl with rays of their own.
 #ifndef GLS_ORTHO
 #define GLS_ORTHO 0 // 1: an orthographic camera
 #endif

@@ -2,7 +2,7 @@
 // not depend on one direction. The irradiance of the polygon that the receiver's horizon leaves of it: Lambert 1760. Twin:
 // glshadow.lights.rect
 #define GLS_WIDE 1
-uniform mat3 u_panel; // half its width, half its height, the way it looks
+uniform mat3 u_rect; // half its width, half its height, the way it looks
 uniform vec2 u_reach; // 1 / range (0: no end)
 
 vec4 light_arriving(vec3 position_lv) {
@@ -12,7 +12,7 @@ vec4 light_arriving(vec3 position_lv) {
 }
 
 bool light_shines_on(vec3 position_lv) {
-    return dot(position_lv, u_panel[2]) > 0.0;
+    return dot(position_lv, u_rect[2]) > 0.0;
 }
 
 vec2 light_received(vec3 position_lv, vec3 normal) { // the share of the irradiance of a sky full of it; the share of it above the horizon
@@ -22,7 +22,7 @@ vec2 light_received(vec3 position_lv, vec3 normal) { // the share of the irradia
     int count = 0;
     for (int i = 0; i < 4; i++) {
         vec2 a = ring[i], b = ring[(i + 1) % 4];
-        vec3 p = u_panel[0] * a.x + u_panel[1] * a.y - position_lv, q = u_panel[0] * b.x + u_panel[1] * b.y - position_lv;
+        vec3 p = u_rect[0] * a.x + u_rect[1] * a.y - position_lv, q = u_rect[0] * b.x + u_rect[1] * b.y - position_lv;
         float height = dot(p, normal), next = dot(q, normal);
         if (height > 0.0) {
             kept[count] = p;

@@ -13,16 +13,16 @@
 #ifndef GLS_ROWS
 #define GLS_ROWS 2
 #endif
-#include "lib/dense.glsl"
+#include "lib/per_sample.glsl"
 #include "lib/finish.glsl"
 #include "lib/srgb.glsl"
 #if GLS_OUTPUT == 1
-#include "lib/asking.glsl"
+#include "lib/sample_requests.glsl"
 uniform usampler2D u_mixed; // 1: several surfaces
-uniform usampler2D u_asking;
+uniform usampler2D u_requests;
 uniform int u_light;
 #endif
-uniform sampler2D u_dense;
+uniform sampler2D u_per_sample;
 uniform vec4 u_background; // linear; alpha 0: none
 #if GLS_OUTPUT == 1
 layout(r32f, binding = 0) writeonly uniform image2D u_visibility;
@@ -36,17 +36,17 @@ layout(rgba32f, binding = 1) writeonly uniform image2D u_linear;
 void main() {
     ivec2 block = ivec2(gl_FragCoord.xy);
     int place = block.y * u_batch.z + block.x;
-    bool asked = place < u_batch.y;
-    uint bits = texelFetch(u_pixels, u_batch.x + (asked ? place : 0)).r;
-    ivec2 pixel = asked ? ivec2(int(bits & 0xffffu), int(bits >> 16u)) : ivec2(-1); // what is written outside is lost
+    bool valid = place < u_batch.y;
+    uint bits = texelFetch(u_pixels, u_batch.x + (valid ? place : 0)).r;
+    ivec2 pixel = valid ? ivec2(int(bits & 0xffffu), int(bits >> 16u)) : ivec2(-1); // what is written outside is lost
 #if GLS_OUTPUT == 1
     ivec2 there = max(pixel, ivec2(0));
-    uint asking = texelFetch(u_asking, asking_at(there, u_light, textureSize(u_mixed, 0).y), 0).r & asking_bit(u_light);
-    pixel = asking != 0u || texelFetch(u_mixed, there, 0).r != 0u ? pixel : ivec2(-1);
+    uint requests = texelFetch(u_requests, request_at(there, u_light, textureSize(u_mixed, 0).y), 0).r & request_bit(u_light);
+    pixel = requests != 0u || texelFetch(u_mixed, there, 0).r != 0u ? pixel : ivec2(-1);
 #endif
     vec4 total = vec4(0.0);
     for (int i = 0; i < GLS_COLUMNS * GLS_ROWS; i++) {
-        vec4 found = texelFetch(u_dense, block * BLOCK + ivec2(i % GLS_COLUMNS, i / GLS_COLUMNS), 0);
+        vec4 found = texelFetch(u_per_sample, block * BLOCK + ivec2(i % GLS_COLUMNS, i / GLS_COLUMNS), 0);
 #if GLS_OUTPUT == 1
         total += isnan(found.r) ? vec4(0.0) : vec4(found.r, 1.0, 0.0, 0.0);
 #else

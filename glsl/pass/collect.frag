@@ -13,11 +13,11 @@
 #ifndef GLS_FIRST
 #define GLS_FIRST 1 // 1: the first light
 #endif
-#include "lib/asking.glsl"
+#include "lib/sample_requests.glsl"
 layout(early_fragment_tests) in;
 layout(std430, binding = 0) buffer Collected { uint collected_count; };
 layout(std430, binding = 1) writeonly buffer Pixels { uint pixels[]; }; // x, y << 16
-layout(r32ui, binding = 0) uniform uimage2D u_asking; // see lib/asking.glsl; 0 before the first light
+layout(r32ui, binding = 0) uniform uimage2D u_requests; // see lib/sample_requests.glsl; 0 before the first light
 uniform usampler2D u_mixed; // 1: several surfaces
 uniform sampler2D u_visibility; // NaN where there is no surface; 2 more: marked
 uniform int u_light;
@@ -43,13 +43,13 @@ void main() {
 #endif
     bool mixed = texelFetch(u_mixed, pixel, 0).r != 0u;
     int height = textureSize(u_visibility, 0).y;
-    ivec2 word = asking_at(pixel, u_light, height);
+    ivec2 word = request_at(pixel, u_light, height);
 #if GLS_FIRST
     const uint before = 0u;
     bool collects = differs || mixed;
 #else
-    bool next = u_light % ASKING == 0; // word
-    uint before = imageLoad(u_asking, next ? word - ivec2(0, height) : word).r;
+    bool next = u_light % LIGHTS_PER_WORD == 0; // word
+    uint before = imageLoad(u_requests, next ? word - ivec2(0, height) : word).r;
     before = next ? (before != 0u ? 0x80000000u : 0u) : before;
     bool collects = differs && !mixed && before == 0u;
 #endif
@@ -57,7 +57,7 @@ void main() {
     for (int i = 0; i < turns; i++) { // not an if: llvmpipe would go through the atomics of every pixel
         pixels[atomicAdd(collected_count, 1u)] = uint(pixel.x) | uint(pixel.y) << 16u;
     }
-    uint asking = before | (differs ? asking_bit(u_light) : 0u);
-    turns = asking != 0u ? 1 : 0;
-    for (int i = 0; i < turns; i++) imageStore(u_asking, word, uvec4(asking));
+    uint requests = before | (differs ? request_bit(u_light) : 0u);
+    turns = requests != 0u ? 1 : 0;
+    for (int i = 0; i < turns; i++) imageStore(u_requests, word, uvec4(requests));
 }

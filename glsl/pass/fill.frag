@@ -16,7 +16,7 @@
 #ifndef GLS_ROWS
 #define GLS_ROWS 2
 #endif
-#include "lib/sight.glsl"
+#include "lib/camera_rays.glsl"
 #include "lib/surface_number.glsl"
 #include "lib/direction.glsl"
 #include "lib/color_packing.glsl"

@@ -16,7 +16,7 @@ GLS_VARYING vec3 v_normal_lv;
 #include "lib/srgb.glsl"
 #endif
 #include "lib/cookie.glsl"
-#include "lib/glass.glsl"
+#include "lib/tint.glsl"
 GLS_VARYING vec3 v_position_lv;
 uniform vec4 u_eye_lv; // the eye (w = 1), or the way to it (w = 0: orthographic camera)
 #if GLS_OUTPUT

@@ -4,7 +4,7 @@
 #ifndef GLS_ORTHO
 #define GLS_ORTHO 0
 #endif
-#include "lib/sight.glsl"
+#include "lib/camera_rays.glsl"
 #include "lib/surface_number.glsl"
 #include "lib/ray_triangle.glsl"
 uniform usampler2D u_surface; // as GL drew it

@@ -1,6 +1,6 @@
 // One light on every visible surface: position from depth, normal from the triangle, visibility from <shadow>, Lambert shading.
 // Everything happens in the light's axes. GLS_FIRST: adds the ambient term, else what earlier lights left. GLS_LAST: writes the
-// display image, else the sum so far. GLS_DENSE: the samples of collected pixels, each light blended onto the others.
+// display image, else the sum so far. GLS_PER_SAMPLE: the samples of collected pixels, each light blended onto the others.
 #ifndef GLS_SURFACE
 #define GLS_SURFACE 1
 #endif
@@ -34,8 +34,8 @@
 #ifndef GLS_EXACT
 #define GLS_EXACT 0 // 1: <shadow> is receiver/exact.glsl, and the receiver lies where the ray meets its triangle
 #endif
-#ifndef GLS_DENSE
-#define GLS_DENSE 0
+#ifndef GLS_PER_SAMPLE
+#define GLS_PER_SAMPLE 0
 #endif
 #ifndef GLS_CATCHES
 #define GLS_CATCHES 0
@@ -46,8 +46,8 @@
 #ifndef GLS_MARKS
 #define GLS_MARKS 0 // 1: marks pixels whose samples may see the light differently, by 2 on top of the visibility
 #endif
-#ifndef GLS_GLASS
-#define GLS_GLASS 0 // views of a map of what casters that blend let through
+#ifndef GLS_TINT
+#define GLS_TINT 0 // views of a map of what casters that blend let through
 #endif
 #ifndef GLS_COOKIE
 #define GLS_COOKIE 0 // 1: the light projects an image
@@ -58,9 +58,9 @@
 #ifndef GLS_ALONE
 #define GLS_ALONE 0 // 1: writes nothing but the visibility
 #endif
-#include "lib/sight.glsl"
-#if GLS_DENSE
-#include "lib/dense.glsl"
+#include "lib/camera_rays.glsl"
+#if GLS_PER_SAMPLE
+#include "lib/per_sample.glsl"
 #include "lib/sample_ray.glsl"
 #endif
 #include "lib/finish.glsl"
@@ -73,9 +73,9 @@
 #endif
 #include <light>
 #include <shadow>
-#include "lib/asked.glsl"
+#include "lib/visibility.glsl"
 #include "lib/cookie.glsl"
-#include "lib/glass.glsl"
+#include "lib/tint.glsl"
 #ifndef GLS_WIDE
 #define GLS_WIDE 0 // 1: the light is no single direction, see light/rect.glsl
 #endif
@@ -141,8 +141,8 @@ vec3 towards_w(vec3 towards_l) {
 }
 
 void main() {
-#if GLS_DENSE
-    ivec2 pixel = dense_texel(ivec2(gl_FragCoord.xy));
+#if GLS_PER_SAMPLE
+    ivec2 pixel = sample_texel(ivec2(gl_FragCoord.xy));
     vec3 eye, ray;
     sample_ray(pixel, v_forward_l, eye, ray);
 #else
@@ -151,7 +151,7 @@ void main() {
 #endif
     uvec4 surface = texelFetch(u_surface, pixel, 0);
     int triangle = triangle_of(surface.r);
-#if GLS_DENSE
+#if GLS_PER_SAMPLE
     bool seen = triangle >= 0; // else nothing is there
     triangle = max(triangle, 0);
 #endif
@@ -162,7 +162,7 @@ void main() {
 #else
     const vec3 color = vec3(1.0); // is in v_ambient and v_radiance
 #endif
-#if GLS_FIRST || GLS_DENSE
+#if GLS_FIRST || GLS_PER_SAMPLE
     vec3 sum = vec3(0.0);
 #else
     vec3 sum = texelFetch(u_sum, pixel, 0).rgb;
@@ -216,7 +216,7 @@ void main() {
 #else
     float cosine = dot(lit_normal, arriving.xyz);
 #endif
-#if GLS_DENSE
+#if GLS_PER_SAMPLE
     cosine = seen ? cosine : 0.0; // not asked
 #endif
     float facing = cosine; // > 0: no surface of its own hides the light
@@ -229,7 +229,7 @@ void main() {
 #else
     vec3 plane_normal = normal;
 #endif
-    float lit = asked_visibility(surface.r, position, plane_normal, facing);
+    float lit = surface_visibility(surface.r, position, plane_normal, facing);
 #if !GLS_ALONE
     lit = light_shines_on(position) ? lit : 0.0;
 #endif
@@ -282,7 +282,7 @@ void main() {
     vec3 unshadowed = ambient + radiance * (facing > 0.0 ? max(lambert, 0.0) * arriving.w : 0.0);
 #endif
 #if GLS_VISIBILITY
-#if GLS_DENSE
+#if GLS_PER_SAMPLE
     o_visibility = seen ? lit : uintBitsToFloat(0x7fc00000u);
 #else
     o_visibility = lit;
@@ -304,7 +304,7 @@ void main() {
     const bool catcher = false;
     sum += color * light;
 #endif
-#if GLS_DENSE
+#if GLS_PER_SAMPLE
     // read back by pass/average.frag
     o_color = seen ? vec4(sum, GLS_FIRST == 0 ? 0.0 : catcher ? 2.0 : 1.0) : vec4(0.0);
 #elif GLS_LAST

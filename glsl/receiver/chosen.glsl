@@ -16,9 +16,9 @@ uniform vec4 u_view_depth; // its product with (position, 1) is the depth that t
 #endif
 
 // Texels from the nearest border of what a map answers for; negative outside.
-float room_in(vec2 texel, vec4 tile) {
-    vec2 room = min(texel - tile.xy, tile.zw - texel);
-    return min(room.x, room.y);
+float inset(vec2 texel, vec4 tile) {
+    vec2 away = min(texel - tile.xy, tile.zw - texel);
+    return min(away.x, away.y);
 }
 
 float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
@@ -38,9 +38,9 @@ float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
         float share = (ends.y - depth) / max(u_blend * (ends.y - ends.x), 1e-30);
 #else
         vec4 tile = u_cascade_tile[GLS_CASCADES - 1 - j], line = u_cascade_texel[GLS_CASCADES - 1 - j];
-        float room = room_in(position_lv.xy * line.xy + line.zw, tile);
-        bool mine = room >= 0.0;
-        float share = room / max(u_blend * 0.5 * (tile.z - tile.x), 1e-30);
+        float inside_by = inset(position_lv.xy * line.xy + line.zw, tile);
+        bool mine = inside_by >= 0.0;
+        float share = inside_by / max(u_blend * 0.5 * (tile.z - tile.x), 1e-30);
 #endif
         chosen = mine ? i : chosen;
         weight = mine ? (i < GLS_CASCADES - 1 ? clamp(share, 0.0, 1.0) : 1.0) : weight;
@@ -60,7 +60,7 @@ float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
 #if GLS_MIP_LEVELS
         take_level(receiver, position, normal_lv);
 #endif
-        bool inside = chosen < GLS_CASCADES && room_in(receiver.texel, cascade_tile) >= 0.0;
+        bool inside = chosen < GLS_CASCADES && inset(receiver.texel, cascade_tile) >= 0.0;
         float found = inside ? visibility(receiver) : 1.0;
         lit = j == 0 ? found : inside ? found + weight * (lit - found) : lit;
     }

@@ -11,7 +11,7 @@
 #if GLS_CASCADES
 #include "receiver/chosen.glsl"
 #else
-#include "receiver/answered.glsl"
+#include "receiver/map_visibility.glsl"
 #endif
 #ifndef GLS_MARKS
 #define GLS_MARKS 0 // 1: also knows whether the samples of a pixel may see the light differently

@@ -7,10 +7,10 @@
 #include "lib/even_depth.glsl"
 #include <bias>
 #include "lib/footprint.glsl"
-#include "lib/means.glsl"
+#include "lib/moment_map.glsl"
 #include <filter>
 #if GLS_CASCADES
 #include "receiver/chosen.glsl"
 #else
-#include "receiver/answered.glsl"
+#include "receiver/map_visibility.glsl"
 #endif

@@ -2,13 +2,13 @@
 #ifndef GLS_CORE
 #define GLS_CORE 0
 #endif
-#ifndef GLS_DENSE
-#define GLS_DENSE 0
+#ifndef GLS_PER_SAMPLE
+#define GLS_PER_SAMPLE 0
 #endif
 #ifndef GLS_MIP_LEVELS
 #define GLS_MIP_LEVELS 0 // above the map's own
 #endif
-#if !GLS_CORE || GLS_DENSE // collected samples have no neighbours, and are many
+#if !GLS_CORE || GLS_PER_SAMPLE // collected samples have no neighbours, and are many
 #undef GLS_MIP_LEVELS
 #define GLS_MIP_LEVELS 0
 #endif

@@ -24,7 +24,7 @@ def find_depth_tiles(frame: FrameContext) -> DepthTiles:
     bounds = ctx.texture(size, 2, dtype="f4")
     framebuffer = ctx.framebuffer([bounds])
     ctx.enable_only(moderngl.NOTHING)
-    program = frame.programs.get("pass/over.vert", "pass/blocks.frag", defines={"GLS_SIDE": SIDE})
+    program = frame.programs.get("pass/over.vert", "pass/depth_tiles.frag", defines={"GLS_SIDE": SIDE})
     program.set(u_nothing=camera_view.clip.clear_depth)
     program.bind(u_depth=(depth, frame.samplers.plain))
     framebuffer.use()

@@ -38,12 +38,12 @@ class PerSample:
 
     @property
     def defines(self) -> dict[str, int | str]:
-        """Of lib/dense.glsl."""
+        """Of lib/per_sample.glsl."""
         return {"GLS_COLUMNS": self.block[0], "GLS_ROWS": self.block[1]}
 
     @property
     def uniforms(self) -> dict[str, Any]:
-        """Of lib/dense.glsl."""
+        """Of lib/per_sample.glsl."""
         return {"u_batch": (self.first, self.count, self.across)}
 
     @property

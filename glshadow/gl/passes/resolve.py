@@ -87,7 +87,7 @@ def resolve(frame: FrameContext, share: Share, per_sample: PerSample | None = No
     if light.projected is not None:
         program.bind(u_cookie=frame.cookies.get(light.projected[0]))
     if share.tint is not None:
-        program.bind(u_glass=share.tint.colors, u_glass_depth=(share.tint.depths, frame.samplers.plain))
+        program.bind(u_tint=share.tint.colors, u_tint_depth=(share.tint.depths, frame.samplers.plain))
     if per_sample is not None:
         _draw_per_sample(program, frame, per_sample)
     else:
@@ -138,7 +138,7 @@ def _common_defines(
         "GLS_SUN": int(light.at_infinity),
         "GLS_SELECTIVE": int(frame.scene.selective),
         "GLS_ROUNDED": int(frame.scene.rounded is not None),
-        "GLS_DENSE": int(per_sample is not None),
+        "GLS_PER_SAMPLE": int(per_sample is not None),
         **(per_sample.defines if per_sample else {}),
     }
 

@@ -20,7 +20,7 @@ from glshadow.gl.passes.screen import camera_uniforms, draw_over, pixel_axes, su
 MOST_SAMPLES = 1 << 23
 """Samples that are shaded together: 128 MiB of sums."""
 
-_ASKING = 31  # lights in a word of the texture that says which of them ask: lib/asking.glsl
+_LIGHTS_PER_WORD = 31  # lights in a word of the texture that says which of them ask: lib/sample_requests.glsl
 
 
 class Samples:
@@ -34,14 +34,16 @@ class Samples:
         width, height = self.size
         made: list[Any] = []
         with released_on_error(made):
-            self._asking = self._texture(made, (width, height * -(-len(targets.visibility) // _ASKING)), 1, "u4")
+            self._requests = self._texture(
+                made, (width, height * -(-len(targets.visibility) // _LIGHTS_PER_WORD)), 1, "u4"
+            )
             self._count = ctx.buffer(reserve=4)
             made.append(self._count)
             self._pixels = BufferTexture(context.gl, ctx.buffer(reserve=4 * width * height), R32UI)
             made.append(self._pixels)
             context.check_errors(f"allocating {targets.samples} samples of {width} x {height} pixels")
         self._fill = ctx.framebuffer([targets.surface, targets.mixed], targets.depth)
-        self._clear = ctx.framebuffer([self._asking])
+        self._clear = ctx.framebuffer([self._requests])
         self._scatter = ctx.framebuffer(depth_attachment=targets.depth)  # for passes that write to images alone
         self._scatter.depth_mask = False
         self._sums: moderngl.Texture | None = None
@@ -121,7 +123,7 @@ class Samples:
         self._count.write(b"\0\0\0\0")
         self._count.bind_to_storage_buffer(0)
         self._pixels.buffer.bind_to_storage_buffer(1)
-        self._asking.bind_to_image(0, read=True, write=True)
+        self._requests.bind_to_image(0, read=True, write=True)
         for number, share in enumerate(shares):
             defines = {**share.receiver.collected, "GLS_FIRST": int(number == 0)}
             program = frame.programs.get("pass/resolve.vert", "pass/collect.frag", dialect="core430", defines=defines)
@@ -168,8 +170,8 @@ class Samples:
                      "GLS_SUM": int(targets.linear is not None)},
         )  # fmt: skip
         program.set(**per_sample.uniforms, u_background=background, u_light=light)
-        program.bind(u_pixels=per_sample.pixels, u_dense=self._visible if light >= 0 else self._sums, u_mixed=targets.mixed,
-                     u_asking=self._asking)  # fmt: skip
+        program.bind(u_pixels=per_sample.pixels, u_per_sample=self._visible if light >= 0 else self._sums, u_mixed=targets.mixed,
+                     u_requests=self._requests)  # fmt: skip
         if light >= 0:
             targets.visibility[light].bind_to_image(0, read=False, write=True)
         else:
@@ -190,6 +192,6 @@ class Samples:
     def release(self) -> None:
         """Free the GPU memory."""
         release(
-            self._fill, self._clear, self._scatter, self._block_buffer, self._asking, self._sums, self._visible,
+            self._fill, self._clear, self._scatter, self._block_buffer, self._requests, self._sums, self._visible,
             self._count, self._pixels,
         )  # fmt: skip

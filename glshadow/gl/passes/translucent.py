@@ -38,11 +38,11 @@ class Tint:
 
     @property
     def defines(self) -> dict[str, int | str]:
-        """Of lib/glass.glsl."""
-        return {"GLS_GLASS": len(self.views)}
+        """Of lib/tint.glsl."""
+        return {"GLS_TINT": len(self.views)}
 
     def uniforms(self, axes: Array, offset: Array, origin: Array) -> dict[str, Any]:
-        """Of lib/glass.glsl, for receivers in a frame: its axes, and where the scene's origin lies in it."""
+        """Of lib/tint.glsl, for receivers in a frame: its axes, and where the scene's origin lies in it."""
         world_from_lv = np.eye(4)
         world_from_lv[:3, :3], world_from_lv[:3, 3] = axes.T, origin - axes.T @ offset
         matrices, tiles = [], []
@@ -53,10 +53,10 @@ class Tint:
             matrices.append(np.ascontiguousarray(matrix.T, dtype=np.float32).tobytes())
             tiles.append((x, y, x + side, y + side))
         return {
-            "u_glass_from_lv": b"".join(matrices),
-            "u_glass_size": (1.0 / self.colors.width, 1.0 / self.colors.height),
-            "u_glass_tile": np.array(tiles, dtype=np.float32).tobytes(),
-            "u_glass_texel": max(self.views[0].texel),
+            "u_tint_from_lv": b"".join(matrices),
+            "u_tint_size": (1.0 / self.colors.width, 1.0 / self.colors.height),
+            "u_tint_tile": np.array(tiles, dtype=np.float32).tobytes(),
+            "u_tint_texel": max(self.views[0].texel),
         }
 
 
@@ -134,8 +134,8 @@ class TranslucentMap:
         def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
             gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
             program = frame.programs.get(
-                "pass/glass.vert",
-                "pass/glass.frag",
+                "pass/translucent.vert",
+                "pass/translucent.frag",
                 defines={"GLS_TEXTURED": int(gpu.textured), "GLS_COLORED": int(gpu.colored)},
             )
             program.set(u_color=material.color)

@@ -18,7 +18,7 @@ from glshadow.gl.passes.resolve import count_seen
 from glshadow.gl.techniques.counts import Counts
 from glshadow.gl.techniques.technique import Technique, open_receiver
 from glshadow.lights import Light
-from glshadow.shader.slots import given_slots
+from glshadow.shader.slots import precomputed_slots
 from glshadow.shadows.filters import Filter
 from glshadow.shadows.shadow import ResolvedShadow
 
@@ -139,10 +139,10 @@ class Accumulated(Technique):
     def _given(self, frame: FrameContext, counts: Counts) -> Receiver:
         return replace(
             open_receiver(frame, self.light),
-            slots=given_slots(self.light),
+            slots=precomputed_slots(self.light),
             defines={"GLS_WEIGHED": int(self._weighted)},
             uniforms={"u_points": float(len(self._points))},
-            textures={"u_given": counts.texture},
+            textures={"u_counts": counts.texture},
         )
 
     def release(self) -> None:

@@ -29,7 +29,7 @@ from glshadow.gl.techniques.listed import Listed
 from glshadow.gl.techniques.mapped import Mapped
 from glshadow.gl.techniques.technique import open_receiver
 from glshadow.lights import Light
-from glshadow.shader.slots import area_slots, given_slots
+from glshadow.shader.slots import area_slots, precomputed_slots
 from glshadow.shadows.shadow import ResolvedShadow
 
 # A pixel that sees some of the light walks most of the triangles whose shadows move far, 13 ns each; a hard frame takes 40 ns a pixel and
@@ -165,7 +165,7 @@ class Area(Listed):
         if self._fragments is None or self._fragments.buffer.size < 4 * width * height:
             release(self._fragments)
             self._fragments = self._buffer(None, 4 * width * height, R32UI)
-        program = self._program(frame, per_sample, 0, "outlines", self.grown.silhouettes)
+        program = self._program(frame, per_sample, 0, "silhouettes", self.grown.silhouettes)
         self._begin(self._fragments)
         if per_sample is None:
             draw_over(self._context, program, frame.camera_view)
@@ -183,7 +183,7 @@ class Area(Listed):
         while first < self.partly_lit:
             now = min(self._batch, self.partly_lit - first)
             program = self._program(frame, per_sample, 1, "region", self.grown.casters)
-            program.set(u_asked=(first, now, ROW), u_capacity=self._found.capacity)
+            program.set(u_partly_lit=(first, now, ROW), u_capacity=self._found.capacity)
             self._begin(self._found.links)
             self._found.use_lists(now)
             self._draw(program)
@@ -199,7 +199,7 @@ class Area(Listed):
                     self._batch = now // 2
                 continue
             program = self._program(frame, per_sample, 2, "found", None, GLS_SIDE=self._found.side)
-            program.set(u_asked=(first, now, ROW))
+            program.set(u_partly_lit=(first, now, ROW))
             program.bind(u_found=self._found.links, u_lists=self._found.texture)
             counts.texture.bind_to_image(0, read=True, write=True)
             self._found.use_blocks(now)
@@ -223,7 +223,7 @@ class Area(Listed):
             "GLS_ORTHO": int(not frame.camera_view.camera.is_perspective),
             "GLS_SELECTIVE": int(scene.selective),
             "GLS_ROUNDED": int(scene.rounded is not None),
-            "GLS_DENSE": int(per_sample is not None),
+            "GLS_PER_SAMPLE": int(per_sample is not None),
             **DEFINES,
             **(self.light.penumbra or {}),
             "GLS_DITHER": int(self._shadow.filter.dithers),
@@ -268,10 +268,10 @@ class Area(Listed):
     def _given(self, frame: FrameContext, counts: Counts) -> Receiver:
         return replace(
             open_receiver(frame, self.light),
-            slots=given_slots(self.light),
+            slots=precomputed_slots(self.light),
             defines={"GLS_COUNTED": 1},
             uniforms={"u_points": float(self._points)},
-            textures={"u_given": counts.texture},
+            textures={"u_counts": counts.texture},
         )
 
     def release(self) -> None:

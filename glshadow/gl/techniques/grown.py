@@ -86,7 +86,7 @@ class Grown:
         count, size = scene.world.count, (_GROWN, 2 * _GROWN * grid.faces)
         self.widest = self.longest = self.most = 0
         for silhouettes, lists in enumerate((self.casters, self.silhouettes)):
-            defines = {**cell_defines(grid, grid.cells), **grids, "GLS_OUTLINES": silhouettes}
+            defines = {**cell_defines(grid, grid.cells), **grids, "GLS_SILHOUETTES": silhouettes}
             program = programs.compute("pass/grown.comp", defines=defines)
             program.set(**self.values, u_cells=grid.cells_from_window)
             program.bind(**scene.world.textures, **textures, u_neighbours=scene.world.neighbours, u_ground=ground,

@@ -9,7 +9,7 @@ uniform usamplerBuffer u_pixels; // the collected: x, y << 16
 uniform ivec3 u_batch; // the first of those that are drawn, how many, blocks in a row
 const ivec2 BLOCK = ivec2(GLS_COLUMNS, GLS_ROWS);
 
-ivec2 dense_texel(ivec2 fragment) { // of the buffer that has every sample of the image
+ivec2 sample_texel(ivec2 fragment) { // of the buffer that has every sample of the image
     ivec2 block = fragment / BLOCK;
     int place = min(block.y * u_batch.z + block.x, u_batch.y - 1); // beyond the last: nobody looks
     uint bits = texelFetch(u_pixels, u_batch.x + place).r;

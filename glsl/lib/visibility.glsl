@@ -3,14 +3,14 @@
 #ifndef GLS_SELECTIVE
 #define GLS_SELECTIVE 0 // 1: some triangles are not darkened
 #endif
-#ifndef GLS_GIVEN
-#define GLS_GIVEN 0 // 1: what <shadow> says is all: it knows the light's size, which may look over the receiver's horizon
+#ifndef GLS_PRECOMPUTED
+#define GLS_PRECOMPUTED 0 // 1: what <shadow> says is all: it knows the light's size, which may look over the receiver's horizon
 #endif
 #ifndef GLS_WIDE
 #define GLS_WIDE 0
 #endif
-float asked_visibility(uint number, vec3 position, vec3 normal, float cosine) {
-#if GLS_GIVEN
+float surface_visibility(uint number, vec3 position, vec3 normal, float cosine) {
+#if GLS_PRECOMPUTED
     float seen = light_visibility(position, normal, cosine);
     return GLS_WIDE == 1 && cosine <= 0.0 ? 0.0 : seen;
 #else

@@ -1,5 +1,5 @@
 // Slot <shadow> for a light whose visibility earlier passes found, where this pass draws: a count of the points of the light that are seen.
-#define GLS_GIVEN 1
+#define GLS_PRECOMPUTED 1
 #ifndef GLS_WEIGHED
 #define GLS_WEIGHED 0 // 1: the sum of weights is beside them
 #endif
@@ -7,9 +7,9 @@
 #define GLS_COUNTED 0 // 1: the counts are integers
 #endif
 #if GLS_COUNTED
-uniform usampler2D u_given;
+uniform usampler2D u_counts;
 #else
-uniform sampler2D u_given;
+uniform sampler2D u_counts;
 #endif
 uniform float u_points; // of the light
 
@@ -18,19 +18,19 @@ uniform float u_points; // of the light
 #endif
 #if GLS_MARKS
 bool samples_differ(PixelFootprint pixel, float cosine, float lit) {
-    return texelFetch(u_given, ivec2(gl_FragCoord.xy), 0).r >= 0x80000000u;
+    return texelFetch(u_counts, ivec2(gl_FragCoord.xy), 0).r >= 0x80000000u;
 }
 #endif
 
 float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
 #if GLS_WEIGHED
-    vec2 sums = texelFetch(u_given, ivec2(gl_FragCoord.xy), 0).rg;
+    vec2 sums = texelFetch(u_counts, ivec2(gl_FragCoord.xy), 0).rg;
     return sums.y > 0.0 ? sums.x / sums.y : 0.0;
 #else
 #if GLS_COUNTED
-    return float(texelFetch(u_given, ivec2(gl_FragCoord.xy), 0).r & 0x7fffffffu) / u_points;
+    return float(texelFetch(u_counts, ivec2(gl_FragCoord.xy), 0).r & 0x7fffffffu) / u_points;
 #else
-    return texelFetch(u_given, ivec2(gl_FragCoord.xy), 0).r / u_points;
+    return texelFetch(u_counts, ivec2(gl_FragCoord.xy), 0).r / u_points;
 #endif
 #endif
 }
