@@ -1,4 +1,4 @@
-"""One frame from beginning to end: camera pass, the shadow of each light, lighting, read-back."""
+"""Draws one frame: camera pass, the shadow of each light, lighting, read-back."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ _EVERY_SAMPLE = "all {} samples of every pixel are shaded: collecting those that
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """What a frame is made of.
+    """A drawn frame.
 
     Parameters
     ----------
     outputs : dict
-        By name.
+        Arrays by name.
     used : tuple of Used
-        Per light.
+        For each light.
     near, far : float
         Depth range of the camera.
     """
@@ -47,9 +47,9 @@ class Drawn:
 
 
 def draw_frame(cache: ResourceCache, request: FrameRequest) -> Drawn:
-    """Draw what is requested; the context is current."""
+    """Draw a frame; the context must be current."""
     context, look, outputs, count = cache.context, request.look, request.outputs, len(request.lights)
-    # without atomics every sample is shaded, as a pixel of a larger image
+    # without atomics all samples are shaded, as pixels of a larger image
     pattern = (1, 1) if context.caps.compute else grid(look.samples)
     frame = cache.frame_context(request, pattern)
     clock = Clock(context, "timings" in outputs)
@@ -61,7 +61,7 @@ def draw_frame(cache: ResourceCache, request: FrameRequest) -> Drawn:
             each.used = each.used or each.technique.update(frame)
             each.tint = cache.translucent_maps.tint(frame, each.number, each.light)
     with clock("resolve"):
-        # here, so that tiles are cleared and drawn in one go
+        # cleared only now, so that tile-based rasterisers clear and draw each tile in one go
         clear_outputs(context, frame.targets, look.linear_background, look.background is None)
         shares = _shares(frame, lights, look)
         used = [each.technique.finalize(each.used) for each in lights if each.used]
@@ -93,7 +93,7 @@ def draw_frame(cache: ResourceCache, request: FrameRequest) -> Drawn:
 
 
 def _see(cache: ResourceCache, frame: FrameContext, samples: int, clock: Clock) -> None:
-    """Draw what the camera sees, unless it is there from the last frame."""
+    """Draw the camera pass, unless the surface buffer still holds this view."""
     key = (frame.camera_view, frame.targets.identity, samples)
     if cache.seen == key:
         return
@@ -112,7 +112,7 @@ def _see(cache: ResourceCache, frame: FrameContext, samples: int, clock: Clock) 
 
 
 def _shares(frame: FrameContext, lights: Sequence[LightPass], look: Look) -> tuple[Share, ...]:
-    """Each light's part of the image; without lights one of a light that is dark."""
+    """Each light's contribution to the image; without lights that of a single black one."""
     if not lights:
         dark = DirectionalLight(intensity=0.0)
         return (Share(dark, open_receiver(frame, dark), 0, 1, look.ambient, look.linear_background),)

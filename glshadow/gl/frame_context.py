@@ -1,4 +1,4 @@
-"""FrameContext: all that the passes of one frame share."""
+"""FrameContext: what all passes of one frame share."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from glshadow.gl.scene.geometry import GpuScene
 
 @dataclass(frozen=True, eq=False)
 class FrameContext:
-    """One frame's scene, camera and buffers, and what the context keeps from frame to frame."""
+    """One frame's scene, camera and render targets, and the caches that outlive the frame."""
 
     context: GLContext
     programs: Programs
@@ -29,5 +29,5 @@ class FrameContext:
 
     @property
     def caps(self) -> Caps:
-        """What the driver can do."""
+        """The driver's capabilities."""
         return self.context.caps

@@ -1,4 +1,4 @@
-"""ResourceCache: what a renderer keeps on the GPU from frame to frame, and what a frame takes from it."""
+"""ResourceCache: GPU resources that a renderer keeps from frame to frame, and the context of each frame."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ from glshadow.gl.techniques import Techniques
 
 
 class ResourceCache:
-    """Everything that is kept, at first empty.
+    """All cached resources of a renderer, empty at first.
 
     Attributes
     ----------
-    programs, meshes, sources, glasses, covered
-        Made once, filled by frames.
+    programs, meshes, techniques, translucent_maps, covered
+        Created once, filled by frames.
     scene : Kept
         The scene of the last frame.
-    seen : (Sight, identity of its targets, samples), optional
-        What the surface buffer holds.
+    seen : (CameraView, identity of its targets, samples), optional
+        Cache key of the surface buffer's content.
     something : bool
-        Whether that is anything.
+        Whether any surface is in view.
     missed : str
-        Why it shows what GL drew, not what rays meet; empty: it shows what rays meet.
+        Why the surface buffer shows what GL rasterised and not what the pixels' rays meet; empty: it shows what the rays meet.
     """
 
     def __init__(self, context: GLContext) -> None:
@@ -67,7 +67,7 @@ class ResourceCache:
         self._idle.use()
 
     def frame_context(self, request: FrameRequest, pattern: tuple[int, int]) -> FrameContext:
-        """A frame's; `spread`: columns and rows of pixels that are drawn for each of the image."""
+        """The context of one frame; `pattern`: columns and rows of pixels that are drawn for each pixel of the image."""
         context, scene, camera, size = self.context, request.scene, request.camera, request.size
         lights, samples, outputs = len(request.lights), request.look.samples, request.outputs
         gpu = self.scene.get(weakref.ref(scene), lambda: GpuScene(context, self.meshes, scene))
@@ -92,13 +92,13 @@ class ResourceCache:
         )
 
     def several(self, frame: FrameContext) -> Samples:
-        """The samples of a frame that has more than one in each pixel."""
+        """The per-sample resources of a multisampled frame."""
         return self._samples.get(frame.targets.identity, lambda: Samples(frame))
 
     def read(
         self, frame: FrameContext, outputs: frozenset[str], lights: int, look: Look, pattern: tuple[int, int]
     ) -> dict[str, Any]:
-        """A frame's outputs, but for maps and timings; what only a pixel's middle has is drawn for it."""
+        """A frame's outputs except maps and timings. Outputs that only a pixel's centre has are drawn for it."""
         targets, transparent = frame.targets, look.background is None
         if pattern == (1, 1):
             results = read_means(outputs, targets, lights, transparent)
@@ -109,7 +109,7 @@ class ResourceCache:
             return results
         if look.samples == 1:
             return results | read_middles(outputs, frame.scene, frame.camera_view, targets.fine)
-        # no sample lies in the middle of a pixel
+        # no sample lies at the centre of a pixel
         middle = SurfaceTargets(self.context, frame.camera_view.size, targets.surface.components, "the pixels' middles")
         draw_surface(self.context, frame.programs, frame.scene, frame.camera_view, middle.framebuffer)
         find_primary(frame, middle)
@@ -119,13 +119,13 @@ class ResourceCache:
         return results
 
     def rest(self) -> None:
-        """Between frames. moderngl binds again what was bound before, also a framebuffer released meanwhile: leave one that stays."""
+        """Called between frames. moderngl restores the previous framebuffer even if it was released meanwhile: bind one that stays."""
         self._idle.use()
         self.meshes.sweep()
         self.cookies.sweep()
 
     def release(self) -> None:
-        """Free the GPU memory, what depends on other things first."""
+        """Free the GPU memory, dependent resources first."""
         for thing in (self.scene, self._targets, self._samples, self.programs, self.meshes, self._samplers, self.covered,
                       self.atlases, self.cookies, self._idle, self._idle_color, self.techniques, self.translucent_maps):  # fmt: skip
             thing.release()

@@ -1,4 +1,4 @@
-"""What a camera was found to see, block by block of its depth buffer."""
+"""Depth range of the visible surfaces, tile by tile of the camera's depth buffer."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from glshadow.gl.passes.readback import pixels
 from glshadow.shadows.fit_request import DepthTiles
 
 SIDE = 16
-"""Pixels, or samples, along each side of a block."""
+"""Pixels, or samples, along each side of a tile."""
 _SLACK = 1e-5
-"""Share of its depth by which a surface may be shaded elsewhere than where it was drawn: GL interpolates between snapped vertices."""
+"""Relative depth error of a shaded surface point against the drawn depth: GL interpolates between snapped vertices."""
 
 
 def find_depth_tiles(frame: FrameContext) -> DepthTiles:
-    """Blocks that show a surface. Reads a few kB back, so that it waits for the GPU."""
+    """Find the tiles that show a surface. Reads a few kB back, and so waits for the GPU."""
     camera_view, depth = frame.camera_view, frame.targets.fine.depth
     size = (-(-depth.size[0] // SIDE), -(-depth.size[1] // SIDE))
     ctx = frame.context.ctx
@@ -36,7 +36,7 @@ def find_depth_tiles(frame: FrameContext) -> DepthTiles:
     seen = found[..., 0] <= found[..., 1]
     ends = np.sort(camera_view.depth(found[seen]), axis=-1)
     rows, columns = np.nonzero(seen)
-    # corners in NDC, a pixel wider: what is shaded may lie beside its pixel by the part of one
+    # corners in NDC, one pixel wider: a shaded point may lie a fraction of a pixel beside its pixel
     pixel = np.array(
         [[columns, rows], [columns + 1, rows], [columns, rows + 1], [columns + 1, rows + 1]], dtype=np.float64
     )

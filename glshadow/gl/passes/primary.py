@@ -1,4 +1,4 @@
-"""The primary passes: for each pixel or sample what its own ray meets, where GL's snapped vertices show something else."""
+"""Primary-visibility passes: in each pixel or sample show the triangle that its ray meets, where GL's snapped vertices show another."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ NOT_FOUND = "pixels show the triangles that GL drew, not those that their rays m
 
 
 def find_primary(frame: FrameContext, targets: SurfaceTargets, samples: int = 1) -> str:
-    """Mend what was drawn into `targets`; why it stays as it is, where the driver's buffers do not hold the scene's triangles.
+    """Correct the content of `targets`. Returns why it is left as it is if the driver's buffers do not hold the scene's triangles.
 
-    First pass/primary.frag forgets the pixels that may show something else than their rays meet. Then all triangles are drawn again, a
-    little larger (pass/surface.geom), where nothing is left and where they lie before what is: there fragments test the pixel's ray.
+    First pass/primary.frag discards the pixels that may show another triangle than their ray meets. Then all triangles are drawn again,
+    slightly enlarged (pass/surface.geom), into the discarded pixels and in front of the others; their fragments test the pixel's ray.
 
-    `samples`: in a pixel, each of them a texel of the targets.
+    `samples`: per pixel; each is one texel of the targets.
     """
     scene, camera_view, context = frame.scene, frame.camera_view, frame.context
     ctx = context.ctx
@@ -65,10 +65,10 @@ def find_primary(frame: FrameContext, targets: SurfaceTargets, samples: int = 1)
     targets.framebuffer.use()
     ctx.depth_func = "=="
     program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
-    ctx.depth_clamp_range = (0.0, 1.0)  # of a plane seen edge-on the ends of a grown triangle may have any depth
+    ctx.depth_clamp_range = (0.0, 1.0)  # the ends of an enlarged triangle seen edge-on may have any depth
     draw_surface(context, frame.programs, scene, camera_view, targets.framebuffer, samples, rays)
     ctx.depth_clamp_range = None
     context.gl.call(
         "glUseProgram", 0
-    )  # else Mesa 22.3 never deletes the program that is used after one with a geometry shader
+    )  # Mesa 22.3 never deletes the program used after one with a geometry shader otherwise
     return ""

@@ -1,4 +1,4 @@
-"""The resolve pass: one light on every visible surface, added to the picture."""
+"""The resolve pass: shades every visible surface with one light and adds it to the image."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from glshadow.lights import BRIGHTEST_RADIANCE, Light
 
 @dataclass(frozen=True, eq=False)
 class Share:
-    """One light's part of a picture.
+    """One light's contribution to an image.
 
     Parameters
     ----------
     light : Light
     receiver : Receiver
-        How it is asked.
+        Finds its visibility.
     number, count : int
-        Which light this is, of how many: the first adds the ambient term, the last writes the display image.
+        Index of this light, and how many there are: the first adds the ambient term, the last writes the display image.
     ambient : (2, 3) float64
         Linear, from above and from below.
     background : (3,) float64
-        Linear: what is seen through surfaces that show nothing but a shadow.
-    panes : Tint, optional
-        What tints the light.
+        Linear: seen through shadow catchers.
+    tint : Tint, optional
+        Translucent casters that colour the light.
     """
 
     light: Light
@@ -48,12 +48,12 @@ class Share:
 
 
 def colors_of(scene: GpuScene) -> int:
-    """Where passes find the base colour: 0 one for all, 1 per node, 2 per pixel."""
+    """Source of the base colour: 0 one for all, 1 per node, 2 per pixel."""
     return 2 if scene.textured else 0 if scene.color is not None else 1
 
 
 def resolve(frame: FrameContext, share: Share, per_sample: PerSample | None = None) -> None:
-    """Add a light to the picture, or to the samples of some of its pixels, whose framebuffer is then bound."""
+    """Add a light to the image, or to the samples of some pixels, whose framebuffer must be bound."""
     scene, targets, light, receiver = frame.scene, frame.targets, share.light, share.receiver
     if per_sample is not None and receiver.per_sample is not None:
         receiver = receiver.per_sample(per_sample)
@@ -81,7 +81,7 @@ def resolve(frame: FrameContext, share: Share, per_sample: PerSample | None = No
         },
     )
     program.set(u_sampled=targets.sampled)
-    # each pixel shows the surface of one of its samples, and is shaded where that lies
+    # each pixel shows the surface of one of its samples and is shaded at that sample's position
     _set(program, frame, share, (0.0, 0.0) if per_sample else targets.aside)
     program.bind(**_surface(frame), **receiver.textures)
     if light.projected is not None:
@@ -101,9 +101,9 @@ def resolve(frame: FrameContext, share: Share, per_sample: PerSample | None = No
 def count_seen(
     frame: FrameContext, light: Light, receiver: Receiver, per_sample: PerSample | None, weighed: bool = False
 ) -> None:
-    """Add 1 wherever a light without size is seen, into the bound framebuffer: over the picture, or over samples of some pixels.
+    """Add 1 to the bound framebuffer wherever a light without size is visible: for the image, or for samples of some pixels.
 
-    `weighed`: the cosine at the surface instead of 1, and beside it the cosine wherever it is positive.
+    `weighed`: add the cosine at the surface instead of 1, and in a second channel the cosine wherever it is positive.
     """
     targets = frame.targets
     program = frame.programs.get(
@@ -131,7 +131,7 @@ def count_seen(
 def _common_defines(
     frame: FrameContext, light: Light, receiver: Receiver, per_sample: PerSample | None
 ) -> dict[str, int | str]:
-    """Those of light, scene and camera."""
+    """Defines of light, scene and camera."""
     return {
         **receiver.defines,
         "GLS_ORTHO": int(not frame.camera_view.camera.is_perspective),
@@ -144,7 +144,7 @@ def _common_defines(
 
 
 def _surface(frame: FrameContext) -> dict[str, Any]:
-    """What passes read of the surface; of a smooth one also its triangles' vertices."""
+    """Textures of the surface; for smooth surfaces also the triangles' vertices."""
     vertices = {} if frame.scene.rounded is None else frame.scene.world.textures
     return {**vertices, **surface_textures(frame.samplers, frame.scene, frame.targets)}
 

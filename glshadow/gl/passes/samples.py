@@ -1,4 +1,4 @@
-"""Several samples in a pixel: seen by the camera all at once, shaded one by one only where they may differ. Needs OpenGL 4.3."""
+"""Multisampling: the camera pass draws all samples; only pixels whose samples may differ are shaded per sample. Needs OpenGL 4.3."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from glshadow.gl.passes.screen import camera_uniforms, draw_over, pixel_axes, su
 MOST_SAMPLES = 1 << 23
 """Samples that are shaded together: 128 MiB of sums."""
 
-_LIGHTS_PER_WORD = 31  # lights in a word of the texture that says which of them ask: lib/sample_requests.glsl
+_LIGHTS_PER_WORD = 31  # bits per word of the texture of requests: lib/sample_requests.glsl
 
 
 class Samples:
-    """The list of collected pixels, and room for their samples; for one image size."""
+    """The list of collected pixels, and buffers for their samples; for one image size."""
 
     def __init__(self, frame: FrameContext) -> None:
         context, targets = frame.context, frame.targets
@@ -44,7 +44,7 @@ class Samples:
             context.check_errors(f"allocating {targets.samples} samples of {width} x {height} pixels")
         self._fill = ctx.framebuffer([targets.surface, targets.mixed], targets.depth)
         self._clear = ctx.framebuffer([self._requests])
-        self._scatter = ctx.framebuffer(depth_attachment=targets.depth)  # for passes that write to images alone
+        self._scatter = ctx.framebuffer(depth_attachment=targets.depth)  # for passes that only write to images
         self._scatter.depth_mask = False
         self._sums: moderngl.Texture | None = None
         self._visible: moderngl.Texture | None = None
@@ -57,7 +57,7 @@ class Samples:
         return texture
 
     def fill(self, frame: FrameContext) -> None:
-        """Give each pixel one of its samples' surfaces and depth, and find those that see several."""
+        """Give each pixel the surface and depth of one of its samples, and find the pixels whose samples see several surfaces."""
         scene, camera_view, targets, ctx = frame.scene, frame.camera_view, frame.targets, frame.context.ctx
         camera = camera_uniforms(scene, camera_view, np.eye(3), np.zeros(3))
         program = frame.programs.get(
@@ -69,7 +69,7 @@ class Samples:
         fine = {"u_surface": targets.fine.surface, "u_camera_depth": (targets.fine.depth, frame.samplers.plain)}
         program.bind(**{**surface_textures(frame.samplers, scene, targets), **fine})
         self._fill.use()
-        ctx.enable_only(moderngl.DEPTH_TEST)  # else no depth is written
+        ctx.enable_only(moderngl.DEPTH_TEST)  # depth writes need the depth test
         ctx.depth_func = "1"
         program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
         program.unbind()
@@ -77,23 +77,23 @@ class Samples:
     def shade(
         self, frame: FrameContext, shares: Sequence[Share], background: Array, transparent: bool, wanted: bool
     ) -> int:
-        """Shade the pixels whose samples differ again, sample by sample, and put their means in their place.
+        """Shade pixels whose samples may differ again, sample by sample, and replace their values by the means.
 
         Parameters
         ----------
         shares : sequence of Share
-            Every light's, each with its visibility resolved.
+            All lights, each with its visibility resolved.
         background : (3,) float64
             Linear.
         transparent : bool
-            It is not seen.
+            Whether the background is transparent.
         wanted : bool
-            Also the mean visibility of each light.
+            Also replace each light's visibility.
 
         Returns
         -------
         int
-            How many pixels.
+            Number of these pixels.
         """
         count = self._collect(frame, shares)
         per = self.block[0] * self.block[1]
@@ -135,7 +135,7 @@ class Samples:
         return int(np.frombuffer(self._count.read(), dtype=np.uint32)[0])
 
     def _reserve(self, frame: FrameContext, across: int, down: int, wanted: bool) -> None:
-        """Room for so many blocks; what was larger stays."""
+        """Allocate buffers for this many blocks; larger ones are kept."""
         need = (across * self.block[0], down * self.block[1])
         have = (0, 0) if self._sums is None else self._sums.size
         if (
@@ -162,7 +162,7 @@ class Samples:
     def _average(
         self, frame: FrameContext, per_sample: PerSample, light: int, background: tuple[float, ...] = (0.0,) * 4
     ) -> None:
-        """Of one light's visibility, or -1: of the picture."""
+        """Average the visibility of one light, or the image for -1."""
         targets, ctx = frame.targets, self._context.ctx
         program = frame.programs.get(
             "pass/resolve.vert", "pass/average.frag", "core430",

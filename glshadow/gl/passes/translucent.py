@@ -1,4 +1,4 @@
-"""TranslucentMap: what casters that blend let through of one light, as a map of colours beside a map of the nearest of them."""
+"""Coloured shadows of translucent casters: per light a map of transmitted colour and a map of the nearest caster's depth."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from glshadow.shadows.metric import Target
 from glshadow.shadows.view import ShadowView
 
 RESOLUTION = 1024
-UNTINTED = "{} passes casters that blend untinted: the map of their colours is that of one point, which stands for no wide light"
+UNTINTED = "{} passes through translucent casters untinted: their colours are rendered from one point, which is wrong for a wide light"
 _GUARD = 2
 
 
 @dataclass(frozen=True, eq=False)
 class Tint:
-    """A light's two maps, and how its receivers find their place on them."""
+    """A light's two maps, with the uniforms that receivers need to sample them."""
 
     views: tuple[ShadowView, ...]
     colors: moderngl.Texture
@@ -38,11 +38,11 @@ class Tint:
 
     @property
     def defines(self) -> dict[str, int | str]:
-        """Of lib/tint.glsl."""
+        """Defines of lib/tint.glsl."""
         return {"GLS_TINT": len(self.views)}
 
     def uniforms(self, axes: Array, offset: Array, origin: Array) -> dict[str, Any]:
-        """Of lib/tint.glsl, for receivers in a frame: its axes, and where the scene's origin lies in it."""
+        """Uniforms of lib/tint.glsl for receivers in a frame: its axes, and the position of the scene's origin in it."""
         world_from_lv = np.eye(4)
         world_from_lv[:3, :3], world_from_lv[:3, 3] = axes.T, origin - axes.T @ offset
         matrices, tiles = [], []
@@ -61,14 +61,14 @@ class Tint:
 
 
 def untinted(scene: GpuScene, light: Light) -> tuple[str, ...]:
-    """The fallback of a light that casters which blend should tint and do not."""
+    """The fallback of a light that translucent casters should colour and do not."""
     if light.shadow is None or not light.wide or not scene.blends.any():
         return ()
     return (UNTINTED.format(type(light).__name__),)
 
 
 class TranslucentMap:
-    """The panes of one light, kept while the light, the scene and what is seen of it stay."""
+    """The maps of one light, kept while light, scene and camera view stay the same."""
 
     def __init__(self, context: GLContext) -> None:
         self._context = context
@@ -78,7 +78,7 @@ class TranslucentMap:
         self._owned: list[Any] = []
 
     def tint(self, frame: FrameContext, light: Light) -> Tint | None:
-        """What tints the light; None: nothing does."""
+        """The maps that colour the light; None: nothing does."""
         scene = frame.scene
         if light.shadow is None or light.wide or not scene.blends.any():
             return None
@@ -106,7 +106,7 @@ class TranslucentMap:
         framebuffer.use()
         frame.context.gl.clip_control(clip.zero_to_one) if frame.caps.clip_control else None
         nodes, hidden = np.flatnonzero(scene.blends), [None] * len(scene.nodes)
-        # first the nearest, then the colours of all
+        # first the nearest depth, then the product of all colours
         for depth in (True, False):
             framebuffer.depth_mask = depth
             framebuffer.color_mask = (not depth,) * 4
@@ -153,7 +153,7 @@ class TranslucentMap:
         if self._owned and self._size == size:
             return
         self.release()
-        ctx, what = self._context.ctx, "the map of what light passes through"
+        ctx, what = self._context.ctx, "the map of translucent casters"
         depths = depth_texture(self._context, size, Target.DEPTH32F, what)
         depths.compare_func = ""
         made: list[Any] = [depths]
@@ -171,17 +171,17 @@ class TranslucentMap:
 
 
 class TranslucentMaps(dict[int, TranslucentMap]):
-    """What tints the lights, by their number; kept from frame to frame."""
+    """The translucent maps of all lights, by light number; kept from frame to frame."""
 
     def __init__(self, context: GLContext) -> None:
         super().__init__()
         self._context = context
 
     def tint(self, frame: FrameContext, number: int, light: Light) -> Tint | None:
-        """Those of the light of that number."""
+        """The maps of one light."""
         return self.setdefault(number, TranslucentMap(self._context)).tint(frame, light)
 
     def release(self) -> None:
-        """Free them all."""
+        """Release all maps."""
         for glass in self.values():
             glass.release()

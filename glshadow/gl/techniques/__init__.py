@@ -1,4 +1,4 @@
-"""What there is to ask a light's shadow of, by what its filter needs and what the driver can do."""
+"""Chooses and keeps the technique that finds each light's shadow, by what its filter needs and what the driver supports."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from glshadow.shadows.shadow import ResolvedShadow
 def technique_of(
     light: Light, shadow: ResolvedShadow | None, context: GLContext
 ) -> tuple[str, Callable[[], Technique]]:
-    """The source that a light with these settings is asked of: its name, and how it is made.
+    """Name and factory of the technique for a light with these settings.
 
-    That of a light that has a size turns to others by itself where its lists do not fit.
+    An area light's technique switches to another one by itself if its triangle lists do not fit.
     """
     if shadow is None:
         return "", lambda: Technique(context)
@@ -48,7 +48,7 @@ def technique_of(
 
 @dataclass(eq=False)
 class LightPass:
-    """One light in one frame.
+    """What one frame does for one light: its technique and what this used.
 
     Parameters
     ----------
@@ -57,9 +57,9 @@ class LightPass:
     light : Light
     technique : Technique
     used : Used, optional
-        None: not prepared yet.
-    panes : Tint, optional
-        The translucent casters that tint it.
+        None: not updated yet.
+    tint : Tint, optional
+        The translucent casters that colour the light.
     """
 
     number: int
@@ -70,14 +70,14 @@ class LightPass:
 
 
 class Techniques(dict[tuple[int, str], Technique]):
-    """What the lights are asked of, by their number and the source's name; kept from frame to frame."""
+    """The techniques of all lights, by light number and technique name; kept from frame to frame."""
 
     def __init__(self, context: GLContext) -> None:
         super().__init__()
         self._context = context
 
     def allocate(self, frame: FrameContext, lights: tuple[Light, ...]) -> list[LightPass]:
-        """The technique of each light; where its lists do not fit, that light has a map, in this frame."""
+        """Choose and allocate each light's technique. A light whose triangle lists do not fit gets a shadow map in this frame."""
         return [self._allocate(frame, number, light) for number, light in enumerate(lights)]
 
     def _allocate(self, frame: FrameContext, number: int, light: Light) -> LightPass:
@@ -99,7 +99,7 @@ class Techniques(dict[tuple[int, str], Technique]):
         return technique
 
     def release(self) -> None:
-        """Free them all."""
+        """Release all techniques."""
         for technique in self.values():
             technique.release()
 

@@ -1,4 +1,4 @@
-"""A light that has a size, as many hard lights one after another: the count of those that are seen, for every pixel."""
+"""An area light as many point samples, rendered one after another: counts how many of them each pixel sees."""
 
 from __future__ import annotations
 
@@ -24,27 +24,25 @@ from glshadow.shadows.shadow import ResolvedShadow
 
 
 class Accumulated(Technique):
-    """One light's count of seen points, over the picture and over the samples of collected pixels.
+    """Counts of one light's visible sample points, for the pixels of the image and for the samples of collected pixels.
 
     Parameters
     ----------
     one : Technique
-        What a single hard light is asked of, again and again.
+        Finds the shadow of a single sample point; used for each of them in turn.
     maps : Technique, optional
-        What it is asked of instead where `one` does not fit into the driver's buffers and the light's filter is derived.
+        Used instead if `one` does not fit into the driver's buffers and the light's filter was not requested but derived.
     """
 
     def __init__(self, context: GLContext, one: Technique, maps: Technique | None = None) -> None:
         self._context, self._first, self._maps = context, one, maps
         self._atlases = Atlases(context)
         self._filter: Filter
-        self._counted: tuple[Hashable, Used, Technique, ResolvedShadow] | None = (
-            None  # what was counted, and what was asked for it
-        )
+        self._counted: tuple[Hashable, Used, Technique, ResolvedShadow] | None = None  # what was counted, and how
         self._picture, self._samples = Counts(context), Counts(context)
 
     def allocate(self, frame: FrameContext, light: Light, shadow: ResolvedShadow | None) -> None:
-        """Take the light with its settings."""
+        """Set the light and its settings."""
         assert shadow is not None
         self.light, self._requested = light, shadow
         self._use(self._first, shadow)
@@ -58,12 +56,12 @@ class Accumulated(Technique):
         self._weighted = self.light.weighted
 
     def update(self, frame: FrameContext) -> Used:
-        """Make what the first point needs, unless all were counted already.
+        """Update the technique for the first sample point, unless the counts are still valid.
 
         Raises
         ------
         ResourceError
-            If it does not fit into the driver's buffers, and there is nothing else that the light may be asked of.
+            If it does not fit into the driver's buffers and there is no other technique for the light.
         """
         if self._counted is not None and self._counted[0] == self._key(frame):
             _, used, one, shadow = self._counted
@@ -77,11 +75,11 @@ class Accumulated(Technique):
         return self._used
 
     def finalize(self, used: Used) -> Used:
-        """What all points were asked of: lists of one that is not the first may be those that do not fit."""
+        """What was really used for all sample points: the lists may have stopped fitting at a later one than the first."""
         return self._used
 
     def _turn_to_maps(self, frame: FrameContext, error: ResourceError) -> None:
-        """Ask maps instead, from the first point on, for this reason."""
+        """Switch to shadow maps, from the first sample point on, for this reason."""
         shadow = resolve_shadow(self.light, str(error))
         if self._maps is None or self._one is self._maps or shadow is None or not shadow.filter.has_map:
             raise error
@@ -94,7 +92,7 @@ class Accumulated(Technique):
         return replace(used, filter=self._filter, why=why, fallbacks=used.fallbacks + undithered(self._filter))
 
     def _update(self, frame: FrameContext, point: Light) -> Used:
-        """What one point needs; its maps are its own, so that the next one may draw over them."""
+        """Update the technique for one sample point. Its maps have their own atlas, so that the next point may overwrite them."""
         alone = replace(frame, atlases=self._atlases)
         self._atlases.begin()
         self._one.allocate(alone, point, self._shadow)
@@ -106,7 +104,7 @@ class Accumulated(Technique):
         return (frame.scene.identity, frame.camera_view, frame.targets.identity, light, self._requested.filter)
 
     def receiver(self, frame: FrameContext) -> Receiver:
-        """Read the counts, made anew unless light, scene and what the camera sees are those of the last frame."""
+        """A receiver that reads the counts. They are rendered again only if light, scene or camera view changed since the last frame."""
         key = self._key(frame)
         if self._counted is None or self._counted[0] != key:
             self._counted = None
@@ -151,5 +149,7 @@ class Accumulated(Technique):
 
 
 def undithered(filter_: Filter) -> tuple[str, ...]:
-    """The fallback of a filter that dithers, whose points are asked one after another."""
-    return ("no dither: the light's points are asked one after another, each of all pixels",) if filter_.dithers else ()
+    """The fallback of a dithering filter, whose sample points are rendered one after another."""
+    return (
+        ("no dither: the light's points are sampled one after another, each for all pixels",) if filter_.dithers else ()
+    )

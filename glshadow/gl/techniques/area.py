@@ -1,4 +1,4 @@
-"""A light that has a size, asked of triangle lists: all pixels for the outlines that cut it, those that see one ray by ray."""
+"""An area light against triangle lists: a pass over all pixels finds those that silhouette edges cut, rays are cast only for these."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ from glshadow.lights import Light
 from glshadow.shader.slots import area_slots, precomputed_slots
 from glshadow.shadows.shadow import ResolvedShadow
 
-# A pixel that sees some of the light walks most of the triangles whose shadows move far, 13 ns each; a hard frame takes 40 ns a pixel and
-# 100 a triangle (llvmpipe): so many of the former are worth one of the latter
+# A partly lit pixel walks most of the triangles whose shadows move far, 13 ns each; a frame with a hard shadow takes 40 ns a pixel and
+# 100 a triangle (llvmpipe): the cost of this many of the former equals one of the latter.
 _PIXEL, _TRIANGLE = 4, 10
-_LONGEST = 60000  # of a receiver's list: llvmpipe ends a shader after 65,536 turns of its loops
+_LONGEST = 60000  # links in a receiver's list: llvmpipe ends loops after 65,536 turns
 
 
 class Area(Listed):
-    """One light's triangle lists, what is grown by its size, and the counts of its points that pixels see."""
+    """One area light's triangle lists, the lists grown by its size, and the count of its sample points that each pixel sees."""
 
     def __init__(self, context: GLContext) -> None:
         super().__init__(context)
@@ -47,24 +47,24 @@ class Area(Listed):
         self._disc: BufferTexture | None = None
         self._disc_key: Hashable = None
         self._picture, self._samples = Counts(context), Counts(context)
-        self._fragments: BufferTexture | None = None  # that are asked: x, y << 16
+        self._fragments: BufferTexture | None = None  # partly lit pixels: x | y << 16
         self._found = Found(context)
         self._counter = context.ctx.buffer(reserve=4)
         self._batch = BATCH
         self._accumulated = Accumulated(context, Listed(context), Mapped(context))
-        self._rays: Receiver  # what a ray to the light's middle is tested with
-        self._instead = ""  # why the points are asked one after another; empty: they are not
-        self._overflow = ""  # why the grown lists do not fit, those of `_key`; empty: they do
+        self._rays: Receiver  # tests the ray to the light's centre
+        self._instead = ""  # why sample points are rendered one after another; empty: they are not
+        self._overflow = ""  # why the grown lists of `_key` do not fit; empty: they fit
         self.partly_lit = self.found = 0
-        self._counted: tuple[Hashable, str] | None = None  # what was counted, and why it was not
+        self._counted: tuple[Hashable, str] | None = None  # key of the counts, and why there are none
 
     def allocate(self, frame: FrameContext, light: Light, shadow: ResolvedShadow | None) -> None:
-        """Take the light with its settings."""
+        """Set the light and its settings."""
         super().allocate(frame, light, shadow)
         self._points = self._shadow.filter.points_of_light
 
     def update(self, frame: FrameContext) -> Used:
-        """Build the lists, unless they are those of this scene and light already; where they do not fit, those of its points."""
+        """Build the lists, unless those of this scene and light are kept; if they do not fit, render sample point after sample point."""
         try:
             used = super().update(frame)
             self._instead = self._overflow
@@ -78,11 +78,11 @@ class Area(Listed):
         return replace(used, links=used.links + self.grown.casters.count + self.grown.silhouettes.count)
 
     def finalize(self, used: Used) -> Used:
-        """With how the points were asked."""
+        """Add how the sample points were tested."""
         if not self._instead:
             return replace(used, why=f"{used.why}; {self._points} points of the light")
         used = self._accumulated.finalize(used)
-        if used.filter is not None and used.filter.has_map:  # which has a reason of its own
+        if used.filter is not None and used.filter.has_map:  # its own reason is given already
             return used
         return replace(used, why=f"{used.why}, for {self._instead}")
 
@@ -94,7 +94,7 @@ class Area(Listed):
             return False
         most = self._context.caps.max_texture_buffer_size
         fits = self.grown.build(programs, scene, light, self.grid, most, textures)
-        # they would be no shorter on a coarser grid
+        # a coarser grid would not make them shorter
         self._overflow = (
             "" if fits else f"lists of {self.grown.most} entries for its size, a buffer of this driver holds {most}"
         )
@@ -111,7 +111,7 @@ class Area(Listed):
         self._disc_key = key
 
     def receiver(self, frame: FrameContext) -> Receiver:
-        """Read the counts, made anew unless light, scene and what the camera sees are those of the last frame."""
+        """A receiver that reads the counts. They are rendered again only if light, scene or camera view changed since the last frame."""
         if self._instead:
             return self._accumulated.receiver(frame)
         self._rays = self._marking(frame) if frame.targets.samples > 1 else self._walked(frame)
@@ -131,11 +131,11 @@ class Area(Listed):
         )
 
     def marking_receiver(self, frame: FrameContext) -> Receiver:
-        """The marks are in the counts."""
+        """The same receiver: the counts hold the marks."""
         return self.receiver(frame)
 
     def _count(self, frame: FrameContext) -> str:
-        """Of all pixels of the picture; what is returned says why that would take too long or does not fit: then it was not done."""
+        """Count for all pixels of the image. Returns why that would take too long or does not fit (nothing is counted then), or ''."""
         self._classify(frame, self._picture, None)
         pixels, triangles = frame.camera_view.size[0] * frame.camera_view.size[1], frame.scene.world.count
         if self.partly_lit * self.grown.widest > self._points * (_PIXEL * pixels + _TRIANGLE * triangles):
@@ -159,7 +159,7 @@ class Area(Listed):
         return self._given(frame, self._samples)
 
     def _classify(self, frame: FrameContext, counts: Counts, per_sample: PerSample | None) -> None:
-        """All or nothing where no outline comes between; a list of the others."""
+        """Count all or no sample points where no silhouette edge cuts the light; list the other pixels."""
         counts.use(frame, per_sample, 1, "u4")
         width, height = counts.texture.size
         if self._fragments is None or self._fragments.buffer.size < 4 * width * height:
@@ -176,7 +176,7 @@ class Area(Listed):
         self.partly_lit = self._counted_items()
 
     def _ask(self, frame: FrameContext, counts: Counts, per_sample: PerSample | None) -> None:
-        """Point by point, batch after batch of the list."""
+        """Cast rays from the listed pixels to the sample points, batch after batch."""
         self._found.reserve(self._points)
         caps = self._context.caps
         first = 0
@@ -215,7 +215,7 @@ class Area(Listed):
         lists: CellLists | None,
         **more: int,
     ) -> Program:
-        """A pass of pass/penumbra.frag, with all that it reads."""
+        """A program of pass/penumbra.frag with its uniforms and textures set."""
         scene, targets = frame.scene, frame.targets
         rays = self._rays
         defines = {
@@ -237,7 +237,7 @@ class Area(Listed):
         )
         aside = (0.0, 0.0) if per_sample else targets.aside
         program.set(**camera_uniforms(scene, frame.camera_view, rays.axes, rays.offset, aside))
-        program.set(**rays.uniforms, **self._values)  # its eye is the light's own
+        program.set(**rays.uniforms, **self._values)  # with the eye in the light's frame
         program.set(u_count=self._points, u_samples=targets.fine.surface.size if per_sample else frame.camera_view.size)
         program.set(u_sampled=targets.sampled)
         program.set(**self.light.area_uniforms(rays.axes))
@@ -251,7 +251,7 @@ class Area(Listed):
         return program
 
     def _begin(self, items: BufferTexture) -> None:
-        """What comes next appends to a list."""
+        """Reset the counter and bind the list that the next pass appends to."""
         self._counter.write(b"\0\0\0\0")
         self._counter.bind_to_storage_buffer(0)
         items.buffer.bind_to_storage_buffer(1)

@@ -1,4 +1,4 @@
-"""How much of a light is seen, for each pixel or sample: a texture that passes add to, kept as long as its shape is right."""
+"""Counts of visible sample points for each pixel or sample: a texture that passes add to, kept while its shape does not change."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from glshadow.gl.passes.per_sample import PerSample
 
 
 class Counts:
-    """One light's counts over the picture, or over the samples of collected pixels.
+    """One light's counts for the image, or for the samples of collected pixels.
 
     Attributes
     ----------
     texture, framebuffer
-        To read, and to draw to.
+        Read by shaders; drawn to by passes.
     """
 
     def __init__(self, context: GLContext) -> None:
@@ -28,7 +28,7 @@ class Counts:
         self.framebuffer: moderngl.Framebuffer
 
     def use(self, frame: FrameContext, per_sample: PerSample | None, components: int, dtype: str) -> None:
-        """Make them what passes draw to: over the picture, whose depth is then tested, or over collected samples."""
+        """Bind the counts as render target: for the image, with its depth test, or for collected samples."""
         size, whose = (
             (frame.targets.depth.size, frame.targets.identity)
             if per_sample is None

@@ -60,18 +60,18 @@ class Listed(Technique):
         self._traits: BufferTexture | None = None
         self.lists = CellLists(context)
         self._edges = Edges(context)
-        self._values: dict[str, Any] = {}  # what the pass must know of a light that has a size
+        self._values: dict[str, Any] = {}  # uniforms of the pass for an area light
         self.grid: ListGrid
         self.masked = False
         self.builds = 0
 
     def allocate(self, frame: FrameContext, light: Light, shadow: ResolvedShadow | None) -> None:
-        """Take the light with its settings."""
+        """Set the light and its settings."""
         assert shadow is not None
         self.light, self._shadow = light, shadow
 
     def update(self, frame: FrameContext) -> Used:
-        """Build them, unless they are those of this scene and light already.
+        """Build the lists, unless those of this scene and light are kept.
 
         Raises
         ------
@@ -87,7 +87,7 @@ class Listed(Technique):
                     why=shadow.why)  # fmt: skip
 
     def _update_lists(self, programs: Programs, scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> bool:
-        """Whether they had to be built."""
+        """Build the lists if needed; returns whether they were built."""
         key = made_for(scene, light, casting)
         if key == self._key:
             return False
@@ -113,7 +113,7 @@ class Listed(Technique):
         return True
 
     def _build(self, programs: Programs, scene: GpuScene, light: Light) -> bool:
-        """One pass over all triangles; whether the links fit."""
+        """Dispatch over all triangles; returns whether the links fit."""
         grid, world = self.grid, scene.world
         program = programs.compute(
             "pass/lists.comp",
@@ -135,7 +135,7 @@ class Listed(Technique):
         return self.lists.fill(program, size, world.count, self._context.caps.max_texture_buffer_size, self._facets)
 
     def _write(self, scene: GpuScene, traits: NDArray[np.uint32]) -> None:
-        """Room for the facets, and what the pass knows of the nodes."""
+        """Allocate the facets and upload the nodes' traits."""
         if self._traits is None or self._traits.buffer.size != traits.nbytes:
             self._traits = self._buffer(self._traits, traits.nbytes, RG32UI)
         self._traits.buffer.write(traits.tobytes())
@@ -149,11 +149,11 @@ class Listed(Technique):
         return BufferTexture(self._context.gl, self._context.ctx.buffer(reserve=size), internal_format)
 
     def receiver(self, frame: FrameContext) -> Receiver:
-        """Walk them."""
+        """A receiver that walks the lists."""
         return self._walked(frame)
 
     def marking_receiver(self, frame: FrameContext) -> Receiver:
-        """With the silhouette edges of its casters; where these are too many, all samples of every pixel are shaded."""
+        """The same with the silhouette edges of the casters. If there are too many, all samples of every pixel are shaded."""
         return self._marking(frame)
 
     def _walked(self, frame: FrameContext) -> Receiver:
@@ -176,7 +176,7 @@ class Listed(Technique):
         return self.grid.projection == "perspective" or not scene.casts.all() or scene.rounded is not None
 
     def _find_edges(self, frame: FrameContext) -> bool:
-        """Make lists of silhouette edges, unless they are there; whether they fit into the driver's buffers."""
+        """Build the lists of silhouette edges, unless they are kept; returns whether they fit into the driver's buffers."""
         textures = {"u_facets": self._facets, "u_traits": self._traits}
         return self._edges.update(frame.programs, frame.scene, self.light, self.grid, self.builds, textures)
 
@@ -190,13 +190,13 @@ class Listed(Technique):
 
 
 def node_traits(scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> NDArray[np.uint32]:
-    """Per node (N, 2): flags, and what turns a triangle's number into its mask's."""
+    """Per node (N, 2): flags, and the shift from a triangle's number to its mask's."""
     faces = light.shadow.faces if light.shadow else None
     solid = hides_back_faces(scene, light, faces)
     mirrored = np.array(scene.mirrored)
     back = solid if faces is None else np.full(len(casting), faces is Faces.FRONT)
     front = np.full(len(casting), faces is Faces.BACK)
-    # a mirrored node's winding is turned over by its matrix
+    # a mirrored node's matrix flips the winding
     back, front = np.where(mirrored, front, back), np.where(mirrored, back, front)
     masked = np.array([gpu.cut_out for gpu in scene.meshes])
     flags = CULL_BACK * back + CULL_FRONT * front + CASTS * casting + CUT_OUT * masked

@@ -1,4 +1,4 @@
-"""A light's shadow map: fitted, drawn, kept, compared with."""
+"""Mapped: a light's shadow map, fitted, drawn, kept and sampled."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from glshadow.shadows.shadow import ResolvedShadow
 from glshadow.shadows.view import ShadowView
 
 MOST_PIXELS = 2.0**16
-"""Side of a map in pixels of the nearest receiver from which on it is said: a texel of a 2048 map is then 32 of them."""
+"""Warn above this side of a map, in pixels of the nearest receiver: one texel of a 2048 map then spans 32 pixels."""
 
 
 class Mapped(Technique):
-    """One light's map; none where no receiver of it is seen."""
+    """One light's shadow map. There is none if no receiver of it is in view."""
 
     def __init__(self, context: GLContext) -> None:
         self.map: Map | None = None
@@ -45,16 +45,16 @@ class Mapped(Technique):
         self._request: FitRequest
         self._casting: NDArray[np.bool_]
         self._shaded: Array | None = None
-        self._looked_at = -1  # scene whose texels were looked at
+        self._looked_at = -1  # identity of the scene whose texel size was checked last
 
     def allocate(self, frame: FrameContext, light: Light, shadow: ResolvedShadow | None) -> None:
-        """Decide the settings and fit the views."""
+        """Resolve the settings and fit the views."""
         assert shadow is not None
         self.light, self._why = light, shadow.why
         caps, scene = frame.caps, frame.scene
         self._settings = settings = resolve_settings(light, shadow, caps.clip_control, caps.renderer)
         self._casting = scene.casts
-        if settings.caster.bias.certain:  # no surface shadows itself: what darkens nothing else need not be drawn
+        if settings.caster.bias.certain:  # no self-shadowing: casters that darken nothing else can be skipped
             self._casting = casters_seen(scene, light, frame.camera_view)
         self._place = self.map = None
         if not self._casting.any():
@@ -96,8 +96,8 @@ class Mapped(Technique):
         )
 
     def _too_small(self) -> tuple[str, ...]:
-        """The fallback of a bias under which planes shadow themselves, if that can be told."""
-        if self.map is None or self._settings.filter.encoding:  # the mean of a plane's depths lies on it
+        """The fallback of a bias too small to prevent self-shadowing of planes, where that can be told."""
+        if self.map is None or self._settings.filter.encoding:  # the mean depth of a plane lies on the plane
             return ()
         texel = max(
             max(view.texel) * (1.0 if view.projection == "orthographic" else view.far) for view in self.map.views
@@ -106,13 +106,13 @@ class Mapped(Technique):
         return (said,) if said else ()
 
     def _measured(self, frame: FrameContext, placed: tuple[ShadowView, ...]) -> tuple[ShadowView, ...]:
-        """Views fitted to what is really seen, in the places of those that were claimed."""
+        """Views fitted to the depth that the camera really sees, in the tiles that were allocated."""
         fitted = self._settings.fit.fitted(replace(self._request, depth_tiles=find_depth_tiles(frame)))
         self._shaded = fitted.shaded
         return tuple(view.placed(there.tile) for view, there in zip(fitted.views, placed, strict=False)) or placed
 
     def _warn_of_large_texels(self, frame: FrameContext, view: ShadowView) -> None:
-        """Said once for a scene: where a map covers so much that what casts near the camera may fall between its texels."""
+        """Warn once per scene if the map covers so much that casters near the camera may fall between its texels."""
         bodies = [points for points in frame.camera_view.receivers if len(points)]
         if not bodies:
             return
@@ -121,7 +121,9 @@ class Mapped(Technique):
         least = max(float((-(seen @ camera[2, :3] + camera[2, 3])).min()), frame.camera_view.near)
         if _side(frame, view, seen, least) <= MOST_PIXELS:
             return
-        window = pixels(frame.targets.depth, np.float32)  # boxes may come nearer than what is in them: ask the picture
+        window = pixels(
+            frame.targets.depth, np.float32
+        )  # boxes may be nearer than their content: read the depth buffer
         surface = window != frame.camera_view.clip.clear_depth
         if not surface.any():
             return
@@ -136,7 +138,7 @@ class Mapped(Technique):
             )
 
     def receiver(self, frame: FrameContext) -> Receiver:
-        """Compare with it."""
+        """A receiver that samples the map."""
         if self.map is None:
             return open_receiver(frame, self.light)
         scene, caps = frame.scene, frame.caps
@@ -161,14 +163,14 @@ class Mapped(Technique):
         )
 
     def marking_receiver(self, frame: FrameContext) -> Receiver:
-        """A map's texels may be smaller than a pixel; prefiltered ones are read from a mip map of the pixel's size."""
+        """Mark pixels if a texel may be smaller than a pixel. Prefiltered maps need no marks: their mip level has the pixel's size."""
         receiver = self.receiver(frame)
         if self.map is None or self.map.filter.encoding:
             return receiver
         return replace(receiver, marks={"GLS_MARKS": 1}, collected={"GLS_MARKED": 1})
 
     def _reach(self, frame: FrameContext) -> float:
-        """Largest coordinate on the way to the position of a receiver that the map answers for: eye, ray x depth, their sum."""
+        """Largest coordinate in the computation of a receiver's position in the map: eye, ray x depth, and their sum."""
         camera_view, origin = frame.camera_view, frame.scene.origin
         eye = float(np.abs(camera_view.eye - origin).max())
         if self._shaded is None:
@@ -176,12 +178,12 @@ class Mapped(Technique):
         return 2.0 * eye + float(np.abs(self._shaded - origin).max())
 
     def stored(self) -> NDArray[np.float32]:
-        """Its views; RGBA8 is unpacked."""
+        """The map's views as arrays; RGBA8 is unpacked."""
         return super().stored() if self.map is None else stored_values(self.map)
 
 
 def _side(frame: FrameContext, view: ShadowView, seen: Array, depth: float) -> float:
-    """How many pixels at a view depth a map is wide where it is nearest to the light, or anywhere under a sun."""
+    """Side of the map in pixels at a view depth: where it is nearest to the light, or anywhere for a directional light."""
     away = 1.0
     if view.projection != "orthographic":
         away = float(np.linalg.norm(transform(view.view_from_world, seen), axis=1).min())
@@ -189,13 +191,13 @@ def _side(frame: FrameContext, view: ShadowView, seen: Array, depth: float) -> f
 
 
 def map_slots(light: Light, shadow_map: Map, caps: Caps) -> dict[str, str]:
-    """Snippets that ask a map."""
+    """Snippets that sample a map."""
     settings, compare = shadow_map.settings, compared_by(shadow_map.settings.target, shadow_map.filter, caps)
     return mapped_slots(light, settings.target, settings.bias, shadow_map.filter, compare, shape_of(shadow_map))
 
 
 def compared_by(target: Target, filter: Filter, caps: Caps) -> Compare:
-    """How a driver reads a target for a filter."""
+    """How this driver reads the target for the filter."""
     if not target.is_depth:
         return "metric"
     if filter.reads_depths:
@@ -206,32 +208,34 @@ def compared_by(target: Target, filter: Filter, caps: Caps) -> Compare:
 
 
 def shape_of(shadow_map: Map) -> Shape:
-    """How a sun's map is laid out."""
+    """Layout of a directional light's map."""
     view = shadow_map.views[0]
     return "cascades" if view.cascade else "plain" if view.warp is None else "warped"
 
 
 def cascades_of(shadow_map: Map) -> int:
-    """How many; 0: one view, or the faces of a point light."""
+    """Number of cascades; 0: one view, or the faces of a point light."""
     return len(shadow_map.views) if shadow_map.views[0].cascade else 0
 
 
 def falloff_of(light: Light) -> float:
-    """From how far before its map's border a light's shadow fades; a point light's has none."""
+    """Distance from the map's border at which the shadow starts to fade; 0 for a point light."""
     return 0.0 if light.shadow is None or light.projection == "cube" else light.shadow.edge_falloff
 
 
 def size_in_texels(light: Light, shadow_map: Map) -> tuple[float, float]:
-    """By how many texels the edge of a shadow widens for each unit of nearness, see glsl/depth."""
+    """Texels by which a shadow edge widens per unit of nearness, see glsl/depth."""
     x, y = shadow_map.views[0].texel
     scale = abs(uniforms_of(shadow_map, 0.0)["u_base"][0])
     return light.source_radius / (scale * x), light.source_radius / (scale * y)
 
 
 def map_defines(light: Light, shadow_map: Map) -> Mapping[str, int | str]:
-    """Defines that go with them."""
+    """Defines of these snippets."""
     settings = shadow_map.settings
-    reversed_depth = settings.target.is_depth and shadow_map.views[0].clip.reversed  # a metric always grows away
+    reversed_depth = (
+        settings.target.is_depth and shadow_map.views[0].clip.reversed
+    )  # a metric always grows with distance
     bounded = shadow_map.views[0].inset > 0
     cascade = shadow_map.views[0].cascade
     by_depth = cascade is not None and cascade.by_depth
@@ -246,7 +250,7 @@ def map_defines(light: Light, shadow_map: Map) -> Mapping[str, int | str]:
 
 
 def uniforms_of(shadow_map: Map, rounding: float) -> dict[str, Any]:
-    """Uniforms that go with them, see `core.compare.map_uniforms`."""
+    """Uniforms of these snippets, see `derive.compare.map_uniforms`."""
     settings = shadow_map.settings
     size = shadow_map.atlas.size
     return map_uniforms(shadow_map.views, size, settings.target, settings.bias, shadow_map.filter, rounding)
