@@ -11,22 +11,22 @@ from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.queries import Timestamp
 
 MOST = 1.05
-"""Of the wall clock's time: a GPU that says it worked for longer counts wrong; the two clocks differ by far less."""
+"""Share of the wall clock's time: a GPU that reports more than this is wrong; the two clocks differ by far less."""
 
 
 @dataclass(frozen=True)
 class _Stage:
     name: str
-    seconds: float  # of wall clock
+    seconds: float  # wall clock
     begin: Timestamp | None = None
     end: Timestamp | None = None
 
 
 class Clock:
-    """Seconds per stage; not wanted: costs nothing.
+    """Times the stages of a frame; disabled, it costs nothing.
 
-    Where a GPU has timestamps they are the GPU's, and nothing waits. Drivers on the CPU are waited for before and after each stage:
-    what they time is wall clock anyhow. A driver whose stages take longer than all of the frame, or less than no time, is not asked again.
+    Where the GPU has timestamps they are used, without waiting. A CPU driver is waited for before and after each stage and timed by the
+    wall clock. Timestamps are no longer used once the stages take longer than the whole frame, or a negative time.
     """
 
     def __init__(self, context: GLContext, wanted: bool) -> None:
@@ -53,7 +53,7 @@ class Clock:
         return None
 
     def times(self) -> dict[str, float]:
-        """Stage -> seconds; waits for the GPU."""
+        """Seconds by stage; waits for the GPU."""
         spent = [each.seconds for each in self._stages]
         if self._asks:
             told = [each.end.read() - each.begin.read() for each in self._stages if each.begin and each.end]

@@ -1,4 +1,4 @@
-"""Presenter: a finished picture in the window that a context draws to."""
+"""Presenter: draws a finished image into the window of a context."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ void main() {
 
 
 class Presenter:
-    """Draws pictures over the whole window."""
+    """Draws images over the whole window."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
@@ -33,7 +33,7 @@ class Presenter:
         self._texture: moderngl.Texture | None = None
 
     def show(self, picture: NDArray[np.uint8], size: tuple[int, int]) -> None:
-        """A picture (H, W, 3), row 0 at the top, in a window of so many pixels."""
+        """Draw an image (H, W, 3), row 0 at the top, into a window of this many pixels."""
         shape = (picture.shape[1], picture.shape[0])
         if self._texture is None or self._texture.size != shape:
             if self._texture is not None:
@@ -55,5 +55,5 @@ class Presenter:
 
 
 def window_context() -> moderngl.Context:
-    """A context of the window that is current."""
+    """A context for the window that is current."""
     return moderngl.create_context(require=330)

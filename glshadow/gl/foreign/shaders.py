@@ -1,8 +1,8 @@
-"""A light's shadow in programs of others: `ShadowMap` draws what their code draws, and hands out the GLSL that asks it.
+"""A light's shadow in other programs: `ShadowMap` draws the casters that their code draws, and generates the GLSL that samples the map.
 
-What a program includes keeps its names and meanings within a major version: NAME_visibility, NAME_towards, NAME_arriving, and `ShadowMap`.
-Everything else in the text (its functions, uniforms and macros, all of which begin with NAME_) may change with any version: write them with
-`ShadowMap.apply` only.
+The names NAME_visibility, NAME_towards, NAME_arriving and the interface of `ShadowMap` are stable within a major version. All other
+functions, uniforms and macros of the GLSL, which also begin with NAME_, may change with any version: set the uniforms only with
+`ShadowMap.apply`.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ __all__ = ["Caster", "ShadowMap"]
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 _DRAWN = """
 uniform mat4 u_lv_from_world;
-// The share of the light that reaches a point of a surface, 0 to 1; 0 where the surface faces away, and outside a spot's cone.
+// Share of the light that reaches a surface point, 0 to 1; 0 where the surface faces away, and outside a spot's cone.
 float visibility_of(vec3 position_w, vec3 normal_w) {
     vec3 position = (u_lv_from_world * vec4(position_w, 1.0)).xyz, normal = mat3(u_lv_from_world) * normal_w;
     float cosine = dot(normal, light_arriving(position).xyz);
@@ -46,7 +46,7 @@ float visibility_of(vec3 position_w, vec3 normal_w) {
 vec3 towards_of(vec3 position_w) {
     return light_arriving((u_lv_from_world * vec4(position_w, 1.0)).xyz).xyz * mat3(u_lv_from_world);
 }
-// What the light's range, falloff and cone leave of its intensity at a point.
+// Factor of the light's intensity at a point, by its range, falloff and cone.
 float arriving_of(vec3 position_w) {
     return light_arriving((u_lv_from_world * vec4(position_w, 1.0)).xyz).w;
 }
@@ -64,26 +64,26 @@ _NOTHING = "#version 330\nvoid main() {}\n"
 
 @dataclass(frozen=True, eq=False)
 class Caster:
-    """One view of a light, for code that draws what casts into it.
+    """One view of a light, for code that draws the shadow casters.
 
     Attributes
     ----------
     clip_from_world : (4, 4) float64
         Row-major, as everywhere in Python.
     program : moderngl.Program
-        Draws depth: attribute `in_position` (3 floats), uniform `u_clip_from_model`. A program of one's own does as well.
+        Draws depth: attribute `in_position` (3 floats), uniform `u_clip_from_model`. Another program works too.
     """
 
     clip_from_world: Array
     program: moderngl.Program = field(repr=False)
 
     def place(self, world_from_model: ArrayLike | None = None) -> None:
-        """Set the matrix of `program` for what is drawn next, at its place in the world (4, 4); None: given in world positions."""
+        """Set the matrix of `program` for the next draw: model to world (4, 4); None: positions are given in world space."""
         member: Any = self.program["u_clip_from_model"]
         member.write(self.bytes_from(world_from_model))
 
     def bytes_from(self, world_from_model: ArrayLike | None = None) -> bytes:
-        """The matrix that a vertex shader multiplies a model's positions with, float32, as OpenGL stores it; None: world positions."""
+        """Matrix for a vertex shader, clip from model space, as float32 in OpenGL's order; None: positions are given in world space."""
         matrix = self.clip_from_world
         if world_from_model is not None:
             given = as_floats(world_from_model, (4, 4))
@@ -94,36 +94,36 @@ class Caster:
 
 
 class ShadowMap:
-    """A light's shadow map in somebody else's moderngl program.
+    """A light's shadow map inside another moderngl program.
 
     ::
 
         shadow = ShadowMap(ctx, gs.DirectionalLight(), bounds)
-        program = ctx.program(VERTEX, shadow.source("sun") + FRAGMENT)  # FRAGMENT asks sun_visibility(position, normal)
+        program = ctx.program(VERTEX, shadow.source("sun") + FRAGMENT)  # FRAGMENT calls sun_visibility(position, normal)
         ...
         shadow.draw(casters)  # def casters(caster): caster.place(world_from_model); vertex_array_of(caster.program).render()
         shadow.apply(program, "sun", unit=3)
 
-    State of the context that this changes is given back.
+    All OpenGL state that its methods change is restored.
 
     Parameters
     ----------
     context : moderngl.Context
         Of the calling program; OpenGL 3.3.
     light : DirectionalLight, SpotLight or PointLight
-        Its `shadow` says how; a filter that has no map becomes Pcf(1).
+        Settings come from its `shadow`; a filter that has no map becomes Pcf(1).
     bounds : (2, 3) array_like
         Least and greatest corner, world units, of what casts and receives.
 
     Attributes
     ----------
     light : Light
-        What was drawn last, and is asked.
+        The light of the map that `apply` binds.
 
     Raises
     ------
     SettingsError
-        For a light without shadow, a panel or the sky, a metric target, bounds that are none.
+        For a light without a shadow, a rectangular area light or a sky, a metric target, invalid bounds.
     """
 
     def __init__(self, context: moderngl.Context, light: Light, bounds: ArrayLike) -> None:
@@ -145,10 +145,12 @@ class ShadowMap:
         self.release()
 
     def fit(self, light: Light, bounds: ArrayLike | None = None) -> None:
-        """Another light of the same kind and settings, or other bounds: nothing is drawn until `draw`, and the text stays good."""
+        """Set another light of the same kind and settings, or other bounds. Nothing is drawn until `draw`; the GLSL stays valid."""
         shadow = getattr(light, "shadow", None)
         if shadow is None or light.wide:
-            raise SettingsError(f"a ShadowMap needs a sun, a spot or a point light with a Shadow, got {shown(light)}")
+            raise SettingsError(
+                f"a ShadowMap needs a directional, spot or point light with a Shadow, got {shown(light)}"
+            )
         if bounds is not None or self._map is None:
             corners = as_floats(bounds, (2, 3))
             if corners is None or not np.isfinite(corners).all() or not (corners[0] <= corners[1]).all():
@@ -185,10 +187,10 @@ class ShadowMap:
         self._map = self._sampled = Map(placed, atlas, settings.caster, settings.filter)
 
     def draw(self, casters: Callable[[Caster], Any]) -> None:
-        """Draw what casts: `casters` is called once for every view (six of a point light), with the view's framebuffer bound.
+        """Draw the casters: `casters` is called once for every view (six of a point light), with the view's framebuffer bound.
 
-        It sets what it needs and draws; depth test, depth function and clip control are set already. Its errors are its own, and leave
-        the map to be drawn again.
+        It sets its own program and uniforms and draws; depth test, depth function and clip control are set already. If it raises, the map
+        is drawn again by the next call.
         """
         if self._map is None or self._released:
             raise SettingsError("this ShadowMap was released: make a new one")
@@ -213,20 +215,20 @@ class ShadowMap:
                 self._sampled = self._moments.filled(self._programs, shadow_map)
 
     def source(self, name: str = "shadow", version: bool = True) -> str:
-        """GLSL 3.30 of three functions, to stand before the rest of a fragment shader.
+        """GLSL 3.30 with three functions, to be prepended to a fragment shader.
 
         ::
 
-            float NAME_visibility(vec3 position_w, vec3 normal_w)   share that arrives; 0 where the normal faces away, outside a cone
+            float NAME_visibility(vec3 position_w, vec3 normal_w)   visible share; 0 where it faces away or lies outside the cone
             vec3  NAME_towards(vec3 position_w)                     unit vector to the light
-            float NAME_arriving(vec3 position_w)                    what range, falloff and cone leave of its intensity
+            float NAME_arriving(vec3 position_w)                    factor of the intensity by range, falloff and cone
 
         Parameters
         ----------
         name : str
-            What every name in it begins with, so that several lights go into one shader: lower case, as "sun".
+            Prefix of all its names, lower case, such as "sun"; several lights in one shader need different ones.
         version : bool
-            Whether `#version` comes first; False for `context.includes` and for what follows another text.
+            Whether to begin with `#version`; False for `context.includes` and after other text.
         """
         name, version = _name(name), flag()("version", version)
         head, _, body = receiver_text(self._context.caps, self.light, self._sampled).partition("\n")
@@ -234,15 +236,15 @@ class ShadowMap:
         return f"{head}\n{body}" if version else body
 
     def include(self, name: str = "shadow") -> str:
-        """Put the text under `NAME.glsl` into the context's includes, for `#include "NAME.glsl"`; returns that name."""
+        """Add the GLSL as `NAME.glsl` to the context's includes, for `#include "NAME.glsl"`; returns that name."""
         key = f"{_name(name)}.glsl"
         self._context.ctx.includes[key] = self.source(name, version=False)
         return key
 
     def apply(self, program: moderngl.Program, name: str = "shadow", unit: int = 0) -> None:
-        """Write a program's uniforms and bind the map to a texture unit; what the compiler dropped is left out.
+        """Set a program's uniforms and bind the map to a texture unit; uniforms that the compiler dropped are skipped.
 
-        To be called after every `draw` and `fit`, and when another texture was bound to the unit.
+        Call it after every `draw` and `fit`, and when another texture was bound to the unit.
         """
         program, name = instance(moderngl.Program)("program", program), _name(name)
         unit = whole(0, self._context.ctx.max_texture_units - 1)("unit", unit)
@@ -262,7 +264,7 @@ class ShadowMap:
                 set_uniform(member, value)
         texture = shadow_map.atlas.texture
         if not shadow_map.filter.encoding:
-            # of the texture itself: no sampler object stays behind on the unit
+            # set on the texture itself, so that no sampler object stays on the unit
             raw = shadow_map.filter.reads_depths
             texture.compare_func = "" if raw else ">=" if shadow_map.views[0].clip.reversed else "<="
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
@@ -270,7 +272,7 @@ class ShadowMap:
 
     @property
     def views(self) -> Sequence[ShadowView]:
-        """Where the map looks: one view, six of a point light."""
+        """The views of the map: one, or six for a point light."""
         return self._sampled.views
 
     def release(self) -> None:
@@ -304,7 +306,7 @@ def _name(name: str) -> str:
 
 
 def _renamed(code: str, name: str) -> str:
-    """Every name that the text declares, and every macro, with NAME_ before it."""
+    """Prefix every name that the text declares, and every macro, with NAME_."""
     plain = re.sub(r"//[^\n]*", "", code)
     found = {*_FUNCTION.findall(plain), *_STRUCT.findall(plain), *_GLOBAL.findall(plain)}
     found |= {each.strip() for group in _LIST.findall(plain) for each in group.split(",")}
