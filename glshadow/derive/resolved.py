@@ -1,4 +1,4 @@
-"""ResolvedSettings: the settings of one light's shadow with every None decided."""
+"""Resolves the settings of one light's shadow: every None replaced by a value."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from glshadow.shadows.view import fine_depth
 
 @dataclass(frozen=True)
 class CasterSettings:
-    """What a light's maps are drawn with."""
+    """What a light's shadow map is drawn with."""
 
     target: Target
     bias: Bias
@@ -27,7 +27,7 @@ class CasterSettings:
 
 @dataclass(frozen=True)
 class ResolvedSettings:
-    """What a light's map is drawn and asked with; `fallbacks`: every request that could not be met, with its reason."""
+    """What a light's shadow map is drawn and sampled with; `fallbacks`: every request that could not be met, with its reason."""
 
     filter: Filter
     fit: Fit
@@ -47,7 +47,7 @@ def resolve_shadow(light: Light, without_map: str = "") -> ResolvedShadow | None
     Parameters
     ----------
     without_map : str
-        Why triangles cannot be asked; empty: they can.
+        Why triangles cannot be used; empty: they can.
     """
     if light.shadow is None:
         return None
@@ -62,12 +62,12 @@ def resolve_shadow(light: Light, without_map: str = "") -> ResolvedShadow | None
 
 
 def resolve_settings(light: Light, resolved: ResolvedShadow, clip_control: bool, driver: str) -> ResolvedSettings:
-    """The settings of a light with a map.
+    """Resolve the settings of a light with a shadow map.
 
     Parameters
     ----------
     clip_control : bool
-        Whether the driver has 0..1 depth.
+        Whether the driver supports 0..1 depth.
     driver : str
         Its name, for the reason of a fallback.
     """
@@ -78,27 +78,27 @@ def resolve_settings(light: Light, resolved: ResolvedShadow, clip_control: bool,
     settings = CasterSettings(target, bias, shadow.faces, shadow.channel)
     fit = resolved.fit
     if fit.for_suns and not light.at_infinity:
-        fallbacks += (f"fit {fit} became {ViewFit()}: only the map of a sun can be fitted so",)
+        fallbacks += (f"fit {fit} became {ViewFit()}: only a directional light's map can be fitted this way",)
         fit = ViewFit()
     if fit.warps and (not target.is_depth or resolved.filter.encoding or bias.shift_texels > 0.0):
         fallbacks += (
-            f"fit {fit} became {ViewFit()}: in perspective only depth textures that are compared are right, and no bias of so many texels",
+            f"fit {fit} became {ViewFit()}: perspective needs a depth target, a filter that compares depths and a bias without texel shift",
         )
         fit = ViewFit()
     return ResolvedSettings(resolved.filter, fit, settings, clip, fallbacks + ignored_size(light, resolved.filter))
 
 
 def ignored_size(light: Light, filter_: Filter) -> tuple[str, ...]:
-    """The fallback of a light that has a size, if it has."""
+    """The fallback of an area light whose filter ignores its size; empty otherwise."""
     if not light.has_size or filter_.obeys_size:
         return ()
-    return (f"the light's size is ignored: {filter_!r} knows only points, so its shadow is hard",)
+    return (f"the light's size is ignored: {filter_!r} treats the light as a point, so its shadow is hard",)
 
 
 def _clip(
     light: Light, shadow: Shadow, target: Target, clip_control: bool, driver: str
 ) -> tuple[ClipSpace, tuple[str, ...]]:
-    """Reversed 0..1 pays for perspective views in float depth only; a sun's depth is linear."""
+    """Clip convention, with a fallback. Reversed 0..1 depth helps only perspective views in float formats; orthographic depth is linear."""
     reversed_pays = light.projection != "orthographic" and target is Target.DEPTH32F
     wanted = shadow.clip or ClipSpace(True, reversed_pays)
     if not wanted.zero_to_one or clip_control:

@@ -69,7 +69,7 @@ def test_a_number_of_points_is_kept(renderer: gs.Renderer) -> None:
 
 
 def test_it_has_no_place_in_a_pack() -> None:
-    with pytest.raises(gs.SettingsError, match="suns and spots"):
+    with pytest.raises(gs.SettingsError, match="directional or spot lights"):
         gs.PackedShadow([gs.SkyLight()])
 
 

@@ -183,5 +183,5 @@ class TranslucentMaps(dict[int, TranslucentMap]):
 
     def release(self) -> None:
         """Release all maps."""
-        for glass in self.values():
-            glass.release()
+        for each in self.values():
+            each.release()

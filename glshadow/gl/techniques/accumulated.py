@@ -39,7 +39,7 @@ class Accumulated(Technique):
         self._atlases = Atlases(context)
         self._filter: Filter
         self._counted: tuple[Hashable, Used, Technique, ResolvedShadow] | None = None  # what was counted, and how
-        self._picture, self._samples = Counts(context), Counts(context)
+        self._image_counts, self._sample_counts = Counts(context), Counts(context)
 
     def allocate(self, frame: FrameContext, light: Light, shadow: ResolvedShadow | None) -> None:
         """Set the light and its settings."""
@@ -109,20 +109,20 @@ class Accumulated(Technique):
         if self._counted is None or self._counted[0] != key:
             self._counted = None
             try:
-                self._count(frame, self._picture, None)
+                self._count(frame, self._image_counts, None)
             except ResourceError as error:
                 self._turn_to_maps(frame, error)
-                self._count(frame, self._picture, None)
+                self._count(frame, self._image_counts, None)
             self._counted = key, self._used, self._one, self._resolved
         return replace(
-            self._given(frame, self._picture),
+            self._given(frame, self._image_counts),
             per_sample=lambda per_sample: self._per_sample_receiver(frame, per_sample),
         )
 
     def _per_sample_receiver(self, frame: FrameContext, per_sample: PerSample) -> Receiver:
-        self._count(frame, self._samples, per_sample)
+        self._count(frame, self._sample_counts, per_sample)
         per_sample.framebuffer.use()
-        return self._given(frame, self._samples)
+        return self._given(frame, self._sample_counts)
 
     def _count(self, frame: FrameContext, counts: Counts, per_sample: PerSample | None) -> None:
         components = 2 if self._weighted else 1
@@ -145,7 +145,7 @@ class Accumulated(Technique):
 
     def release(self) -> None:
         """Free the GPU memory."""
-        release(self._first, self._maps, self._atlases, self._picture, self._samples)
+        release(self._first, self._maps, self._atlases, self._image_counts, self._sample_counts)
 
 
 def undithered(filter_: Filter) -> tuple[str, ...]:

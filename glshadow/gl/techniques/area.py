@@ -46,7 +46,7 @@ class Area(Listed):
         self.grown = Grown(context)
         self._disc: BufferTexture | None = None
         self._disc_key: Hashable = None
-        self._picture, self._samples = Counts(context), Counts(context)
+        self._image_counts, self._sample_counts = Counts(context), Counts(context)
         self._fragments: BufferTexture | None = None  # partly lit pixels: x | y << 16
         self._found = Found(context)
         self._counter = context.ctx.buffer(reserve=4)
@@ -124,7 +124,7 @@ class Area(Listed):
             self._begin_one_after_another(frame)
             return self._accumulated.receiver(frame)
         return replace(
-            self._given(frame, self._picture),
+            self._given(frame, self._image_counts),
             marks={"GLS_MARKS": 1} if self._rays.marks else {},
             collected={**self._rays.collected, "GLS_NEIGHBORS": 1},
             per_sample=lambda per_sample: self._per_sample_receiver(frame, per_sample),
@@ -136,13 +136,13 @@ class Area(Listed):
 
     def _count(self, frame: FrameContext) -> str:
         """Count for all pixels of the image. Returns why that would take too long or does not fit (nothing is counted then), or ''."""
-        self._classify(frame, self._picture, None)
+        self._classify(frame, self._image_counts, None)
         pixels, triangles = frame.camera_view.size[0] * frame.camera_view.size[1], frame.scene.world.count
         if self.partly_lit * self.grown.widest > self._points * (_PIXEL * pixels + _TRIANGLE * triangles):
             return f"{self.grown.widest} triangles whose shadows move far and {self.partly_lit} pixels that see some of the light"
         try:
             if self.partly_lit:
-                self._ask(frame, self._picture, None)
+                self._cast_rays(frame, self._image_counts, None)
         except ResourceError as error:
             return str(error)
         return ""
@@ -152,11 +152,11 @@ class Area(Listed):
         return self._accumulated.update(frame)
 
     def _per_sample_receiver(self, frame: FrameContext, per_sample: PerSample) -> Receiver:
-        self._classify(frame, self._samples, per_sample)
+        self._classify(frame, self._sample_counts, per_sample)
         if self.partly_lit:
-            self._ask(frame, self._samples, per_sample)
+            self._cast_rays(frame, self._sample_counts, per_sample)
         per_sample.framebuffer.use()
-        return self._given(frame, self._samples)
+        return self._given(frame, self._sample_counts)
 
     def _classify(self, frame: FrameContext, counts: Counts, per_sample: PerSample | None) -> None:
         """Count all or no sample points where no silhouette edge cuts the light; list the other pixels."""
@@ -175,7 +175,7 @@ class Area(Listed):
             self._draw(program)
         self.partly_lit = self._counted_items()
 
-    def _ask(self, frame: FrameContext, counts: Counts, per_sample: PerSample | None) -> None:
+    def _cast_rays(self, frame: FrameContext, counts: Counts, per_sample: PerSample | None) -> None:
         """Cast rays from the listed pixels to the sample points, batch after batch."""
         self._found.reserve(self._points)
         caps = self._context.caps
@@ -280,8 +280,8 @@ class Area(Listed):
         release(
             self.grown,
             self._disc,
-            self._picture,
-            self._samples,
+            self._image_counts,
+            self._sample_counts,
             self._fragments,
             self._found,
             self._counter,
