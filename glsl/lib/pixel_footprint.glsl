@@ -1,17 +1,17 @@
-// The part of a receiver's plane that the samples of a pixel see: no more than a parallelogram about the pixel's middle.
+// The part of a receiver's plane that a pixel's samples see, bounded by a parallelogram around the pixel's centre.
 #ifndef GLS_ORTHO
 #define GLS_ORTHO 0
 #endif
-uniform vec4 u_sampled; // pixels: half of what the samples span, right and up; from the pixel's middle to the sample that is shown
+uniform vec4 u_sampled; // pixels: half the extent of the samples, right and up; offset of the shown sample from the pixel's centre
 uniform usampler2D u_mixed; // 1: the pixel's samples see several surfaces, and are shaded anyway
-const float MOST_FORESHORTENED = 0.9; // nearer to the plane's horizon no parallelogram holds what is seen
+const float MOST_FORESHORTENED = 0.9; // nearer to the plane's horizon no parallelogram contains the footprint
 
 struct PixelFootprint {
     vec3 middle;
     vec3 right; // half vectors along the sides
     vec3 up;
-    vec3 normal; // of the plane, on the side that is seen
-    float pixel; // its size across the ray
+    vec3 normal; // of the plane, on the visible side
+    float pixel; // size perpendicular to the ray
     bool open; // reaches to the horizon
 };
 

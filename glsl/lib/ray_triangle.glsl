@@ -1,15 +1,15 @@
-// A camera's ray against a triangle of the scene, in world axes. Both triangles of an edge make the same of it, so that no ray passes
-// between them. Needs pass/resolve.vert's uniforms of the ray, or those that pass/surface.frag declares.
+// A camera ray against a triangle of the scene, in world axes. Both triangles of a shared edge compute the same for it, so that no ray slips
+// between them. Needs the ray uniforms of pass/resolve.vert, or those that pass/surface.frag declares.
 uniform usamplerBuffer u_corners; // per triangle: vertices, node
 uniform samplerBuffer u_positions; // relative to the scene's origin
-uniform vec3 u_right_l; // how rays, or of an orthographic camera their starts, change from pixel to pixel
+uniform vec3 u_right_l; // change of rays, or of an orthographic camera's ray starts, from pixel to pixel
 uniform vec3 u_up_l;
 uniform float u_near; // in the unit
-uniform float u_unit; // what world units are multiplied by, so that products neither overflow nor vanish; a power of two
+uniform float u_unit; // scale of world units, a power of two: prevents overflow and underflow of products
 
 struct Hit {
     bool met;
-    float along; // of the ray, in units of it and of u_unit
+    float along; // ray parameter times u_unit
     vec3 weights; // of the corners
     vec3 depths; // of the corners, along the ray
     vec2 a, b, c; // the corners, seen along the ray
@@ -17,7 +17,7 @@ struct Hit {
     float margin; // how far inside the triangle the ray is, in pixels; less than 0: outside
 };
 
-// right, up: u_right_l and u_up_l without their parts along the ray. A vertex seen along them depends on nothing but its place.
+// right, up: u_right_l and u_up_l without their components along the ray. The result for a vertex depends on its position only.
 vec2 seen_along(vec3 place, vec3 right, vec3 up) {
     GLS_PRECISE vec2 p = vec2(place.x * right.x + place.y * right.y + place.z * right.z,
                               place.x * up.x + place.y * up.y + place.z * up.z);
@@ -48,7 +48,7 @@ Hit ray_triangle(int triangle, vec3 eye, vec3 ray) {
     hit.depths = vec3(dot(a, ray), dot(b, ray), dot(c, ray)) / length2;
     vec3 normal = cross(b - a, c - a);
     float slant = dot(normal, ray);
-    hit.along = dot(normal, a) / (slant == 0.0 ? 1.0 : slant); // the weights of a triangle that reaches far are too coarse for it
+    hit.along = dot(normal, a) / (slant == 0.0 ? 1.0 : slant); // the weights of a very long triangle are too coarse for it
     bool mixed = min(area.x, min(area.y, area.z)) < 0.0 && max(area.x, max(area.y, area.z)) > 0.0;
     hit.met = !mixed && whole != 0.0 && slant != 0.0 && hit.along >= u_near;
     vec3 inside = area * (whole < 0.0 ? -1.0 : 1.0) * inversesqrt(max(vec3(dot(r - q, r - q), dot(p - r, p - r), dot(q - p, q - p)), 1e-37));
@@ -60,7 +60,7 @@ Hit ray_triangle(int triangle, vec3 eye, vec3 ray) {
     return hit;
 }
 
-// The corners' weights where the ray that differs by a step, of u_right_l and u_up_l, meets the triangle's plane.
+// The corners' weights where the ray of a neighbouring pixel, a step of u_right_l and u_up_l away, hits the triangle's plane.
 vec3 weights_beside(Hit hit, vec3 step_) {
     vec2 moved = vec2(dot(step_, hit.right), dot(step_, hit.up));
 #if GLS_ORTHO

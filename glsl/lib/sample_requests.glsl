@@ -1,5 +1,5 @@
-// Which lights ask for the samples of a pixel: a bit for each, 31 in a word, word over word in one texture. The highest bit of a word says
-// that some light of the words before asks.
+// Per pixel the lights that request per-sample shading: one bit each, 31 in a word, the words stacked in one texture. The highest bit of a
+// word means that a light of an earlier word requests it.
 const int LIGHTS_PER_WORD = 31;
 
 ivec2 request_at(ivec2 pixel, int light, int height) {

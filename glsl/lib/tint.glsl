@@ -1,7 +1,7 @@
-// What arrives of a light through casters that blend: a map of its colours, and one of the nearest of them, before which nothing is tinted.
-// The receiver is moved off its surface by two texels, so that a pane does not tint itself; four texels are asked and weighed bilinearly.
+// Transmittance of translucent casters: a map of their colours, and a depth map of the nearest of them, in front of which nothing is tinted.
+// The receiver is offset by two texels along its normal, so that a caster does not tint itself; four texels are sampled bilinearly.
 #ifndef GLS_TINT
-#define GLS_TINT 0 // views
+#define GLS_TINT 0 // number of views
 #endif
 #ifndef GLS_SUN
 #define GLS_SUN 0
@@ -12,7 +12,7 @@ uniform sampler2D u_tint_depth; // window depth of the nearest, 1 where there is
 uniform vec2 u_tint_size;       // 1 / texels of both
 uniform mat4 u_tint_from_lv[GLS_TINT]; // to texels and window depth, homogeneous
 uniform vec4 u_tint_tile[GLS_TINT];    // first and last texel
-uniform float u_tint_texel;     // world units of a sun's texel; else at distance 1
+uniform float u_tint_texel;     // size of a texel in world units; of a local light at distance 1
 
 vec3 tinted(vec2 texel, float depth) {
     vec2 middle = (texel + 0.5) * u_tint_size;

@@ -1,10 +1,10 @@
-// The light's visibility of a surface point: none where it faces away, all where no shadow falls on it. Needs <shadow> and
+// The light's visibility of a surface point: 0 where it faces away, 1 where it receives no shadows. Needs <shadow> and
 // lib/surface_number.glsl.
 #ifndef GLS_SELECTIVE
-#define GLS_SELECTIVE 0 // 1: some triangles are not darkened
+#define GLS_SELECTIVE 0 // 1: some triangles receive no shadows
 #endif
 #ifndef GLS_PRECOMPUTED
-#define GLS_PRECOMPUTED 0 // 1: what <shadow> says is all: it knows the light's size, which may look over the receiver's horizon
+#define GLS_PRECOMPUTED 0 // 1: <shadow> is final: it takes account of an area light that is partly above the receiver's horizon
 #endif
 #ifndef GLS_WIDE
 #define GLS_WIDE 0

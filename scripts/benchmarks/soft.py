@@ -225,7 +225,7 @@ def measure_frames(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[st
 @contextmanager
 def timed_asking(taken: list[float]) -> Iterator[None]:
     """Seconds of the passes that ask the penumbra."""
-    original = Area._ask
+    original = Area._cast_rays
 
     def timed(self: Area, *arguments: Any) -> None:
         self._context.ctx.finish()
@@ -234,11 +234,11 @@ def timed_asking(taken: list[float]) -> Iterator[None]:
         self._context.ctx.finish()
         taken.append(time.perf_counter() - start)
 
-    Area._ask = timed  # type: ignore[method-assign]
+    Area._cast_rays = timed  # type: ignore[method-assign]
     try:
         yield
     finally:
-        Area._ask = original  # type: ignore[method-assign]
+        Area._cast_rays = original  # type: ignore[method-assign]
 
 
 def measure_embree(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str, Any]:
