@@ -26,7 +26,7 @@ bool blocked(Ray ray, vec2 cell, float face, float depth, bool enabled) {
     rest = enabled ? rest : 0u;
     uint first_link = link, first_rest = rest;
     bool dark = false, doubtful = false;
-    // Lists in one loop: llvmpipe skips only loops whose trip count varies, and what an inner one leaves behind it gets wrong.
+    // One loop for both lists: llvmpipe skips only loops with a variable trip count, and miscompiles what an inner loop leaves behind.
     while ((link | rest) != 0u) {
         bool fine_left = link != 0u;
         uvec4 entry = texelFetch(u_links, int(fine_left ? link : rest) - 1);
@@ -48,7 +48,7 @@ bool blocked(Ray ray, vec2 cell, float face, float depth, bool enabled) {
             rest = 0u;
         }
     }
-    // Again, beside a fold: rare, and a loop of its own costs others nothing.
+    // Second pass for receivers beside a fold: rare, and a separate loop costs other receivers nothing.
     link = doubtful && !dark ? first_link : 0u;
     rest = doubtful && !dark ? first_rest : 0u;
     while ((link | rest) != 0u) {

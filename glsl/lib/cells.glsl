@@ -1,6 +1,6 @@
-// Links to items in per-cell lists: an item is linked in all fine cells that it may overlap, or in coarse cells if it would overlap more than
-// GLS_MOST fine ones; a receiver walks the lists of its fine and its coarse cell. Conservative: cells are enlarged by more than any rounding.
-// See exact/lists.glsl, which walks the lists.
+// Links to items in per-cell lists: an item is linked in all fine cells that it may overlap, or in coarse cells if it would overlap more
+// than GLS_MOST fine ones; a receiver walks the lists of its fine and its coarse cell. Conservative: cells are enlarged by more than any
+// rounding. See exact/lists.glsl, which walks the lists.
 //
 // GLS_AREA: for an area light items may also go into grids of grown items, each into few cells of the grid whose cells are as large as the
 // item and the whole movement of its shadow; a receiver walks one list of each grid. See exact/grown.glsl.
@@ -29,7 +29,7 @@
 #include "lib/faces.glsl"
 #endif
 const int FACES = GLS_POINT == 1 ? 6 : 1;
-layout(std430, binding = 1) writeonly buffer Links { uvec4 links[]; }; // of the part: item, next link + 1, least depth of receivers, user data
+layout(std430, binding = 1) writeonly buffer Links { uvec4 links[]; }; // item, next link + 1, least depth of receivers, user data
 layout(std430, binding = 2) buffer Counter {
     uint link_count; // keeps counting when the buffer is full, which reveals the overflow
     uint wide_count; // items in the coarsest grid of grown ones
@@ -88,7 +88,7 @@ float gap(vec2 at, vec2 a, vec2 b) { // distance to a segment
     return distance(at, a + along * (length2 > 0.0 ? clamp(dot(at - a, along) / length2, 0.0, 1.0) : 0.0));
 }
 
-float spread_at(float nearest, float slant, float ground) { // fine cells by which the light's size moves an item's shadow on the receiver plane
+float spread_at(float nearest, float slant, float ground) { // fine cells by which the light's size moves a shadow on the ground
     float unit = max(u_cells.x, u_cells.y);
 #if GLS_SUN
     return u_radius * max(ground - nearest, 0.0) * unit;
@@ -312,7 +312,7 @@ float aside_by(float lift, Footprint f) { // fine cells
 #endif
 }
 
-void deepen(int face, Footprint f, float lift) { // deepest receiver of all cells in which the triangle may be seen, from up to lift off its plane
+void deepen(int face, Footprint f, float lift) { // updates all cells in which a receiver up to lift off the triangle may be
     const float scale = float(GLS_CELLS) / float(GLS_GROUNDS);
     float deepest = max(f.depth.x, max(f.depth.y, f.depth.z)), aside = aside_by(lift, f);
     Block b = block(f, scale, float(GLS_GROUNDS), aside);

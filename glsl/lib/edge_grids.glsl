@@ -1,5 +1,5 @@
-// Grids of lists of a light's silhouette edges, one above the other in one texture of heads, face after face. Each grid has a quarter of the
-// cells of the previous one along each side.
+// Grids of lists of a light's silhouette edges, one above the other in one texture of heads, face after face. Each grid has a quarter of
+// the cells of the previous one along each side.
 #ifndef GLS_EDGE_CELLS
 #define GLS_EDGE_CELLS 512 // along a side of the finest grid
 #endif

@@ -1,6 +1,6 @@
 // A triangle's vertices and unit normal in a light's frame, each rounded once and equal for every copy of a vertex. Computed in double, or
-// in pairs of floats if the driver lacks double. The normal is computed from the vertices before rotation, whose rounding would decide which
-// side of a triangle a grazing directional light sees.
+// in pairs of floats if the driver lacks double. The normal is computed from the vertices before rotation, whose rounding would decide
+// which side of a triangle a grazing directional light sees.
 #ifndef GLS_DOUBLE
 #define GLS_DOUBLE 1 // 0: the driver has none
 #endif

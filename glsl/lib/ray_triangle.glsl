@@ -1,5 +1,5 @@
-// A camera ray against a triangle of the scene, in world axes. Both triangles of a shared edge compute the same for it, so that no ray slips
-// between them. Needs the ray uniforms of pass/resolve.vert, or those that pass/surface.frag declares.
+// A camera ray against a triangle of the scene, in world axes. Both triangles of a shared edge compute the same for it, so that no ray
+// slips between them. Needs the ray uniforms of pass/resolve.vert, or those that pass/surface.frag declares.
 uniform usamplerBuffer u_corners; // per triangle: vertices, node
 uniform samplerBuffer u_positions; // relative to the scene's origin
 uniform vec3 u_right_l; // change of rays, or of an orthographic camera's ray starts, from pixel to pixel

@@ -1,4 +1,4 @@
-// Transmittance of translucent casters: a map of their colours, and a depth map of the nearest of them, in front of which nothing is tinted.
+// Transmittance of translucent casters: a map of their colours, and a depth map of the nearest of them; in front of it nothing is tinted.
 // The receiver is offset by two texels along its normal, so that a caster does not tint itself; four texels are sampled bilinearly.
 #ifndef GLS_TINT
 #define GLS_TINT 0 // number of views

@@ -1,9 +1,9 @@
-// Slot <light>: a rectangle, one side of which shines alike from everywhere and everywhere (Lambert). GLS_WIDE: what a surface receives does
-// not depend on one direction. The irradiance of the polygon that the receiver's horizon leaves of it: Lambert 1760. Twin:
+// Slot <light>: a rectangular area light that emits from one side, uniformly (Lambert). GLS_WIDE: a surface's irradiance does not come from
+// a single direction. It is that of the polygon above the receiver's horizon: Lambert 1760. Twin:
 // glshadow.lights.rect
 #define GLS_WIDE 1
-uniform mat3 u_rect; // half its width, half its height, the way it looks
-uniform vec2 u_reach; // 1 / range (0: no end)
+uniform mat3 u_rect; // half width, half height, emitting direction
+uniform vec2 u_reach; // 1 / range (0: infinite)
 
 vec4 light_arriving(vec3 position_lv) {
     float distance_lv = length(position_lv), window = distance_lv * u_reach.x;
@@ -15,7 +15,7 @@ bool light_shines_on(vec3 position_lv) {
     return dot(position_lv, u_rect[2]) > 0.0;
 }
 
-vec2 light_received(vec3 position_lv, vec3 normal) { // the share of the irradiance of a sky full of it; the share of it above the horizon
+vec2 light_received(vec3 position_lv, vec3 normal) { // irradiance relative to a full hemisphere of it; share of it above the horizon
     vec2 ring[4] = vec2[4](vec2(-1.0, -1.0), vec2(1.0, -1.0), vec2(1.0, 1.0), vec2(-1.0, 1.0));
     vec3 kept[5];
     vec2 place[5];

@@ -1,7 +1,7 @@
-// The casters of a light that has a size, into grids of grown items, one invocation per triangle. GLS_SILHOUETTES 0: triangles. 1: what may
-// cut the light into seen and hidden parts: of its edges those that some part of the light sees as an outline, where a caster ends or
-// folds back; and all of it where its texture cuts it out, or it goes through the light. Between two triangles that the whole light sees
-// from one side nothing shows. Needs the facets and the grounds of pass/lists.comp.
+// The casters of an area light, into grids of grown items, one invocation per triangle. GLS_SILHOUETTES 0: triangles. 1: what may separate
+// visible from hidden parts of the light: edges that are silhouettes for some part of the light, where a caster ends or folds back; and
+// whole triangles that are alpha-tested or go through the light. Between two triangles on the same side of the whole light the visibility
+// does not change. Needs the facets and the grounds of pass/lists.comp.
 #ifndef GLS_AREA
 #define GLS_AREA 1
 #endif
@@ -24,13 +24,13 @@ layout(local_size_x = 64) in;
 uniform usamplerBuffer u_neighbours; // per triangle: across its edges ab, bc, ca; see glshadow.geometry.adjacency
 const uint NONE = 0xffffffffu, TURNED = 0x80000000u;
 const uint WHOLE = 3u; // in place of an edge's number
-const float SLACK = 1e-5; // in sines: rounding decides which side is seen
+const float SLACK = 1e-5; // sine below which rounding decides the side
 
 bool casts(Facet one, uint flags) {
     return (flags & CASTS) != 0u && one.normal != vec3(0.0);
 }
 
-int side(vec3 normal, vec3 a) { // 1: all of the light before it, -1: behind, 0: on both sides of its plane
+int side(vec3 normal, vec3 a) { // 1: the whole light is in front, -1: behind, 0: on both sides of the plane
 #if GLS_SUN
     float middle = normal.z, reach = u_radius * length(normal.xy) + SLACK;
 #else
@@ -62,7 +62,7 @@ void main() {
 #else
     bool whole = (flags & CUT_OUT) != 0u;
 #if !GLS_SUN
-    // one that goes through the light cuts it where it does, inside all of its edges
+    // a triangle through the light cuts it inside its own edges
     vec3 middle = (own.a + own.b + own.c) / 3.0;
     float around = max(distance(middle, own.a), max(distance(middle, own.b), distance(middle, own.c)));
     whole = whole || abs(dot(own.normal, own.a)) <= 1.001 * u_radius && length(middle) - around <= 1.001 * u_radius;

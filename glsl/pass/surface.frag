@@ -1,5 +1,5 @@
-// What the camera sees: the number of the drawn triangle, counted from 1 across the scene, and, where the scene needs them, the
-// shading normal (0: the triangle's own) and the base colour. Everything else follows from the triangle and the depth.
+// The camera pass: writes the triangle ID, counted from 1 across the scene, and, where the scene needs them, the shading normal (0: the
+// triangle's own) and the base colour. Everything else follows from the triangle and the depth.
 #ifndef GLS_SURFACE
 #define GLS_SURFACE 1 // channels: 1 triangle; 2 and normal; 4 and colour
 #endif
@@ -16,10 +16,10 @@
 #define GLS_ALPHA 0
 #endif
 #ifndef GLS_LOD
-#define GLS_LOD 0.0 // of several samples in a pixel: the texture is that of the pixel
+#define GLS_LOD 0.0 // mip bias for multisampling, so that textures are filtered for the pixel
 #endif
 #ifndef GLS_CONSERVATIVE
-#define GLS_CONSERVATIVE 0 // 1: triangles that pass/surface.geom grew; of these, what the pixels' own rays meet
+#define GLS_CONSERVATIVE 0 // 1: draws triangles enlarged by pass/surface.geom, and tests the pixels' own rays against them
 #endif
 #ifndef GLS_ORTHO
 #define GLS_ORTHO 0
@@ -31,7 +31,7 @@
 #include "lib/ray_triangle.glsl"
 uniform mat3 u_ray_l; // u_ray_l * (NDC x, y, 1): ray of unit view depth; GLS_ORTHO: its start, from the eye
 uniform vec3 u_eye_l; // relative to the scene's origin
-uniform vec3 u_forward_l; // the camera looks along
+uniform vec3 u_forward_l; // the camera's viewing direction
 uniform vec2 u_half_size; // of the image, in pixels
 flat in int t_triangle;
 #else
@@ -76,7 +76,7 @@ uniform sampler2D u_texture; // sRGB format: decoded before it is filtered
 #endif
 
 #if GLS_CONSERVATIVE
-// what GL would interpolate, where the ray meets the triangle
+// the attribute that GL would interpolate, at the point where the ray hits the triangle
 Hit hit;
 int v_triangle;
 #if GLS_SMOOTH
@@ -94,7 +94,7 @@ vec2 uv_of(vec3 weights) {
 #endif
 #endif
 
-bool exists(out uvec4 surface) { // false: a texture cuts it out
+bool exists(out uvec4 surface) { // false: discarded by the alpha test
     uint triangle = uint(v_triangle);
 #if GLS_SMOOTH
     uint normal = pack_direction(v_normal_w);
@@ -108,7 +108,7 @@ bool exists(out uvec4 surface) { // false: a texture cuts it out
     color *= v_color;
 #endif
 #if GLS_ALPHA && GLS_TEXTURED
-    // Alpha of the finest level, as in the caster pass: averaged levels would shrink foliage with distance.
+    // Alpha of the finest level, as in the caster pass: mip levels would shrink foliage with distance.
     if (textureLod(u_texture, v_uv, 0.0).a * color.a < u_cutoff) return false;
 #elif GLS_ALPHA
     if (color.a < u_cutoff) return false;

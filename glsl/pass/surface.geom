@@ -1,5 +1,5 @@
-// Grows triangles on the screen by more than GL's rounding of vertices may move their edges, so that each reaches all pixels whose rays
-// meet it; pass/surface.frag then tests the rays. What triangles carry goes along flat, for their three corners.
+// Enlarges triangles on the screen by more than GL's snapping may move their edges, so that each covers all pixels whose rays hit it;
+// pass/surface.frag then tests the rays. The corners' attributes are passed flat, for all three corners.
 #ifndef GLS_TEXTURED
 #define GLS_TEXTURED 0
 #endif
@@ -14,7 +14,7 @@ layout(triangle_strip, max_vertices = 4) out;
 uniform vec2 u_half_size; // of the image, in pixels
 uniform float u_least_w; // clip w of the near plane, or less
 uniform float u_side; // 1, -1: only triangles seen counterclockwise, clockwise; 0: all
-uniform float u_nudge; // relative, away from the eye: more than depths are rounded
+uniform float u_nudge; // relative, away from the eye: exceeds the rounding of depths
 flat in int v_triangle[];
 flat out int t_triangle;
 #if GLS_SMOOTH
@@ -30,14 +30,14 @@ in vec4 v_color[];
 flat out vec4 t_color[3];
 #endif
 const float GROWN = 1.0 / 128.0; // pixels
-const float SNAPPED = 256.0; // places in a pixel
-const float THIN = 4.0 * GROWN; // radius of the circle inside: of those that are thinner, sides moved apart would meet far away
-const float WIDE = 16.0; // NDC: what reaches farther is rounded by more than a part of a pixel
+const float SNAPPED = 256.0; // subpixel positions per pixel
+const float THIN = 4.0 * GROWN; // radius of the inscribed circle: moved sides of thinner triangles would meet far away
+const float WIDE = 16.0; // NDC: beyond, rounding exceeds a part of a pixel
 
 vec2 corners[4];
 
-void emit(vec2 place, vec3 start, vec2 slope) { // start: in pixels and NDC z
-    place = round(place * SNAPPED) / SNAPPED; // as GL would, so that depth does not move with it
+void emit(vec2 place, vec3 start, vec2 slope) { // start: pixels and NDC z
+    place = round(place * SNAPPED) / SNAPPED; // snaps as GL would, so that depth does not change with it
     gl_Position = vec4(place / u_half_size, start.z + dot(slope, place - start.xy), 1.0);
     t_triangle = v_triangle[2];
     for (int k = 0; k < 3; k++) {
@@ -59,7 +59,7 @@ float left_of(vec2 place, vec2 start, vec2 end) {
 }
 
 bool holds(vec2 place, int count) {
-    int after = count == 4 ? 3 : 2; // corners are in the order of a strip
+    int after = count == 4 ? 3 : 2; // corners are in triangle strip order
     vec3 sides = vec3(left_of(place, corners[0], corners[1]), left_of(place, corners[1], corners[after]), left_of(place, corners[2], corners[0]));
     float last = count == 4 ? left_of(place, corners[3], corners[2]) : sides.z;
     return min(min(sides.x, sides.y), min(sides.z, last)) >= 0.0 || max(max(sides.x, sides.y), max(sides.z, last)) <= 0.0;
@@ -68,15 +68,15 @@ bool holds(vec2 place, int count) {
 void main() {
     vec4 a = gl_in[0].gl_Position, b = gl_in[1].gl_Position, c = gl_in[2].gl_Position;
     vec3 bc = cross(b.xyw, c.xyw), ca = cross(c.xyw, a.xyw), ab = cross(a.xyw, b.xyw);
-    float volume = dot(a.xyw, bc); // more than 0: counterclockwise
+    float volume = dot(a.xyw, bc); // > 0: counterclockwise
     if (volume == 0.0 || volume * u_side < 0.0) return;
     vec3 start; // a point of its plane, in pixels and NDC z
-    vec2 slope; // of z, a pixel
+    vec2 slope; // of z per pixel
     vec3 most = max(abs(a.xyw), max(abs(b.xyw), abs(c.xyw)));
     vec2 p = a.xy / a.w, q = b.xy / b.w, r = c.xy / c.w;
     vec2 farthest = max(abs(p), max(abs(q), abs(r)));
     int count = 4;
-    if (min(a.w, min(b.w, c.w)) < u_least_w || !(max(farthest.x, farthest.y) < WIDE)) { // a box round what lies before the eye
+    if (min(a.w, min(b.w, c.w)) < u_least_w || !(max(farthest.x, farthest.y) < WIDE)) { // a box around the part in front of the eye
         vec3 plane = (bc * a.z + ca * b.z + ab * c.z) / volume;
         start = vec3(0.0, 0.0, plane.z);
         slope = plane.xy / u_half_size;
@@ -109,7 +109,7 @@ void main() {
         start = vec3(p, a.z / a.w);
         slope = -normal.xy / (normal.z == 0.0 ? 1.0 : normal.z);
         float radius = abs(normal.z) / max(around, 1e-30);
-        if (radius > THIN) { // its sides moved out
+        if (radius > THIN) { // sides moved outwards
             vec2 middle = (p * sides.x + q * sides.y + r * sides.z) / around;
             float grown = 1.0 + GROWN / radius;
             corners = vec2[4](middle + grown * (p - middle), middle + grown * (q - middle), middle + grown * (r - middle), vec2(0.0));
@@ -139,11 +139,11 @@ void main() {
         low = min(low, corners[3]);
         high = max(high, corners[3]);
     }
-    // none of those that hold no pixel's middle
+    // skip triangles that contain no pixel centre
     vec2 first = ceil(low + u_half_size - 0.5), last = floor(high + u_half_size - 0.5);
     if (any(greaterThan(first, last)) || first == last && !holds(first + 0.5 - u_half_size, count)) return;
     start.z += u_nudge * abs(start.z);
-    bool turned = count == 4 && volume < 0.0; // the winding stays
+    bool turned = count == 4 && volume < 0.0; // keeps the winding
     emit(corners[turned ? 1 : 0], start, slope);
     emit(corners[turned ? 0 : 1], start, slope);
     emit(corners[turned ? 3 : 2], start, slope);

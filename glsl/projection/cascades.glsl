@@ -5,7 +5,7 @@
 #endif
 uniform vec4 u_cascade_texel[GLS_CASCADES]; // texel = xy * position + zw
 uniform vec4 u_cascade_tile[GLS_CASCADES];  // first and last valid corner, texels of the atlas
-uniform vec4 u_cascade_scale[GLS_CASCADES]; // factors of the slope along x and y; slack of depth beyond the first map's; texel over the first's
+uniform vec4 u_cascade_scale[GLS_CASCADES]; // factors of the slope along x, y; depth slack beyond the first map's; texel over the first's
 uniform vec3 u_base;
 #define GLS_LEAST_COSINE 1e-7 // edge-on receivers are unlit anyway
 

@@ -1,7 +1,7 @@
-// Slot <shadow> for a light whose visibility earlier passes found, where this pass draws: a count of the points of the light that are seen.
+// Slot <shadow> for a light whose visibility was computed by earlier passes: the count of its visible sample points at this fragment.
 #define GLS_PRECOMPUTED 1
 #ifndef GLS_WEIGHED
-#define GLS_WEIGHED 0 // 1: the sum of weights is beside them
+#define GLS_WEIGHED 0 // 1: the second channel has the sum of weights
 #endif
 #ifndef GLS_COUNTED
 #define GLS_COUNTED 0 // 1: the counts are integers
@@ -11,10 +11,10 @@ uniform usampler2D u_counts;
 #else
 uniform sampler2D u_counts;
 #endif
-uniform float u_points; // of the light
+uniform float u_points; // sample points of the light
 
 #ifndef GLS_MARKS
-#define GLS_MARKS 0 // 1: the highest bit says that the samples of a pixel may see the light differently
+#define GLS_MARKS 0 // 1: the highest bit marks pixels whose samples may see the light differently
 #endif
 #if GLS_MARKS
 bool samples_differ(PixelFootprint pixel, float cosine, float lit) {
