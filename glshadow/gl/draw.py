@@ -55,7 +55,7 @@ def draw_frame(cache: ResourceCache, request: FrameRequest) -> Drawn:
     clock = Clock(context, "timings" in outputs)
     with clock("shadow"):
         lights = cache.techniques.allocate(frame, request.lights)
-    _see(cache, frame, look.samples, clock)
+    _draw_camera(cache, frame, look.samples, clock)
     with clock("shadow"):
         for each in lights:
             each.used = each.used or each.technique.update(frame)
@@ -69,7 +69,7 @@ def draw_frame(cache: ResourceCache, request: FrameRequest) -> Drawn:
             resolve(frame, share)
     if frame.targets.samples > 1:
         with clock("samples"):
-            cache.several(frame).shade(
+            cache.samples(frame).shade(
                 frame, shares, look.linear_background, look.background is None, "visibility" in outputs
             )
     with clock("read"):
@@ -78,21 +78,21 @@ def draw_frame(cache: ResourceCache, request: FrameRequest) -> Drawn:
             results["shadow_maps"] = tuple(each.technique.stored() for each in lights)
     context.check_errors("rendering")
     camera_view = frame.camera_view
-    if not cache.something:
+    if not cache.any_surface:
         warn(nothing_in_view(request.scene, camera_view))
-    fallbacks = camera_view.fallbacks + ((cache.missed,) if cache.missed else ())
+    fallbacks = camera_view.fallbacks + ((cache.primary_fallback,) if cache.primary_fallback else ())
     if pattern != (1, 1):
         fallbacks += (_EVERY_SAMPLE.format(look.samples, context.caps.renderer, context.caps.version_code / 100),)
     if clock.wanted:
         results["timings"] = clock.times()
-    said = tuple(
+    reported = tuple(
         replace(each, fallbacks=each.fallbacks + untinted(frame.scene, light) + fallbacks)
         for each, light in zip(used, request.lights, strict=True)
     )
-    return Drawn(results, said, camera_view.near, camera_view.far)
+    return Drawn(results, reported, camera_view.near, camera_view.far)
 
 
-def _see(cache: ResourceCache, frame: FrameContext, samples: int, clock: Clock) -> None:
+def _draw_camera(cache: ResourceCache, frame: FrameContext, samples: int, clock: Clock) -> None:
     """Draw the camera pass, unless the surface buffer still holds this view."""
     key = (frame.camera_view, frame.targets.identity, samples)
     if cache.seen == key:
@@ -103,11 +103,11 @@ def _see(cache: ResourceCache, frame: FrameContext, samples: int, clock: Clock) 
             frame.context, frame.programs, frame.scene, frame.camera_view, frame.targets.fine.framebuffer, samples
         )
     with clock("surface"):
-        cache.missed = find_primary(frame, frame.targets.fine, frame.targets.samples)
+        cache.primary_fallback = find_primary(frame, frame.targets.fine, frame.targets.samples)
     if frame.targets.samples > 1:
         with clock("samples"):
-            cache.several(frame).fill(frame)
-    cache.something = cache.covered.passed
+            cache.samples(frame).fill(frame)
+    cache.any_surface = cache.covered.passed
     cache.seen = key
 
 

@@ -38,9 +38,9 @@ class ResourceCache:
         The scene of the last frame.
     seen : (CameraView, identity of its targets, samples), optional
         Cache key of the surface buffer's content.
-    something : bool
+    any_surface : bool
         Whether any surface is in view.
-    missed : str
+    primary_fallback : str
         Why the surface buffer shows what GL rasterised and not what the pixels' rays meet; empty: it shows what the rays meet.
     """
 
@@ -54,8 +54,8 @@ class ResourceCache:
         self.translucent_maps = TranslucentMaps(context)
         self.scene: Kept[GpuScene] = Kept()
         self.seen: tuple[CameraView, int, int] | None = None
-        self.something = False
-        self.missed = ""
+        self.any_surface = False
+        self.primary_fallback = ""
         self._samplers = Samplers.make(ctx)
         self.atlases = Atlases(context)
         self.cookies = Cookies(context)
@@ -91,7 +91,7 @@ class ResourceCache:
             context, self.programs, self._samplers, self.atlases, self.cookies, gpu, camera_view, targets
         )
 
-    def several(self, frame: FrameContext) -> Samples:
+    def samples(self, frame: FrameContext) -> Samples:
         """The per-sample resources of a multisampled frame."""
         return self._samples.get(frame.targets.identity, lambda: Samples(frame))
 

@@ -1,7 +1,7 @@
 // Exponential variance shadow map: Chebyshev's bound of warped depth; GLS_COMPONENTS 4: warped both ways, the lower of the two bounds.
 // On the receiver's own plane the mean of exp(c x) is at least that of its centre. The mean of -exp(-c x) is nearer, as if x were nearer by
 // c s^2 / 2, s the deviation over the kernel, and by no more than the plane's extent: this much is subtracted.
-// Lauritzen, McCool 2008. Twin: glshadow.shadows.filters.evsm
+// Lauritzen, McCool 2008. Twin: glshadow.shadows.filters.vsm
 #include "moments/evsm.glsl"
 #include "lib/chebyshev.glsl"
 #include "lib/plane_spread.glsl"

@@ -31,7 +31,7 @@ class Clock:
 
     def __init__(self, context: GLContext, wanted: bool) -> None:
         self._context, self.wanted = context, wanted
-        self._asks = wanted and context.trusts_timestamps
+        self._uses_gpu = wanted and context.trusts_timestamps
         self._stages: list[_Stage] = []
         self._start = time.perf_counter()
 
@@ -47,7 +47,7 @@ class Clock:
         self._stages.append(_Stage(name, time.perf_counter() - start, begin, end))
 
     def _now(self) -> Timestamp | None:
-        if self._asks:
+        if self._uses_gpu:
             return Timestamp(self._context.gl)
         self._context.ctx.finish()
         return None
@@ -55,11 +55,11 @@ class Clock:
     def times(self) -> dict[str, float]:
         """Seconds by stage; waits for the GPU."""
         spent = [each.seconds for each in self._stages]
-        if self._asks:
-            told = [each.end.read() - each.begin.read() for each in self._stages if each.begin and each.end]
+        if self._uses_gpu:
+            gpu = [each.end.read() - each.begin.read() for each in self._stages if each.begin and each.end]
             whole = time.perf_counter() - self._start
-            self._context.trusts_timestamps = min(told) >= 0.0 and sum(told) <= MOST * whole
-            spent = told if self._context.trusts_timestamps else spent
+            self._context.trusts_timestamps = min(gpu) >= 0.0 and sum(gpu) <= MOST * whole
+            spent = gpu if self._context.trusts_timestamps else spent
         total: dict[str, float] = {}
         for stage, seconds in zip(self._stages, spent, strict=True):
             total[stage.name] = total.get(stage.name, 0.0) + seconds

@@ -34,7 +34,7 @@ class _Egl:
         self._display = C.CFUNCTYPE(pointer)(("eglGetCurrentDisplay", library))
         self._surface = C.CFUNCTYPE(pointer, C.c_int)(("eglGetCurrentSurface", library))
         self._make = C.CFUNCTYPE(C.c_uint, pointer, pointer, pointer, pointer)(("eglMakeCurrent", library))
-        self._ask = C.CFUNCTYPE(C.c_uint, pointer, pointer, C.c_int, pointer)(("eglQueryContext", library))
+        self._query = C.CFUNCTYPE(C.c_uint, pointer, pointer, C.c_int, pointer)(("eglQueryContext", library))
         self.address = C.CFUNCTYPE(pointer, C.c_char_p)(("eglGetProcAddress", library))
 
     def current(self) -> Handles | None:
@@ -52,7 +52,7 @@ class _Egl:
 
     def lost(self, handles: Handles) -> bool:
         context, display, _, _ = handles
-        return not self._ask(display, context, _EGL_CONTEXT_CLIENT_TYPE, C.byref(C.c_int()))
+        return not self._query(display, context, _EGL_CONTEXT_CLIENT_TYPE, C.byref(C.c_int()))
 
 
 class _Glx:

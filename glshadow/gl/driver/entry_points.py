@@ -306,7 +306,7 @@ class EntryPoints:
     def set_sampler(self, program_glo: int, name: str, unit: int) -> bool:
         """Let a sampler of a program read a texture unit; whether there is one of that name: the compiler drops what is not used.
 
-        moderngl 5.13 cannot set a samplerBuffer, and does not say so: `program["table"] = 5` changes nothing.
+        moderngl 5.13 cannot set a samplerBuffer and reports no error: `program["table"] = 5` changes nothing.
         """
         location = self.call("glGetUniformLocation", program_glo, name.encode())
         if location < 0:

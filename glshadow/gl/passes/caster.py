@@ -53,8 +53,8 @@ def draw_casters(
     channel = settings.channel
     tiles: tuple[Hashable, ...] = tuple(view.tile for view in shadow_map.views)
     tiles = tiles if channel is None else (*tiles, channel.number)
-    source = _source(scene, light, casting, shadow_map)
-    if atlas.drawn.get(tiles) == source:
+    key = _content_key(scene, light, casting, shadow_map)
+    if atlas.drawn.get(tiles) == key:
         return 0
     previous = atlas.drawn.pop(tiles, None)
     hidden = hidden_sides(settings.faces, hides_back_faces(scene, light, settings.faces))
@@ -83,7 +83,7 @@ def draw_casters(
     ctx.depth_clamp_range = None
     ctx.front_face = "ccw"
     ctx.enable_only(moderngl.NOTHING)
-    atlas.drawn[tiles] = source
+    atlas.drawn[tiles] = key
     return draws
 
 
@@ -102,7 +102,7 @@ def begin_view(context: GLContext, atlas: Atlas, view: ShadowView, settings: Cas
     atlas.framebuffer.clear(1.0, 1.0, 1.0, 1.0, depth=far, viewport=cleared)
 
 
-def _source(scene: GpuScene, light: Light, casting: NDArray[np.bool_], shadow_map: Map) -> tuple[Hashable, ...]:
+def _content_key(scene: GpuScene, light: Light, casting: NDArray[np.bool_], shadow_map: Map) -> tuple[Hashable, ...]:
     """Cache key of a light's maps: all that they depend on."""
     views = tuple((view.clip_from_world.tobytes(), view.near, view.far, view.clip) for view in shadow_map.views)
     return (scene.identity, shadow_map.settings, light.geometry, casting.tobytes(), views)

@@ -54,24 +54,24 @@ def can_cull(scene: GpuScene, settings: CasterSettings, views: Sequence[ShadowVi
 
 
 @dataclass
-class Patience:
+class Backoff:
     """Delay until something that did not pay off is tried again: after 16 draws, then 32, and so on."""
 
     left: int = 0
     waits: int = 0
 
-    def tries(self) -> bool:
+    def ready(self) -> bool:
         """Whether to try now."""
         self.left -= 1
         return self.left < 0
 
-    def learn(self, worth: bool) -> None:
+    def record(self, worth: bool) -> None:
         """Record whether it paid off."""
         self.left = self.waits = 0 if worth else min(max(2 * self.waits, _PAUSE), _LONGEST_PAUSE)
 
 
 @dataclass
-class Shown:
+class ViewHistory:
     """What is known of a view from its last maps.
 
     Attributes
@@ -80,13 +80,13 @@ class Shown:
         Identity of the scene.
     clusters : (C,) bool or None
         Clusters that were visible; None: unknown.
-    choosing, testing : Patience
+    choosing, testing : Backoff
         Of culling clusters at all, and of testing which are hidden.
     """
 
     scene: int
-    choosing: Patience
-    testing: Patience
+    choosing: Backoff
+    testing: Backoff
     clusters: Bools | None = None
 
 
@@ -118,15 +118,15 @@ class OcclusionCulling:
         whole, clustered : Begin
             For meshes in their own order, and cluster after cluster.
         """
-        seen = self._seen(view)
-        if not seen.choosing.tries():
+        history = self._history(view)
+        if not history.choosing.ready():
             self._draw_whole(chosen, whole)
             return len(chosen)
         bounds, shows, mine = self._shows(view, chosen)
         cost = self._cost(view)
         reading, testing = _TEXEL * view.resolution**2, _CLUSTER * len(cost)
-        tests_hidden = self._reads and 0.5 * cost[shows].sum() > reading and seen.testing.tries()
-        now = shows & seen.clusters if tests_hidden and seen.clusters is not None else shows
+        tests_hidden = self._reads and 0.5 * cost[shows].sum() > reading and history.testing.ready()
+        now = shows & history.clusters if tests_hidden and history.clusters is not None else shows
         if cost[now].sum() > _FEWER * cost[mine].sum():
             self._draw_whole(chosen, whole)
             now = mine
@@ -134,12 +134,12 @@ class OcclusionCulling:
             self._draw(now, clustered)
         needed = shows
         if tests_hidden:
-            seen.clusters = ~self._behind(view, bounds)
-            needed = shows & seen.clusters
+            history.clusters = ~self._behind(view, bounds)
+            needed = shows & history.clusters
             self._draw(needed & ~now, clustered)
-            seen.testing.learn(cost[shows & ~needed].sum() > reading)
+            history.testing.record(cost[shows & ~needed].sum() > reading)
         fewer = cost[needed].sum() <= _FEWER * cost[mine].sum()
-        seen.choosing.learn(fewer and cost[mine & ~needed].sum() > testing)
+        history.choosing.record(fewer and cost[mine & ~needed].sum() > testing)
         return len(chosen)
 
     def _cost(self, view: ShadowView) -> Array:
@@ -166,11 +166,11 @@ class OcclusionCulling:
         mine = nodes[placed.body]
         return bounds, in_frustum(placed, clip_from_origin, bounds) & mine, mine
 
-    def _seen(self, view: ShadowView) -> Shown:
-        seen = self._atlas.shown.get(view.tile)
-        if seen is None or seen.scene != self._scene.identity:
-            seen = self._atlas.shown[view.tile] = Shown(self._scene.identity, Patience(_FIRST_PAUSE), Patience())
-        return seen
+    def _history(self, view: ShadowView) -> ViewHistory:
+        history = self._atlas.shown.get(view.tile)
+        if history is None or history.scene != self._scene.identity:
+            history = self._atlas.shown[view.tile] = ViewHistory(self._scene.identity, Backoff(_FIRST_PAUSE), Backoff())
+        return history
 
     def _draw_whole(self, chosen: NDArray[np.int64], begin: Begin) -> None:
         stroke = Whole(self._context, self._scene.count)

@@ -115,14 +115,14 @@ class Accumulated(Technique):
                 self._count(frame, self._image_counts, None)
             self._counted = key, self._used, self._one, self._resolved
         return replace(
-            self._given(frame, self._image_counts),
+            self._counts_receiver(frame, self._image_counts),
             per_sample=lambda per_sample: self._per_sample_receiver(frame, per_sample),
         )
 
     def _per_sample_receiver(self, frame: FrameContext, per_sample: PerSample) -> Receiver:
         self._count(frame, self._sample_counts, per_sample)
         per_sample.framebuffer.use()
-        return self._given(frame, self._sample_counts)
+        return self._counts_receiver(frame, self._sample_counts)
 
     def _count(self, frame: FrameContext, counts: Counts, per_sample: PerSample | None) -> None:
         components = 2 if self._weighted else 1
@@ -134,7 +134,7 @@ class Accumulated(Technique):
             counts.use(frame, per_sample, components, "f4")
             count_seen(frame, point, receiver, per_sample, self._weighted)
 
-    def _given(self, frame: FrameContext, counts: Counts) -> Receiver:
+    def _counts_receiver(self, frame: FrameContext, counts: Counts) -> Receiver:
         return replace(
             open_receiver(frame, self.light),
             slots=precomputed_slots(self.light),

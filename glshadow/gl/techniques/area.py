@@ -124,7 +124,7 @@ class Area(Listed):
             self._begin_one_after_another(frame)
             return self._accumulated.receiver(frame)
         return replace(
-            self._given(frame, self._image_counts),
+            self._counts_receiver(frame, self._image_counts),
             marks={"GLS_MARKS": 1} if self._rays.marks else {},
             collected={**self._rays.collected, "GLS_NEIGHBORS": 1},
             per_sample=lambda per_sample: self._per_sample_receiver(frame, per_sample),
@@ -156,7 +156,7 @@ class Area(Listed):
         if self.partly_lit:
             self._cast_rays(frame, self._sample_counts, per_sample)
         per_sample.framebuffer.use()
-        return self._given(frame, self._sample_counts)
+        return self._counts_receiver(frame, self._sample_counts)
 
     def _classify(self, frame: FrameContext, counts: Counts, per_sample: PerSample | None) -> None:
         """Count all or no sample points where no silhouette edge cuts the light; list the other pixels."""
@@ -265,7 +265,7 @@ class Area(Listed):
     def _counted_items(self) -> int:
         return int(np.frombuffer(self._counter.read(), dtype=np.uint32)[0])
 
-    def _given(self, frame: FrameContext, counts: Counts) -> Receiver:
+    def _counts_receiver(self, frame: FrameContext, counts: Counts) -> Receiver:
         return replace(
             open_receiver(frame, self.light),
             slots=precomputed_slots(self.light),
