@@ -17,7 +17,7 @@ from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.atlases import Atlases
 from glshadow.gl.passes.camera import CameraView, draw_surface, view_scene
 from glshadow.gl.passes.primary import find_primary
-from glshadow.gl.passes.readback import average_samples, read_means, read_middles
+from glshadow.gl.passes.readback import average_samples, read_centres, read_means
 from glshadow.gl.passes.samples import Samples
 from glshadow.gl.passes.screen import Samplers
 from glshadow.gl.passes.translucent import TranslucentMaps
@@ -108,12 +108,12 @@ class ResourceCache:
         if outputs.isdisjoint(CENTRES):
             return results
         if look.samples == 1:
-            return results | read_middles(outputs, frame.scene, frame.camera_view, targets.fine)
+            return results | read_centres(outputs, frame.scene, frame.camera_view, targets.fine)
         # no sample lies at the centre of a pixel
         middle = SurfaceTargets(self.context, frame.camera_view.size, targets.surface.components, "the pixels' middles")
         draw_surface(self.context, frame.programs, frame.scene, frame.camera_view, middle.framebuffer)
         find_primary(frame, middle)
-        results |= read_middles(outputs, frame.scene, frame.camera_view, middle)
+        results |= read_centres(outputs, frame.scene, frame.camera_view, middle)
         self.rest()
         middle.release()
         return results

@@ -117,7 +117,7 @@ class CameraView:
         return (top - bottom) / self.size[1] * (depth if self.camera.is_perspective else 1.0)
 
     @property
-    def spread(self) -> float:
+    def start_distance(self) -> float:
         """Distance between the eye and the starts of rays; world units."""
         return 0.0 if self.camera.is_perspective else float(np.linalg.norm(np.abs(self.rays).sum(axis=1)))
 
@@ -126,7 +126,7 @@ class CameraView:
         """Largest distance of a visible point from the eye; world units."""
         if self.camera.is_perspective:
             return self.far * float(np.linalg.norm(np.abs(self.rays).sum(axis=1)))
-        return self.spread + self.far - self.near
+        return self.start_distance + self.far - self.near
 
     @property
     def unproject(self) -> tuple[float, float]:

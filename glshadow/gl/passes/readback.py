@@ -78,7 +78,7 @@ def pixels(texture: moderngl.Texture, dtype: Any) -> NDArray[Any]:
     return np.ascontiguousarray(data[::-1])
 
 
-def read_middles(
+def read_centres(
     outputs: Collection[str], scene: GpuScene, camera_view: CameraView, targets: SurfaceTargets
 ) -> dict[str, Any]:
     """Outputs at each pixel's centre, by name; row 0 at the top."""

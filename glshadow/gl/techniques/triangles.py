@@ -71,7 +71,7 @@ def rounding_bound(scene: GpuScene, camera_view: CameraView, grid: ListGrid) -> 
     """`derive.lists.distance_bound` of a scene seen by a camera."""
     eye = eye_in_light(scene, camera_view, grid)
     return distance_bound(
-        scene.world.reach, max(usual_reach(scene, grid), float(np.abs(eye).max()) + camera_view.spread)
+        scene.world.reach, max(usual_reach(scene, grid), float(np.abs(eye).max()) + camera_view.start_distance)
     )
 
 
