@@ -115,7 +115,7 @@ def test_what_the_driver_could_not_allocate_is_not_kept(
                 patch.setattr(kind, "_drain", drain)
 
         patch.setattr(kind, "check", fails)
-        first.sources.clear()
+        first.techniques.clear()
         frame = renderer.render(scene, None, [light], SIZE, samples=1)
     assert frame.used[0].filter == gs.Pcf(1)
     assert "ran out of memory" in frame.used[0].why

@@ -189,8 +189,8 @@ class ShadowMap:
     def draw(self, casters: Callable[[Caster], Any]) -> None:
         """Draw the casters: `casters` is called once for every view (six of a point light), with the view's framebuffer bound.
 
-        It sets its own program and uniforms and draws; depth test, depth function and clip control are set already. If it raises, the map
-        is drawn again by the next call.
+        It sets its own program and uniforms and draws; depth test, depth function and clip control are set already. An exception
+        that it raises is passed on, and the map must be drawn again.
         """
         if self._map is None or self._released:
             raise SettingsError("this ShadowMap was released: make a new one")
