@@ -73,7 +73,7 @@ def open_to_choice(light: Light) -> bool:
     """Whether a light's settings are left to be derived."""
     shadow = light.shadow
     return (
-        shadow is not None and shadow.filter is None and shadow.channel is None and shadow.settled().filter == Exact()
+        shadow is not None and shadow.filter is None and shadow.channel is None and shadow.resolved().filter == Exact()
     )
 
 

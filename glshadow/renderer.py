@@ -20,7 +20,7 @@ from glshadow.errors import GlshadowError, GlshadowWarning, ResourceError, Setti
 from glshadow.frame import Frame
 from glshadow.gl.draw import draw_frame
 from glshadow.gl.driver.context import Backend, backend_of, open_context
-from glshadow.gl.resources import Store
+from glshadow.gl.resources import ResourceCache
 from glshadow.lights import Light, Lights
 from glshadow.scene.nodes import Scene
 
@@ -70,9 +70,9 @@ class Renderer:
         self._backend = backend_of(backend, device)
         self._choices = Choices()
         self._context = open_context(self._backend, optional(instance(moderngl.Context))("context", context))
-        self._store: Store | None = None
+        self._cache: ResourceCache | None = None
         with self._context.drawing():
-            self._store = Store(self._context)
+            self._cache = ResourceCache(self._context)
 
     def __enter__(self) -> Self:
         return self
@@ -90,9 +90,9 @@ class Renderer:
         if self._context.lost:  # and everything in it
             self._context.release()
             return
-        if self._store is not None:
+        if self._cache is not None:
             with self._context.drawing():
-                self._store.release()
+                self._cache.release()
         self._context.release()
 
     @property
@@ -157,9 +157,9 @@ class Renderer:
             return self._choices.render(draw, last, scene, request.lights, request.size, budget, names)
         with self._context.drawing():
             try:
-                if self._store is None:  # the last frame was interrupted
-                    self._store = Store(self._context)
-                drawn = draw_frame(self._store, request)
+                if self._cache is None:  # the last frame was interrupted
+                    self._cache = ResourceCache(self._context)
+                drawn = draw_frame(self._cache, request)
             except (GlshadowError, GlshadowWarning):
                 self._context.recover()
                 raise
@@ -179,8 +179,8 @@ class Renderer:
             finally:
                 if self._context.gl.failed:
                     self._start_over()
-                if self._store is not None:
-                    self._store.rest()
+                if self._cache is not None:
+                    self._cache.rest()
         return Frame(scene=scene, camera=request.camera, lights=request.lights, size=request.size, near=drawn.near, far=drawn.far,
                      used=drawn.used, outputs=drawn.outputs, samples=request.look.samples)  # fmt: skip
 
@@ -231,7 +231,7 @@ class Renderer:
 
     def _start_over(self, interrupted: bool = False) -> None:
         """After Ctrl-C, which may come at any line, and where memory was short: nothing half made is kept."""
-        old, self._store = self._store, None
+        old, self._cache = self._cache, None
         if interrupted and self._context.owned:
             # what was made and not yet noted goes with the context alone
             spoilt, self._context = self._context, open_context(self._backend)
@@ -239,6 +239,6 @@ class Renderer:
             return
         self._context.recover()
         self._context.gl.failed = False
-        self._store = Store(self._context)
+        self._cache = ResourceCache(self._context)
         if old is not None:
             old.release()

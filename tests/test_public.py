@@ -17,8 +17,8 @@ INNER = {
     "Channel": "set by PackedShadow",
     "Showing": "what an Explorer shows",
     "ShadowMaps": "a tuple of arrays that a notebook shows",
-    "Asked": "what a fit is asked, by the passes",
-    "Fitted": "what it answers",
+    "FitRequest": "what the passes request of a fit",
+    "Fitted": "what the fit returns",
     "Cascade": "what tells a ShadowView of several from its neighbours",
     "Gizmo": "how an overlay draws a light",
     "Needs": "how a filter chooses its source",
@@ -27,7 +27,7 @@ INNER = {
     "Frame": "a protocol: what `measure` needs of a frame",
     "Truth": "a protocol: what `measure` needs of a truth",
     "Pictured": "a protocol: what `flip` needs of a frame",
-    "Settled": "a Shadow with what it derives, for the passes",
+    "ResolvedShadow": "a Shadow with what it derives, for the passes",
 }
 
 

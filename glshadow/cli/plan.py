@@ -122,6 +122,6 @@ def _render_line(ctx: click.Context, shadow: Shadow) -> str:
             words.append(name)
         else:
             words += [f"{name}={text}" for text in (value if param.multiple else [value])]
-    settled = shadow.settled()
-    size = ["--resolution", str(settled.resolution)] if settled.filter.has_map else []
-    return printable(shlex.join([*words, *size, "--filter", str(settled.filter)]))
+    resolved = shadow.resolved()
+    size = ["--resolution", str(resolved.resolution)] if resolved.filter.has_map else []
+    return printable(shlex.join([*words, *size, "--filter", str(resolved.filter)]))

@@ -53,7 +53,7 @@ def setting(
 class Settings:
     """Base of frozen dataclasses whose fields are checked, and normalised, when they are built."""
 
-    refusal: ClassVar[type[GlshadowError]] = SettingsError  # what an heir raises
+    refusal: ClassVar[type[GlshadowError]] = SettingsError  # what an subclass raises
 
     @property
     def label(self) -> str:
@@ -73,7 +73,7 @@ class Settings:
 @cache
 def _rules(kind: type[Settings]) -> tuple[tuple[str, Rule], ...]:
     """The fields that have one, once for each class: a file may hold a hundred thousand nodes."""
-    declared = fields(kind)  # type: ignore[arg-type]  # every heir is a dataclass
+    declared = fields(kind)  # type: ignore[arg-type]  # every subclass is a dataclass
     return tuple((each.name, each.metadata["rule"]) for each in declared if "rule" in each.metadata)
 
 
@@ -289,16 +289,16 @@ def instance(*kinds: type) -> Rule:
 
 def _members(kind: type) -> str:
     """Of an enumeration or a family, in parentheses."""
-    names = [str(each) for each in kind] if issubclass(kind, Enum) else list(dict.fromkeys(_heirs(kind)))
+    names = [str(each) for each in kind] if issubclass(kind, Enum) else list(dict.fromkeys(_leaf_classes(kind)))
     return f" ({', '.join(names)})" if names else ""
 
 
-def _heirs(kind: type) -> list[str]:
-    """Names of the classes at the ends of a family: bases in between are nothing that anybody gives."""
+def _leaf_classes(kind: type) -> list[str]:
+    """Names of the concrete classes of a family, without intermediate bases."""
     found: list[str] = []
-    heir: type
-    for heir in kind.__subclasses__():
-        found += _heirs(heir) or [heir.__name__]
+    subclass: type
+    for subclass in kind.__subclasses__():
+        found += _leaf_classes(subclass) or [subclass.__name__]
     return found
 
 

@@ -1,1 +1,1 @@
-"""What is derived from settings, scene and camera, in float64: which bodies cast, triangle lists, resolved settings."""
+"""Derives from settings, scene and camera, in float64: casting bodies, triangle lists, resolved settings."""

@@ -15,12 +15,12 @@ from glshadow.shadows.view import FACES
 # Flags of a triangle, as in glsl/lib/traits.glsl.
 CULL_BACK, CULL_FRONT, CASTS, CUT_OUT = 1, 2, 4, 8
 
-# As in glsl/lib/cells.glsl: the receiver's cell is rounded to float32 there, whatever the lists are built with.
+# As in glsl/lib/cells.glsl, where the receiver's cell is rounded to float32; needed whatever precision the lists are built with.
 _MARGIN, _WIDE_MARGIN = 1.0 / 64.0, 0.25  # cells
 _FAR_OUT = 16.0  # sides of the grid
 _SLACK = 0.25  # cells
 _EDGE_ON = 1e-5  # cosine
-_TOGETHER = 1 << 14  # triangles sorted at once: their arrays stay in the processor's cache
+_TOGETHER = 1 << 14  # triangles per batch, so that their arrays stay in the CPU cache
 
 Indices = NDArray[np.int64]
 
@@ -32,13 +32,13 @@ class CellLists:
     Parameters
     ----------
     heads : (rows, cells) uint32
-        First link + 1 of a cell's list, 0: empty. Per face the fine cells, behind them the coarse cells of all faces.
+        First link + 1 of a cell's list, 0: empty. For each face its fine cells; after them the coarse cells of all faces.
     links : (L, 4) uint32
-        Triangle, next link + 1, bits of its least depth (float32, world units), mask. A list's links follow each other, by triangle.
+        Triangle, next link + 1, bits of its least depth (float32, world units), mask. The links of a list are consecutive, by triangle.
     facets : (T, 3, 4) float32
-        `core.lists.facets` of all triangles.
+        `derive.lists.facets` of all triangles.
     count : int
-        L; where it is more than there may be, the links are missing.
+        L; if it exceeds the limit, the links are omitted.
     """
 
     heads: NDArray[np.uint32]
@@ -57,27 +57,27 @@ def cell_lists(
     masks: NDArray[np.integer],
     most: int,
 ) -> CellLists:
-    """Sort triangles into the cells that they may touch, seen from the light: fine cells, or coarse ones where that would be many.
+    """Sort triangles into the cells that they may overlap, seen from the light: fine cells, or coarse cells if these would be many.
 
-    Conservative: a triangle that a ray from a receiver to the light meets is in the list of the receiver's fine or coarse cell. Cells
-    are grown by a margin that is larger than the rounding of the receiver's place to float32.
+    Conservative: a triangle that a ray from a receiver to the light hits is in the list of the receiver's fine or coarse cell. Cells
+    are enlarged by more than the rounding error of the receiver's position in float32.
 
     Parameters
     ----------
     vertices : (V, 3) float32
         In the light's frame.
     world : (V, 3) float32
-        The same in world axes.
+        The same relative to the scene's origin, world axes.
     axes : (3, 3) float64
-        The light's, from world axes; float32 values.
+        World axes to light axes; float32 values.
     triangles : (T, 3) ints
         Vertices of each.
     flags : (T,) ints
-        CASTS and how its sides are culled.
+        CASTS, and which sides are culled.
     masks : (T,) ints
-        1 + number among masked triangles; 0: not cut out.
+        1 + index among masked triangles; 0: not alpha-tested.
     most : int
-        Links that there may be.
+        Limit of links.
 
     References
     ----------
@@ -111,7 +111,7 @@ def cell_lists(
 def _linked(
     grid: ListGrid, parts: list[NDArray[np.uint64]], nearest: NDArray[np.float32], masks: NDArray[np.integer]
 ) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
-    """Heads and links of pairs, which are taken: a cell in the upper 32 bits, a triangle in the lower ones."""
+    """Heads and links from pairs, which are consumed: a cell in the upper 32 bits, a triangle in the lower ones."""
     pairs = np.concatenate([*parts, np.zeros(0, dtype=np.uint64)])
     parts.clear()
     pairs.sort()
@@ -135,7 +135,7 @@ def _linked(
 
 
 def _casting(grid: ListGrid, corners: Array, normals: Array, flags: NDArray[np.integer]) -> Indices:
-    """Which triangles (T, 3, 3) cast: those with an area that are not culled. Edge-on ones are kept: rounding decides their side."""
+    """Which triangles (T, 3, 3) cast: those with an area that are not culled. Edge-on ones are kept, since rounding decides their side."""
     if grid.projection == "orthographic":
         side = normals[:, 2]  # > 0: the front faces the light
     else:
@@ -146,7 +146,7 @@ def _casting(grid: ListGrid, corners: Array, normals: Array, flags: NDArray[np.i
 
 
 def _near_window(grid: ListGrid, corners: Array) -> Indices:
-    """Which triangles (xyz, corner, T) may come between the window and the light: not those beyond one side of it, or behind the light."""
+    """Which triangles (xyz, corner, T) may lie between the window and the light: not those beyond one side of it, or behind the light."""
     if grid.projection == "orthographic":
         return np.arange(corners.shape[2])
     scale_x, scale_y, shift_x, shift_y = grid.cells_from_window
@@ -162,7 +162,7 @@ def _near_window(grid: ListGrid, corners: Array) -> Indices:
 
 @dataclass(frozen=True, eq=False)
 class _Footprint:
-    """Triangles in one face of the grid.
+    """Triangles projected into one face of the grid.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ class _Footprint:
     nearest : (T,) float64
         Least depth.
     crosses : (T,) bool
-        Those through the light's plane, or nearly: cells of their corners are infinite, or very large, and 0 stands for them.
+        Triangles that cross the light's plane, or nearly: their corners' cells are infinite or very large and stored as 0.
     """
 
     corners: Array
@@ -183,14 +183,14 @@ class _Footprint:
     crosses: NDArray[np.bool_]
 
     def part(self, chosen: Indices) -> _Footprint:
-        """Of some triangles."""
+        """The footprints of some of the triangles."""
         return _Footprint(
             self.corners[:, :, chosen], self.x[:, chosen], self.y[:, chosen], self.nearest[chosen], self.crosses[chosen]
         )
 
     @property
     def estimate(self) -> Array:
-        """Fine cells (T,) that each touches: the mean over all places in the grid, by Minkowski's sum area + width + height + 1."""
+        """Expected number of fine cells (T,) that each overlaps, over all positions: area + width + height + 1 (Minkowski sum)."""
         x, y = self.x, self.y
         area = 0.5 * np.abs((x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]))
         estimate = area + x.max(axis=0) - x.min(axis=0) + y.max(axis=0) - y.min(axis=0) + 1.0
@@ -212,7 +212,7 @@ def _footprint(grid: ListGrid, corners: Array) -> _Footprint:
 
 
 def _cells(grid: ListGrid, shape: _Footprint, face: int) -> Iterator[tuple[Indices, Indices]]:
-    """Pairs of a cell, as heads are numbered, and a triangle that may touch it: fine ones, then coarse ones."""
+    """Pairs of a cell, numbered as heads are, and a triangle that may overlap it: fine cells, then coarse ones."""
     fine, coarse = grid.cells, grid.cells // RATIO
     small = shape.estimate <= MOST
     for chosen, scale, top in ((small, 1, face * fine), (~small, RATIO, grid.faces * fine + face * coarse)):
@@ -224,7 +224,7 @@ def _cells(grid: ListGrid, shape: _Footprint, face: int) -> Iterator[tuple[Indic
 
 @dataclass(frozen=True, eq=False)
 class _Blocks:
-    """Cells that triangles may touch: columns and rows (2, T), first to last, and where offset + slope . cell >= 0 for edges (3, T)."""
+    """Cells that triangles may overlap: columns and rows (2, T), first to last, where offset + slope . cell >= 0 for edges (3, T)."""
 
     first: Indices
     last: Indices
@@ -234,7 +234,7 @@ class _Blocks:
 
 
 def _blocks(grid: ListGrid, shape: _Footprint, scale: int) -> _Blocks:
-    """In cells of so many fine ones along a side."""
+    """The blocks of triangles, in cells that are `scale` fine cells wide."""
     x, y, crosses = shape.x / scale, shape.y / scale, shape.crosses
     turned = (x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0])
     turn = np.where(turned < 0.0, -1.0, 1.0)
@@ -250,7 +250,7 @@ def _blocks(grid: ListGrid, shape: _Footprint, scale: int) -> _Blocks:
         slope_x[:, crosses], slope_y[:, crosses] = sides[0] * (scale / scale_x), sides[1] * (scale / scale_y)
         offset[:, crosses] = -sides[0] * (shift_x / scale_x) - sides[1] * (shift_y / scale_y) - sides[2]
     margin = np.where(crosses, _WIDE_MARGIN, _MARGIN)
-    # the corner of a grown cell that lies farthest inside counts
+    # test the corner of the enlarged cell that is farthest inside
     offset += np.maximum(slope_x, 0.0) + np.maximum(slope_y, 0.0) + margin * (np.abs(slope_x) + np.abs(slope_y))
     first, last = np.maximum(low, 0.0).astype(np.int64), np.minimum(high, end).astype(np.int64)
     return _Blocks(first, last, slope_x, slope_y, offset)
@@ -264,7 +264,7 @@ def _sides(corners: Array) -> Array:
 
 
 def _touched(blocks: _Blocks) -> tuple[Indices, Indices, Indices]:
-    """Row, column and triangle of every cell of blocks."""
+    """Row, column and triangle of every cell in the blocks."""
     item, row = _runs(blocks.first[1], np.maximum(blocks.last[1] - blocks.first[1] + 1, 0))
     slope = blocks.slope_x[:, item]
     rest = blocks.offset[:, item] + blocks.slope_y[:, item] * row
@@ -280,6 +280,6 @@ def _touched(blocks: _Blocks) -> tuple[Indices, Indices, Indices]:
 
 
 def _runs(first: Indices, lengths: Indices) -> tuple[Indices, Indices]:
-    """Numbers first, first + 1, ... of so many each, one run after the other: the run, and the number."""
+    """For each of several runs the numbers first, first + 1, ..., `count` of them: the run's index, and the number."""
     run = np.repeat(np.arange(len(lengths)), lengths)
     return run, np.arange(len(run)) - np.repeat(np.cumsum(lengths) - lengths - first, lengths)

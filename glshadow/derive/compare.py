@@ -1,4 +1,4 @@
-"""What turns a receiver into a depth that can be compared with a map: the numbers behind glsl/projection, depth, bias and compare."""
+"""Uniforms that turn a receiver into a depth comparable with a map, for glsl/projection, depth, bias and compare."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from glshadow.shadows.filters import Filter
 from glshadow.shadows.metric import Target, metric_range
 from glshadow.shadows.view import ShadowView
 
-# A receiver's position is a sum of products in float32: ray x depth, the eye added, back on the plane, into the light's view, and
-# the caster's vertex takes a matrix product of its own. 16 roundings of relative size 2^-24 bound the sum.
+# A receiver's position is a sum of products in float32: ray x depth, plus the eye, back onto the plane, into the light's view. The
+# caster's vertex has its own matrix product. 16 roundings of relative size 2^-24 bound the sum.
 _ROUNDINGS = 16.0
 
 
 def rounding_of(reach: float) -> float:
-    """World units by which float32 may misplace a receiver, its coordinates in every frame on its way below `reach`."""
+    """Bound of a receiver's displacement by float32, world units, if its coordinates stay below `reach` in every frame on its way."""
     return _ROUNDINGS * 2.0**-24 * reach
 
 
 def map_uniforms(
     views: Sequence[ShadowView], size: tuple[int, int], target: Target, bias: Bias, filter: Filter, rounding: float
 ) -> dict[str, Any]:
-    """Uniforms of a receiver that asks a map.
+    """Uniforms of a receiver that samples a map.
 
     Parameters
     ----------
@@ -35,8 +35,8 @@ def map_uniforms(
     size : (2,) ints
         Of their atlas, texels.
     rounding : float
-        World units by which float32 may misplace a receiver along the light, see `rounding_of`; only a bias that follows the
-        receiver's plane takes notice.
+        Bound of a receiver's displacement by float32 along the light, world units, see `rounding_of`; used only by a bias that follows the
+        receiver's plane.
 
     Returns
     -------
@@ -46,7 +46,9 @@ def map_uniforms(
     view = views[0]
     left, _, bottom, _ = view.window
     x, y = view.texel
-    tile = view.tile if view.projection != "cube" else (0, 0)  # a point light's tile is added once its face is known
+    tile = (
+        view.tile if view.projection != "cube" else (0, 0)
+    )  # a point light's tile is added after its face is selected
     tiles = np.zeros((6, 2), dtype=np.float32)
     for each in views:
         tiles[each.face] = each.tile
@@ -55,7 +57,7 @@ def map_uniforms(
     return {
         "u_texel_from_lv": (1.0 / x, 1.0 / y, tile[0] - left / x, tile[1] - bottom / y),
         "u_base": (scale, scale * x, scale * y),
-        # the axis decides a point light's face, so nothing lies outside
+        # the dominant axis selects a point light's face, so no receiver is outside
         "u_tile": (-1e9, -1e9, 1e9, 1e9)
         if view.projection == "cube"
         else (*(c + view.inset for c in tile), *(c + view.resolution - view.inset for c in tile)),
@@ -70,7 +72,7 @@ def map_uniforms(
 
 
 def _cascade_uniforms(views: Sequence[ShadowView], target: Target, bias: Bias, filter: Filter) -> dict[str, Any]:
-    """What differs from one of a sun's views to the next; depth is the same in all, but for the slack of larger texels."""
+    """Uniforms that differ between the views of a directional light; depth is the same in all, except for the slack of larger texels."""
     first = views[0]
     assert first.cascade is not None
     scale, _ = _depth_uniforms(first, target, bias, filter, (0.0, 0.0))
@@ -96,7 +98,7 @@ def _cascade_uniforms(views: Sequence[ShadowView], target: Target, bias: Bias, f
 
 
 def _warp_uniforms(view: ShadowView, bias: Bias, filter: Filter, rounding: float) -> dict[str, Any]:
-    """Of a map in perspective: from the light's view to texels and stored depth, for points and, inverted, for planes."""
+    """Of a perspective-warped map: light view space to texels and stored depth, for points and, inverted, for planes."""
     side = float(view.resolution)
     place = np.array([[side, 0, 0, view.tile[0]], [0, side, 0, view.tile[1]], [0, 0, 1, 0], [0, 0, 0, 1.0]])
     matrix = place @ bias_matrix(view.clip) @ view.clip_from_view
@@ -110,7 +112,7 @@ def _warp_uniforms(view: ShadowView, bias: Bias, filter: Filter, rounding: float
 
 
 def _allowance(view: ShadowView, bias: Bias, filter: Filter, rounding: float) -> tuple[float, float]:
-    """World units, and share of the distance, taken off a receiver's distance; (0, 0) unless its plane is followed."""
+    """World units, and share of the distance, by which a receiver's distance is reduced; (0, 0) unless its plane is followed."""
     if not bias.follows_plane:
         return 0.0, 0.0
     facet = FACET_SLOPE * filter.reach_texels * max(view.texel)
@@ -120,7 +122,7 @@ def _allowance(view: ShadowView, bias: Bias, filter: Filter, rounding: float) ->
 def _depth_uniforms(
     view: ShadowView, target: Target, bias: Bias, filter: Filter, allowance: tuple[float, float]
 ) -> tuple[float, float | tuple[float, float, float]]:
-    """Factor of the base, and what turns the base into stored depth, the constant slack taken off: see glsl/depth."""
+    """Factor of the base, and stored depth from the base minus the constant slack: see glsl/depth."""
     quantum = target.quantum if bias.follows_plane else 0.0
     if filter.encoding:
         per_unit, near = 1.0 / (view.far - view.near), view.near
@@ -129,12 +131,12 @@ def _depth_uniforms(
             return per_unit, (constant - per_unit * allowance[0], 0.0, 0.0)
         return 1.0, (constant, per_unit, 0.0)
     if target is Target.DEPTH32F and view.clip.reversed and view.clip.zero_to_one:
-        quantum = 0.0  # reversed 0..1 floats round relative to 1 / depth: part of what `rounding` allows for
+        quantum = 0.0  # reversed 0..1 floats round relative to 1 / depth, which `rounding` covers
     shift = bias.of_compare
     if target.is_depth:
         x, y = window_depth_line(view)
         x -= view.clip.sign * (quantum + shift * WINDOW_PER_CLIP)
-        if view.warp is not None:  # depth comes from the matrix itself
+        if view.warp is not None:  # the matrix gives the depth
             return y, -view.clip.sign * (quantum + shift * WINDOW_PER_CLIP)
         return y, x - y * allowance[0] if view.projection == "orthographic" else x
     low, high = metric_range(view.projection, view.clip, view.near, view.far)
@@ -147,7 +149,7 @@ def _depth_uniforms(
 
 
 def window_depth_line(view: ShadowView) -> tuple[float, float]:
-    """(x, y) with window depth = x + y * d, d the distance along a sun's view or 1 / depth of a lamp's."""
+    """(x, y) with window depth = x + y * d; d is the depth in a directional light's view, or 1 / depth in a local light's."""
     matrix = bias_matrix(view.clip) @ view.clip_from_view
     if view.projection == "orthographic":
         return matrix[2, 3], -matrix[2, 2]

@@ -1,4 +1,4 @@
-"""Triangle lists: the grid in which a light sorts its casters, and the bound below which a distance is rounding."""
+"""The grid of a light's per-cell triangle lists, and the error bound of distances to triangle planes."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from glshadow.shadows.view import Projection
 # Cells along a side of the fine grid: of one grid, or of each face's.
 CELLS: dict[Projection, int] = {"orthographic": 512, "perspective": 512, "cube": 256}
 RATIO = 16  # fine cells along a side of a coarse one
-MOST = 256  # fine cells that one triangle may touch; more, and it goes to coarse ones
+MOST = 256  # most fine cells of one triangle; a larger one is sorted into coarse cells
 LEAST_CELLS = 32  # two coarse cells along a side
 _GROWN = 1.0005
-_FAR_RADII = 4.0  # of the light, to the nearest caster
+_FAR_RADII = 4.0  # radii of the light to the nearest caster: beyond, one grid is enough
 _FAR_COSINE = 0.5  # casters within 60 degrees of the axis: tangents to 1.7
 _UNIT = 2.0**-24  # float32's relative rounding
 
 
 @dataclass(frozen=True, eq=False)
 class ListGrid:
-    """The grid of a light's triangle lists. Follows from what casts and from the light, not from the camera.
+    """The grid of a light's triangle lists. It depends on the casters and the light, not on the camera.
 
     Parameters
     ----------
     projection : {"orthographic", "perspective", "cube"}
-        A point light far from all casters has one grid in perspective, as a spot has.
+        A point light far from all casters has a single perspective grid, like a spot light.
     view_from_world : (4, 4) float64
-        Rigid: a spot's view, a sun's about the middle of what casts; for the six faces of a point light with world axes.
+        Rigid: a spot's view; a directional light's view about the centre of the casters; world axes for the six faces of a point light.
     window : (4,) floats
-        Left, right, bottom, top: world units for a sun, else tangents.
+        Left, right, bottom, top: world units for a directional light, else tangents.
     cells : int
         Along a side of the fine grid.
     """
@@ -45,7 +45,7 @@ class ListGrid:
 
     @property
     def faces(self) -> int:
-        """How many grids there are."""
+        """Number of faces of the grid: 6 or 1."""
         return 6 if self.projection == "cube" else 1
 
     @property
@@ -57,16 +57,16 @@ class ListGrid:
 
 
 def list_grid(light: Light, casters: Array, halvings: int = 0, receivers: Array | None = None) -> ListGrid:
-    """The grid of a light: of one that has a size so large that all its shadow is inside.
+    """The grid of a light; for an area light large enough for all of its shadow.
 
     Parameters
     ----------
     casters : (K, 3) float64
-        World points whose convex hull holds everything that casts.
+        World points whose convex hull contains all casters.
     halvings : int
-        How often the usual number of cells is halved.
+        How often the default number of cells is halved.
     receivers : (K, 3) float64, optional
-        The same of everything that is seen; the casters if None.
+        The same for everything visible; the casters if None.
     """
     seen = casters if receivers is None else receivers
     if light.at_infinity:
@@ -78,7 +78,7 @@ def list_grid(light: Light, casters: Array, halvings: int = 0, receivers: Array 
         return _grid("orthographic", axes, middle, (casters - middle) @ axes[:2].T, halvings, spread)
     position, edge = np.asarray(light.place[:3]), light.edge
     offset = casters - position
-    if light.axis is None:  # towards what casts
+    if light.axis is None:  # towards the casters
         axes = view_axes(_unit_or_x(0.5 * (offset.min(axis=0) + offset.max(axis=0))))
     else:
         axes = view_axes(np.asarray(light.axis))
@@ -88,7 +88,7 @@ def list_grid(light: Light, casters: Array, halvings: int = 0, receivers: Array 
     far = nearest > _FAR_RADII * light.source_radius
     if far and (local[:, 2] < -_FAR_COSINE * np.sqrt((local * local).sum(axis=1))).all():
         tangents = local[:, :2] / -local[:, 2:]
-        spread = lamp_spread(light.source_radius, tangents, nearest, float(((seen - position) @ -axes[2]).max()))
+        spread = local_light_spread(light.source_radius, tangents, nearest, float(((seen - position) @ -axes[2]).max()))
         if np.abs(tangents).max() + spread <= edge:
             return _grid("perspective", axes, position, tangents, halvings, spread)
         low, high = np.clip([tangents.min(axis=0), tangents.max(axis=0)], -edge, edge)
@@ -104,13 +104,13 @@ def list_grid(light: Light, casters: Array, halvings: int = 0, receivers: Array 
 
 
 def _unit_or_x(vector: Array) -> Array:
-    """A vector scaled to length 1; the x axis for none."""
+    """A vector scaled to length 1; the x axis for a zero vector."""
     length = float(np.sqrt(vector @ vector))
     return vector / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
 
 
-def lamp_spread(radius: float, tangents: Array, nearest: float, deepest: float) -> float:
-    """By how much a light's radius moves shadows, in tangents: of something at the least depth, on receivers at the largest."""
+def local_light_spread(radius: float, tangents: Array, nearest: float, deepest: float) -> float:
+    """By how much a light's radius moves shadows, in tangents: of a caster at the least depth, on receivers at the largest."""
     slant = float(np.sqrt(1.0 + (tangents * tangents).sum(axis=1).max()))
     return (
         radius * slant * max(1.0 - nearest / max(deepest, nearest), 0.0) / (nearest - radius) if radius > 0.0 else 0.0
@@ -118,19 +118,19 @@ def lamp_spread(radius: float, tangents: Array, nearest: float, deepest: float) 
 
 
 def _grid(projection: Projection, axes: Array, origin: Array, points: Array, halvings: int, spread: float) -> ListGrid:
-    """The grid on the smallest rectangle round points (K, 2) of the window, and `spread` more, its axes turned into the view's."""
+    """The grid on the smallest rectangle around points (K, 2) of the window, enlarged by `spread`; its axes are rotated into the view's."""
     angle, rectangle = minimum_rectangle(points)
     rectangle = rectangle + spread * np.array([[-1.0], [1.0]])
     cosine, sine = np.cos(angle), np.sin(angle)
     axes = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]]) @ axes
-    if projection == "orthographic":  # centred: coordinates stay small
+    if projection == "orthographic":  # centred, so that coordinates stay small
         origin = origin + rectangle.mean(axis=0) @ axes[:2]
         rectangle = rectangle - rectangle.mean(axis=0)
     return ListGrid(projection, rigid_inverse(axes, origin), _grown(rectangle), CELLS[projection] >> halvings)
 
 
 def _grown(rectangle: Array) -> tuple[float, float, float, float]:
-    """Left, right, bottom, top of corners (K, 2), and a little more, so that nothing touches the border."""
+    """Left, right, bottom, top of corners (K, 2), slightly enlarged, so that nothing touches the border."""
     low, high = rectangle.min(axis=0), rectangle.max(axis=0)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     half = _GROWN * np.maximum(half, max(1e-6 * float(half.max()), 1e-6 * float(np.abs(middle).max()), 1e-300))
@@ -139,9 +139,9 @@ def _grown(rectangle: Array) -> tuple[float, float, float, float]:
 
 
 def distance_bound(world: float, local: float) -> tuple[float, float]:
-    """How far from another triangle's plane a receiver may seem to be that lies on it: (a, b) with |gap| <= a + b (|p| + |q|).
+    """Bound of the apparent distance of a receiver from the plane of another, coplanar triangle: (a, b) with |gap| <= a + b (|p| + |q|).
 
-    p and q are the receiver's offsets from the corners that its own plane and the other's are measured from, u = 2^-24, and the gap
+    p and q are the receiver's offsets from the corners to which its own plane and the other's are relative, u = 2^-24, and the gap
     is dot(normal, q). A ray from the receiver meets the other triangle, both being parts of one plane:
 
     - vertices are rounded to float32 relative to the scene's origin, then in the light's frame: each is off by at most
@@ -151,7 +151,7 @@ def distance_bound(world: float, local: float) -> tuple[float, float]:
       products and two sums (2, in the sum of their sizes);
     - the gap is rounded alike: 6 u |q|.
 
-    What this does not cover: triangles thinner than their vertices' rounding, whose normals are arbitrary.
+    Triangles thinner than the rounding of their vertices, whose normals are arbitrary, are not covered.
 
     Parameters
     ----------
@@ -165,19 +165,19 @@ def distance_bound(world: float, local: float) -> tuple[float, float]:
 
 
 HUGE_SHARE = (2.0 * 3.0**0.5 * 3.0**0.5 + 3.0 * 3.0**0.5) * _UNIT
-"""By which the bound grows with a vertex's coordinate beyond those it is made for: `distance_bound` of world = sqrt(3) local."""
+"""Growth of the bound with a vertex's coordinate beyond those it is made for: `distance_bound` with world = sqrt(3) local."""
 
 
 def facets(corners: Array, world: Array, axes: Array) -> Array:
-    """What pass/lists.comp writes of triangles: (T, 3, 4) vertices in the light's frame, and in the last column the unit normal.
+    """Facets as pass/lists.comp writes them: (T, 3, 4) vertices in the light's frame, and in the last column the unit normal.
 
     Parameters
     ----------
     corners : (T, 3, 3) float64
         Vertices in the light's frame, already rounded to float32.
     world : (T, 3, 3) float64
-        The same in world axes, as float32: what normals follow from, so that the rounding of turned vertices does not decide on which
-        side of a triangle a sun lies that shines along it.
+        The same in world axes, as float32. Normals are computed from these, so that the rounding of rotated vertices does not decide which
+        side of a triangle a grazing directional light sees.
     axes : (3, 3) float64
         The light's axes, float32 values.
     """

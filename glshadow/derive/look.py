@@ -1,4 +1,4 @@
-"""Look: what a picture looks like beside its scene, camera and lights."""
+"""Look: ambient light, background and antialiasing of an image."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from glshadow.lights.light import BRIGHTEST
 Ambient = float | ArrayLike | Sequence[ArrayLike]
 """One number or a linear colour; or a pair of these, from above and from below."""
 
-# Chosen by eye on twelve models: shaded sides keep their shape, white does not burn out under one sun, shadows stay dark enough to
-# be read, and the background is darker than a white ground in light and lighter than any shadow.
+# Chosen by eye on twelve models: shaded sides keep their shape, white does not burn out under one directional light, shadows stay dark
+# enough to be read, and the background is darker than a lit white ground and lighter than any shadow.
 AMBIENT = (0.27, 0.12)
 BACKGROUND = (0.81, 0.82, 0.84)
 
@@ -38,7 +38,7 @@ class Look:
     background : (3,) floats or None
         sRGB; None: transparent.
     samples : int
-        In a pixel.
+        Per pixel.
     """
 
     ambient: Array
@@ -47,17 +47,17 @@ class Look:
 
     @property
     def linear_background(self) -> Array:
-        """(3,) linear; black where it is transparent."""
+        """(3,) linear; black if transparent."""
         return np.zeros(3) if self.background is None else linear_from_srgb(self.background)
 
 
 def look_of(ambient: Any, background: Any, samples: Any) -> Look:
-    """A look as `Renderer.render` is given it.
+    """Checks the look that `Renderer.render` is given.
 
     Raises
     ------
     SettingsError
-        If one of them is none.
+        If one of the settings is invalid.
     """
     several = isinstance(ambient, tuple | list) or (isinstance(ambient, np.ndarray) and ambient.ndim > 0)
     pair = ambient if several and len(ambient) == 2 else (ambient, ambient)
@@ -66,6 +66,6 @@ def look_of(ambient: Any, background: Any, samples: Any) -> Look:
 
 
 def _rgb(rule: Rule, name: str, value: Any) -> Any:
-    """One number for all three colours, or one each."""
+    """One number for all three colour channels, or one each."""
     one = as_float(value)
     return rule(name, value if math.isnan(one) else (one, one, one))

@@ -1,4 +1,4 @@
-"""Which clusters lie behind what is drawn already: their boxes against the farthest depth of blocks of texels."""
+"""Hierarchical-depth occlusion culling: cluster boxes against the farthest depth of blocks of texels."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from glshadow.shadows.view import ShadowView
 BLOCK = 8  # texels along a side of the smallest block
 _FINER = 2  # levels below the one at which 2 x 2 blocks cover a cluster
 _DEEPER = 0.25
-"""Of a cluster's own depth, by which it must lie deeper still: a triangle seen from its edge may be drawn nearer than its corners are,
-since its depth is extrapolated to texels' middles."""
-_FLOAT = 2.0**-18  # of a depth: more than float32 rounds in its division and on its way across a triangle
+"""Relative margin by which a cluster must lie behind: a triangle seen edge-on may be drawn nearer than its corners, since its depth is
+extrapolated to texel centres."""
+_FLOAT = 2.0**-18  # relative; exceeds float32's rounding in the division and the interpolation
 
 
 @dataclass(frozen=True, eq=False)
 class Farthest:
-    """The farthest depth of each block of texels, of 2 x 2 blocks, and so on up to the whole view.
+    """Depth pyramid: the farthest depth of each block of texels, of 2 x 2 blocks, and so on up to the whole view.
 
     Attributes
     ----------
     values : (K,) float64
-        Level after level; depth as it is stored, negated where it is reversed.
+        Level after level; stored depth, negated for reversed depth.
     start, side : (L,) int64
-        Where each level begins, and its blocks along a side.
+        Start of each level, and its blocks along a side.
     """
 
     values: Array
@@ -37,7 +37,7 @@ class Farthest:
 
 
 def farthest(depth: NDArray[np.float32], reversed_depth: bool) -> Farthest:
-    """Of a view's depth (R, R), row 0 at the bottom."""
+    """The pyramid of a view's depth (R, R), row 0 at the bottom."""
     side = len(depth)
     blocks = np.arange(0, side, BLOCK)
     reduce = np.minimum.reduceat if reversed_depth else np.maximum.reduceat
@@ -58,13 +58,13 @@ def farthest(depth: NDArray[np.float32], reversed_depth: bool) -> Farthest:
 
 
 def _rows(depth: NDArray[np.float32], reversed_depth: bool) -> NDArray[np.float32]:
-    """Of BLOCK rows each; numpy takes its whole width at once."""
+    """Reduce BLOCK rows at a time; numpy then works on whole rows."""
     grouped = depth.reshape(-1, BLOCK, depth.shape[1])
     return np.asarray(grouped.min(axis=1) if reversed_depth else grouped.max(axis=1))
 
 
 def behind(view: ShadowView, bounds: Extents, deepest: Farthest, step: float) -> Bools:
-    """Which clusters (C,) lie wholly behind what is drawn.
+    """Which clusters (C,) are wholly behind the drawn depth.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def behind(view: ShadowView, bounds: Extents, deepest: Farthest, step: float) ->
 
 
 def _nearest(view: ShadowView, bounds: Extents, low: Array, high: Array) -> tuple[Array, Bools]:
-    """Least stored depth that a cluster may have (C,), negated where it is reversed, and whether it lies before the eye at all."""
+    """Least stored depth of a cluster (C,), negated for reversed depth, and whether the cluster is wholly in front of the eye."""
     clip, projection = view.clip, view.clip_from_view
     if view.projection == "orthographic":
         first, last = (low[2], high[2]) if not clip.reversed else (-high[2], -low[2])
@@ -113,6 +113,6 @@ def _nearest(view: ShadowView, bounds: Extents, low: Array, high: Array) -> tupl
         depth -= (bounds.slack[2] + np.abs(depth) * bounds.slack[3]) / w
     if not clip.zero_to_one:
         depth = 0.5 * depth + clip.sign * 0.5
-    # what is nearer than the near plane is clamped to it
+    # casters nearer than the near plane are clamped to it
     depth = np.clip(depth, *((-1.0, 0.0) if clip.reversed else (0.0, 1.0)))
     return depth - _FLOAT * np.abs(depth), ahead

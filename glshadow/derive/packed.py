@@ -1,4 +1,4 @@
-"""PackedShadow: the maps of up to four lights in the channels of one texture."""
+"""PackedShadow: the shadow maps of up to four lights in the channels of one texture."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ _TARGETS = (Target.R32F, Target.R16F, Target.R8)
 
 
 class PackedShadow(Sequence[Light]):
-    """Suns and spots whose depth metrics share one texture, a channel each, and one depth buffer, cut into as many ranges.
+    """Directional and spot lights whose depth metrics share one texture, one channel each, and one depth buffer, split into as many ranges.
 
-    A sequence of the same lights, for `Renderer.render`. The first light's map is drawn into the farthest range of depth, the next before
-    it, so that nothing is cleared between them. What that costs is the precision of the depth test, a third of it with three lights; the
-    metric itself keeps its own. All maps have the resolution of the largest.
+    A sequence of the same lights, for `Renderer.render`. The first light's map is drawn into the farthest range of depth, the next in front
+    of it, so that the buffer is cleared once. The price is precision of the depth test, a third of it with three lights; the metric keeps
+    its precision. All maps have the resolution of the largest.
 
     Parameters
     ----------
@@ -36,8 +36,8 @@ class PackedShadow(Sequence[Light]):
 
     References
     ----------
-    Grootjans 2003 to 2011, "Riemer's XNA tutorials: Multiple lights; Adjusting Z values". He cuts at 0.33 and 0.66, so that ranges overlap;
-    here they are exact.
+    Grootjans 2003 to 2011, "Riemer's XNA tutorials: Multiple lights; Adjusting Z values". He splits at 0.33 and 0.66, so that ranges
+    overlap; here they are exact.
     """
 
     _numbers = itertools.count(1)
@@ -48,7 +48,9 @@ class PackedShadow(Sequence[Light]):
             raise SettingsError(f"PackedShadow lights must be 1 to {CHANNELS}: a texture's channels, got {len(given)}")
         for each in given:
             if each.most_views != 1 or each.shadow is None:
-                raise SettingsError(f"PackedShadow lights must be suns and spots that have a shadow, got {shown(each)}")
+                raise SettingsError(
+                    f"PackedShadow lights must be directional or spot lights that have a shadow, got {shown(each)}"
+                )
         shadows = [each.shadow for each in given if each.shadow is not None]
         target = _common(shadows)
         pack = next(self._numbers)
@@ -85,7 +87,7 @@ class PackedShadow(Sequence[Light]):
 
 
 def _filter(shadow: Shadow) -> Any:
-    return shadow.filter or shadow.settled(with_map="PackedShadow").filter
+    return shadow.filter or shadow.resolved(with_map="PackedShadow").filter
 
 
 def _common(shadows: Sequence[Shadow]) -> Target:
@@ -96,7 +98,9 @@ def _common(shadows: Sequence[Shadow]) -> Target:
         raise SettingsError(f"PackedShadow lights must share one target of r32f, r16f, r8, got {names}")
     for each in shadows:
         if each.filter is not None and (not each.filter.has_map or each.filter.encoding or each.filter.points_of_light):
-            raise SettingsError(f"PackedShadow lights must have a map that is compared, got filter {each.filter!r}")
+            raise SettingsError(
+                f"PackedShadow lights must have a filter that compares depths, got filter {each.filter!r}"
+            )
         if each.fit is not None and each.fit.for_suns:
             raise SettingsError(f"PackedShadow lights must have one view each, got fit {each.fit!r}")
     return next(iter(found))

@@ -1,4 +1,4 @@
-"""Decision: the settings of one light's shadow with every None decided."""
+"""Resolves the settings of one light's shadow: every None replaced by a value."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from glshadow.shadows.channel import Channel
 from glshadow.shadows.filters import Filter
 from glshadow.shadows.fits import Fit, ViewFit
 from glshadow.shadows.metric import Target
-from glshadow.shadows.shadow import Faces, Settled, Shadow
+from glshadow.shadows.shadow import Faces, ResolvedShadow, Shadow
 from glshadow.shadows.view import fine_depth
 
 
 @dataclass(frozen=True)
 class CasterSettings:
-    """What a light's maps are drawn with."""
+    """What a light's shadow map is drawn with."""
 
     target: Target
     bias: Bias
@@ -26,8 +26,8 @@ class CasterSettings:
 
 
 @dataclass(frozen=True)
-class Decision:
-    """What a light's map is drawn and asked with; `fallbacks`: every request that could not be met, with its reason."""
+class ResolvedSettings:
+    """What a light's shadow map is drawn and sampled with; `fallbacks`: every request that could not be met, with its reason."""
 
     filter: Filter
     fit: Fit
@@ -41,64 +41,64 @@ class Decision:
         return fine_depth(self.caster.target, self.clip)
 
 
-def settle(light: Light, without_map: str = "") -> Settled | None:
+def resolve_shadow(light: Light, without_map: str = "") -> ResolvedShadow | None:
     """Filter, resolution and fit of a light's shadow; None: it casts nothing.
 
     Parameters
     ----------
     without_map : str
-        Why triangles cannot be asked; empty: they can.
+        Why triangles cannot be used; empty: they can.
     """
     if light.shadow is None:
         return None
     planes = "" if light.planes == (None, None) else "the light's near and far"
-    settled = light.shadow.settled(without_map, planes, light.has_size)
-    filter_ = light.filter_for(settled.filter)
-    if filter_ is settled.filter:
-        return settled
+    resolved = light.shadow.resolved(without_map, planes, light.has_size)
+    filter_ = light.filter_for(resolved.filter)
+    if filter_ is resolved.filter:
+        return resolved
     return replace(
-        settled, filter=filter_, why=f"{settled.why}; {type(light).__name__} has no single map, but {filter_}"
+        resolved, filter=filter_, why=f"{resolved.why}; {type(light).__name__} has no single map, but {filter_}"
     )
 
 
-def decide(light: Light, settled: Settled, clip_control: bool, driver: str) -> Decision:
-    """The settings of a light with a map.
+def resolve_settings(light: Light, resolved: ResolvedShadow, clip_control: bool, driver: str) -> ResolvedSettings:
+    """Resolve the settings of a light with a shadow map.
 
     Parameters
     ----------
     clip_control : bool
-        Whether the driver has 0..1 depth.
+        Whether the driver supports 0..1 depth.
     driver : str
         Its name, for the reason of a fallback.
     """
-    shadow = settled.asked
+    shadow = resolved.requested
     target = shadow.target or Target.DEPTH32F
     clip, fallbacks = _clip(light, shadow, target, clip_control, driver)
-    bias = (shadow.bias or ReceiverPlaneBias()).derived(settled.filter.reach_texels)
+    bias = (shadow.bias or ReceiverPlaneBias()).derived(resolved.filter.reach_texels)
     settings = CasterSettings(target, bias, shadow.faces, shadow.channel)
-    fit = settled.fit
+    fit = resolved.fit
     if fit.for_suns and not light.at_infinity:
-        fallbacks += (f"fit {fit} became {ViewFit()}: only the map of a sun can be fitted so",)
+        fallbacks += (f"fit {fit} became {ViewFit()}: only a directional light's map can be fitted this way",)
         fit = ViewFit()
-    if fit.warps and (not target.is_depth or settled.filter.encoding or bias.shift_texels > 0.0):
+    if fit.warps and (not target.is_depth or resolved.filter.encoding or bias.shift_texels > 0.0):
         fallbacks += (
-            f"fit {fit} became {ViewFit()}: in perspective only depth textures that are compared are right, and no bias of so many texels",
+            f"fit {fit} became {ViewFit()}: perspective needs a depth target, a filter that compares depths and a bias without texel shift",
         )
         fit = ViewFit()
-    return Decision(settled.filter, fit, settings, clip, fallbacks + ignored_size(light, settled.filter))
+    return ResolvedSettings(resolved.filter, fit, settings, clip, fallbacks + ignored_size(light, resolved.filter))
 
 
 def ignored_size(light: Light, filter_: Filter) -> tuple[str, ...]:
-    """The fallback of a light that has a size, if it has."""
+    """The fallback of an area light whose filter ignores its size; empty otherwise."""
     if not light.has_size or filter_.obeys_size:
         return ()
-    return (f"the light's size is ignored: {filter_!r} knows only points, so its shadow is hard",)
+    return (f"the light's size is ignored: {filter_!r} treats the light as a point, so its shadow is hard",)
 
 
 def _clip(
     light: Light, shadow: Shadow, target: Target, clip_control: bool, driver: str
 ) -> tuple[ClipSpace, tuple[str, ...]]:
-    """Reversed 0..1 pays for perspective views in float depth only; a sun's depth is linear."""
+    """Clip convention, with a fallback. Reversed 0..1 depth helps only perspective views in float formats; orthographic depth is linear."""
     reversed_pays = light.projection != "orthographic" and target is Target.DEPTH32F
     wanted = shadow.clip or ClipSpace(True, reversed_pays)
     if not wanted.zero_to_one or clip_control:

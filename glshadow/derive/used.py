@@ -1,4 +1,4 @@
-"""Used: what was really used for one light's shadow."""
+"""Used: the settings that were really used for one light's shadow."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from glshadow.shadows.view import ShadowView
 
 @dataclass(frozen=True)
 class Used:
-    """What was really used for one light, every None resolved.
+    """The settings that were really used for one light, every None resolved.
 
     Parameters
     ----------
     views : tuple of ShadowView
-        Matrices, window, near and far, tile; empty for a light that casts nothing or lights nothing that is seen.
+        Matrices, window, near and far, tile; empty for a light that casts nothing or lights nothing visible.
     why : str
-        Why it has this filter.
+        Reason of the filter's choice.
     filter, bias, target, clip, faces
         As in Shadow. None throughout for a light without a shadow; faces None: back faces culled for closed meshes.
     draws : int
@@ -30,7 +30,7 @@ class Used:
     links : int
         Exact: entries of the light's triangle lists.
     fallbacks : tuple of str
-        Every request that could not be met as given, with its reason.
+        Every request that could not be met, with its reason.
     """
 
     views: tuple[ShadowView, ...] = ()
@@ -46,11 +46,11 @@ class Used:
 
     @property
     def texel(self) -> tuple[float, float] | None:
-        """Size of a texel of the first view: world units for a sun, tangents (at distance 1) otherwise."""
+        """Size of a texel of the first view: world units for a directional light, tangents (at distance 1) otherwise."""
         return self.views[0].texel if self.views else None
 
     def as_dict(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """As JSON-compatible values."""
         return {
             "filter": repr(self.filter),
             "why": self.why,

@@ -1,4 +1,4 @@
-"""One frame from beginning to end: camera pass, the shadow of each light, lighting, read-back."""
+"""Draws one frame: camera pass, the shadow of each light, lighting, read-back."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from glshadow.derive.used import Used
 from glshadow.errors import warn
 from glshadow.gl.driver.clock import Clock
 from glshadow.gl.driver.targets import clear_outputs
-from glshadow.gl.frame_context import Work
+from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.camera import draw_surface, nothing_in_view
 from glshadow.gl.passes.primary import find_primary
 from glshadow.gl.passes.resolve import Share, resolve
 from glshadow.gl.passes.translucent import untinted
-from glshadow.gl.resources import Store
-from glshadow.gl.techniques import LightWork
+from glshadow.gl.resources import ResourceCache
+from glshadow.gl.techniques import LightPass
 from glshadow.gl.techniques.technique import open_receiver
 from glshadow.lights import DirectionalLight
 
@@ -28,14 +28,14 @@ _EVERY_SAMPLE = "all {} samples of every pixel are shaded: collecting those that
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """What a frame is made of.
+    """A drawn frame.
 
     Parameters
     ----------
     outputs : dict
-        By name.
+        Arrays by name.
     used : tuple of Used
-        Per light.
+        For each light.
     near, far : float
         Depth range of the camera.
     """
@@ -46,77 +46,79 @@ class Drawn:
     far: float
 
 
-def draw_frame(store: Store, request: FrameRequest) -> Drawn:
-    """Draw what is requested; the context is current."""
-    context, look, outputs, count = store.context, request.look, request.outputs, len(request.lights)
-    # without atomics every sample is shaded, as a pixel of a larger image
-    spread = (1, 1) if context.caps.compute else grid(look.samples)
-    work = store.work(request, spread)
+def draw_frame(cache: ResourceCache, request: FrameRequest) -> Drawn:
+    """Draw a frame; the context must be current."""
+    context, look, outputs, count = cache.context, request.look, request.outputs, len(request.lights)
+    # without atomics all samples are shaded, as pixels of a larger image
+    pattern = (1, 1) if context.caps.compute else grid(look.samples)
+    frame = cache.frame_context(request, pattern)
     clock = Clock(context, "timings" in outputs)
     with clock("shadow"):
-        lights = store.sources.claim(work, request.lights)
-    _see(store, work, look.samples, clock)
+        lights = cache.techniques.allocate(frame, request.lights)
+    _draw_camera(cache, frame, look.samples, clock)
     with clock("shadow"):
         for each in lights:
-            each.used = each.used or each.technique.prepare(work)
-            each.panes = store.glasses.panes(work, each.number, each.light)
+            each.used = each.used or each.technique.update(frame)
+            each.tint = cache.translucent_maps.tint(frame, each.number, each.light)
     with clock("resolve"):
-        # here, so that tiles are cleared and drawn in one go
-        clear_outputs(context, work.targets, look.linear_background, look.background is None)
-        shares = _shares(work, lights, look)
-        used = [each.technique.amended(each.used) for each in lights if each.used]
+        # cleared only now, so that tile-based rasterisers clear and draw each tile in one go
+        clear_outputs(context, frame.targets, look.linear_background, look.background is None)
+        shares = _shares(frame, lights, look)
+        used = [each.technique.finalize(each.used) for each in lights if each.used]
         for share in shares:
-            resolve(work, share)
-    if work.targets.samples > 1:
+            resolve(frame, share)
+    if frame.targets.samples > 1:
         with clock("samples"):
-            store.several(work).shade(
-                work, shares, look.linear_background, look.background is None, "visibility" in outputs
+            cache.samples(frame).shade(
+                frame, shares, look.linear_background, look.background is None, "visibility" in outputs
             )
     with clock("read"):
-        results = store.read(work, outputs, count, look, spread)
+        results = cache.read(frame, outputs, count, look, pattern)
         if "shadow_maps" in outputs:
             results["shadow_maps"] = tuple(each.technique.stored() for each in lights)
     context.check_errors("rendering")
-    sight = work.sight
-    if not store.something:
-        warn(nothing_in_view(request.scene, sight))
-    fallbacks = sight.fallbacks + ((store.missed,) if store.missed else ())
-    if spread != (1, 1):
+    camera_view = frame.camera_view
+    if not cache.any_surface:
+        warn(nothing_in_view(request.scene, camera_view))
+    fallbacks = camera_view.fallbacks + ((cache.primary_fallback,) if cache.primary_fallback else ())
+    if pattern != (1, 1):
         fallbacks += (_EVERY_SAMPLE.format(look.samples, context.caps.renderer, context.caps.version_code / 100),)
     if clock.wanted:
         results["timings"] = clock.times()
-    said = tuple(
-        replace(each, fallbacks=each.fallbacks + untinted(work.scene, light) + fallbacks)
+    reported = tuple(
+        replace(each, fallbacks=each.fallbacks + untinted(frame.scene, light) + fallbacks)
         for each, light in zip(used, request.lights, strict=True)
     )
-    return Drawn(results, said, sight.near, sight.far)
+    return Drawn(results, reported, camera_view.near, camera_view.far)
 
 
-def _see(store: Store, work: Work, samples: int, clock: Clock) -> None:
-    """Draw what the camera sees, unless it is there from the last frame."""
-    key = (work.sight, work.targets.identity, samples)
-    if store.seen == key:
+def _draw_camera(cache: ResourceCache, frame: FrameContext, samples: int, clock: Clock) -> None:
+    """Draw the camera pass, unless the surface buffer still holds this view."""
+    key = (frame.camera_view, frame.targets.identity, samples)
+    if cache.seen == key:
         return
-    store.seen = None
-    with clock("surface"), store.covered:
-        draw_surface(work.context, work.programs, work.scene, work.sight, work.targets.fine.framebuffer, samples)
+    cache.seen = None
+    with clock("surface"), cache.covered:
+        draw_surface(
+            frame.context, frame.programs, frame.scene, frame.camera_view, frame.targets.fine.framebuffer, samples
+        )
     with clock("surface"):
-        store.missed = find_primary(work, work.targets.fine, work.targets.samples)
-    if work.targets.samples > 1:
+        cache.primary_fallback = find_primary(frame, frame.targets.fine, frame.targets.samples)
+    if frame.targets.samples > 1:
         with clock("samples"):
-            store.several(work).fill(work)
-    store.something = store.covered.passed
-    store.seen = key
+            cache.samples(frame).fill(frame)
+    cache.any_surface = cache.covered.passed
+    cache.seen = key
 
 
-def _shares(work: Work, lights: Sequence[LightWork], look: Look) -> tuple[Share, ...]:
-    """Each light's part of the image; without lights one of a light that is dark."""
+def _shares(frame: FrameContext, lights: Sequence[LightPass], look: Look) -> tuple[Share, ...]:
+    """Each light's contribution to the image; without lights that of a single black one."""
     if not lights:
         dark = DirectionalLight(intensity=0.0)
-        return (Share(dark, open_receiver(work, dark), 0, 1, look.ambient, look.linear_background),)
-    several = work.targets.samples > 1
+        return (Share(dark, open_receiver(frame, dark), 0, 1, look.ambient, look.linear_background),)
+    several = frame.targets.samples > 1
     return tuple(
-        Share(each.light, each.technique.marking_receiver(work) if several else each.technique.receiver(work),
-              each.number, len(lights), look.ambient, look.linear_background, each.panes)
+        Share(each.light, each.technique.marking_receiver(frame) if several else each.technique.receiver(frame),
+              each.number, len(lights), look.ambient, look.linear_background, each.tint)
         for each in lights
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Work: all that the passes of one frame share."""
+"""FrameContext: what all passes of one frame share."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from glshadow.gl.driver.context import Caps, GLContext
 from glshadow.gl.driver.program import Programs
 from glshadow.gl.driver.targets import CameraTargets
 from glshadow.gl.passes.atlases import Atlases
-from glshadow.gl.passes.camera import Sight
+from glshadow.gl.passes.camera import CameraView
 from glshadow.gl.passes.screen import Samplers
 from glshadow.gl.scene.cookies import Cookies
 from glshadow.gl.scene.geometry import GpuScene
 
 
 @dataclass(frozen=True, eq=False)
-class Work:
-    """One frame's scene, camera and buffers, and what the context keeps from frame to frame."""
+class FrameContext:
+    """One frame's scene, camera and render targets, and the caches that outlive the frame."""
 
     context: GLContext
     programs: Programs
@@ -24,10 +24,10 @@ class Work:
     atlases: Atlases
     cookies: Cookies
     scene: GpuScene
-    sight: Sight
+    camera_view: CameraView
     targets: CameraTargets
 
     @property
     def caps(self) -> Caps:
-        """What the driver can do."""
+        """The driver's capabilities."""
         return self.context.caps

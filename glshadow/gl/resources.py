@@ -1,4 +1,4 @@
-"""Store: what a renderer keeps on the GPU from frame to frame, and what a frame takes from it."""
+"""ResourceCache: GPU resources that a renderer keeps from frame to frame, and the context of each frame."""
 
 from __future__ import annotations
 
@@ -13,36 +13,35 @@ from glshadow.gl.driver.kept import Kept
 from glshadow.gl.driver.program import Programs
 from glshadow.gl.driver.queries import AnySamples
 from glshadow.gl.driver.targets import CameraTargets, SurfaceTargets
-from glshadow.gl.frame_context import Work
+from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.atlases import Atlases
-from glshadow.gl.passes.camera import Sight, draw_surface
-from glshadow.gl.passes.camera import look as seen_by
+from glshadow.gl.passes.camera import CameraView, draw_surface, view_scene
 from glshadow.gl.passes.primary import find_primary
-from glshadow.gl.passes.readback import average_samples, read_means, read_middles
+from glshadow.gl.passes.readback import average_samples, read_centres, read_means
 from glshadow.gl.passes.samples import Samples
 from glshadow.gl.passes.screen import Samplers
-from glshadow.gl.passes.translucent import Glasses
+from glshadow.gl.passes.translucent import TranslucentMaps
 from glshadow.gl.scene.cookies import Cookies
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.scene.meshes import Meshes
-from glshadow.gl.techniques import Sources
+from glshadow.gl.techniques import Techniques
 
 
-class Store:
-    """Everything that is kept, at first empty.
+class ResourceCache:
+    """All cached resources of a renderer, empty at first.
 
     Attributes
     ----------
-    programs, meshes, sources, glasses, covered
-        Made once, filled by frames.
+    programs, meshes, techniques, translucent_maps, covered
+        Created once, filled by frames.
     scene : Kept
         The scene of the last frame.
-    seen : (Sight, identity of its targets, samples), optional
-        What the surface buffer holds.
-    something : bool
-        Whether that is anything.
-    missed : str
-        Why it shows what GL drew, not what rays meet; empty: it shows what rays meet.
+    seen : (CameraView, identity of its targets, samples), optional
+        Cache key of the surface buffer's content.
+    any_surface : bool
+        Whether any surface is in view.
+    primary_fallback : str
+        Why the surface buffer shows what GL rasterised and not what the pixels' rays meet; empty: it shows what the rays meet.
     """
 
     def __init__(self, context: GLContext) -> None:
@@ -51,80 +50,82 @@ class Store:
         self.programs = Programs(context)
         self.meshes = Meshes(context)
         self.covered = AnySamples(context.gl)
-        self.sources = Sources(context)
-        self.glasses = Glasses(context)
+        self.techniques = Techniques(context)
+        self.translucent_maps = TranslucentMaps(context)
         self.scene: Kept[GpuScene] = Kept()
-        self.seen: tuple[Sight, int, int] | None = None
-        self.something = False
-        self.missed = ""
+        self.seen: tuple[CameraView, int, int] | None = None
+        self.any_surface = False
+        self.primary_fallback = ""
         self._samplers = Samplers.make(ctx)
         self.atlases = Atlases(context)
         self.cookies = Cookies(context)
         self._targets: Kept[CameraTargets] = Kept()
         self._samples: Kept[Samples] = Kept()
-        self.sight: tuple[Any, Sight] | None = None
+        self.camera_view: tuple[Any, CameraView] | None = None
         self._idle_color = ctx.renderbuffer((1, 1))
         self._idle = ctx.framebuffer([self._idle_color])
         self._idle.use()
 
-    def work(self, request: FrameRequest, spread: tuple[int, int]) -> Work:
-        """A frame's; `spread`: columns and rows of pixels that are drawn for each of the image."""
+    def frame_context(self, request: FrameRequest, pattern: tuple[int, int]) -> FrameContext:
+        """The context of one frame; `pattern`: columns and rows of pixels that are drawn for each pixel of the image."""
         context, scene, camera, size = self.context, request.scene, request.camera, request.size
         lights, samples, outputs = len(request.lights), request.look.samples, request.outputs
         gpu = self.scene.get(weakref.ref(scene), lambda: GpuScene(context, self.meshes, scene))
         key = (camera, size, gpu.identity)
-        if self.sight is None or self.sight[0] != key:
-            self.sight = (key, seen_by(scene, gpu, camera, size, context.caps.clip_control))
+        if self.camera_view is None or self.camera_view[0] != key:
+            self.camera_view = (key, view_scene(scene, gpu, camera, size, context.caps.clip_control))
         channels = 4 if gpu.textured else 2 if gpu.smooth else 1
         several = samples > 1
         shape = (
-            (size[0] * spread[0], size[1] * spread[1]),
-            1 if spread != (1, 1) else samples,
+            (size[0] * pattern[0], size[1] * pattern[1]),
+            1 if pattern != (1, 1) else samples,
             channels,
             max(lights, 1) if several else lights,
             several or "visibility" in outputs,
-            spread != (1, 1) or not outputs.isdisjoint(("linear", "alpha")),
+            pattern != (1, 1) or not outputs.isdisjoint(("linear", "alpha")),
         )
         targets = self._targets.get(shape, lambda: CameraTargets(context, *shape))
         self.atlases.begin()
-        sight = self.sight[1]
-        return Work(context, self.programs, self._samplers, self.atlases, self.cookies, gpu, sight, targets)
+        camera_view = self.camera_view[1]
+        return FrameContext(
+            context, self.programs, self._samplers, self.atlases, self.cookies, gpu, camera_view, targets
+        )
 
-    def several(self, work: Work) -> Samples:
-        """The samples of a frame that has more than one in each pixel."""
-        return self._samples.get(work.targets.identity, lambda: Samples(work))
+    def samples(self, frame: FrameContext) -> Samples:
+        """The per-sample resources of a multisampled frame."""
+        return self._samples.get(frame.targets.identity, lambda: Samples(frame))
 
     def read(
-        self, work: Work, outputs: frozenset[str], lights: int, look: Look, spread: tuple[int, int]
+        self, frame: FrameContext, outputs: frozenset[str], lights: int, look: Look, pattern: tuple[int, int]
     ) -> dict[str, Any]:
-        """A frame's outputs, but for maps and timings; what only a pixel's middle has is drawn for it."""
-        targets, transparent = work.targets, look.background is None
-        if spread == (1, 1):
+        """A frame's outputs except maps and timings. Outputs that only a pixel's centre has are drawn for it."""
+        targets, transparent = frame.targets, look.background is None
+        if pattern == (1, 1):
             results = read_means(outputs, targets, lights, transparent)
         else:
             fine = read_means(outputs | {"linear", "alpha"}, targets, lights, transparent)
-            results = average_samples(outputs, fine, spread, transparent)
+            results = average_samples(outputs, fine, pattern, transparent)
         if outputs.isdisjoint(CENTRES):
             return results
         if look.samples == 1:
-            return results | read_middles(outputs, work.scene, work.sight, targets.fine)
-        # no sample lies in the middle of a pixel
-        middle = SurfaceTargets(self.context, work.sight.size, targets.surface.components, "the pixels' middles")
-        draw_surface(self.context, work.programs, work.scene, work.sight, middle.framebuffer)
-        find_primary(work, middle)
-        results |= read_middles(outputs, work.scene, work.sight, middle)
+            return results | read_centres(outputs, frame.scene, frame.camera_view, targets.fine)
+        # no sample lies at the centre of a pixel
+        middle = SurfaceTargets(self.context, frame.camera_view.size, targets.surface.components, "the pixels' middles")
+        draw_surface(self.context, frame.programs, frame.scene, frame.camera_view, middle.framebuffer)
+        find_primary(frame, middle)
+        results |= read_centres(outputs, frame.scene, frame.camera_view, middle)
         self.rest()
         middle.release()
         return results
 
     def rest(self) -> None:
-        """Between frames. moderngl binds again what was bound before, also a framebuffer released meanwhile: leave one that stays."""
+        """Called between frames. moderngl restores the previous framebuffer even if it was released meanwhile: bind one that stays."""
         self._idle.use()
         self.meshes.sweep()
         self.cookies.sweep()
 
     def release(self) -> None:
-        """Free the GPU memory, what depends on other things first."""
+        """Free the GPU memory, dependent resources first."""
         for thing in (self.scene, self._targets, self._samples, self.programs, self.meshes, self._samplers, self.covered,
-                      self.atlases, self.cookies, self._idle, self._idle_color, self.sources, self.glasses):  # fmt: skip
+                      self.atlases, self.cookies, self._idle, self._idle_color, self.techniques, self.translucent_maps):  # fmt: skip
             thing.release()

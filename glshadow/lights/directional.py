@@ -67,7 +67,7 @@ class DirectionalLight(DistantLight):
     most_views: ClassVar[int] = 1
     sized_by: ClassVar[str] = "angle"
     beside_geometry: ClassVar[frozenset[str]] = DistantLight.beside_geometry | {"near", "far", "cookie"}
-    penumbra: ClassVar[Mapping[str, int] | None] = {"GLS_PANEL": 0}
+    penumbra: ClassVar[Mapping[str, int] | None] = {"GLS_RECT": 0}
 
     @classmethod
     def from_places(cls, texts: Sequence[str]) -> dict[str, Any]:

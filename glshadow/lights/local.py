@@ -158,7 +158,7 @@ class SphereLight(LocalLight):
 
     sized_by: ClassVar[str] = "radius"
     beside_geometry: ClassVar[frozenset[str]] = LocalLight.beside_geometry | {"near", "far", "falloff"}
-    penumbra: ClassVar[Mapping[str, int] | None] = {"GLS_PANEL": 0}
+    penumbra: ClassVar[Mapping[str, int] | None] = {"GLS_RECT": 0}
 
     def strength(self, points: Array) -> Array:
         """The window of its range, and its falloff."""

@@ -62,7 +62,7 @@ class RectLight(LocalLight):
     places: ClassVar[tuple[int, int]] = (3, 3)
     snippet: ClassVar[str] = "light/rect.glsl"
     wide: ClassVar[bool] = True
-    penumbra: ClassVar[Mapping[str, int] | None] = {"GLS_PANEL": 1}
+    penumbra: ClassVar[Mapping[str, int] | None] = {"GLS_RECT": 1}
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -185,11 +185,11 @@ class RectLight(LocalLight):
 
     def area_uniforms(self, axes: Array) -> dict[str, Any]:
         """Its axes."""
-        return {"u_panel": axes @ self.axes.T}
+        return {"u_rect": axes @ self.axes.T}
 
     def uniforms(self, axes: Array) -> dict[str, Any]:
         """Also its axes."""
-        return {**super().uniforms(axes), "u_panel": axes @ self.axes.T}
+        return {**super().uniforms(axes), "u_rect": axes @ self.axes.T}
 
     def gizmo(self, size: float, far: float) -> Gizmo:
         """Arms along the world's axes."""

@@ -112,10 +112,10 @@ class Measurement(Score):
 
 def _texels(frame: Frame, number: int) -> tuple[int, float]:
     """Texels along the side of a light's map, and of the soft edge's half width; what was used, where the frame knows it."""
-    settled = (frame.lights[number].shadow or Shadow()).settled()
+    resolved = (frame.lights[number].shadow or Shadow()).resolved()
     used = getattr(frame, "used", ())
     known = used[number].filter if number < len(used) else None
-    return settled.resolution, (known or settled.filter).radius
+    return resolved.resolution, (known or resolved.filter).radius
 
 
 def _plain(score: Score) -> dict[str, object]:

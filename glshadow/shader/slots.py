@@ -70,9 +70,9 @@ def mapped_slots(
     }
 
 
-def given_slots(light: Lit) -> dict[str, str]:
+def precomputed_slots(light: Lit) -> dict[str, str]:
     """Snippets for a light whose visibility earlier passes found."""
-    return {"light": light.snippet, "shadow": "receiver/given.glsl"}
+    return {"light": light.snippet, "shadow": "receiver/precomputed.glsl"}
 
 
 def exact_slots(light: Lit) -> dict[str, str]:
@@ -85,7 +85,7 @@ def exact_slots(light: Lit) -> dict[str, str]:
 
 
 def area_slots(light: Lit, between: str) -> dict[str, str]:
-    """Snippets of pass/penumbra.frag; `between`: "outlines", "region" or "found"."""
+    """Snippets of pass/penumbra.frag; `between`: "silhouettes", "region" or "found"."""
     return {**exact_slots(light), "between": f"exact/{between}.glsl"}
 
 

@@ -1,4 +1,4 @@
-"""What a fit is asked, and what it answers."""
+"""FitRequest: the inputs of a fit; Fitted: its views."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Blocks:
-    """What a camera was found to see: for each block of pixels that shows a surface, how near and how far that is.
+class DepthTiles:
+    """Depth range of what a camera sees, for each tile of pixels that shows a surface.
 
     Parameters
     ----------
     starts, rays : (B, 4, 3) float64
-        World; through the corners of each block, rays of unit view depth.
+        World; through the corners of each tile, rays of unit view depth.
     nearest, farthest : (B,) float64
         View depths.
     """
@@ -42,8 +42,8 @@ class Blocks:
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
-    """What a fit is asked for.
+class FitRequest:
+    """Inputs of a fit.
 
     Parameters
     ----------
@@ -54,15 +54,15 @@ class Asked:
     casters : (K, 3) float64
         World corners of everything that casts.
     size : (2,) ints
-        Of the picture.
+        Of the image.
     near, far : float
         Of the camera.
     guard : int
         Texels around what is covered that a filter may reach into.
     fine : bool
         Whether the map's depth rounds relative to 1 / depth, see `view.fine_depth`.
-    blocks : Blocks, optional
-        What is really seen, where that was found out.
+    depth_tiles : DepthTiles, optional
+        Depth tiles of the camera, if they were measured.
     """
 
     light: Light
@@ -78,7 +78,7 @@ class Asked:
     resolution: int
     guard: int
     fine: bool = False
-    blocks: Blocks | None = None
+    depth_tiles: DepthTiles | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from typing import ClassVar
 from glshadow.core.setting import flag, number, setting, whole
 from glshadow.core.spaces import FARTHEST, Array
 from glshadow.core.spelling import Spelled
-from glshadow.shadows.fit_request import Asked, Fitted
+from glshadow.shadows.fit_request import FitRequest, Fitted
 from glshadow.shadows.fitted import around, cascades, warped
 
 
@@ -43,9 +43,9 @@ class Fit(Spelled):
         """
         raise NotImplementedError
 
-    def fitted(self, asked: Asked) -> Fitted:
+    def fitted(self, request: FitRequest) -> Fitted:
         """The views: around the receivers."""
-        return around(asked, self.receivers(asked.scene, asked.seen))
+        return around(request, self.receivers(request.scene, request.seen))
 
 
 @dataclass(frozen=True)
@@ -122,9 +122,9 @@ class Cascades(Fit):
         """What is seen, or all."""
         return list(scene) if self.stable else seen
 
-    def fitted(self, asked: Asked) -> Fitted:
+    def fitted(self, request: FitRequest) -> Fitted:
         """One view for each slice."""
-        return cascades(asked, self)
+        return cascades(request, self)
 
 
 @dataclass(frozen=True)
@@ -161,9 +161,9 @@ class Lispsm(Fit):
         """What is seen."""
         return seen
 
-    def fitted(self, asked: Asked) -> Fitted:
+    def fitted(self, request: FitRequest) -> Fitted:
         """One view."""
-        return warped(asked, self)
+        return warped(request, self, cascades(request, Cascades(1, blend=0.0)))
 
 
 FITS: tuple[type[Fit], ...] = (ViewFit, SceneFit, Cascades, Lispsm)

@@ -12,7 +12,7 @@ from glshadow.core.cameras import Camera
 from glshadow.core.spaces import Array, project, rigid_inverse, transform, view_axes
 from glshadow.geometry.fitting import shaded_receivers
 from glshadow.geometry.ranges import view_depth
-from glshadow.shadows.fit_request import Asked, Fitted
+from glshadow.shadows.fit_request import FitRequest, Fitted
 from glshadow.shadows.view import Cascade, ShadowView, shadow_views
 
 if TYPE_CHECKING:  # lights have shadows, which have fits, which call this
@@ -20,14 +20,21 @@ if TYPE_CHECKING:  # lights have shadows, which have fits, which call this
     from glshadow.shadows.fits import Cascades, Lispsm
 
 
-def around(asked: Asked, receivers: list[Array]) -> Fitted:
+def around(request: FitRequest, receivers: list[Array]) -> Fitted:
     """Views around receivers, or around what casters can shade of them where that is little."""
-    light, shaded = asked.light, None
+    light, shaded = request.light, None
     if light.at_infinity and any(len(points) for points in receivers):
-        shaded = shaded_receivers(light.rays_to(np.zeros(3)), receivers, asked.casters, *asked.boxes)
+        shaded = shaded_receivers(light.rays_to(np.zeros(3)), receivers, request.casters, *request.boxes)
     receivers, inside = (receivers, True) if shaded is None else (shaded, False)
     found = shadow_views(
-        light, receivers, asked.casters, asked.clip, asked.resolution, asked.guard, fine=asked.fine, all_inside=inside
+        light,
+        receivers,
+        request.casters,
+        request.clip,
+        request.resolution,
+        request.guard,
+        fine=request.fine,
+        all_inside=inside,
     )
     return Fitted(found, None if shaded is None else np.concatenate(shaded))
 
@@ -39,22 +46,24 @@ LEAST_SHARE = 1e-6
 """Of the extent of what a view is for: the least width of its window."""
 
 
-def cascades(asked: Asked, settings: Cascades) -> Fitted:
+def cascades(request: FitRequest, settings: Cascades) -> Fitted:
     """One view for each slice; none is left out, so that their tiles stay where they are."""
-    light = cast("DistantLight", asked.light)  # `derive.resolved` fits no other light so
+    light = cast("DistantLight", request.light)  # `derive.resolved` fits no other light so
     if settings.stable:
-        return Fitted(_snapped(asked, settings, light), asked.scene.reshape(-1, 3))
-    if asked.blocks is None or not len(asked.blocks.nearest):  # not known yet: as many
-        one = around(asked, asked.seen).views[:1]
-        return Fitted(tuple(replace(each, inset=_inset(asked), gutter=0) for each in one * settings.count))
-    blocks = asked.blocks
-    ends = split(settings, float(blocks.nearest.min()), float(blocks.farthest.max()), asked.camera.is_perspective)
-    slices = [blocks.between(near, far) for near, far in pairwise(ends)]
+        return Fitted(_snapped(request, settings, light), request.scene.reshape(-1, 3))
+    if request.depth_tiles is None or not len(request.depth_tiles.nearest):  # not known yet: as many
+        one = around(request, request.seen).views[:1]
+        return Fitted(tuple(replace(each, inset=_inset(request), gutter=0) for each in one * settings.count))
+    depth_tiles = request.depth_tiles
+    ends = split(
+        settings, float(depth_tiles.nearest.min()), float(depth_tiles.farthest.max()), request.camera.is_perspective
+    )
+    slices = [depth_tiles.between(near, far) for near, far in pairwise(ends)]
     points = np.concatenate(slices)
     origin = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    axes = _along_view(light, asked.camera)
-    shade = (asked.casters - origin) @ axes[:2].T
-    depth = light.depth_range(points, asked.casters, axes, origin)
+    axes = _along_view(light, request.camera)
+    shade = (request.casters - origin) @ axes[:2].T
+    depth = light.depth_range(points, request.casters, axes, origin)
     least = LEAST_SHARE * max(float(np.ptp(points, axis=0).max()), 1e-300)
     found = []
     for number, inside in enumerate(slices):
@@ -65,9 +74,9 @@ def cascades(asked: Asked, settings: Cascades) -> Fitted:
         )
         if (low >= high).any():  # nothing casts there
             low, high = flat.min(axis=0), flat.max(axis=0)
-        half = 0.5 * np.maximum(high - low, least) * _widened(asked)
+        half = 0.5 * np.maximum(high - low, least) * _widened(request)
         found.append(
-            _cascade(asked, settings, rigid_inverse(axes, origin), 0.5 * (low + high), half, depth, ends, number)
+            _cascade(request, settings, rigid_inverse(axes, origin), 0.5 * (low + high), half, depth, ends, number)
         )
     return Fitted(tuple(found), points)
 
@@ -81,16 +90,16 @@ def split(settings: Cascades, near: float, far: float, perspective: bool = True)
     return [near, *(float(each) for each in even[1:-1]), far]
 
 
-def _snapped(asked: Asked, settings: Cascades, light: DistantLight) -> tuple[ShadowView, ...]:
+def _snapped(request: FitRequest, settings: Cascades, light: DistantLight) -> tuple[ShadowView, ...]:
     """Squares of a size that depends on the camera's lens alone, at whole texels of a lattice that depends on the scene alone."""
-    camera, corners = asked.camera, asked.scene.reshape(-1, 3)
+    camera, corners = request.camera, request.scene.reshape(-1, 3)
     origin = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
-    last = settings.distance or _power_of_two(asked.far, 1.0)
-    first = min(max(_power_of_two(asked.near, 0.0), STABLE_SHARE * last), 0.5 * last)
+    last = settings.distance or _power_of_two(request.far, 1.0)
+    first = min(max(_power_of_two(request.near, 0.0), STABLE_SHARE * last), 0.5 * last)
     ends = split(settings, first, last, camera.is_perspective)
     axes = view_axes(np.asarray(light.direction))
-    depth = light.depth_range(corners, asked.casters, axes, origin)
-    left, right, bottom, top = camera.window(asked.size)
+    depth = light.depth_range(corners, request.casters, axes, origin)
+    left, right, bottom, top = camera.window(request.size)
     window = np.array([(x, y) for x in (left, right) for y in (bottom, top)])
     found = []
     for number, (start, end) in enumerate(pairwise(ends)):
@@ -101,27 +110,26 @@ def _snapped(asked: Asked, settings: Cascades, light: DistantLight) -> tuple[Sha
         centre = local.mean(axis=0)
         reach = float(np.linalg.norm(local - centre, axis=1).max())
         # of seven bits, so that whole texels, and sums of them, are exact; and one more for the step from `centre` to the lattice
-        texel = _rounded_up(2.0 * (1.0 + 2.0 / asked.resolution) * reach * _widened(asked) / asked.resolution)
-        half = 0.5 * texel * asked.resolution
+        texel = _rounded_up(2.0 * (1.0 + 2.0 / request.resolution) * reach * _widened(request) / request.resolution)
+        half = 0.5 * texel * request.resolution
         world = camera.view_from_world[:3, :3].T @ (centre - camera.view_from_world[:3, 3])
         middle = np.floor((world - origin) @ axes[:2].T / texel) * texel
         view = rigid_inverse(axes, origin)
-        found.append(_cascade(asked, settings, view, middle, np.full(2, half), depth, ends, number))
+        found.append(_cascade(request, settings, view, middle, np.full(2, half), depth, ends, number))
     return tuple(found)
 
 
-def warped(asked: Asked, settings: Lispsm) -> Fitted:
-    """One view in perspective along the camera's view, or as for one cascade where that is no better."""
-    plain = cascades(asked, Cascades(1, blend=0.0))
+def warped(request: FitRequest, settings: Lispsm, plain: Fitted) -> Fitted:
+    """One view in perspective along the camera's view; `plain`, that of a single cascade, where perspective gives no smaller texels."""
     if not plain.views:
         return plain
     view = replace(plain.views[0], cascade=None)
-    blocks, camera = asked.blocks, asked.camera
-    if blocks is None or not len(blocks.nearest) or not camera.is_perspective:
+    depth_tiles, camera = request.depth_tiles, request.camera
+    if depth_tiles is None or not len(depth_tiles.nearest) or not camera.is_perspective:
         return Fitted((view,), plain.shaded)
     axes, origin = view.view_from_world[:3, :3], -view.view_from_world[:3, :3].T @ view.view_from_world[:3, 3]
-    near, far = float(blocks.nearest.min()), float(blocks.farthest.max())
-    local = _inside(view, transform(view.view_from_world, blocks.between(near, far)).reshape(-1, 8, 3))
+    near, far = float(depth_tiles.nearest.min()), float(depth_tiles.farthest.max())
+    local = _inside(view, transform(view.view_from_world, depth_tiles.between(near, far)).reshape(-1, 8, 3))
     sine = float(np.linalg.norm(axes[:2] @ camera.view_from_world[2, :3]))
     if not len(local) or sine < 1e-3:
         return Fitted((view,), plain.shaded)
@@ -129,20 +137,20 @@ def warped(asked: Asked, settings: Lispsm) -> Fitted:
     low, high = float(local[:, 1].min()), float(local[:, 1].max())
     start = float(depth.min())
     distance = (start if settings.psm else start + np.sqrt(start * (start + (high - low) * sine))) / sine
-    casters = (asked.casters - origin) @ axes.T
-    made = _in_perspective(asked, view, local, float(casters[:, 2].max()), low, float(distance))
+    casters = (request.casters - origin) @ axes.T
+    made = _in_perspective(request, view, local, float(casters[:, 2].max()), low, float(distance))
     better = _texels(made, local, depth) < _texels(view, local, depth)
     return Fitted((made if better else view,), plain.shaded)
 
 
-def _inside(view: ShadowView, blocks: Array) -> Array:
+def _inside(view: ShadowView, depth_tiles: Array) -> Array:
     """Corners (M * 8, 3) of boxes around what lies in a view's window of blocks (B, 8, 3), given by their corners in the view.
 
     Of what lies outside nothing is shaded. Boxes, not the corners inside: a block may cover the window with none of its corners in it.
     """
     left, right, bottom, top = view.window
-    low = np.maximum(blocks.min(axis=1), (left, bottom, -np.inf))
-    high = np.minimum(blocks.max(axis=1), (right, top, np.inf))
+    low = np.maximum(depth_tiles.min(axis=1), (left, bottom, -np.inf))
+    high = np.minimum(depth_tiles.max(axis=1), (right, top, np.inf))
     held = (low <= high).all(axis=1)
     ends = np.stack([low[held], high[held]], axis=1)
     return np.stack([ends[:, [i, j, k], [0, 1, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)], axis=1).reshape(
@@ -151,7 +159,7 @@ def _inside(view: ShadowView, blocks: Array) -> Array:
 
 
 def _in_perspective(
-    asked: Asked, view: ShadowView, local: Array, highest: float, low: float, distance: float
+    request: FitRequest, view: ShadowView, local: Array, highest: float, low: float, distance: float
 ) -> ShadowView:
     """A view around points (N, 3) in it, its centre of projection `distance` before the nearest, at y = `low`.
 
@@ -166,7 +174,7 @@ def _in_perspective(
     pad = 1e-3 * float(np.ptp(ends))
     lowest, greatest = flat[:, :2].min(axis=0), flat[:, :2].max(axis=0)
     least = LEAST_SHARE * max(float(np.ptp(local, axis=0).max()), distance)
-    half, middle = 0.5 * np.maximum(greatest - lowest, least) * _widened(asked), 0.5 * (greatest + lowest)
+    half, middle = 0.5 * np.maximum(greatest - lowest, least) * _widened(request), 0.5 * (greatest + lowest)
     left, bottom, right, top = map(float, (*(middle - half), *(middle + half)))
     near, far = float(ends.min()) - pad, float(ends.max()) + pad
     return replace(view, window=(left, right, bottom, top), near=near, far=far, warp=warp)
@@ -181,14 +189,14 @@ def _texels(view: ShadowView, local: Array, depth: Array) -> float:
     return float((np.maximum(x * w, y * w**2) / depth).mean())
 
 
-def _inset(asked: Asked) -> int:
-    return asked.guard if asked.resolution > 4 * asked.guard else 0
+def _inset(request: FitRequest) -> int:
+    return request.guard if request.resolution > 4 * request.guard else 0
 
 
-def _widened(asked: Asked) -> float:
+def _widened(request: FitRequest) -> float:
     """What a window grows by for two guard bands: one is answered for, one only read."""
-    room = asked.resolution - 4 * asked.guard
-    return asked.resolution / room if room > 0 else 1.0
+    room = request.resolution - 4 * request.guard
+    return request.resolution / room if room > 0 else 1.0
 
 
 def _along_view(light: DistantLight, camera: Camera) -> Array:
@@ -202,7 +210,7 @@ def _along_view(light: DistantLight, camera: Camera) -> Array:
 
 
 def _cascade(
-    asked: Asked,
+    request: FitRequest,
     settings: Cascades,
     view: Array,
     middle: Array,
@@ -211,12 +219,12 @@ def _cascade(
     ends: list[float],
     number: int,
 ) -> ShadowView:
-    depth_of = -asked.camera.view_from_world[2]
+    depth_of = -request.camera.view_from_world[2]
     cascade = Cascade(ends[number], ends[number + 1], settings.blend, settings.by_depth, depth_of)
     left, bottom, right, top = map(float, (*(middle - half), *(middle + half)))
     return ShadowView(
-        "orthographic", 0, view, (left, right, bottom, top), *depth, asked.clip, asked.resolution,
-        inset=_inset(asked), cascade=cascade,
+        "orthographic", 0, view, (left, right, bottom, top), *depth, request.clip, request.resolution,
+        inset=_inset(request), cascade=cascade,
     )  # fmt: skip
 
 

@@ -95,7 +95,7 @@ class Shadow(Settings):
                 f"{self.target.value if self.target else None!r}"
             )
 
-    def settled(self, without_map: str = "", with_map: str = "", sized: bool = False) -> Settled:
+    def resolved(self, without_map: str = "", with_map: str = "", sized: bool = False) -> ResolvedShadow:
         """The settings with a filter, a resolution and a fit in place of None.
 
         Parameters
@@ -118,19 +118,19 @@ class Shadow(Settings):
             filter_, why = of_a_map, without_map
         else:
             filter_, why = Exact(), "no setting asks for a map"
-        return Settled(self, self.resolution or RESOLUTION, filter_, self.fit or ViewFit(), why)
+        return ResolvedShadow(self, self.resolution or RESOLUTION, filter_, self.fit or ViewFit(), why)
 
     def spelled_out(self) -> Self:
         """The same with the filter, the resolution and the fit that it has where triangles can be asked."""
-        settled = self.settled()
-        return replace(self, resolution=settled.resolution, filter=settled.filter, fit=settled.fit)
+        resolved = self.resolved()
+        return replace(self, resolution=resolved.resolution, filter=resolved.filter, fit=resolved.fit)
 
 
 @dataclass(frozen=True)
-class Settled:
+class ResolvedShadow:
     """A Shadow with its filter, resolution and fit decided, and why it has that filter."""
 
-    asked: Shadow
+    requested: Shadow
     resolution: int
     filter: Filter
     fit: Fit

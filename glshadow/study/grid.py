@@ -117,9 +117,9 @@ def settings_of(grid: Grid | Iterable[Shadow]) -> tuple[Shadow, ...]:
 
 def setting_name(shadow: Shadow) -> str:
     """What tells a setting from the default, in a few words: `2048 pcf:1 slope:1.1,4 depth16`."""
-    settled = shadow.settled()
-    words = [str(settled.resolution)] if settled.filter.has_map else []
-    words.append(str(settled.filter))
+    resolved = shadow.resolved()
+    words = [str(resolved.resolution)] if resolved.filter.has_map else []
+    words.append(str(resolved.filter))
     if shadow.bias not in (None, ReceiverPlaneBias()):
         words.append(str(shadow.bias))
     words += [str(value.value) for value in (shadow.target, shadow.faces) if value is not None]

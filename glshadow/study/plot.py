@@ -59,7 +59,7 @@ def figure(study: Study, light: int) -> Figure:
                   color=INK, linewidth=1.0, alpha=0.55, zorder=1)  # fmt: skip
         _points(axes, results, height, {r.key for r in front})
         _axes(axes, min(positive, default=0.0) if len(positive) < len(results) else None, 100.0 * least)
-        _room(axes, max(len(r.name) for r in front))
+        _leave_space(axes, max(len(r.name) for r in front))
         _legend(axes, results)
         drawn.draw_without_rendering()  # the labels need to know where the points have come to lie
         _labels(axes, front, height)
@@ -120,14 +120,14 @@ class _Look:
         shadows = [result.shadow for result in results]
         self.biases = list(dict.fromkeys(str(shadow.bias or ReceiverPlaneBias()) for shadow in shadows))
         self.filters = list(dict.fromkeys(str(shadow.filter) for shadow in shadows))
-        self.resolutions = sorted({shadow.settled().resolution for shadow in shadows})
+        self.resolutions = sorted({shadow.resolved().resolution for shadow in shadows})
         self.formats = any(shadow.target is not None for shadow in shadows)
 
     def of(self, shadow: Shadow) -> tuple[str, str, float]:
         return (
             COLORS[min(self.biases.index(str(shadow.bias or ReceiverPlaneBias())), len(COLORS) - 1)],
             MARKERS[self.filters.index(str(shadow.filter)) % len(MARKERS)],
-            AREAS[min(self.resolutions.index(shadow.settled().resolution), len(AREAS) - 1)],
+            AREAS[min(self.resolutions.index(shadow.resolved().resolution), len(AREAS) - 1)],
         )
 
 
@@ -153,7 +153,7 @@ def _axes(axes: Axes, zero: float | None, zero_at: float) -> None:
     axes.set_axisbelow(True)
 
 
-def _room(axes: Axes, letters: int) -> None:
+def _leave_space(axes: Axes, letters: int) -> None:
     """Leave some at the left, for the first label."""
     low, high = axes.get_xlim()
     axes.set_xlim(low - LETTER_SHARE * letters * (high - low), high + 0.02 * (high - low))

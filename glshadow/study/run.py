@@ -121,7 +121,7 @@ class Run:
         plain = [replace(self._frame(each, "image"), outputs={}) for each in moved]
         for _, group in groupby(sorted(untimed, key=_map_of), key=_map_of):
             chosen = list(group)
-            self._say(f"light {number}: timing {chosen[0].settled().resolution}")
+            self._say(f"light {number}: timing {chosen[0].resolved().resolution}")
             times = self._time(moved, plain, chosen)
             for shadow in chosen:
                 facts = {"light": number, "setting": setting_name(shadow), "times_ms": times[shadow]}
@@ -202,9 +202,9 @@ class Run:
 
 def _map_of(shadow: Shadow) -> tuple[int, str, str, str]:
     """Settings that are timed together: those that share a map, which is not allocated anew between them."""
-    settled = shadow.settled()
-    own = str(settled.filter) if settled.filter.encoding else ""  # also means
-    return settled.resolution, shadow.target.value if shadow.target else "", str(settled.fit), own
+    resolved = shadow.resolved()
+    own = str(resolved.filter) if resolved.filter.encoding else ""  # also means
+    return resolved.resolution, shadow.target.value if shadow.target else "", str(resolved.fit), own
 
 
 def _moved(light: Light, k: int, scene: Scene) -> Light:

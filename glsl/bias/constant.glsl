@@ -1,4 +1,4 @@
-// The receiver moved towards the light by u_bias world units. A sun is along +z; a light with a position is at the origin.
+// Moves the receiver towards the light by u_bias world units. A directional light is along +z; a local light is at the origin.
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif
@@ -8,6 +8,6 @@ vec3 biased_position(vec3 position_lv, vec3 normal_lv, float cosine) {
 #if GLS_SUN
     return position_lv + vec3(0.0, 0.0, u_bias);
 #else
-    return position_lv * (1.0 - min(u_bias / length(position_lv), 0.999)); // never through the light
+    return position_lv * (1.0 - min(u_bias / length(position_lv), 0.999)); // never past the light
 #endif
 }

@@ -1,5 +1,5 @@
-// The receiver moved along its normal N, in the axes of the map, by u_bias * length(N.x * texel width, N.y * texel height): where texels
-// are square, u_bias texels * sin(angle to a sun); of a light with a position at least so much by the angle to it. Holbert 2011.
+// Moves the receiver along its normal N, in the axes of the map, by u_bias * length(N.x * texel width, N.y * texel height): for square
+// texels u_bias texels * sin(angle to a directional light); for a local light at least the same by the angle to it. Holbert 2011.
 // Twin: glshadow.shadows.bias.NormalOffsetBias
 #ifndef GLS_SUN
 #define GLS_SUN 0

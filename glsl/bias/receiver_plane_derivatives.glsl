@@ -1,5 +1,5 @@
-// A planar receiver from screen derivatives, for programs without face normals. In a forward pass only: a buffer's neighbour may be
-// another surface. ES 1.00 needs GLS_DERIVATIVES, which asks for GL_OES_standard_derivatives.
+// The receiver's plane from screen-space derivatives, for programs without face normals. In forward passes only: a neighbour in a buffer
+// may be another surface. ES 1.00 needs GLS_DERIVATIVES, which enables GL_OES_standard_derivatives.
 //   n = dP/dx x dP/dy;   gradient of depth over (u, v) = -(n.u, n.v) / n.depth, from P in light view or in map space
 // Tuft 2010, "Cascaded Shadow Maps"; Luna 2016, section 20.5. Twin: glshadow.shadows.bias.receiver_plane_from_derivatives
 
@@ -10,7 +10,7 @@ vec2 receiver_plane_from_derivatives(vec3 duvz_dx, vec3 duvz_dy) {
     return abs(n.z) <= terms * 9.5367432e-7 ? vec2(0.0) : -n.xy / n.z; // 2^-20
 }
 
-// Unit normal, of either side: what light_visibility wants, also where a gradient would be infinite.
+// Unit normal, of either side, for light_visibility; also defined where a gradient would be infinite.
 vec3 normal_from_derivatives(vec3 position_lv) {
     vec3 n = cross(dFdx(position_lv), dFdy(position_lv));
     vec3 size = abs(n);

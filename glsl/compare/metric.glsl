@@ -1,4 +1,4 @@
-// A colour target that holds the metric, compared by hand: the WebGL 1 path.
+// A colour target with the depth metric, compared in the shader: the WebGL 1 path.
 #include "lib/packing.glsl"
 #ifndef GLS_PACKED
 #define GLS_PACKED 0

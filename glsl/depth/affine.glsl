@@ -1,4 +1,4 @@
-// Stored depth that is affine over the map: window depth of every light, and a sun's metric. stored = u_depth + base.
+// Stored depth that is affine over the map: window depth of every light, and a directional light's metric. stored = u_depth + base.
 #ifndef GLS_SLACK_TEXELS
 #define GLS_SLACK_TEXELS 1.0
 #endif
@@ -8,7 +8,7 @@
 #ifndef GLS_FOLLOW_PLANE
 #define GLS_FOLLOW_PLANE 1
 #endif
-uniform float u_depth; // the constant, less the constant slack
+uniform float u_depth; // constant minus the constant slack
 
 void start_depth(inout Receiver receiver) {
 #if GLS_FOLLOW_PLANE
@@ -20,13 +20,13 @@ void start_depth(inout Receiver receiver) {
     receiver.depth += u_depth;
 }
 
-// Clamped as GL does for fixed-point formats only: beyond far nothing is stored, and a float map must not answer "dark" there.
+// Clamped as GL does, for fixed-point formats only: a float map must not return "dark" beyond far, where nothing is stored.
 float compare_depth(Receiver receiver, vec2 offset) {
     float depth = receiver.depth + dot(receiver.slope, offset);
     return GLS_REVERSED == 1 ? max(depth, 0.0) : min(depth, 1.0);
 }
 
-// How near to the light, in a unit in which the edge of a shadow grows evenly with the difference: window depth, or a sun's metric.
+// Nearness to the light, in a unit in which edge width is linear in the difference: window depth, or a directional light's metric.
 float stored_nearness(Receiver receiver, float stored) {
     return GLS_REVERSED == 1 ? stored : -stored;
 }

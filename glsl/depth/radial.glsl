@@ -5,7 +5,7 @@
 #ifndef GLS_FOLLOW_PLANE
 #define GLS_FOLLOW_PLANE 1
 #endif
-uniform vec3 u_depth; // x, less the constant slack; y; size of a texel as tangent
+uniform vec3 u_depth; // x minus the constant slack; y; size of a texel as tangent
 
 void start_depth(inout Receiver receiver) {
 #if GLS_FOLLOW_PLANE
@@ -23,11 +23,11 @@ float compare_depth(Receiver receiver, vec2 offset) {
 #else
     float stretch = length(vec3(receiver.tangent, 1.0));
 #endif
-    float inverse = max(receiver.depth + dot(receiver.slope, offset), 1e-30); // a ray that never meets the plane: infinitely far
+    float inverse = max(receiver.depth + dot(receiver.slope, offset), 1e-30); // a ray that misses the plane: infinitely far
     return clamp(u_depth.x + u_depth.y * stretch / inverse, 0.0, 1.0);
 }
 
-// How near to the light, in a unit in which the edge of a shadow grows evenly with the difference: 1 / depth.
+// Nearness to the light, in a unit in which edge width is linear in the difference: 1 / depth.
 float stored_nearness(Receiver receiver, float stored) {
     return length(vec3(receiver.tangent, 1.0)) * u_depth.y / max(stored - u_depth.x, 1e-30);
 }

@@ -1,7 +1,7 @@
 #version 330 core
 // The desktop dialect: GLSL 3.30 core. The only files where dialects differ are in this folder.
 #define GLS_CORE 1
-#define GLS_PRECISE // comes with GLSL 4.00
+#define GLS_PRECISE // available from GLSL 4.00
 #ifdef GLS_VERTEX
 #define GLS_ATTRIBUTE in
 #define GLS_VARYING out

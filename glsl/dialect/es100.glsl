@@ -1,5 +1,5 @@
 #version 100
-// The WebGL 1 dialect: GLSL ES 1.00. Colour targets only, no comparison sampler, no integers to speak of.
+// The WebGL 1 dialect: GLSL ES 1.00. Colour targets only, no comparison samplers, hardly any integers.
 #ifndef GLS_DERIVATIVES
 #define GLS_DERIVATIVES 0 // 1: dFdx and dFdy, by an extension that WebGL 1 must enable first
 #endif
@@ -10,7 +10,7 @@
 #ifdef GLS_VERTEX
 #define GLS_ATTRIBUTE attribute
 #else
-precision highp float; // a metric in mediump (10 bits) would shadow itself
+precision highp float; // a metric in mediump (10 bits) would cause self-shadowing
 precision highp int;
 #endif
 #define GLS_VARYING varying

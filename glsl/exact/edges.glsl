@@ -1,7 +1,7 @@
-// Whether the samples of a pixel may see a light differently: whether the silhouette edge of a caster crosses the pixel's footprint, as seen
-// from the light. What hides the light from one sample and not from another has such an edge between them; where there is none, all
-// samples see what one sees. GLS_SOFT: the light has a size; edges count whose blur is not much larger than the footprint, for across a
-// wide penumbra one sample is near the mean. Needs lib/pixel_footprint.glsl, lib/facet.glsl; GLS_SOFT: lib/cone.glsl.
+// Whether the samples of a pixel may see a light differently: whether a silhouette edge of a caster crosses the pixel's footprint, as seen
+// from the light. Between a lit and a dark sample there is such an edge; without one all samples have the same visibility. GLS_SOFT: for
+// area lights only edges whose penumbra is not much wider than the footprint count, since across a wide penumbra one sample is close to
+// the mean. Needs lib/pixel_footprint.glsl, lib/facet.glsl; GLS_SOFT: lib/cone.glsl.
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif
@@ -30,8 +30,8 @@ float cross2(vec2 a, vec2 b) {
     return a.x * b.y - a.y * b.x;
 }
 
-// Whether a segment comes nearer than `reach` to the parallelogram of half vectors u, v about the origin: separating axes. One end may lie so
-// far away that sums of both would lose the other.
+// Whether a segment comes nearer than `reach` to the parallelogram of half vectors u, v about the origin, by separating axes. One end may
+// be so far away that sums of both ends would lose the precision of the other.
 bool crosses(vec2 a, vec2 b, vec2 u, vec2 v, float reach) {
     vec2 d = b - a, of_u = vec2(cross2(a, u), cross2(b, u)), of_v = vec2(cross2(a, v), cross2(b, v));
     float area = abs(cross2(u, v)), beside_u = area + reach * length(u), beside_v = area + reach * length(v), along = reach * length(d);
@@ -84,7 +84,7 @@ bool edge_in(PixelFootprint f, bool facing) { // facing: the receiver's plane fa
     ivec2 at = clamp(ivec2(cell) >> (2 * grid), ivec2(0), ivec2((GLS_EDGE_CELLS >> (2 * grid)) - 1));
     uint link = texelFetch(u_edge_heads, at + ivec2(0, top + (4 * GLS_EDGE_CELLS - (GLS_EDGE_CELLS >> (2 * grid) << 2)) / 3), 0).r;
 #if !GLS_SUN && !GLS_POINT
-    open = open || any(lessThan(min(abs(cell), abs(cell - cells)), extent)); // beyond the window no caster is known
+    open = open || any(lessThan(min(abs(cell), abs(cell - cells)), extent)); // beyond the window casters are unknown
 #endif
     bool found = inside && open;
     link = inside && !open ? link : 0u;

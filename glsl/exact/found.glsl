@@ -1,16 +1,16 @@
-// Slot <between>: which points of a light that has a size a receiver sees past the triangles that exact/region.glsl found. Needs
-// lib/cone.glsl. Twin: glshadow.core.area.points_seen
+// Slot <between>: sample points of an area light that a receiver sees past the triangles that exact/region.glsl found. Needs
+// lib/cone.glsl.
 #ifndef GLS_POINT
 #define GLS_POINT 0
 #endif
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif
-#ifndef GLS_PANEL
-#define GLS_PANEL 0 // 1: the light is a panel, which does not turn
+#ifndef GLS_RECT
+#define GLS_RECT 0 // 1: a rectangular area light, which has a fixed orientation
 #endif
 #ifndef GLS_DITHER
-#define GLS_DITHER 0 // 1: the points are turned from pixel to pixel
+#define GLS_DITHER 0 // 1: the points are rotated per pixel
 #endif
 #ifndef GLS_ROUNDED
 #define GLS_ROUNDED 0
@@ -19,28 +19,28 @@
 #define GLS_MASKED 0 // some casters are cut out by their texture
 #endif
 uniform usamplerBuffer u_found;
-uniform samplerBuffer u_disc; // points of the light: a sun's (x, y) of rays (x, y, 1), else of the unit disc
-uniform int u_count; // of them
-#if GLS_PANEL
-uniform mat3 u_panel; // half its width, half its height, the way it looks, in the light's frame
+uniform samplerBuffer u_disc; // sample points: (x, y) of rays (x, y, 1) for a directional light, else of the unit disc
+uniform int u_count; // number of sample points
+#if GLS_RECT
+uniform mat3 u_rect; // half width, half height, emitting direction, in the light's frame
 #else
-uniform mat3 u_disc_axes; // a lamp's, in the light's frame: right, up, and where it looks
+uniform mat3 u_disc_axes; // of a local light, in the light's frame: right, up, axis
 #endif
 #if GLS_DITHER
 #include "lib/gradient_noise.glsl"
 #endif
-float dither_turn; // 0 to 1; set before
-const int TOGETHER = 16; // points that are asked at once
+float dither_turn; // 0 to 1; must be set before
+const int TOGETHER = 16; // sample points tested at once
 const uint ALL_HIDDEN = 0xffffffffu;
 
-struct Disc { // of a lamp, as the receiver sees it, or a panel
+struct Disc { // of a local light, facing the receiver, or a rectangle
     vec3 right;
     vec3 up;
 };
 
-Disc disc_seen(vec3 position) { // turned with the receiver by the shortest way from an axis: a seam only opposite to it
-#if GLS_PANEL
-    return Disc(u_panel[0], u_panel[1]);
+Disc disc_seen(vec3 position) { // rotated from the axis to the receiver by the shortest arc: a seam only opposite to the axis
+#if GLS_RECT
+    return Disc(u_rect[0], u_rect[1]);
 #else
     vec3 right = u_disc_axes[0], up = u_disc_axes[1], axis = u_disc_axes[2], away = normalize(position);
     vec3 both = (axis + away) / max(1.0 + dot(axis, away), 1e-6);
@@ -50,7 +50,7 @@ Disc disc_seen(vec3 position) { // turned with the receiver by the shortest way 
 
 vec3 source(int k, Disc disc) { // of a ray, see Ray
     vec2 point = texelFetch(u_disc, k).xy;
-#if GLS_DITHER && GLS_PANEL
+#if GLS_DITHER && GLS_RECT
     point = 2.0 * fract(0.5 * point + 0.5 + dither_turn * vec2(1.0, 0.754877666)) - 1.0;
 #elif GLS_DITHER
     float turn = 6.2831853 * dither_turn;
@@ -88,7 +88,7 @@ bool hides(Facet other, uint mask, inout Ray ray, int k, Disc disc) {
 // no loop: llvmpipe ends a shader after 65,536 turns of all its loops
 #define HIDES(i) (hides(other, entry.z, ray, first + i * step, disc) ? 1u << uint(i) : 0u)
 
-int seen_points(vec3 position, vec3 normal, uint list, int first, int step, ivec2 texel) { // how many, of every so-manieth point
+int seen_points(vec3 position, vec3 normal, uint list, int first, int step, ivec2 texel) { // visible among first, first + step, ...
 #if GLS_DITHER
     dither_turn = gradient_noise(vec2(texel));
 #endif
@@ -103,7 +103,7 @@ int seen_points(vec3 position, vec3 normal, uint list, int first, int step, ivec
 #if !GLS_SUN
         point -= position;
 #endif
-        bool above = dot(normal, point) > 0.0; // the horizon
+        bool above = dot(normal, point) > 0.0; // above the horizon
 #if GLS_ROUNDED
         above = above && dot(receiver_face, point) > 0.0;
 #endif

@@ -1,5 +1,5 @@
-// Lists of grown items: a receiver walks that of its cell in the finest grid, which goes on with those of the others. See lib/cells.glsl
-// and pass/chain.comp.
+// Lists of grown items: a receiver walks the list of its cell in the finest grid, which continues with those of the coarser grids. See
+// lib/cells.glsl and pass/chain.comp.
 #ifndef GLS_CELLS
 #define GLS_CELLS 512
 #endif
@@ -16,8 +16,8 @@ uniform usampler2D u_grown_heads;
 uniform usamplerBuffer u_grown_links;
 
 struct Place { // in the grids
-    ivec2 cell; // of the finest
-    int top; // row of the face
+    ivec2 cell; // of the finest grid
+    int top; // first row of the face
     float depth;
     bool inside;
 };

@@ -18,15 +18,15 @@
 uniform usampler2D u_heads;
 uniform usamplerBuffer u_links;
 
-bool blocked(Ray ray, vec2 cell, float face, float depth, bool asked) {
+bool blocked(Ray ray, vec2 cell, float face, float depth, bool enabled) {
     ivec2 fine = clamp(ivec2(cell), ivec2(0), ivec2(GLS_CELLS - 1));
     uint link = texelFetch(u_heads, fine + ivec2(0, int(face) * GLS_CELLS), 0).r;
     uint rest = texelFetch(u_heads, fine / GLS_RATIO + ivec2(0, GLS_FACES * GLS_CELLS + int(face) * (GLS_CELLS / GLS_RATIO)), 0).r;
-    link = asked ? link : 0u;
-    rest = asked ? rest : 0u;
+    link = enabled ? link : 0u;
+    rest = enabled ? rest : 0u;
     uint first_link = link, first_rest = rest;
     bool dark = false, doubtful = false;
-    // Lists in one loop: llvmpipe skips only loops whose trip count varies, and what an inner one leaves behind it gets wrong.
+    // One loop for both lists: llvmpipe skips only loops with a variable trip count, and miscompiles what an inner loop leaves behind.
     while ((link | rest) != 0u) {
         bool fine_left = link != 0u;
         uvec4 entry = texelFetch(u_links, int(fine_left ? link : rest) - 1);
@@ -48,7 +48,7 @@ bool blocked(Ray ray, vec2 cell, float face, float depth, bool asked) {
             rest = 0u;
         }
     }
-    // Again, beside a fold: rare, and a loop of its own costs others nothing.
+    // Second pass for receivers beside a fold: rare, and a separate loop costs other receivers nothing.
     link = doubtful && !dark ? first_link : 0u;
     rest = doubtful && !dark ? first_rest : 0u;
     while ((link | rest) != 0u) {

@@ -1,4 +1,4 @@
-// Slot <between>: the triangles that may come between a receiver and some point of a light that has a size, in a list of its own. Needs
+// Slot <between>: lists the triangles that may lie between a receiver and any point of an area light. Needs
 // lib/cone.glsl.
 #ifndef GLS_SUN
 #define GLS_SUN 0
@@ -11,9 +11,9 @@ uniform uint u_capacity;
 layout(std430, binding = 0) buffer Counter { uint found_count; };
 layout(std430, binding = 1) writeonly buffer Found { uvec4 found[]; }; // triangle, next link + 1, mask + 1
 const uint ALL_HIDDEN = 0xffffffffu;
-const float CAREFUL = 1.001; // times what is compared with: larger than any rounding
+const float CAREFUL = 1.001; // factor on compared values: exceeds any rounding
 
-uint gather(vec3 position, vec3 normal) { // link + 1 of the first; 0: there is none
+uint gather(vec3 position, vec3 normal) { // first link + 1; 0: empty
     float bound = receiver_bound(position);
 #if !GLS_SUN
     mat3 axes = cone_axes(position);
@@ -41,13 +41,13 @@ uint gather(vec3 position, vec3 normal) { // link + 1 of the first; 0: there is 
         a = TO_CONE(axes, a);
         b = TO_CONE(axes, b);
         c = TO_CONE(axes, c);
-        vec3 p = cross(a, ab), q = cross(b, bc), r = cross(c, ca); // across the planes through the receiver and an edge
+        vec3 p = cross(a, ab), q = cross(b, bc), r = cross(c, ca); // normals of the planes through the receiver and an edge
         float turn = dot(p, c) < 0.0 ? -1.0 : 1.0;
         vec3 inside = turn * vec3(p.z, q.z, r.z), wide_by = u_radius * vec3(length(p.xy), length(q.xy), length(r.xy));
         bool meets = all(greaterThanEqual(inside, -CAREFUL * wide_by)) && height > 0.0 && (!one_side || behind_by > 0.0);
 #if !GLS_HUGE
         if (meets && one_side && entry.w == 0u && all(greaterThan(inside, CAREFUL * wide_by))) {
-            list = ALL_HIDDEN; // this one hides all of the light
+            list = ALL_HIDDEN; // this triangle hides all of the light
             link = 0u;
             meets = false;
         }

@@ -1,5 +1,6 @@
 // Babylon.js's exponential shadow maps. "Close": exp(-k (metric - mean of stored metrics)), else 1 - exp(k metric) * mean of exp(-k stored
-// metric): 0 wherever the receiver is what is stored. Babylon.js 9.34, shadowsFragmentFunctions. Twin: glshadow.shadows.filters.babylon_esm
+// metric), which is 0 where the receiver is the stored surface. Babylon.js 9.34, shadowsFragmentFunctions.
+// Twin: glshadow.shadows.filters.babylon_esm
 #include "moments/babylonesm.glsl"
 #ifndef GLS_EXPONENT
 #define GLS_EXPONENT 50.0

@@ -1,5 +1,5 @@
-// The mean of bilinear comparisons on a spiral that fills a disc evenly: tap i of n at sqrt((i + 1/2) / n), turned by i golden angles.
-// The plane is followed to each tap's 2 x 2 texels. GLS_DISC_ROTATE: turned from pixel to pixel by interleaved gradient noise.
+// The mean of bilinear comparisons on a spiral that fills a disc evenly: tap i of n at sqrt((i + 1/2) / n), rotated by i golden angles.
+// The plane is followed to each tap's 2 x 2 texels. GLS_DISC_ROTATE: rotated per pixel by interleaved gradient noise.
 // Vogel 1979; Castano 2013; Jimenez 2014. Twin: glshadow.shadows.filters.disc
 #ifndef GLS_DISC_RADIUS
 #define GLS_DISC_RADIUS 2.0
@@ -29,5 +29,5 @@ float visibility(Receiver receiver) {
 #endif
         sum += bilinear_tap(receiver, offset);
     }
-    return min(sum / float(GLS_DISC_TAPS), 1.0); // a lit plateau may round above 1
+    return min(sum / float(GLS_DISC_TAPS), 1.0); // a fully lit area may round above 1
 }

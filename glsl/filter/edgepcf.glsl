@@ -1,4 +1,4 @@
-// Percentage closer filtering where an edge is: five of the blocks that filter/pcf.glsl reads decide whether the rest is read too.
+// Percentage closer filtering at edges only: five of the blocks of filter/pcf.glsl decide whether the others are read too.
 // Isidoro 2006, "Shadow Mapping: GPU-based Tips and Techniques". Twin: glshadow.shadows.filters.edge_pcf
 #ifndef GLS_PCF_RADIUS
 #define GLS_PCF_RADIUS 1
@@ -10,11 +10,11 @@ float visibility(Receiver receiver) {
     vec4 few = block(receiver, blocks, 0, 0) + block(receiver, blocks, GLS_PCF_RADIUS, 0);
     few += block(receiver, blocks, 0, GLS_PCF_RADIUS) + block(receiver, blocks, GLS_PCF_RADIUS, GLS_PCF_RADIUS);
     few += block(receiver, blocks, GLS_PCF_RADIUS / 2, GLS_PCF_RADIUS / 2);
-    float lit = dot(few, vec4(1.0)); // of 20
+    float lit = dot(few, vec4(1.0)); // of 20 comparisons
     bool edge = lit > 0.5 && lit < 19.5;
     float sum = 0.0;
 #if GLS_CORE
-    // a loop of no turns is skipped where no pixel of a block is at an edge; a branch is not, on llvmpipe, nor a loop that was unrolled
+    // a loop without turns is skipped if no pixel of a block is at an edge; llvmpipe skips neither branches nor unrolled loops
     int last = edge ? GLS_PCF_RADIUS : -1;
     for (int j = 0; j <= last; j++) {
 #else

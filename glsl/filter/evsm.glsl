@@ -1,7 +1,7 @@
-// Exponential variance shadow map: Chebyshev of bent depth; GLS_COMPONENTS 4: bent both ways, the smaller share.
-// Over the receiver's own plane the mean of exp(c x) is at least that of its middle; that of -exp(-c x) lies nearer, as if x were nearer by
-// c s^2 / 2, s the deviation over the kernel, and by no more than the plane's extent: so much is taken off.
-// Lauritzen, McCool 2008. Twin: glshadow.shadows.filters.evsm
+// Exponential variance shadow map: Chebyshev's bound of warped depth; GLS_COMPONENTS 4: warped both ways, the lower of the two bounds.
+// On the receiver's own plane the mean of exp(c x) is at least that of its centre. The mean of -exp(-c x) is nearer, as if x were nearer by
+// c s^2 / 2, s the deviation over the kernel, and by no more than the plane's extent: this much is subtracted.
+// Lauritzen, McCool 2008. Twin: glshadow.shadows.filters.vsm
 #include "moments/evsm.glsl"
 #include "lib/chebyshev.glsl"
 #include "lib/plane_spread.glsl"
@@ -20,7 +20,7 @@
 
 float visibility(Receiver receiver) {
     vec4 stored = moments_at(receiver);
-    float x = clamp(2.0 * receiver.depth - 1.0, -1.0, 1.0); // beyond, exp may be infinite
+    float x = clamp(2.0 * receiver.depth - 1.0, -1.0, 1.0); // beyond it exp may be infinite
     float away = bent(x).x;
     float lit = chebyshev(stored.xy, away, GLS_ROUNDING * away * away, GLS_BLEEDING);
 #if GLS_COMPONENTS == 4

@@ -1,6 +1,6 @@
-// Percentage closer filtering under a bell: bilinear comparisons a texel apart, weighed 1 2 1, 1 3 4 3 1 or 1 5 12 16 12 5 1 along each axis,
+// Percentage closer filtering with a bell: bilinear comparisons one texel apart, weights 1 2 1, 1 3 4 3 1 or 1 5 12 16 12 5 1 per axis,
 // fetched as (R + 1)^2 blocks of 2 x 2 texels.
-// Castano 2013, "Shadow Mapping Summary": what others fetch in R + 1 taps that the hardware filters. Twin: glshadow.shadows.filters.gaussian
+// Castano 2013, "Shadow Mapping Summary", which fetches the same in R + 1 hardware-filtered taps. Twin: glshadow.shadows.filters.gaussian
 #ifndef GLS_GAUSSIAN_RADIUS
 #define GLS_GAUSSIAN_RADIUS 1
 #endif
@@ -14,7 +14,7 @@
 
 #include "lib/blocks.glsl"
 
-float bell(int i) { // weight of tap i of 2 R + 1; 0 beyond
+float bell(int i) { // weight of tap i of 2 R + 1; 0 outside
     float away = abs(float(i - GLS_GAUSSIAN_RADIUS));
 #if GLS_GAUSSIAN_RADIUS == 1
     return max(2.0 - away, 0.0);
@@ -25,7 +25,7 @@ float bell(int i) { // weight of tap i of 2 R + 1; 0 beyond
 #endif
 }
 
-vec2 bell_at(int i, float f) { // of the two texels of block i: shares of the two taps that read each
+vec2 bell_at(int i, float f) { // weights of the two texels of block i, from the two taps that read each
     float before = bell(2 * i - 1), here = bell(2 * i), after = bell(2 * i + 1);
     return vec2(here + f * (before - here), after + f * (here - after));
 }
@@ -39,5 +39,5 @@ float visibility(Receiver receiver) {
             sum += weighed(block(receiver, blocks, i, j), bell_at(i, blocks.f.x), up);
         }
     }
-    return min(sum / (GLS_GAUSSIAN_SUM * GLS_GAUSSIAN_SUM), 1.0); // a lit plateau may round above 1
+    return min(sum / (GLS_GAUSSIAN_SUM * GLS_GAUSSIAN_SUM), 1.0); // a fully lit area may round above 1
 }

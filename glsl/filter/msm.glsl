@@ -1,5 +1,5 @@
-// Moment shadow map: the least shadow that four moments allow.
-// On the receiver's own plane its own depth less one deviation over the kernel casts no shadow on itself: there the other two lie beyond.
+// Moment shadow map: the lower bound of the shadow for four moments.
+// On the receiver's own plane, depth minus one deviation over the kernel casts no shadow: the two other depths are beyond it.
 // Peters, Klein 2015, algorithm 3 and section 3.3. Twin: glshadow.shadows.filters.msm
 #include "moments/msm.glsl"
 #include "lib/least_shadow.glsl"

@@ -1,4 +1,4 @@
-// Percentage closer filtering: the mean of (2 R + 1)^2 bilinear comparisons a texel apart, fetched as (R + 1)^2 blocks of 2 x 2 texels.
+// Percentage closer filtering: the mean of (2 R + 1)^2 bilinear comparisons one texel apart, fetched as (R + 1)^2 blocks of 2 x 2 texels.
 // Reeves, Salesin, Cook 1987. Twin: glshadow.shadows.filters.pcf
 #ifndef GLS_PCF_RADIUS
 #define GLS_PCF_RADIUS 1

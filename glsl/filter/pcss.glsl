@@ -1,6 +1,6 @@
-// Percentage closer soft shadows: what blocks the receiver is searched as far as it could lie, its mean says how wide the edge is, and a
-// disc of that width is filtered. Nearness grows towards the light such that the edge of a shadow is u_size * (nearness of what casts it -
-// nearness of the receiver) texels wide: window depth is, by its nature, and 1 / depth. Needs a <compare> that has `stored_at`.
+// Percentage closer soft shadows: a blocker search over the largest possible penumbra, whose mean gives the width of the edge, then a disc
+// filter of that width. Nearness grows towards the light such that an edge is u_size * (nearness of the blocker - nearness of the receiver)
+// texels wide: window depth does, and 1 / depth. Needs a <compare> that has `stored_at`.
 // Fernando 2005.
 #ifndef GLS_PCSS_BLOCKERS
 #define GLS_PCSS_BLOCKERS 16
@@ -13,10 +13,10 @@
 #endif
 #include "lib/spiral.glsl"
 #include "lib/bilinear_tap.glsl"
-uniform vec2 u_size; // of the light: texels for each unit of nearness
+uniform vec2 u_size; // size of the light: texels per unit of nearness
 
 float visibility(Receiver receiver) {
-    // a disc that faces the receiver, seen past a point at depth 1: wider along the tangent
+    // a disc that faces the receiver, projected through a point at depth 1: wider along the tangent
     float slant = length(receiver.tangent);
     vec2 along = slant > 1e-6 ? receiver.tangent / slant : vec2(1.0, 0.0);
     mat2 disc = mat2(along * sqrt(1.0 + slant * slant), vec2(-along.y, along.x));

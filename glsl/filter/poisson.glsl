@@ -1,5 +1,5 @@
-// The mean of four nearest comparisons at scattered places. The plane is followed to each texel's centre.
-// The four places are those of Babylon.js and many before it (a Poisson disc). GLS_POISSON_ROTATE: turned from pixel to pixel.
+// The mean of four nearest comparisons at scattered offsets. The plane is followed to each texel's centre.
+// The offsets are those of Babylon.js and many earlier programs (a Poisson disc). GLS_POISSON_ROTATE: rotated per pixel.
 // Twin: glshadow.shadows.filters.poisson
 #ifndef GLS_POISSON_RADIUS
 #define GLS_POISSON_RADIUS 1.0

@@ -1,4 +1,4 @@
-// Variance shadow map: the most light that mean and variance of what is stored allow. Over the receiver's own plane the mean is its depth.
+// Variance shadow map: the upper bound of the light for the stored mean and variance. On the receiver's own plane the mean is its depth.
 // Donnelly, Lauritzen 2006. Twin: glshadow.shadows.filters.vsm
 #include "lib/chebyshev.glsl"
 #ifndef GLS_ROUNDING

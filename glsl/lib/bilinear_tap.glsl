@@ -1,4 +1,4 @@
-// One bilinear comparison some texels from the receiver, its plane followed to the four texels. Needs <compare> and <depth>.
+// One bilinear comparison at an offset in texels from the receiver, the plane followed to the four texels. Needs <compare> and <depth>.
 float bilinear_tap(Receiver receiver, vec2 offset) {
     vec2 place = receiver.texel + offset - 0.5;
     vec2 base = floor(place);

@@ -1,4 +1,4 @@
-// Weights of a box: a row of overlapping bilinear taps reads its texels with 1 - f, 1, ..., 1, f.
+// Weights of a box filter: a row of overlapping bilinear taps reads its texels with 1 - f, 1, ..., 1, f.
 #ifndef GLS_PCF_RADIUS
 #define GLS_PCF_RADIUS 1
 #endif
@@ -13,5 +13,5 @@ float box_block(Receiver receiver, Blocks blocks, int i, int j) {
 }
 
 float box_mean(float sum) {
-    return min(sum / float((2 * GLS_PCF_RADIUS + 1) * (2 * GLS_PCF_RADIUS + 1)), 1.0); // a lit plateau may round above 1
+    return min(sum / float((2 * GLS_PCF_RADIUS + 1) * (2 * GLS_PCF_RADIUS + 1)), 1.0); // a fully lit area may round above 1
 }

@@ -1,9 +1,9 @@
-// Links to items, in the lists of the cells that they may touch: fine cells, or coarse ones where an item would touch more than GLS_MOST
-// fine ones; a receiver walks both lists of its cell. Conservative: cells are grown by a margin that is larger than any rounding. See
-// exact/lists.glsl, which walks them.
+// Links to items in per-cell lists: an item is linked in all fine cells that it may overlap, or in coarse cells if it would overlap more
+// than GLS_MOST fine ones; a receiver walks the lists of its fine and its coarse cell. Conservative: cells are enlarged by more than any
+// rounding. See exact/lists.glsl, which walks the lists.
 //
-// GLS_AREA: the light has a size. Then items may also go to grids of their own, each into few cells of the one whose cells are as large as
-// the item and all of its shadow's movement; a receiver walks one list of each grid. See exact/grown.glsl.
+// GLS_AREA: for an area light items may also go into grids of grown items, each into few cells of the grid whose cells are as large as the
+// item and the whole movement of its shadow; a receiver walks one list of each grid. See exact/grown.glsl.
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif
@@ -20,27 +20,27 @@
 #define GLS_MOST 256
 #endif
 #ifndef GLS_PLACES_GROWN
-#define GLS_PLACES_GROWN 0 // 1: into grids of grown items
+#define GLS_PLACES_GROWN 0 // 1: fills grids of grown items
 #endif
 #ifndef GLS_AREA
-#define GLS_AREA 0 // 1: the light has a size
+#define GLS_AREA 0 // 1: area light
 #endif
 #if GLS_POINT
 #include "lib/faces.glsl"
 #endif
 const int FACES = GLS_POINT == 1 ? 6 : 1;
-layout(std430, binding = 1) writeonly buffer Links { uvec4 links[]; }; // of the part: item, next link + 1, least depth of receivers, what else
+layout(std430, binding = 1) writeonly buffer Links { uvec4 links[]; }; // item, next link + 1, least depth of receivers, user data
 layout(std430, binding = 2) buffer Counter {
-    uint link_count; // runs on where the buffer is full: that is how it is noticed
+    uint link_count; // keeps counting when the buffer is full, which reveals the overflow
     uint wide_count; // items in the coarsest grid of grown ones
 };
-layout(r32ui, binding = 0) uniform coherent uimage2D u_heads; // per face the fine cells, behind them the coarse cells of all faces
-uniform uint u_capacity; // links that the part has room for
-uniform uint u_first_link; // of the part, among those of all
-uniform vec4 u_cells; // fine cell = xy (a sun) or tangent * u_cells.xy + u_cells.zw
+layout(r32ui, binding = 0) uniform coherent uimage2D u_heads; // for each face its fine cells, then the coarse cells of all faces
+uniform uint u_capacity; // capacity of the part, in links
+uniform uint u_first_link; // index of the part's first link
+uniform vec4 u_cells; // fine cell = xy (directional light) or tangent * u_cells.xy + u_cells.zw
 #if GLS_AREA
 #ifndef GLS_GROUNDS
-#define GLS_GROUNDS 64 // cells along a side of the grid that has the deepest receivers
+#define GLS_GROUNDS 64 // cells along a side of the grid of the deepest receivers
 #endif
 #ifndef GLS_GROWN
 #define GLS_GROWN 256 // cells along a side of the finest grid of grown items
@@ -48,20 +48,20 @@ uniform vec4 u_cells; // fine cell = xy (a sun) or tangent * u_cells.xy + u_cell
 #ifndef GLS_LEVELS
 #define GLS_LEVELS 6 // grids of grown items, each half as fine as the last
 #endif
-uniform float u_radius; // radius of the light: a tangent (a sun), or world units
+uniform float u_radius; // radius of the light: a tangent (directional light), or world units
 uniform vec2 u_depths; // of all receivers: the least, subtracted from those in the grid, and the greatest
 #endif
 
 const float MARGIN = 1.0 / 64.0; // fine cells: floats within the grid are exact to 2^-14 cells
 const float FAR_OUT = 16.0 * float(GLS_CELLS);
-const float WIDE_MARGIN = 0.25; // where the item crosses the light's plane and edges are found by cross products
+const float WIDE_MARGIN = 0.25; // for items that cross the light's plane, whose edges come from cross products
 
 struct Edges { // of a triangle in cells: cell (x, y) may touch it where all three offset + slope.(x, y) >= 0
     mat3x2 slope;
     vec3 offset;
 };
 
-Edges grown(mat3x2 slope, vec3 offset, float margin) { // the cell's corner that lies farthest inside counts
+Edges grown(mat3x2 slope, vec3 offset, float margin) { // tests the corner of the cell that is farthest inside
     for (int i = 0; i < 3; i++) {
         offset[i] += dot(max(slope[i], 0.0), vec2(1.0)) + margin * dot(abs(slope[i]), vec2(1.0));
     }
@@ -77,7 +77,7 @@ ivec2 row_span(Edges edges, float y, ivec2 span) { // first and last cell of row
         high = slope < 0.0 ? min(high, floor(x)) : high;
         high = slope == 0.0 && rest < 0.0 ? -1.0 : high;
     }
-    // an int that a float does not fit into is any: the least on llvmpipe
+    // converting a float out of an int's range gives any value: the least one on llvmpipe
     return ivec2(int(min(low, float(span.y) + 1.0)), int(max(high, float(span.x) - 1.0)));
 }
 
@@ -88,7 +88,7 @@ float gap(vec2 at, vec2 a, vec2 b) { // distance to a segment
     return distance(at, a + along * (length2 > 0.0 ? clamp(dot(at - a, along) / length2, 0.0, 1.0) : 0.0));
 }
 
-float spread_at(float nearest, float slant, float ground) { // fine cells by which the light's size moves the shadow of something on the ground
+float spread_at(float nearest, float slant, float ground) { // fine cells by which the light's size moves a shadow on the ground
     float unit = max(u_cells.x, u_cells.y);
 #if GLS_SUN
     return u_radius * max(ground - nearest, 0.0) * unit;
@@ -97,7 +97,7 @@ float spread_at(float nearest, float slant, float ground) { // fine cells by whi
 #endif
 }
 
-float least_depth(float nearest, float slant, float away) { // of receivers that see the light past it, so many fine cells away
+float least_depth(float nearest, float slant, float away) { // of receivers at this distance in fine cells that see the light past the item
     float unit = max(u_cells.x, u_cells.y);
 #if GLS_SUN
     return nearest + away / (u_radius * unit);
@@ -108,8 +108,8 @@ float least_depth(float nearest, float slant, float away) { // of receivers that
 }
 #endif
 
-// Whether a triangle may come between the window and a light of some radius: not if it lies beyond one side of the window, or behind the
-// light. The slack, a quarter of a cell, is more than rounding.
+// Whether a triangle may lie between the window and a light of some radius: not if it is beyond one side of the window, or behind the
+// light. The slack, a quarter of a cell, exceeds rounding.
 bool near_window(vec3 a, vec3 b, vec3 c, float radius) {
 #if GLS_SUN
     return true;
@@ -125,7 +125,7 @@ bool near_window(vec3 a, vec3 b, vec3 c, float radius) {
 #endif
 }
 
-mat3 face_from_lv(int face) { // a point light's faces; elsewhere there is one
+mat3 face_from_lv(int face) { // of a point light; other lights have a single face
 #if GLS_POINT
     float axis = float(face / 2), s = face % 2 == 0 ? 1.0 : -1.0;
     return transpose(mat3(face_right(axis, s), face_up(axis, s), face_backward(axis, s)));
@@ -141,7 +141,7 @@ struct Footprint { // of a triangle in a face
     vec3 depth;
     float nearest;
     float slant;
-    bool crosses; // the light's plane, or nearly: there cells of its corners are infinite, or too large for floats
+    bool crosses; // the light's plane, or nearly: its corners' cells are then infinite or too large for floats
     mat3 sides; // then: of the pyramid from the light through the triangle
     vec2 least;
     vec2 most;
@@ -181,7 +181,7 @@ Footprint footprint(vec3 a, vec3 b, vec3 c) { // vertices in the face's frame, z
     return f;
 }
 
-struct Block { // of cells that an item may touch
+struct Block { // of cells that an item may overlap
     ivec2 first;
     ivec2 last;
     Edges edges;
@@ -221,7 +221,7 @@ void put(uint link, ivec2 cell, uint item, float depth, uint rest) {
     links[link] = uvec4(item, next, floatBitsToUint(depth), rest);
 }
 
-const int COARSE_TOP = FACES * GLS_CELLS, COARSE = GLS_CELLS / GLS_RATIO; // first row of coarse cells, and how many a face has
+const int COARSE_TOP = FACES * GLS_CELLS, COARSE = GLS_CELLS / GLS_RATIO; // first row of coarse cells, and their number along a face
 
 void insert(uint item, uint rest, int face, Footprint f) {
     int scale = 1;
@@ -249,17 +249,17 @@ void insert(uint item, uint rest, int face, Footprint f) {
 
 #if GLS_AREA
 #if GLS_PLACES_GROWN
-uniform usampler2D u_ground_around; // u_grounds, each cell with all as far around it as any shadow moves
+uniform usampler2D u_ground_around; // maximum of u_grounds around each cell, as far as any shadow moves
 uniform usampler2D u_ground; // u_grounds
 
 float ground_at(usampler2D grounds, ivec2 cell, int face) {
     return u_depths.x + uintBitsToFloat(texelFetch(grounds, cell + ivec2(0, face * GLS_GROUNDS), 0).r);
 }
 
-// Where the item may come between a receiver and some part of the light; with the least depth of those receivers.
+// Links the item in all cells where it may lie between a receiver and some part of the light, with the least depth of those receivers.
 void insert_grown(uint item, uint rest, int face, Footprint f, bool edge) {
     const float ground_scale = float(GLS_CELLS) / float(GLS_GROUNDS), fine = float(GLS_CELLS) / float(GLS_GROWN);
-    bool anywhere = GLS_SUN == 0 && (f.crosses || f.nearest <= u_radius); // where is not known
+    bool anywhere = GLS_SUN == 0 && (f.crosses || f.nearest <= u_radius); // the cells are unknown
     if (f.crosses) {
         f.sides = mat3(0.0);
         f.nearest = 0.0;
@@ -312,7 +312,7 @@ float aside_by(float lift, Footprint f) { // fine cells
 #endif
 }
 
-void deepen(int face, Footprint f, float lift) { // the ground of all cells in which it may be seen, from as far off as lift
+void deepen(int face, Footprint f, float lift) { // updates all cells in which a receiver up to lift off the triangle may be
     const float scale = float(GLS_CELLS) / float(GLS_GROUNDS);
     float deepest = max(f.depth.x, max(f.depth.y, f.depth.z)), aside = aside_by(lift, f);
     Block b = block(f, scale, float(GLS_GROUNDS), aside);
@@ -323,7 +323,7 @@ void deepen(int face, Footprint f, float lift) { // the ground of all cells in w
     vec3 d = -1.0 / max(f.depth, 1e-20); // linear over the face
 #endif
     float turn = e.x * g.y - e.y * g.x;
-    bool slanted = !f.crosses && turn * turn > 1e-10 * dot(e, e) * dot(g, g); // else seen from the side
+    bool slanted = !f.crosses && turn * turn > 1e-10 * dot(e, e) * dot(g, g); // else seen edge-on
     vec2 slope = vec2((d.y - d.x) * g.y - (d.z - d.x) * e.y, (d.z - d.x) * e.x - (d.y - d.x) * g.x) / (slanted ? turn : 1.0);
     for (int row = b.first.y; row <= b.last.y; row++) {
         ivec2 span = row_span(b.edges, float(row - b.first.y), ivec2(0, b.last.x - b.first.x));

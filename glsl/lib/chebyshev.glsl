@@ -1,5 +1,5 @@
-// The greatest share of values at or beyond x that mean and mean square allow (one-tailed Chebyshev), but for a share that is taken for
-// light that bleeds. Donnelly, Lauritzen 2006, equation 5.
+// Upper bound of the share of values at or beyond x, from their mean and mean square (one-tailed Chebyshev), less a share that is taken as
+// light bleeding. Donnelly, Lauritzen 2006, equation 5.
 float chebyshev(vec2 moments, float x, float least_variance, float bleeding) {
     float beyond = x - moments.x;
     float variance = max(moments.y - moments.x * moments.x, least_variance);

@@ -1,4 +1,4 @@
-// Linear colour in 0..1 as 11 + 11 + 10 bits of its square root, so that dark tones keep their steps. Needs core330.
+// Linear colour in 0..1 as 11 + 11 + 10 bits of its square root, which keeps precision in dark tones. Needs core330.
 
 uint pack_color(vec3 linear) {
     uvec3 bits = uvec3(sqrt(clamp(linear, 0.0, 1.0)) * vec3(2047.0, 2047.0, 1023.0) + 0.5);

@@ -1,4 +1,4 @@
-// What a light's cookie lets through: an image across the light. Twin: glshadow.shadows.cookie
+// The light's cookie: an image projected by the light. Twin: glshadow.shadows.cookie
 #ifndef GLS_COOKIE
 #define GLS_COOKIE 0
 #endif
@@ -8,7 +8,7 @@ uniform mat4 u_cookie_from_lv;
 
 vec3 cookie_at(vec3 position_lv) {
     vec4 place = u_cookie_from_lv * vec4(position_lv, 1.0);
-    return GLS_TEXTURE_2D(u_cookie, place.xy / place.w).rgb; // behind a spot the cone lets nothing through
+    return GLS_TEXTURE_2D(u_cookie, place.xy / place.w).rgb; // behind a spot the cone is dark
 }
 #else
 vec3 cookie_at(vec3 position_lv) {

@@ -1,12 +1,12 @@
-// Depth that grows evenly with the distance along the light's axis, 0 at near, 1 at far: what means and moments are taken of.
-// A sun: u_depth.x + base. Others: u_depth.x + u_depth.y / base, base = 1 / depth.
+// Depth linear in the distance along the light's axis, 0 at near, 1 at far, as moment maps store it.
+// Directional light: u_depth.x + base. Others: u_depth.x + u_depth.y / base, base = 1 / depth.
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif
 #ifndef GLS_FOLLOW_PLANE
 #define GLS_FOLLOW_PLANE 1
 #endif
-uniform vec3 u_depth; // the constant, less the constant slack; growth per world unit; unused
+uniform vec3 u_depth; // constant minus the constant slack; growth per world unit; unused
 
 void start_depth(inout Receiver receiver) {
 #if GLS_SUN

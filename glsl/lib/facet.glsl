@@ -1,5 +1,5 @@
-// A triangle as one light sees it: vertices in the light's frame, relative to the light (a sun: to the middle of its grid), and the
-// unit normal. Written by pass/lists.comp, twin glshadow.derive.lists.facets: three texels, the normal in their w.
+// A triangle in one light's frame: vertices relative to the light (directional: to the centre of its grid), and the unit normal. Written by
+// pass/lists.comp, twin glshadow.derive.lists.facets: three texels, the normal in their w.
 uniform samplerBuffer u_facets;
 
 struct Facet {

@@ -1,6 +1,6 @@
-// From the sum of all lights to what a sample shows: premultiplied linear colour, and alpha.
+// From the sum of all lights to the sample's premultiplied linear colour and alpha.
 #ifndef GLS_CATCHES
-#define GLS_CATCHES 0 // 1: some surfaces show only the shadow; theirs is (light, light if there were no shadow, 0)
+#define GLS_CATCHES 0 // 1: some surfaces are shadow catchers; their sum is (light, light without shadow, 0)
 #endif
 const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722); // ITU-R BT.709
 

@@ -1,13 +1,13 @@
-// Which of a map's mip maps has texels as large as a pixel: by the places of the neighbours that lie on the receiver's own plane.
-// Where they see another surface, or nothing: the finest. Needs <projection>; differences are taken where neighbours surely are asked too.
+// Mip level of the map whose texels have the size of a pixel, from the positions of the neighbouring pixels on the receiver's plane; the
+// finest level if they see another surface or nothing. Needs <projection>; derivatives are taken where all neighbours execute.
 #ifndef GLS_MIP_LEVELS
 #define GLS_MIP_LEVELS 0
 #endif
 #if GLS_MIP_LEVELS
-#define GLS_OFF_PLANE 0.1 // sine from which on a neighbour lies on another surface
+#define GLS_OFF_PLANE 0.1 // sine above which a neighbour lies on another surface
 vec3 pixel_right, pixel_up; // to the neighbours
 
-float on_plane(vec3 along, vec3 normal_lv) { // 0 also for NaN, what background leads to
+float on_plane(vec3 along, vec3 normal_lv) { // 0 also for NaN, which the background produces
     return abs(dot(along, normal_lv)) <= GLS_OFF_PLANE * length(along) ? 1.0 : 0.0;
 }
 

@@ -1,5 +1,5 @@
-// The least share before x of any distribution with four moments b: that of three depths, x among them, that has them.
-// GLS_HAUSDORFF: depths beyond -1 and 1 are none, so that where one would lie there, the ends take part.
+// Lower bound of the share before x for all distributions with the four moments b, attained by three depths, one of them x.
+// GLS_HAUSDORFF: depths are within -1 and 1; where one of the three would lie outside, the ends of the interval take part.
 // Peters, Klein 2015, algorithm 3 and section 3.3. Twin: glshadow.shadows.filters.msm.least_before
 #ifndef GLS_HAUSDORFF
 #define GLS_HAUSDORFF 0
@@ -18,7 +18,7 @@ float least_shadow(vec4 b, float x) {
     float root = sqrt(max(half_sum * half_sum - c1 / c3, 0.0));
     float first = half_sum - root, last = half_sum + root;
 #if GLS_HAUSDORFF
-    if (first < -1.0 || last > 1.0) { // a distribution on -1, 1, x and one more, with the same moments
+    if (first < -1.0 || last > 1.0) { // a distribution on -1, 1, x and a fourth depth, with the same moments
         float inner = (b.x - b.z) - x * (1.0 - b.y); // mean of (1 - z^2)(z - x)
         float other = ((b.y - b.w) - x * (b.x - b.z)) / inner;
         float sum = x + other, product = x * other;

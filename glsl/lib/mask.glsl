@@ -1,4 +1,4 @@
-// Cut-out materials of exact filters: whether a masked triangle exists where a ray meets it. Alpha is bilinear at the finest level,
+// Alpha-tested materials of exact filters: whether a masked triangle is opaque where a ray hits it. Alpha is bilinear at the finest level,
 // repeated, as GL samples it. Twin: glshadow.reference.rays.texture_alpha
 uniform usamplerBuffer u_masks; // three texels per triangle: corners' texture coordinates and alpha, cutoff, image: start, width | height << 16
 uniform samplerBuffer u_alphas; // alpha of all images, row 0 at v = 0

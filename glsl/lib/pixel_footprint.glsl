@@ -1,4 +1,4 @@
-// The part of a receiver's plane that the samples of a pixel see: no more than a parallelogram about the pixel's middle.
+// The part of a receiver's plane that a pixel's samples see, bounded by a parallelogram around the pixel's centre.
 #ifndef GLS_ORTHO
 #define GLS_ORTHO 0
 #endif

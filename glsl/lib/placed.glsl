@@ -1,6 +1,6 @@
-// A triangle in a light's frame, and its unit normal, each rounded once, and the same for every copy of a vertex. In double, or where the
-// driver lacks it in pairs of floats. The normal follows from the vertices before they are turned: after that their rounding would decide
-// on which side of a triangle a sun lies that shines along it.
+// A triangle's vertices and unit normal in a light's frame, each rounded once and equal for every copy of a vertex. Computed in double, or
+// in pairs of floats if the driver lacks double. The normal is computed from the vertices before rotation, whose rounding would decide
+// which side of a triangle a grazing directional light sees.
 #ifndef GLS_DOUBLE
 #define GLS_DOUBLE 1 // 0: the driver has none
 #endif
@@ -41,7 +41,7 @@ vec2 minor(vec2 a, vec2 b, vec2 c, vec2 d) { // a b - c d
 vec3 unit_normal(vec3 a, vec3 b, vec3 c, mat3 axes) { // of vertices in world axes; 0 where there is no area
     vec3 longest = max(abs(b - a), abs(c - a));
     int scale;
-    frexp(max(longest.x, max(longest.y, longest.z)), scale); // so that nothing underflows
+    frexp(max(longest.x, max(longest.y, longest.z)), scale); // prevents underflow
     vec2 e[3], f[3];
     for (int i = 0; i < 3; i++) {
         e[i] = ldexp(exact_sum(b[i], -a[i]), ivec2(-scale));
@@ -53,7 +53,7 @@ vec3 unit_normal(vec3 a, vec3 b, vec3 c, mat3 axes) { // of vertices in world ax
     frexp(largest, scale);
     for (int i = 0; i < 3; i++) n[i] = ldexp(n[i], ivec2(-scale));
     vec2 size = wide_sum(wide_sum(wide_product(n[0], n[0]), wide_product(n[1], n[1])), wide_product(n[2], n[2]));
-    vec2 root = vec2(inversesqrt(size.x), 0.0); // then a step of Newton's: r + r (1 - size r^2) / 2
+    vec2 root = vec2(inversesqrt(size.x), 0.0); // then a Newton step: r + r (1 - size r^2) / 2
     vec2 rest = wide_sum(vec2(1.0, 0.0), -wide_product(size, wide_product(root, root)));
     root = wide_sum(root, 0.5 * wide_product(root, rest));
     return turned(wide_product(n[0], root), wide_product(n[1], root), wide_product(n[2], root), axes);

@@ -1,4 +1,4 @@
-// How a plane's depth spreads over what a moment map averages: a box of 2 R + 1 texels that the hardware's bilinear filter smears once more.
+// Spread of a plane's depth over the kernel of a moment map: a box of 2 R + 1 texels, blurred once more by hardware bilinear filtering.
 #ifndef GLS_MIP_LEVELS
 #define GLS_MIP_LEVELS 0
 #endif
@@ -18,7 +18,7 @@ float plane_deviation(Receiver receiver) {
     return length(receiver.slope) * sqrt(variance);
 }
 
-// The most that depth differs.
+// Largest deviation of depth.
 float plane_extent(Receiver receiver) {
     float reach = float(GLS_MOMENT_RADIUS + 1);
 #if GLS_MIP_LEVELS

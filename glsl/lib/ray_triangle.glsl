@@ -23,11 +23,11 @@ uniform samplerBuffer u_positions; // relative to the scene's origin; w: what fl
 uniform vec3 u_right_l; // how rays, or of an orthographic camera their starts, change from pixel to pixel
 uniform vec3 u_up_l;
 uniform float u_near; // in the unit
-uniform float u_unit; // what world units are multiplied by, so that products neither overflow nor vanish; a power of two
+uniform float u_unit; // scale of world units, a power of two: prevents overflow and underflow of products
 
 struct Hit {
     bool met;
-    float along; // of the ray, in units of it and of u_unit
+    float along; // ray parameter times u_unit
     vec3 weights; // of the corners
     vec3 depths; // of the corners, along the ray
     REAL2 a, b, c; // the corners, seen along the ray
@@ -95,7 +95,7 @@ Hit ray_triangle(int triangle, REAL3 eye, REAL3 ray_) {
     return hit;
 }
 
-// The corners' weights where the ray that differs by a step, of u_right_l and u_up_l, meets the triangle's plane.
+// The corners' weights where the ray of a neighbouring pixel, a step of u_right_l and u_up_l away, hits the triangle's plane.
 vec3 weights_beside(Hit hit, vec3 step_) {
     REAL2 moved = REAL2(dot(step_, hit.right), dot(step_, hit.up));
 #if GLS_ORTHO

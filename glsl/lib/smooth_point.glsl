@@ -1,22 +1,22 @@
 // The point over a flat triangle from which a smooth mesh sees the light, and the normal there: Hanika 2021, "Hacking the Shadow
-// Terminator", Ray Tracing Gems II, chapter 4. Over facets of a convex surface it lies outside them, elsewhere on them; all the way
-// where the facet is turned away from the light, not at all where it is well lit. Twin: glshadow.geometry.smooth
+// Terminator", Ray Tracing Gems II, chapter 4. Over facets of a convex surface the point lies outside them, elsewhere on them. It is moved
+// all the way where the facet faces away from the light, and not at all where it is well lit. Twin: glshadow.geometry.smooth
 #include "lib/octahedral.glsl"
-// per drawn triangle: its vertices' world normals; bits: 1 it is not flat, 2 they look against its winding, the upper 16 which share of
-// the way points are moved
+// per drawn triangle: its vertices' world normals; bits: 1: not flat, 2: the normals oppose its winding, upper 16: the share by which
+// points are moved
 uniform usamplerBuffer u_smooth;
 
-const float SMOOTH_FADE = 0.1; // cosine to the light from which on a triangle needs no help
+const float SMOOTH_FADE = 0.1; // cosine to the light above which points are not moved
 
 struct SmoothPoint {
     vec3 position;
-    vec3 normal; // unit; of a flat triangle its own
+    vec3 normal; // unit; of a flat triangle the face normal
     bool smooth_; // the triangle is not flat
-    bool lifted; // off the triangle by more than rounding: then the triangle itself may come between
+    bool lifted; // off the triangle by more than rounding, so that the triangle itself may block the ray
 };
 
-// face: the triangle's unit normal on the side that is seen, which is side (1 or -1) times that of its winding; cosine: between it and
-// the lowest of the light; axes: from world axes
+// face: the triangle's unit normal on the visible side, which is side (1 or -1) times that of its winding; cosine: between it and the
+// lowest direction to the light; axes: from world axes
 SmoothPoint smooth_point(int triangle, vec3 position, vec3 face, float side, float cosine, mat3 corners, mat3 axes, float rounding) {
     uvec4 bits = texelFetch(u_smooth, triangle);
     vec3 e = corners[1] - corners[0], f = corners[2] - corners[0], p = position - corners[0];

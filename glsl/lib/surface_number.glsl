@@ -1,11 +1,11 @@
-// What a pixel of the surface buffer says of its triangle: they are numbered from 1; above the number there are marks. Twin:
+// The triangle ID in the surface buffer: the triangle's number from 1, with flag bits above it. Twin:
 // glshadow.gl.scene.geometry
 const uint TRIANGLE_BITS = 0x3fffffffu;
-const uint CATCHER = 0x40000000u; // it shows nothing but the shadow
-const uint NOT_RECEIVING = 0x80000000u; // no shadow falls on it
-const uint MARKS = CATCHER | NOT_RECEIVING; // of a node, which change what is shown
+const uint CATCHER = 0x40000000u; // shadow catcher: shows only the shadow
+const uint NOT_RECEIVING = 0x80000000u; // receives no shadow
+const uint MARKS = CATCHER | NOT_RECEIVING; // flags of a node
 
-int triangle_of(uint number) { // from 0; -1: none
+int triangle_of(uint number) { // from 0; -1: background
     return int(number & TRIANGLE_BITS) - 1;
 }
 

@@ -1,6 +1,6 @@
-// Where a camera's ray meets a triangle, in the light's frame. A Newton step takes the point back to the triangle's plane; a ray that
-// looks along the plane goes no further than the triangle reaches. Needs lib/facet.glsl.
-// GLS_HUGE: some triangles reach so far that their vertices' rounding is seen; the plane is then the one that float64 gave.
+// The point where a camera ray hits a triangle, in the light's frame. A Newton step projects the point onto the triangle's plane; for a ray
+// nearly parallel to the plane it is clamped to the triangle's depth range. Needs lib/facet.glsl.
+// GLS_HUGE: some triangles are so long that the rounding of their vertices is visible; their plane then comes from float64.
 // Twin: glshadow.reference.trace.trace(surface=)
 #ifndef GLS_HUGE
 #define GLS_HUGE 0
@@ -11,7 +11,7 @@ uniform mat3 u_axes_l; // the light's axes
 uniform vec3 u_lv_from_l; // the scene's origin in the light's frame
 #endif
 
-// forward: unit, along the view; ray: of unit view depth
+// forward: unit, viewing direction; ray: of unit view depth
 vec3 surface_point(int triangle, Facet own, vec3 eye, vec3 ray, vec3 forward) {
 #if GLS_HUGE
     vec4 plane = texelFetch(u_planes, max(triangle, 0));
@@ -28,7 +28,7 @@ vec3 surface_point(int triangle, Facet own, vec3 eye, vec3 ray, vec3 forward) {
     return position;
 }
 
-vec3 plane_corner(Facet own) { // the point from which its plane is measured
+vec3 plane_corner(Facet own) { // the reference point of its plane
 #if GLS_HUGE
     return u_lv_from_l;
 #else

@@ -1,10 +1,10 @@
-// What a light knows of a scene's nodes, for passes over all triangles. Twin: glshadow.gl.techniques.listed
+// Per-node traits for passes over all triangles of a light. Twin: glshadow.gl.techniques.listed
 const uint CULL_BACK = 1u, CULL_FRONT = 2u, CASTS = 4u, CUT_OUT = 8u; // flags
 uniform usamplerBuffer u_corners; // per triangle: vertices, node
-uniform usamplerBuffer u_traits; // per node: flags, what turns a triangle's number into its mask's: 1 + that among masked triangles
-uniform uvec3 u_part; // triangles that are passed over: the first, the end, and one of how many
+uniform usamplerBuffer u_traits; // per node: flags, shift from a triangle's number to 1 + its number among masked triangles
+uniform uvec3 u_part; // range of triangles: first, end, stride
 
-uint own_triangle() { // may lie beyond the end
+uint own_triangle() { // may be past the end
     return u_part.x + u_part.z * (gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * (64u * 65535u));
 }
 

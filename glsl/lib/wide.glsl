@@ -1,6 +1,6 @@
-// Numbers of twice a float's digits, for drivers without double: a sum of two floats, the second at most half a unit in the last place of
-// the first. Dekker 1971, "A floating-point technique for extending the available precision"; Knuth, The Art of Computer Programming 2,
-// 4.2.2. `precise` keeps a compiler from ordering sums anew. Relative error of a product or sum of like signs: 2^-45.
+// Double-float arithmetic for drivers without double: a sum of two floats, the second at most half a unit in the last place of the first.
+// Dekker 1971, "A floating-point technique for extending the available precision"; Knuth, The Art of Computer Programming 2, 4.2.2.
+// `precise` prevents reordering of sums. Relative error of a product or a sum of like signs: 2^-45.
 
 vec2 quick_sum(float a, float b) { // |a| >= |b|
     precise float s = a + b;
@@ -15,7 +15,7 @@ vec2 exact_sum(float a, float b) {
     return vec2(s, rest);
 }
 
-vec2 halves(float a) { // of 12 digits each
+vec2 halves(float a) { // of 12 bits each
     precise float t = 4097.0 * a;
     precise float high = t - (t - a);
     precise float low = a - high;

@@ -1,9 +1,9 @@
-// Slot <light>: a rectangle, one side of which shines alike from everywhere and everywhere (Lambert). GLS_WIDE: what a surface receives does
-// not depend on one direction. The irradiance of the polygon that the receiver's horizon leaves of it: Lambert 1760. Twin:
+// Slot <light>: a rectangular area light that emits from one side, uniformly (Lambert). GLS_WIDE: a surface's irradiance does not come from
+// a single direction. It is that of the polygon above the receiver's horizon: Lambert 1760. Twin:
 // glshadow.lights.rect
 #define GLS_WIDE 1
-uniform mat3 u_panel; // half its width, half its height, the way it looks
-uniform vec2 u_reach; // 1 / range (0: no end)
+uniform mat3 u_rect; // half width, half height, emitting direction
+uniform vec2 u_reach; // 1 / range (0: infinite)
 
 vec4 light_arriving(vec3 position_lv) {
     float distance_lv = length(position_lv), window = distance_lv * u_reach.x;
@@ -12,17 +12,17 @@ vec4 light_arriving(vec3 position_lv) {
 }
 
 bool light_shines_on(vec3 position_lv) {
-    return dot(position_lv, u_panel[2]) > 0.0;
+    return dot(position_lv, u_rect[2]) > 0.0;
 }
 
-vec2 light_received(vec3 position_lv, vec3 normal) { // the share of the irradiance of a sky full of it; the share of it above the horizon
+vec2 light_received(vec3 position_lv, vec3 normal) { // irradiance relative to a full hemisphere of it; share of it above the horizon
     vec2 ring[4] = vec2[4](vec2(-1.0, -1.0), vec2(1.0, -1.0), vec2(1.0, 1.0), vec2(-1.0, 1.0));
     vec3 kept[5];
     vec2 place[5];
     int count = 0;
     for (int i = 0; i < 4; i++) {
         vec2 a = ring[i], b = ring[(i + 1) % 4];
-        vec3 p = u_panel[0] * a.x + u_panel[1] * a.y - position_lv, q = u_panel[0] * b.x + u_panel[1] * b.y - position_lv;
+        vec3 p = u_rect[0] * a.x + u_rect[1] * a.y - position_lv, q = u_rect[0] * b.x + u_rect[1] * b.y - position_lv;
         float height = dot(p, normal), next = dot(q, normal);
         if (height > 0.0) {
             kept[count] = p;

@@ -1,4 +1,4 @@
-// What Babylon.js stores for its exponential shadow maps: exp(-k metric), or, "close", the metric.
+// Babylon.js's exponential shadow maps store exp(-k metric), or, with "close", the metric.
 #ifndef GLS_EXPONENT
 #define GLS_EXPONENT 50.0
 #endif

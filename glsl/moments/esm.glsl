@@ -1,4 +1,4 @@
-// exp(c depth): its mean, over that of the receiver's own depth, is the product of two factors that each know one of the two.
+// exp(c depth). Its mean divided by that of the receiver's depth separates into a factor of the map and a factor of the receiver.
 // Annen, Mertens, Seidel, Flerackers, Kautz 2008, "Exponential Shadow Maps".
 #ifndef GLS_EXPONENT
 #define GLS_EXPONENT 80.0

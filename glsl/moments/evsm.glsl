@@ -1,4 +1,4 @@
-// Depth from -1 to 1, bent by exp(c x) and by -exp(-c x), each with its square.
+// Depth from -1 to 1, warped by exp(c x) and by -exp(-c x), each with its square.
 // Lauritzen, McCool 2008, "Layered Variance Shadow Maps", section 5.
 #ifndef GLS_EXPONENT
 #define GLS_EXPONENT 42.0

@@ -1,4 +1,4 @@
-// Four powers of depth from -1 to 1. GLS_HALF: turned such that each of four numbers from 0 to 1 uses its 16 bits.
+// Four powers of depth from -1 to 1. GLS_HALF: rotated such that each of four numbers from 0 to 1 uses its 16 bits.
 // Peters, Klein 2015, "Moment Shadow Mapping"; Peters, Muenstermann, Wetzstein, Klein 2017, "Improved Moment Shadow Maps".
 #ifndef GLS_HALF
 #define GLS_HALF 0
@@ -15,7 +15,7 @@ vec4 moments_of(float depth) {
 #endif
 }
 
-// The powers' means from the means of what is stored.
+// The means of the powers from the means of the stored values.
 vec4 powers(vec4 stored) {
 #if GLS_HALF
     vec2 odd = stored.xy - 0.5;

@@ -1,4 +1,4 @@
-// Depth and its square, of depth from -1 to 1: the same variance, half the rounding.
+// Depth and its square, for depth from -1 to 1: the same variance at half the rounding.
 // Donnelly, Lauritzen 2006, "Variance Shadow Maps".
 vec4 moments_of(float depth) {
     float x = 2.0 * depth - 1.0;

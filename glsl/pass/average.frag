@@ -1,6 +1,6 @@
-// One fragment for each collected pixel: puts the box mean over its samples, in linear light, into the picture. GLS_OUTPUT 1: of one
-// light's visibility, over the samples that see a surface, where the surface or this light asks for them: what another light asks for
-// changes nothing.
+// Writes the mean over a collected pixel's samples, in linear light, into the image; one fragment for each collected pixel.
+// GLS_OUTPUT 1: writes the mean of one light's visibility, over the samples that see a surface, only where the surface or this light
+// requests it: the requests of other lights change nothing.
 #ifndef GLS_OUTPUT
 #define GLS_OUTPUT 0
 #endif
@@ -13,18 +13,18 @@
 #ifndef GLS_ROWS
 #define GLS_ROWS 2
 #endif
-#include "lib/dense.glsl"
+#include "lib/per_sample.glsl"
 #include "lib/finish.glsl"
 #include "lib/srgb.glsl"
 #if GLS_OUTPUT == 1
-#include "lib/asking.glsl"
+#include "lib/sample_requests.glsl"
 #include "lib/mixed.glsl"
 uniform usampler2D u_mixed;
-uniform usampler2D u_asking;
+uniform usampler2D u_requests;
 uniform int u_light;
 #endif
-uniform sampler2D u_dense;
-uniform vec4 u_background; // linear; alpha 0: none
+uniform sampler2D u_per_sample;
+uniform vec4 u_background; // linear; alpha 0: transparent
 #if GLS_OUTPUT == 1
 layout(r32f, binding = 0) writeonly uniform image2D u_visibility;
 #else
@@ -37,17 +37,17 @@ layout(rgba32f, binding = 1) writeonly uniform image2D u_linear;
 void main() {
     ivec2 block = ivec2(gl_FragCoord.xy);
     int place = block.y * u_batch.z + block.x;
-    bool asked = place < u_batch.y;
-    uint bits = texelFetch(u_pixels, u_batch.x + (asked ? place : 0)).r;
-    ivec2 pixel = asked ? ivec2(int(bits & 0xffffu), int(bits >> 16u)) : ivec2(-1); // what is written outside is lost
+    bool valid = place < u_batch.y;
+    uint bits = texelFetch(u_pixels, u_batch.x + (valid ? place : 0)).r;
+    ivec2 pixel = valid ? ivec2(int(bits & 0xffffu), int(bits >> 16u)) : ivec2(-1); // writes outside the image are discarded
 #if GLS_OUTPUT == 1
     ivec2 there = max(pixel, ivec2(0));
-    uint asking = texelFetch(u_asking, asking_at(there, u_light, textureSize(u_mixed, 0).y), 0).r & asking_bit(u_light);
+    uint asking = texelFetch(u_requests, request_at(there, u_light, textureSize(u_mixed, 0).y), 0).r & request_bit(u_light);
     pixel = asking != 0u || texelFetch(u_mixed, there, 0).r == MIXED ? pixel : ivec2(-1);
 #endif
     vec4 total = vec4(0.0);
     for (int i = 0; i < GLS_COLUMNS * GLS_ROWS; i++) {
-        vec4 found = texelFetch(u_dense, block * BLOCK + ivec2(i % GLS_COLUMNS, i / GLS_COLUMNS), 0);
+        vec4 found = texelFetch(u_per_sample, block * BLOCK + ivec2(i % GLS_COLUMNS, i / GLS_COLUMNS), 0);
 #if GLS_OUTPUT == 1
         total += isnan(found.r) ? vec4(0.0) : vec4(found.r, 1.0, 0.0, 0.0);
 #else
@@ -56,7 +56,7 @@ void main() {
 #endif
     }
 #if GLS_OUTPUT == 1
-    imageStore(u_visibility, pixel, vec4(total.r / total.g)); // NaN where no sample sees one
+    imageStore(u_visibility, pixel, vec4(total.r / total.g)); // NaN if no sample sees a surface
 #else
     total /= float(GLS_COLUMNS * GLS_ROWS);
 #if GLS_SUM

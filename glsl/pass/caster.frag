@@ -1,4 +1,4 @@
-// Fragment side of the caster pass: nothing, an alpha test, a metric, or both.
+// Fragment shader of the caster pass: depth only, an alpha test, a metric, or both.
 #ifndef GLS_METRIC
 #define GLS_METRIC 0
 #endif
@@ -15,7 +15,7 @@
 #define GLS_PACKED 0
 #endif
 #ifndef GLS_CHANNELS
-#define GLS_CHANNELS 0 // 1: one of several lights, each of which writes a channel and its own range of the depth buffer
+#define GLS_CHANNELS 0 // 1: several lights share the target; each writes one channel and its own range of the depth buffer
 #endif
 #if GLS_ALPHA
 uniform vec2 u_alpha; // factor, cutoff
@@ -58,7 +58,7 @@ void main() {
 #if GLS_PACKED
     o_stored = pack(min(metric, 0.99999994)); // 1 would wrap to 0
 #elif GLS_CHANNELS
-    o_stored = vec4(metric); // the mask chooses
+    o_stored = vec4(metric); // the colour mask selects the channel
     gl_FragDepth = u_depth_range.x + u_depth_range.y * clamp(metric, 0.0, 1.0);
 #else
     o_stored = vec4(metric, 0.0, 0.0, 1.0);

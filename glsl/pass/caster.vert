@@ -1,4 +1,4 @@
-// Draws a mesh from the light. GLS_METRIC: also what the metric needs. GLS_ALPHA: what the alpha test needs.
+// Vertex shader of the caster pass: draws a mesh from the light. GLS_METRIC: outputs for the metric. GLS_ALPHA: outputs for the alpha test.
 #ifndef GLS_METRIC
 #define GLS_METRIC 0
 #endif
@@ -6,10 +6,10 @@
 #define GLS_ALPHA 0
 #endif
 #ifndef GLS_TEXTURED
-#define GLS_TEXTURED 0 // alpha of the texture counts
+#define GLS_TEXTURED 0 // 1: alpha of the texture
 #endif
 #ifndef GLS_COLORED
-#define GLS_COLORED 0 // alpha of the vertices counts
+#define GLS_COLORED 0 // 1: alpha of the vertices
 #endif
 #ifndef GLS_CLIP_BIAS
 #define GLS_CLIP_BIAS 0

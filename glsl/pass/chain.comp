@@ -1,11 +1,11 @@
-// Makes one chain of the lists of grown items that a receiver walks: that of its cell in one grid goes on with that of the next coarser
-// one. One invocation per cell; run grid after grid, the second coarsest first.
+// Chains the lists of grown items that a receiver walks: the list of its cell in one grid continues with that of the next coarser grid. One
+// invocation per cell; run grid after grid, from the second coarsest.
 #ifndef GLS_GROWN
 #define GLS_GROWN 256
 #endif
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32ui, binding = 1) writeonly uniform uimageBuffer u_joined; // u_links
-uniform usamplerBuffer u_links; // read so: on llvmpipe (Mesa 22.3) three times as fast as a storage buffer
+uniform usamplerBuffer u_links; // a buffer texture: on llvmpipe (Mesa 22.3) three times as fast as a storage buffer
 layout(r32ui, binding = 0) uniform uimage2D u_heads;
 layout(std430, binding = 2) buffer Counter {
     uint link_count;

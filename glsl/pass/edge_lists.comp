@@ -1,5 +1,5 @@
-// Silhouette edges into grids of lists, one invocation per edge: into each cell of each grid that it comes nearer to than half a cell. So a
-// footprint that reaches no further than half a cell from its middle meets only edges of its middle's cell. See exact/edges.glsl.
+// Silhouette edges into grids of per-cell lists, one invocation per edge: into each cell of each grid that is nearer than half a cell.
+// A footprint with a radius of up to half a cell so meets only edges of its centre's cell. See exact/edges.glsl.
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif

@@ -1,21 +1,21 @@
 // Lists the silhouette edges of a light's casters, one invocation per triangle: edges where a caster ends, or where its surface folds back
-// as some part of the light sees it. A triangle that its texture cuts out is listed as a whole: its silhouette may be anywhere inside.
-// Needs the facets of pass/lists.comp.
+// for some part of the light. An alpha-tested triangle is listed as a whole: its silhouette may be anywhere inside. Needs the facets of
+// pass/lists.comp.
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif
 #include "lib/facet.glsl"
 #include "lib/traits.glsl"
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) writeonly buffer Edges { uint edges[]; }; // 4 * triangle + 0 to 2: edge ab, bc, ca; + 3: all of it
-layout(std430, binding = 1) buffer Counter { uint edge_count; }; // runs on where the buffer is full
+layout(std430, binding = 0) writeonly buffer Edges { uint edges[]; }; // 4 * triangle + 0 to 2: edge ab, bc, ca; + 3: the whole triangle
+layout(std430, binding = 1) buffer Counter { uint edge_count; }; // keeps counting when the buffer is full
 uniform usamplerBuffer u_neighbours; // per triangle: across its edges ab, bc, ca; see glshadow.geometry.adjacency
 uniform uint u_capacity;
-uniform float u_radius; // radius of the light: a tangent (a sun), or world units; 0: none
+uniform float u_radius; // radius of the light: a tangent (directional light), or world units; 0: a point
 const uint NONE = 0xffffffffu, TURNED = 0x80000000u, WHOLE = 3u;
-const float SLACK = 1e-5; // in sines: rounding decides which side is seen
+const float SLACK = 1e-5; // sine below which rounding decides the side
 
-int side(vec3 normal, vec3 a) { // 1: all of the light before it, -1: behind, 0: on both sides of its plane
+int side(vec3 normal, vec3 a) { // 1: the whole light is in front, -1: behind, 0: on both sides of the plane
 #if GLS_SUN
     float middle = normal.z, reach = u_radius * length(normal.xy) + SLACK;
 #else
@@ -54,7 +54,7 @@ void main() {
             Facet other = facet(int(number));
             uint others = traits_of(number).x;
             int other_seen = side(other.normal, other.a);
-            if (casts(other, other_seen, others) && (others & CUT_OUT) == 0u) { // the first of the two lists it
+            if (casts(other, other_seen, others) && (others & CUT_OUT) == 0u) { // the first of the two triangles lists the edge
                 other_seen *= (neighbour & TURNED) != 0u ? -1 : 1;
                 silhouette = triangle < number && (seen == 0 || seen != other_seen);
             }

@@ -16,7 +16,7 @@
 #ifndef GLS_ROWS
 #define GLS_ROWS 2
 #endif
-#include "lib/sight.glsl"
+#include "lib/camera_rays.glsl"
 #include "lib/surface_number.glsl"
 #include "lib/direction.glsl"
 #include "lib/color_packing.glsl"
@@ -27,7 +27,7 @@ uniform samplerBuffer u_planes; // per drawn triangle: unit world normal, distan
 #if GLS_COLORS == 1
 uniform usamplerBuffer u_owners;
 #endif
-uniform vec3 u_right_l; // how rays, or GLS_ORTHO their starts, change from pixel to pixel; here axes are the world's
+uniform vec3 u_right_l; // change of rays, or with GLS_ORTHO of their starts, per pixel; here in world axes
 uniform vec3 u_up_l;
 #if GLS_SURFACE == 1
 layout(location = 0) out uint o_surface;
@@ -68,7 +68,7 @@ bool goes_on(uvec4 own, vec4 plane, vec3 normal, uvec4 other, vec2 offset, out f
 #elif GLS_COLORS == 2
     same = same && all(lessThan(abs(unpack_color(own.b) - unpack_color(other.b)), vec3(SAME_COLOR)));
 #endif
-    return same && (own.r & MARKS) == (other.r & MARKS); // the marks
+    return same && (own.r & MARKS) == (other.r & MARKS); // equal flags
 }
 
 uint bits_of(bvec4 which) {
@@ -81,7 +81,7 @@ void main() {
     ivec2 corner = ivec2(gl_FragCoord.xy) * block, middle = corner + block / 2;
     uvec4 own = texelFetch(u_surface, middle, 0);
     vec2 texel = 1.0 / vec2(textureSize(u_surface, 0));
-    uvec4 numbers[quads]; // four samples at a time, about a corner that they share
+    uvec4 numbers[quads]; // four samples at a time, around a shared corner
     uint differing = 0u; // a bit for each sample
     for (int q = 0; q < quads; q++) {
         numbers[q] = textureGather(u_surface, vec2(corner + 1 + 2 * ivec2(q % (GLS_COLUMNS / 2), q / (GLS_COLUMNS / 2))) * texel);
@@ -92,7 +92,7 @@ void main() {
     ivec2 seen = middle;
     vec4 plane = vec4(0.0);
     vec3 normal = vec3(0.0);
-    int once = differing != 0u ? 1 : 0; // loops: llvmpipe skips nothing else
+    int once = differing != 0u ? 1 : 0; // loops, because llvmpipe skips nothing else
     for (int i = 0; i < once; i++) {
         plane = texelFetch(u_planes, max(triangle_of(own.r), 0));
         normal = shading_normal(own, plane);

@@ -1,4 +1,4 @@
-// One light on the surface that is drawn. More lights: add up, u_ambient = 0 in all but one.
+// Forward shading with one light. More lights: add the results, with u_ambient = 0 in all but one.
 #ifndef GLS_DERIVATIVES
 #define GLS_DERIVATIVES 0 // 1: the face normal from screen derivatives
 #endif
@@ -16,9 +16,9 @@ GLS_VARYING vec3 v_normal_lv;
 #include "lib/srgb.glsl"
 #endif
 #include "lib/cookie.glsl"
-#include "lib/glass.glsl"
+#include "lib/tint.glsl"
 GLS_VARYING vec3 v_position_lv;
-uniform vec4 u_eye_lv; // the eye (w = 1), or the way to it (w = 0: orthographic camera)
+uniform vec4 u_eye_lv; // the eye (w = 1), or the direction to it (w = 0: orthographic camera)
 #if GLS_OUTPUT
 uniform vec3 u_radiance; // color * intensity
 uniform vec3 u_ambient;
@@ -37,7 +37,7 @@ void main() {
 #else
     vec3 normal = normalize(v_normal_lv);
 #endif
-    if (dot(normal, v_position_lv * u_eye_lv.w - u_eye_lv.xyz) > 0.0) normal = -normal; // the side that is seen
+    if (dot(normal, v_position_lv * u_eye_lv.w - u_eye_lv.xyz) > 0.0) normal = -normal; // face the eye
     vec4 arriving = light_arriving(v_position_lv);
     float cosine = dot(normal, arriving.xyz);
     float lit = cosine > 0.0 && light_shines_on(v_position_lv) ? light_visibility(v_position_lv, normal, cosine) : 0.0;

@@ -1,13 +1,13 @@
-// The receiver for other people's programs: draws a mesh from the camera and carries the surface in the light's view.
+// Vertex shader for forward shading: draws a mesh from the camera, with position and normal in the light's frame.
 #ifndef GLS_DERIVATIVES
-#define GLS_DERIVATIVES 0 // 1: there is no a_normal, the fragment side derives it
+#define GLS_DERIVATIVES 0 // 1: there is no a_normal; the fragment shader derives the normal
 #endif
 GLS_ATTRIBUTE vec3 a_position; // mesh space
 uniform mat4 u_clip_from_mesh; // the camera's
 uniform mat4 u_lv_from_mesh;
 GLS_VARYING vec3 v_position_lv;
 #if !GLS_DERIVATIVES
-GLS_ATTRIBUTE vec3 a_normal; // of the face, the same at its three corners; either side, any length. A smooth one is no plane: it leaks
+GLS_ATTRIBUTE vec3 a_normal; // of the face, the same at its three corners; either side, any length. Smooth normals cause light leaks
 uniform mat3 u_normal_lv_from_mesh; // cofactors of the linear part of u_lv_from_mesh
 GLS_VARYING vec3 v_normal_lv;
 #endif

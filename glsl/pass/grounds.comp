@@ -8,7 +8,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 uniform usampler2D u_ground; // float bits
 uniform int u_around; // cells
-uniform vec2 u_depths; // the least, subtracted from those in the grid, and the greatest
+uniform vec2 u_depths; // the least, subtracted from the grid's depths, and the greatest
 layout(r32ui, binding = 0) writeonly uniform uimage2D u_out;
 
 void main() {
@@ -22,6 +22,6 @@ void main() {
         for (int column = first.x; column <= last.x; column++) deepest = max(deepest, texelFetch(u_ground, ivec2(column, top + row), 0).r);
     }
     bool inside = low == first && high == last;
-    if (GLS_POINT == 1 && !inside) deepest = floatBitsToUint(u_depths.y - u_depths.x); // what lies on other faces is not looked at
+    if (GLS_POINT == 1 && !inside) deepest = floatBitsToUint(u_depths.y - u_depths.x); // other faces are not searched
     imageStore(u_out, cell, uvec4(deepest));
 }

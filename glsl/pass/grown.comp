@@ -1,7 +1,7 @@
-// The casters of a light that has a size, into grids of grown items, one invocation per triangle. GLS_OUTLINES 0: triangles. 1: what may
-// cut the light into seen and hidden parts: of its edges those that some part of the light sees as an outline, where a caster ends or
-// folds back; and all of it where its texture cuts it out, or it goes through the light. Between two triangles that the whole light sees
-// from one side nothing shows. Needs the facets and the grounds of pass/lists.comp.
+// The casters of an area light, into grids of grown items, one invocation per triangle. GLS_SILHOUETTES 0: triangles. 1: what may separate
+// visible from hidden parts of the light: edges that are silhouettes for some part of the light, where a caster ends or folds back; and
+// whole triangles that are alpha-tested or go through the light. Between two triangles on the same side of the whole light the visibility
+// does not change. Needs the facets and the grounds of pass/lists.comp.
 #ifndef GLS_AREA
 #define GLS_AREA 1
 #endif
@@ -14,8 +14,8 @@
 #ifndef GLS_POINT
 #define GLS_POINT 0
 #endif
-#ifndef GLS_OUTLINES
-#define GLS_OUTLINES 0
+#ifndef GLS_SILHOUETTES
+#define GLS_SILHOUETTES 0
 #endif
 #include "lib/cells.glsl"
 #include "lib/facet.glsl"
@@ -24,13 +24,13 @@ layout(local_size_x = 64) in;
 uniform usamplerBuffer u_neighbours; // per triangle: across its edges ab, bc, ca; see glshadow.geometry.adjacency
 const uint NONE = 0xffffffffu, TURNED = 0x80000000u;
 const uint WHOLE = 3u; // in place of an edge's number
-const float SLACK = 1e-5; // in sines: rounding decides which side is seen
+const float SLACK = 1e-5; // sine below which rounding decides the side
 
 bool casts(Facet one, uint flags) {
     return (flags & CASTS) != 0u && one.normal != vec3(0.0);
 }
 
-int side(vec3 normal, vec3 a) { // 1: all of the light before it, -1: behind, 0: on both sides of its plane
+int side(vec3 normal, vec3 a) { // 1: the whole light is in front, -1: behind, 0: on both sides of the plane
 #if GLS_SUN
     float middle = normal.z, reach = u_radius * length(normal.xy) + SLACK;
 #else
@@ -43,7 +43,7 @@ void insert_in_faces(uint item, uint rest, vec3 a, vec3 b, vec3 c) {
     for (int face = 0; face < FACES; face++) {
         mat3 turned = face_from_lv(face);
         vec3 p = turned * a, q = turned * b, r = turned * c;
-        if (near_window(p, q, r, u_radius)) insert_grown(item, rest, face, footprint(p, q, r), GLS_OUTLINES == 1 && rest < WHOLE);
+        if (near_window(p, q, r, u_radius)) insert_grown(item, rest, face, footprint(p, q, r), GLS_SILHOUETTES == 1 && rest < WHOLE);
     }
 }
 
@@ -55,14 +55,14 @@ void main() {
     uint flags = node.x;
     if (!casts(own, flags)) return;
     int own_side = side(own.normal, own.a);
-#if !GLS_OUTLINES
+#if !GLS_SILHOUETTES
     if (own_side < 0 && (flags & CULL_BACK) != 0u) return;
     uint mask = (flags & CUT_OUT) != 0u ? triangle + node.y : 0u;
     insert_in_faces(triangle, mask, own.a, own.b, own.c);
 #else
     bool whole = (flags & CUT_OUT) != 0u;
 #if !GLS_SUN
-    // one that goes through the light cuts it where it does, inside all of its edges
+    // a triangle through the light cuts it inside its own edges
     vec3 middle = (own.a + own.b + own.c) / 3.0;
     float around = max(distance(middle, own.a), max(distance(middle, own.b), distance(middle, own.c)));
     whole = whole || abs(dot(own.normal, own.a)) <= 1.001 * u_radius && length(middle) - around <= 1.001 * u_radius;
@@ -74,17 +74,17 @@ void main() {
     uvec3 neighbours = texelFetch(u_neighbours, int(triangle)).xyz;
     for (int i = 0; i < 3; i++) {
         uint neighbour = neighbours[i];
-        bool outline = true;
+        bool silhouette = true;
         if (neighbour != NONE) {
             uint number = neighbour & ~TURNED;
             Facet other = facet(int(number));
             uint others = traits_of(number).x;
             if (casts(other, others) && (others & CUT_OUT) == 0u) {
                 int other_side = side(other.normal, other.a) * ((neighbour & TURNED) != 0u ? -1 : 1);
-                outline = triangle < number && (own_side == 0 || own_side != other_side);
+                silhouette = triangle < number && (own_side == 0 || own_side != other_side);
             }
         }
-        if (!outline) continue;
+        if (!silhouette) continue;
         vec3 a = i == 0 ? own.a : i == 1 ? own.b : own.c, b = i == 0 ? own.b : i == 1 ? own.c : own.a;
         insert_in_faces(triangle, uint(i), a, b, b);
     }

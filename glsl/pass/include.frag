@@ -1,3 +1,4 @@
-// No main: what a program of someone else includes. Its own declarations and main() follow, and call light_arriving, light_shines_on and light_visibility.
+// Functions for another program to include, without main(). The program's declarations and main() follow; it calls light_arriving,
+// light_shines_on and light_visibility.
 #include <light>
 #include <shadow>

@@ -1,5 +1,5 @@
-// Triangle lists of one light, one invocation per triangle: writes its facet, and a link to it into the list of every cell that it
-// may touch.
+// Triangle lists of one light, one invocation per triangle: writes its facet, and links it into the list of every cell that it may
+// overlap.
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif
@@ -10,10 +10,10 @@
 #define GLS_CELLS 512 // along a side of the fine grid
 #endif
 #ifndef GLS_AREA
-#define GLS_AREA 0 // 1: the light has a size
+#define GLS_AREA 0 // 1: area light
 #endif
 #ifndef GLS_ROUNDED
-#define GLS_ROUNDED 0 // 1: some triangles are seen as parts of a smooth surface, whose points lie over them
+#define GLS_ROUNDED 0 // 1: some triangles are shaded as smooth surfaces, whose points lie above them
 #endif
 #include "lib/cells.glsl"
 #include "lib/placed.glsl"
@@ -21,7 +21,7 @@
 layout(local_size_x = 64) in;
 // read as texture buffers: llvmpipe (Mesa 22.3) takes three times as long for storage buffers
 uniform samplerBuffer u_positions; // world axes, relative to the scene's origin
-layout(std430, binding = 0) writeonly buffer Facets { vec4 facets[]; }; // lib/facet.glsl: those of the part
+layout(std430, binding = 0) writeonly buffer Facets { vec4 facets[]; }; // of the part's triangles, see lib/facet.glsl
 uniform mat3 u_axes; // the light's, from world axes
 uniform vec3 u_origin; // of the light's frame, relative to the scene's origin
 
@@ -33,7 +33,7 @@ vec3 vertex(uint i) {
 #include "lib/octahedral.glsl"
 uniform usamplerBuffer u_smooth; // see lib/smooth_point.glsl
 
-// How far points may lie over it, seen from either side: nowhere where all of the light is well above it.
+// Largest distance of the smooth surface above it, seen from either side: 0 where the whole light is well above its horizon.
 float most_lift(uint triangle, vec3 normal, vec3 a, vec3 b, vec3 c) {
 #if GLS_SUN
     float height = normal.z, reach = u_radius * length(normal.xy), far = 1.0;
@@ -72,15 +72,15 @@ void main() {
     uint flags = node.x;
     uint mask = (flags & CUT_OUT) != 0u ? triangle + node.y : 0u;
 #if GLS_SUN
-    float side = normal.z; // > 0: its front is turned to the light
+    float side = normal.z; // > 0: its front faces the light
     float unit = length(normal.xy);
 #else
     float side = -dot(normal, a) / max(length(a), 1e-30);
     float unit = 1.0 / max(length(a), 1e-30);
 #endif
-    float edge_on = 1e-5; // is kept: rounding decides its side
+    float edge_on = 1e-5; // kept, since rounding decides its side
 #if GLS_AREA
-    edge_on += u_radius * unit; // as is what only a part of the light sees from the front
+    edge_on += u_radius * unit; // also kept if only a part of the light sees its front
 #endif
     bool away = (flags & CULL_BACK) != 0u && side < -edge_on || (flags & CULL_FRONT) != 0u && side > edge_on;
     bool casts = normal != vec3(0.0) && !away && (flags & CASTS) != 0u;

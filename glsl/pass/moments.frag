@@ -1,4 +1,4 @@
-// What a depth map stores, as what a filter wants the mean of; that mean over 2 R + 1 texels in a row.
+// Converts a depth map into what a filter averages; with GLS_ROW, its mean over 2 R + 1 texels in a row.
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif
@@ -7,8 +7,8 @@
 #endif
 #include <encoding>
 uniform sampler2D u_stored;
-uniform vec4 u_even; // window depth = x + y * base, base distance along a sun's view or 1 / depth; near; 1 / (far - near)
-uniform vec2 u_from; // from a texel here to that of the depth map
+uniform vec4 u_even; // window depth = x + y * base, base: depth (directional light) or 1 / depth; near; 1 / (far - near)
+uniform vec2 u_from; // offset from a texel here to that of the depth map
 layout(location = 0) out vec4 o_moments;
 
 vec4 moments_at(ivec2 texel) {

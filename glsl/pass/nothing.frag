@@ -1,4 +1,4 @@
-// The surface buffer where nothing is seen.
+// Clears the surface buffer to background.
 #ifndef GLS_SURFACE
 #define GLS_SURFACE 1
 #endif

@@ -1,11 +1,11 @@
-// How many points of a light that has a size each visible surface sees, in three passes. GLS_STAGE 0: over the picture, or (GLS_DENSE)
-// over samples of collected pixels: all or none of them where no outline of a caster comes between, which the light's middle tells; the
-// others are collected. 1: each of those lists the triangles that may come between. 2: and asks these, point by point.
+// Number of an area light's sample points that each visible surface sees, in three passes. GLS_STAGE 0: for the image, or (GLS_PER_SAMPLE)
+// samples of collected pixels: all or none of them where no silhouette edge cuts the light, as for the light's centre; other pixels are
+// collected. 1: lists for each of those the triangles that may block it. 2: tests these against each sample point.
 //
-// What a set of triangles hides of the light has for its border edges of triangles: those where one of them ends, or folds back. What
-// lies between two that are seen from one side is no border. So where none of the former is in the cone from a surface to the light, all
-// of the light is seen, or nothing. What is cut out by a texture, or goes through the light itself, counts as an outline as a whole. After
-// Laine, Aila, Assarsson, Lehtinen, Akenine-Moeller 2005, "Soft Shadow Volumes for Ray Tracing", SIGGRAPH, whose edges in wedges these are.
+// The border of the hidden part of the light consists of silhouette edges: triangle edges where a caster ends or folds back. Other edges,
+// between two triangles that face the same way, are no border. So if no silhouette edge is in the cone from a surface to the light, the
+// light is wholly visible or wholly hidden. Triangles that are alpha-tested or go through the light count as silhouettes as a whole. After
+// Laine, Aila, Assarsson, Lehtinen, Akenine-Moeller 2005, "Soft Shadow Volumes for Ray Tracing", SIGGRAPH, which tests edges in wedges.
 #ifndef GLS_STAGE
 #define GLS_STAGE 0
 #endif
@@ -18,29 +18,29 @@
 #ifndef GLS_POINT
 #define GLS_POINT 0
 #endif
-#ifndef GLS_DENSE
-#define GLS_DENSE 0
+#ifndef GLS_PER_SAMPLE
+#define GLS_PER_SAMPLE 0
 #endif
 #ifndef GLS_SELECTIVE
-#define GLS_SELECTIVE 0 // 1: some triangles are not darkened
+#define GLS_SELECTIVE 0 // 1: some triangles receive no shadows
 #endif
 #ifndef GLS_MASKED
 #define GLS_MASKED 0
 #endif
 #ifndef GLS_ROUNDED
-#define GLS_ROUNDED 0 // 1: some triangles are seen as parts of a smooth surface
+#define GLS_ROUNDED 0 // 1: some triangles are shaded as smooth surfaces
 #endif
-#ifndef GLS_PANEL
-#define GLS_PANEL 0 // 1: the light is a panel
+#ifndef GLS_RECT
+#define GLS_RECT 0 // 1: a rectangular area light
 #endif
 #ifndef GLS_MARKS
 #define GLS_MARKS 0 // 1, with GLS_STAGE 0: marks pixels whose samples may see the light differently, by the highest bit
 #endif
-#include "lib/sight.glsl"
-#if GLS_DENSE
-#include "lib/dense.glsl"
+#include "lib/camera_rays.glsl"
+#if GLS_PER_SAMPLE
+#include "lib/per_sample.glsl"
 #endif
-#if GLS_DENSE || GLS_STAGE > 0
+#if GLS_PER_SAMPLE || GLS_STAGE > 0
 #include "lib/sample_ray.glsl"
 #endif
 #include "lib/surface_number.glsl"
@@ -58,30 +58,30 @@ flat in mat3 v_axes_l;
 uniform usampler2D u_surface;
 flat in vec3 v_forward_l;
 #if GLS_STAGE > 0
-uniform usamplerBuffer u_fragments; // x, y << 16
-uniform ivec3 u_asked; // the first of those that are drawn, how many, and how many in a row
+uniform usamplerBuffer u_fragments; // x | y << 16
+uniform ivec3 u_partly_lit; // first pixel of the batch, number of pixels, pixels in a row
 #endif
 #if GLS_STAGE == 1
 layout(location = 0) out uint o_list;
 #elif GLS_STAGE == 2
 #ifndef GLS_SIDE
-#define GLS_SIDE 2 // fragments along a side of a pixel's block: they share its points
+#define GLS_SIDE 2 // fragments along a side of a pixel's block: they share the sample points
 #endif
 uniform usampler2D u_lists;
 layout(r32ui, binding = 0) uniform uimage2D u_counts;
 #else
 layout(early_fragment_tests) in;
-layout(std430, binding = 0) buffer Asked { uint asked_count; };
+layout(std430, binding = 0) buffer PartlyLit { uint partly_lit_count; };
 layout(std430, binding = 1) writeonly buffer Fragments { uint fragments[]; };
-uniform int u_count; // points of the light
-#if GLS_PANEL
-uniform mat3 u_panel; // see exact/found.glsl
+uniform int u_count; // sample points of the light
+#if GLS_RECT
+uniform mat3 u_rect; // see exact/found.glsl
 #endif
 layout(location = 0) out uint o_seen;
 #endif
 
 #if GLS_STAGE == 0 || GLS_ROUNDED
-vec2 heights(vec3 position, vec3 normal) { // of the light's lowest and highest point over a receiver's horizon
+vec2 heights(vec3 position, vec3 normal) { // of the light's lowest and highest point above the receiver's horizon
 #if GLS_SUN
     float middle = normal.z, reach = u_radius * length(normal.xy);
 #else
@@ -99,19 +99,19 @@ void main() {
     ivec2 within = block % GLS_SIDE;
     block /= GLS_SIDE;
 #endif
-    int number = block.y * u_asked.z + block.x;
-    bool beyond = number >= u_asked.y; // the last
-    uint bits = texelFetch(u_fragments, u_asked.x + min(number, u_asked.y - 1)).r;
+    int number = block.y * u_partly_lit.z + block.x;
+    bool beyond = number >= u_partly_lit.y; // past the end
+    uint bits = texelFetch(u_fragments, u_partly_lit.x + min(number, u_partly_lit.y - 1)).r;
     ivec2 fragment = ivec2(int(bits & 0xffffu), int(bits >> 16u));
 #else
     ivec2 fragment = ivec2(gl_FragCoord.xy);
 #endif
-#if GLS_DENSE
-    ivec2 texel = dense_texel(fragment);
+#if GLS_PER_SAMPLE
+    ivec2 texel = sample_texel(fragment);
 #else
     ivec2 texel = fragment;
 #endif
-#if GLS_DENSE || GLS_STAGE > 0
+#if GLS_PER_SAMPLE || GLS_STAGE > 0
     vec3 eye, ray;
     sample_ray(texel, v_forward_l, eye, ray);
 #else
@@ -119,11 +119,11 @@ void main() {
 #endif
     uvec4 surface = texelFetch(u_surface, texel, 0);
     int triangle = triangle_of(surface.r);
-    bool seen = triangle >= 0; // else nothing is there
+    bool seen = triangle >= 0; // else background
     triangle = max(triangle, 0);
     Facet own = facet(triangle);
     vec3 position = surface_point(triangle, own, eye, ray, v_forward_l);
-    float side = dot(own.normal, ray) > 0.0 ? -1.0 : 1.0; // the side that is seen
+    float side = dot(own.normal, ray) > 0.0 ? -1.0 : 1.0; // the visible side
     vec3 normal = side * own.normal;
     receiver_triangle = triangle;
     receiver_corner = plane_corner(own);
@@ -144,12 +144,12 @@ void main() {
     }
 #endif
 #if GLS_SELECTIVE
-    bool asked = is_darkened(surface.r);
+    bool darkened = is_darkened(surface.r);
 #else
-    const bool asked = true;
+    const bool darkened = true;
 #endif
 #if GLS_STAGE == 1
-    o_list = beyond || !asked ? 0u : gather(position, normal);
+    o_list = beyond || !darkened ? 0u : gather(position, normal);
 #elif GLS_STAGE == 2
     uint list = texelFetch(u_lists, block, 0).r;
     int count = beyond ? 0 : seen_points(position, normal, list, within.x + GLS_SIDE * within.y, GLS_SIDE * GLS_SIDE, texel);
@@ -159,21 +159,21 @@ void main() {
 #if GLS_ROUNDED
     height = min(height, heights(position, receiver_face));
 #endif
-#if GLS_PANEL
-    seen = seen && dot(position, u_panel[2]) > 0.0; // its back is dark
+#if GLS_RECT
+    seen = seen && dot(position, u_rect[2]) > 0.0; // dark behind the light
 #endif
-    bool above = height.x > 0.0, below = height.y <= 0.0 || !seen; // the receiver's horizon: all of the light
+    bool above = height.x > 0.0, below = height.y <= 0.0 || !seen; // the whole light is above or below the receiver's horizon
     bool cut = !above && !below;
-    if (above && asked) cut = is_cut(position);
-    float lit = above && asked && !cut ? light_visibility(position, normal, 1.0) : 1.0;
+    if (above && darkened) cut = is_cut(position);
+    float lit = above && darkened && !cut ? light_visibility(position, normal, 1.0) : 1.0;
     o_seen = below || cut ? 0u : uint(lit) * uint(u_count);
 #if GLS_MARKS
     PixelFootprint sampled = pixel_footprint(position, normal, eye, ray);
-    o_seen |= asked && seen && samples_differ(sampled, 0.5 * (height.x + height.y), lit) ? 0x80000000u : 0u;
+    o_seen |= darkened && seen && samples_differ(sampled, 0.5 * (height.x + height.y), lit) ? 0x80000000u : 0u;
 #endif
     int wanted = cut ? 1 : 0;
-    for (int i = 0; i < wanted; i++) { // not an if: llvmpipe would go through the atomics of every pixel
-        fragments[atomicAdd(asked_count, 1u)] = uint(fragment.x) | uint(fragment.y) << 16u;
+    for (int i = 0; i < wanted; i++) { // not an if: llvmpipe would execute the atomics for every pixel
+        fragments[atomicAdd(partly_lit_count, 1u)] = uint(fragment.x) | uint(fragment.y) << 16u;
     }
 #endif
 }

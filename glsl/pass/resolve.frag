@@ -1,6 +1,6 @@
-// One light on every visible surface: position from depth, normal from the triangle, visibility from <shadow>, Lambert shading.
-// Everything happens in the light's axes. GLS_FIRST: adds the ambient term, else what earlier lights left. GLS_LAST: writes the
-// display image, else the sum so far. GLS_DENSE: the samples of collected pixels, each light blended onto the others.
+// Shades every visible surface with one light: position from depth, normal from the triangle, visibility from <shadow>, Lambert shading.
+// All in the light's axes. GLS_FIRST: adds the ambient term, else the result of earlier lights. GLS_LAST: writes the display image, else
+// the sum so far. GLS_PER_SAMPLE: shades samples of collected pixels, with lights blended additively.
 #ifndef GLS_SURFACE
 #define GLS_SURFACE 1
 #endif
@@ -20,47 +20,47 @@
 #define GLS_LAST 1
 #endif
 #ifndef GLS_HEMISPHERE
-#define GLS_HEMISPHERE 0 // 1: the ambient term is another one from below, blended by the normal's height
+#define GLS_HEMISPHERE 0 // 1: the ambient term differs from above and below, blended by the normal's height
 #endif
 #ifndef GLS_WEAK
-#define GLS_WEAK 0 // 1: a shadow takes away u_strength of the light, not all of it
+#define GLS_WEAK 0 // 1: a shadow removes a share u_strength of the light, not all of it
 #endif
 #ifndef GLS_VISIBILITY
-#define GLS_VISIBILITY 1 // also writes the light's visibility
+#define GLS_VISIBILITY 1 // 1: also writes the light's visibility
 #endif
 #ifndef GLS_SUM
-#define GLS_SUM 0 // also writes the linear sum
+#define GLS_SUM 0 // 1: also writes the linear sum
 #endif
 #ifndef GLS_EXACT
-#define GLS_EXACT 0 // 1: <shadow> is receiver/exact.glsl, and the receiver lies where the ray meets its triangle
+#define GLS_EXACT 0 // 1: <shadow> is receiver/exact.glsl, and the receiver is where the ray hits its triangle
 #endif
-#ifndef GLS_DENSE
-#define GLS_DENSE 0
+#ifndef GLS_PER_SAMPLE
+#define GLS_PER_SAMPLE 0
 #endif
 #ifndef GLS_CATCHES
 #define GLS_CATCHES 0
 #endif
 #ifndef GLS_SELECTIVE
-#define GLS_SELECTIVE 0 // 1: some triangles are not darkened
+#define GLS_SELECTIVE 0 // 1: some triangles receive no shadows
 #endif
 #ifndef GLS_MARKS
 #define GLS_MARKS 0 // 1: marks pixels whose samples may see the light differently, by 2 on top of the visibility
 #endif
-#ifndef GLS_GLASS
-#define GLS_GLASS 0 // views of a map of what casters that blend let through
+#ifndef GLS_TINT
+#define GLS_TINT 0 // number of views of the map of translucent casters
 #endif
 #ifndef GLS_COOKIE
 #define GLS_COOKIE 0 // 1: the light projects an image
 #endif
 #ifndef GLS_ROUNDED
-#define GLS_ROUNDED 0 // 1: some triangles are seen as parts of a smooth surface, see lib/smooth_point.glsl
+#define GLS_ROUNDED 0 // 1: some triangles are shaded as smooth surfaces, see lib/smooth_point.glsl
 #endif
 #ifndef GLS_ALONE
-#define GLS_ALONE 0 // 1: writes nothing but the visibility
+#define GLS_ALONE 0 // 1: writes only the visibility
 #endif
-#include "lib/sight.glsl"
-#if GLS_DENSE
-#include "lib/dense.glsl"
+#include "lib/camera_rays.glsl"
+#if GLS_PER_SAMPLE
+#include "lib/per_sample.glsl"
 #include "lib/sample_ray.glsl"
 #endif
 #include "lib/finish.glsl"
@@ -73,11 +73,11 @@
 #endif
 #include <light>
 #include <shadow>
-#include "lib/asked.glsl"
+#include "lib/visibility.glsl"
 #include "lib/cookie.glsl"
-#include "lib/glass.glsl"
+#include "lib/tint.glsl"
 #ifndef GLS_WIDE
-#define GLS_WIDE 0 // 1: the light is no single direction, see light/rect.glsl
+#define GLS_WIDE 0 // 1: the light has no single direction, see light/rect.glsl
 #endif
 #ifndef GLS_WEIGHED
 #define GLS_WEIGHED 0 // 1, with GLS_ALONE: visibility and its weight by Lambert's law
@@ -103,13 +103,13 @@ uniform usamplerBuffer u_owners; // per drawn triangle: its node
 uniform samplerBuffer u_colors; // per node: base colour, linear
 #endif
 uniform sampler2D u_sum; // linear light of earlier passes
-uniform vec3 u_background; // linear, seen through what catches
+uniform vec3 u_background; // linear, seen through shadow catchers
 flat in vec2 v_unproject; // this and what follows: see resolve.vert
 flat in vec3 v_lv_from_l;
 flat in vec3 v_forward_l;
 flat in mat3 v_axes_l;
 flat in vec3 v_towards_w;
-flat in vec3 v_radiance; // the base colour is in these two where all share one
+flat in vec3 v_radiance; // these two include the base colour if all nodes share one
 flat in vec3 v_ambient;
 flat in vec3 v_ambient_below;
 #if GLS_WEAK
@@ -141,8 +141,8 @@ vec3 towards_w(vec3 towards_l) {
 }
 
 void main() {
-#if GLS_DENSE
-    ivec2 pixel = dense_texel(ivec2(gl_FragCoord.xy));
+#if GLS_PER_SAMPLE
+    ivec2 pixel = sample_texel(ivec2(gl_FragCoord.xy));
     vec3 eye, ray;
     sample_ray(pixel, v_forward_l, eye, ray);
 #else
@@ -151,8 +151,8 @@ void main() {
 #endif
     uvec4 surface = texelFetch(u_surface, pixel, 0);
     int triangle = triangle_of(surface.r);
-#if GLS_DENSE
-    bool seen = triangle >= 0; // else nothing is there
+#if GLS_PER_SAMPLE
+    bool seen = triangle >= 0; // else background
     triangle = max(triangle, 0);
 #endif
 #if GLS_COLORS == 2
@@ -160,9 +160,9 @@ void main() {
 #elif GLS_COLORS == 1
     vec3 color = texelFetch(u_colors, int(texelFetch(u_owners, triangle).r)).rgb;
 #else
-    const vec3 color = vec3(1.0); // is in v_ambient and v_radiance
+    const vec3 color = vec3(1.0); // included in v_ambient and v_radiance
 #endif
-#if GLS_FIRST || GLS_DENSE
+#if GLS_FIRST || GLS_PER_SAMPLE
     vec3 sum = vec3(0.0);
 #else
     vec3 sum = texelFetch(u_sum, pixel, 0).rgb;
@@ -183,11 +183,11 @@ void main() {
     depth = 1.0 / depth;
 #endif
     vec3 position = eye + ray * depth;
-    // Depth was interpolated between vertices snapped to 1/256 pixel: back on the plane, without leaving the triangle's
-    // depth range as ray x plane would where the ray misses the triangle by a hair.
+    // Depth was interpolated between vertices snapped to 1/256 pixel: project back onto the plane, within the triangle's depth range, which
+    // ray x plane would leave where the ray misses the triangle by a hair.
     position += normal * (plane.w - dot(normal, position)) + v_lv_from_l;
 #endif
-    float side = dot(normal, ray) > 0.0 ? -1.0 : 1.0; // the side that is seen
+    float side = dot(normal, ray) > 0.0 ? -1.0 : 1.0; // the visible side
     normal *= side;
     vec3 lit_normal = normal;
 #if GLS_ROUNDED
@@ -216,20 +216,20 @@ void main() {
 #else
     float cosine = dot(lit_normal, arriving.xyz);
 #endif
-#if GLS_DENSE
-    cosine = seen ? cosine : 0.0; // not asked
+#if GLS_PER_SAMPLE
+    cosine = seen ? cosine : 0.0; // skips the shadow
 #endif
-    float facing = cosine; // > 0: no surface of its own hides the light
+    float facing = cosine; // > 0: the surface faces the light
 #if GLS_ROUNDED && !GLS_WIDE
-    // a map compares with the triangle's plane, or where that is turned away under the point, with the smooth surface's; that one not quite
-    // edge-on, or its depth would be anything
+    // A map compares with the triangle's plane, or with that of the smooth surface where the triangle faces away below the point; the
+    // latter not quite edge-on, or its depth would be undefined.
     vec3 tangent_normal = lit_normal + max(0.01 - cosine, 0.0) * arriving.xyz;
     vec3 plane_normal = rounded.lifted && dot(normal, arriving.xyz) <= 0.0 ? tangent_normal : normal;
     facing = min(cosine, dot(plane_normal, arriving.xyz));
 #else
     vec3 plane_normal = normal;
 #endif
-    float lit = asked_visibility(surface.r, position, plane_normal, facing);
+    float lit = surface_visibility(surface.r, position, plane_normal, facing);
 #if !GLS_ALONE
     lit = light_shines_on(position) ? lit : 0.0;
 #endif
@@ -244,12 +244,12 @@ void main() {
     float height = normal_w.y * side;
 #if GLS_ROUNDED
     height = rounded.smooth_ ? dot(lit_normal, v_axes_l[1]) : height;
-    bool bent = rounded.smooth_; // is shaded by its normal already
+    bool bent = rounded.smooth_; // its normal is the shading normal already
 #else
     const bool bent = false;
 #endif
 #if GLS_SURFACE > 1
-    if (surface.g != 0u && !bent) { // an interpolated normal, on the same side
+    if (surface.g != 0u && !bent) { // an interpolated normal, flipped to the same side
         vec3 shading = unpack_direction(surface.g);
         float turned = dot(shading, normal_w) * side < 0.0 ? -1.0 : 1.0;
 #if GLS_WIDE
@@ -267,7 +267,7 @@ void main() {
     float share = lit;
 #endif
 #if GLS_WIDE
-    share = received.y > 0.0 ? min(share / received.y, 1.0) : 0.0; // what is below the horizon is left out of both
+    share = received.y > 0.0 ? min(share / received.y, 1.0) : 0.0; // both without what is below the horizon
 #endif
 #if !GLS_FIRST
     const vec3 ambient = vec3(0.0);
@@ -282,7 +282,7 @@ void main() {
     vec3 unshadowed = ambient + radiance * (facing > 0.0 ? max(lambert, 0.0) * arriving.w : 0.0);
 #endif
 #if GLS_VISIBILITY
-#if GLS_DENSE
+#if GLS_PER_SAMPLE
     o_visibility = seen ? lit : uintBitsToFloat(0x7fc00000u);
 #else
     o_visibility = lit;
@@ -304,7 +304,7 @@ void main() {
     const bool catcher = false;
     sum += color * light;
 #endif
-#if GLS_DENSE
+#if GLS_PER_SAMPLE
     // read back by pass/average.frag
     o_color = seen ? vec4(sum, GLS_FIRST == 0 ? 0.0 : catcher ? 2.0 : 1.0) : vec4(0.0);
 #elif GLS_LAST

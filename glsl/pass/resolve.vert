@@ -1,23 +1,23 @@
-// One triangle over the whole image, at the far plane: the depth test then skips the background. What is constant over the pass
-// goes along as flat varyings: llvmpipe (Mesa 22.3) loads those once for a block of pixels, uniforms again and again (2 of 12 ms).
+// One triangle over the whole image, at the far plane: the depth test then skips the background. Constants of the pass are passed as flat
+// varyings: llvmpipe (Mesa 22.3) loads those once per block of pixels, but uniforms repeatedly (2 of 12 ms).
 #ifndef GLS_ORTHO
 #define GLS_ORTHO 0 // 1: an orthographic camera
 #endif
-#ifndef GLS_DENSE
-#define GLS_DENSE 0 // 1: samples of collected pixels
+#ifndef GLS_PER_SAMPLE
+#define GLS_PER_SAMPLE 0 // 1: samples of collected pixels
 #endif
 #ifndef GLS_STAGE
-#define GLS_STAGE 0 // more: collected pixels, see pass/penumbra.frag
+#define GLS_STAGE 0 // > 0: collected pixels, see pass/penumbra.frag
 #endif
-#include "lib/sight.glsl"
+#include "lib/camera_rays.glsl"
 uniform float u_far_z; // NDC z of the far plane
 uniform mat3 u_ray_l; // u_ray_l * (NDC x, y, 1), in the light's axes: ray of unit view depth; GLS_ORTHO: its start, from the eye
 uniform vec2 u_unproject; // x + y * window depth = 1 / view depth; GLS_ORTHO: view depth
-uniform vec3 u_eye_l; // the eye in the light's axes, relative to the scene's origin (exact filters: to the light's)
-uniform vec3 u_lv_from_l; // from the scene's origin to the light's
-uniform vec3 u_forward_l; // the camera looks along
+uniform vec3 u_eye_l; // the eye in the light's axes, relative to the scene's origin (exact filters: to the light's origin)
+uniform vec3 u_lv_from_l; // from the scene's origin to the light's origin
+uniform vec3 u_forward_l; // the camera's viewing direction
 uniform mat3 u_axes_l; // the light's axes
-uniform vec3 u_towards_w; // to a sun
+uniform vec3 u_towards_w; // to a directional light
 uniform vec3 u_radiance; // color * intensity
 uniform vec3 u_ambient;
 uniform vec3 u_ambient_below;
@@ -32,7 +32,7 @@ flat out vec3 v_ambient_below;
 const vec2 corner[3] = vec2[3](vec2(-1.0, -1.0), vec2(3.0, -1.0), vec2(-1.0, 3.0));
 
 void main() {
-#if GLS_DENSE || GLS_STAGE > 0
+#if GLS_PER_SAMPLE || GLS_STAGE > 0
     v_ray_from_ndc = u_ray_l;
     v_eye_l = u_eye_l;
 #elif GLS_ORTHO

@@ -1,5 +1,5 @@
-// What the camera sees: the number of the drawn triangle, counted from 1 across the scene, and, where the scene needs them, the
-// shading normal (0: the triangle's own) and the base colour. Everything else follows from the triangle and the depth.
+// The camera pass: writes the triangle ID, counted from 1 across the scene, and, where the scene needs them, the shading normal (0: the
+// triangle's own) and the base colour. Everything else follows from the triangle and the depth.
 #ifndef GLS_SURFACE
 #define GLS_SURFACE 1 // channels: 1 triangle; 2 and normal; 4 and colour
 #endif
@@ -16,10 +16,10 @@
 #define GLS_ALPHA 0
 #endif
 #ifndef GLS_LOD
-#define GLS_LOD 0.0 // of several samples in a pixel: the texture is that of the pixel
+#define GLS_LOD 0.0 // mip bias for multisampling, so that textures are filtered for the pixel
 #endif
 #ifndef GLS_CONSERVATIVE
-#define GLS_CONSERVATIVE 0 // 1: triangles that pass/surface.geom grew; of these, what the pixels' own rays meet
+#define GLS_CONSERVATIVE 0 // 1: draws triangles enlarged by pass/surface.geom, and tests the pixels' own rays against them
 #endif
 #ifndef GLS_ORTHO
 #define GLS_ORTHO 0
@@ -81,7 +81,7 @@ uniform sampler2D u_texture; // sRGB format: decoded before it is filtered
 #endif
 
 #if GLS_CONSERVATIVE
-// what GL would interpolate, where the ray meets the triangle
+// the attribute that GL would interpolate, at the point where the ray hits the triangle
 Hit hit;
 int v_triangle;
 #if GLS_SMOOTH
@@ -99,7 +99,7 @@ vec2 uv_of(vec3 weights) {
 #endif
 #endif
 
-bool exists(out uvec4 surface) { // false: a texture cuts it out
+bool exists(out uvec4 surface) { // false: discarded by the alpha test
     uint triangle = uint(v_triangle);
 #if GLS_SMOOTH
     uint normal = pack_direction(v_normal_w);
@@ -113,7 +113,7 @@ bool exists(out uvec4 surface) { // false: a texture cuts it out
     color *= v_color;
 #endif
 #if GLS_ALPHA && GLS_TEXTURED
-    // Alpha of the finest level, as in the caster pass: averaged levels would shrink foliage with distance.
+    // Alpha of the finest level, as in the caster pass: mip levels would shrink foliage with distance.
     if (textureLod(u_texture, v_uv, 0.0).a * color.a < u_cutoff) return false;
 #elif GLS_ALPHA
     if (color.a < u_cutoff) return false;

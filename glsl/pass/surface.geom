@@ -1,5 +1,5 @@
-// Grows triangles on the screen by more than GL's rounding of vertices may move their edges, so that each reaches all pixels whose rays
-// meet it; pass/surface.frag then tests the rays. What triangles carry goes along flat, for their three corners.
+// Enlarges triangles on the screen by more than GL's snapping may move their edges, so that each covers all pixels whose rays hit it;
+// pass/surface.frag then tests the rays. The corners' attributes are passed flat, for all three corners.
 #ifndef GLS_TEXTURED
 #define GLS_TEXTURED 0
 #endif
@@ -31,14 +31,14 @@ in vec4 v_color[];
 flat out vec4 t_color[3];
 #endif
 const float GROWN = 1.0 / 128.0; // pixels
-const float SNAPPED = 256.0; // places in a pixel
-const float THIN = 4.0 * GROWN; // radius of the circle inside: of those that are thinner, sides moved apart would meet far away
-const float WIDE = 16.0; // NDC: what reaches farther is rounded by more than a part of a pixel
+const float SNAPPED = 256.0; // subpixel positions per pixel
+const float THIN = 4.0 * GROWN; // radius of the inscribed circle: moved sides of thinner triangles would meet far away
+const float WIDE = 16.0; // NDC: beyond, rounding exceeds a part of a pixel
 
 vec2 corners[4];
 
-void emit(vec2 place, vec3 start, vec2 slope) { // start: in pixels and NDC z
-    place = round(place * SNAPPED) / SNAPPED; // as GL would, so that depth does not move with it
+void emit(vec2 place, vec3 start, vec2 slope) { // start: pixels and NDC z
+    place = round(place * SNAPPED) / SNAPPED; // snaps as GL would, so that depth does not change with it
     gl_Position = vec4(place / u_half_size, start.z + dot(slope, place - start.xy), 1.0);
     t_triangle = v_triangle[2];
     for (int k = 0; k < 3; k++) {
@@ -60,7 +60,7 @@ float left_of(vec2 place, vec2 start, vec2 end) {
 }
 
 bool holds(vec2 place, int count) {
-    int after = count == 4 ? 3 : 2; // corners are in the order of a strip
+    int after = count == 4 ? 3 : 2; // corners are in triangle strip order
     vec3 sides = vec3(left_of(place, corners[0], corners[1]), left_of(place, corners[1], corners[after]), left_of(place, corners[2], corners[0]));
     float last = count == 4 ? left_of(place, corners[3], corners[2]) : sides.z;
     return min(min(sides.x, sides.y), min(sides.z, last)) >= 0.0 || max(max(sides.x, sides.y), max(sides.z, last)) <= 0.0;
@@ -73,12 +73,12 @@ void main() {
     bool back = volume * u_side < 0.0;
     if (volume == 0.0 || back && u_hidden) return;
     vec3 start; // a point of its plane, in pixels and NDC z
-    vec2 slope; // of z, a pixel
+    vec2 slope; // of z per pixel
     vec3 most = max(abs(a.xyw), max(abs(b.xyw), abs(c.xyw)));
     vec2 p = a.xy / a.w, q = b.xy / b.w, r = c.xy / c.w;
     vec2 farthest = max(abs(p), max(abs(q), abs(r)));
     int count = 4;
-    if (min(a.w, min(b.w, c.w)) < u_least_w || !(max(farthest.x, farthest.y) < WIDE)) { // a box round what lies before the eye
+    if (min(a.w, min(b.w, c.w)) < u_least_w || !(max(farthest.x, farthest.y) < WIDE)) { // a box around the part in front of the eye
         vec3 plane = (bc * a.z + ca * b.z + ab * c.z) / volume;
         start = vec3(0.0, 0.0, plane.z);
         slope = plane.xy / u_half_size;
@@ -111,7 +111,7 @@ void main() {
         start = vec3(p, a.z / a.w);
         slope = -normal.xy / (normal.z == 0.0 ? 1.0 : normal.z);
         float radius = abs(normal.z) / max(around, 1e-30);
-        if (radius > THIN) { // its sides moved out
+        if (radius > THIN) { // sides moved outwards
             vec2 middle = (p * sides.x + q * sides.y + r * sides.z) / around;
             float grown = 1.0 + GROWN / radius;
             corners = vec2[4](middle + grown * (p - middle), middle + grown * (q - middle), middle + grown * (r - middle), vec2(0.0));
@@ -141,7 +141,7 @@ void main() {
         low = min(low, corners[3]);
         high = max(high, corners[3]);
     }
-    // none of those that hold no pixel's middle
+    // skip triangles that contain no pixel centre
     vec2 first = ceil(low + u_half_size - 0.5), last = floor(high + u_half_size - 0.5);
     if (any(greaterThan(first, last)) || first == last && !holds(first + 0.5 - u_half_size, count)) return;
     // beside the edge of a front and a back their depths are too close to tell, and the front is the nearer

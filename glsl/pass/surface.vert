@@ -1,4 +1,4 @@
-// Draws a mesh from the camera into the surface buffer.
+// Vertex shader of the camera pass: draws a mesh into the surface buffer.
 #ifndef GLS_SURFACE
 #define GLS_SURFACE 1
 #endif
@@ -16,11 +16,11 @@
 #endif
 GLS_ATTRIBUTE vec3 a_position; // mesh space, relative to the mesh's origin
 #if GLS_INSTANCED
-uniform usamplerBuffer u_instances; // float bits, seven texels each: columns of what else are uniforms, and the first triangle
+uniform usamplerBuffer u_instances; // float bits, seven texels each: columns of matrices, and the first triangle
 uniform int u_first_instance;
 #else
 uniform mat4 u_clip_from_mesh;
-uniform int u_first_triangle; // number of the draw's first triangle, from 1
+uniform int u_first_triangle; // ID of the draw's first triangle, from 1
 #endif
 flat out int v_triangle; // of the last vertex, which is the k-th of triangle k
 #if GLS_SMOOTH

@@ -1,13 +1,13 @@
-// A sun with several maps, all in one frame and one range of depth: only windows, tiles and sizes of texels differ. Once `take_cascade` has
-// chosen one, as projection/orthographic.glsl.
+// Cascades of a directional light, all with one frame and one range of depth: only windows, tiles and texel sizes differ. After
+// `take_cascade` as projection/orthographic.glsl.
 #ifndef GLS_CASCADES
 #define GLS_CASCADES 4
 #endif
 uniform vec4 u_cascade_texel[GLS_CASCADES]; // texel = xy * position + zw
-uniform vec4 u_cascade_tile[GLS_CASCADES];  // first and last corner that the map answers for, texels of the atlas
-uniform vec4 u_cascade_scale[GLS_CASCADES]; // factors of the slope along x and y; slack of depth beyond the first map's; texel over the first's
+uniform vec4 u_cascade_tile[GLS_CASCADES];  // first and last valid corner, texels of the atlas
+uniform vec4 u_cascade_scale[GLS_CASCADES]; // factors of the slope along x, y; depth slack beyond the first map's; texel over the first's
 uniform vec3 u_base;
-#define GLS_LEAST_COSINE 1e-7 // edge-on: such a receiver is unlit anyway
+#define GLS_LEAST_COSINE 1e-7 // edge-on receivers are unlit anyway
 
 vec4 cascade_texel, cascade_tile, cascade_scale;
 
@@ -15,7 +15,7 @@ void take_cascade(int number) {
     cascade_texel = u_cascade_texel[0];
     cascade_tile = u_cascade_tile[0];
     cascade_scale = u_cascade_scale[0];
-    for (int i = 1; i < GLS_CASCADES; i++) { // ES 1.00 indexes by the loop alone
+    for (int i = 1; i < GLS_CASCADES; i++) { // ES 1.00 allows only loop indices
         if (i == number) {
             cascade_texel = u_cascade_texel[i];
             cascade_tile = u_cascade_tile[i];

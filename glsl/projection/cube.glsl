@@ -1,11 +1,11 @@
-// A point light: the face is chosen by the longest axis, then as for a spot. position_lv is relative to the light, in world axes.
+// A point light: the face is selected by the dominant axis, then as for a spot. position_lv is relative to the light, in world axes.
 // Faces +x -x +y -y +z -z are signed permutations of the axes. Twin: glshadow.shadows.view.FACES
 #include "lib/faces.glsl"
 uniform vec4 u_texel_from_lv; // texel in its tile = xy * tangent + zw
 uniform vec3 u_base;           // depth as the map stores it = a constant + base: its factor, and that of its slope along x and y
-uniform vec2 u_allowance;     // taken off a receiver's distance: world units, and a share of the distance
+uniform vec2 u_allowance;     // reduction of a receiver's distance: world units, and a share of the distance
 uniform vec2 u_face_tile[6]; // corner of each face's tile in the atlas
-#define GLS_LEAST_COSINE 1e-7 // edge-on: such a receiver is unlit anyway
+#define GLS_LEAST_COSINE 1e-7 // edge-on receivers are unlit anyway
 
 vec3 turned(vec3 v, float axis, float s) { // into the frame of the face: lib/faces.glsl, multiplied out
     return axis < 0.5 ? vec3(s * v.z, v.y, -s * v.x) : axis < 1.5 ? vec3(v.x, s * v.z, -s * v.y) : vec3(-s * v.x, v.y, -s * v.z);

@@ -1,7 +1,7 @@
-// A sun: depth is the distance along the view, -z; on the plane N.(X - P) = 0 it rises by (Nx/Nz, Ny/Nz) per unit of (x, y).
+// A directional light: depth is the distance along the view, -z; on the plane N.(X - P) = 0 it rises by (Nx/Nz, Ny/Nz) per unit of (x, y).
 uniform vec4 u_texel_from_lv; // texel = xy * position + zw
 uniform vec3 u_base;           // depth as the map stores it = a constant + base: its factor, and that of its slope along x and y
-#define GLS_LEAST_COSINE 1e-7 // edge-on: such a receiver is unlit anyway
+#define GLS_LEAST_COSINE 1e-7 // edge-on receivers are unlit anyway
 
 Receiver project_receiver(vec3 position_lv, vec3 normal_lv) {
     Receiver receiver;

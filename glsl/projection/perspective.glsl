@@ -1,8 +1,8 @@
-// A spot: along the ray (x, y, -1) the plane N.(X - P) = 0 is met at depth z with 1/z = (Nx x + Ny y - Nz) / N.P, affine in the map.
+// A spot light: the ray (x, y, -1) hits the plane N.(X - P) = 0 at depth z with 1/z = (Nx x + Ny y - Nz) / N.P, affine in the map.
 uniform vec4 u_texel_from_lv; // texel = xy * tangent + zw
 uniform vec3 u_base;           // depth as the map stores it = a constant + base: its factor, and that of its slope along x and y
-uniform vec2 u_allowance;     // taken off a receiver's distance: world units, and a share of the distance
-#define GLS_LEAST_COSINE 1e-7 // edge-on: such a receiver is unlit anyway
+uniform vec2 u_allowance;     // reduction of a receiver's distance: world units, and a share of the distance
+#define GLS_LEAST_COSINE 1e-7 // edge-on receivers are unlit anyway
 
 vec3 map_axes(vec3 v, vec3 position_lv) {
     return v;

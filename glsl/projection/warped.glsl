@@ -1,10 +1,10 @@
-// A sun whose map is in perspective: points go through a matrix to texels and stored depth, planes through its inverse.
+// A directional light whose map is perspective-warped: points go through a matrix to texels and stored depth, planes through its inverse.
 // With q = M (p, 1): texel = q.xy / q.w, depth = q.z / q.w; a plane (N, -N.P) is (N, -N.P) M^-1 there, and depth rises along it by -x/z, -y/z.
 uniform mat4 u_warp;
 uniform mat4 u_unwarp; // transposed inverse
-uniform vec3 u_base;   // its first: stored depth per world unit along the light, where w = 1
-uniform vec3 u_slack;  // world units: rounding; what neighbouring facets may rise, where w = 1, by texels along x and along y
-#define GLS_LEAST_COSINE 1e-7 // edge-on: such a receiver is unlit anyway
+uniform vec3 u_base;   // x: stored depth per world unit along the light, where w = 1
+uniform vec3 u_slack;  // world units: rounding; rise of neighbouring facets, where w = 1, per texel along x and along y
+#define GLS_LEAST_COSINE 1e-7 // edge-on receivers are unlit anyway
 
 Receiver project_receiver(vec3 position_lv, vec3 normal_lv) {
     Receiver receiver;

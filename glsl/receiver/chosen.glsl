@@ -1,5 +1,5 @@
-// A surface point asked of one of several maps: of the first that covers it, or (GLS_BY_DEPTH) of that of its slice of depth; near the end
-// of that one also of the next, so that one fades into the other.
+// Visibility of a surface point from one of several maps: the first that covers it, or (GLS_BY_DEPTH) that of its slice of depth. Near the
+// end of a map the next one is blended in.
 #ifndef GLS_MIP_LEVELS
 #define GLS_MIP_LEVELS 0
 #endif
@@ -9,23 +9,23 @@
 #ifndef GLS_CASCADES
 #define GLS_CASCADES 4
 #endif
-uniform float u_blend; // share of a map's half width, or of a slice, that fades
+uniform float u_blend; // share of a map's half width, or of a slice, over which maps are blended
 #if GLS_BY_DEPTH
-uniform vec2 u_cascade_end[GLS_CASCADES]; // where slices begin and end
-uniform vec4 u_view_depth; // its product with (position, 1) is the depth that the camera sees
+uniform vec2 u_cascade_end[GLS_CASCADES]; // start and end of slices
+uniform vec4 u_view_depth; // dot with (position, 1): the camera's view depth
 #endif
 
-// Texels from the nearest border of what a map answers for; negative outside.
-float room_in(vec2 texel, vec4 tile) {
-    vec2 room = min(texel - tile.xy, tile.zw - texel);
-    return min(room.x, room.y);
+// Distance in texels from the nearest border of a map's valid tile; negative outside.
+float inset(vec2 texel, vec4 tile) {
+    vec2 away = min(texel - tile.xy, tile.zw - texel);
+    return min(away.x, away.y);
 }
 
 float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
 #if GLS_MIP_LEVELS
     start_footprint(position_lv, normal_lv);
 #endif
-    int chosen = GLS_CASCADES; // none: no caster is known there
+    int chosen = GLS_CASCADES; // none: no map covers the point
     float weight = 1.0;
 #if GLS_BY_DEPTH
     float depth = dot(u_view_depth, vec4(position_lv, 1.0));
@@ -38,16 +38,16 @@ float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
         float share = (ends.y - depth) / max(u_blend * (ends.y - ends.x), 1e-30);
 #else
         vec4 tile = u_cascade_tile[GLS_CASCADES - 1 - j], line = u_cascade_texel[GLS_CASCADES - 1 - j];
-        float room = room_in(position_lv.xy * line.xy + line.zw, tile);
-        bool mine = room >= 0.0;
-        float share = room / max(u_blend * 0.5 * (tile.z - tile.x), 1e-30);
+        float inside_by = inset(position_lv.xy * line.xy + line.zw, tile);
+        bool mine = inside_by >= 0.0;
+        float share = inside_by / max(u_blend * 0.5 * (tile.z - tile.x), 1e-30);
 #endif
         chosen = mine ? i : chosen;
         weight = mine ? (i < GLS_CASCADES - 1 ? clamp(share, 0.0, 1.0) : 1.0) : weight;
     }
     float lit = 1.0;
 #if GLS_CORE
-    int turns = weight < 1.0 && chosen < GLS_CASCADES - 1 ? 2 : 1; // a loop of so many turns skips what a branch would not, on llvmpipe
+    int turns = weight < 1.0 && chosen < GLS_CASCADES - 1 ? 2 : 1; // a loop, because llvmpipe does not skip branches
     for (int j = 0; j < turns; j++) {
 #else
     for (int j = 0; j < 2; j++) {
@@ -60,7 +60,7 @@ float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
 #if GLS_MIP_LEVELS
         take_level(receiver, position, normal_lv);
 #endif
-        bool inside = chosen < GLS_CASCADES && room_in(receiver.texel, cascade_tile) >= 0.0;
+        bool inside = chosen < GLS_CASCADES && inset(receiver.texel, cascade_tile) >= 0.0;
         float found = inside ? visibility(receiver) : 1.0;
         lit = j == 0 ? found : inside ? found + weight * (lit - found) : lit;
     }

@@ -1,12 +1,12 @@
-// Slot <shadow>: exact. A receiver is dark iff a triangle other than its own lies between it and the light: no map, no bias, no texel.
+// Slot <shadow>: exact. A receiver is dark iff a triangle other than its own lies between it and the light: no map, no bias, no texels.
 //
-// Watertight: each vertex is moved to the ray first, then the edges' signs are taken in 2D (Woop, Benthin, Wald 2013, section 3). The
-// moved vertex depends on nothing but its position and the ray, so that per ray a mesh stays a mesh, each vertex moved a little; and
-// of two rounded products (no fma: GLS_PRECISE) the difference has the exact sign or is 0, which counts for both sides of an edge. So
-// between neighbours no ray can slip.
+// Watertight: each vertex is projected along the ray first, then the edges' signs are taken in 2D (Woop, Benthin, Wald 2013, section 3).
+// The projected vertex depends on its position and the ray only, so that for each ray the mesh stays closed, with slightly moved vertices.
+// The difference of two rounded products (no fma: GLS_PRECISE) has the exact sign or is 0, which counts for both sides of an edge. So no
+// ray can slip between neighbours.
 //
-// No self-shadow: the receiver's own triangle is left out by its number; of another one, the receiver's distance to its plane must be
-// larger than the rounding of that distance, u_bound. Distance to the occluder's plane, not along the ray: it does not grow at grazing
+// No self-shadowing: the receiver's own triangle is skipped by its number. Another triangle counts only if the receiver's distance to its
+// plane exceeds the rounding of that distance, u_bound. The distance to the occluder's plane, not along the ray, does not grow at grazing
 // light. Twin and derivation: glshadow.derive.lists.distance_bound
 #ifndef GLS_SUN
 #define GLS_SUN 0
@@ -18,35 +18,35 @@
 #define GLS_CELLS 512 // along a side of the grid
 #endif
 #ifndef GLS_AREA
-#define GLS_AREA 0 // 1: rays go to a point of the light instead of to its middle
+#define GLS_AREA 0 // 1: rays go to a sample point of the light instead of its centre
 #endif
 #ifndef GLS_HUGE
-#define GLS_HUGE 0 // 1: some triangles reach so far that they need a bound of their own
+#define GLS_HUGE 0 // 1: some triangles are so long that they need their own bound
 #endif
 #ifndef GLS_MARKS
-#define GLS_MARKS 0 // 1: also knows whether the samples of a pixel may see the light differently
+#define GLS_MARKS 0 // 1: also computes whether the samples of a pixel may see the light differently
 #endif
 #if GLS_POINT || GLS_AREA && !GLS_SUN
 #include "lib/faces.glsl"
 #endif
 #include "lib/facet.glsl"
-uniform vec4 u_cells; // cell of the lists = xy (a sun) or tangent * u_cells.xy + u_cells.zw
-uniform vec2 u_bound; // world units; share of the distances to the corners that planes are measured from
+uniform vec4 u_cells; // cell of the lists = xy (directional light) or tangent * u_cells.xy + u_cells.zw
+uniform vec2 u_bound; // world units; share of the distances to the planes' reference corners
 #if GLS_HUGE
-uniform vec2 u_huge; // largest coordinate that u_bound covers; share of what a vertex lies beyond it
+uniform vec2 u_huge; // largest coordinate that u_bound covers; growth with a vertex's excess over it
 #endif
-const float GRAZING = 0.01; // cosine below which rounding may turn a surface's own edge into its horizon for farther than a pixel
-int receiver_triangle; // set before light_visibility is called; -1: the receiver lies on none
+const float GRAZING = 0.01; // cosine below which rounding may move a surface's self-shadow boundary by more than a pixel
+int receiver_triangle; // must be set before light_visibility; -1: the receiver is on no triangle
 vec3 receiver_corner; // a corner of it, in the light's frame
-vec3 receiver_face; // what lies below it is hidden; asked of lights that have a size
+vec3 receiver_face; // normal of the receiver's horizon, for area lights
 
 struct Ray { // from a receiver to the light
     vec3 position; // in the light's frame
 #if GLS_AREA
-    vec3 source; // the point of the light: a sun's (x, y, 1) along the ray, else where it is
+    vec3 source; // directional light: (x, y, 1) along the ray; else the position of the light's sample point
 #endif
 #if GLS_POINT || GLS_AREA && !GLS_SUN
-    vec3 right; // two vectors across the ray: both are 0 for every point on it
+    vec3 right; // two vectors perpendicular to the ray: both dot products are 0 on the ray
     vec3 up;
 #elif !GLS_SUN
     vec2 tangent;
@@ -54,7 +54,7 @@ struct Ray { // from a receiver to the light
     float bound;
 };
 
-vec2 across(Ray ray, vec3 v) { // a vertex seen along the ray, which is the origin
+vec2 across(Ray ray, vec3 v) { // a vertex projected along the ray; the ray is the origin
 #if GLS_AREA && GLS_SUN
     GLS_PRECISE vec2 seen = v.xy - ray.position.xy - ray.source.xy * (v.z - ray.position.z);
 #elif GLS_AREA
@@ -75,11 +75,11 @@ vec3 turns(vec2 a, vec2 b, vec2 c) { // twice the areas of the triangles between
     return area;
 }
 
-bool met(vec3 area) { // one sign, or on an edge
+bool met(vec3 area) { // all of one sign, or 0 on an edge
     return !(min(area.x, min(area.y, area.z)) < 0.0 && max(area.x, max(area.y, area.z)) > 0.0);
 }
 
-// Whether the receiver lies beyond the other's plane, seen from the light: 1, 0 not, -1 nearer to it than rounding tells.
+// Whether the receiver is behind the other's plane, seen from the light: 1: behind, 0: not, -1: closer to the plane than rounding allows.
 int behind(Ray ray, Facet other) {
     vec3 offset = ray.position - other.a;
     float gap = dot(other.normal, offset);
@@ -93,7 +93,7 @@ int behind(Ray ray, Facet other) {
 #else
     float side = dot(other.normal, other.a);
 #endif
-    if (abs(side) <= u_bound.x) return 0; // the light lies on it: neither side is behind
+    if (abs(side) <= u_bound.x) return 0; // the light is in the plane: neither side is behind
 #endif
     float bound = ray.bound + u_bound.y * dot(abs(offset), vec3(1.0));
 #if GLS_HUGE
@@ -104,12 +104,12 @@ int behind(Ray ray, Facet other) {
     return gap > bound ? 1 : gap < -bound ? 0 : -1;
 }
 
-float receiver_bound(vec3 position_lv) { // by how much the receiver may seem to be off a plane that it lies on
+float receiver_bound(vec3 position_lv) { // apparent distance of the receiver from a plane that it lies in
     return u_bound.x + (GLS_HUGE == 1 ? 3.0 : 1.0) * u_bound.y * dot(abs(position_lv - receiver_corner), vec3(1.0));
 }
 
-// Of two triangles that hang together by an edge and lie, seen from the light, on one side of it, one is before the other as a whole:
-// whether the other is before the receiver's own. The corners off the edge tell, more surely than distances near it.
+// If two triangles share an edge and lie on the same side of it, seen from the light, one is wholly in front of the other: returns whether
+// the other is in front of the receiver's own. Decided by the corners off the edge, which is more reliable than distances near it.
 bool folds_before(Facet own, Facet other) {
     bvec3 joint = bvec3(other.a == own.a || other.a == own.b || other.a == own.c, other.b == own.a || other.b == own.b || other.b == own.c,
                          other.c == own.a || other.c == own.b || other.c == own.c);
@@ -144,7 +144,7 @@ bool samples_differ(PixelFootprint pixel, float cosine, float lit) {
 float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
     Ray ray;
     ray.bound = receiver_bound(position_lv);
-    position_lv += normal_lv * (cosine < GRAZING ? ray.bound : 0.0); // above what rounding moved its surroundings by
+    position_lv += normal_lv * (cosine < GRAZING ? ray.bound : 0.0); // above its neighbourhood as moved by rounding
     ray.position = position_lv;
     float face = 0.0, depth = -position_lv.z;
     vec2 place = position_lv.xy;
@@ -163,7 +163,7 @@ float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
     vec2 cell = place * u_cells.xy + u_cells.zw;
     bool inside = all(greaterThanEqual(cell, vec2(0.0))) && all(lessThan(cell, vec2(GLS_CELLS)));
 #if GLS_POINT
-    inside = true; // the face was chosen so; at its border rounding may give the cell behind the last
+    inside = true; // by choice of the face; at its border rounding may give a cell past the last
 #elif !GLS_SUN
     inside = inside && depth > 0.0;
 #endif

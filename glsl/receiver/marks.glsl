@@ -1,13 +1,14 @@
-// Whether the samples of a pixel may see a shadow map differently: where pixels are larger than texels, what the map says at each of them on
-// the receiver's plane; elsewhere a shadow is no thinner than a pixel, and neighbours show it. Needs <projection>, lib/pixel_footprint.glsl.
+// Whether the samples of a pixel may see a shadow map differently. Where pixels are larger than texels, the map is sampled at several
+// points of the pixel's footprint; elsewhere a shadow is no thinner than a pixel, and neighbours reveal it. Needs <projection> and
+// lib/pixel_footprint.glsl.
 const float DIFFERENT = 0.3; // of visibility, as in pass/collect.frag
 
 bool samples_differ(PixelFootprint f, float cosine, float lit) {
-    vec2 texel = project_receiver(f.middle, f.normal).texel; // of the cascade that was taken last
+    vec2 texel = project_receiver(f.middle, f.normal).texel; // of the cascade sampled last
     vec2 right = project_receiver(f.middle + f.right, f.normal).texel - texel;
     vec2 up = project_receiver(f.middle + f.up, f.normal).texel - texel;
     vec2 half_span = abs(right) + abs(up), count = round(0.5 / (0.5 - u_sampled.xy));
-    float pixel = max(half_span.x, half_span.y) / min(u_sampled.x, u_sampled.y); // its size in texels
+    float pixel = max(half_span.x, half_span.y) / min(u_sampled.x, u_sampled.y); // size of the pixel in texels
     int columns = int(count.x), turns = cosine > 0.0 && (f.open || pixel > 1.0) ? columns * int(count.y) : 0;
     bool differ = false;
     for (int i = 0; i < turns; i++) {

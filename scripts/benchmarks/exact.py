@@ -88,11 +88,11 @@ def wrong(name: str, scene: gs.Scene, results: dict[str, Any]) -> None:
             # outside a spot's cone there is no light to be in the shadow of
             disputed = np.flatnonzero(same.reached[0] & (np.abs(frame.visibility[0] - same.visibility[0]) > 0.5))
             rays = same.rays
-            assert renderer._store.scene.thing is not None
-            assert renderer._store.sight is not None
-            source = renderer._store.sources[0, "Listed"]
+            assert renderer._cache.scene.thing is not None
+            assert renderer._cache.camera_view is not None
+            source = renderer._cache.techniques[0, "Listed"]
             assert isinstance(source, Listed)
-            bound = rounding_bound(renderer._store.scene.thing, renderer._store.sight[1], source.grid)
+            bound = rounding_bound(renderer._cache.scene.thing, renderer._cache.camera_view[1], source.grid)
             points = same.position.reshape(-1, 3)[disputed] - rays.origin
             dark = brute.blocked(rays, lamp, same.triangle.ravel()[disputed], points, bound)
             right = (same.cosine[0].ravel()[disputed] > 0.0) & ~dark

@@ -49,12 +49,12 @@ def _brains(folder: Path) -> gs.Scene:
 
 
 HARD, WIDE = gs.Shadow(filter=gs.Hard()), gs.Shadow(filter=gs.Pcf(3))
-MAPPED, RUNS, SPARING = (f"glshadow/gl/{name}.py" for name in ("sources/mapped", "runs", "sparing"))
+MAPPED, RUNS, OCCLUSION = (f"glshadow/gl/{name}.py" for name in ("techniques/mapped", "scene/runs", "scene/occlusion"))
 SHAPES = (
     Shape("compares raw depths in the shader, one tap", MAPPED, "resolve", _courtyard, HARD),
     Shape("the same, 49 comparisons", MAPPED, "resolve", _courtyard, WIDE),
     Shape("tells the driver to begin after 65,536 triangles", RUNS, "surface", _brain, HARD, turns="camera"),
-    Shape("reads a map's depth for what is hidden", SPARING, "shadow", _brains, HARD, pieces=False),
+    Shape("reads a map's depth for what is hidden", OCCLUSION, "shadow", _brains, HARD, pieces=False),
 )
 
 

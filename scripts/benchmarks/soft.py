@@ -225,7 +225,7 @@ def measure_frames(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[st
 @contextmanager
 def timed_asking(taken: list[float]) -> Iterator[None]:
     """Seconds of the passes that ask the penumbra."""
-    original = Area._ask
+    original = Area._cast_rays
 
     def timed(self: Area, *arguments: Any) -> None:
         self._context.ctx.finish()
@@ -234,11 +234,11 @@ def timed_asking(taken: list[float]) -> Iterator[None]:
         self._context.ctx.finish()
         taken.append(time.perf_counter() - start)
 
-    Area._ask = timed  # type: ignore[method-assign]
+    Area._cast_rays = timed  # type: ignore[method-assign]
     try:
         yield
     finally:
-        Area._ask = original  # type: ignore[method-assign]
+        Area._cast_rays = original  # type: ignore[method-assign]
 
 
 def measure_embree(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str, Any]:
@@ -254,9 +254,9 @@ def measure_embree(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[st
                     moved = replace(turned_sun(scene, k, gs.Shadow()), angle=2.0)
                     renderer.render(scene, None, [moved], SIZE, outputs=("visibility", "triangle"), samples=1)
                 frame = renderer.render(scene, None, [sun], SIZE, outputs=("visibility", "triangle"), samples=1)
-            source = renderer._store.sources[0, "Area"]
+            source = renderer._cache.techniques[0, "Area"]
             assert isinstance(source, Area)
-            asked = source.asked
+            asked = source.partly_lit
         truth = gs.trace(scene, None, [sun], SIZE, surface=frame.triangle, samples=1)
         share = np.nan_to_num(frame.visibility[0])
         rows = (share > 0.0) & (share < 1.0)

@@ -17,14 +17,13 @@ from exact import lights_of, moved, sized
 from frame import MODELS, SIZE, models_in
 
 import glshadow as gs
-from glshadow.gl.scene import occlusion as sparing
-from glshadow.gl.scene import runs
+from glshadow.gl.scene import occlusion, runs
 
 NEVER = 1 << 60
 WAYS = {
     "before": (NEVER, NEVER),
     "begun early": (NEVER, runs.AT_ONCE),
-    "spared": (sparing.LEAST_TRIANGLES, runs.AT_ONCE),
+    "spared": (occlusion.LEAST_TRIANGLES, runs.AT_ONCE),
 }
 
 
@@ -65,7 +64,7 @@ def compare(name: str, kind: str, scene: gs.Scene, light: gs.Light, rounds: int)
     for k in range(-8, rounds):
         frames = {}
         for way, renderer in renderers.items():
-            sparing.LEAST_TRIANGLES, runs.AT_ONCE = WAYS[way]
+            occlusion.LEAST_TRIANGLES, runs.AT_ONCE = WAYS[way]
             start, cpu = time.perf_counter(), time.process_time()
             lamp = replace(moved(light, k), shadow=gs.Shadow())
             asked = ("image", "timings", "triangle", "shadow_maps") if k < 0 else ("image", "timings")

@@ -12,7 +12,7 @@ KINDS: tuple[type[Light], ...] = tuple(kind for kind in LIGHTS if not kind.wide)
 """Kinds of lights that one direction leads to from each receiver; the first is at infinity."""
 WIDE: tuple[type[Light], ...] = tuple(kind for kind in LIGHTS if kind.wide)
 ONE_VIEW = tuple(kind for kind in KINDS if kind.most_views == 1)
-DENSE: dict[str, int | str] = {"GLS_DENSE": 1, "GLS_LAST": 0}
+PER_SAMPLE: dict[str, int | str] = {"GLS_PER_SAMPLE": 1, "GLS_LAST": 0}
 """Of samples of collected pixels."""
 
 

@@ -13,7 +13,7 @@ from glshadow.shadows.bias import Bias, ConstantBias, NoBias, NormalOffsetBias, 
 from glshadow.shadows.filters import FILTERS, Filter, Pcss
 from glshadow.shadows.filters.filter import Needs
 from glshadow.shadows.metric import Target
-from scripts.shaders.variant import DENSE, KINDS, ONE_VIEW, Variant
+from scripts.shaders.variant import KINDS, ONE_VIEW, PER_SAMPLE, Variant
 from scripts.shaders.variants_exact import area, exact
 
 TARGETS = (Target.DEPTH32F, Target.R32F, Target.RGBA8)  # the others differ in numbers, not in code
@@ -182,7 +182,7 @@ def _means() -> Iterator[Variant]:
 def _laid_out() -> Iterator[Variant]:
     """A sun with several maps, or one in perspective; what is asked of a texel does not know where it lies."""
     kind, target, reads = KINDS[0], TARGETS[0], _DEPTH_READS[0]
-    yield Variant("pass/blocks.frag", "core330", {}, {"GLS_SIDE": 16})
+    yield Variant("pass/depth_tiles.frag", "core330", {}, {"GLS_SIDE": 16})
     asked: tuple[tuple[Filter, Bias, Target, str, Compare], ...] = (
         *((MAPPED[0], bias, target, *reads[:2]) for bias in BIASES),
         *((filter, BIASES[0], target, *reads[:2]) for filter in (MAPPED[1], MOMENTS[0])),
@@ -208,11 +208,11 @@ def _laid_out() -> Iterator[Variant]:
 
 
 def _resolve() -> Iterator[Variant]:
-    for parallel, dense in product((0, 1), (0, 1)):
-        yield Variant("pass/resolve.vert", "core330", {}, {"GLS_ORTHO": parallel, "GLS_DENSE": dense})
+    for parallel, per_sample in product((0, 1), (0, 1)):
+        yield Variant("pass/resolve.vert", "core330", {}, {"GLS_ORTHO": parallel, "GLS_PER_SAMPLE": per_sample})
     opened = open_slots(KINDS[0])
     yield Variant("pass/resolve.frag", "core330", opened, {"GLS_ORTHO": 1})
-    yield Variant("pass/resolve.frag", "core330", opened, {"GLS_ORTHO": 1, **DENSE})
+    yield Variant("pass/resolve.frag", "core330", opened, {"GLS_ORTHO": 1, **PER_SAMPLE})
     # where the colour is; first, last, visibility, linear sum
     for (channels, colors), (first, last, visibility, total) in product(
         _SURFACES, product((0, 1), (0, 1), (0, 1), (0, 1))
@@ -223,25 +223,25 @@ def _resolve() -> Iterator[Variant]:
             yield Variant("pass/resolve.frag", "core330", opened, defines)
     for (channels, colors), first, visibility in product(_SURFACES, (0, 1), (0, 1)):
         defines = {"GLS_SURFACE": channels, "GLS_COLORS": colors, "GLS_FIRST": first, "GLS_VISIBILITY": visibility}
-        yield Variant("pass/resolve.frag", "core330", opened, {**defines, "GLS_LAST": 0, **DENSE})
+        yield Variant("pass/resolve.frag", "core330", opened, {**defines, "GLS_LAST": 0, **PER_SAMPLE})
     # what few pictures have, with one surface
-    for above, catches, dense, total in product((0, 1), (0, 1), (0, 1), (0, 1)):
+    for above, catches, per_sample, total in product((0, 1), (0, 1), (0, 1), (0, 1)):
         defines = {"GLS_HEMISPHERE": above, "GLS_CATCHES": catches, "GLS_SUM": total}
-        if not (dense and total):
-            yield Variant("pass/resolve.frag", "core330", opened, {**defines, **(DENSE if dense else {})})
+        if not (per_sample and total):
+            yield Variant("pass/resolve.frag", "core330", opened, {**defines, **(PER_SAMPLE if per_sample else {})})
     for kind in ONE_VIEW:
         yield Variant("pass/resolve.frag", "core330", open_slots(kind), {"GLS_COOKIE": 1})
-        yield Variant("pass/resolve.frag", "core330", open_slots(kind), {"GLS_COOKIE": 1, **DENSE})
+        yield Variant("pass/resolve.frag", "core330", open_slots(kind), {"GLS_COOKIE": 1, **PER_SAMPLE})
         for dialect in DIALECTS:
             yield Variant("pass/forward.frag", dialect, open_slots(kind), {"GLS_COOKIE": 1, "GLS_OUTPUT": 1})
     for kind in KINDS:
-        glass: dict[str, int | str] = {"GLS_GLASS": kind.most_views, "GLS_SUN": int(kind.at_infinity)}
-        yield Variant("pass/resolve.frag", "core330", open_slots(kind), glass)
-        yield Variant("pass/resolve.frag", "core330", open_slots(kind), {**glass, **DENSE})
+        tint: dict[str, int | str] = {"GLS_TINT": kind.most_views, "GLS_SUN": int(kind.at_infinity)}
+        yield Variant("pass/resolve.frag", "core330", open_slots(kind), tint)
+        yield Variant("pass/resolve.frag", "core330", open_slots(kind), {**tint, **PER_SAMPLE})
         for dialect in DIALECTS:
-            few = glass | {"GLS_GLASS": min(kind.most_views, 2 if dialect == "es100" else 6)}  # as of cascades
+            few = tint | {"GLS_TINT": min(kind.most_views, 2 if dialect == "es100" else 6)}  # as of cascades
             yield Variant("pass/forward.frag", dialect, open_slots(kind), {**few, "GLS_OUTPUT": 1})
-    for (textured, colored), name in product(_PAINTS, ("pass/glass.vert", "pass/glass.frag")):
+    for (textured, colored), name in product(_PAINTS, ("pass/translucent.vert", "pass/translucent.frag")):
         yield Variant(name, "core330", {}, {"GLS_TEXTURED": textured, "GLS_COLORED": colored})
     for parallel, dialect in product((0, 1), ("core330", "core400")):
         yield Variant("pass/primary.frag", dialect, {}, {"GLS_ORTHO": parallel})

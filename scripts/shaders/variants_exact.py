@@ -9,13 +9,13 @@ from glshadow.shader.slots import (
     area_slots,
     exact_defines,
     exact_slots,
-    given_slots,
     open_slots,
     parallel_define,
+    precomputed_slots,
     projection_defines,
 )
 from glshadow.shadows.view import Projection
-from scripts.shaders.variant import DENSE, KINDS, WIDE, Variant
+from scripts.shaders.variant import KINDS, PER_SAMPLE, WIDE, Variant
 
 
 def exact() -> Iterator[Variant]:
@@ -30,11 +30,11 @@ def exact() -> Iterator[Variant]:
         for masked, huge, dialect in product((False, True), (False, True), ("core330", "core400")):
             defines = exact_defines(kind.projection, 512, 16, masked, huge)
             # how rays run and whether meshes are smooth is no concern of what is asked along them: once for each pass
-            for number, dense in product((0, 1), ({}, DENSE)):
-                each = {**defines, "GLS_ORTHO": number, "GLS_ROUNDED": number, "GLS_SURFACE": 1 + number, **dense}
+            for number, per_sample in product((0, 1), ({}, PER_SAMPLE)):
+                each = {**defines, "GLS_ORTHO": number, "GLS_ROUNDED": number, "GLS_SURFACE": 1 + number, **per_sample}
                 yield Variant("pass/resolve.frag", dialect, slots, each)
-            for dense in ({}, DENSE):
-                alone = {**defines, "GLS_ALONE": 1, "GLS_WEIGHED": int(masked), "GLS_ROUNDED": int(huge), **dense}
+            for per_sample in ({}, PER_SAMPLE):
+                alone = {**defines, "GLS_ALONE": 1, "GLS_WEIGHED": int(masked), "GLS_ROUNDED": int(huge), **per_sample}
                 yield Variant("pass/resolve.frag", dialect, slots, alone)
         for masked, huge, parallel in product((False, True), (False, True), (0, 1)):
             defines = {**exact_defines(kind.projection, 512, 16, masked, huge), "GLS_ORTHO": parallel, "GLS_MARKS": 1}
@@ -49,9 +49,9 @@ def exact() -> Iterator[Variant]:
         yield Variant("pass/edge_lists.comp", "core430", {}, projection_defines(kind.projection))
         for counted, marks in ((0, 0), (1, 0), (1, 1)):
             defines = {**plain, "GLS_COUNTED": counted, "GLS_MARKS": marks}
-            yield Variant("pass/resolve.frag", "core330", given_slots(kind), defines)
+            yield Variant("pass/resolve.frag", "core330", precomputed_slots(kind), defines)
     others: tuple[Projection, ...] = ("perspective", "cube")
-    passes: tuple[dict[str, int | str], ...] = ({}, DENSE, {"GLS_MARKS": 1})
+    passes: tuple[dict[str, int | str], ...] = ({}, PER_SAMPLE, {"GLS_MARKS": 1})
     for kind, projection in product(KINDS, others):  # far lights have one grid, and large ones in a cone six
         if not kind.at_infinity and projection != kind.projection:
             for masked, dialect, more in product((False, True), ("core330", "core400"), passes):
@@ -63,11 +63,11 @@ def area() -> Iterator[Variant]:
     """A light that has a size."""
     for kind in KINDS:
         defines = projection_defines(kind.projection)
-        for outlines in (0, 1):
-            yield Variant("pass/lists.comp", "core430", {}, {**defines, "GLS_AREA": 1, "GLS_ROUNDED": outlines})
-            yield Variant("pass/grown.comp", "core430", {}, {**defines, "GLS_OUTLINES": outlines})
+        for silhouettes in (0, 1):
+            yield Variant("pass/lists.comp", "core430", {}, {**defines, "GLS_AREA": 1, "GLS_ROUNDED": silhouettes})
+            yield Variant("pass/grown.comp", "core430", {}, {**defines, "GLS_SILHOUETTES": silhouettes})
         for (stage, between), masked, huge in product(
-            enumerate(("outlines", "region", "found")), (False, True), (False, True)
+            enumerate(("silhouettes", "region", "found")), (False, True), (False, True)
         ):
             settings = {
                 **exact_defines(kind.projection, 512, 16, masked, huge),
@@ -77,17 +77,17 @@ def area() -> Iterator[Variant]:
             slots = area_slots(kind, between)
             if between == "found" and not masked and not huge:
                 for panel, dither in product((0, int(kind.projection == "cube")), (0, 1)):
-                    more = {**settings, "GLS_PANEL": panel, "GLS_DITHER": dither}
+                    more = {**settings, "GLS_RECT": panel, "GLS_DITHER": dither}
                     yield Variant("pass/penumbra.frag", "core430", slots, more)
-            for number, dense in product((0, 1), (0, 1)):
-                each = {**settings, "GLS_ORTHO": number, "GLS_ROUNDED": number, "GLS_DENSE": dense}
+            for number, per_sample in product((0, 1), (0, 1)):
+                each = {**settings, "GLS_ORTHO": number, "GLS_ROUNDED": number, "GLS_PER_SAMPLE": per_sample}
                 yield Variant("pass/penumbra.frag", "core430", slots, each)
             if stage == 0:
                 for parallel in (0, 1):
                     more = {**settings, "GLS_ORTHO": parallel, "GLS_ROUNDED": parallel, "GLS_MARKS": 1, "GLS_SOFT": 1}
                     yield Variant("pass/penumbra.frag", "core430", slots, more)
     for kind in WIDE:
-        for slots, channels, more in product((given_slots(kind), open_slots(kind)), (1, 2), ({}, DENSE)):
+        for slots, channels, more in product((precomputed_slots(kind), open_slots(kind)), (1, 2), ({}, PER_SAMPLE)):
             wide: dict[str, int | str] = {
                 "GLS_SUN": int(kind.at_infinity),
                 "GLS_SURFACE": channels,

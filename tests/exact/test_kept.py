@@ -216,7 +216,7 @@ def test_too_small_lists_grow(
     monkeypatch.setattr(CellLists, "reserve", tight)
     with Renderer("egl") as renderer:
         frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",), samples=1)
-        grid = renderer._store.sources[0, "Listed"].grid
+        grid = renderer._cache.techniques[0, "Listed"].grid
         assert grid.cells == CELLS[grid.projection]
     assert len(sizes) == 2, "grown once, to what was needed"
     assert sizes[1] >= LINK_BYTES * expected[name][1]
@@ -233,7 +233,7 @@ def test_lists_at_the_buffer_limit_use_a_coarser_grid(
     with Renderer("egl") as renderer:
         limited(renderer, expected[name][1] // 2)
         frame = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",), samples=1)
-        grid = renderer._store.sources[0, "Listed"].grid
+        grid = renderer._cache.techniques[0, "Listed"].grid
         assert LEAST_CELLS <= grid.cells < CELLS[grid.projection]
     assert 0 < frame.used[0].links <= expected[name][1] // 2
     np.testing.assert_array_equal(frame.visibility, expected[name][0])
@@ -267,7 +267,7 @@ def test_lists_built_in_parts_equal_those_built_at_once(scene: Scene, light: Lig
             if block is not None:
                 renderer._context.caps = replace(renderer._context.caps, max_storage_block=block)
             frames.append(renderer.render(scene, None, [light], SIZE, outputs=("visibility",), samples=1))
-            parts.append(min(source.lists._part for source in renderer._store.sources.values()))
+            parts.append(min(source.lists._part for source in renderer._cache.techniques.values()))
     assert parts[0] > triangles
     assert parts[1] <= triangles / 2
     assert frames[0].used[0].links == frames[1].used[0].links > 0
@@ -283,7 +283,7 @@ def test_lists_that_never_fit_raise(scene: Scene, monkeypatch: pytest.MonkeyPatc
     with Renderer("egl") as renderer:
         usual = renderer.render(scene, None, [exact(LIGHTS[name])], SIZE, outputs=("visibility",), samples=1).visibility
         before = renderer._context.caps
-        renderer._store.sources.pop((0, "Listed")).release()
+        renderer._cache.techniques.pop((0, "Listed")).release()
         limited(renderer, 3 * triangles)
         run = CellLists._run
         # as if there were a thousand times as many

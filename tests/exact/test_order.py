@@ -11,7 +11,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.spaces import translation
-from glshadow.gl.resources import Store
+from glshadow.gl.resources import ResourceCache
 from glshadow.gl.techniques.grown import Grown
 from glshadow.gl.techniques.listed import Listed
 from glshadow.lights import Light
@@ -116,11 +116,11 @@ def drawn(
 
 def forget(renderer: Renderer) -> None:
     """Drop all that a renderer caches, except compiled programs, which take longer than a frame."""
-    old = renderer._store
+    old = renderer._cache
     assert old is not None
     with renderer._context:
-        renderer._store = Store(renderer._context)
-        old.programs, renderer._store.programs = renderer._store.programs, old.programs
+        renderer._cache = ResourceCache(renderer._context)
+        old.programs, renderer._cache.programs = renderer._cache.programs, old.programs
         old.release()
 
 

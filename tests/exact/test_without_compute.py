@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 import glshadow as gs
 from glshadow.core.spaces import Array, translation
 from glshadow.derive.lists import RATIO, ListGrid
-from glshadow.gl.techniques import Listed, Source, Uploaded, uploaded
+from glshadow.gl.techniques import Listed, Technique, Uploaded, uploaded
 from glshadow.lights import Light
 from glshadow.reference.points import count_points
 from glshadow.renderer import Renderer
@@ -50,10 +50,10 @@ def older() -> Iterator[Renderer]:
         yield renderer
 
 
-def source_of(renderer: Renderer, kind: type[Source]) -> Any:
+def technique_of(renderer: Renderer, kind: type[Technique]) -> Any:
     """How the last frame's first light was computed."""
-    assert renderer._store is not None
-    return renderer._store.sources[0, kind.__name__]
+    assert renderer._cache is not None
+    return renderer._cache.techniques[0, kind.__name__]
 
 
 # -- images
@@ -205,7 +205,7 @@ def test_directional_light_samples_match_rays(older: Renderer) -> None:
 def lists_of(renderer: Renderer) -> tuple[ListGrid, NDArray[np.float32], Walked]:
     """Grid, facets and lists of the last frame's first light, built on either processor."""
     on_gpu = renderer._context.caps.compute
-    source = source_of(renderer, Listed if on_gpu else Uploaded)
+    source = technique_of(renderer, Listed if on_gpu else Uploaded)
     textures = source._textures if on_gpu else source.lists.textures
     heads, links, grid = textures["u_heads"], textures["u_links"], (source if on_gpu else source.lists).grid
     with renderer._context:
@@ -283,7 +283,7 @@ def test_lists_that_do_not_fit_use_a_coarser_grid() -> None:
     with Renderer("egl") as small:
         small._context.caps = replace(small._context.caps, compute=False, max_storage_block=0, version_code=410)
         usual = small.render(scene, None, [light], SIZE, outputs=("visibility",), samples=1)
-        cells, links = source_of(small, Uploaded).lists.grid.cells, usual.used[0].links
+        cells, links = technique_of(small, Uploaded).lists.grid.cells, usual.used[0].links
         small._context.caps = replace(small._context.caps, max_texture_buffer_size=links - 1)
         other = small.render(
             scene,
@@ -293,7 +293,7 @@ def test_lists_that_do_not_fit_use_a_coarser_grid() -> None:
             outputs=("visibility",),
             samples=1,
         )
-        lists = source_of(small, Uploaded).lists
+        lists = technique_of(small, Uploaded).lists
         assert lists.grid.cells < cells
         assert lists.count <= links - 1
     np.testing.assert_array_equal(other.visibility, usual.visibility)
@@ -356,8 +356,8 @@ def test_lists_of_light_samples_are_reused_within_the_memory_limit(
         for which, camera, light in frames:
             frame = kept.render(which, camera, [light], (64, 36), outputs=("visibility",), samples=1)
             pictures.append(frame.visibility)
-            assert kept._store is not None
-            builds.append(kept._store.sources[0, "Uploaded many times"]._one.builds)  # type: ignore[attr-defined]
+            assert kept._cache is not None
+            builds.append(kept._cache.techniques[0, "Uploaded many times"]._one.builds)  # type: ignore[attr-defined]
     assert np.diff(builds, prepend=0).tolist() == [16, again, 16, 16]
     with older() as fresh:
         expected = fresh.render(scene, turned, [sun], (64, 36), outputs=("visibility",), samples=1).visibility

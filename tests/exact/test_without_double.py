@@ -33,8 +33,8 @@ def without() -> Iterator[gs.Renderer]:
 def facets(renderer: gs.Renderer, scene: gs.Scene, light: gs.Light) -> NDArray[np.float32]:
     """The pass's output (T, 3, 4), as the renderer reads it."""
     renderer.render(scene, lights=[light], size=SIZE, outputs=("visibility",), samples=1)
-    assert renderer._store is not None
-    (source,) = (each for each in renderer._store.sources.values() if isinstance(each, Listed))
+    assert renderer._cache is not None
+    (source,) = (each for each in renderer._cache.techniques.values() if isinstance(each, Listed))
     assert source._facets is not None
     with renderer._context:
         return np.frombuffer(source._facets.buffer.read(), np.float32).reshape(-1, 3, 4)

@@ -106,7 +106,7 @@ def test_exact_shadows_match_rays(renderer: Renderer, courtyard: gs.Scene, name:
     lit = [replace(LIGHTS[light], shadow=gs.Shadow(filter=gs.Exact()))]
     frame = renderer.render(scene, camera, lit, (320, 180), outputs=("visibility", "triangle"), samples=1)
     truth = gs.trace(scene, camera, lit, (320, 180), surface=frame.triangle, samples=1)
-    assert (0, "Listed") in renderer._store.sources
+    assert (0, "Listed") in renderer._cache.techniques
     asked = (truth.cosine[0] > 1e-3) & truth.reached[0]  # below, rounding decides which side of the surface is lit
     assert asked.sum() > 5000
     wrong = asked & (np.abs(frame.visibility[0] - truth.visibility[0]) > 0.5)

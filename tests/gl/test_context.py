@@ -460,7 +460,7 @@ def test_out_of_memory_is_a_resource_error(glcontext: GLContext) -> None:
         pytest.skip("a real GPU may have the 4 GiB")
     # llvmpipe refuses a texture over 1 GiB before it touches memory (Mesa 22.3, LP_MAX_TEXTURE_SIZE).
     glcontext.ctx.texture((16384, 16384), 4, dtype="f4")
-    with pytest.raises(ResourceError, match="ran out of memory while making a texture; use a smaller picture"):
+    with pytest.raises(ResourceError, match="ran out of memory while making a texture; use a smaller image"):
         glcontext.check_errors("making a texture")
 
 

@@ -105,13 +105,13 @@ def test_cookie_texture_is_freed_with_its_last_user() -> None:
     with gs.Renderer("egl") as renderer:
         light = gs.DirectionalLight(cookie=gs.Cookie(image=IMAGE))
         renderer.render(SCENE, None, [light], (16, 16), samples=1)
-        assert len(renderer._store.cookies._made) == 1
+        assert len(renderer._cache.cookies._made) == 1
         renderer.render(SCENE, None, [light], (16, 16), samples=1)
-        assert len(renderer._store.cookies._made) == 1
+        assert len(renderer._cache.cookies._made) == 1
         del light
         gc.collect()
         renderer.render(SCENE, None, None, (16, 16), samples=1)
-        assert renderer._store.cookies._made == []
+        assert renderer._cache.cookies._made == []
 
 
 @pytest.mark.parametrize(

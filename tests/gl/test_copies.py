@@ -54,8 +54,8 @@ def test_duplicate_nodes_change_nothing(renderer: Renderer) -> None:
     again = drawn(renderer, ground, box, replace(box, name="again"), Node(blue, np.eye(4), "blue"))
     assert_same(alone, again)
     assert again.used[0].draws == alone.used[0].draws
-    assert renderer._store.scene.thing is not None
-    assert renderer._store.scene.thing.copies.tolist() == [False, False, True, True]
+    assert renderer._cache.scene.thing is not None
+    assert renderer._cache.scene.thing.copies.tolist() == [False, False, True, True]
 
 
 def test_different_nodes_are_no_duplicates(renderer: Renderer) -> None:
@@ -70,11 +70,11 @@ def test_different_nodes_are_no_duplicates(renderer: Renderer) -> None:
         Node(Mesh(box.mesh.positions.copy(), box.mesh.triangles), np.eye(4), "equal, not the same"),
     )
     drawn(renderer, ground, box, *others)
-    assert renderer._store.scene.thing is not None
+    assert renderer._cache.scene.thing is not None
     copies = dict(
         zip(
-            (node.name for node in renderer._store.scene.thing.nodes),
-            renderer._store.scene.thing.copies.tolist(),
+            (node.name for node in renderer._cache.scene.thing.nodes),
+            renderer._cache.scene.thing.copies.tolist(),
             strict=True,
         )
     )
@@ -100,7 +100,7 @@ def test_meshes_of_the_same_arrays_share_buffers_and_textures() -> None:
     nodes = [Node(mesh, translation((2.0 * k, 0.0, 0.0)), str(k)) for k, mesh in enumerate(meshes)]
     with Renderer("egl") as renderer:
         drawn(renderer, *nodes)
-        one, other = (renderer._store.meshes.get(mesh) for mesh in meshes)
+        one, other = (renderer._cache.meshes.get(mesh) for mesh in meshes)
         assert one.shape is other.shape
         assert one.texture is other.texture
         first, position = nodes[1], one.shape.positions

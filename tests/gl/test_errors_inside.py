@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import glshadow as gs
-from glshadow.gl.resources import Store
+from glshadow.gl.resources import ResourceCache
 from glshadow.renderer import Renderer
 
 SIZE = (64, 48)
@@ -39,7 +39,7 @@ def kept_after(
 ) -> bool:
     """Whether the cache is unchanged after an error in a frame with another light; the next frame is correct in any case."""
     expected = renderer.render(scene, None, [LIGHT], SIZE, samples=1)
-    store = renderer._store
+    cache = renderer._cache
 
     def fails(*_: object, **__: object) -> None:
         raise error
@@ -52,7 +52,7 @@ def kept_after(
     again = renderer.render(scene, None, [LIGHT], SIZE, samples=1)
     np.testing.assert_array_equal(again.image, expected.image)
     np.testing.assert_array_equal(again.visibility, expected.visibility)
-    return renderer._store is store
+    return renderer._cache is cache
 
 
 FITTED = "glshadow.shadows.fits.ViewFit.fitted"  # before anything is drawn
@@ -100,8 +100,8 @@ def test_failed_gpu_allocation_is_not_cached(
     """Even if a fallback succeeded: a buffer without memory would be taken for one that is large enough."""
     light = gs.DirectionalLight()  # triangle lists, or else a map
     expected = renderer.render(scene, None, [light], SIZE, samples=1)
-    first = renderer._store
-    assert isinstance(first, Store)
+    first = renderer._cache
+    assert isinstance(first, ResourceCache)
     kind, drain = type(renderer._context.gl), type(renderer._context.gl)._drain
     with monkeypatch.context() as patch:
         check = kind.check
@@ -115,11 +115,11 @@ def test_failed_gpu_allocation_is_not_cached(
                 patch.setattr(kind, "_drain", drain)
 
         patch.setattr(kind, "check", fails)
-        first.sources.clear()
+        first.techniques.clear()
         frame = renderer.render(scene, None, [light], SIZE, samples=1)
     assert frame.used[0].filter == gs.Pcf(1)
     assert "ran out of memory" in frame.used[0].why
-    assert renderer._store is not first
+    assert renderer._cache is not first
     again = renderer.render(scene, None, [light], SIZE, samples=1)
     assert again.used[0].filter == gs.Exact()
     np.testing.assert_array_equal(again.visibility, expected.visibility)
@@ -127,9 +127,9 @@ def test_failed_gpu_allocation_is_not_cached(
 
 def test_warning_turned_into_an_error_propagates(renderer: Renderer, scene: gs.Scene) -> None:
     away = gs.PerspectiveCamera((0.0, 2.0, 5.0), (0.0, 4.0, 10.0))
-    store = renderer._store
+    cache = renderer._cache
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         with pytest.raises(gs.GlshadowWarning, match="nothing is in view"):
             renderer.render(scene, away, [LIGHT], SIZE, samples=1)
-    assert renderer._store is store
+    assert renderer._cache is cache

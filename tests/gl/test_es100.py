@@ -18,7 +18,7 @@ from glshadow.gl.driver.program import Programs
 from glshadow.gl.foreign.forward import draw_map, receiver_source
 from glshadow.gl.passes.atlases import Atlas, layout
 from glshadow.gl.passes.caster import Map, metric_uniform
-from glshadow.gl.passes.translucent import Panes
+from glshadow.gl.passes.translucent import Tint
 from glshadow.gl.scene.geometry import GpuScene, pack_matrices
 from glshadow.gl.techniques.mapped import map_defines, map_slots
 from glshadow.lights import DirectionalLight, SpotLight
@@ -201,17 +201,17 @@ def test_cookies_and_tints_are_the_same_in_both_dialects(
     depths = ctx.depth_texture((side, side), rng.random((side, side)).astype(np.float32).tobytes())
     colors.filter = depths.filter = (moderngl.NEAREST, moderngl.NEAREST)
     depths.compare_func = ""
-    panes = Panes((view,), colors, depths)
+    tint = Tint((view,), colors, depths)
     axes = view.view_from_world[:3, :3]
-    values = panes.uniforms(axes, view.view_from_world[:3, 3], np.zeros(3))
+    values = tint.uniforms(axes, view.view_from_world[:3, 3], np.zeros(3))
     values["u_cookie_from_lv"] = light.projected[1] @ np.linalg.inv(view.view_from_world)
-    for unit, (name, texture) in enumerate((("u_cookie", image), ("u_glass", colors), ("u_glass_depth", depths)), 1):
+    for unit, (name, texture) in enumerate((("u_cookie", image), ("u_tint", colors), ("u_tint_depth", depths)), 1):
         texture.use(unit)
         values[name] = unit
     drawn = Map((view,), Atlas(glcontext, Target.R8, (side, side)), CasterSettings(Target.R8, NoBias(), None), Pcf(0))
     pictures = {}
     for dialect, tinted in itertools.product(("core330", "es100"), (0, 1)):
-        defines: dict[str, int | str] = {"GLS_OUTPUT": 1, "GLS_GLASS": tinted, "GLS_COOKIE": tinted}
+        defines: dict[str, int | str] = {"GLS_OUTPUT": 1, "GLS_TINT": tinted, "GLS_COOKIE": tinted}
         defines["GLS_SUN"] = int(kind == "directional")
         program = gpu[1].get("pass/forward.vert", "pass/forward.frag", dialect, open_slots(light), defines)
         for name, value in values.items():

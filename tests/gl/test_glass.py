@@ -123,9 +123,9 @@ def test_texture_holes_have_no_tint(renderer: gs.Renderer) -> None:
 def test_scene_without_translucent_casters_allocates_no_map() -> None:
     with gs.Renderer("egl") as fresh:
         fresh.render(gs.scenes.box().scene, None, None, SIZE, samples=1)
-        assert all(glass._owned == [] for glass in fresh._store.glasses.values())
+        assert all(glass._owned == [] for glass in fresh._cache.translucent_maps.values())
         fresh.render(gs.Scene((ground(), node("red", RED, -1.0, 1.0))), CAMERA, None, SIZE, samples=1)
-        assert len(fresh._store.glasses[0]._owned) == 3
+        assert len(fresh._cache.translucent_maps[0]._owned) == 3
 
 
 @pytest.mark.parametrize("light", [gs.RectLight(position=(0.0, 4.0, 0.0)), gs.SkyLight()], ids=["panel", "sky"])

@@ -61,7 +61,7 @@ def test_small_texture_buffer_splits_instanced_draws() -> None:
     with Renderer("egl") as renderer:
         expected = renderer.render(scene, size=(160, 100), outputs=("triangle", "image"), samples=1)
         caps = renderer._context.caps
-        renderer._store.seen = None
+        renderer._cache.seen = None
         renderer._context.caps = replace(caps, max_texture_buffer_size=7 * 9)
         again = renderer.render(scene, size=(160, 100), outputs=("triangle", "image"), samples=1)
     np.testing.assert_array_equal(again.triangle, expected.triangle)
@@ -73,7 +73,7 @@ def test_batched_planes_and_adjacency_equal_those_of_each_node() -> None:
     scene = crowds()
     with Renderer("egl") as renderer:
         renderer.render(scene, size=(16, 16), samples=1)
-        gpu = renderer._store.scene.thing
+        gpu = renderer._cache.scene.thing
         with renderer._context.drawing():
             planes = np.frombuffer(gpu.planes.buffer.read(), np.float32).reshape(-1, 4)
             across = np.frombuffer(gpu.world.neighbours.buffer.read(), np.uint32).reshape(-1, 4)[:, :3]

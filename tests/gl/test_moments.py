@@ -42,7 +42,7 @@ def rendered(
     lamp = replace(light, shadow=gs.Shadow(filter=kind, resolution=resolution, fit=gs.SceneFit()))
     outputs = ("visibility", "position", "normal", "triangle", "shadow_maps")
     frame = renderer.render(SCENE, None, [lamp], SIZE, outputs=outputs, samples=1)
-    source = renderer._store.sources[0, "Prefiltered"]
+    source = renderer._cache.techniques[0, "Prefiltered"]
     assert isinstance(source, Prefiltered)
     return frame, source
 

@@ -51,7 +51,7 @@ def test_packed_maps_equal_separate_maps(renderer: gs.Renderer, count: int, targ
         assert (packed.shadow_maps[number] < 1.0).mean() > 0.05
     gap = np.abs(packed.visibility - alone.visibility)
     assert (gap[~np.isnan(gap)] > 0.01).sum() <= SNAPPED
-    sources = [renderer._store.sources[number, "Mapped"] for number in range(count)]
+    sources = [renderer._cache.techniques[number, "Mapped"] for number in range(count)]
     atlases = {id(source.map.atlas) for source in sources if isinstance(source, Mapped) and source.map}
     assert len(atlases) == 1
     for number, used in enumerate(packed.used):
@@ -117,11 +117,11 @@ def test_pack_is_a_sequence_of_lights() -> None:
     [
         ((), "1 to 4"),
         (5 * LIGHTS[:1], "1 to 4"),
-        ((gs.PointLight(position=(0, 1, 0)),), "suns and spots"),
+        ((gs.PointLight(position=(0, 1, 0)),), "directional or spot lights"),
         ((gs.DirectionalLight(shadow=None),), "have a shadow"),
         (with_shadow(LIGHTS[:1], target=gs.Target.RGBA8), "one target of r32f, r16f, r8, got rgba8"),
-        ((gs.DirectionalLight(shadow=gs.Shadow(filter=gs.Exact())),), "must have a map that is compared"),
-        ((gs.DirectionalLight(shadow=gs.Shadow(filter=gs.Vsm())),), "must have a map that is compared"),
+        ((gs.DirectionalLight(shadow=gs.Shadow(filter=gs.Exact())),), "must have a filter that compares depths"),
+        ((gs.DirectionalLight(shadow=gs.Shadow(filter=gs.Vsm())),), "must have a filter that compares depths"),
         (with_shadow(LIGHTS[2:3], fit=gs.Cascades()), "one view each"),
         ("lights", "PackedShadow|lights must be"),
     ],

@@ -434,7 +434,7 @@ def test_instances_share_one_mesh(renderer: Renderer) -> None:
     instances = [Node(mesh, translation((i - 2.0, 0.0, 0.5 * i - 1.0)), f"box {i}") for i in range(5)]
     scene = Scene((node("ground", ground()), *instances), ABOVE)
     frame = renderer.render(scene, lights=[sun()], size=SIZE, samples=1)
-    gpu = renderer._store.scene.thing
+    gpu = renderer._cache.scene.thing
     assert gpu is not None
     assert len({id(each) for each in gpu.meshes}) == 2
     copies = [node(f"copy {i}", shapes.box((0.5, 0.5, 0.5), (i - 2.0, 0.25, 0.5 * i - 1.0))) for i in range(5)]

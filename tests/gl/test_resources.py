@@ -121,8 +121,8 @@ def fresh_scene(number: int) -> Scene:
 def test_gpu_mesh_is_freed_with_its_mesh(renderer: Renderer) -> None:
     first = fresh_scene(0)
     renderer.render(first, lights=lights(0), size=SIZE, samples=1)
-    gpu = renderer._store.meshes.get(first.nodes[1].mesh)
-    ground = renderer._store.meshes.get(first.nodes[0].mesh)
+    gpu = renderer._cache.meshes.get(first.nodes[1].mesh)
+    ground = renderer._cache.meshes.get(first.nodes[0].mesh)
     buffer = gpu.shape.positions
     other = fresh_scene(1)
     other = replace(other, nodes=(first.nodes[0], other.nodes[1]))  # shares the ground
@@ -132,8 +132,8 @@ def test_gpu_mesh_is_freed_with_its_mesh(renderer: Renderer) -> None:
     gc.collect()
     renderer.render(other, lights=lights(0), size=SIZE, samples=1)
     assert isinstance(buffer.mglo, moderngl.InvalidObject), "the vertex buffer of a deleted mesh was kept"
-    assert renderer._store.meshes.get(other.nodes[0].mesh) is ground
-    assert len(renderer._store.meshes._meshes) == 2
+    assert renderer._cache.meshes.get(other.nodes[0].mesh) is ground
+    assert len(renderer._cache.meshes._meshes) == 2
 
 
 def test_many_scenes_keep_the_memory_flat(renderer: Renderer) -> None:
@@ -141,7 +141,7 @@ def test_many_scenes_keep_the_memory_flat(renderer: Renderer) -> None:
         renderer.render(fresh_scene(number), lights=lights(number % 3), size=(32 + number % 3, 24), samples=1)
     gc.collect()
     renderer.render(fresh_scene(99), lights=lights(0), size=SIZE, samples=1)
-    assert len(renderer._store.meshes._meshes) <= 4
+    assert len(renderer._cache.meshes._meshes) <= 4
 
 
 def test_renderer_does_not_keep_a_scene_alive(renderer: Renderer) -> None:

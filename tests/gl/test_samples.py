@@ -198,7 +198,7 @@ def test_samples_beyond_the_buffer_are_shaded_in_batches(
 ) -> None:
     lights = list(LIGHTS.values())
     whole = renderer.render(courtyard, None, lights, SIZE, outputs=OUTPUTS, samples=16)
-    monkeypatch.setattr("glshadow.gl.passes.samples.MOST_DENSE", 16 * 777)
+    monkeypatch.setattr("glshadow.gl.passes.samples.MOST_SAMPLES", 16 * 777)
     parts = renderer.render(courtyard, None, lights, SIZE, outputs=OUTPUTS, samples=16)
     for name in OUTPUTS:
         np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))

@@ -195,7 +195,7 @@ def test_gl_state_is_restored(foreign: Foreign) -> None:
             before = read_state(ctx, context.gl)
             shadow.draw(foreign.cast)
             assert read_state(ctx, context.gl) == before
-            picture.append(shadow._asked.atlas.texture.read())
+            picture.append(shadow._sampled.atlas.texture.read())
         assert picture[0] == picture[1]
         assert ctx.error == "GL_NO_ERROR"
 
@@ -207,7 +207,7 @@ def test_gl_state_is_restored(foreign: Foreign) -> None:
             shadow.draw(fails)
         assert read_state(ctx, context.gl) == before
         shadow.draw(foreign.cast)
-        assert shadow._asked.atlas.texture.read() == picture[0]
+        assert shadow._sampled.atlas.texture.read() == picture[0]
     shadow.release()
     with pytest.raises(gs.SettingsError, match="was released"):
         shadow.draw(foreign.cast)

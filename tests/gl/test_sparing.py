@@ -10,8 +10,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.spaces import Array, translation
-from glshadow.gl.scene import occlusion as sparing
-from glshadow.gl.scene import runs
+from glshadow.gl.scene import occlusion, runs
 from glshadow.renderer import Renderer
 from glshadow.scene.mesh import Material, Mesh
 from glshadow.scene.nodes import Node, Scene
@@ -42,8 +41,8 @@ def eager(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         "_FEWER": 2.0,
         "_FIRST_PAUSE": 0,
     }.items():
-        monkeypatch.setattr(sparing, name, value)
-    monkeypatch.setattr(sparing, "_PAUSE", 0)
+        monkeypatch.setattr(occlusion, name, value)
+    monkeypatch.setattr(occlusion, "_PAUSE", 0)
     made = runs.Runs
 
     def counted(*args: object) -> runs.Runs:
@@ -51,7 +50,7 @@ def eager(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         counts.append(found.triangles)
         return found
 
-    monkeypatch.setattr(sparing, "Runs", counted)
+    monkeypatch.setattr(occlusion, "Runs", counted)
     return counts
 
 
@@ -101,7 +100,7 @@ def test_culling_changes_no_texel(
         one = spared.render(scene, None, [lamp], SIZE, outputs=asked, samples=1)
         drawn = list(eager)
         with monkeypatch.context() as off:
-            off.setattr(sparing, "LEAST_TRIANGLES", 1 << 60)
+            off.setattr(occlusion, "LEAST_TRIANGLES", 1 << 60)
             other = plain.render(scene, None, [lamp], SIZE, outputs=asked, samples=1)
         for name in ("image", "visibility", "triangle"):
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=f"{name} {k}")
@@ -125,7 +124,7 @@ def test_disoccluded_triangles_are_drawn(pair: tuple[Renderer, Renderer], eager:
             for renderer in (spared, plain)
         )
         np.testing.assert_array_equal(one, other)
-        plain._store.atlases.release()  # without its previous map this renderer never culls
+        plain._cache.atlases.release()  # without its previous map this renderer never culls
 
 
 def test_early_submission_changes_nothing(pair: tuple[Renderer, Renderer], monkeypatch: pytest.MonkeyPatch) -> None:

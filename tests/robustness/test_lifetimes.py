@@ -369,7 +369,7 @@ def test_released_renderer_leaves_no_data_on_meshes():
     scene = gs.scenes.courtyard()
     renderer = gs.Renderer()
     renderer.render(scene, size=(32, 32), samples=1)
-    kept = [weakref.ref(gpu) for gpu in renderer._store.scene.thing.meshes]
+    kept = [weakref.ref(gpu) for gpu in renderer._cache.scene.thing.meshes]
     renderer.release()
     del renderer
     gc.collect()

@@ -80,8 +80,8 @@ def test_invalid_plans_are_refused(scene: gs.Scene) -> None:
 
 def test_candidates_contain_the_default() -> None:
     for shadow in (gs.Shadow(), gs.Shadow(bias=gs.NoBias())):
-        assert shadow.settled().filter in RUNGS
-        assert shadow.settled().resolution in RESOLUTIONS
+        assert shadow.resolved().filter in RUNGS
+        assert shadow.resolved().resolution in RESOLUTIONS
 
 
 def test_plan_for_an_area_light() -> None:

@@ -9,8 +9,8 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.spaces import Array, ClipSpace, project, transform
-from glshadow.shadows.fit_request import Asked, Blocks
-from glshadow.shadows.fitted import _texels, cascades, split, warped
+from glshadow.shadows.fit_request import DepthTiles, FitRequest
+from glshadow.shadows.fitted import _texels, cascades, split
 
 CAMERA = gs.PerspectiveCamera(position=(0.0, 1.7, 0.0), target=(0.0, 1.2, -10.0), fov_y=50.0)
 SUN = gs.DirectionalLight(direction=(0.6, -0.7, -0.1))
@@ -18,7 +18,9 @@ BOX = np.array([[i, j, k] for i in (-60.0, 60.0) for j in (0.0, 8.0) for k in (-
 SIZE = (320, 180)
 
 
-def asked(camera: gs.PerspectiveCamera = CAMERA, light: gs.Light = SUN, near: float = 2.0, far: float = 180.0) -> Asked:
+def asked(
+    camera: gs.PerspectiveCamera = CAMERA, light: gs.Light = SUN, near: float = 2.0, far: float = 180.0
+) -> FitRequest:
     """A ground at y = 0 that the camera sees from near to far."""
     axes = camera.view_from_world[:3, :3]
     y = np.geomspace(near, far, 40)
@@ -26,11 +28,23 @@ def asked(camera: gs.PerspectiveCamera = CAMERA, light: gs.Light = SUN, near: fl
     world = np.broadcast_to(rays @ axes, (len(y), 4, 3)).copy()
     world[..., 1] = -1.7 / y[:, None]  # the ray through (x, -1.7 / depth) hits the ground
     starts = np.broadcast_to(np.asarray(camera.position), world.shape)
-    blocks = Blocks(starts, world, y, y * 1.03)
+    depth_tiles = DepthTiles(starts, world, y, y * 1.03)
     corners = BOX[None]
     boxes = (np.stack([BOX.min(axis=0), BOX.max(axis=0)])[None], np.eye(4)[None])
-    return Asked(
-        light, corners, boxes, [BOX], BOX, camera, SIZE, 1.0, 200.0, ClipSpace(True, False), 1024, 2, blocks=blocks
+    return FitRequest(
+        light,
+        corners,
+        boxes,
+        [BOX],
+        BOX,
+        camera,
+        SIZE,
+        1.0,
+        200.0,
+        ClipSpace(True, False),
+        1024,
+        2,
+        depth_tiles=depth_tiles,
     )
 
 
@@ -48,13 +62,13 @@ def test_splits_match_zhangs_formula() -> None:
 @pytest.mark.parametrize("count", [1, 3, 8])
 def test_every_visible_point_lies_in_its_map(count: int) -> None:
     given = asked()
-    assert given.blocks is not None
+    assert given.depth_tiles is not None
     views = cascades(given, gs.Cascades(count)).views
     assert len(views) == count
     assert len({(view.near, view.far) for view in views}) == 1
     for view in views:
         assert view.cascade is not None
-        points = given.blocks.between(view.cascade.start, view.cascade.end)
+        points = given.depth_tiles.between(view.cascade.start, view.cascade.end)
         uvz = project(view.uvz_from_world, points)
         texel = uvz[:, :2] * view.resolution
         assert (texel >= view.inset).all()
@@ -111,10 +125,10 @@ def test_stable_maps_cover_their_slices() -> None:
 @pytest.mark.parametrize("psm", [False, True])
 def test_perspective_map_covers_the_view_and_keeps_light_straight(psm: bool) -> None:
     given = asked()
-    assert given.blocks is not None
-    (view,) = warped(given, gs.Lispsm(psm)).views
+    assert given.depth_tiles is not None
+    (view,) = gs.Lispsm(psm).fitted(given).views
     assert view.warp is not None
-    points = given.blocks.between(2.0, 180.0)
+    points = given.depth_tiles.between(2.0, 180.0)
     inside = points[(np.abs(points[:, 0]) < 50.0)]
     uvzw = project(view.uvz_from_world, inside)
     assert (uvzw[:, 3] > 0.0).all()
@@ -137,7 +151,7 @@ def test_perspective_map_covers_the_view_and_keeps_light_straight(psm: bool) -> 
 
 def test_light_along_the_view_gets_no_perspective() -> None:
     light = replace(SUN, direction=tuple((-CAMERA.view_from_world[2, :3]).tolist()))
-    (view,) = warped(asked(light=light), gs.Lispsm()).views
+    (view,) = gs.Lispsm().fitted(asked(light=light)).views
     assert view.warp is None
 
 
@@ -157,13 +171,13 @@ def test_perspective_is_used_only_where_it_shrinks_visible_texels() -> None:
     for angle in np.radians([0.5, 2.0, 5.0, 10.0, 30.0, 60.0, 90.0]):
         aim = np.cos(angle) * forward + np.sin(angle) * (0.6 * across + np.array([0.0, -0.8, 0.0]))
         given = asked(light=replace(SUN, direction=tuple(aim.tolist())))
-        assert given.blocks is not None
+        assert given.depth_tiles is not None
         (view,), (plain,) = (
-            each.views for each in (warped(given, gs.Lispsm(psm=True)), cascades(given, gs.Cascades(1)))
+            each.views for each in (gs.Lispsm(psm=True).fitted(given), cascades(given, gs.Cascades(1)))
         )
-        local = transform(view.view_from_world, given.blocks.between(2.0, 180.0))
+        local = transform(view.view_from_world, given.depth_tiles.between(2.0, 180.0))
         depth = np.maximum(
-            -(given.blocks.between(2.0, 180.0) - np.asarray(CAMERA.position)) @ CAMERA.view_from_world[2, :3], 1e-9
+            -(given.depth_tiles.between(2.0, 180.0) - np.asarray(CAMERA.position)) @ CAMERA.view_from_world[2, :3], 1e-9
         )
         warps.append(view.warp is not None)
         if view.warp is not None:

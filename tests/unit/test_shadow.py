@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from glshadow.core.spaces import ClipSpace
-from glshadow.derive.resolved import settle
+from glshadow.derive.resolved import resolve_shadow
 from glshadow.errors import SettingsError
 from glshadow.lights import DirectionalLight
 from glshadow.shadows.bias import ClipBias, ConstantBias, NoBias, NormalOffsetBias, ReceiverPlaneBias, SlopeScaledBias
@@ -23,8 +23,8 @@ def test_default_settings_are_derived() -> None:
     shadow = Shadow()
     values = (getattr(shadow, item.name) for item in fields(shadow) if item.name not in ("strength", "edge_falloff"))
     assert set(values) == {None}
-    settled = shadow.settled()
-    assert (settled.resolution, settled.filter, settled.fit, shadow.strength) == (2048, Exact(), ViewFit(), 1.0)
+    resolved = shadow.resolved()
+    assert (resolved.resolution, resolved.filter, resolved.fit, shadow.strength) == (2048, Exact(), ViewFit(), 1.0)
     assert hash(shadow) == hash(Shadow())
 
 
@@ -40,25 +40,25 @@ def test_default_settings_are_derived() -> None:
     ids=lambda given: next(iter(given)),
 )
 def test_map_setting_selects_a_map(given: dict[str, Any]) -> None:
-    settled = Shadow(**given).settled()
-    assert settled.filter == Pcf(1)
-    assert settled.why == f"only a map has {next(iter(given))}"
-    assert Shadow(**given, faces=Faces.BACK, strength=0.5).settled().filter == Pcf(1)
+    resolved = Shadow(**given).resolved()
+    assert resolved.filter == Pcf(1)
+    assert resolved.why == f"only a map has {next(iter(given))}"
+    assert Shadow(**given, faces=Faces.BACK, strength=0.5).resolved().filter == Pcf(1)
 
 
 def test_other_reasons_for_the_filter() -> None:
-    assert Shadow(faces=Faces.BACK, strength=0.5).settled().filter == Exact()
-    assert Shadow().settled(without_map="OpenGL 3.3").why == "OpenGL 3.3"
-    assert Shadow().settled(without_map="OpenGL 3.3").filter == Pcf(1)
-    assert Shadow(filter=Exact()).settled(without_map="OpenGL 3.3").filter == Exact()
-    assert settle(DirectionalLight(near=1.0)).why == "only a map has the light's near and far"
-    assert settle(DirectionalLight(shadow=None)) is None
+    assert Shadow(faces=Faces.BACK, strength=0.5).resolved().filter == Exact()
+    assert Shadow().resolved(without_map="OpenGL 3.3").why == "OpenGL 3.3"
+    assert Shadow().resolved(without_map="OpenGL 3.3").filter == Pcf(1)
+    assert Shadow(filter=Exact()).resolved(without_map="OpenGL 3.3").filter == Exact()
+    assert resolve_shadow(DirectionalLight(near=1.0)).why == "only a map has the light's near and far"
+    assert resolve_shadow(DirectionalLight(shadow=None)) is None
 
 
 def test_spelled_out_shadow_is_equivalent() -> None:
     for shadow in (Shadow(), Shadow(bias=NoBias()), Shadow(filter=Hard(), strength=0.5)):
         written = shadow.spelled_out()
-        assert written.settled().filter == shadow.settled().filter
+        assert written.resolved().filter == shadow.resolved().filter
         assert written == written.spelled_out()
         assert (written.bias, written.strength) == (shadow.bias, shadow.strength)
 

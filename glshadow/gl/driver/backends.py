@@ -20,7 +20,7 @@ _INSTALL_GLX = "apt-get install libgl1 libgl1-mesa-dri"
 
 
 class BackendUnavailable(ContextError):
-    """One backend gives no context on this machine: why, and what to do about it."""
+    """One backend cannot create a context on this machine; holds the reason and the remedy."""
 
     def __init__(self, reason: str, remedy: str) -> None:
         super().__init__(f"{reason}; {remedy}")
@@ -29,7 +29,7 @@ class BackendUnavailable(ContextError):
 
 
 class Loader:
-    """What moderngl asks of a context: function addresses, making it current, letting it go."""
+    """The interface that moderngl needs of a context: function addresses, making it current, releasing it."""
 
     standalone = True
 
@@ -55,7 +55,7 @@ class Loader:
 
 
 def egl_loader(device: int | None = None) -> Loader:
-    """Surfaceless EGL. libGL is not needed: every function address comes from libEGL. `device`: as of `Egl.open`.
+    """Surfaceless EGL. libGL is not needed: every function address comes from libEGL. `device`: as in `Egl.open`.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def egl_loader(device: int | None = None) -> Loader:
 
 
 def osmesa_loader() -> Loader:
-    """Mesa's off-screen library: no window system at all.
+    """OSMesa, Mesa's off-screen library without a window system.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def osmesa_loader() -> Loader:
         context = context or create(attributes, None)
     if not context:
         raise BackendUnavailable("OSMesaCreateContextAttribs made no core profile context", _INSTALL_OSMESA)
-    # OSMesa insists on a default framebuffer in our memory; nothing is ever drawn into it.
+    # OSMesa needs a default framebuffer in our memory; nothing is ever drawn into it.
     pixels = (C.c_ubyte * (4 * 4 * 4))()
     if not make(context, pixels, 0x1401, 4, 4):
         destroy(context)
@@ -97,7 +97,7 @@ def osmesa_loader() -> Loader:
 
     def release() -> None:
         destroy(context)
-        # Read after the context is gone: the closure keeps the pixels alive until here.
+        # Referenced by the closure after the context is gone: keeps the pixels alive until here.
         C.memset(pixels, 0, C.sizeof(pixels))
 
     return Loader(_place_or_refuse("OSMesa", _INSTALL_OSMESA), address, release)
@@ -120,7 +120,7 @@ def window_loader() -> Loader:
     glfw.ERROR_REPORTING = "ignore"
     if not glfw.init():
         raise BackendUnavailable(_glfw_reason(glfw), "set DISPLAY, or run under xvfb-run (apt-get install xvfb)")
-    previous: Any = glfw.get_current_context()  # None where there is none, which the type of glfw does not know
+    previous: Any = glfw.get_current_context()  # None if there is none, which glfw's type hints omit
     glfw.default_window_hints()
     for hint, value in (
         (glfw.VISIBLE, False),
@@ -136,8 +136,7 @@ def window_loader() -> Loader:
         raise BackendUnavailable(_glfw_reason(glfw), _INSTALL_GLX)
     glfw.make_context_current(window)
     place = current()
-    # glfw keeps its own note of what is current; it must not go on naming our window. Not glfw.get_proc_address
-    # therefore: that asks the note.
+    # glfw caches which window is current; that must not stay our window. Therefore not glfw.get_proc_address, which reads the cache.
     glfw.make_context_current(previous)
     make_current(place)
     return Loader(place, address, lambda: glfw.destroy_window(window))
@@ -167,16 +166,16 @@ def _place_or_refuse(library: str, remedy: str) -> Current:
 
 
 LOADERS: dict[str, Callable[[], Loader]] = {"egl": egl_loader, "osmesa": osmesa_loader, "window": window_loader}
-"""Backend name -> how to make its context, in the order that `auto` tries them."""
+"""Backend name -> function that creates its context, in the order in which `auto` tries them."""
 
 
 def make_context(backend: str) -> tuple[moderngl.Context, Loader]:
-    """A new moderngl context, with whatever was current before current again.
+    """A new moderngl context; the context that was current before is current again.
 
     Raises
     ------
     BackendUnavailable
-        If the backend gives no OpenGL 3.3 core context.
+        If the backend does not provide an OpenGL 3.3 core context.
     """
     before = current()
     make_current({})

@@ -1,4 +1,4 @@
-"""Buffers that shaders read by texelFetch."""
+"""Buffer textures: buffers that shaders read with texelFetch."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _TEXTURE_BUFFER, _TEXTURE_BINDING_BUFFER = 0x8C2A, 0x8C2C
 _TEXTURE0, _ACTIVE_TEXTURE = 0x84C0, 0x84E0
 _STORAGE_BUFFER, _WRITE_ONLY = 0x90D2, 0x88B9
 PART = 256
-"""Bytes: no driver's SHADER_STORAGE_BUFFER_OFFSET_ALIGNMENT is larger (OpenGL 4.3 core, table 23.64)."""
+"""Alignment in bytes: no driver's SHADER_STORAGE_BUFFER_OFFSET_ALIGNMENT is larger (OpenGL 4.3 core, table 23.64)."""
 
 
 class BufferTexture:
-    """A buffer that shaders read by texelFetch (samplerBuffer, usamplerBuffer): 2.5 to 3 times faster on llvmpipe than
-    a storage buffer, and there from OpenGL 3.1 on. Owns its buffer.
+    """A buffer that shaders read with texelFetch (samplerBuffer, usamplerBuffer): 2.5 to 3 times faster on llvmpipe than
+    a storage buffer, and available from OpenGL 3.1 on. Owns its buffer.
 
     Parameters
     ----------
@@ -51,12 +51,12 @@ class BufferTexture:
         self._gl.call("glActiveTexture", active)
 
     def bind_to_storage(self, binding: int, start: int, size: int) -> None:
-        """Let compute passes write a part of it, so many bytes from `start`, a multiple of PART: a storage buffer may be far smaller
-        than what is read by texelFetch (llvmpipe: 128 MiB and 2 GiB)."""
+        """Bind a part of it as storage buffer for compute passes: `size` bytes from `start`, a multiple of PART. A storage buffer can be
+        far smaller than a buffer texture (llvmpipe: 128 MiB and 2 GiB)."""
         self._gl.call("glBindBufferRange", _STORAGE_BUFFER, binding, self.buffer.glo, start, size)
 
     def bind_to_image(self, unit: int) -> None:
-        """Let compute passes write single elements of it by imageStore."""
+        """Bind it for imageStore in compute passes."""
         self._gl.call("glBindImageTexture", unit, self.glo, 0, False, 0, _WRITE_ONLY, self._format)
 
     def release(self) -> None:
@@ -68,5 +68,5 @@ class BufferTexture:
 
 
 def texture_buffer(context: GLContext, data: NDArray[Any], internal_format: int) -> BufferTexture:
-    """Data in a buffer that shaders read by texelFetch; the caller releases it."""
+    """Upload data into a buffer texture; the caller releases it."""
     return BufferTexture(context.gl, context.ctx.buffer(np.ascontiguousarray(data)), internal_format)

@@ -1,4 +1,4 @@
-"""One OpenGL context, made here or adopted: current inside `with`, what it can do, what it reports, and its release."""
+"""One OpenGL context, created here or adopted: made current inside `with`; its capabilities, error checks and release."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ from glshadow.signals import undisturbed
 Backend = Literal["auto", "egl", "osmesa", "window"]
 
 MIN_VERSION = 330
-"""OpenGL 3.3 core, as moderngl counts: texture samplers, integer targets, buffer textures."""
+"""OpenGL 3.3 core, as moderngl counts versions: sampler objects, integer targets, buffer textures."""
 
 DEVICE = re.compile(r"egl:\d{1,3}")
-"""A backend that names one of EGL's devices."""
+"""Matches a backend that names one of EGL's devices."""
 
 _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software rasterizer", "swiftshader")
 
 
 @dataclass(frozen=True)
 class Caps:
-    """What a context can do, asked once.
+    """Capabilities of a context, queried once.
 
     Attributes
     ----------
@@ -48,19 +48,19 @@ class Caps:
     max_texture_buffer_size
         Elements of one buffer texture.
     doubles
-        Shaders may compute in double.
+        Whether shaders support double.
     max_storage_block
-        Bytes of one storage buffer; 0 where there is none.
+        Bytes of one storage buffer; 0 if there are none.
     clip_control
-        NDC depth 0..1 can be had.
+        Whether NDC depth can be 0..1.
     texture_gather
-        textureGather of a depth texture with comparison.
+        Whether textureGather works on depth textures with comparison.
     compute
-        Compute passes with storage buffers and images: OpenGL 4.3.
+        Whether there are compute shaders with storage buffers and images: OpenGL 4.3.
     software
-        The driver draws on the CPU.
+        Whether the driver renders on the CPU.
     timestamps
-        A GPU counts the time that it takes.
+        Whether the GPU has timestamp queries.
     """
 
     backend: str
@@ -85,7 +85,7 @@ class Caps:
 
     @classmethod
     def probe(cls, backend: str, ctx: moderngl.Context, gl: EntryPoints) -> Caps:
-        """Ask the current context; leaves no OpenGL error behind."""
+        """Query the current context; leaves no OpenGL error pending."""
         info, version, extensions = ctx.info, ctx.version_code, ctx.extensions
         renderer = str(info["GL_RENDERER"])
         software = any(name in renderer.lower() for name in _SOFTWARE)
@@ -116,11 +116,11 @@ class Caps:
 
 
 _contexts: weakref.WeakSet[GLContext] = weakref.WeakSet()
-_used_in: list[int] = []  # process in which OpenGL was first used
+_used_in: list[int] = []  # id of the process that first used OpenGL
 
 
 def _after_fork() -> None:
-    """The driver's threads stay behind: whatever is asked of it in the child waits for ever."""
+    """Mark a forked child: the driver's threads do not exist there, and every OpenGL call would hang."""
     for context in _contexts:
         context.released = True
         context._end.detach()
@@ -131,11 +131,11 @@ if hasattr(os, "register_at_fork"):
 
 
 class GLContext:
-    """A moderngl context with the entry points it lacks; made by `open_context`.
+    """A moderngl context with the entry points that moderngl lacks; created by `open_context`.
 
-    `with glcontext:` makes it current on this thread and afterwards puts back what was current before; the blocks nest
-    in any order, also with other contexts between. Everything that touches OpenGL belongs into such a block: object ids
-    of two contexts collide, and an object of the wrong context is read without an error.
+    `with glcontext:` makes it current on this thread and restores the previous context afterwards. The blocks nest in any order, also
+    with blocks of other contexts between. All OpenGL calls belong into such a block: object ids of two contexts collide, and an object
+    of the wrong context is used without an error.
 
     One that is owned and dropped without `release` is destroyed by Python's garbage collector, on whatever thread that runs.
 
@@ -160,14 +160,14 @@ class GLContext:
         with switch:
             self.gl = EntryPoints(_loader_of(ctx))
             self.caps = Caps.probe(backend, ctx, self.gl)
-            self.trusts_timestamps = self.caps.timestamps  # until they are seen to be wrong
+            self.trusts_timestamps = self.caps.timestamps  # until they prove wrong
             if owned:
                 write_state(self.gl, default_state(ctx, self.gl))
                 self.gl.check("setting the default state of a new context")
 
     @property
     def lost(self) -> bool:
-        """Whether other code of the process has destroyed the context: nothing in it can be used or freed any more."""
+        """Whether other code of the process has destroyed the context; nothing in it can be used or released any more."""
         return self._switch.lost
 
     def __enter__(self) -> Self:
@@ -179,7 +179,7 @@ class GLContext:
 
     @contextmanager
     def drawing(self) -> Iterator[Self]:
-        """Current, and in the renderer's default state; an adopted context gets back the state that it had."""
+        """Make it current, in the renderer's default state; the state of an adopted context is restored afterwards."""
         with self:
             if self.owned:
                 yield self
@@ -188,7 +188,7 @@ class GLContext:
                     yield self
 
     def recover(self) -> None:
-        """After an interruption or an error: the state in which drawing begins, no open query, no pending error."""
+        """After an interruption or an error: restore the default state, end open queries, drop pending errors."""
         self.gl.call("glEndQuery", ANY_SAMPLES_PASSED)
         write_state(self.gl, default_state(self.ctx, self.gl))
         self.gl.errors()
@@ -211,7 +211,7 @@ class GLContext:
         self.gl.check(what)
 
     def check_size(self, size: tuple[int, int], what: str) -> None:
-        """Refuse a texture or a framebuffer that is larger than the driver's limits.
+        """Raise if a texture or framebuffer is larger than the driver's limits.
 
         Raises
         ------
@@ -227,7 +227,7 @@ class GLContext:
             )
 
     def release(self) -> None:
-        """Destroy an owned context and everything in it; an adopted one is only let go. May be called twice."""
+        """Destroy an owned context and everything in it; an adopted one is only released. May be called twice."""
         if self.released:
             return
         self.released = True
@@ -244,12 +244,12 @@ def _destroy(ctx: moderngl.Context | None, backend: str) -> None:
 
 
 def backend_of(backend: Any, device: Any) -> Any:
-    """A backend, or EGL on one of its devices.
+    """Split a backend's name into the backend and an EGL device.
 
     Raises
     ------
     SettingsError
-        For another name, a device that is no number, and one of another backend than EGL.
+        For an unknown name, an invalid device, and a device of another backend than EGL.
     """
     if not (isinstance(backend, str) and DEVICE.fullmatch(backend)):
         backend = one_of(*get_args(Backend))("backend", backend)
@@ -262,22 +262,22 @@ def backend_of(backend: Any, device: Any) -> Any:
 
 
 def open_context(backend: Backend = "auto", context: moderngl.Context | None = None) -> GLContext:
-    """Make a headless OpenGL 3.3 context, or adopt one. What was current before is current afterwards.
+    """Create a headless OpenGL 3.3 context, or adopt one. The context that was current before stays current.
 
     Parameters
     ----------
     backend
         "egl", "osmesa" or "window" (hidden); "auto" takes the first of these that works; "egl:1" is EGL on its second device.
     context
-        A moderngl context of the calling program: used, given back its state after every picture, never released.
+        A moderngl context of the calling program. Its state is restored after every frame; it is never released.
 
     Raises
     ------
     SettingsError
         If the backend has another name.
     ContextError
-        If no backend works: every attempt, its reason and what to do about it. If the given context is too old or is
-        not usable on this thread.
+        If no backend works: every attempt, its reason and the remedy. If the given context is too old or cannot be
+        used on this thread.
     """
     if not isinstance(backend, str) or (backend not in get_args(Backend) and not DEVICE.fullmatch(backend)):
         names = ", ".join(repr(name) for name in get_args(Backend))
@@ -313,7 +313,7 @@ def _own(backend: str) -> GLContext:
 
 
 def _loader_of(ctx: moderngl.Context) -> Callable[[str], int]:
-    # `_context` is private to moderngl 5.13; another version may name it otherwise.
+    # `_context` is private in moderngl 5.13; another version may rename it.
     loader = getattr(ctx.mglo, "_context", None)
     load: Callable[[str], int] = getattr(loader, "load_opengl_function", address)
     return load
@@ -328,7 +328,7 @@ def _adopt(ctx: moderngl.Context) -> GLContext:
     if isinstance(loader, Loader):
         return GLContext(ctx, "foreign", loader.switch, owned=False)
     before = current()
-    # Not `with ctx`: moderngl keeps one predecessor, and this may be inside such a block of the calling program.
+    # Not `with ctx`: moderngl keeps one predecessor, and this may already be inside such a block of the calling program.
     ctx.mglo.__enter__()
     try:
         place = current()

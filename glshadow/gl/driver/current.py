@@ -1,9 +1,9 @@
-"""Which OpenGL context is current on this thread: asked of the window-system libraries, changed, and put back.
+"""Which OpenGL context is current on this thread: queried from the window-system libraries, changed, and restored.
 
-moderngl's `with ctx:` remembers one predecessor per context, so that the nesting A, B, A ends with B current instead
-of nothing, and it does not notice when the switch fails. Here every entry keeps its own predecessor, and a context of
-one library is let go before one of another library is made current: glvnd refuses EGL while GLX is current
-(EGL_BAD_ACCESS), and Mesa's OSMesa and EGL overwrite each other's dispatch table (Mesa 22.3).
+moderngl's `with ctx:` keeps one predecessor per context, so that the nesting A, B, A ends with B current instead of nothing, and it
+does not notice when the switch fails. Here every entry keeps its own predecessor, and a context of one library is released before one
+of another library is made current: glvnd refuses EGL while GLX is current (EGL_BAD_ACCESS), and Mesa's OSMesa and EGL overwrite each
+other's dispatch table (Mesa 22.3).
 """
 
 import ctypes as C
@@ -16,10 +16,10 @@ from typing import Self
 from glshadow.errors import ContextError
 
 Handles = tuple[int, ...]
-"""What one library needs to make a context current again."""
+"""The calls of one library that query and change its current context."""
 
 Current = Mapping[str, Handles]
-"""Library name -> handles of the context that is current on a thread; empty where there is none."""
+"""Library name -> handles of the context that is current on a thread; empty if there is none."""
 
 _GL_UNSIGNED_BYTE = 0x1401
 _EGL_DRAW, _EGL_READ = 0x3059, 0x305A
@@ -35,7 +35,7 @@ class _Egl:
         self._display = C.CFUNCTYPE(pointer)(("eglGetCurrentDisplay", library))
         self._surface = C.CFUNCTYPE(pointer, C.c_int)(("eglGetCurrentSurface", library))
         self._make = C.CFUNCTYPE(C.c_uint, pointer, pointer, pointer, pointer)(("eglMakeCurrent", library))
-        self._ask = C.CFUNCTYPE(C.c_uint, pointer, pointer, C.c_int, pointer)(("eglQueryContext", library))
+        self._query = C.CFUNCTYPE(C.c_uint, pointer, pointer, C.c_int, pointer)(("eglQueryContext", library))
         self.address = C.CFUNCTYPE(pointer, C.c_char_p)(("eglGetProcAddress", library))
 
     def current(self) -> Handles | None:
@@ -53,7 +53,7 @@ class _Egl:
 
     def lost(self, handles: Handles) -> bool:
         context, display, _, _ = handles
-        return not self._ask(display, context, _EGL_CONTEXT_CLIENT_TYPE, C.byref(C.c_int()))
+        return not self._query(display, context, _EGL_CONTEXT_CLIENT_TYPE, C.byref(C.c_int()))
 
 
 class _Glx:
@@ -110,16 +110,16 @@ class _OSMesa:
 
 
 _Library = _Egl | _Glx | _OSMesa
-# OSMesa last: through the dispatch table that they share it takes an EGL context for its own (Mesa 22.3).
+# OSMesa last: through their shared dispatch table it reports an EGL context as its own (Mesa 22.3).
 _KINDS: tuple[type[_Library], ...] = (_Egl, _Glx, _OSMesa)
 _loaded: dict[str, _Library] = {}
 _loads_seen = -1
 
 
 def _libraries() -> Mapping[str, _Library]:
-    """The libraries that this process has loaded by now, by name; asking never loads one."""
+    """The libraries that this process has loaded so far, by name; never loads one."""
     global _loads_seen
-    # Looking for a library that is not there costs 70 us; counting what was ever loaded costs 2.
+    # Searching for a library that is not loaded costs 70 us; comparing the number of loads costs 2.
     loads = _load_count()
     if loads != _loads_seen:
         _loads_seen = loads
@@ -164,11 +164,11 @@ if sys.platform == "linux":
 else:
 
     def _load_count() -> int:
-        return -1  # never looked for: other systems have none of these libraries
+        return -1  # no search on other systems, which have none of these libraries
 
 
 def current() -> Current:
-    """What is current on this thread."""
+    """The context that is current on this thread."""
     libraries = _libraries()
     for kind in _KINDS:
         library = libraries.get(kind.__name__)
@@ -179,7 +179,7 @@ def current() -> Current:
 
 
 def make_current(wanted: Current) -> bool:
-    """Make `wanted` (empty: nothing) the one thing that is current on this thread; False where a library refused."""
+    """Make `wanted` (empty: nothing) the only current context of this thread; False if a library refused."""
     before = current()
     if before == wanted:
         return True
@@ -191,7 +191,7 @@ def make_current(wanted: Current) -> bool:
 
 
 def address(name: str) -> int:
-    """Address of an OpenGL function from the library whose context is current; 0 where there is none."""
+    """Address of an OpenGL function in the library whose context is current; 0 if there is none."""
     libraries = _libraries()
     for kind in current():
         return libraries[kind].address(name.encode()) or 0
@@ -199,7 +199,7 @@ def address(name: str) -> int:
 
 
 class Switch:
-    """Makes one context current for the length of a `with` block, as often nested as one likes.
+    """Makes one context current inside a `with` block; blocks may be nested.
 
     Parameters
     ----------
@@ -236,13 +236,13 @@ class Switch:
 
     @property
     def lost(self) -> bool:
-        """Whether the context was destroyed behind our back: by eglTerminate, which takes all contexts of a display."""
+        """Whether other code destroyed the context, by eglTerminate, which ends all contexts of a display."""
         egl = _libraries().get(_Egl.__name__)
         handles = self.place.get(_Egl.__name__)
         return isinstance(egl, _Egl) and handles is not None and egl.lost(handles)
 
     def kill(self) -> None:
-        """Before the context is destroyed: it stops being current, and no `with` block will bring it back."""
+        """Call before destroying the context: it is no longer current, and no `with` block makes it current again."""
         if current() == self.place:
             make_current({})
         self.dead = True

@@ -1,8 +1,8 @@
-"""A windowless OpenGL context of EGL, on a display that other code of the process is not likely to terminate.
+"""A windowless EGL context, on a display that other code of the process is unlikely to terminate.
 
-EGL hands out one display per (platform, native display), and eglTerminate ends the contexts of everybody on it. The
-first device's display and the default one are common property: pyrender and moderngl take the former, pyrender
-terminates it. Mesa's surfaceless display on that same device is the same driver and has few other users.
+EGL returns the same display to all code of a process for a (platform, native display), and eglTerminate ends all contexts on it. The
+first device's display and the default one are widely used: pyrender and moderngl take the former, and pyrender terminates it. Mesa's
+surfaceless display on that same device uses the same driver and has few other users.
 """
 
 import ctypes as C
@@ -41,11 +41,11 @@ _EXTRA: dict[str, tuple[Any, ...]] = {
     "eglQueryDevicesEXT": (C.c_uint, C.c_int, C.c_void_p, _Integers),
     "eglQueryDisplayAttribEXT": (C.c_uint, C.c_void_p, C.c_int, C.c_void_p),
 }
-"""Name -> type returned, types of the arguments; of the second table only what the client extensions promise is called."""
+"""Name -> return type, argument types. Functions of the second table are called only if a client extension promises them."""
 
 
 class Egl:
-    """The calls of one libEGL that make a context, and the display that this process makes them on."""
+    """The calls of one libEGL that create a context, and the display that this process uses."""
 
     def __init__(self, library: C.CDLL) -> None:
         calls: dict[str, Any] = {name: C.CFUNCTYPE(*types)((name, library)) for name, types in _CORE.items()}
@@ -57,7 +57,7 @@ class Egl:
         self._devices = self._all_devices()
         self._device = (
             self._devices[0] if self._devices else None
-        )  # the one that other programs take too: a GPU where there is one
+        )  # the device that other programs use too: a GPU if there is one
         self._displays: dict[int | None, int] = {}  # by device; None: the first that works
         self._choosing = Lock()
         self._addresses: dict[str, int] = {}
@@ -70,11 +70,11 @@ class Egl:
 
     @property
     def devices(self) -> list[str]:
-        """What EGL calls its devices, in its order; their numbers are their places."""
+        """EGL's devices, in its order; their indices are their numbers."""
         return [self._named(device) for device in self._devices]
 
     def open(self, device: int | None = None) -> Callable[[], object]:
-        """Make an OpenGL 3.3 core context, current on this thread; returns what destroys it.
+        """Create an OpenGL 3.3 core context, current on this thread; returns the function that destroys it.
 
         Parameters
         ----------
@@ -84,13 +84,13 @@ class Egl:
         Raises
         ------
         ContextError
-            With the call that failed and EGL's error code.
+            Names the call that failed and EGL's error code.
         """
         with self._choosing:
             if device not in self._displays:
                 self._displays[device] = self._choose() if device is None else self._of_device(device)
             display = self._displays[device]
-            # Once more where somebody has terminated it; costs nothing where nobody has.
+            # Again, in case other code terminated the display; does nothing otherwise.
             if not self._calls["eglInitialize"](display, None, None):
                 raise self._failure("eglInitialize")
         api = self._calls["eglQueryAPI"]()
@@ -104,7 +104,7 @@ class Egl:
 
     def _create(self, display: int) -> int:
         config, count = C.c_void_p(), C.c_int()
-        # No surface is ever made. Without a config that says so, EGL would look for one that can have windows.
+        # No surface is ever created. Without such a config EGL would search for one that supports windows.
         wanted = _integers(_SURFACE_TYPE, 0, _RENDERABLE_TYPE, _OPENGL_BIT, _NONE)
         chosen = self._calls["eglChooseConfig"](display, wanted, C.byref(config), 1, C.byref(count))
         if not (chosen and count.value):
@@ -116,7 +116,7 @@ class Egl:
         return context
 
     def _choose(self) -> int:
-        """The first display that works: on the first device before others, in use by nobody before in use."""
+        """The first display that works: the first device's before others, one that is in use only if there is no other."""
         spare: int | None = None
         for display in sorted(self._candidates(), key=self._is_in_use):
             if self._calls["eglInitialize"](display, None, None):
@@ -153,7 +153,7 @@ class Egl:
         return display
 
     def _all_devices(self) -> list[int]:
-        """None where EGL cannot say."""
+        """EGL's device pointers; None if EGL cannot list devices."""
         if not self._extensions & {"EGL_EXT_device_base", "EGL_EXT_device_enumeration"}:
             return []
         found, count = (C.c_void_p * _MOST_DEVICES)(), C.c_int()
@@ -161,7 +161,7 @@ class Egl:
         return [device for device in found[: count.value] if device]
 
     def _named(self, device: int) -> str:
-        """Its driver's name or its file, where EGL knows them."""
+        """Name of a device's driver or its file, if EGL knows it."""
         text = self._calls.get("eglQueryDeviceStringEXT")
         if text is None:
             return "unnamed"
@@ -185,12 +185,12 @@ class Egl:
 
 @cache
 def load_egl(soname: str) -> Egl:
-    """The library, loaded once: what it has chosen holds for all contexts of the process.
+    """The library, loaded once: its choices hold for all contexts of the process.
 
     Raises
     ------
     OSError
-        If there is no such library.
+        If the library is missing.
     """
     return Egl(C.CDLL(soname))
 

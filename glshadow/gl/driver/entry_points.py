@@ -1,7 +1,7 @@
-"""The OpenGL calls that moderngl lacks, as typed methods on addresses from moderngl's own loader.
+"""The OpenGL calls that moderngl lacks, as typed methods; addresses come from moderngl's own loader.
 
-moderngl 5.13 has no clip control, no depth texture but 24 bits, no buffer texture, no clear of an integer target, no timestamp, and
-cannot read most of the state it sets.
+moderngl 5.13 has no clip control, no depth texture but 24 bits, no buffer texture, no clear of an integer target and no timestamp, and
+cannot read most of the state that it sets.
 """
 
 import ctypes as C
@@ -39,7 +39,7 @@ _ERRORS = {
     0x0507: "GL_CONTEXT_LOST",
 }
 _OUT_OF_MEMORY = 0x0505
-_MAX_ERRORS = 32  # a lost context reports errors for ever
+_MAX_ERRORS = 32  # a lost context reports errors endlessly
 
 _TYPES: dict[str, Any] = {
     "I": C.c_uint,
@@ -120,17 +120,17 @@ _SIGNATURES = {
 
 
 class EntryPoints:
-    """OpenGL functions of one context; call them only while that context is current.
+    """OpenGL functions of one context; call them only while it is current.
 
     Parameters
     ----------
     load
-        Function name -> address, 0 where the driver has none.
+        Function name -> address, 0 if the driver does not have it.
 
     Attributes
     ----------
     failed : bool
-        Whether `check` has found an error: what was made meanwhile may have no memory.
+        Whether `check` has found an error: resources created since may have no memory.
     """
 
     def __init__(self, load: Callable[[str], int]) -> None:
@@ -143,7 +143,7 @@ class EntryPoints:
                 self._functions[name] = prototype(address)
 
     def has(self, name: str) -> bool:
-        """Whether the driver gave an address; EGL gives one for functions of newer versions too."""
+        """Whether the driver returned an address; EGL also returns one for functions of newer versions."""
         return name in self._functions
 
     def call(self, name: str, *arguments: Any) -> int:
@@ -162,7 +162,7 @@ class EntryPoints:
     # -- reading state
 
     def integers(self, name: int, count: int = 1) -> tuple[int, ...]:
-        """`count` integers of glGetIntegerv; more than one may be written, never more than 16."""
+        """`count` integers of glGetIntegerv; it may write more than one, never more than 16."""
         values = (C.c_int * 16)()
         self.call("glGetIntegerv", name, values)
         return tuple(values[:count])
@@ -204,7 +204,7 @@ class EntryPoints:
         self.call("glEnable" if on else "glDisable", capability)
 
     def texture_format(self, texture_glo: int) -> tuple[int, int, int]:
-        """Width, height and internal format that level 0 of a 2-D texture really has."""
+        """Actual width, height and internal format of level 0 of a 2-D texture."""
         with self._bound_2d(texture_glo):
             values = (C.c_int * 1)()
             found = []
@@ -216,7 +216,7 @@ class EntryPoints:
     # -- errors
 
     def errors(self) -> list[str]:
-        """Names of the pending errors, which are then no longer pending."""
+        """Names of the pending errors; clears them."""
         return [_ERRORS.get(code, hex(code)) for code in self._drain()]
 
     def check(self, what: str) -> None:
@@ -232,13 +232,13 @@ class EntryPoints:
         ResourceError
             On GL_OUT_OF_MEMORY.
         GlshadowError
-            On any other error: a defect of this package or of the driver.
+            On any other error: a bug of this package or of the driver.
         """
         codes = self._drain()
         self.failed = self.failed or bool(codes)
         if _OUT_OF_MEMORY in codes:
             raise ResourceError(
-                f"the OpenGL driver ran out of memory while {what}; use a smaller picture, a lower shadow resolution, "
+                f"the OpenGL driver ran out of memory while {what}; use a smaller image, a lower shadow resolution, "
                 "a smaller target format or fewer lights"
             )
         if codes:
@@ -264,9 +264,9 @@ class EntryPoints:
         self.call("glClipControl", 0x8CA1, 0x935F if zero_to_one else 0x935E)
 
     def specify_depth(self, texture_glo: int, size: tuple[int, int], internal_format: int) -> None:
-        """Give a depth texture of moderngl, always 24 bits, another format; its content is then undefined.
+        """Change the format of a moderngl depth texture, which is always 24 bits; its content is then undefined.
 
-        The moderngl object, its `read()`, framebuffers made afterwards and samplers go on working: the storage is
+        The moderngl object, its `read()`, later framebuffers and samplers keep working, since the storage is
         mutable. Attach it to a framebuffer after this call.
 
         Parameters
@@ -306,7 +306,7 @@ class EntryPoints:
     def set_sampler(self, program_glo: int, name: str, unit: int) -> bool:
         """Let a sampler of a program read a texture unit; whether there is one of that name: the compiler drops what is not used.
 
-        moderngl 5.13 cannot set a samplerBuffer, and does not say so: `program["table"] = 5` changes nothing.
+        moderngl 5.13 cannot set a samplerBuffer and reports no error: `program["table"] = 5` changes nothing.
         """
         location = self.call("glGetUniformLocation", program_glo, name.encode())
         if location < 0:

@@ -1,4 +1,4 @@
-"""Kept: a thing that is made anew only where what it depends on has changed."""
+"""Kept: a resource that is rebuilt only if its inputs have changed."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ T = TypeVar("T", bound=_Releasable)
 
 
 class Kept(Generic[T]):
-    """Room for one thing and the key it was made for."""
+    """A cache of one resource and its key."""
 
     def __init__(self) -> None:
         self.thing: T | None = None
         self._key: Hashable = None
 
     def get(self, key: Hashable, make: Callable[[], T]) -> T:
-        """The thing of that key; another one is released first."""
+        """The resource of that key; if the key differs, the old one is released and a new one made."""
         if self.thing is None or self._key != key:
             self.release()
             self.thing = make()
@@ -29,7 +29,7 @@ class Kept(Generic[T]):
         return self.thing
 
     def release(self) -> None:
-        """Release it; may be called twice."""
+        """Release the resource; may be called twice."""
         thing, self.thing = self.thing, None
         if thing is not None:
             thing.release()

@@ -1,4 +1,4 @@
-"""Presenter: a finished picture in the window that a context draws to."""
+"""Presenter: draws a finished image into the window of a context."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ void main() {
 }
 """
 _FRAGMENT = """#version 330
-uniform sampler2D u_picture;
+uniform sampler2D u_image;
 in vec2 v_place;
 out vec4 o_color;
 void main() {
-    o_color = vec4(texture(u_picture, vec2(v_place.x, 1.0 - v_place.y)).rgb, 1.0);
+    o_color = vec4(texture(u_image, vec2(v_place.x, 1.0 - v_place.y)).rgb, 1.0);
 }
 """
 
 
 class Presenter:
-    """Draws pictures over the whole window."""
+    """Draws images over the whole window."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
@@ -32,14 +32,14 @@ class Presenter:
         self._array = context.vertex_array(self._program, [])
         self._texture: moderngl.Texture | None = None
 
-    def show(self, picture: NDArray[np.uint8], size: tuple[int, int]) -> None:
-        """A picture (H, W, 3), row 0 at the top, in a window of so many pixels."""
-        shape = (picture.shape[1], picture.shape[0])
+    def show(self, image: NDArray[np.uint8], size: tuple[int, int]) -> None:
+        """Draw an image (H, W, 3), row 0 at the top, into a window of this many pixels."""
+        shape = (image.shape[1], image.shape[0])
         if self._texture is None or self._texture.size != shape:
             if self._texture is not None:
                 self._texture.release()
             self._texture = self._context.texture(shape, 3, alignment=1)
-        self._texture.write(np.ascontiguousarray(picture).tobytes(), alignment=1)
+        self._texture.write(np.ascontiguousarray(image).tobytes(), alignment=1)
         screen = self._context.screen
         screen.use()
         screen.viewport = (0, 0, *size)
@@ -55,5 +55,5 @@ class Presenter:
 
 
 def window_context() -> moderngl.Context:
-    """A context of the window that is current."""
+    """A context for the window that is current."""
     return moderngl.create_context(require=330)

@@ -1,4 +1,4 @@
-"""Composed snippets become moderngl programs, once each; a driver's complaint names the snippet and its line."""
+"""Programs: compiles composed snippets, once each, and maps driver errors to snippets and lines."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Defines = Mapping[str, int | str]
 
 
 class _Linked:
-    """A linked program: uniforms that may be absent, since the compiler drops what a variant does not use, and its texture units."""
+    """A linked program. Uniforms that the compiler dropped are ignored; textures get fixed units."""
 
     def __init__(self, context: GLContext, gl: moderngl.Program | moderngl.ComputeShader, *texts: Text) -> None:
         self.gl = gl
@@ -37,24 +37,25 @@ class _Linked:
 
     @property
     def samplers(self) -> tuple[str, ...]:
-        """Names of the textures it reads."""
+        """Names of the program's samplers."""
         return tuple(self._units)
 
     def set(self, **values: Any) -> None:
-        """Numbers, tuples, float64 arrays (matrices row-major, as everywhere in Python) and raw bytes to uniforms."""
+        """Set uniforms to numbers, tuples, float64 arrays (matrices row-major, as everywhere in Python) or raw bytes."""
         for name, value in values.items():
             member = self._members.get(name)
             if member is not None:
                 set_uniform(member, value)
 
     def write(self, name: str, data: bytes | NDArray[Any]) -> None:
-        """Bytes as OpenGL holds them to a uniform, if it is there."""
+        """Write raw bytes, as OpenGL stores them, to a uniform, if the program has it."""
         member = self._members.get(name)
         if member is not None:
             member.write(data)
 
     def bind(self, **textures: Any) -> None:
-        """Textures, (texture, sampler object) or what makes one, to the units that read them; what it does not read is not made."""
+        """Bind textures, given as (texture, sampler object) or as functions that create them. A texture that the program does not use is
+        not created."""
         for name, given in textures.items():
             unit = self._units.get(name)
             if unit is None:
@@ -67,15 +68,15 @@ class _Linked:
                 sampler.use(unit)
 
     def unbind(self) -> None:
-        """Take the sampler objects off its units: they would override the filter of what is bound there next."""
+        """Remove the sampler objects from its units: they would override the filter of textures that are bound there next."""
         if self._units:
             self.gl.ctx.clear_samplers(0, len(self._units))
 
 
 def set_uniform(member: Any, value: Any) -> None:
-    """A number, a tuple, a float64 array (matrices row-major) or raw bytes to a moderngl.Uniform."""
+    """Set a moderngl.Uniform to a number, a tuple, a float64 array (matrices row-major) or raw bytes."""
     if isinstance(value, bytes):
-        # the compiler may drop an array's last elements
+        # the compiler may drop the last elements of an array
         member.write(value[: 4 * member.dimension * member.array_length])
     elif isinstance(value, np.ndarray):
         member.write(np.ascontiguousarray(value.T, dtype=np.float32).tobytes())
@@ -102,7 +103,7 @@ class Program(_Linked):
         self._empty: moderngl.VertexArray | None = None
 
     def vertex_array(self) -> moderngl.VertexArray:
-        """A vertex array without attributes, for passes that make their triangle from gl_VertexID."""
+        """A vertex array without attributes, for passes that build their triangle from gl_VertexID."""
         if self._empty is None:
             self._empty = self.gl.ctx.vertex_array(self.gl, [])
         return self._empty
@@ -125,7 +126,7 @@ def _rejected(text: Text, message: str) -> ShaderError:
 
 
 class Programs:
-    """Every program that a context has compiled, by its composition."""
+    """All programs that a context has compiled, by their composition."""
 
     def __init__(self, context: GLContext) -> None:
         self._context = context
@@ -141,7 +142,7 @@ class Programs:
         defines: Defines | None = None,
         geometry: str | None = None,
     ) -> Program:
-        """The program of a vertex and a fragment pass, and a geometry pass between them if it is named; compiled once.
+        """The program of a vertex and a fragment shader, and a geometry shader if given; compiled at its first use.
 
         Raises
         ------
@@ -151,7 +152,7 @@ class Programs:
         slots, defines = slots or {}, defines or {}
         key = (vertex, fragment, geometry, dialect, tuple(sorted(slots.items())), tuple(sorted(defines.items())))
         if key not in self._programs:
-            plain = "core330" if dialect.startswith("core") else dialect  # extensions are the fragment stage's alone
+            plain = "core330" if dialect.startswith("core") else dialect  # only the fragment stage uses extensions
             texts = []
             for name, spoken in ((vertex, plain), (fragment, dialect), *([(geometry, plain)] if geometry else [])):
                 texts.append(compose(name, spoken, slots, _declared(name, spoken, slots, defines)))
@@ -160,7 +161,7 @@ class Programs:
         return self._programs[key]
 
     def compute(self, name: str, slots: Slots | None = None, defines: Defines | None = None) -> ComputeProgram:
-        """The program of a compute pass, compiled the first time it is asked for; needs `Caps.compute`."""
+        """The program of a compute shader, compiled at its first use; needs `Caps.compute`."""
         slots, defines = slots or {}, defines or {}
         key = (name, tuple(sorted(slots.items())), tuple(sorted(defines.items())))
         if key not in self._computes:
@@ -182,6 +183,6 @@ class Programs:
 
 
 def _declared(name: str, dialect: str, slots: Slots, defines: Defines) -> Defines:
-    """The defines that this stage knows: a setting of one stage is none of the other's."""
+    """The defines that this stage uses: a define of one stage is no error in the other."""
     known = compose(name, dialect, slots).declared
     return {key: value for key, value in defines.items() if key in known}

@@ -1,4 +1,4 @@
-"""Questions that OpenGL answers about what was drawn."""
+"""OpenGL queries: whether samples passed, and GPU timestamps."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _TIMESTAMP, _QUERY_COUNTER_BITS = 0x8E28, 0x8864
 
 
 class AnySamples:
-    """Whether anything was drawn inside `with`; moderngl's own query cannot be released."""
+    """Whether any sample passed inside `with`. moderngl's own query cannot be released."""
 
     def __init__(self, gl: EntryPoints) -> None:
         self._gl = gl
@@ -27,7 +27,7 @@ class AnySamples:
 
     @property
     def passed(self) -> bool:
-        """The answer; waits for the drawing."""
+        """The result; waits for the GPU."""
         result = C.c_uint()
         self._gl.call("glGetQueryObjectuiv", self.glo, _QUERY_RESULT, C.byref(result))
         return bool(result.value)
@@ -40,7 +40,7 @@ class AnySamples:
 
 
 class Timestamp:
-    """When the GPU had done all that was asked of it until now; nothing waits until it is read, once."""
+    """Time at which the GPU has finished all commands so far; nothing waits until it is read, once."""
 
     def __init__(self, gl: EntryPoints) -> None:
         self._gl = gl
@@ -49,7 +49,7 @@ class Timestamp:
         gl.call("glQueryCounter", self._name, _TIMESTAMP)
 
     def read(self) -> float:
-        """Seconds since some moment; deletes the query."""
+        """Seconds since an arbitrary start; deletes the query."""
         nanoseconds = C.c_uint64()
         self._gl.call("glGetQueryObjectui64v", self._name, _QUERY_RESULT, C.byref(nanoseconds))
         self._gl.call("glDeleteQueries", 1, C.byref(self._name))
@@ -57,7 +57,7 @@ class Timestamp:
 
 
 def has_timestamps(gl: EntryPoints) -> bool:
-    """Whether the driver counts time at all: it may say that its counter has no bits."""
+    """Whether timestamps work: a driver may report a counter of zero bits."""
     if not (gl.has("glQueryCounter") and gl.has("glGetQueryObjectui64v")):
         return False
     bits = C.c_int()

@@ -1,4 +1,4 @@
-"""Shared: a GPU thing made once for all that show the same arrays, released with the last of them."""
+"""Shared: GPU resources shared by all users of the same arrays, released with the last user."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ T = TypeVar("T", bound=_Releasable)
 
 
 class Shared(Generic[T]):
-    """Things by the arrays they are made of: the very same arrays, not equal ones."""
+    """GPU resources by the identity of the arrays they are made from, not by their values."""
 
     def __init__(self) -> None:
         self._held: dict[
             tuple[int, ...], tuple[T, tuple[NDArray[Any], ...], int]
-        ] = {}  # arrays live as long as their id is a key
+        ] = {}  # the entry keeps the arrays alive, so that their ids stay unique
 
     def take(self, make: Callable[[], T], *arrays: NDArray[Any]) -> T:
-        """The thing of these arrays; to be given back as often as it was taken."""
+        """The resource of these arrays; each `take` needs one `give_back`."""
         key = tuple(map(id, arrays))
         thing, _, users = self._held.get(key) or (make(), arrays, 0)
         self._held[key] = (thing, arrays, users + 1)
         return thing
 
     def give_back(self, *arrays: NDArray[Any]) -> None:
-        """One user less."""
+        """Drop one user; the last one releases the resource."""
         key = tuple(map(id, arrays))
         thing, held, users = self._held.pop(key)
         if users > 1:

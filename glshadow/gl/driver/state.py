@@ -1,6 +1,6 @@
-"""OpenGL state of a program that is not ours: read, set to the defaults that the renderer counts on, and put back.
+"""OpenGL state of the calling program: saved, set to the renderer's defaults, and restored.
 
-What is not kept, because nothing here touches it: attachments, draw buffers and contents of the program's objects,
+Not saved, because nothing here changes it: attachments, draw buffers and contents of the program's objects,
 stencil and logic operations, transform feedback, queries. Pending OpenGL errors of the program are dropped.
 """
 
@@ -13,7 +13,7 @@ import moderngl
 
 from glshadow.gl.driver.entry_points import EntryPoints
 
-# Switches of glEnable; all are off by default but those in _ON.
+# Capabilities of glEnable; all are off by default except those in _ON.
 _SWITCHES = {
     "depth test": 0x0B71,
     "cull face": 0x0B44,
@@ -56,7 +56,7 @@ _INTEGERS: dict[str, tuple[int, str, tuple[int, ...]]] = {
     "renderbuffer": (0x8CA7, "glBindRenderbuffer", (0x8D41,)),
     "draw framebuffer": (0x8CA6, "glBindFramebuffer", (0x8CA9,)),
     "read framebuffer": (0x8CAA, "glBindFramebuffer", (0x8CA8,)),
-    # glPixelStorei takes the name it is read by.
+    # glPixelStorei uses the same enum as glGet.
     **{
         f"{way} {what}": (first + i, "glPixelStorei", (first + i,))
         for way, first in (("unpack", 0x0CF0), ("pack", 0x0D00))
@@ -72,7 +72,7 @@ _INTEGER_DEFAULTS = {
     "unpack alignment": 4,
     "pack alignment": 4,
 }
-# Left as they are: every draw of the renderer sets them.
+# Not set to a default: every draw of the renderer sets them.
 _NO_DEFAULT = {"program", "vertex array", "draw framebuffer", "read framebuffer"}
 
 _BLEND_FUNC = (0x80C9, 0x80C8, 0x80CB, 0x80CA)  # SRC_RGB, DST_RGB, SRC_ALPHA, DST_ALPHA
@@ -109,7 +109,7 @@ State = dict[str, Any]
 
 @dataclass(frozen=True)
 class _Driver:
-    """Which optional state there is; reading what there is not would leave a GL error behind."""
+    """Optional state that this driver has; reading other state would raise a GL error."""
 
     clip_control: bool
     offset_clamp: bool
@@ -129,7 +129,7 @@ class _Driver:
 
 
 def read_state(ctx: moderngl.Context, gl: EntryPoints) -> State:
-    """All state that the renderer may touch, as OpenGL reports it for the current context."""
+    """All state that the renderer may change, as OpenGL reports it for the current context."""
     driver = _Driver.of(ctx, gl)
     state: State = {name: gl.is_enabled(capability) for name, capability in _SWITCHES.items()}
     state |= {name: gl.integer(parameter) for name, (parameter, _, _) in _INTEGERS.items()}
@@ -169,7 +169,7 @@ def write_state(gl: EntryPoints, state: State) -> None:
     for name, capability in _SWITCHES.items():
         if name in state:
             gl.set_enabled(capability, state[name])
-    # The active unit last: setting the textures moves it.
+    # The active unit last: binding textures changes it.
     for unit, (sampler, textures) in state.get("textures", {}).items():
         gl.call("glActiveTexture", _TEXTURE0 + unit)
         gl.call("glBindSampler", unit, sampler)
@@ -217,7 +217,7 @@ def write_state(gl: EntryPoints, state: State) -> None:
 
 
 def default_state(ctx: moderngl.Context, gl: EntryPoints) -> State:
-    """The state in which the renderer starts every frame, in its own context and in anybody else's."""
+    """Set the state in which the renderer starts every frame, in its own context and in adopted ones."""
     driver = _Driver.of(ctx, gl)
     state: State = {name: name in _ON for name in _SWITCHES}
     state |= {name: _INTEGER_DEFAULTS.get(name, 0) for name in _INTEGERS if name not in _NO_DEFAULT}
@@ -231,7 +231,7 @@ def default_state(ctx: moderngl.Context, gl: EntryPoints) -> State:
         "depth range": (0.0, 1.0),
         "line width": (1.0,),
         "point size": (1.0,),
-        # A sampler object left on a unit would override the filter of the texture that is bound there next.
+        # A sampler object on a unit would override the filter of the texture that is bound there next.
         "textures": {unit: (0, {}) for unit in range(_TEXTURE_UNITS)},
         "active texture": _TEXTURE0,
     }
@@ -242,10 +242,10 @@ def default_state(ctx: moderngl.Context, gl: EntryPoints) -> State:
 
 @contextmanager
 def preserved_state(ctx: moderngl.Context, gl: EntryPoints) -> Iterator[None]:
-    """Default state inside the block; afterwards the state from before it, in OpenGL and in moderngl's own notes.
+    """Default state inside the block; afterwards the previous state, in OpenGL and in moderngl's own copy.
 
-    moderngl remembers the bound framebuffer, the enable flags, culling, polygon offset and wireframe, and acts on what
-    it remembers; both sides are put back.
+    moderngl caches the bound framebuffer, the enable flags, culling, polygon offset and wireframe, and relies on the cache; both are
+    restored.
     """
     gl.errors()
     state = read_state(ctx, gl)
@@ -282,7 +282,7 @@ def _read_buffers(gl: EntryPoints, group: tuple[int, int, int, int]) -> list[tup
 def _read_textures(ctx: moderngl.Context, gl: EntryPoints) -> dict[int, tuple[int, dict[int, int]]]:
     active = gl.integer(_ACTIVE_TEXTURE)
     found = {}
-    # moderngl makes and reads textures on the unit that it calls default, the last one.
+    # moderngl creates and reads textures on its default unit, the last one.
     for unit in (*range(_TEXTURE_UNITS), ctx.default_texture_unit):
         gl.call("glActiveTexture", _TEXTURE0 + unit)
         bindings = {target: gl.integer(name) for target, name in _TEXTURE_BINDINGS.items()}

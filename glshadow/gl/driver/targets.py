@@ -1,4 +1,4 @@
-"""Where passes draw to: depth textures of any format, and the camera's buffers."""
+"""Render targets: depth textures of any format, and the camera's buffers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def depth_texture(context: GLContext, size: tuple[int, int], target: Target, wha
     Raises
     ------
     ResourceError
-        If its memory is not to be had. One that is larger than the driver allows is a SettingsError.
+        If there is not enough memory. A size above the driver's limit is a SettingsError.
     """
     context.check_size(size, what)
     texture = context.ctx.depth_texture(size)
@@ -43,7 +43,7 @@ def depth_texture(context: GLContext, size: tuple[int, int], target: Target, wha
 
 @contextmanager
 def released_on_error(things: Sequence[Any]) -> Iterator[None]:
-    """Free what was made so far where making the rest fails: moderngl deletes nothing by itself."""
+    """Release the given objects if the block raises: moderngl deletes nothing by itself."""
     try:
         yield
     except BaseException:
@@ -53,22 +53,22 @@ def released_on_error(things: Sequence[Any]) -> Iterator[None]:
 
 
 def release(*things: Any) -> None:
-    """Free those that are there."""
+    """Release all that are not None."""
     for thing in things:
         if thing is not None:
             thing.release()
 
 
 def succeed(framebuffer: moderngl.Framebuffer, *old: Any) -> None:
-    """Bind what takes the place of a framebuffer and its textures, then free these: else moderngl would bind the old one again."""
+    """Bind the replacement of a framebuffer and its textures, then release these: else moderngl would bind the old one again."""
     framebuffer.use()
     release(*old)
 
 
 def clear_outputs(context: GLContext, targets: CameraTargets, background: Array, transparent: bool) -> None:
-    """Background colour (linear) everywhere, and NaN where no light can be asked; alpha is 0 where nothing is seen."""
+    """Clear to the background colour (linear), and visibility to NaN where there is no surface; alpha is 0 for a transparent background."""
     color = (0.0,) * 4 if transparent else (*background, 0.0)
-    for i in reversed(range(max(len(targets.visibility), 1))):  # the first light's last: it is drawn to next
+    for i in reversed(range(max(len(targets.visibility), 1))):  # the first light's last, since it is drawn to next
         targets.framebuffer(targets.image, i).use()
         if targets.visibility:
             context.gl.clear_floats(1, (np.nan,) * 4)
@@ -78,13 +78,13 @@ def clear_outputs(context: GLContext, targets: CameraTargets, background: Array,
 
 
 class SurfaceTargets:
-    """What the camera pass draws to, and the primary passes after it.
+    """The surface buffer: render target of the camera pass and the primary-visibility passes.
 
     Attributes
     ----------
     surface, depth : moderngl.Texture
     framebuffer, depth_alone : moderngl.Framebuffer
-        Of both, and of depth, which is written.
+        With both attachments; with depth alone, writable.
     """
 
     def __init__(self, context: GLContext, size: tuple[int, int], channels: int, what: str) -> None:
@@ -107,20 +107,20 @@ class SurfaceTargets:
 
 
 class CameraTargets:
-    """What the camera pass and the resolve passes draw to, for one image size; `identity`: never the same for two of them.
+    """Render targets of the camera pass and the resolve passes for one image size; `identity` is unique for each instance.
 
     Attributes
     ----------
     size : (2,) ints
         Of the image.
     samples : int
-        In a pixel.
+        Per pixel.
     block : (2,) ints
         Their columns and rows.
     surface, depth : moderngl.Texture
-        What each pixel sees.
+        The surface of each pixel.
     fine : SurfaceTargets
-        What each sample sees; where a pixel has one, `surface` and `depth` are its.
+        The surface of each sample; with one sample per pixel, `surface` and `depth` are its textures.
     mixed : moderngl.Texture, optional
         1 where a pixel's samples see several surfaces.
     """
@@ -163,7 +163,7 @@ class CameraTargets:
             self.image = texture(4, "f1")
             self.sums = [texture(4, "f4") for _ in range(min(lights - 1, 2))]  # read one, write the other
             self.visibility = [texture(1, "f4") for _ in range(lights if visibility else 0)]
-            for each in self.visibility:  # beyond the image its border is repeated
+            for each in self.visibility:  # clamp to the edge of the image
                 each.repeat_x = each.repeat_y = False
             self.linear = texture(4, "f4") if linear else None
             self.spare = texture(1, "f1") if linear and not self.visibility else None
@@ -175,19 +175,19 @@ class CameraTargets:
 
     @property
     def aside(self) -> tuple[float, float]:
-        """Where the sample lies that a pixel's surface is taken from, right and up of its middle, in pixels."""
+        """Offset, right and up of the pixel's centre, of the sample whose surface the pixel shows; pixels."""
         columns, rows = self.block
         return (0.0, 0.0) if self.samples == 1 else (0.5 / columns, 0.5 / rows)
 
     @property
     def sampled(self) -> tuple[float, float, float, float]:
-        """Half of what the samples of a pixel span, right and up, and `aside`; pixels."""
+        """Half the extent of a pixel's samples, right and up, and `aside`; pixels."""
         columns, rows = self.block
         return (0.5 - 0.5 / columns, 0.5 - 0.5 / rows, *self.aside)
 
     def framebuffer(self, color: moderngl.Texture, light: int) -> moderngl.Framebuffer:
-        """Framebuffer of a colour texture, the visibility of one light and the linear sum, where they are wanted, and the camera's
-        depth, which is not written. Their places are fixed: colour 0, visibility 1, linear 2."""
+        """Framebuffer with a colour texture, and the visibility of one light and the linear sum where they are requested, and the camera's
+        depth, read-only. Attachment points are fixed: colour 0, visibility 1, linear 2."""
         key = (color.glo, light)
         if key not in self._framebuffers:
             textures = [color]
@@ -195,7 +195,7 @@ class CameraTargets:
                 textures.append(self.visibility[light])
             if self.linear is not None and color is self.image:
                 if self.spare is not None:
-                    textures.append(self.spare)  # keeps place 1
+                    textures.append(self.spare)  # keeps attachment point 1
                 textures.append(self.linear)
             framebuffer = self._context.ctx.framebuffer(textures, self.depth)
             framebuffer.depth_mask = False

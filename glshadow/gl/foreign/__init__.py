@@ -1,1 +1,1 @@
-"""Shadows for moderngl programs of others."""
+"""Shadows inside moderngl programs of other authors."""

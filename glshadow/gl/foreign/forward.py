@@ -1,4 +1,4 @@
-"""The receiver for other people's programs: a light's map, and the GLSL and the uniforms that ask it in an own shader.
+"""Forward rendering with a light's shadow map: the map, and the GLSL and uniforms that sample it in another program's shader.
 
 ::
 
@@ -25,7 +25,7 @@ import numpy as np
 
 from glshadow.core.spaces import Array
 from glshadow.derive.compare import rounding_of
-from glshadow.derive.resolved import decide
+from glshadow.derive.resolved import resolve_settings
 from glshadow.errors import SettingsError
 from glshadow.gl.driver.context import Caps, GLContext, open_context
 from glshadow.gl.driver.program import Programs
@@ -42,7 +42,7 @@ from glshadow.shader.compose import compose
 from glshadow.shader.slots import open_slots
 from glshadow.shadows.view import ShadowView, shadow_views
 
-# Also what its functions take, which comes from elsewhere.
+# Also the argument types of its functions, which are defined elsewhere.
 __all__ = [
     "GLContext", "GpuScene", "Map", "Meshes", "Programs", "bind_map", "draw_map", "lv_from_world", "open_context",
     "receiver_source", "receiver_uniforms", "rounding_of", "shadow_views",
@@ -50,7 +50,7 @@ __all__ = [
 
 
 def draw_map(context: GLContext, programs: Programs, scene: GpuScene, light: Light, views: Sequence[ShadowView]) -> Map:
-    """One light's map in an atlas of its own, drawn with the settings of `light.shadow`.
+    """Draw one light's map, in an atlas of its own, with the settings of `light.shadow`.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def draw_map(context: GLContext, programs: Programs, scene: GpuScene, light: Lig
     Returns
     -------
     Map
-        The caller releases its `atlas`.
+        The caller must release its `atlas`.
 
     Raises
     ------
@@ -72,11 +72,11 @@ def draw_map(context: GLContext, programs: Programs, scene: GpuScene, light: Lig
         raise SettingsError(
             f"a map needs a light with a Shadow and at least one view, got {light!r} and {len(views)} views"
         )
-    settled = shadow.settled(with_map="a forward pass")
-    decision = decide(light, settled, context.caps.clip_control, context.caps.renderer)
+    resolved = shadow.resolved(with_map="a forward pass")
+    settings = resolve_settings(light, resolved, context.caps.clip_control, context.caps.renderer)
     placed, size = layout(views, context.caps.max_texture_size)
-    shadow_map = Map(placed, Atlas(context, decision.caster.target, size), decision.caster, decision.filter)
-    casting = casters_seen(scene, light, None) if decision.caster.bias.certain else scene.casts
+    shadow_map = Map(placed, Atlas(context, settings.caster.target, size), settings.caster, settings.filter)
+    casting = casters_seen(scene, light, None) if settings.caster.bias.certain else scene.casts
     bound = context.ctx.fbo
     draw_casters(context, programs, scene, light, casting, shadow_map)
     if shadow_map.filter.encoding:
@@ -118,11 +118,11 @@ def receiver_source(context: GLContext, light: Light, shadow_map: Map | None, di
 
 
 def receiver_text(caps: Caps, light: Light, shadow_map: Map | None, dialect: str = "core330") -> str:
-    """The same of whatever the dialect can ask; depth formats by comparison samplers, where the filter does not read depths."""
+    """The same for everything the dialect can express; depth formats use comparison samplers, unless the filter reads depths."""
     caps = replace(caps, texture_gather=dialect == "core330_gather", software=False)
     slots = map_slots(light, shadow_map, caps) if shadow_map else open_slots(light)
     known = compose("pass/include.frag", dialect, slots).declared
-    # a stranger's receivers may lie anywhere
+    # receivers of another program may lie anywhere
     wanted = {**(map_defines(light, shadow_map) if shadow_map else {}), "GLS_BOUNDED": 1}
     defines = {key: value for key, value in wanted.items() if key in known}
     return compose("pass/include.frag", dialect, slots, defines).code
@@ -134,12 +134,12 @@ def lv_from_world(light: Light, shadow_map: Map) -> Array:
 
 
 def receiver_uniforms(light: Light, shadow_map: Map, rounding: float) -> dict[str, Any]:
-    """Uniforms of the receiver contract, see `glshadow.derive.compare.map_uniforms`."""
+    """Uniforms of the receiver, see `glshadow.derive.compare.map_uniforms`."""
     return uniforms_of(shadow_map, rounding)
 
 
 def bind_map(ctx: moderngl.Context, shadow_map: Map, unit: int = 0) -> moderngl.Sampler | None:
-    """The map at a texture unit; a depth target also gets its comparison sampler, which is returned for release."""
+    """Bind the map to a texture unit. A depth target also gets its comparison sampler, which is returned for release."""
     shadow_map.atlas.texture.use(unit)
     if shadow_map.filter.encoding or not shadow_map.settings.target.is_depth:
         return None

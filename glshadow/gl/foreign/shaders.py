@@ -1,8 +1,8 @@
-"""A light's shadow in programs of others: `ShadowMap` draws what their code draws, and hands out the GLSL that asks it.
+"""A light's shadow in other programs: `ShadowMap` draws the casters that their code draws, and generates the GLSL that samples the map.
 
-What a program includes keeps its names and meanings within a major version: NAME_visibility, NAME_towards, NAME_arriving, and `ShadowMap`.
-Everything else in the text (its functions, uniforms and macros, all of which begin with NAME_) may change with any version: write them with
-`ShadowMap.apply` only.
+The names NAME_visibility, NAME_towards, NAME_arriving and the interface of `ShadowMap` are stable within a major version. All other
+functions, uniforms and macros of the GLSL, which also begin with NAME_, may change with any version: set the uniforms only with
+`ShadowMap.apply`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from glshadow.core.setting import as_floats, flag, instance, refuse, shown, text, whole
 from glshadow.core.spaces import Array
 from glshadow.derive.compare import rounding_of
-from glshadow.derive.resolved import decide
+from glshadow.derive.resolved import resolve_settings
 from glshadow.errors import SettingsError
 from glshadow.gl.driver.context import open_context
 from glshadow.gl.driver.program import Programs, set_uniform
@@ -36,7 +36,7 @@ __all__ = ["Caster", "ShadowMap"]
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 _DRAWN = """
 uniform mat4 u_lv_from_world;
-// The share of the light that reaches a point of a surface, 0 to 1; 0 where the surface faces away, and outside a spot's cone.
+// Share of the light that reaches a surface point, 0 to 1; 0 where the surface faces away, and outside a spot's cone.
 float visibility_of(vec3 position_w, vec3 normal_w) {
     vec3 position = (u_lv_from_world * vec4(position_w, 1.0)).xyz, normal = mat3(u_lv_from_world) * normal_w;
     float cosine = dot(normal, light_arriving(position).xyz);
@@ -46,7 +46,7 @@ float visibility_of(vec3 position_w, vec3 normal_w) {
 vec3 towards_of(vec3 position_w) {
     return light_arriving((u_lv_from_world * vec4(position_w, 1.0)).xyz).xyz * mat3(u_lv_from_world);
 }
-// What the light's range, falloff and cone leave of its intensity at a point.
+// Factor of the light's intensity at a point, by its range, falloff and cone.
 float arriving_of(vec3 position_w) {
     return light_arriving((u_lv_from_world * vec4(position_w, 1.0)).xyz).w;
 }
@@ -64,26 +64,26 @@ _NOTHING = "#version 330\nvoid main() {}\n"
 
 @dataclass(frozen=True, eq=False)
 class Caster:
-    """One view of a light, for code that draws what casts into it.
+    """One view of a light, for code that draws the shadow casters.
 
     Attributes
     ----------
     clip_from_world : (4, 4) float64
         Row-major, as everywhere in Python.
     program : moderngl.Program
-        Draws depth: attribute `in_position` (3 floats), uniform `u_clip_from_model`. A program of one's own does as well.
+        Draws depth: attribute `in_position` (3 floats), uniform `u_clip_from_model`. Another program works too.
     """
 
     clip_from_world: Array
     program: moderngl.Program = field(repr=False)
 
     def place(self, world_from_model: ArrayLike | None = None) -> None:
-        """Set the matrix of `program` for what is drawn next, at its place in the world (4, 4); None: given in world positions."""
+        """Set the matrix of `program` for the next draw: model to world (4, 4); None: positions are given in world space."""
         member: Any = self.program["u_clip_from_model"]
         member.write(self.bytes_from(world_from_model))
 
     def bytes_from(self, world_from_model: ArrayLike | None = None) -> bytes:
-        """The matrix that a vertex shader multiplies a model's positions with, float32, as OpenGL stores it; None: world positions."""
+        """Matrix for a vertex shader, clip from model space, as float32 in OpenGL's order; None: positions are given in world space."""
         matrix = self.clip_from_world
         if world_from_model is not None:
             given = as_floats(world_from_model, (4, 4))
@@ -94,36 +94,36 @@ class Caster:
 
 
 class ShadowMap:
-    """A light's shadow map in somebody else's moderngl program.
+    """A light's shadow map inside another moderngl program.
 
     ::
 
         shadow = ShadowMap(ctx, gs.DirectionalLight(), bounds)
-        program = ctx.program(VERTEX, shadow.source("sun") + FRAGMENT)  # FRAGMENT asks sun_visibility(position, normal)
+        program = ctx.program(VERTEX, shadow.source("sun") + FRAGMENT)  # FRAGMENT calls sun_visibility(position, normal)
         ...
         shadow.draw(casters)  # def casters(caster): caster.place(world_from_model); vertex_array_of(caster.program).render()
         shadow.apply(program, "sun", unit=3)
 
-    State of the context that this changes is given back.
+    All OpenGL state that its methods change is restored.
 
     Parameters
     ----------
     context : moderngl.Context
         Of the calling program; OpenGL 3.3.
     light : DirectionalLight, SpotLight or PointLight
-        Its `shadow` says how; a filter that has no map becomes Pcf(1).
+        Settings come from its `shadow`; a filter that has no map becomes Pcf(1).
     bounds : (2, 3) array_like
         Least and greatest corner, world units, of what casts and receives.
 
     Attributes
     ----------
     light : Light
-        What was drawn last, and is asked.
+        The light of the map that `apply` binds.
 
     Raises
     ------
     SettingsError
-        For a light without shadow, a panel or the sky, a metric target, bounds that are none.
+        For a light without a shadow, a rectangular area light or a sky, a metric target, invalid bounds.
     """
 
     def __init__(self, context: moderngl.Context, light: Light, bounds: ArrayLike) -> None:
@@ -133,7 +133,7 @@ class ShadowMap:
             self._caster = context.program(vertex_shader=_CASTER, fragment_shader=_NOTHING)
         self._moments: Moments | None = None
         self._map: Map | None = None
-        self._asked: Map
+        self._sampled: Map
         self._released = False
         self.light: Light
         self.fit(light, bounds)
@@ -145,10 +145,12 @@ class ShadowMap:
         self.release()
 
     def fit(self, light: Light, bounds: ArrayLike | None = None) -> None:
-        """Another light of the same kind and settings, or other bounds: nothing is drawn until `draw`, and the text stays good."""
+        """Set another light of the same kind and settings, or other bounds. Nothing is drawn until `draw`; the GLSL stays valid."""
         shadow = getattr(light, "shadow", None)
         if shadow is None or light.wide:
-            raise SettingsError(f"a ShadowMap needs a sun, a spot or a point light with a Shadow, got {shown(light)}")
+            raise SettingsError(
+                f"a ShadowMap needs a directional, spot or point light with a Shadow, got {shown(light)}"
+            )
         if bounds is not None or self._map is None:
             corners = as_floats(bounds, (2, 3))
             if corners is None or not np.isfinite(corners).all() or not (corners[0] <= corners[1]).all():
@@ -158,15 +160,15 @@ class ShadowMap:
                 [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
             )
         caps = self._context.caps
-        settled = shadow.settled(with_map="a program of one's own")
-        decision = decide(light, settled, caps.clip_control, caps.renderer)
-        if not decision.caster.target.is_depth:
+        resolved = shadow.resolved(with_map="a program of one's own")
+        settings = resolve_settings(light, resolved, caps.clip_control, caps.renderer)
+        if not settings.caster.target.is_depth:
             raise SettingsError(
-                f"a ShadowMap draws depth, got target {decision.caster.target}: use DEPTH32F, DEPTH24 or DEPTH16"
+                f"a ShadowMap draws depth, got target {settings.caster.target}: use DEPTH32F, DEPTH24 or DEPTH16"
             )
-        guard = int(np.ceil(decision.filter.reach_texels + decision.caster.bias.shift_texels)) + 1
+        guard = int(np.ceil(settings.filter.reach_texels + settings.caster.bias.shift_texels)) + 1
         views = shadow_views(
-            light, [self._bounds], self._bounds, decision.clip, shadow.resolution or 2048, guard, fine=decision.fine,
+            light, [self._bounds], self._bounds, settings.clip, shadow.resolution or 2048, guard, fine=settings.fine,
             all_inside=False,
         )  # fmt: skip
         if not views:
@@ -175,20 +177,20 @@ class ShadowMap:
             )
         placed, size = layout(views, caps.max_texture_size)
         with self._context.drawing():
-            if self._map is None or (self._map.atlas.size, self._map.settings) != (size, decision.caster):
+            if self._map is None or (self._map.atlas.size, self._map.settings) != (size, settings.caster):
                 if self._map is not None:
                     self._map.atlas.release()
-                atlas = Atlas(self._context, decision.caster.target, size)
+                atlas = Atlas(self._context, settings.caster.target, size)
             else:
                 atlas = self._map.atlas
         self.light = light
-        self._map = self._asked = Map(placed, atlas, decision.caster, decision.filter)
+        self._map = self._sampled = Map(placed, atlas, settings.caster, settings.filter)
 
     def draw(self, casters: Callable[[Caster], Any]) -> None:
-        """Draw what casts: `casters` is called once for every view (six of a point light), with the view's framebuffer bound.
+        """Draw the casters: `casters` is called once for every view (six of a point light), with the view's framebuffer bound.
 
-        It sets what it needs and draws; depth test, depth function and clip control are set already. Its errors are its own, and leave
-        the map to be drawn again.
+        It sets its own program and uniforms and draws; depth test, depth function and clip control are set already. An exception
+        that it raises is passed on, and the map must be drawn again.
         """
         if self._map is None or self._released:
             raise SettingsError("this ShadowMap was released: make a new one")
@@ -206,47 +208,47 @@ class ShadowMap:
             finally:
                 ctx.polygon_offset = (0.0, 0.0)
                 ctx.depth_clamp_range = None
-            self._asked = shadow_map
+            self._sampled = shadow_map
             atlas.drawn[tuple(view.tile for view in shadow_map.views)] = (object(),)
             if shadow_map.filter.encoding:
                 self._moments = self._moments or Moments(context)
-                self._asked = self._moments.filled(self._programs, shadow_map)
+                self._sampled = self._moments.filled(self._programs, shadow_map)
 
     def source(self, name: str = "shadow", version: bool = True) -> str:
-        """GLSL 3.30 of three functions, to stand before the rest of a fragment shader.
+        """GLSL 3.30 with three functions, to be prepended to a fragment shader.
 
         ::
 
-            float NAME_visibility(vec3 position_w, vec3 normal_w)   share that arrives; 0 where the normal faces away, outside a cone
+            float NAME_visibility(vec3 position_w, vec3 normal_w)   visible share; 0 where it faces away or lies outside the cone
             vec3  NAME_towards(vec3 position_w)                     unit vector to the light
-            float NAME_arriving(vec3 position_w)                    what range, falloff and cone leave of its intensity
+            float NAME_arriving(vec3 position_w)                    factor of the intensity by range, falloff and cone
 
         Parameters
         ----------
         name : str
-            What every name in it begins with, so that several lights go into one shader: lower case, as "sun".
+            Prefix of all its names, lower case, such as "sun"; several lights in one shader need different ones.
         version : bool
-            Whether `#version` comes first; False for `context.includes` and for what follows another text.
+            Whether to begin with `#version`; False for `context.includes` and after other text.
         """
         name, version = _name(name), flag()("version", version)
-        head, _, body = receiver_text(self._context.caps, self.light, self._asked).partition("\n")
+        head, _, body = receiver_text(self._context.caps, self.light, self._sampled).partition("\n")
         body = _renamed(body + _DRAWN, name)
         return f"{head}\n{body}" if version else body
 
     def include(self, name: str = "shadow") -> str:
-        """Put the text under `NAME.glsl` into the context's includes, for `#include "NAME.glsl"`; returns that name."""
+        """Add the GLSL as `NAME.glsl` to the context's includes, for `#include "NAME.glsl"`; returns that name."""
         key = f"{_name(name)}.glsl"
         self._context.ctx.includes[key] = self.source(name, version=False)
         return key
 
     def apply(self, program: moderngl.Program, name: str = "shadow", unit: int = 0) -> None:
-        """Write a program's uniforms and bind the map to a texture unit; what the compiler dropped is left out.
+        """Set a program's uniforms and bind the map to a texture unit; uniforms that the compiler dropped are skipped.
 
-        To be called after every `draw` and `fit`, and when another texture was bound to the unit.
+        Call it after every `draw` and `fit`, and when another texture was bound to the unit.
         """
         program, name = instance(moderngl.Program)("program", program), _name(name)
         unit = whole(0, self._context.ctx.max_texture_units - 1)("unit", unit)
-        shadow_map = self._asked
+        shadow_map = self._sampled
         reach = float(np.abs(self._bounds).max()) + float(np.linalg.norm(self._bounds[-1] - self._bounds[0]))
         lv_from_world = self.light.frame(shadow_map.views, np.zeros(3))
         values = {
@@ -262,7 +264,7 @@ class ShadowMap:
                 set_uniform(member, value)
         texture = shadow_map.atlas.texture
         if not shadow_map.filter.encoding:
-            # of the texture itself: no sampler object stays behind on the unit
+            # set on the texture itself, so that no sampler object stays on the unit
             raw = shadow_map.filter.reads_depths
             texture.compare_func = "" if raw else ">=" if shadow_map.views[0].clip.reversed else "<="
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
@@ -270,8 +272,8 @@ class ShadowMap:
 
     @property
     def views(self) -> Sequence[ShadowView]:
-        """Where the map looks: one view, six of a point light."""
-        return self._asked.views
+        """The views of the map: one, or six for a point light."""
+        return self._sampled.views
 
     def release(self) -> None:
         """Free the GPU memory. May be called twice."""
@@ -304,7 +306,7 @@ def _name(name: str) -> str:
 
 
 def _renamed(code: str, name: str) -> str:
-    """Every name that the text declares, and every macro, with NAME_ before it."""
+    """Prefix every name that the text declares, and every macro, with NAME_."""
     plain = re.sub(r"//[^\n]*", "", code)
     found = {*_FUNCTION.findall(plain), *_STRUCT.findall(plain), *_GLOBAL.findall(plain)}
     found |= {each.strip() for group in _LIST.findall(plain) for each in group.split(",")}

@@ -1,4 +1,4 @@
-"""Where shadow maps lie: one 2-D atlas per format, and in it the tiles of all lights of that format."""
+"""Shadow atlases: one 2-D texture per format, with the tiles of all lights of that format."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ _COLOR_FORMATS = {Target.R32F: (1, "f4"), Target.R16F: (1, "f2"), Target.R8: (1,
 
 
 class Atlas:
-    """One 2-D texture for all views of a format: square tiles, largest first, on shelves.
+    """One 2-D texture for all views of a format: square tiles, largest first, packed on shelves.
 
     Attributes
     ----------
     texture : moderngl.Texture
-        What receivers read: the depth texture, or the colour target of the metric.
+        What receivers sample: the depth texture, or the colour target of the metric.
     framebuffer : moderngl.Framebuffer
     tiles : tuple
-        How its tiles lie; where that changes, nothing drawn before counts.
+        Layout of the tiles; if it changes, the content is invalid.
     drawn : dict
-        What each light's tiles were last drawn from.
+        Per light the cache key of the content of its tiles.
     unused_depth : float
-        Where several lights share it: up to there the depth buffer is as it was cleared.
+        If several lights share the atlas: depths up to this are still clear.
     shown : dict
-        Of each tile what `gl.sparing` found in it: only ever a guess for the next map.
+        Per tile the clusters that `gl.scene.occlusion` found visible: a guess for the next map, never more.
     """
 
     def __init__(self, context: GLContext, target: Target, size: tuple[int, int], shared: bool = False) -> None:
@@ -62,7 +62,7 @@ class Atlas:
             self.framebuffer = context.ctx.framebuffer(colors, depth)
 
     def staging(self, side: int) -> NDArray[np.float32]:
-        """Memory (side, side) into which depth may be read; it stays, since new pages cost as much as reading."""
+        """Memory (side, side) for reading depth back; kept, since fresh pages cost as much as the read."""
         if self._staging is None or len(self._staging) != side:
             self._staging = np.zeros((side, side), dtype=np.float32)
         return self._staging
@@ -115,46 +115,46 @@ def layout(views: Sequence[ShadowView], limit: int) -> tuple[tuple[ShadowView, .
 
 
 _Key = tuple[Target, int | None]
-"""Format, and which lights share it, if not all."""
+"""Format, and the pack of lights that share it, if any."""
 
 Place = Callable[[], tuple[tuple[ShadowView, ...], Atlas]]
-"""Views with their tiles, and the atlas that holds them."""
+"""Returns the placed views and the atlas that holds them."""
 
 
 class Atlases:
-    """The atlases of a context, kept while their sizes hold. A frame's claims are all made before the first of them is asked for."""
+    """The atlases of a context, kept while their sizes do not change. A frame allocates all tiles before it uses the first."""
 
     def __init__(self, context: GLContext) -> None:
         self._context = context
         self._atlases: dict[_Key, Atlas] = {}
-        self._claims: dict[_Key, list[tuple[ShadowView, ...]]] = {}
+        self._allocations: dict[_Key, list[tuple[ShadowView, ...]]] = {}
         self._placed: dict[_Key, list[tuple[ShadowView, ...]]] = {}
 
     def begin(self) -> None:
-        """A new frame: nothing is claimed."""
-        self._claims.clear()
+        """Start a frame: no tile is allocated."""
+        self._allocations.clear()
         self._placed.clear()
         for atlas in self._atlases.values():
             atlas.unused_depth = 0.0
 
-    def claim(self, target: Target, views: tuple[ShadowView, ...], channel: Channel | None = None) -> Place:
-        """Ask for tiles; what is returned says where they are. Those of a channel share theirs with the pack's other lights."""
+    def allocate(self, target: Target, views: tuple[ShadowView, ...], channel: Channel | None = None) -> Place:
+        """Allocate tiles; returns a function that gives their place. Lights of a pack share one tile, a channel each."""
         key = (target, channel.pack if channel else None)
-        claims = self._claims.setdefault(key, [])
-        number = len(claims)
-        claims.append(views)
+        allocations = self._allocations.setdefault(key, [])
+        number = len(allocations)
+        allocations.append(views)
 
         def place() -> tuple[tuple[ShadowView, ...], Atlas]:
             if key not in self._placed:
-                self._placed[key] = self._settle(key, claims)
+                self._placed[key] = self._lay_out(key, allocations)
             return self._placed[key][number], self._atlases[key]
 
         return place
 
-    def _settle(self, key: _Key, claims: Sequence[tuple[ShadowView, ...]]) -> list[tuple[ShadowView, ...]]:
+    def _lay_out(self, key: _Key, allocations: Sequence[tuple[ShadowView, ...]]) -> list[tuple[ShadowView, ...]]:
         target, pack = key
-        wanted = [view for claim in claims for view in claim]
-        if pack is not None:  # one tile, with room for the widest gutter
+        wanted = [view for views in allocations for view in views]
+        if pack is not None:  # one tile, large enough for the widest gutter
             wanted = [max(wanted, key=lambda view: view.resolution + 2 * view.gutter)]
         views, size = layout(wanted, self._context.caps.max_texture_size)
         atlas = self._atlases.get(key)
@@ -169,9 +169,9 @@ class Atlases:
             atlas.drawn.clear()
             atlas.shown.clear()
         if pack is not None:
-            return [tuple(view.placed(views[0].tile) for view in claim) for claim in claims]
+            return [tuple(view.placed(views[0].tile) for view in each) for each in allocations]
         rest = iter(views)
-        return [tuple(next(rest) for _ in claim) for claim in claims]
+        return [tuple(next(rest) for _ in each) for each in allocations]
 
     def release(self) -> None:
         """Free the GPU memory."""

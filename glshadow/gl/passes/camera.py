@@ -1,4 +1,4 @@
-"""The camera pass: which triangle is seen at each pixel, and how far away."""
+"""The camera pass: the visible triangle at each pixel, and its depth."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ from glshadow.gl.scene.runs import Whole
 from glshadow.scene.nodes import Scene
 from glshadow.shadows.view import ShadowView, camera_view
 
-# GL clips a triangle in float32, to 2^-24 of its length: where that is seen, against a volume three times as wide and high as the picture,
-# so that what is rounded lies outside.
+# GL clips triangles in float32, with an error of 2^-24 of their length. Where that would be visible, the viewport is three times as wide
+# and high as the image, so that the rounded part lies outside.
 _MIDDLE_THIRD = np.diag([1.0 / 3.0, 1.0 / 3.0, 1.0, 1.0])
 _CUBE = np.array([[i, j, k] for i in (-1.0, 1.0) for j in (-1.0, 1.0) for k in (-1.0, 1.0)])
 _INSTANCE_TEXELS = 7  # pass/surface.vert
 
 
 @dataclass(frozen=True, eq=False)
-class Sight:
-    """What a camera at one size sees of a scene: everything that does not depend on the light.
+class CameraView:
+    """What a camera sees of a scene at one image size, independent of the lights.
 
     Parameters
     ----------
@@ -50,13 +50,13 @@ class Sight:
     lifts : (N,) float64
         See `GpuScene.lifts`.
     drawn : (K,) int64
-        Nodes that may be in the picture.
+        Nodes that may be in the image.
     clip_from_mesh : (N, 4, 4) float32
         Per node, in GL's column order.
     outside : (N,) bool
-        Whether a node's box is wholly beyond the near plane, so that no back face of it is seen if it is closed.
+        Whether a node's box is wholly beyond the near plane: back faces are then invisible if the node is closed.
     fallbacks : tuple of str
-        What the driver's depth costs.
+        Precision that the driver's depth format loses.
     """
 
     camera: Camera
@@ -74,7 +74,7 @@ class Sight:
 
     @cached_property
     def receivers(self) -> list[Array]:
-        """Per node the corners (M, 3) of what is seen of its box."""
+        """Per node the corners (M, 3) of the visible part of its box."""
         view = self.view
         frustum = frustum_of(view.window, self.near, self.far, view.view_from_world, self.camera.is_perspective)
         seen = visible_corners(*self.boxes, frustum)
@@ -82,7 +82,7 @@ class Sight:
 
     @property
     def reaches_far(self) -> bool:
-        """Whether triangles may be so much longer than they are near that clipping them is seen."""
+        """Whether triangles may be so long, compared with their distance, that the error of clipping is visible."""
         return self.camera.is_perspective and self.near < USUAL_SHARE * self.far
 
     @property
@@ -92,21 +92,21 @@ class Sight:
 
     @property
     def eye(self) -> Array:
-        """(3,) world point that depths of the resolve passes count from: the eye, or the middle of an orthographic near plane."""
+        """(3,) world point from which the resolve passes measure depth: the eye, or the centre of an orthographic near plane."""
         position = np.asarray(self.camera.position)
         return position if self.camera.is_perspective else position - self.near * self.camera.view_from_world[2, :3]
 
     @property
     def near_corners(self) -> Array:
-        """(4, 3) world points: the corners of what is seen of the near plane, where all rays begin."""
+        """(4, 3) world points: corners of the visible part of the near plane, where all rays start."""
         ndc = np.array([(-1.0, -1.0, 1.0), (1.0, -1.0, 1.0), (1.0, 1.0, 1.0), (-1.0, 1.0, 1.0)])
         starts = ndc @ self.rays.T @ self.camera.view_from_world[:3, :3]
         return np.asarray(self.eye + starts * (self.near if self.camera.is_perspective else 1.0))
 
     @property
     def rays(self) -> Array:
-        """(3, 3) matrix whose product with (NDC x, NDC y, 1) is, in view axes, the ray of unit view depth through the eye; of an
-        orthographic camera the ray's start, from the eye."""
+        """(3, 3) matrix that maps (NDC x, NDC y, 1) to the view-space ray of unit view depth through the eye; of an
+        orthographic camera to the ray's start, relative to the eye."""
         left, right, bottom, top = self.camera.window(self.size)
         x, y = 0.5 * (right - left), 0.5 * (top - bottom)
         return np.array([[x, 0.0, left + x], [0.0, y, bottom + y], [0.0, 0.0, -float(self.camera.is_perspective)]])
@@ -117,20 +117,20 @@ class Sight:
         return (top - bottom) / self.size[1] * (depth if self.camera.is_perspective else 1.0)
 
     @property
-    def spread(self) -> float:
-        """How far from the eye rays start; world units."""
+    def start_distance(self) -> float:
+        """Distance between the eye and the starts of rays; world units."""
         return 0.0 if self.camera.is_perspective else float(np.linalg.norm(np.abs(self.rays).sum(axis=1)))
 
     @property
     def reach(self) -> float:
-        """How far from the eye a point may lie that is seen; world units."""
+        """Largest distance of a visible point from the eye; world units."""
         if self.camera.is_perspective:
             return self.far * float(np.linalg.norm(np.abs(self.rays).sum(axis=1)))
-        return self.spread + self.far - self.near
+        return self.start_distance + self.far - self.near
 
     @property
     def unproject(self) -> tuple[float, float]:
-        """(x, y) with x + y * window depth = 1 / depth from the eye, or that depth itself if orthographic; in every clip convention."""
+        """(x, y) with x + y * window depth = 1 / view depth, or the view depth itself if orthographic; for every clip convention."""
         if not self.camera.is_perspective:
             span = self.far - self.near
             return (span, -span) if self.clip.reversed else (0.0, span)
@@ -147,7 +147,7 @@ class Sight:
 
 @dataclass(frozen=True, eq=False)
 class Rays:
-    """What programs need that test the pixels' own rays against the scene's triangles: see lib/ray_triangle.glsl."""
+    """What programs need to test pixel rays against the scene's triangles: see lib/ray_triangle.glsl."""
 
     dialect: str
     defines: dict[str, int | str]
@@ -155,14 +155,14 @@ class Rays:
     textures: dict[str, Any]
 
 
-def look(scene: Scene, gpu: GpuScene, camera: Camera, size: tuple[int, int], clip_control: bool) -> Sight:
-    """Decide a camera's depth range and what it sees. Reversed 0..1 depth where the driver can, -1..1 elsewhere."""
+def view_scene(scene: Scene, gpu: GpuScene, camera: Camera, size: tuple[int, int], clip_control: bool) -> CameraView:
+    """Derive a camera's depth range and what it sees. Reversed 0..1 depth if the driver supports it, else -1..1."""
     found = depth_range(camera, size, scene.boxes, scene.corners, clip_control)
     near, far = found.near, found.far
     clip = ClipSpace(True, True) if clip_control else ClipSpace(False, False)
     view = camera_view(camera, size, near, far, clip)
     corners = scene.corners
-    return Sight(
+    return CameraView(
         camera, size, near, far, clip, view,
         boxes=scene.boxes,
         lifts=gpu.lifts,
@@ -174,7 +174,7 @@ def look(scene: Scene, gpu: GpuScene, camera: Camera, size: tuple[int, int], cli
 
 
 def _raised(points: Array, lift: float) -> Array:
-    """Points (M, 3) round which a hull also holds what lies as far as `lift` from theirs."""
+    """Points (M, 3) whose hull also contains everything within a distance of `lift` of the given points."""
     return (points[:, None] + lift * _CUBE).reshape(-1, 3) if lift > 0.0 else points
 
 
@@ -182,36 +182,40 @@ def draw_surface(
     context: GLContext,
     programs: Programs,
     scene: GpuScene,
-    sight: Sight,
+    camera_view: CameraView,
     framebuffer: moderngl.Framebuffer,
     samples: int = 1,
     rays: Rays | None = None,
 ) -> None:
-    """Draw the triangle's number, and what else the scene needs, into a surface buffer, with depth.
+    """Draw triangle IDs, with depth and what else the scene needs, into a surface buffer.
 
     Parameters
     ----------
     samples : int
-        The buffer has in a pixel.
+        Per pixel of the buffer.
     rays : Rays, optional
-        Draw over what is there, in each pixel what its own ray meets; else as GL does, where nothing is yet.
+        Redraw over the content, in each pixel the triangle that its ray meets; else rasterise as GL does, into an empty buffer.
     """
     ctx = context.ctx
     if context.caps.clip_control:
-        context.gl.clip_control(sight.clip.zero_to_one)
-    clip_from_mesh, (width, height) = sight.clip_from_mesh, framebuffer.size
-    wide = rays is None and sight.reaches_far and all(np.less_equal((3 * width, 3 * height), context.caps.max_viewport))
+        context.gl.clip_control(camera_view.clip.zero_to_one)
+    clip_from_mesh, (width, height) = camera_view.clip_from_mesh, framebuffer.size
+    wide = (
+        rays is None
+        and camera_view.reaches_far
+        and all(np.less_equal((3 * width, 3 * height), context.caps.max_viewport))
+    )
     if wide:
         framebuffer.viewport = (-width, -height, 3 * width, 3 * height)
-        clip_from_mesh = pack_matrices(_MIDDLE_THIRD @ sight.view.clip_from_world @ scene.world_from_origin)
+        clip_from_mesh = pack_matrices(_MIDDLE_THIRD @ camera_view.view.clip_from_world @ scene.world_from_origin)
     framebuffer.use()
-    ctx.depth_func = ">" if sight.clip.reversed else "<"  # an equal depth would be that of "nothing there"
+    ctx.depth_func = ">" if camera_view.clip.reversed else "<"  # equal depth would mean the background
     ctx.enable_only(moderngl.DEPTH_TEST)
     if rays is None:
-        framebuffer.clear(depth=sight.clip.clear_depth)
-    # nobody outside a closed mesh sees its back faces
-    hidden = ["back" if unseen else None for unseen in (scene.closed & sight.outside).tolist()]
-    of_kind: dict[tuple[bool, ...], Program] = {}  # looked up once, not for every mesh
+        framebuffer.clear(depth=camera_view.clip.clear_depth)
+    # back faces of a closed mesh are invisible from outside
+    hidden = ["back" if unseen else None for unseen in (scene.closed & camera_view.outside).tolist()]
+    of_kind: dict[tuple[bool, ...], Program] = {}  # one look-up per kind, not per mesh
 
     sides = np.where(scene.mirrored, -1.0, 1.0).astype(np.float32)[:, None]
 
@@ -250,7 +254,7 @@ def draw_surface(
             whole.instances(array, len(some), lambda first: program.set(u_first_instance=first))
             instances.release()
 
-    draw_nodes(ctx, scene, sight.drawn, hidden, begin, whole, crowd)
+    draw_nodes(ctx, scene, camera_view.drawn, hidden, begin, whole, crowd)
     ctx.enable_only(moderngl.DEPTH_TEST)
     if wide:
         framebuffer.viewport = (0, 0, width, height)
@@ -258,7 +262,7 @@ def draw_surface(
 
 
 def _instances(scene: GpuScene, clip_from_mesh: NDArray[np.float32], nodes: NDArray[np.int64]) -> NDArray[np.uint32]:
-    """What pass/surface.vert reads of nodes (N, 7, 4)."""
+    """Per-instance texels of pass/surface.vert, of nodes (N, 7, 4)."""
     data = np.zeros((len(nodes), _INSTANCE_TEXELS, 4), dtype=np.uint32)
     data[:, :4] = clip_from_mesh[nodes].view(np.uint32)
     data[:, 4:, :3] = scene.packed_normals[nodes].view(np.uint32)
@@ -288,10 +292,10 @@ def _program(
     return program
 
 
-def nothing_in_view(scene: Scene, sight: Sight) -> str:
-    """What is said of a picture without a surface."""
+def nothing_in_view(scene: Scene, camera_view: CameraView) -> str:
+    """The warning for an image without any surface."""
     low, high = ("(" + ", ".join(f"{x:.6g}" for x in point) + ")" for point in scene.bounds)
     return (
-        f"nothing is in view: {scene.name} lies between {low} and {high}, and the camera {sight.camera}, "
-        f"near {sight.near:g}, far {sight.far:g}"
+        f"nothing is in view: {scene.name} lies between {low} and {high}, and the camera {camera_view.camera}, "
+        f"near {camera_view.near:g}, far {camera_view.far:g}"
     )

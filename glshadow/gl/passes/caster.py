@@ -1,4 +1,4 @@
-"""Draws what casts, seen from a light, into its tiles of the shadow atlas."""
+"""The caster pass: draws shadow casters, seen from a light, into its tiles of the shadow atlas."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from glshadow.gl.scene.bodies import hides_back_faces
 from glshadow.gl.scene.drawing import Begin, draw_nodes
 from glshadow.gl.scene.geometry import GpuScene, pack_matrices
 from glshadow.gl.scene.meshes import Order
-from glshadow.gl.scene.occlusion import Sparing, sparable
+from glshadow.gl.scene.occlusion import OcclusionCulling, can_cull
 from glshadow.gl.scene.runs import Whole
 from glshadow.lights import Light
 from glshadow.shader.slots import metric_slot
@@ -32,7 +32,7 @@ from glshadow.shadows.view import ShadowView
 
 @dataclass(frozen=True)
 class Map:
-    """A light's shadow map: its views, the atlas that holds them, how it is drawn and how it is asked."""
+    """A light's shadow map: its views, its atlas, and the settings it is drawn and sampled with."""
 
     views: tuple[ShadowView, ...]
     atlas: Atlas
@@ -43,25 +43,25 @@ class Map:
 def draw_casters(
     context: GLContext, programs: Programs, scene: GpuScene, light: Light, casting: NDArray[np.bool_], shadow_map: Map
 ) -> int:
-    """Draw all views of a light into their tiles, unless they hold just that; returns the number of draws.
+    """Draw all views of a light into their tiles, unless the tiles are up to date; returns the number of draws.
 
-    Casters nearer than a view's near plane are clamped to it, not cut (depth clamp). Nodes (N,) that do not cast, or lie outside a
-    view, are not drawn.
+    Casters nearer than a view's near plane are clamped to it, not clipped (depth clamp). Nodes (N,) that do not cast or lie outside a
+    view are skipped.
     """
     ctx = context.ctx
     atlas, settings, boxes = shadow_map.atlas, shadow_map.settings, scene.corners
     channel = settings.channel
     tiles: tuple[Hashable, ...] = tuple(view.tile for view in shadow_map.views)
     tiles = tiles if channel is None else (*tiles, channel.number)
-    source = _source(scene, light, casting, shadow_map)
-    if atlas.drawn.get(tiles) == source:
+    key = _content_key(scene, light, casting, shadow_map)
+    if atlas.drawn.get(tiles) == key:
         return 0
     previous = atlas.drawn.pop(tiles, None)
     hidden = hidden_sides(settings.faces, hides_back_faces(scene, light, settings.faces))
-    sparing = None
-    # a map that is drawn once costs less than making clusters
-    if previous is not None and previous[0] == scene.identity and sparable(scene, settings, shadow_map.views):
-        sparing = Sparing(context, scene, atlas, settings, hidden)
+    culling = None
+    # building clusters costs more than drawing a map once
+    if previous is not None and previous[0] == scene.identity and can_cull(scene, settings, shadow_map.views):
+        culling = OcclusionCulling(context, scene, atlas, settings, hidden)
     if channel is not None:
         atlas.framebuffer.color_mask = channel.mask
     atlas.framebuffer.use()
@@ -70,25 +70,25 @@ def draw_casters(
         atlas.framebuffer.depth_mask = channel is None or sum(channel.depth_range) > atlas.unused_depth
         begin_view(context, atlas, view, settings, view.clip.clear_depth if channel is None else 1.0)
         atlas.framebuffer.depth_mask = True
-        if channel is not None:  # depth is the fragment's, and grows away in every convention
+        if channel is not None:  # the fragment shader writes depth, which grows with distance in every convention
             atlas.unused_depth = channel.depth_range[0]
             ctx.depth_func = "<="
         chosen = np.flatnonzero(casting & seen_by(view.clip_from_world, boxes, view))
         begin = partial(_begin, programs, scene, light, view, settings)
-        if sparing is None:
+        if culling is None:
             draws += draw_nodes(ctx, scene, chosen, hidden, begin("shared"), Whole(context, scene.count))
         else:
-            draws += sparing.draw(view, chosen, begin("shared"), begin("clustered"))
+            draws += culling.draw(view, chosen, begin("shared"), begin("clustered"))
     ctx.polygon_offset = (0.0, 0.0)
     ctx.depth_clamp_range = None
     ctx.front_face = "ccw"
     ctx.enable_only(moderngl.NOTHING)
-    atlas.drawn[tiles] = source
+    atlas.drawn[tiles] = key
     return draws
 
 
 def begin_view(context: GLContext, atlas: Atlas, view: ShadowView, settings: CasterSettings, far: float) -> None:
-    """The state in which a view's casters are drawn into its tile, which is cleared, with its gutter, to a depth."""
+    """Set the state for drawing a view's casters into its tile, and clear the tile and its gutter to a depth."""
     ctx = context.ctx
     context.gl.clip_control(view.clip.zero_to_one) if context.caps.clip_control else None
     ctx.depth_func = ">=" if view.clip.reversed else "<="
@@ -102,8 +102,8 @@ def begin_view(context: GLContext, atlas: Atlas, view: ShadowView, settings: Cas
     atlas.framebuffer.clear(1.0, 1.0, 1.0, 1.0, depth=far, viewport=cleared)
 
 
-def _source(scene: GpuScene, light: Light, casting: NDArray[np.bool_], shadow_map: Map) -> tuple[Hashable, ...]:
-    """All that a light's maps depend on."""
+def _content_key(scene: GpuScene, light: Light, casting: NDArray[np.bool_], shadow_map: Map) -> tuple[Hashable, ...]:
+    """Cache key of a light's maps: all that they depend on."""
     views = tuple((view.clip_from_world.tobytes(), view.near, view.far, view.clip) for view in shadow_map.views)
     return (scene.identity, shadow_map.settings, light.geometry, casting.tobytes(), views)
 
@@ -137,7 +137,7 @@ def _begin(
 def caster_program(
     programs: Programs, settings: CasterSettings, view: ShadowView, alpha_test: Defines, dialect: str = "core330"
 ) -> Program:
-    """The caster program of a view, its uniforms that do not change from draw to draw set."""
+    """The caster program of a view, with the uniforms set that do not change between draws."""
     target, moved = settings.target, settings.bias.of_caster
     metric = not target.is_depth
     program = programs.get(
@@ -172,7 +172,7 @@ def metric_uniform(view: ShadowView, bias: float) -> tuple[float, float, float]:
 
 
 def _light_in_mesh(light: Light, world_from_mesh: Array) -> tuple[float, float, float, float]:
-    inverse = np.linalg.pinv(world_from_mesh[:3, :3])  # a node squashed flat has no other
+    inverse = np.linalg.pinv(world_from_mesh[:3, :3])  # a flattened node has no inverse
     *place, w = light.place
     x, y, z = inverse @ (np.asarray(place) - w * world_from_mesh[:3, 3])
     return (x, y, z, w)

@@ -1,4 +1,4 @@
-"""What a camera was found to see, block by block of its depth buffer."""
+"""Depth range of the visible surfaces, tile by tile of the camera's depth buffer."""
 
 from __future__ import annotations
 
@@ -6,47 +6,49 @@ import moderngl
 import numpy as np
 
 from glshadow.gl.driver.targets import release
-from glshadow.gl.frame_context import Work
+from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.readback import pixels
-from glshadow.shadows.fit_request import Blocks
+from glshadow.shadows.fit_request import DepthTiles
 
 SIDE = 16
-"""Pixels, or samples, along each side of a block."""
+"""Pixels, or samples, along each side of a tile."""
 _SLACK = 1e-5
-"""Share of its depth by which a surface may be shaded elsewhere than where it was drawn: GL interpolates between snapped vertices."""
+"""Relative depth error of a shaded surface point against the drawn depth: GL interpolates between snapped vertices."""
 
 
-def seen_blocks(work: Work) -> Blocks:
-    """Blocks that show a surface. Reads a few kB back, so that it waits for the GPU."""
-    sight, depth = work.sight, work.targets.fine.depth
+def find_depth_tiles(frame: FrameContext) -> DepthTiles:
+    """Find the tiles that show a surface. Reads a few kB back, and so waits for the GPU."""
+    camera_view, depth = frame.camera_view, frame.targets.fine.depth
     size = (-(-depth.size[0] // SIDE), -(-depth.size[1] // SIDE))
-    ctx = work.context.ctx
+    ctx = frame.context.ctx
     bounds = ctx.texture(size, 2, dtype="f4")
     framebuffer = ctx.framebuffer([bounds])
     ctx.enable_only(moderngl.NOTHING)
-    program = work.programs.get("pass/over.vert", "pass/blocks.frag", defines={"GLS_SIDE": SIDE})
-    program.set(u_nothing=sight.clip.clear_depth)
-    program.bind(u_depth=(depth, work.samplers.plain))
+    program = frame.programs.get("pass/over.vert", "pass/depth_tiles.frag", defines={"GLS_SIDE": SIDE})
+    program.set(u_nothing=camera_view.clip.clear_depth)
+    program.bind(u_depth=(depth, frame.samplers.plain))
     framebuffer.use()
     program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
     program.unbind()
     found = pixels(bounds, np.float32)[::-1].astype(np.float64)
-    work.targets.depth_framebuffer.use()
+    frame.targets.depth_framebuffer.use()
     release(framebuffer, bounds)
     seen = found[..., 0] <= found[..., 1]
-    ends = np.sort(sight.depth(found[seen]), axis=-1)
+    ends = np.sort(camera_view.depth(found[seen]), axis=-1)
     rows, columns = np.nonzero(seen)
-    # corners in NDC, a pixel wider: what is shaded may lie beside its pixel by the part of one
+    # corners in NDC, one pixel wider: a shaded point may lie a fraction of a pixel beside its pixel
     pixel = np.array(
         [[columns, rows], [columns + 1, rows], [columns, rows + 1], [columns + 1, rows + 1]], dtype=np.float64
     )
     pixel = SIDE * pixel + np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]])[:, :, None]
     ndc = 2.0 * pixel / np.array(depth.size)[:, None] - 1.0
-    local = np.einsum("ij,cjb->bci", sight.rays, np.stack([ndc[:, 0], ndc[:, 1], np.ones(ndc[:, 0].shape)], axis=1))
-    axes, eye = sight.camera.view_from_world[:3, :3], np.asarray(sight.camera.position)
+    local = np.einsum(
+        "ij,cjb->bci", camera_view.rays, np.stack([ndc[:, 0], ndc[:, 1], np.ones(ndc[:, 0].shape)], axis=1)
+    )
+    axes, eye = camera_view.camera.view_from_world[:3, :3], np.asarray(camera_view.camera.position)
     world = local @ axes
-    if sight.camera.is_perspective:
+    if camera_view.camera.is_perspective:
         starts, rays = np.broadcast_to(eye, world.shape), world
     else:
         starts, rays = eye + world, np.broadcast_to(-axes[2], world.shape)
-    return Blocks(starts, rays, ends[:, 0] * (1.0 - _SLACK), ends[:, 1] * (1.0 + _SLACK))
+    return DepthTiles(starts, rays, ends[:, 0] * (1.0 - _SLACK), ends[:, 1] * (1.0 + _SLACK))

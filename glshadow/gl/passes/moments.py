@@ -1,4 +1,4 @@
-"""Moments: what a depth map stores, as the means that a filter asks; drawn once for each map, after it."""
+"""Moments: prefiltered moment maps, computed from a shadow map after it is drawn."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from glshadow.shader.slots import parallel_define
 from glshadow.shadows.filters.moments import MIP_LEVELS, MomentFilter
 from glshadow.shadows.view import ShadowView
 
-_SHORT = 2  # texels: beyond, turning each depth into means many times costs more than a pass
+_SHORT = 2  # texels: beyond this radius converting each depth repeatedly costs more than a separate pass
 
 
 class Moments:
-    """The means of one light's map, in an atlas of their own, kept while the map is.
+    """The moments of one light's map, in an atlas of their own, kept while the map is unchanged.
 
     Attributes
     ----------
     texture : moderngl.Texture
-        Read bilinearly.
+        Sampled bilinearly.
     size : (2,) ints
     """
 
@@ -39,7 +39,7 @@ class Moments:
         self.size = (0, 0)
 
     def filled(self, programs: Programs, drawn: Map) -> Map:
-        """The same map with means in place of depths."""
+        """The map with moments in place of depths."""
         views, size = layout(drawn.views, self._context.caps.max_texture_size)
         filter_ = drawn.filter.of_a_point
         assert isinstance(filter_, MomentFilter)
@@ -56,7 +56,7 @@ class Moments:
         if self._shape == shape:
             return
         self.release()
-        ctx, what = self._context.ctx, "the means of a shadow map"
+        ctx, what = self._context.ctx, "a prefiltered shadow map"
         self._context.check_size(size, what)
         made: list[moderngl.Texture | moderngl.Framebuffer] = []
         with released_on_error(made):
@@ -77,7 +77,7 @@ class Moments:
     def _fill(self, programs: Programs, drawn: Map, views: tuple[ShadowView, ...], filter_: MomentFilter) -> None:
         ctx = self._context.ctx
         ctx.enable_only(moderngl.NOTHING)
-        # a short row is averaged as it is filled, which spares a pass; then the result of the last pass is the first texture's
+        # a short kernel is applied while converting, which saves a pass; the last pass then writes into the first texture
         row = filter_.radius if filter_.radius <= _SHORT else 0
         convert = programs.get(
             "pass/over.vert",
@@ -106,7 +106,7 @@ class Moments:
             self.texture.build_mipmaps(0, MIP_LEVELS)
 
     def _onto(self, number: int, view: ShadowView) -> None:
-        """Draw over a view's tile, and what lies empty around it."""
+        """Draw over a view's tile and its empty gutter."""
         side = view.resolution + 2 * view.gutter
         framebuffer = self._framebuffers[number]
         framebuffer.viewport = (view.tile[0] - view.gutter, view.tile[1] - view.gutter, side, side)

@@ -1,4 +1,4 @@
-"""Dense: some pixels whose samples are shaded together, a block of samples for each."""
+"""PerSample: per-sample shading of collected pixels, with a block of samples for each."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from glshadow.gl.driver.buffers import BufferTexture
 
 
 @dataclass(frozen=True, eq=False)
-class Dense:
-    """Some of the collected pixels, whose samples are shaded together.
+class PerSample:
+    """A batch of collected pixels whose samples are shaded together.
 
     Parameters
     ----------
     framebuffer : moderngl.Framebuffer
-        Colour 0: the sum of all lights, blended; colour 1: one light's visibility, where it is wanted.
+        Colour 0: the sum of all lights, blended; colour 1: one light's visibility, if requested.
     pixels : BufferTexture
-        All that are collected.
+        All collected pixels.
     first, count, across : int
-        Which of them, and how many blocks lie in a row.
+        The batch within `pixels`, and the number of blocks in a row.
     block : (2,) ints
         Columns and rows of samples.
     visibility : bool
-        Whether it is wanted.
+        Whether it is requested.
     """
 
     framebuffer: moderngl.Framebuffer
@@ -38,15 +38,15 @@ class Dense:
 
     @property
     def defines(self) -> dict[str, int | str]:
-        """Of lib/dense.glsl."""
+        """Defines of lib/per_sample.glsl."""
         return {"GLS_COLUMNS": self.block[0], "GLS_ROWS": self.block[1]}
 
     @property
     def uniforms(self) -> dict[str, Any]:
-        """Of lib/dense.glsl."""
+        """Uniforms of lib/per_sample.glsl."""
         return {"u_batch": (self.first, self.count, self.across)}
 
     @property
     def viewport(self) -> tuple[int, int, int, int]:
-        """The blocks that are used."""
+        """The part of the framebuffer that the batch uses."""
         return (0, 0, min(self.count, self.across) * self.block[0], -(-self.count // self.across) * self.block[1])

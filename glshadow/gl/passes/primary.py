@@ -1,4 +1,4 @@
-"""The primary passes: for each pixel or sample what its own ray meets, where GL's snapped vertices show something else."""
+"""Primary-visibility passes: in each pixel or sample show the triangle that its ray meets, where GL's snapped vertices show another."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from glshadow.errors import ResourceError
 from glshadow.gl.driver.targets import SurfaceTargets
-from glshadow.gl.frame_context import Work
+from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.camera import Rays, draw_surface
 from glshadow.gl.passes.screen import camera_uniforms, draw_over, pixel_axes
 
@@ -18,66 +18,66 @@ NOT_FOUND = "pixels show the triangles that GL drew, not those that their rays m
 """The fallback where the passes cannot run."""
 
 
-def find_primary(work: Work, targets: SurfaceTargets, samples: int = 1) -> str:
-    """Mend what was drawn into `targets`; why it stays as it is, where the driver's buffers do not hold the scene's triangles.
+def find_primary(frame: FrameContext, targets: SurfaceTargets, samples: int = 1) -> str:
+    """Correct the content of `targets`. Returns why it is left as it is if the driver's buffers do not hold the scene's triangles.
 
-    First pass/primary.frag forgets the pixels that may show something else than their rays meet. Then all triangles are drawn again, a
-    little larger (pass/surface.geom), where nothing is left and where they lie before what is: there fragments test the pixel's ray.
+    First pass/primary.frag discards the pixels that may show another triangle than their ray meets. Then all triangles are drawn again,
+    slightly enlarged (pass/surface.geom), into the discarded pixels and in front of the others; their fragments test the pixel's ray.
 
-    `samples`: in a pixel, each of them a texel of the targets.
+    `samples`: per pixel; each is one texel of the targets.
     """
-    scene, sight, context = work.scene, work.sight, work.context
+    scene, camera_view, context = frame.scene, frame.camera_view, frame.context
     ctx = context.ctx
     try:
         world = scene.world.textures
     except ResourceError as error:
         return NOT_FOUND.format(error)
     width, height = targets.surface.size
-    unit = math.ldexp(1.0, -math.frexp(sight.reach)[1])
-    camera = camera_uniforms(scene, sight, np.eye(3), np.zeros(3))
-    modern = work.caps.version_code >= 400
+    unit = math.ldexp(1.0, -math.frexp(camera_view.reach)[1])
+    camera = camera_uniforms(scene, camera_view, np.eye(3), np.zeros(3))
+    modern = frame.caps.version_code >= 400
     rays = Rays(
         dialect="core400" if modern else "core330",
         defines={
-            "GLS_ORTHO": int(not sight.camera.is_perspective),
+            "GLS_ORTHO": int(not camera_view.camera.is_perspective),
             "GLS_CONSERVATIVE": 1,
-            "GLS_DOUBLE": int(modern and work.caps.doubles),
+            "GLS_DOUBLE": int(modern and frame.caps.doubles),
         },
         uniforms={
             **camera,
             **{f"u_{name}_rest": _rest(camera[f"u_{name}_l"]) for name in ("ray", "eye", "forward")},
             **pixel_axes(camera, targets.surface.size),
-            "u_near": (sight.near if sight.camera.is_perspective else 0.0)
+            "u_near": (camera_view.near if camera_view.camera.is_perspective else 0.0)
             * unit,  # an orthographic camera's rays start there
             "u_unit": unit,
-            "u_least_w": 0.5 * sight.near if sight.camera.is_perspective else 0.5,
-            "u_nudge": -1e-6 if sight.clip.reversed else 1e-6,
+            "u_least_w": 0.5 * camera_view.near if camera_view.camera.is_perspective else 0.5,
+            "u_nudge": -1e-6 if camera_view.clip.reversed else 1e-6,
             "u_half_size": (0.5 * width, 0.5 * height),
         },
         textures=dict(world),
     )
-    program = work.programs.get(
+    program = frame.programs.get(
         "pass/resolve.vert", "pass/primary.frag", rays.dialect,
         defines={"GLS_ORTHO": rays.defines["GLS_ORTHO"]},
     )  # fmt: skip
     program.set(**rays.uniforms)
     program.bind(u_surface=targets.surface, **rays.textures)
     targets.depth_alone.use()
-    draw_over(context, program, sight)
+    draw_over(context, program, camera_view)
     program.unbind()
-    program = work.programs.get(
+    program = frame.programs.get(
         "pass/resolve.vert", "pass/nothing.frag", defines={"GLS_SURFACE": targets.surface.components}
     )
     program.set(**camera)
     targets.framebuffer.use()
     ctx.depth_func = "=="
     program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
-    ctx.depth_clamp_range = (0.0, 1.0)  # of a plane seen edge-on the ends of a grown triangle may have any depth
-    draw_surface(context, work.programs, scene, sight, targets.framebuffer, samples, rays)
+    ctx.depth_clamp_range = (0.0, 1.0)  # the ends of an enlarged triangle seen edge-on may have any depth
+    draw_surface(context, frame.programs, scene, camera_view, targets.framebuffer, samples, rays)
     ctx.depth_clamp_range = None
     context.gl.call(
         "glUseProgram", 0
-    )  # else Mesa 22.3 never deletes the program that is used after one with a geometry shader
+    )  # Mesa 22.3 never deletes the program used after one with a geometry shader otherwise
     return ""
 
 

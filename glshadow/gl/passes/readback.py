@@ -1,4 +1,4 @@
-"""From textures to numpy: GL's rows are turned over here, once."""
+"""Read-back: textures to numpy arrays, with rows flipped to start at the top."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import srgb_from_linear
 from glshadow.gl.driver.targets import CameraTargets, SurfaceTargets
-from glshadow.gl.passes.camera import Sight
+from glshadow.gl.passes.camera import CameraView
 from glshadow.gl.scene.geometry import TRIANGLES, GpuScene
 from glshadow.shadows.metric import metric_range, projected_metric
 
 
 def read_means(outputs: Collection[str], targets: CameraTargets, lights: int, transparent: bool) -> dict[str, Any]:
-    """Means over each pixel's samples, by name; row 0 at the top."""
+    """Means over each pixel's samples, by output name; row 0 at the top."""
     results: dict[str, Any] = {}
     shown = 4 if transparent else 3
     if "image" in outputs:
@@ -40,7 +40,7 @@ def read_means(outputs: Collection[str], targets: CameraTargets, lights: int, tr
 def average_samples(
     outputs: Collection[str], fine: dict[str, Any], block: tuple[int, int], transparent: bool
 ) -> dict[str, Any]:
-    """What `read_means` gives of a picture whose every sample was drawn as a pixel, as the picture itself; `fine` has linear and alpha."""
+    """What `read_means` gives, for an image whose samples were all drawn as pixels of a larger one; `fine` has linear and alpha."""
     light = _box_mean(np.concatenate([fine["linear"][..., :3], fine["alpha"][..., None]], axis=-1), block)
     alpha = light[..., 3]
     straight = light[..., :3] / np.maximum(alpha, 1e-6)[..., None] if transparent else light[..., :3]
@@ -62,7 +62,7 @@ def average_samples(
 
 
 def _box_mean(values: NDArray[Any], block: tuple[int, int]) -> Array:
-    """Over blocks of columns and rows, of (..., H, W, C)."""
+    """Means over blocks of columns and rows, of (..., H, W, C)."""
     *front, height, width, channels = values.shape
     columns, rows = block
     shape = (*front, height // rows, rows, width // columns, columns, channels)
@@ -72,17 +72,19 @@ def _box_mean(values: NDArray[Any], block: tuple[int, int]) -> Array:
 def pixels(texture: moderngl.Texture, dtype: Any) -> NDArray[Any]:
     """A texture's pixels (H, W, C)."""
     width, height = texture.size
-    # not texture.read(): moderngl 5.13 does not check its own allocation, and without memory the process would end here
+    # not texture.read(): moderngl 5.13 does not check its own allocation and crashes the process if memory runs out
     data = np.zeros((height, width, texture.components), dtype=dtype)
     texture.read_into(data)
     return np.ascontiguousarray(data[::-1])
 
 
-def read_middles(outputs: Collection[str], scene: GpuScene, sight: Sight, targets: SurfaceTargets) -> dict[str, Any]:
-    """What is seen at each pixel's middle, by name; row 0 at the top."""
+def read_centres(
+    outputs: Collection[str], scene: GpuScene, camera_view: CameraView, targets: SurfaceTargets
+) -> dict[str, Any]:
+    """Outputs at each pixel's centre, by name; row 0 at the top."""
     window = pixels(targets.depth, np.float32)[..., 0]
-    nothing = window == sight.clip.clear_depth
-    depth = sight.depth(np.where(nothing, 0.5, window.astype(np.float64)))
+    nothing = window == camera_view.clip.clear_depth
+    depth = camera_view.depth(np.where(nothing, 0.5, window.astype(np.float64)))
     number = pixels(targets.surface, np.uint32)[..., 0].astype(np.int64)
     triangle = np.where(nothing, -1, (number & TRIANGLES) - 1).astype(np.int32)
     planes = None
@@ -92,9 +94,11 @@ def read_middles(outputs: Collection[str], scene: GpuScene, sight: Sight, target
     if "depth" in outputs:
         results["depth"] = np.where(nothing, np.inf, depth).astype(np.float32)
     if "depth_metric" in outputs:
-        matrix, kind = sight.view.clip_from_view, sight.view.projection
+        matrix, kind = camera_view.view.clip_from_view, camera_view.view.projection
         metric = projected_metric(
-            matrix[2, 3] - matrix[2, 2] * depth, sight.clip, *metric_range(kind, sight.clip, sight.near, sight.far)
+            matrix[2, 3] - matrix[2, 2] * depth,
+            camera_view.clip,
+            *metric_range(kind, camera_view.clip, camera_view.near, camera_view.far),
         )
         results["depth_metric"] = np.where(nothing, 1.0, metric).astype(np.float32)
     if "triangle" in outputs:
@@ -104,21 +108,21 @@ def read_middles(outputs: Collection[str], scene: GpuScene, sight: Sight, target
         owners = scene.scene_numbers[np.frombuffer(scene.owners.buffer.read(), np.uint32)]
         results["node"] = np.where(seen, owners[triangle], -1).astype(np.int32)
     if planes is not None:
-        results.update(_surface(outputs, scene, sight, planes, triangle, depth, seen))
+        results.update(_surface(outputs, scene, camera_view, planes, triangle, depth, seen))
     return results
 
 
 def _surface(
     outputs: Collection[str],
     scene: GpuScene,
-    sight: Sight,
+    camera_view: CameraView,
     planes: NDArray[np.float32],
     triangle: NDArray[np.int32],
     depth: Array,
     seen: NDArray[np.bool_],
 ) -> dict[str, Any]:
     planes = planes[triangle[seen]].astype(np.float64)
-    starts, directions = (each[seen] for each in sight.camera.rays(sight.size))
+    starts, directions = (each[seen] for each in camera_view.camera.rays(camera_view.size))
     normal, height = planes[:, :3], planes[:, 3]
     results: dict[str, Any] = {}
     if "normal" in outputs:
@@ -126,14 +130,14 @@ def _surface(
         results["normal"] = _placed(np.where(away[:, None], -normal, normal), seen, np.float32)
     if "position" in outputs:
         point = starts - scene.origin + depth[seen][:, None] * directions
-        # depth was interpolated between snapped vertices: back on the plane, as pass/resolve.frag does
+        # depth was interpolated between snapped vertices: project back onto the plane, as pass/resolve.frag does
         point += normal * (height - np.einsum("ij,ij->i", normal, point))[:, None]
         results["position"] = _placed(point + scene.origin, seen, np.float64)
     return results
 
 
 def _placed(values: Array, seen: NDArray[np.bool_], dtype: Any) -> NDArray[Any]:
-    """Values of the pixels that see a surface as an image; NaN elsewhere."""
+    """Scatter the values of visible pixels into an image; NaN elsewhere."""
     image = np.full((*seen.shape, values.shape[-1]), np.nan, dtype=dtype)
     image[seen] = values
     return image

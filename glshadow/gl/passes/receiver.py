@@ -1,4 +1,4 @@
-"""Receiver: the text and the values that ask a light's shadow."""
+"""Receiver: GLSL and uniforms that find a light's visibility."""
 
 from __future__ import annotations
 
@@ -7,31 +7,31 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from glshadow.core.spaces import Array
-from glshadow.gl.passes.per_sample import Dense
+from glshadow.gl.passes.per_sample import PerSample
 
 
 @dataclass(frozen=True, eq=False)
 class Receiver:
-    """One way to ask one light.
+    """One way to find the visibility of one light.
 
     Parameters
     ----------
     slots, defines : mapping
-        What a pass is composed with: <light>, <shadow> and what that includes.
+        Snippets and defines of the pass: <light>, <shadow> and what they include.
     dialect : str
-        What the snippets need.
+        GLSL dialect that the snippets need.
     axes : (3, 3) float64
-        Of the frame in which surface points are given.
+        Axes of the frame in which surface points are given.
     offset : (3,) float64
-        Where the scene's origin lies in it.
+        Position of the scene's origin in that frame.
     uniforms, textures : mapping
         By name; textures as `Program.bind` takes them.
     marks : mapping
-        Defines with which pass/resolve.frag marks pixels whose samples may see the light differently; empty: it cannot.
+        Defines with which pass/resolve.frag marks pixels whose samples may see the light differently; empty: there are no marks.
     collected : mapping
-        Defines of pass/collect.frag: which pixels the light asks for, by its marks and by their neighbours.
-    densely : callable, optional
-        How the samples of collected pixels ask it; None: alike.
+        Defines of pass/collect.frag: pixels for which the light requests per-sample shading, by its marks and by their neighbours.
+    per_sample : callable, optional
+        The receiver for samples of collected pixels; None: the same.
     """
 
     slots: Mapping[str, str]
@@ -43,4 +43,4 @@ class Receiver:
     textures: Mapping[str, Any] = field(default_factory=dict)
     marks: Mapping[str, int | str] = field(default_factory=dict)
     collected: Mapping[str, int | str] = field(default_factory=dict)
-    densely: Callable[[Dense], Receiver] | None = None
+    per_sample: Callable[[PerSample], Receiver] | None = None

@@ -1,4 +1,4 @@
-"""Passes over the picture: what they all know of the camera, what they read of the surface, and how they are drawn."""
+"""Full-screen passes: camera uniforms, surface textures, samplers, and the draw call."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import BLEND
 from glshadow.gl.driver.program import Program
 from glshadow.gl.driver.targets import CameraTargets
-from glshadow.gl.passes.camera import Sight
+from glshadow.gl.passes.camera import CameraView
 from glshadow.gl.scene.geometry import GpuScene
 
 
 @dataclass(frozen=True)
 class Samplers:
-    """How maps are read: nearest comparison, normal and reversed, and plain numbers."""
+    """Sampler objects for shadow maps: nearest with comparison, normal and reversed, and nearest without."""
 
     nearer: moderngl.Sampler
     nearer_reversed: moderngl.Sampler
@@ -29,7 +29,7 @@ class Samplers:
 
     @classmethod
     def make(cls, ctx: moderngl.Context) -> Samplers:
-        """Nearest texel, edges repeated outwards."""
+        """Nearest texel, clamped to the edge."""
         plain = ctx.sampler(repeat_x=False, repeat_y=False)
         plain.filter = (moderngl.NEAREST, moderngl.NEAREST)
         return cls(comparison_sampler(ctx, False), comparison_sampler(ctx, True), plain)
@@ -41,33 +41,33 @@ class Samplers:
 
 
 def comparison_sampler(ctx: moderngl.Context, reversed_depth: bool) -> moderngl.Sampler:
-    """1 where the reference is not farther than the nearest texel's depth; edges repeated outwards."""
+    """Comparison sampler: 1 where the reference is not farther than the nearest texel's depth; clamped to the edge."""
     sampler = ctx.sampler(compare_func=">=" if reversed_depth else "<=", repeat_x=False, repeat_y=False)
     sampler.filter = (moderngl.NEAREST, moderngl.NEAREST)
     return sampler
 
 
 def camera_uniforms(
-    scene: GpuScene, sight: Sight, axes: Array, offset: Array, aside: tuple[float, float] = (0.0, 0.0)
+    scene: GpuScene, camera_view: CameraView, axes: Array, offset: Array, aside: tuple[float, float] = (0.0, 0.0)
 ) -> dict[str, Any]:
-    """Uniforms of pass/resolve.vert that say where the camera is in a light's frame.
+    """Uniforms of pass/resolve.vert for a camera in a light's frame.
 
     Parameters
     ----------
     axes : (3, 3) float64
         Of the frame.
     offset : (3,) float64
-        Where the scene's origin lies in it.
+        Position of the scene's origin in the frame.
     aside : (2,) floats
-        Where in a pixel rays go through it, right and up of its middle, in pixels.
+        Offset of the rays from the pixel's centre, right and up, in pixels.
     """
-    camera = sight.camera
-    rays = sight.rays
-    rays[:, 2] += rays[:, :2] @ (2.0 * np.array(aside) / sight.size)
-    eye = sight.eye - scene.origin
+    camera = camera_view.camera
+    rays = camera_view.rays
+    rays[:, 2] += rays[:, :2] @ (2.0 * np.array(aside) / camera_view.size)
+    eye = camera_view.eye - scene.origin
     return {
-        "u_far_z": sight.far_z,
-        "u_unproject": sight.unproject,
+        "u_far_z": camera_view.far_z,
+        "u_unproject": camera_view.unproject,
         "u_ray_l": axes @ camera.view_from_world[:3, :3].T @ rays,
         "u_eye_l": tuple(axes @ eye),
         "u_forward_l": tuple(-axes @ camera.view_from_world[2, :3]),
@@ -78,13 +78,13 @@ def camera_uniforms(
 
 
 def pixel_axes(camera: Mapping[str, Any], size: tuple[int, int]) -> dict[str, Any]:
-    """By how much rays, or an orthographic camera's starts, change from pixel to pixel of a picture: of its `camera_uniforms`."""
+    """Change of rays, or of an orthographic camera's ray starts, from pixel to pixel; `camera` are its `camera_uniforms`."""
     right, up = (2.0 / side * axis for side, axis in zip(size, camera["u_ray_l"].T[:2], strict=True))
     return {"u_right_l": tuple(right), "u_up_l": tuple(up)}
 
 
 def surface_textures(samplers: Samplers, scene: GpuScene, targets: CameraTargets) -> dict[str, Any]:
-    """What the camera sees, by the samplers that read it."""
+    """Textures of the surface buffer, by sampler name."""
     return {
         "u_surface": targets.surface,
         **({} if targets.mixed is None else {"u_mixed": targets.mixed}),
@@ -96,19 +96,19 @@ def surface_textures(samplers: Samplers, scene: GpuScene, targets: CameraTargets
     }
 
 
-def draw_over(context: GLContext, program: Program, sight: Sight, added: bool = False) -> None:
-    """A pass over all pixels that see a surface: one triangle at the far plane, the camera's depth attached. `added`: to colour 0."""
+def draw_over(context: GLContext, program: Program, camera_view: CameraView, added: bool = False) -> None:
+    """Draw a pass over all pixels with a surface: one triangle at the far plane, against the camera's depth. `added`: blend to colour 0."""
     if context.caps.clip_control:
-        context.gl.clip_control(sight.clip.zero_to_one)
+        context.gl.clip_control(camera_view.clip.zero_to_one)
     context.ctx.enable_only(moderngl.DEPTH_TEST)
-    context.ctx.depth_func = "<" if sight.clip.reversed else ">"
+    context.ctx.depth_func = "<" if camera_view.clip.reversed else ">"
     with blended(context) if added else nullcontext():
         program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
 
 
 @contextmanager
 def blended(context: GLContext) -> Iterator[None]:
-    """What is drawn inside is added to colour 0."""
+    """Additive blending of colour 0 inside the block."""
     context.ctx.blend_func = moderngl.ONE, moderngl.ONE
     context.gl.call("glEnablei", BLEND, 0)
     try:

@@ -1,4 +1,4 @@
-"""Glass: what casters that blend let through of one light, as a map of colours beside a map of the nearest of them."""
+"""Coloured shadows of translucent casters: per light a map of transmitted colour and a map of the nearest caster's depth."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array, ClipSpace, bias_matrix
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.targets import depth_texture, release, released_on_error
-from glshadow.gl.frame_context import Work
+from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.atlases import layout
 from glshadow.gl.scene.drawing import draw_nodes
 from glshadow.gl.scene.geometry import GpuScene, pack_matrices
 from glshadow.lights import Light
-from glshadow.shadows.fit_request import Asked
+from glshadow.shadows.fit_request import FitRequest
 from glshadow.shadows.fitted import around
 from glshadow.shadows.metric import Target
 from glshadow.shadows.view import ShadowView
 
 RESOLUTION = 1024
-UNTINTED = "{} passes casters that blend untinted: the map of their colours is that of one point, which stands for no wide light"
+UNTINTED = "{} passes through translucent casters untinted: their colours are rendered from one point, which is wrong for a wide light"
 _GUARD = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Panes:
-    """A light's two maps, and how its receivers find their place on them."""
+class Tint:
+    """A light's two maps, with the uniforms that receivers need to sample them."""
 
     views: tuple[ShadowView, ...]
     colors: moderngl.Texture
@@ -38,11 +38,11 @@ class Panes:
 
     @property
     def defines(self) -> dict[str, int | str]:
-        """Of lib/glass.glsl."""
-        return {"GLS_GLASS": len(self.views)}
+        """Defines of lib/tint.glsl."""
+        return {"GLS_TINT": len(self.views)}
 
     def uniforms(self, axes: Array, offset: Array, origin: Array) -> dict[str, Any]:
-        """Of lib/glass.glsl, for receivers in a frame: its axes, and where the scene's origin lies in it."""
+        """Uniforms of lib/tint.glsl for receivers in a frame: its axes, and the position of the scene's origin in it."""
         world_from_lv = np.eye(4)
         world_from_lv[:3, :3], world_from_lv[:3, 3] = axes.T, origin - axes.T @ offset
         matrices, tiles = [], []
@@ -53,60 +53,60 @@ class Panes:
             matrices.append(np.ascontiguousarray(matrix.T, dtype=np.float32).tobytes())
             tiles.append((x, y, x + side, y + side))
         return {
-            "u_glass_from_lv": b"".join(matrices),
-            "u_glass_size": (1.0 / self.colors.width, 1.0 / self.colors.height),
-            "u_glass_tile": np.array(tiles, dtype=np.float32).tobytes(),
-            "u_glass_texel": max(self.views[0].texel),
+            "u_tint_from_lv": b"".join(matrices),
+            "u_tint_size": (1.0 / self.colors.width, 1.0 / self.colors.height),
+            "u_tint_tile": np.array(tiles, dtype=np.float32).tobytes(),
+            "u_tint_texel": max(self.views[0].texel),
         }
 
 
 def untinted(scene: GpuScene, light: Light) -> tuple[str, ...]:
-    """The fallback of a light that casters which blend should tint and do not."""
+    """The fallback of a light that translucent casters should colour and do not."""
     if light.shadow is None or not light.wide or not scene.blends.any():
         return ()
     return (UNTINTED.format(type(light).__name__),)
 
 
-class Glass:
-    """The panes of one light, kept while the light, the scene and what is seen of it stay."""
+class TranslucentMap:
+    """The maps of one light, kept while light, scene and camera view stay the same."""
 
     def __init__(self, context: GLContext) -> None:
         self._context = context
         self._key: Hashable = None
-        self._panes: Panes | None = None
+        self._tint: Tint | None = None
         self._size = (0, 0)
         self._owned: list[Any] = []
 
-    def panes(self, work: Work, light: Light) -> Panes | None:
-        """What tints the light; None: nothing does."""
-        scene = work.scene
+    def tint(self, frame: FrameContext, light: Light) -> Tint | None:
+        """The maps that colour the light; None: nothing does."""
+        scene = frame.scene
         if light.shadow is None or light.wide or not scene.blends.any():
             return None
-        key = (scene.identity, light.geometry, light.planes, work.sight)
+        key = (scene.identity, light.geometry, light.planes, frame.camera_view)
         if key != self._key:
             self._key = None
-            self._panes = self._drawn(work, light)
+            self._tint = self._drawn(frame, light)
             self._key = key
-        return self._panes
+        return self._tint
 
-    def _drawn(self, work: Work, light: Light) -> Panes | None:
-        scene, sight, ctx = work.scene, work.sight, work.context.ctx
-        clip = ClipSpace(work.caps.clip_control, reversed=False)
-        asked = Asked(
-            light, scene.corners, scene.boxes, sight.receivers, scene.corners[scene.blends].reshape(-1, 3), sight.camera, sight.size,
-            sight.near, sight.far, clip, RESOLUTION, _GUARD,
+    def _drawn(self, frame: FrameContext, light: Light) -> Tint | None:
+        scene, camera_view, ctx = frame.scene, frame.camera_view, frame.context.ctx
+        clip = ClipSpace(frame.caps.clip_control, reversed=False)
+        request = FitRequest(
+            light, scene.corners, scene.boxes, camera_view.receivers, scene.corners[scene.blends].reshape(-1, 3),
+            camera_view.camera, camera_view.size, camera_view.near, camera_view.far, clip, RESOLUTION, _GUARD,
         )  # fmt: skip
-        found = around(asked, sight.receivers).views
+        found = around(request, camera_view.receivers).views
         if not found:
             return None
-        views, size = layout(found, work.caps.max_texture_size)
+        views, size = layout(found, frame.caps.max_texture_size)
         self._make(size)
         colors, depths, framebuffer = self._owned
         matrices = [pack_matrices(view.clip_from_world @ scene.world_from_origin) for view in views]
         framebuffer.use()
-        work.context.gl.clip_control(clip.zero_to_one) if work.caps.clip_control else None
+        frame.context.gl.clip_control(clip.zero_to_one) if frame.caps.clip_control else None
         nodes, hidden = np.flatnonzero(scene.blends), [None] * len(scene.nodes)
-        # first the nearest, then the colours of all
+        # first the nearest depth, then the product of all colours
         for depth in (True, False):
             framebuffer.depth_mask = depth
             framebuffer.color_mask = (not depth,) * 4
@@ -119,23 +119,23 @@ class Glass:
                 ctx.depth_func = "<="
                 ctx.depth_clamp_range = (0.0, 1.0)
                 ctx.blend_func = moderngl.ZERO, moderngl.SRC_COLOR
-                draw_nodes(ctx, scene, nodes, hidden, self._begin(work, clip_from_mesh))
+                draw_nodes(ctx, scene, nodes, hidden, self._begin(frame, clip_from_mesh))
         ctx.enable_only(moderngl.NOTHING)
         ctx.blend_func = moderngl.ONE, moderngl.ONE
         ctx.depth_clamp_range = None
         framebuffer.depth_mask, framebuffer.color_mask = True, (True, True, True, True)
-        return Panes(views, colors, depths)
+        return Tint(views, colors, depths)
 
     def _begin(
-        self, work: Work, clip_from_mesh: NDArray[np.float32]
+        self, frame: FrameContext, clip_from_mesh: NDArray[np.float32]
     ) -> Callable[[int], tuple[Callable[[int], None], moderngl.VertexArray]]:
-        scene = work.scene
+        scene = frame.scene
 
         def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
             gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
-            program = work.programs.get(
-                "pass/glass.vert",
-                "pass/glass.frag",
+            program = frame.programs.get(
+                "pass/translucent.vert",
+                "pass/translucent.frag",
                 defines={"GLS_TEXTURED": int(gpu.textured), "GLS_COLORED": int(gpu.colored)},
             )
             program.set(u_color=material.color)
@@ -153,7 +153,7 @@ class Glass:
         if self._owned and self._size == size:
             return
         self.release()
-        ctx, what = self._context.ctx, "the map of what light passes through"
+        ctx, what = self._context.ctx, "the map of translucent casters"
         depths = depth_texture(self._context, size, Target.DEPTH32F, what)
         depths.compare_func = ""
         made: list[Any] = [depths]
@@ -167,21 +167,21 @@ class Glass:
     def release(self) -> None:
         """Free the GPU memory."""
         release(*reversed(self._owned))
-        self._owned, self._key, self._panes = [], None, None
+        self._owned, self._key, self._tint = [], None, None
 
 
-class Glasses(dict[int, Glass]):
-    """What tints the lights, by their number; kept from frame to frame."""
+class TranslucentMaps(dict[int, TranslucentMap]):
+    """The translucent maps of all lights, by light number; kept from frame to frame."""
 
     def __init__(self, context: GLContext) -> None:
         super().__init__()
         self._context = context
 
-    def panes(self, work: Work, number: int, light: Light) -> Panes | None:
-        """Those of the light of that number."""
-        return self.setdefault(number, Glass(self._context)).panes(work, light)
+    def tint(self, frame: FrameContext, number: int, light: Light) -> Tint | None:
+        """The maps of one light."""
+        return self.setdefault(number, TranslucentMap(self._context)).tint(frame, light)
 
     def release(self) -> None:
-        """Free them all."""
-        for glass in self.values():
-            glass.release()
+        """Release all maps."""
+        for each in self.values():
+            each.release()

@@ -1,1 +1,1 @@
-"""A scene on the GPU: meshes, triangles in world space, draw loops, and what is not drawn."""
+"""A scene on the GPU: meshes, triangles in world space, draw loops, and culling."""

@@ -1,4 +1,4 @@
-"""What a light makes of a scene's bodies: which darken anything, and whose back faces may be left out."""
+"""Caster culling per light: which bodies can darken anything, and whose back faces can be culled."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array, transform
 from glshadow.derive.casting import Convex, convex, darkens
-from glshadow.gl.passes.camera import Sight
+from glshadow.gl.passes.camera import CameraView
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.lights import Light
 from glshadow.scene.mesh import Mesh
 from glshadow.shadows.shadow import Faces
 
-_FEW = 12  # triangles of a body that is tested for whether it darkens anything
-_FLAT = 1e-9  # of its size: thickness up to which a body is a plane
-_TESTED = 64  # bodies: each is tested against all others
-_KEPT = 64  # lights for which the answers are kept
+_FEW = 12  # triangles: larger bodies are not tested, they always cast
+_FLAT = 1e-9  # of its size: a thinner body counts as a plane
+_TESTED = 64  # most bodies tested, since each is tested against all others
+_KEPT = 64  # lights whose results are kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,17 +28,17 @@ class Casters:
     Attributes
     ----------
     always : (N,) bool
-        Whatever the camera.
+        Bodies that cast whatever the camera sees.
     inside : dict of int to Convex
-        Closed convex bodies that darken nothing but their own inner side, which only a camera inside sees.
+        Closed convex bodies that darken only their own inside, which is visible only to a camera inside.
     """
 
     always: NDArray[np.bool_]
     inside: dict[int, Convex]
 
 
-def casters_seen(scene: GpuScene, light: Light, sight: Sight | None) -> NDArray[np.bool_]:
-    """Which nodes (N,) darken anything that a camera sees, or any camera if None: not a floor under everything, whose rasterising would
+def casters_seen(scene: GpuScene, light: Light, camera_view: CameraView | None) -> NDArray[np.bool_]:
+    """Which nodes (N,) darken anything that a camera sees, or any camera if None. A floor under everything does not, and drawing it would
     cost as much as all the rest.
     """
     key = light.geometry
@@ -49,16 +49,16 @@ def casters_seen(scene: GpuScene, light: Light, sight: Sight | None) -> NDArray[
         casters = scene.casting[key] = _casters(scene, light)
     casting = casters.always.copy()
     for i, body in casters.inside.items():
-        casting[i] = sight is None or not (sight.outside[i] or body.excludes(sight.near_corners))
+        casting[i] = camera_view is None or not (camera_view.outside[i] or body.excludes(camera_view.near_corners))
     return casting
 
 
 def _casters(scene: GpuScene, light: Light) -> Casters:
-    """Leave out large bodies of few triangles that certainly darken no other body, nor themselves."""
+    """Cull large bodies of few triangles that certainly darken neither another body nor themselves."""
     casting, inside = scene.casts.copy(), {}
     size = np.linalg.norm(np.ptp(scene.corners, axis=1), axis=1)
     whole = float(np.linalg.norm(np.ptp(scene.corners.reshape(-1, 3), axis=0)))
-    # from smooth surfaces rays start outside their triangles, which may then lie between
+    # rays from smooth surfaces start outside their triangles, which may then lie between
     large = casting & (size > 0.5 * whole) & (scene.lifts == 0.0)
     for i in np.flatnonzero(large)[:_TESTED] if len(scene.nodes) > 1 else ():
         mesh = scene.nodes[i].mesh
@@ -78,7 +78,7 @@ def _casters(scene: GpuScene, light: Light) -> Casters:
 
 
 def _outline(mesh: Mesh) -> Array | None:
-    """Few triangles (T, 3, 3) that darken all that a mesh darkens: its own, or of a flat one the rectangle round it; None: many."""
+    """Few triangles (T, 3, 3) that darken all that a mesh darkens: its own, or the bounding rectangle of a flat mesh; None: too many."""
     if len(mesh.triangles) <= _FEW:
         return np.asarray(mesh.positions[mesh.triangles])
     low, high = mesh.bounds
@@ -92,10 +92,10 @@ def _outline(mesh: Mesh) -> Array | None:
 
 
 def hides_back_faces(scene: GpuScene, light: Light, faces: Faces | None) -> NDArray[np.bool_]:
-    """Which nodes (N,) may be drawn without their back faces: closed ones that do not contain the light.
+    """Which nodes (N,) can be drawn without their back faces: closed ones that do not contain the light.
 
-    On its way from such a light to a receiver, wherever that lies and on whatever side of the body it is seen, a ray enters a closed
-    body before it leaves it: where it meets a back face it has met a front face.
+    On its way from the light to a receiver, wherever it lies and whatever side of the body it sees, a ray enters a closed
+    body before it leaves it: where it meets a back face it has met a front face before.
     """
     closed = scene.closed
     if faces is not None or light.at_infinity:

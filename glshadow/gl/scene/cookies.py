@@ -1,4 +1,4 @@
-"""Cookies as textures, each as long as somebody holds it."""
+"""Cookie textures, kept as long as their Cookie is alive."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from glshadow.shadows.cookie import Cookie
 
 
 class Cookies:
-    """The cookies' textures of a context: linear light, filtered, their borders as the cookie wants them."""
+    """A context's cookie textures: linear light, filtered, with the cookie's border mode."""
 
     def __init__(self, context: GLContext) -> None:
         self._context = context
@@ -20,7 +20,7 @@ class Cookies:
         self._made: list[moderngl.Texture] = []
 
     def get(self, cookie: Cookie) -> moderngl.Texture:
-        """Its texture, uploaded the first time."""
+        """The cookie's texture, uploaded at its first use."""
         texture = self._held.get(cookie)
         if texture is None:
             texture = color_texture(self._context, cookie.image, "a light's cookie")
@@ -28,19 +28,19 @@ class Cookies:
             texture.filter = (
                 moderngl.LINEAR,
                 moderngl.LINEAR,
-            )  # a buffer of pixels has no derivatives to choose a level by
+            )  # shading from a list of pixels has no derivatives for choosing a mip level
             texture.repeat_x = texture.repeat_y = cookie.repeat
             self._held[cookie] = texture
         return texture
 
     def sweep(self) -> None:
-        """Free those of cookies that are gone."""
+        """Release the textures of cookies that were garbage-collected."""
         held = set(map(id, self._held.values()))
         for texture in [each for each in self._made if id(each) not in held]:
             self._made.remove(texture)
             texture.release()
 
     def release(self) -> None:
-        """Free them all."""
+        """Release all textures."""
         self._held.clear()
         self.sweep()

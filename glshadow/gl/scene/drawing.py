@@ -1,4 +1,4 @@
-"""The one loop that draws nodes: instances one after another, state changed only where it changes."""
+"""The draw loop: nodes sorted by mesh, with state changes only where the state differs."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from glshadow.gl.scene.runs import Stroke
 
 
 class Drawn(Protocol):
-    """What is drawn, per node."""
+    """The nodes' data that the loop reads."""
 
     @property
     def mesh_number(self) -> NDArray[np.int64]:
-        """Equal for instances of one mesh."""
+        """Number of each node's mesh; equal for instances of one mesh."""
 
     @property
     def mirrored(self) -> Sequence[bool]:
-        """Whether a node's matrix turns the winding over."""
+        """Whether a node's matrix flips the winding."""
 
 
 Begin = Callable[[int], tuple[Callable[[int], Any], moderngl.VertexArray]]
-"""Node -> (what sets a node's own uniforms, its mesh as the program's input); called where the mesh changes."""
+"""Node -> (function that sets a node's uniforms, the mesh's vertex array); called where the mesh changes."""
 
 
 Crowd = Callable[[NDArray[np.int64]], Any]
-"""Draws many nodes that share a mesh, in their order."""
+"""Draws several nodes that share a mesh, in order."""
 
 _SIDES = (None, "back", "front")
-_MANY = 8  # nodes that are a crowd: reading their matrices costs every vertex more than uniforms do
+_MANY = 8  # least instances drawn together: fetching matrices per vertex costs more than uniforms
 
 
 def draw_nodes(
@@ -45,24 +45,24 @@ def draw_nodes(
     stroke: Stroke | None = None,
     crowd: Crowd | None = None,
 ) -> int:
-    """Draw nodes; returns how many.
+    """Draw nodes; returns the number of draws.
 
     Parameters
     ----------
     nodes : iterable of int
     hidden : sequence of {"back", "front", None}
-        Per node of the scene the side that is left out.
+        Per node of the scene the side that is culled.
     begin : Begin
     stroke : Stroke, optional
-        Draws a mesh; else all of it is drawn at once.
+        Draws a mesh; None: all of it in one call.
     crowd : Crowd, optional
-        Draws instances together; else each is drawn by itself.
+        Draws instances together; None: each by itself.
     """
     chosen = np.fromiter(nodes, dtype=np.int64)
     number = scene.mesh_number
     chosen = chosen[np.argsort(number[chosen], kind="stable")]
     side = np.array([_SIDES.index(hidden[i]) for i in chosen.tolist()], dtype=np.int64)
-    turned = np.asarray(scene.mirrored)[chosen] & (side > 0)  # a mirrored node's winding is turned over by its matrix
+    turned = np.asarray(scene.mirrored)[chosen] & (side > 0)  # a mirrored node's matrix flips the winding
     side[turned] = 3 - side[turned]
     borders = np.flatnonzero((np.diff(number[chosen]) != 0) | (np.diff(side) != 0)) + 1
     ends = [0, *borders.tolist(), len(chosen)] if len(chosen) else []
@@ -80,9 +80,9 @@ def draw_nodes(
             ctx.cull_face = cull or "back"
         if crowd is not None and end - start >= _MANY:
             crowd(chosen[start:end])
-            previous = -1  # another program
+            previous = -1  # no mesh yet
             continue
-        if meshes[start] != previous:  # a run is of one mesh
+        if meshes[start] != previous:  # instances in a run share one mesh
             previous = meshes[start]
             place, array = begin(order[start])
         assert place is not None

@@ -1,4 +1,4 @@
-"""A scene on the GPU: its draws, and what passes read of its triangles."""
+"""A scene on the GPU: its draws, and per-triangle data for the passes."""
 
 from __future__ import annotations
 
@@ -28,60 +28,60 @@ from glshadow.scene.nodes import Node, Scene
 if TYPE_CHECKING:
     from glshadow.gl.scene.bodies import Casters
 
-# marks of triangles' numbers, see lib/surface_number.glsl
+# flag bits of triangle IDs, see lib/surface_number.glsl
 NOT_RECEIVING = 1 << 31
 CATCHING = 1 << 30
 TRIANGLES = CATCHING - 1
-"""The bits of a triangle's number, from 1."""
-_AT_ONCE = 1 << 18  # triangles whose planes are computed together
+"""The bits of a triangle's ID, which counts from 1."""
+_AT_ONCE = 1 << 18  # triangles per batch of plane computation
 
 
 class GpuScene:
-    """A scene on the GPU: its draws, and per drawn triangle its plane and its node, read by the resolve pass.
+    """A scene on the GPU: its draws, and for each drawn triangle its plane and its node, read by the resolve pass.
 
     Attributes
     ----------
     nodes : tuple of Node
-        Those that have triangles, in the scene's order.
+        Nodes that have triangles, in the scene's order.
     scene_numbers : (N,) int
-        Where they are in the scene.
+        Their indices in the scene.
     meshes : list of GpuMesh
         One per node, shared by instances.
     count : int
         Triangles of all nodes.
     first : (N,) int
-        Number of each node's first triangle, from 0, over the whole scene.
+        Index of each node's first triangle, from 0, over the whole scene.
     world_from_mesh : (N, 4, 4) float64
     world_from_origin : (N, 4, 4) float64
-        Places the float32 vertices: world_from_mesh after the mesh's origin.
+        Places the float32 vertices: world_from_mesh times the translation to the mesh's origin.
     origin : (3,) float64
-        World point that the planes are relative to: the median corner, where most of the scene is even if a stray triangle is not.
+        World point that the planes are relative to: the median corner, where most of the scene is even if one triangle lies far away.
     color : (3,) floats or None
         The base colour, where all nodes share one and none has a texture or vertex colours.
     textured : bool
-        Whether some base colour changes from pixel to pixel: a texture's, or that of vertices.
+        Whether some base colour varies within a triangle, by a texture or vertex colours.
     selective : bool
-        Whether shadows leave out some nodes.
+        Whether some nodes receive no shadows.
     catches : bool
-        Whether some nodes show nothing but the shadow that falls on them.
+        Whether some nodes are shadow catchers, which show only the shadow on them.
     copies : (N,) bool
-        Nodes that lie exactly on another one and need not be drawn: the same triangles at the same place, whatever their colour.
+        Nodes that coincide with another one and need not be drawn: the same triangles at the same place, whatever their colour.
     casts : (N,) bool
-        All but copies, blended nodes and those that are told not to.
+        All but copies, blended nodes and those with `casts` off.
     closed : (N,) bool
-        Whether back faces are seen by nobody outside.
+        Whether back faces are invisible from outside.
     blends : (N,) bool
         Which nodes tint what light passes through them.
     casting : dict
-        Which nodes darken anything, by `Light.geometry`: see `gl.bodies`.
+        Which nodes darken anything, by `Light.geometry`: see `gl.scene.bodies`.
     rounded : BufferTexture or None
         Per drawn triangle its vertices' normals, see lib/smooth_point.glsl; None where all triangles are flat.
     lifts : (N,) float64
-        How far off each node's triangles points may lie that see a light, world units; 0 where all are flat.
+        Largest distance between a node's shaded points and its triangles, world units; 0 where all are flat.
     raised_corners : (N, 8, 3) float64
-        World corners of boxes that hold these points.
+        World corners of boxes that contain the shaded points.
     identity : int
-        Never the same for two of them.
+        Unique for each GpuScene.
     """
 
     _count = itertools.count()
@@ -122,7 +122,7 @@ class GpuScene:
         self.mirrored: list[bool] = (np.linalg.det(matrices[:, :3, :3]) < 0.0).tolist()
         self.normal_from_mesh = _cofactors(matrices[:, :3, :3])
         self.packed_normals = pack_matrices(self.normal_from_mesh)
-        first = (self.first + 1).astype(np.uint32)  # as shaders count, 0 being none
+        first = (self.first + 1).astype(np.uint32)  # as shaders count; 0 is the background
         receives = np.array([node.receives for node in self.nodes])
         self.selective = not receives.all()
         first[~receives] |= np.uint32(NOT_RECEIVING)
@@ -147,7 +147,7 @@ class GpuScene:
 
     @property
     def planes(self) -> BufferTexture:
-        """Per triangle its unit world normal and distance from `origin`, zero without area (RGBA32F). Made when first asked for."""
+        """Per triangle its unit world normal and distance from `origin`, zero without area (RGBA32F). Created at first use."""
         if self._planes is None:
             planes = np.zeros((self.count, 4), dtype=np.float32)
             for group in self._groups():
@@ -162,7 +162,7 @@ class GpuScene:
 
     @property
     def owners(self) -> BufferTexture:
-        """Per triangle its node (R32UI). Made when first asked for."""
+        """Per triangle its node (R32UI). Created at first use."""
         if self._owners is None:
             counts = [gpu.count for gpu in self.meshes]
             owners = np.repeat(np.arange(len(counts), dtype=np.uint32), counts)
@@ -172,7 +172,7 @@ class GpuScene:
 
     @property
     def clusters(self) -> Placed:
-        """The clusters of all nodes, made when first asked for."""
+        """The clusters of all nodes, created at first use."""
         if self._clusters is None:
             meshes = {id(gpu): gpu for gpu in self.meshes}
             place_of = {key: k for k, key in enumerate(meshes)}
@@ -185,7 +185,7 @@ class GpuScene:
 
     @property
     def world(self) -> WorldTriangles:
-        """All triangles in one frame, made when first asked for."""
+        """All triangles in one frame, created at first use."""
         if self._world is None:
             self._world = WorldTriangles(self._context, self)
         return self._world
@@ -203,10 +203,10 @@ class GpuScene:
     def _copies(self, matrices: Array) -> NDArray[np.bool_]:
         copies = np.zeros(len(self.nodes), dtype=bool)
         seen: set[tuple[object, ...]] = set()
-        # only what lies where another one does
+        # only nodes whose box coincides with another's
         place = welded(matrices[:, :3, 3])
         crowded = np.bincount(place)[place] > 1
-        order = np.argsort(self.mesh_number, kind="stable")  # the first that is drawn wins, as in the depth test
+        order = np.argsort(self.mesh_number, kind="stable")  # the first one drawn wins, as in the depth test
         for i in order[crowded[order]].tolist():
             gpu, node, casts = self.meshes[i], self.nodes[i], bool(self.casts[i])
             if gpu.cut_out:
@@ -217,7 +217,7 @@ class GpuScene:
         return copies
 
     def _groups(self) -> Iterator[NDArray[np.int64]]:
-        """Numbers of nodes of equally many triangles, some at a time where these are many; instances one after another."""
+        """Batches of nodes with equally many triangles; instances follow each other."""
         counts = np.array([gpu.count for gpu in self._on_gpu])[self.mesh_number]
         order = np.lexsort((self.mesh_number, counts))
         starts = np.flatnonzero(np.diff(counts[order])) + 1
@@ -226,7 +226,7 @@ class GpuScene:
             yield from (group[k : k + most] for k in range(0, len(group), most))
 
     def _different(self, group: NDArray[np.int64]) -> tuple[list[Mesh], NDArray[np.int64]]:
-        """The meshes of nodes, each once, and which of them is whose."""
+        """The distinct meshes of nodes, and each node's index into them."""
         _, first, of_node = np.unique(self.mesh_number[group], return_index=True, return_inverse=True)
         return [self.nodes[i].mesh for i in group[first].tolist()], of_node
 
@@ -238,14 +238,14 @@ class GpuScene:
         normals = normals[of_node] @ self.normal_from_mesh[group].transpose(0, 2, 1)
         length = np.linalg.norm(normals, axis=-1, keepdims=True)
         normals = normals / np.where(length > 0.0, length, 1.0)
-        # from the vertices that the GPU draws, rounded to float32 as they are
+        # from the float32 vertices that the GPU draws
         origins = np.stack([self._on_gpu[k].origin for k in self.mesh_number[group]])
         drawn = (corners[of_node, :, 0] - origins[:, None]).astype(np.float32)
         corner = _placed(self.world_from_origin[group], drawn.astype(np.float64)) - self.origin
         return np.concatenate([normals, np.einsum("nij,nij->ni", normals, corner)[..., None]], axis=-1)
 
     def _rounded(self) -> BufferTexture | None:
-        """Per drawn triangle its vertices' normals, see lib/smooth_point.glsl; sets `lifts`. None where all triangles are flat."""
+        """Per drawn triangle its vertices' normals, see lib/smooth_point.glsl; sets `lifts`. None if all triangles are flat."""
         rows = np.zeros((self.count, 4), dtype=np.uint32)
         for group in self._groups():
             smooth = group[[self.meshes[i].smooth for i in group]]
@@ -268,23 +268,23 @@ class GpuScene:
         return texture_buffer(self._context, rows, RGBA32UI) if rows[:, 3].any() else None
 
     def _raised(self, bounds: Array, matrices: Array) -> Array:
-        """World corners (N, 8, 3) of boxes that also hold the points that see lights."""
+        """World corners (N, 8, 3) of boxes that also contain the shaded points."""
         inverse = np.linalg.pinv(matrices[:, :3, :3])
         margin = self.lifts[:, None] * np.linalg.norm(inverse, axis=2)  # in mesh space, along each axis
         return box_corners(np.stack([bounds[:, 0] - margin, bounds[:, 1] + margin], axis=1), matrices)
 
     def release(self) -> None:
-        """Free the GPU memory; the meshes stay."""
+        """Free the GPU memory; the meshes are kept."""
         release(self._planes, self._owners, self.colors, self.rounded, self._world)
 
 
 def _placed(matrices: Array, points: Array) -> Array:
-    """Points (T, 3) at the places (N, 4, 4) of instances: (N, T, 3)."""
+    """Points (T, 3) transformed by the matrices (N, 4, 4) of instances: (N, T, 3)."""
     return np.asarray(points @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3])
 
 
 def _cofactors(linear: Array) -> Array:
-    """Matrices (N, 3, 3) that carry normals: cofactors, det * inverse transpose, also for singular ones; scaled to size 1."""
+    """Matrices (N, 3, 3) that transform normals: cofactors, det * inverse transpose, also for singular ones; scaled to size 1."""
     rows = np.stack([np.cross(linear[:, (i + 1) % 3], linear[:, (i + 2) % 3]) for i in range(3)], axis=1)
     size = np.abs(rows).max(axis=(1, 2), keepdims=True)
     return np.asarray(rows / np.where(size > 0.0, size, 1.0))

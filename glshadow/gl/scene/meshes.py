@@ -1,4 +1,4 @@
-"""Meshes on the GPU: uploaded once, shared by all their instances, forgotten with them."""
+"""Meshes on the GPU: uploaded once, shared by all instances, released with the last Mesh."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ _SRGB8_ALPHA8 = 0x8C43
 _FAR_FROM_ORIGIN = 16.0
 """A mesh further from its origin than this many extents is stored relative to its middle (4 bits of float32)."""
 _LARGE = 1 << 18
-"""Triangles from which on a thread pays."""
+"""Least number of triangles for which a thread pays off."""
 _FORMATS = {"a_position": "3f", "a_normal": "3f", "a_uv": "2f", "a_color": "4f"}
 Order = Literal["numbered", "shared", "clustered"]
-"""How a mesh's triangles follow each other, and what their vertices are."""
+"""Order of a mesh's triangles and layout of its vertices, see `GpuMesh.vertex_array`."""
 _INTERPOLATED = 2.0**-20
-"""What interpolating an alpha of 1 between vertices may cost it, a few roundings of float32."""
+"""Rounding error that interpolating an alpha of 1 between vertices may cause, a few roundings of float32."""
 
 
 class Shape:
-    """Triangles on the GPU, whatever their material: positions, indices, and what follows from them.
+    """Triangles on the GPU independent of the material: positions, indices, and what is derived from them.
 
-    Positions are float32 relative to `origin`, so that a mesh baked far from zero keeps what float64 knew of it.
+    Positions are float32 relative to `origin`, so that a mesh far from zero keeps its float64 precision.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Shape:
     closed : bool
         See `Mesh.closed`.
     neighbours : (T, 3) uint32
-        The triangles across each triangle's edges, by the positions that are drawn: see `geometry.adjacency`.
+        The triangles across each triangle's edges, by the drawn positions: see `geometry.adjacency`.
     positions, numbered : moderngl.Buffer
         Vertices and indices: see `numbered_triangles`.
     """
@@ -52,13 +52,13 @@ class Shape:
         low, high = mesh.bounds
         far = max(np.abs(low).max(), np.abs(high).max()) > _FAR_FROM_ORIGIN * (high - low).max()
         self.origin: Array = 0.5 * (low + high) if far else np.zeros(3)
-        # the arrays alone: holding the mesh would keep it, and with it this, alive
+        # the arrays alone: a reference to the mesh would keep it and, with it, this object alive
         self._triangles, self._positions = mesh.triangles, mesh.positions
         self._context, self._vertices = context, len(mesh.positions)
         if len(mesh.triangles) < _LARGE:
             self._connect(mesh)
             self._upload()
-        else:  # numpy lets go of the interpreter: what takes as long as all the rest is done beside it
+        else:  # numpy releases the GIL, and this takes as long as all the rest: run it in parallel
             with ThreadPoolExecutor(1) as beside:
                 connected = beside.submit(self._connect, mesh)
                 self._upload()
@@ -73,7 +73,7 @@ class Shape:
         drawn = self._drawn()
         if np.array_equal(drawn, mesh.positions):
             return
-        # float32 may bring together what float64 keeps apart
+        # float32 may merge points that differ in float64
         number = welded(drawn)
         places = number.max() + 1
         if places < len(number) and places <= welded(mesh.positions).max():
@@ -87,14 +87,14 @@ class Shape:
 
     @property
     def clusters(self) -> Clusters:
-        """Its triangles in groups. Made when first asked for: 0.3 s for a million triangles."""
+        """Its triangles in clusters. Computed at first use: 0.3 s for a million triangles."""
         if self._clusters is None:
             self._clusters = make_clusters(self._drawn(), self._triangles)
         return self._clusters
 
     @property
     def shared(self) -> moderngl.Buffer:
-        """Indices over one copy of each vertex. Made when first asked for."""
+        """Indices over one copy of each vertex. Created at first use."""
         if self._shared is None:
             self._shared = self._context.ctx.buffer(self._over_one_copy())
         return self._shared
@@ -108,7 +108,7 @@ class Shape:
 
     @property
     def averaged_normals(self) -> moderngl.Buffer:
-        """Per vertex the mean of its triangles' normals, unit length; zero where there is none. Made when first asked for."""
+        """Per vertex the mean of its triangles' normals, unit length; zero where there is none. Computed at first use."""
         if self._averaged is None:
             corners = self._triangles.ravel()
             faces = face_normals(*(self._positions.take(self._triangles[:, k], axis=0) for k in range(3)))
@@ -122,7 +122,7 @@ class Shape:
         return self._averaged
 
     def ordered(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
-        """What vertices (V, k) have, in the order in which they lie on the GPU (W, k)."""
+        """Vertex data (V, k) in the order of the vertices on the GPU (W, k)."""
         return np.concatenate([values.take(self._triangles[:, 2], axis=0), values[self._others]])
 
     def _drawn(self) -> NDArray[np.float32]:
@@ -141,17 +141,17 @@ class Shape:
 
 
 class GpuMesh:
-    """A mesh as passes draw it: its shape, what its vertices carry beside, and its base colour texture.
+    """A mesh as passes draw it: its shape, its other vertex attributes, and its base colour texture.
 
     Attributes
     ----------
     shape : Shape
     textured, colored : bool
-        Whether it has a texture with coordinates, whether it has vertex colours.
+        Whether it has a texture with coordinates; whether it has vertex colours.
     cut_out : bool
-        Whether alpha decides where it exists: MASK, and an alpha that may be below the cutoff.
+        Whether alpha cuts it out: alpha mode MASK, and an alpha that may be below the cutoff.
     cutoff : float
-        What alpha is compared with.
+        Threshold of alpha.
     """
 
     def __init__(
@@ -162,7 +162,7 @@ class GpuMesh:
         self.textured = material.texture is not None and mesh.uv is not None
         self.texture: moderngl.Texture | None = None
         self._pixels = material.texture if self.textured else None
-        if self._pixels is not None:  # first: it is what a driver may refuse
+        if self._pixels is not None:  # first, since the driver may refuse it
             pixels = self._pixels
             self.texture = textures.take(lambda: color_texture(context, pixels), pixels)
         self._key = (mesh.positions, mesh.triangles)
@@ -183,7 +183,7 @@ class GpuMesh:
 
     @property
     def alpha_test(self) -> dict[str, int]:
-        """Defines of a pass that asks no colour, only whether the surface exists."""
+        """Defines of a pass that needs no colour, only whether the surface exists."""
         tested = self.cut_out
         return {
             "GLS_ALPHA": int(tested),
@@ -197,21 +197,23 @@ class GpuMesh:
         Parameters
         ----------
         order : {"numbered", "shared", "clustered"}
-            numbered: gl_VertexID of a triangle's last vertex is the triangle's number; shared: vertices are shared by as many triangles
-            as can be; clustered: these, cluster after cluster.
+            numbered: gl_VertexID of a triangle's last vertex is the triangle's index; shared: as many triangles as possible share each
+            vertex; clustered: the same, cluster after cluster.
         """
         key = (program.gl.glo, order)
         array = self._arrays.get(key)
         if array is None:
             buffers = {"a_position": self.shape.positions, **self._beside}
-            if "a_normal" in program and "a_normal" not in buffers:  # a bias along the normal asks even flat meshes
+            if (
+                "a_normal" in program and "a_normal" not in buffers
+            ):  # a normal-offset bias needs normals of flat meshes too
                 buffers["a_normal"] = self.shape.averaged_normals
             content = [(buffers[name], kind, name) for name, kind in _FORMATS.items() if name in program]
             array = self._arrays[key] = self._ctx.vertex_array(program.gl, content, getattr(self.shape, order))
         return array
 
     def release(self) -> None:
-        """Free the GPU memory that is not shared with others."""
+        """Release the buffers that are not shared with other meshes."""
         for array in self._arrays.values():
             array.release()
         for buffer in self._beside.values():
@@ -229,23 +231,23 @@ def face_normals(a: Array, b: Array, c: Array) -> Array:
 
 
 def numbered_triangles(triangles: NDArray[np.int32], vertices: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Vertices in an order in which the last vertex of triangle k is vertex k.
+    """Reorder vertices so that the last vertex of triangle k is vertex k.
 
-    A flat gl_VertexID then names the triangle, where gl_PrimitiveID would make llvmpipe take every triangle apart (7 of 21 ms on the
-    courtyard).
+    A flat gl_VertexID is then the triangle's index. gl_PrimitiveID would make llvmpipe process every triangle separately (7 of 21 ms on
+    the courtyard).
 
     Parameters
     ----------
     triangles : (T, 3) int32
     vertices : int
-        V, how many there are.
+        V, the number of vertices.
 
     Returns
     -------
     numbered : (T, 3) int32
-        Triangles over the new vertices, the last index of triangle k being k. The first T of them are the triangles' last vertices.
+        Triangles over the new vertices; the last index of triangle k is k. The first T new vertices are the triangles' last vertices.
     others : (M,) int32
-        Which of the old vertices the rest are: those that are no triangle's last.
+        Old vertices that follow them: those that are no triangle's last vertex.
     """
     copies = _first_copies(triangles, np.zeros(0, dtype=np.int32), vertices)
     missing = np.zeros(vertices, dtype=bool)
@@ -257,7 +259,7 @@ def numbered_triangles(triangles: NDArray[np.int32], vertices: int) -> tuple[NDA
     number = np.arange(len(triangles), dtype=np.int32)
     last[triangles[:, 2]] = number
     numbered = np.zeros_like(triangles)
-    # the last copy if it comes before, else the first: what was drawn of late is in the vertex cache
+    # the last copy if it comes before, else the first: recently drawn vertices are in the vertex cache
     for k in range(2):
         latest = last.take(triangles[:, k])
         numbered[:, k] = np.where(latest < number, latest, copies.take(triangles[:, k]))
@@ -266,7 +268,7 @@ def numbered_triangles(triangles: NDArray[np.int32], vertices: int) -> tuple[NDA
 
 
 def _first_copies(triangles: NDArray[np.int32], others: NDArray[np.int32], vertices: int) -> NDArray[np.int32]:
-    """For each of the old vertices (V,) the first of the new ones that is it; -1 where there is none."""
+    """For each old vertex (V,) the first new one that equals it; -1 if there is none."""
     copies = np.full(vertices, -1, dtype=np.int32)
     copies[triangles[::-1, 2]] = np.arange(len(triangles), dtype=np.int32)[::-1]
     copies[others] = len(triangles) + np.arange(len(others), dtype=np.int32)
@@ -279,7 +281,7 @@ def color_texture(
     """sRGB pixels (H, W, 4) as a texture that is read as linear light."""
     height, width = pixels.shape[:2]
     context.check_size((width, height), what)
-    # v up, as uv counts: row 0 of the file is the top
+    # v points up: row 0 of the file is the top
     texture = context.ctx.texture((width, height), 4, pixels[::-1].tobytes(), internal_format=_SRGB8_ALPHA8)
     texture.build_mipmaps()
     texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
@@ -287,7 +289,7 @@ def color_texture(
 
 
 class Meshes:
-    """The GPU meshes of a context, kept as long as their Mesh lives."""
+    """The GPU meshes of a context, kept as long as their Mesh is alive."""
 
     def __init__(self, context: GLContext) -> None:
         self._context = context
@@ -297,7 +299,7 @@ class Meshes:
         self._uploaded: list[GpuMesh] = []
 
     def get(self, mesh: Mesh) -> GpuMesh:
-        """The GPU side of a mesh, uploaded the first time."""
+        """The GPU side of a mesh, uploaded at its first use."""
         gpu = self._meshes.get(mesh)
         if gpu is None:
             gpu = self._meshes[mesh] = GpuMesh(self._context, mesh, self._shapes, self._textures)

@@ -1,9 +1,10 @@
-"""Sparing: a map that is drawn again and again is drawn with fewer triangles, those of clusters that can be in it.
+"""Occlusion culling: repeated draws of a shadow map skip clusters of triangles that cannot change it.
 
-Clusters outside the view or behind others change nothing in a depth map, whatever is drawn first. What was behind others in the last
-map of a moving light is mostly so in the next: the rest is drawn, its depth is read, and of what was left out only those clusters
-follow that are not behind that depth. Reading pays where OpenGL runs on the CPU; elsewhere nothing is asked to be hidden. That a
-cluster turns its back to the light is not asked: what is turned away costs a tenth of what is drawn, as much as asking.
+Clusters outside the view or behind others do not change a depth map, in whatever order they are drawn. Clusters hidden in the last
+map of a moving light are mostly hidden in the next one too: the others are drawn, their depth is read back, and of the skipped
+clusters only those that are not behind that depth are drawn after them. Read-back pays off where OpenGL runs on the CPU; elsewhere
+clusters are only culled by the view. Clusters that face away from the light are not culled: drawing one costs a tenth of a visible
+one, as much as the test.
 """
 
 from __future__ import annotations
@@ -27,22 +28,24 @@ from glshadow.shadows.metric import Target
 from glshadow.shadows.view import ShadowView
 
 LEAST_TRIANGLES = 1 << 17
-"""Scenes of fewer are drawn faster than they are asked."""
-_FEWER = 0.8  # of the time must remain, or less: vertices are shared less along the curve (10 % on a brain)
-# Seconds on llvmpipe (Mesa 22.3, two cores), tuned with scripts/benchmarks/spared.py: they decide how a map is drawn, not what is in it.
-_FRONT, _BACK = 1e-7, 1e-8  # a triangle that is drawn, and one that turns the side that is left out
-_TEXEL, _CLUSTER = 1.2e-9, 2e-7  # of asking
+"""Scenes with fewer triangles are drawn faster than tested."""
+_FEWER = (
+    0.8  # largest share of the draw time for which culling pays off: clusters share fewer vertices (10 % on a brain)
+)
+# Seconds on llvmpipe (Mesa 22.3, two cores), tuned with scripts/benchmarks/spared.py. They decide how a map is drawn, not its content.
+_FRONT, _BACK = 1e-7, 1e-8  # a drawn triangle, and a culled back face
+_TEXEL, _CLUSTER = 1.2e-9, 2e-7  # of the test
 _STEPS = {Target.DEPTH32F: 0.0}
-_STEP = 2.0**-15  # of other depth formats, at most
-_FIRST_PAUSE = 3  # draws before clusters are made: that takes as long as two or three
-_PAUSE, _LONGEST_PAUSE = 16, 1024  # draws after which it is tried again whether it is worth its time
+_STEP = 2.0**-15  # largest step of the other depth formats
+_FIRST_PAUSE = 3  # draws before clusters are built, which takes as long as two or three draws
+_PAUSE, _LONGEST_PAUSE = 16, 1024  # draws until culling is tried again after it did not pay off
 
 
-def sparable(scene: GpuScene, settings: CasterSettings, views: Sequence[ShadowView]) -> bool:
-    """Whether maps can be drawn with fewer triangles.
+def can_cull(scene: GpuScene, settings: CasterSettings, views: Sequence[ShadowView]) -> bool:
+    """Whether culling keeps the maps' content the same.
 
-    Not in perspective. Of equal depths of a metric the last that is drawn wins, so that all must be drawn, and in order. Casters that are
-    moved leave their clusters.
+    Not in perspective. For a metric, of equal depths the last one drawn wins, so all must be drawn, in order. Casters that are moved by
+    a bias leave their clusters' bounds.
     """
     warped = any(view.warp is not None for view in views)
     return (
@@ -51,49 +54,49 @@ def sparable(scene: GpuScene, settings: CasterSettings, views: Sequence[ShadowVi
 
 
 @dataclass
-class Patience:
-    """When something is tried again that did not bring what it cost: after 16 draws, then 32, and so on."""
+class Backoff:
+    """Delay until something that did not pay off is tried again: after 16 draws, then 32, and so on."""
 
     left: int = 0
     waits: int = 0
 
-    def tries(self) -> bool:
-        """Whether it is time."""
+    def ready(self) -> bool:
+        """Whether to try now."""
         self.left -= 1
         return self.left < 0
 
-    def learn(self, worth: bool) -> None:
-        """What came of it."""
+    def record(self, worth: bool) -> None:
+        """Record whether it paid off."""
         self.left = self.waits = 0 if worth else min(max(2 * self.waits, _PAUSE), _LONGEST_PAUSE)
 
 
 @dataclass
-class Shown:
+class ViewHistory:
     """What is known of a view from its last maps.
 
     Attributes
     ----------
     scene : int
-        Identity.
+        Identity of the scene.
     clusters : (C,) bool or None
-        Which were not hidden; None: not known.
-    choosing, asking : Patience
-        With choosing clusters at all, and with asking which are hidden.
+        Clusters that were visible; None: unknown.
+    choosing, testing : Backoff
+        Of culling clusters at all, and of testing which are hidden.
     """
 
     scene: int
-    choosing: Patience
-    asking: Patience
+    choosing: Backoff
+    testing: Backoff
     clusters: Bools | None = None
 
 
-class Sparing:
-    """How one light's maps are drawn with fewer triangles.
+class OcclusionCulling:
+    """Draws the maps of one light with culled clusters.
 
     Parameters
     ----------
     hidden : sequence of {"back", "front", None}
-        Per node the side that is left out.
+        Per node the side that is culled.
     """
 
     def __init__(
@@ -106,41 +109,41 @@ class Sparing:
         self._reads = context.caps.software and min(offset) >= 0.0
 
     def draw(self, view: ShadowView, chosen: NDArray[np.int64], whole: Begin, clustered: Begin) -> int:
-        """Draw nodes into a view's tile, which is clear; returns how many.
+        """Draw nodes into a view's tile, which is clear; returns the number of draws.
 
         Parameters
         ----------
         chosen : (K,) int64
-            Nodes that may be in it.
+            Nodes that may be in the view.
         whole, clustered : Begin
             For meshes in their own order, and cluster after cluster.
         """
-        seen = self._seen(view)
-        if not seen.choosing.tries():
+        history = self._history(view)
+        if not history.choosing.ready():
             self._draw_whole(chosen, whole)
             return len(chosen)
         bounds, shows, mine = self._shows(view, chosen)
-        work = self._work(view)
-        reading, testing = _TEXEL * view.resolution**2, _CLUSTER * len(work)
-        asks = self._reads and 0.5 * work[shows].sum() > reading and seen.asking.tries()
-        now = shows & seen.clusters if asks and seen.clusters is not None else shows
-        if work[now].sum() > _FEWER * work[mine].sum():
+        cost = self._cost(view)
+        reading, testing = _TEXEL * view.resolution**2, _CLUSTER * len(cost)
+        tests_hidden = self._reads and 0.5 * cost[shows].sum() > reading and history.testing.ready()
+        now = shows & history.clusters if tests_hidden and history.clusters is not None else shows
+        if cost[now].sum() > _FEWER * cost[mine].sum():
             self._draw_whole(chosen, whole)
             now = mine
         else:
             self._draw(now, clustered)
         needed = shows
-        if asks:
-            seen.clusters = ~self._behind(view, bounds)
-            needed = shows & seen.clusters
+        if tests_hidden:
+            history.clusters = ~self._behind(view, bounds)
+            needed = shows & history.clusters
             self._draw(needed & ~now, clustered)
-            seen.asking.learn(work[shows & ~needed].sum() > reading)
-        fewer = work[needed].sum() <= _FEWER * work[mine].sum()
-        seen.choosing.learn(fewer and work[mine & ~needed].sum() > testing)
+            history.testing.record(cost[shows & ~needed].sum() > reading)
+        fewer = cost[needed].sum() <= _FEWER * cost[mine].sum()
+        history.choosing.record(fewer and cost[mine & ~needed].sum() > testing)
         return len(chosen)
 
-    def _work(self, view: ShadowView) -> Array:
-        """Seconds (C,) that clusters take, about: by how much of each is turned to the light."""
+    def _cost(self, view: ShadowView) -> Array:
+        """Estimated draw time (C,) of clusters, seconds, by how much of each faces the light."""
         placed = self._scene.clusters
         backward = view.view_from_world[2, :3]
         towards = backward[:, None]
@@ -163,11 +166,11 @@ class Sparing:
         mine = nodes[placed.body]
         return bounds, in_frustum(placed, clip_from_origin, bounds) & mine, mine
 
-    def _seen(self, view: ShadowView) -> Shown:
-        seen = self._atlas.shown.get(view.tile)
-        if seen is None or seen.scene != self._scene.identity:
-            seen = self._atlas.shown[view.tile] = Shown(self._scene.identity, Patience(_FIRST_PAUSE), Patience())
-        return seen
+    def _history(self, view: ShadowView) -> ViewHistory:
+        history = self._atlas.shown.get(view.tile)
+        if history is None or history.scene != self._scene.identity:
+            history = self._atlas.shown[view.tile] = ViewHistory(self._scene.identity, Backoff(_FIRST_PAUSE), Backoff())
+        return history
 
     def _draw_whole(self, chosen: NDArray[np.int64], begin: Begin) -> None:
         stroke = Whole(self._context, self._scene.count)

@@ -1,4 +1,4 @@
-"""How much of each node's triangles is drawn at a time, and which of them."""
+"""Runs of triangles: how many triangles of a node one draw call covers, and which."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ Stroke = Callable[[moderngl.VertexArray, int], None]
 """Draws a mesh, the program's input, for a node."""
 
 AT_ONCE = 1 << 16
-"""Triangles after which a driver on the CPU is told to begin: it rasterises on all cores, but only after it has sorted all that it was
-given into tiles, on one. Of 608,752 triangles a 2048 map takes 74 ms at once and 61 so, the camera's pass 44 and 36 (llvmpipe, Mesa 22.3,
-two cores). What is less than twice as much is drawn at once: on the courtyard's 91,656 each beginning costs 0.3 ms."""
+"""Triangles after which a CPU driver is flushed. It rasterises on all cores, but only after one core has binned all triangles that it was
+given. A 2048 map of 608,752 triangles takes 74 ms in one go and 61 ms with flushes, the camera pass 44 and 36 (llvmpipe, Mesa 22.3,
+two cores). Fewer than twice as many are drawn in one go: with the courtyard's 91,656 each flush costs 0.3 ms."""
 
 
 class Whole:
@@ -34,7 +34,7 @@ class Whole:
         self._hurry = _Hurry(context, total)
 
     def __call__(self, array: moderngl.VertexArray, node: int) -> None:
-        """The mesh."""
+        """Draw the mesh."""
         count = array.vertices // 3
         if count <= AT_ONCE or not self._hurry.helps:
             array.render()
@@ -46,7 +46,7 @@ class Whole:
             self._hurry.drawn(piece)
 
     def instances(self, array: moderngl.VertexArray, count: int, begin: Callable[[int], None]) -> None:
-        """So many of the mesh, some at a time; `begin` is told which is the first."""
+        """Draw this many triangles of the mesh in parts; `begin` is called with the first of each part."""
         triangles = array.vertices // 3
         step = max(1, AT_ONCE // triangles)
         for first in range(0, count, step):
@@ -56,15 +56,15 @@ class Whole:
 
 
 class Runs:
-    """Draws consecutive clusters of nodes.
+    """Draws runs of consecutive clusters of nodes.
 
     Parameters
     ----------
     placed : Placed
     drawn : (C,) bool
-        Which of its clusters.
+        Which clusters.
     triangles : (N,) int64
-        How many each node has.
+        Triangles of each node.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class Runs:
         self._at = np.searchsorted(starts, placed.first)
         body = placed.body[starts]
         own = placed.first[body]
-        # a cluster that is its mesh has any size
+        # a mesh of one cluster may have any size
         last = ends == placed.first[body + 1]
         self._first = (starts - own) * SIZE
         self._count = np.where(last, triangles[body], (ends - own) * SIZE) - self._first
@@ -83,16 +83,16 @@ class Runs:
 
     @property
     def triangles(self) -> int:
-        """How many are drawn."""
+        """Number of triangles drawn."""
         return int(self._count.sum())
 
     @property
     def nodes(self) -> NDArray[np.int64]:
-        """Those of which anything is drawn."""
+        """Nodes of which anything is drawn."""
         return np.flatnonzero(np.diff(self._at))
 
     def __call__(self, array: moderngl.VertexArray, node: int) -> None:
-        """The node's runs."""
+        """Draw the node's runs."""
         mine = slice(self._at[node], self._at[node + 1])
         first, count = self._first[mine], self._count[mine]
         whole = np.cumsum(count)
@@ -104,7 +104,7 @@ class Runs:
 
 
 def runs_of(drawn: NDArray[np.bool_], first: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Where runs of True begin and end (R,), none of them across a body's first cluster (N + 1,)."""
+    """Starts and ends (R,) of runs of True; no run crosses a body's first cluster (N + 1,)."""
     border = np.zeros(len(drawn) + 1, dtype=bool)
     border[first] = True
     before, after = np.concatenate([[False], drawn]), np.concatenate([drawn, [False]])
@@ -112,14 +112,14 @@ def runs_of(drawn: NDArray[np.bool_], first: NDArray[np.int64]) -> tuple[NDArray
 
 
 class _Hurry:
-    """Tells a driver on the CPU to begin."""
+    """Flushes a CPU driver."""
 
     def __init__(self, context: GLContext, total: int) -> None:
         self.helps = context.caps.software and total >= 2 * AT_ONCE
         self._gl, self._since = context.gl, 0
 
     def drawn(self, count: int) -> None:
-        """So many triangles more are waiting."""
+        """Count this many more pending triangles; flush when there are enough."""
         self._since += count
         if self.helps and self._since >= AT_ONCE:
             self._gl.call("glFlush")

@@ -1,4 +1,4 @@
-"""All triangles of a scene in one frame, for passes that ask triangles instead of maps."""
+"""All triangles of a scene in one frame, for passes that test rays against triangles."""
 
 from __future__ import annotations
 
@@ -19,11 +19,12 @@ if TYPE_CHECKING:
     from glshadow.gl.scene.geometry import GpuScene
 
 HUGE = 128.0
-"""From here on a triangle gets a rounding bound of its own. At 128 times a table's metre the common bound is 70 micrometres."""
+"""A triangle that reaches further than this multiple gets its own rounding bound. At 128 times a table's metre the common bound is
+70 micrometres."""
 
-_SOLID = np.full((1, 1, 4), 255, dtype=np.uint8)  # the image of those that have none
+_SOLID = np.full((1, 1, 4), 255, dtype=np.uint8)  # the image of materials without a texture
 
-_TOGETHER = 2**15  # vertices that are placed at once: what is computed of them stays in the cache
+_TOGETHER = 2**15  # vertices transformed per batch, so that intermediate results stay in the CPU cache
 
 
 def _placed(scene: GpuScene) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
@@ -46,7 +47,7 @@ def _placed(scene: GpuScene) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
             np.add(meshes[first].triangles, into.start, out=faces[:, :3], casting="unsafe")
             faces[:, 3] = first
             continue
-        # each vertex with its node's matrix, in the sums of world_positions
+        # each vertex with its node's matrix, in the same order of sums as world_positions
         points = np.concatenate([mesh.positions for mesh in meshes[first:end]])
         owner = np.repeat(np.arange(first, end), np.diff(vertices[first : end + 1]))
         matrices = scene.world_from_mesh[first:end, :3] - np.pad(scene.origin[:, None], ((0, 0), (3, 0)))
@@ -68,16 +69,16 @@ def _round(places: NDArray[np.float32], points: Array) -> None:
 
 
 def _each_placed(points: Array, matrices: Array, owner: NDArray[np.int64]) -> Array:
-    """Points (V, 3) by matrices (N, 3, 4), each by that of its owner: as `world_positions` places them, to the last bit."""
+    """Points (V, 3) transformed by matrices (N, 3, 4), each by its owner's: equal to `world_positions` to the last bit."""
     x, y, z = points.T
     rows = [[matrices[:, i, k].take(owner) for k in range(4)] for i in range(3)]
     return np.stack([a * x + b * y + c * z + d for a, b, c, d in rows], axis=-1)
 
 
 def _blocks(starts: list[int]) -> Iterator[tuple[int, int]]:
-    """Runs of nodes, first and end, of so many vertices (or triangles) together; a large one alone.
+    """Batches of consecutive nodes, first and end, with about this many vertices (or triangles); a large node is a batch of its own.
 
-    `starts`: of each node's, and the end.
+    `starts`: of each node's vertices, and the end.
     """
     first = 0
     for node in range(1, len(starts) - 1):
@@ -88,7 +89,7 @@ def _blocks(starts: list[int]) -> Iterator[tuple[int, int]]:
 
 
 def _reach(places: NDArray[np.float32], corners: NDArray[np.uint32], nearest: float) -> tuple[float, bool]:
-    """See `WorldTriangles`; `nearest`: the nearest body's farthest corner."""
+    """`reach` and `huge` of `WorldTriangles`; `nearest`: distance of the nearest body's farthest corner."""
     top = np.abs(places[:, 0])
     for k in (1, 2):
         np.maximum(top, np.abs(places[:, k]), out=top)
@@ -109,16 +110,16 @@ class WorldTriangles:
     Attributes
     ----------
     count : int
-        Triangles, numbered as the surface buffer numbers them, from 0.
+        Triangles, in the order of triangle IDs, from 0.
     reach : float
-        Largest coordinate of the usual triangles: all but those that reach HUGE times as far as the nearest body does.
+        Largest coordinate of the triangles that are not huge: all but those that reach HUGE times as far as the nearest body.
     huge : bool
-        Whether there are others.
+        Whether there are huge triangles.
     mask_shift : (N,) int64
-        Per node that is cut out what turns a triangle's number into 1 + its number among masked triangles, which may be 0.
+        Per alpha-tested node the shift from a triangle's index to 1 + its index among masked triangles; may be 0.
     masks, alphas : BufferTexture or None
         Three texels per masked triangle: the corners' texture coordinates and alpha without the texture's, the cutoff (float bits),
-        where its image begins, and its width and height in 16 bits each; and the images' alpha. None where nothing is masked.
+        start, width and height (16 bits each) of its image; and the images' alpha. None if nothing is alpha-tested.
     """
 
     def __init__(self, context: GLContext, scene: GpuScene) -> None:
@@ -155,7 +156,7 @@ class WorldTriangles:
         return places[:, :3].astype(np.float64)[corners[:, :3]]
 
     def _placed(self) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
-        """What the buffers hold, read back once they are made."""
+        """Read the buffers back, once they are made."""
         if self._arrays is not None:
             return self._arrays
         assert self._buffers is not None
@@ -164,7 +165,7 @@ class WorldTriangles:
 
     @property
     def textures(self) -> dict[str, BufferTexture]:
-        """Positions (RGBA32F), and per triangle three vertices and its node (RGBA32UI), by the samplers that read them."""
+        """Positions (RGBA32F), and per triangle three vertices and its node (RGBA32UI), by sampler name."""
         if self._buffers is None:
             places, corners = self._placed()
             limit = self._context.caps.max_texture_buffer_size
@@ -177,12 +178,12 @@ class WorldTriangles:
                 texture_buffer(self._context, places, RGBA32F),
                 texture_buffer(self._context, corners, RGBA32UI),
             )
-            self._arrays = None  # they are in the buffers
+            self._arrays = None  # now in the buffers
         return dict(zip(("u_positions", "u_corners"), self._buffers, strict=True))
 
     @property
     def neighbours(self) -> BufferTexture:
-        """Per triangle those across its edges, of its node (RGBA32UI): see `geometry.adjacency`."""
+        """Per triangle the node's triangles across its edges (RGBA32UI): see `geometry.adjacency`."""
         if self._neighbours is None:
             across = np.full((self.count, 4), NONE, dtype=np.uint32)
             for first, end in _blocks(self._first.tolist()):
@@ -197,13 +198,13 @@ class WorldTriangles:
 
     @property
     def mask_textures(self) -> dict[str, BufferTexture]:
-        """Masks and alphas, where something is masked, by the samplers that read them."""
+        """Masks and alphas by sampler name; empty if nothing is alpha-tested."""
         if self.masks is None or self.alphas is None:
             return {}
         return {"u_masks": self.masks, "u_alphas": self.alphas}
 
     def _upload_masks(self, scene: GpuScene, masked: list[int]) -> None:
-        starts: dict[int, int] = {}  # an image is uploaded once, however many nodes show it
+        starts: dict[int, int] = {}  # each image is uploaded once, however many nodes show it
         images: list[NDArray[np.uint8]] = []
         texels: list[NDArray[np.uint32]] = []
         before = end = 0
@@ -214,7 +215,7 @@ class WorldTriangles:
             height, width = texture.shape[:2]
             if id(texture) not in starts:
                 starts[id(texture)] = end
-                images.append(texture[::-1, :, 3].ravel())  # v up
+                images.append(texture[::-1, :, 3].ravel())  # v points up
                 end += width * height
             record = np.zeros((len(mesh.triangles), 12), dtype=np.uint32)
             if uv is not None:
@@ -254,5 +255,5 @@ def local_positions(world: WorldTriangles, axes: Array, origin: Array) -> NDArra
     origin : (3,) float64
         Relative to the scene's; float32 values.
     """
-    frame = rigid_inverse(axes, np.zeros(3))
-    return world_positions(world.positions.astype(np.float64) - origin, frame, np.zeros(3)).astype(np.float32)
+    inverse = rigid_inverse(axes, np.zeros(3))
+    return world_positions(world.positions.astype(np.float64) - origin, inverse, np.zeros(3)).astype(np.float32)

@@ -1,152 +1,155 @@
-"""A light that has a size, as many hard lights one after another: the count of those that are seen, for every pixel."""
+"""An area light as many point samples, rendered one after another: counts how many of them each pixel sees."""
 
 from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import replace
 
-from glshadow.derive.resolved import settle
+from glshadow.derive.resolved import resolve_shadow
 from glshadow.derive.used import Used
 from glshadow.errors import ResourceError
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.targets import release
-from glshadow.gl.frame_context import Work
+from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.atlases import Atlases
-from glshadow.gl.passes.per_sample import Dense
+from glshadow.gl.passes.per_sample import PerSample
 from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.passes.resolve import count_seen
 from glshadow.gl.techniques.counts import Counts
-from glshadow.gl.techniques.technique import Source, open_receiver
+from glshadow.gl.techniques.technique import Technique, open_receiver
 from glshadow.lights import Light
-from glshadow.shader.slots import given_slots
+from glshadow.shader.slots import precomputed_slots
 from glshadow.shadows.filters import Filter
-from glshadow.shadows.shadow import Settled
+from glshadow.shadows.shadow import ResolvedShadow
 
 
-class Accumulated(Source):
-    """One light's count of seen points, over the picture and over the samples of collected pixels.
+class Accumulated(Technique):
+    """Counts of one light's visible sample points, for the pixels of the image and for the samples of collected pixels.
 
     Parameters
     ----------
-    one : Source
-        What a single hard light is asked of, again and again.
-    maps : Source, optional
-        What it is asked of instead where `one` does not fit into the driver's buffers and the light's filter is derived.
+    one : Technique
+        Finds the shadow of a single sample point; used for each of them in turn.
+    maps : Technique, optional
+        Used instead if `one` does not fit into the driver's buffers and the light's filter was not requested but derived.
     """
 
-    def __init__(self, context: GLContext, one: Source, maps: Source | None = None) -> None:
+    def __init__(self, context: GLContext, one: Technique, maps: Technique | None = None) -> None:
         self._context, self._first, self._maps = context, one, maps
         self._atlases = Atlases(context)
         self._filter: Filter
-        self._counted: tuple[Hashable, Used, Source, Settled] | None = (
-            None  # what was counted, and what was asked for it
-        )
-        self._picture, self._samples = Counts(context), Counts(context)
+        self._counted: tuple[Hashable, Used, Technique, ResolvedShadow] | None = None  # what was counted, and how
+        self._image_counts, self._sample_counts = Counts(context), Counts(context)
 
-    def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
-        """Take the light with its settings."""
+    def allocate(self, frame: FrameContext, light: Light, shadow: ResolvedShadow | None) -> None:
+        """Set the light and its settings."""
         assert shadow is not None
-        self.light, self._asked = light, shadow
-        self._ask_of(self._first, shadow)
+        self.light, self._requested = light, shadow
+        self._use(self._first, shadow)
 
-    def _ask_of(self, one: Source, shadow: Settled) -> None:
-        self._one, self._settled = one, shadow
+    def _use(self, one: Technique, shadow: ResolvedShadow) -> None:
+        self._one, self._resolved = one, shadow
         self._shadow, self._filter = replace(shadow, filter=shadow.filter.of_a_point), shadow.filter
         points = self.light.hard_lights(shadow.filter.points_of_light)
         self._points = points if shadow.filter.has_map else tuple(point.without_cone() for point in points)
         one.expect(self._points)
         self._weighted = self.light.weighted
 
-    def prepare(self, work: Work) -> Used:
-        """Make what the first point needs, unless all were counted already.
+    def update(self, frame: FrameContext) -> Used:
+        """Update the technique for the first sample point, unless the counts are still valid.
 
         Raises
         ------
         ResourceError
-            If it does not fit into the driver's buffers, and there is nothing else that the light may be asked of.
+            If it does not fit into the driver's buffers and there is no other technique for the light.
         """
-        if self._counted is not None and self._counted[0] == self._key(work):
+        if self._counted is not None and self._counted[0] == self._key(frame):
             _, used, one, shadow = self._counted
-            self._ask_of(one, shadow)
+            self._use(one, shadow)
             self._used = replace(used, draws=0)
             return self._used
         try:
-            self._used = self._prepare_first(work)
+            self._used = self._update_first(frame)
         except ResourceError as error:
-            self._turn_to_maps(work, error)
+            self._turn_to_maps(frame, error)
         return self._used
 
-    def amended(self, used: Used) -> Used:
-        """What all points were asked of: lists of one that is not the first may be those that do not fit."""
+    def finalize(self, used: Used) -> Used:
+        """What was really used for all sample points: the lists may have stopped fitting at a later one than the first."""
         return self._used
 
-    def _turn_to_maps(self, work: Work, error: ResourceError) -> None:
-        """Ask maps instead, from the first point on, for this reason."""
-        shadow = settle(self.light, str(error))
+    def _turn_to_maps(self, frame: FrameContext, error: ResourceError) -> None:
+        """Switch to shadow maps, from the first sample point on, for this reason."""
+        shadow = resolve_shadow(self.light, str(error))
         if self._maps is None or self._one is self._maps or shadow is None or not shadow.filter.has_map:
             raise error
-        self._ask_of(self._maps, shadow)
-        self._used = self._prepare_first(work)
+        self._use(self._maps, shadow)
+        self._used = self._update_first(frame)
 
-    def _prepare_first(self, work: Work) -> Used:
-        used = self._prepare(work, self._points[0])
+    def _update_first(self, frame: FrameContext) -> Used:
+        used = self._update(frame, self._points[0])
         why = f"{used.why}; {len(self._points)} points of the light, one after another"
         return replace(used, filter=self._filter, why=why, fallbacks=used.fallbacks + undithered(self._filter))
 
-    def _prepare(self, work: Work, point: Light) -> Used:
-        """What one point needs; its maps are its own, so that the next one may draw over them."""
-        alone = replace(work, atlases=self._atlases)
+    def _update(self, frame: FrameContext, point: Light) -> Used:
+        """Update the technique for one sample point. Its maps have their own atlas, so that the next point may overwrite them."""
+        alone = replace(frame, atlases=self._atlases)
         self._atlases.begin()
-        self._one.claim(alone, point, self._shadow)
-        return self._one.prepare(alone)
+        self._one.allocate(alone, point, self._shadow)
+        return self._one.update(alone)
 
-    def _key(self, work: Work) -> Hashable:
+    def _key(self, frame: FrameContext) -> Hashable:
         """All that the counts depend on."""
         light = replace(self.light, color=(1.0, 1.0, 1.0), intensity=1.0)
-        return (work.scene.identity, work.sight, work.targets.identity, light, self._asked.filter)
+        return (frame.scene.identity, frame.camera_view, frame.targets.identity, light, self._requested.filter)
 
-    def receiver(self, work: Work) -> Receiver:
-        """Read the counts, made anew unless light, scene and what the camera sees are those of the last frame."""
-        key = self._key(work)
+    def receiver(self, frame: FrameContext) -> Receiver:
+        """A receiver that reads the counts. They are rendered again only if light, scene or camera view changed since the last frame."""
+        key = self._key(frame)
         if self._counted is None or self._counted[0] != key:
             self._counted = None
             try:
-                self._count(work, self._picture, None)
+                self._count(frame, self._image_counts, None)
             except ResourceError as error:
-                self._turn_to_maps(work, error)
-                self._count(work, self._picture, None)
-            self._counted = key, self._used, self._one, self._settled
-        return replace(self._given(work, self._picture), densely=lambda dense: self._densely(work, dense))
+                self._turn_to_maps(frame, error)
+                self._count(frame, self._image_counts, None)
+            self._counted = key, self._used, self._one, self._resolved
+        return replace(
+            self._counts_receiver(frame, self._image_counts),
+            per_sample=lambda per_sample: self._per_sample_receiver(frame, per_sample),
+        )
 
-    def _densely(self, work: Work, dense: Dense) -> Receiver:
-        self._count(work, self._samples, dense)
-        dense.framebuffer.use()
-        return self._given(work, self._samples)
+    def _per_sample_receiver(self, frame: FrameContext, per_sample: PerSample) -> Receiver:
+        self._count(frame, self._sample_counts, per_sample)
+        per_sample.framebuffer.use()
+        return self._counts_receiver(frame, self._sample_counts)
 
-    def _count(self, work: Work, counts: Counts, dense: Dense | None) -> None:
+    def _count(self, frame: FrameContext, counts: Counts, per_sample: PerSample | None) -> None:
         components = 2 if self._weighted else 1
-        counts.use(work, dense, components, "f4")
+        counts.use(frame, per_sample, components, "f4")
         self._context.gl.clear_floats(0, (0.0,) * 4)
         for point in self._points:
-            self._prepare(work, point)
-            asked = self._one.receiver(replace(work, atlases=self._atlases))
-            counts.use(work, dense, components, "f4")
-            count_seen(work, point, asked, dense, self._weighted)
+            self._update(frame, point)
+            receiver = self._one.receiver(replace(frame, atlases=self._atlases))
+            counts.use(frame, per_sample, components, "f4")
+            count_seen(frame, point, receiver, per_sample, self._weighted)
 
-    def _given(self, work: Work, counts: Counts) -> Receiver:
+    def _counts_receiver(self, frame: FrameContext, counts: Counts) -> Receiver:
         return replace(
-            open_receiver(work, self.light),
-            slots=given_slots(self.light),
+            open_receiver(frame, self.light),
+            slots=precomputed_slots(self.light),
             defines={"GLS_WEIGHED": int(self._weighted)},
             uniforms={"u_points": float(len(self._points))},
-            textures={"u_given": counts.texture},
+            textures={"u_counts": counts.texture},
         )
 
     def release(self) -> None:
         """Free the GPU memory."""
-        release(self._first, self._maps, self._atlases, self._picture, self._samples)
+        release(self._first, self._maps, self._atlases, self._image_counts, self._sample_counts)
 
 
 def undithered(filter_: Filter) -> tuple[str, ...]:
-    """The fallback of a filter that dithers, whose points are asked one after another."""
-    return ("no dither: the light's points are asked one after another, each of all pixels",) if filter_.dithers else ()
+    """The fallback of a dithering filter, whose sample points are rendered one after another."""
+    return (
+        ("no dither: the light's points are sampled one after another, each for all pixels",) if filter_.dithers else ()
+    )

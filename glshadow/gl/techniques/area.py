@@ -1,4 +1,4 @@
-"""A light that has a size, asked of triangle lists: all pixels for the outlines that cut it, those that see one ray by ray."""
+"""An area light against triangle lists: a pass over all pixels finds those that silhouette edges cut, rays are cast only for these."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import R32UI, RG32F
 from glshadow.gl.driver.program import Program, Programs
 from glshadow.gl.driver.targets import release
-from glshadow.gl.frame_context import Work
-from glshadow.gl.passes.per_sample import Dense
+from glshadow.gl.frame_context import FrameContext
+from glshadow.gl.passes.per_sample import PerSample
 from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.passes.screen import camera_uniforms, draw_over, surface_textures
 from glshadow.gl.scene.geometry import GpuScene
@@ -29,60 +29,60 @@ from glshadow.gl.techniques.listed import Listed
 from glshadow.gl.techniques.mapped import Mapped
 from glshadow.gl.techniques.technique import open_receiver
 from glshadow.lights import Light
-from glshadow.shader.slots import area_slots, given_slots
-from glshadow.shadows.shadow import Settled
+from glshadow.shader.slots import area_slots, precomputed_slots
+from glshadow.shadows.shadow import ResolvedShadow
 
-# A pixel that sees some of the light walks most of the triangles whose shadows move far, 13 ns each; a hard frame takes 40 ns a pixel and
-# 100 a triangle (llvmpipe): so many of the former are worth one of the latter
+# A partly lit pixel walks most of the triangles whose shadows move far, 13 ns each; a frame with a hard shadow takes 40 ns a pixel and
+# 100 a triangle (llvmpipe): the cost of this many of the former equals one of the latter.
 _PIXEL, _TRIANGLE = 4, 10
-_LONGEST = 60000  # of a receiver's list: llvmpipe ends a shader after 65,536 turns of its loops
+_LONGEST = 60000  # links in a receiver's list: llvmpipe ends loops after 65,536 turns
 
 
 class Area(Listed):
-    """One light's triangle lists, what is grown by its size, and the counts of its points that pixels see."""
+    """One area light's triangle lists, the lists grown by its size, and the count of its sample points that each pixel sees."""
 
     def __init__(self, context: GLContext) -> None:
         super().__init__(context)
         self.grown = Grown(context)
         self._disc: BufferTexture | None = None
         self._disc_key: Hashable = None
-        self._picture, self._samples = Counts(context), Counts(context)
-        self._fragments: BufferTexture | None = None  # that are asked: x, y << 16
+        self._image_counts, self._sample_counts = Counts(context), Counts(context)
+        self._fragments: BufferTexture | None = None  # partly lit pixels: x | y << 16
         self._found = Found(context)
         self._counter = context.ctx.buffer(reserve=4)
         self._batch = BATCH
         self._accumulated = Accumulated(context, Listed(context), Mapped(context))
-        self._rays: Receiver  # what a ray to the light's middle is tested with
-        self._instead = ""  # why the points are asked one after another; empty: they are not
-        self._overflow = ""  # why the grown lists do not fit, those of `_key`; empty: they do
-        self.asked = self.found = 0
-        self._counted: tuple[Hashable, str] | None = None  # what was counted, and why it was not
+        self._rays: Receiver  # tests the ray to the light's centre
+        self._instead = ""  # why sample points are rendered one after another; empty: they are not
+        self._overflow = ""  # why the grown lists of `_key` do not fit; empty: they fit
+        self.partly_lit = self.found = 0
+        self._counted: tuple[Hashable, str] | None = None  # key of the counts, and why there are none
 
-    def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
-        """Take the light with its settings."""
-        super().claim(work, light, shadow)
+    def allocate(self, frame: FrameContext, light: Light, shadow: ResolvedShadow | None) -> None:
+        """Set the light and its settings."""
+        super().allocate(frame, light, shadow)
         self._points = self._shadow.filter.points_of_light
 
-    def prepare(self, work: Work) -> Used:
-        """Build the lists, unless they are those of this scene and light already; where they do not fit, those of its points."""
+    def update(self, frame: FrameContext) -> Used:
+        """Build the lists, unless those of this scene and light are kept; if they do not fit, render sample point after sample point."""
         try:
-            used = super().prepare(work)
+            used = super().update(frame)
             self._instead = self._overflow
         except ResourceError as error:
             self._instead = str(error)
         if not self._instead and self.grown.longest > _LONGEST:
             self._instead = f"a list of up to {self.grown.longest} triangles"
         if self._instead:
-            return self._begin_one_after_another(work)
+            return self._begin_one_after_another(frame)
         self._place_points()
-        return replace(used, links=used.links + self.grown.casters.count + self.grown.outlines.count)
+        return replace(used, links=used.links + self.grown.casters.count + self.grown.silhouettes.count)
 
-    def amended(self, used: Used) -> Used:
-        """With how the points were asked."""
+    def finalize(self, used: Used) -> Used:
+        """Add how the sample points were tested."""
         if not self._instead:
             return replace(used, why=f"{used.why}; {self._points} points of the light")
-        used = self._accumulated.amended(used)
-        if used.filter is not None and used.filter.has_map:  # which has a reason of its own
+        used = self._accumulated.finalize(used)
+        if used.filter is not None and used.filter.has_map:  # its own reason is given already
             return used
         return replace(used, why=f"{used.why}, for {self._instead}")
 
@@ -94,7 +94,7 @@ class Area(Listed):
             return False
         most = self._context.caps.max_texture_buffer_size
         fits = self.grown.build(programs, scene, light, self.grid, most, textures)
-        # they would be no shorter on a coarser grid
+        # a coarser grid would not make them shorter
         self._overflow = (
             "" if fits else f"lists of {self.grown.most} entries for its size, a buffer of this driver holds {most}"
         )
@@ -110,80 +110,80 @@ class Area(Listed):
         self._disc = texture_buffer(self._context, points, RG32F)
         self._disc_key = key
 
-    def receiver(self, work: Work) -> Receiver:
-        """Read the counts, made anew unless light, scene and what the camera sees are those of the last frame."""
+    def receiver(self, frame: FrameContext) -> Receiver:
+        """A receiver that reads the counts. They are rendered again only if light, scene or camera view changed since the last frame."""
         if self._instead:
-            return self._accumulated.receiver(work)
-        self._rays = self._marking(work) if work.targets.samples > 1 else self._walked(work)
-        key = (self._key, work.sight, work.targets.identity, self._shadow.filter)
+            return self._accumulated.receiver(frame)
+        self._rays = self._marking(frame) if frame.targets.samples > 1 else self._walked(frame)
+        key = (self._key, frame.camera_view, frame.targets.identity, self._shadow.filter)
         if self._counted is None or self._counted[0] != key:
             self._counted = None
-            self._counted = key, self._count(work)
+            self._counted = key, self._count(frame)
         self._instead = self._counted[1]
         if self._instead:
-            self._begin_one_after_another(work)
-            return self._accumulated.receiver(work)
+            self._begin_one_after_another(frame)
+            return self._accumulated.receiver(frame)
         return replace(
-            self._given(work, self._picture),
+            self._counts_receiver(frame, self._image_counts),
             marks={"GLS_MARKS": 1} if self._rays.marks else {},
             collected={**self._rays.collected, "GLS_NEIGHBORS": 1},
-            densely=lambda dense: self._densely(work, dense),
+            per_sample=lambda per_sample: self._per_sample_receiver(frame, per_sample),
         )
 
-    def marking_receiver(self, work: Work) -> Receiver:
-        """The marks are in the counts."""
-        return self.receiver(work)
+    def marking_receiver(self, frame: FrameContext) -> Receiver:
+        """The same receiver: the counts hold the marks."""
+        return self.receiver(frame)
 
-    def _count(self, work: Work) -> str:
-        """Of all pixels of the picture; what is returned says why that would take too long or does not fit: then it was not done."""
-        self._classify(work, self._picture, None)
-        pixels, triangles = work.sight.size[0] * work.sight.size[1], work.scene.world.count
-        if self.asked * self.grown.widest > self._points * (_PIXEL * pixels + _TRIANGLE * triangles):
-            return f"{self.grown.widest} triangles whose shadows move far and {self.asked} pixels that see some of the light"
+    def _count(self, frame: FrameContext) -> str:
+        """Count for all pixels of the image. Returns why that would take too long or does not fit (nothing is counted then), or ''."""
+        self._classify(frame, self._image_counts, None)
+        pixels, triangles = frame.camera_view.size[0] * frame.camera_view.size[1], frame.scene.world.count
+        if self.partly_lit * self.grown.widest > self._points * (_PIXEL * pixels + _TRIANGLE * triangles):
+            return f"{self.grown.widest} triangles whose shadows move far and {self.partly_lit} pixels that see some of the light"
         try:
-            if self.asked:
-                self._ask(work, self._picture, None)
+            if self.partly_lit:
+                self._cast_rays(frame, self._image_counts, None)
         except ResourceError as error:
             return str(error)
         return ""
 
-    def _begin_one_after_another(self, work: Work) -> Used:
-        self._accumulated.claim(work, self.light, self._shadow)
-        return self._accumulated.prepare(work)
+    def _begin_one_after_another(self, frame: FrameContext) -> Used:
+        self._accumulated.allocate(frame, self.light, self._shadow)
+        return self._accumulated.update(frame)
 
-    def _densely(self, work: Work, dense: Dense) -> Receiver:
-        self._classify(work, self._samples, dense)
-        if self.asked:
-            self._ask(work, self._samples, dense)
-        dense.framebuffer.use()
-        return self._given(work, self._samples)
+    def _per_sample_receiver(self, frame: FrameContext, per_sample: PerSample) -> Receiver:
+        self._classify(frame, self._sample_counts, per_sample)
+        if self.partly_lit:
+            self._cast_rays(frame, self._sample_counts, per_sample)
+        per_sample.framebuffer.use()
+        return self._counts_receiver(frame, self._sample_counts)
 
-    def _classify(self, work: Work, counts: Counts, dense: Dense | None) -> None:
-        """All or nothing where no outline comes between; a list of the others."""
-        counts.use(work, dense, 1, "u4")
+    def _classify(self, frame: FrameContext, counts: Counts, per_sample: PerSample | None) -> None:
+        """Count all or no sample points where no silhouette edge cuts the light; list the other pixels."""
+        counts.use(frame, per_sample, 1, "u4")
         width, height = counts.texture.size
         if self._fragments is None or self._fragments.buffer.size < 4 * width * height:
             release(self._fragments)
             self._fragments = self._buffer(None, 4 * width * height, R32UI)
-        program = self._program(work, dense, 0, "outlines", self.grown.outlines)
+        program = self._program(frame, per_sample, 0, "silhouettes", self.grown.silhouettes)
         self._begin(self._fragments)
-        if dense is None:
-            draw_over(self._context, program, work.sight)
+        if per_sample is None:
+            draw_over(self._context, program, frame.camera_view)
             program.unbind()
             self._context.ctx.memory_barrier()
         else:
             self._draw(program)
-        self.asked = self._counted_items()
+        self.partly_lit = self._counted_items()
 
-    def _ask(self, work: Work, counts: Counts, dense: Dense | None) -> None:
-        """Point by point, batch after batch of the list."""
+    def _cast_rays(self, frame: FrameContext, counts: Counts, per_sample: PerSample | None) -> None:
+        """Cast rays from the listed pixels to the sample points, batch after batch."""
         self._found.reserve(self._points)
         caps = self._context.caps
         first = 0
-        while first < self.asked:
-            now = min(self._batch, self.asked - first)
-            program = self._program(work, dense, 1, "region", self.grown.casters)
-            program.set(u_asked=(first, now, ROW), u_capacity=self._found.capacity)
+        while first < self.partly_lit:
+            now = min(self._batch, self.partly_lit - first)
+            program = self._program(frame, per_sample, 1, "region", self.grown.casters)
+            program.set(u_partly_lit=(first, now, ROW), u_capacity=self._found.capacity)
             self._begin(self._found.links)
             self._found.use_lists(now)
             self._draw(program)
@@ -198,8 +198,8 @@ class Area(Listed):
                         )
                     self._batch = now // 2
                 continue
-            program = self._program(work, dense, 2, "found", None, GLS_SIDE=self._found.side)
-            program.set(u_asked=(first, now, ROW))
+            program = self._program(frame, per_sample, 2, "found", None, GLS_SIDE=self._found.side)
+            program.set(u_partly_lit=(first, now, ROW))
             program.bind(u_found=self._found.links, u_lists=self._found.texture)
             counts.texture.bind_to_image(0, read=True, write=True)
             self._found.use_blocks(now)
@@ -207,45 +207,51 @@ class Area(Listed):
             first += now
 
     def _program(
-        self, work: Work, dense: Dense | None, stage: int, between: str, lists: CellLists | None, **more: int
+        self,
+        frame: FrameContext,
+        per_sample: PerSample | None,
+        stage: int,
+        between: str,
+        lists: CellLists | None,
+        **more: int,
     ) -> Program:
-        """A pass of pass/penumbra.frag, with all that it reads."""
-        scene, targets = work.scene, work.targets
-        asked = self._rays
+        """A program of pass/penumbra.frag with its uniforms and textures set."""
+        scene, targets = frame.scene, frame.targets
+        rays = self._rays
         defines = {
-            **asked.defines,
-            "GLS_ORTHO": int(not work.sight.camera.is_perspective),
+            **rays.defines,
+            "GLS_ORTHO": int(not frame.camera_view.camera.is_perspective),
             "GLS_SELECTIVE": int(scene.selective),
             "GLS_ROUNDED": int(scene.rounded is not None),
-            "GLS_DENSE": int(dense is not None),
+            "GLS_PER_SAMPLE": int(per_sample is not None),
             **DEFINES,
             **(self.light.penumbra or {}),
             "GLS_DITHER": int(self._shadow.filter.dithers),
             "GLS_STAGE": stage,
             "GLS_AREA": int(stage > 0),
-            **(dense.defines if dense else {"GLS_SOFT": 1, **asked.marks} if stage == 0 else {}),
+            **(per_sample.defines if per_sample else {"GLS_SOFT": 1, **rays.marks} if stage == 0 else {}),
             **more,
         }
-        program = work.programs.get(
+        program = frame.programs.get(
             "pass/resolve.vert", "pass/penumbra.frag", "core430", area_slots(self.light, between), defines
         )
-        aside = (0.0, 0.0) if dense else targets.aside
-        program.set(**camera_uniforms(scene, work.sight, asked.axes, asked.offset, aside))
-        program.set(**asked.uniforms, **self._values)  # its eye is the light's own
-        program.set(u_count=self._points, u_samples=targets.fine.surface.size if dense else work.sight.size)
+        aside = (0.0, 0.0) if per_sample else targets.aside
+        program.set(**camera_uniforms(scene, frame.camera_view, rays.axes, rays.offset, aside))
+        program.set(**rays.uniforms, **self._values)  # with the eye in the light's frame
+        program.set(u_count=self._points, u_samples=targets.fine.surface.size if per_sample else frame.camera_view.size)
         program.set(u_sampled=targets.sampled)
-        program.set(**self.light.area_uniforms(asked.axes))
-        program.bind(**surface_textures(work.samplers, scene, targets), **asked.textures)
+        program.set(**self.light.area_uniforms(rays.axes))
+        program.bind(**surface_textures(frame.samplers, scene, targets), **rays.textures)
         program.bind(u_disc=self._disc, u_fragments=self._fragments)
-        if dense is not None:
-            program.set(**dense.uniforms)
-            program.bind(u_surface=targets.fine.surface, u_pixels=dense.pixels)
+        if per_sample is not None:
+            program.set(**per_sample.uniforms)
+            program.bind(u_surface=targets.fine.surface, u_pixels=per_sample.pixels)
         if lists is not None:
             program.bind(u_grown_heads=lists.heads, u_grown_links=lists.links)
         return program
 
     def _begin(self, items: BufferTexture) -> None:
-        """What comes next appends to a list."""
+        """Reset the counter and bind the list that the next pass appends to."""
         self._counter.write(b"\0\0\0\0")
         self._counter.bind_to_storage_buffer(0)
         items.buffer.bind_to_storage_buffer(1)
@@ -259,13 +265,13 @@ class Area(Listed):
     def _counted_items(self) -> int:
         return int(np.frombuffer(self._counter.read(), dtype=np.uint32)[0])
 
-    def _given(self, work: Work, counts: Counts) -> Receiver:
+    def _counts_receiver(self, frame: FrameContext, counts: Counts) -> Receiver:
         return replace(
-            open_receiver(work, self.light),
-            slots=given_slots(self.light),
+            open_receiver(frame, self.light),
+            slots=precomputed_slots(self.light),
             defines={"GLS_COUNTED": 1},
             uniforms={"u_points": float(self._points)},
-            textures={"u_given": counts.texture},
+            textures={"u_counts": counts.texture},
         )
 
     def release(self) -> None:
@@ -274,8 +280,8 @@ class Area(Listed):
         release(
             self.grown,
             self._disc,
-            self._picture,
-            self._samples,
+            self._image_counts,
+            self._sample_counts,
             self._fragments,
             self._found,
             self._counter,

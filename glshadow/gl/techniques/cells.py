@@ -1,4 +1,4 @@
-"""Lists of a grid's cells on the GPU: heads, links, and a counter that says how long the links should have been."""
+"""Per-cell lists on the GPU: heads, links, and a counter that reports how many links were needed."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from glshadow.gl.driver.targets import release, succeed
 LINK_BYTES, FACET_BYTES = 16, 48
 _COUNTER_BYTES = 40  # Counter of lib/cells.glsl and pass/chain.comp
 _GROUP, _MOST_GROUPS = 64, 65535
-_SPARE = 1.25  # links that were too few grow to this much of what was needed
+_SPARE = 1.25  # a buffer of links that was too small grows to this multiple of what was needed
 _LEAST = 1 << 16
-# of so many triangles the links of one in 64 are counted first: a second pass over all takes longer
+# For scenes of so many triangles the links of one in 64 are counted first: a second pass over all takes longer.
 _MANY, _EVERY = 1 << 20, 64
 
 
 class CellLists:
-    """What lib/cells.glsl fills and glsl/exact/lists.glsl walks.
+    """Lists that lib/cells.glsl fills and glsl/exact/lists.glsl walks.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class CellLists:
         limit: int,
         facets: BufferTexture | None = None,
     ) -> bool:
-        """Run a pass that fills them, again where the links were too few; its other resources are bound already.
+        """Run a pass that fills the lists; run it again if there were too few links. Its other resources are bound already.
 
         Parameters
         ----------
@@ -57,12 +57,12 @@ class CellLists:
         limit : int
             Most links.
         facets : BufferTexture, optional
-            What the pass writes besides, of every triangle.
+            What the pass also writes for each triangle.
 
         Returns
         -------
         bool
-            False: they do not fit into the limit; `count` says how many there should have been.
+            False: they do not fit into the limit; `count` is the number that was needed.
         """
         self._reserve_heads(size)
         if self.links is None:
@@ -81,11 +81,11 @@ class CellLists:
 
     @property
     def _most_links(self) -> int:
-        """Of one part: what a storage buffer holds."""
+        """Limits of one dispatch that a storage buffer can hold."""
         return self._context.caps.max_storage_block // LINK_BYTES
 
     def _reserve_about(self, program: ComputeProgram, triangles: int, limit: int, facets: BufferTexture | None) -> None:
-        """Links to begin with: two for each triangle, or of many triangles what some of them need."""
+        """Initial number of links: two for each triangle; for many triangles an estimate from some of them."""
         links = 2 * triangles
         if triangles > _MANY:
             self.reserve(PART)
@@ -95,7 +95,8 @@ class CellLists:
     def _run(
         self, program: ComputeProgram, triangles: int, facets: BufferTexture | None, every: int = 1
     ) -> tuple[int, int]:
-        """Pass over all triangles, or one of so many, in parts that storage buffers hold; links that all need, and the most of a part."""
+        """Dispatch over all triangles, or over one in so many, in parts that storage buffers hold. Returns the links needed in all and
+        the most of one part."""
         assert self._framebuffer is not None
         assert self.heads is not None
         assert self.links is not None

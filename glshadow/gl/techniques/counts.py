@@ -1,4 +1,4 @@
-"""How much of a light is seen, for each pixel or sample: a texture that passes add to, kept as long as its shape is right."""
+"""Counts of visible sample points for each pixel or sample: a texture that passes add to, kept while its shape does not change."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ import moderngl
 
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.targets import release, succeed
-from glshadow.gl.frame_context import Work
-from glshadow.gl.passes.per_sample import Dense
+from glshadow.gl.frame_context import FrameContext
+from glshadow.gl.passes.per_sample import PerSample
 
 
 class Counts:
-    """One light's counts over the picture, or over the samples of collected pixels.
+    """One light's counts for the image, or for the samples of collected pixels.
 
     Attributes
     ----------
     texture, framebuffer
-        To read, and to draw to.
+        Read by shaders; drawn to by passes.
     """
 
     def __init__(self, context: GLContext) -> None:
@@ -27,10 +27,12 @@ class Counts:
         self.texture: moderngl.Texture
         self.framebuffer: moderngl.Framebuffer
 
-    def use(self, work: Work, dense: Dense | None, components: int, dtype: str) -> None:
-        """Make them what passes draw to: over the picture, whose depth is then tested, or over collected samples."""
+    def use(self, frame: FrameContext, per_sample: PerSample | None, components: int, dtype: str) -> None:
+        """Bind the counts as render target: for the image, with its depth test, or for collected samples."""
         size, whose = (
-            (work.targets.depth.size, work.targets.identity) if dense is None else (dense.framebuffer.size, -1)
+            (frame.targets.depth.size, frame.targets.identity)
+            if per_sample is None
+            else (per_sample.framebuffer.size, -1)
         )
         shape = (size, whose, components, dtype)
         if self._shape != shape:
@@ -38,13 +40,15 @@ class Counts:
             self._shape = None
             self.texture = self._context.ctx.texture(size, components, dtype=dtype)
             self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-            self.framebuffer = self._context.ctx.framebuffer([self.texture], None if dense else work.targets.depth)
+            self.framebuffer = self._context.ctx.framebuffer(
+                [self.texture], None if per_sample else frame.targets.depth
+            )
             self.framebuffer.depth_mask = False
             succeed(self.framebuffer, *old)
             self._context.check_errors(f"allocating the share of a light that is seen, {size[0]} x {size[1]}")
             self._shape = shape
-        if dense is not None:
-            self.framebuffer.viewport = dense.viewport
+        if per_sample is not None:
+            self.framebuffer.viewport = per_sample.viewport
         self.framebuffer.use()
 
     def release(self) -> None:

@@ -1,4 +1,5 @@
-"""Silhouette edges of a light's casters on the GPU, in grids of lists: where they cross a pixel's footprint its samples may differ."""
+"""Silhouette edges of a light's casters on the GPU, in per-cell lists: a pixel whose footprint an edge crosses may have samples that
+differ."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ _GRIDS = 4
 
 
 class Edges:
-    """The edges of one light, listed when the first picture asks that has several samples in a pixel.
+    """One light's silhouette edges, listed for the first multisampled frame.
 
     Attributes
     ----------
@@ -44,7 +45,7 @@ class Edges:
     def update(
         self, programs: Programs, scene: GpuScene, light: Light, grid: ListGrid, build: int, textures: dict[str, Any],
     ) -> bool:  # fmt: skip
-        """List them, unless they are those of this build of the light's triangles already.
+        """Build the lists, unless those of this build of the light's triangles are kept.
 
         Parameters
         ----------
@@ -53,7 +54,7 @@ class Edges:
 
         Returns
         -------
-        bool
+        False: even the lists of the coarsest grid do not fit.
             False: even those of the coarsest grid need more.
         """
         if build != self._build:
@@ -69,7 +70,7 @@ class Edges:
     def _find(
         self, programs: Programs, scene: GpuScene, light: Light, grid: ListGrid, textures: dict[str, Any]
     ) -> BufferTexture | None:
-        """A list of them; None: it would be too large."""
+        """A list of the edges; None: it would be too large."""
         program = programs.compute("pass/edges.comp", defines=parallel_define(grid.projection))
         count = scene.world.count
         program.set(u_part=(0, count, 1), u_radius=light.source_radius)
@@ -96,7 +97,7 @@ class Edges:
             capacity = self.count
 
     def _fill(self, programs: Programs, grid: ListGrid, edges: BufferTexture, textures: dict[str, Any]) -> bool:
-        """Their lists, in fewer grids where the links are too many."""
+        """Sort the edges into per-cell lists, with fewer grids if there are too many links."""
         for self._grids in range(_GRIDS, 0, -1):
             self._cells = (512 if grid.faces == 1 else 256) // _RATIO ** (_GRIDS - self._grids)
             defines = {**cell_defines(grid, grid.cells), **self.defines}
@@ -111,12 +112,12 @@ class Edges:
 
     @property
     def defines(self) -> dict[str, int | str]:
-        """Of lib/edge_grids.glsl."""
+        """Defines of lib/edge_grids.glsl."""
         return {"GLS_EDGE_CELLS": self._cells, "GLS_EDGE_GRIDS": self._grids}
 
     @property
     def textures(self) -> dict[str, moderngl.Texture | BufferTexture | None]:
-        """What exact/edges.glsl reads."""
+        """Textures of exact/edges.glsl."""
         return {"u_edge_heads": self._lists.heads, "u_edge_links": self._lists.links}
 
     def release(self) -> None:

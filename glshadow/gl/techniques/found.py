@@ -1,4 +1,4 @@
-"""What may come between pixels and a light that has a size: lists of triangles, for a batch of pixels at a time."""
+"""Triangles that may lie between pixels and an area light: one list per pixel, for a batch of pixels at a time."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from glshadow.gl.techniques.cells import LINK_BYTES
 
 ROW = 1024  # pixels in a row of the passes over a batch
 BATCH = 1 << 16
-TOGETHER = 16  # points that a fragment asks: exact/found.glsl
+TOGETHER = 16  # sample points that one fragment tests: exact/found.glsl
 
 
 class Found:
-    """The lists, and what the passes that make and ask them draw to.
+    """The lists, and the render targets of the passes that fill and walk them.
 
     Attributes
     ----------
@@ -26,9 +26,9 @@ class Found:
     texture : moderngl.Texture
         Each pixel's first link.
     capacity : int
-        Links that there is room for.
+        Links allocated.
     side : int
-        Fragments along a side of a pixel's block, which share the light's points.
+        Fragments along each side of a pixel's block; they share the light's sample points.
     """
 
     def __init__(self, context: GLContext) -> None:
@@ -39,7 +39,7 @@ class Found:
         self.texture: moderngl.Texture
 
     def reserve(self, points: int) -> None:
-        """Room for lists, and for blocks of fragments that ask so many points."""
+        """Allocate the lists, and blocks of fragments for this many sample points."""
         side = 1
         while TOGETHER * side * side < points:
             side *= 2
@@ -59,7 +59,7 @@ class Found:
         self.side = side
 
     def grow(self, count: int, limit: int) -> bool:
-        """Room for so many links and some more; False: that is more than the limit."""
+        """Allocate this many links and a margin; False: they exceed the limit."""
         if count > limit:
             return False
         if self.capacity:
@@ -71,12 +71,12 @@ class Found:
         return True
 
     def use_lists(self, count: int) -> None:
-        """Draw a fragment for each of so many pixels, which gives its list."""
+        """Bind the target in which each of so many pixels is one fragment, which builds its list."""
         self._lists.viewport = (0, 0, ROW, -(-count // ROW))
         self._lists.use()
 
     def use_blocks(self, count: int) -> None:
-        """Draw a block of fragments for each."""
+        """Bind the target in which each of so many pixels is a block of fragments."""
         self._blocks.viewport = (0, 0, self.side * ROW, self.side * -(-count // ROW))
         self._blocks.use()
 

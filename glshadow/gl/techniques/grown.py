@@ -1,4 +1,4 @@
-"""Casters and outlines of a light that has a size, in grids of lists whose cells are grown by as far as shadows move."""
+"""Casters and silhouette edges of an area light, in per-cell lists whose entries are grown by how far shadows move across its size."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from glshadow.derive.lists import ListGrid, lamp_spread
+from glshadow.derive.lists import ListGrid, local_light_spread
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.program import Programs
 from glshadow.gl.driver.targets import release, succeed
@@ -16,39 +16,39 @@ from glshadow.gl.techniques.cells import CellLists
 from glshadow.gl.techniques.triangles import cell_defines, light_frame
 from glshadow.lights import Light
 
-_GROUNDS = 64  # this and what follows: lib/cells.glsl
+_GROUNDS = 64  # these constants: lib/cells.glsl
 _GROWN = 256
 _LEVELS = 6
 DEFINES: dict[str, int | str] = {"GLS_GROWN": _GROWN}
-"""Of exact/grown.glsl, which walks them."""
+"""Defines of exact/grown.glsl, which walks the lists."""
 
 
 class Grown:
-    """The lists of one light.
+    """The grown lists of one light.
 
     Attributes
     ----------
-    casters, outlines : CellLists
+    casters, silhouettes : CellLists
     widest : int
-        Triangles whose shadows move a quarter of the window: most receivers walk them.
+        Triangles whose shadows move by a quarter of the window or more: most receivers walk them.
     longest : int
-        No receiver walks more.
+        Length of the longest list that a receiver walks.
     most : int
-        Links of the longer of the two; of those that did not fit, what they need.
+        Links of the longer of the two lists; if they did not fit, the links needed.
     values : dict
-        Uniforms of all passes that grow, or walk what was grown.
+        Uniforms of all passes that fill or walk the grown lists.
     """
 
     def __init__(self, context: GLContext) -> None:
         self._context = context
-        self.casters, self.outlines = CellLists(context), CellLists(context)
+        self.casters, self.silhouettes = CellLists(context), CellLists(context)
         self.values: dict[str, Any] = {}
         self.widest = self.longest = self.most = 0
         self._grounds: tuple[moderngl.Texture, ...] = ()
         self._framebuffer: moderngl.Framebuffer | None = None
 
     def begin(self, scene: GpuScene, light: Light, grid: ListGrid) -> None:
-        """Make room for the deepest receivers, which pass/lists.comp finds."""
+        """Allocate the depth of the deepest receivers, which pass/lists.comp finds."""
         self._depths = _depths(scene, grid)
         self.values = {"u_radius": light.source_radius, "u_depths": self._depths}
         size = (_GROUNDS, _GROUNDS * grid.faces)
@@ -67,7 +67,7 @@ class Grown:
     def build(
         self, programs: Programs, scene: GpuScene, light: Light, grid: ListGrid, limit: int, textures: dict[str, Any]
     ) -> bool:
-        """Fill the lists, after pass/lists.comp; False: they are more links than the limit.
+        """Fill the lists, after pass/lists.comp; False: they need more links than the limit.
 
         Parameters
         ----------
@@ -85,8 +85,8 @@ class Grown:
         grids: dict[str, int | str] = {"GLS_GROUNDS": _GROUNDS, "GLS_GROWN": _GROWN, "GLS_LEVELS": _LEVELS}
         count, size = scene.world.count, (_GROWN, 2 * _GROWN * grid.faces)
         self.widest = self.longest = self.most = 0
-        for outlines, lists in enumerate((self.casters, self.outlines)):
-            defines = {**cell_defines(grid, grid.cells), **grids, "GLS_OUTLINES": outlines}
+        for silhouettes, lists in enumerate((self.casters, self.silhouettes)):
+            defines = {**cell_defines(grid, grid.cells), **grids, "GLS_SILHOUETTES": silhouettes}
             program = programs.compute("pass/grown.comp", defines=defines)
             program.set(**self.values, u_cells=grid.cells_from_window)
             program.bind(**scene.world.textures, **textures, u_neighbours=scene.world.neighbours, u_ground=ground,
@@ -99,7 +99,7 @@ class Grown:
         return True
 
     def _chain(self, programs: Programs, lists: CellLists, faces: int) -> None:
-        """Make each receiver's lists one."""
+        """Merge the lists that each receiver walks into one."""
         assert lists.links is not None
         assert lists.heads is not None
         program = programs.compute("pass/chain.comp", defines={"GLS_GROWN": _GROWN})
@@ -116,11 +116,11 @@ class Grown:
 
     def release(self) -> None:
         """Free the GPU memory."""
-        release(self.casters, self.outlines, self._framebuffer, *self._grounds)
+        release(self.casters, self.silhouettes, self._framebuffer, *self._grounds)
 
 
 def _depths(scene: GpuScene, grid: ListGrid) -> tuple[float, float]:
-    """No caster is nearer than the first, no receiver deeper than the second, in the light's frame."""
+    """Least depth of a caster and greatest depth of a receiver, in the light's frame."""
     axes, origin = light_frame(grid, scene)
     local = (scene.raised_corners - scene.origin - origin) @ axes.T
     if grid.projection == "cube":
@@ -133,7 +133,7 @@ def _depths(scene: GpuScene, grid: ListGrid) -> tuple[float, float]:
 
 
 def _farthest(grid: ListGrid, radius: float, depths: tuple[float, float]) -> int:
-    """Cells of the grounds over which shadows move, at most."""
+    """Cells of the coarse receiver grid over which shadows move, at most."""
     least, deepest = depths
     if grid.projection == "orthographic":
         spread = radius * (deepest - least)
@@ -141,7 +141,7 @@ def _farthest(grid: ListGrid, radius: float, depths: tuple[float, float]) -> int
         return _GROUNDS
     else:
         left, right, bottom, top = grid.window
-        spread = lamp_spread(
+        spread = local_light_spread(
             radius, np.array([[left, bottom], [left, top], [right, bottom], [right, top]]), least, deepest
         )
     return min(int(np.ceil(spread * max(grid.cells_from_window[:2]) * _GROUNDS / grid.cells)) + 1, _GROUNDS)

@@ -19,13 +19,13 @@ from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import RG32UI, RGBA32F
 from glshadow.gl.driver.program import Programs
 from glshadow.gl.driver.targets import release
-from glshadow.gl.frame_context import Work
+from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.scene.bodies import casters_seen, hides_back_faces
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.techniques.cells import FACET_BYTES, CellLists
 from glshadow.gl.techniques.edges import Edges
-from glshadow.gl.techniques.technique import Source
+from glshadow.gl.techniques.technique import Technique
 from glshadow.gl.techniques.triangles import (
     casting_corners,
     cell_defines,
@@ -37,10 +37,10 @@ from glshadow.gl.techniques.triangles import (
     triangle_receiver,
 )
 from glshadow.lights import Light
-from glshadow.shadows.shadow import Faces, Settled
+from glshadow.shadows.shadow import Faces, ResolvedShadow
 
 
-class Listed(Source):
+class Listed(Technique):
     """One light's triangle lists and what they were built for.
 
     Attributes
@@ -60,18 +60,18 @@ class Listed(Source):
         self._traits: BufferTexture | None = None
         self.lists = CellLists(context)
         self._edges = Edges(context)
-        self._values: dict[str, Any] = {}  # what the pass must know of a light that has a size
+        self._values: dict[str, Any] = {}  # uniforms of the pass for an area light
         self.grid: ListGrid
         self.masked = False
         self.builds = 0
 
-    def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
-        """Take the light with its settings."""
+    def allocate(self, frame: FrameContext, light: Light, shadow: ResolvedShadow | None) -> None:
+        """Set the light and its settings."""
         assert shadow is not None
         self.light, self._shadow = light, shadow
 
-    def prepare(self, work: Work) -> Used:
-        """Build them, unless they are those of this scene and light already.
+    def update(self, frame: FrameContext) -> Used:
+        """Build the lists, unless those of this scene and light are kept.
 
         Raises
         ------
@@ -79,13 +79,15 @@ class Listed(Source):
             If the scene does not fit into the driver's buffers on any grid.
         """
         shadow = self._shadow
-        built = self._update(work.programs, work.scene, self.light, casters_seen(work.scene, self.light, work.sight))
-        fallbacks = ignored_size(self.light, shadow.filter) + far_away(work, self.grid)
-        return Used(filter=shadow.filter, faces=shadow.asked.faces, draws=int(built), links=self.lists.count, fallbacks=fallbacks,
+        built = self._update_lists(
+            frame.programs, frame.scene, self.light, casters_seen(frame.scene, self.light, frame.camera_view)
+        )
+        fallbacks = ignored_size(self.light, shadow.filter) + far_away(frame, self.grid)
+        return Used(filter=shadow.filter, faces=shadow.requested.faces, draws=int(built), links=self.lists.count, fallbacks=fallbacks,
                     why=shadow.why)  # fmt: skip
 
-    def _update(self, programs: Programs, scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> bool:
-        """Whether they had to be built."""
+    def _update_lists(self, programs: Programs, scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> bool:
+        """Build the lists if needed; returns whether they were built."""
         key = made_for(scene, light, casting)
         if key == self._key:
             return False
@@ -111,7 +113,7 @@ class Listed(Source):
         return True
 
     def _build(self, programs: Programs, scene: GpuScene, light: Light) -> bool:
-        """One pass over all triangles; whether the links fit."""
+        """Dispatch over all triangles; returns whether the links fit."""
         grid, world = self.grid, scene.world
         program = programs.compute(
             "pass/lists.comp",
@@ -133,7 +135,7 @@ class Listed(Source):
         return self.lists.fill(program, size, world.count, self._context.caps.max_texture_buffer_size, self._facets)
 
     def _write(self, scene: GpuScene, traits: NDArray[np.uint32]) -> None:
-        """Room for the facets, and what the pass knows of the nodes."""
+        """Allocate the facets and upload the nodes' traits."""
         if self._traits is None or self._traits.buffer.size != traits.nbytes:
             self._traits = self._buffer(self._traits, traits.nbytes, RG32UI)
         self._traits.buffer.write(traits.tobytes())
@@ -146,26 +148,26 @@ class Listed(Source):
             old.release()
         return BufferTexture(self._context.gl, self._context.ctx.buffer(reserve=size), internal_format)
 
-    def receiver(self, work: Work) -> Receiver:
-        """Walk them."""
-        return self._walked(work)
+    def receiver(self, frame: FrameContext) -> Receiver:
+        """A receiver that walks the lists."""
+        return self._walked(frame)
 
-    def marking_receiver(self, work: Work) -> Receiver:
-        """With the silhouette edges of its casters; where these are too many, all samples of every pixel are shaded."""
-        return self._marking(work)
+    def marking_receiver(self, frame: FrameContext) -> Receiver:
+        """The same with the silhouette edges of the casters. If there are too many, all samples of every pixel are shaded."""
+        return self._marking(frame)
 
-    def _walked(self, work: Work) -> Receiver:
-        return triangle_receiver(work, self.light, self.grid, self.masked, self._textures)
+    def _walked(self, frame: FrameContext) -> Receiver:
+        return triangle_receiver(frame, self.light, self.grid, self.masked, self._textures)
 
-    def _marking(self, work: Work) -> Receiver:
-        receiver = self._walked(work)
-        if not self._find_edges(work):
+    def _marking(self, frame: FrameContext) -> Receiver:
+        receiver = self._walked(frame)
+        if not self._find_edges(frame):
             return replace(receiver, collected={"GLS_EVERY": 1, "GLS_NEIGHBORS": 0})
         return replace(
             receiver,
             textures={**receiver.textures, **self._edges.textures},
             marks={"GLS_MARKS": 1, **self._edges.defines},
-            collected={"GLS_MARKED": 1, "GLS_NEIGHBORS": int(self._turns_unlisted(work.scene))},
+            collected={"GLS_MARKED": 1, "GLS_NEIGHBORS": int(self._turns_unlisted(frame.scene))},
         )
 
     def _turns_unlisted(self, scene: GpuScene) -> bool:
@@ -173,10 +175,10 @@ class Listed(Source):
         smooth meshes between their edges."""
         return self.grid.projection == "perspective" or not scene.casts.all() or scene.rounded is not None
 
-    def _find_edges(self, work: Work) -> bool:
-        """Make lists of silhouette edges, unless they are there; whether they fit into the driver's buffers."""
+    def _find_edges(self, frame: FrameContext) -> bool:
+        """Build the lists of silhouette edges, unless they are kept; returns whether they fit into the driver's buffers."""
         textures = {"u_facets": self._facets, "u_traits": self._traits}
-        return self._edges.update(work.programs, work.scene, self.light, self.grid, self.builds, textures)
+        return self._edges.update(frame.programs, frame.scene, self.light, self.grid, self.builds, textures)
 
     @property
     def _textures(self) -> dict[str, Any]:
@@ -188,13 +190,13 @@ class Listed(Source):
 
 
 def node_traits(scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> NDArray[np.uint32]:
-    """Per node (N, 2): flags, and what turns a triangle's number into its mask's."""
+    """Per node (N, 2): flags, and the shift from a triangle's number to its mask's."""
     faces = light.shadow.faces if light.shadow else None
     solid = hides_back_faces(scene, light, faces)
     mirrored = np.array(scene.mirrored)
     back = solid if faces is None else np.full(len(casting), faces is Faces.FRONT)
     front = np.full(len(casting), faces is Faces.BACK)
-    # a mirrored node's winding is turned over by its matrix
+    # a mirrored node's matrix flips the winding
     back, front = np.where(mirrored, front, back), np.where(mirrored, back, front)
     masked = np.array([gpu.cut_out for gpu in scene.meshes])
     flags = CULL_BACK * back + CULL_FRONT * front + CASTS * casting + CUT_OUT * masked

@@ -1,4 +1,4 @@
-"""A light's shadow map: fitted, drawn, kept, compared with."""
+"""Mapped: a light's shadow map, fitted, drawn, kept and sampled."""
 
 from __future__ import annotations
 
@@ -11,120 +11,125 @@ from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array, transform
 from glshadow.derive.compare import map_uniforms, rounding_of
-from glshadow.derive.resolved import Decision, decide
+from glshadow.derive.resolved import ResolvedSettings, resolve_settings
 from glshadow.derive.used import Used
 from glshadow.errors import warn
 from glshadow.gl.driver.context import Caps, GLContext
-from glshadow.gl.frame_context import Work
+from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.atlases import Place
 from glshadow.gl.passes.caster import Map, draw_casters
-from glshadow.gl.passes.depth_tiles import seen_blocks
+from glshadow.gl.passes.depth_tiles import find_depth_tiles
 from glshadow.gl.passes.readback import pixels
 from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.scene.bodies import casters_seen
-from glshadow.gl.techniques.technique import Source, fetching_dialect, frame_of, open_receiver
+from glshadow.gl.techniques.technique import Technique, fetching_dialect, frame_of, open_receiver
 from glshadow.lights import Light
 from glshadow.shader.slots import Compare, Shape, mapped_defines, mapped_slots
 from glshadow.shadows.filters import Filter
-from glshadow.shadows.fit_request import Asked
+from glshadow.shadows.fit_request import FitRequest
 from glshadow.shadows.metric import Target, unpack
-from glshadow.shadows.shadow import Settled
+from glshadow.shadows.shadow import ResolvedShadow
 from glshadow.shadows.view import ShadowView
 
 MOST_PIXELS = 2.0**16
-"""Side of a map in pixels of the nearest receiver from which on it is said: a texel of a 2048 map is then 32 of them."""
+"""Warn above this side of a map, in pixels of the nearest receiver: one texel of a 2048 map then spans 32 pixels."""
 
 
-class Mapped(Source):
-    """One light's map; none where no receiver of it is seen."""
+class Mapped(Technique):
+    """One light's shadow map. There is none if no receiver of it is in view."""
 
     def __init__(self, context: GLContext) -> None:
         self.map: Map | None = None
         self._place: Place | None = None
-        self._decision: Decision
-        self._asked: Asked
+        self._settings: ResolvedSettings
+        self._request: FitRequest
         self._casting: NDArray[np.bool_]
         self._shaded: Array | None = None
-        self._looked_at = -1  # scene whose texels were looked at
+        self._looked_at = -1  # identity of the scene whose texel size was checked last
 
-    def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
-        """Decide the settings and fit the views."""
+    def allocate(self, frame: FrameContext, light: Light, shadow: ResolvedShadow | None) -> None:
+        """Resolve the settings and fit the views."""
         assert shadow is not None
         self.light, self._why = light, shadow.why
-        caps, scene = work.caps, work.scene
-        self._decision = decision = decide(light, shadow, caps.clip_control, caps.renderer)
+        caps, scene = frame.caps, frame.scene
+        self._settings = settings = resolve_settings(light, shadow, caps.clip_control, caps.renderer)
         self._casting = scene.casts
-        if decision.caster.bias.certain:  # no surface shadows itself: what darkens nothing else need not be drawn
-            self._casting = casters_seen(scene, light, work.sight)
+        if settings.caster.bias.certain:  # no self-shadowing: casters that darken nothing else can be skipped
+            self._casting = casters_seen(scene, light, frame.camera_view)
         self._place = self.map = None
         if not self._casting.any():
             return
-        sight, reach = work.sight, shadow.filter.reach_texels + decision.caster.bias.shift_texels
-        self._asked = Asked(
-            light, scene.corners, scene.boxes, sight.receivers, scene.corners[self._casting].reshape(-1, 3), sight.camera, sight.size,
-            sight.near, sight.far, decision.clip, shadow.resolution, int(np.ceil(reach)) + 1, decision.fine,
+        camera_view, reach = frame.camera_view, shadow.filter.reach_texels + settings.caster.bias.shift_texels
+        self._request = FitRequest(
+            light, scene.corners, scene.boxes, camera_view.receivers, scene.corners[self._casting].reshape(-1, 3),
+            camera_view.camera, camera_view.size, camera_view.near, camera_view.far, settings.clip,
+            shadow.resolution, int(np.ceil(reach)) + 1, settings.fine,
         )  # fmt: skip
-        fitted = decision.fit.fitted(self._asked)
+        fitted = settings.fit.fitted(self._request)
         self._shaded = fitted.shaded
         if fitted.views:
-            self._place = work.atlases.claim(decision.caster.target, fitted.views, decision.caster.channel)
+            self._place = frame.atlases.allocate(settings.caster.target, fitted.views, settings.caster.channel)
 
-    def prepare(self, work: Work) -> Used:
+    def update(self, frame: FrameContext) -> Used:
         """Draw the map."""
-        draws, decision, caster = 0, self._decision, self._decision.caster
+        draws, settings, caster = 0, self._settings, self._settings.caster
         if self._place is not None:
             views, atlas = self._place()
-            if decision.fit.measures:
-                views = self._measured(work, views)
-            self.map = Map(views, atlas, caster, decision.filter)
-            draws = draw_casters(work.context, work.programs, work.scene, self.light, self._casting, self.map)
-            if self._looked_at != work.scene.identity:
-                self._looked_at = work.scene.identity
-                self._warn_of_large_texels(work, self.map.views[0])
+            if settings.fit.measures:
+                views = self._measured(frame, views)
+            self.map = Map(views, atlas, caster, settings.filter)
+            draws = draw_casters(frame.context, frame.programs, frame.scene, self.light, self._casting, self.map)
+            if self._looked_at != frame.scene.identity:
+                self._looked_at = frame.scene.identity
+                self._warn_of_large_texels(frame, self.map.views[0])
         views = self.map.views if self.map else ()
         return Used(
             views,
-            decision.filter,
+            settings.filter,
             caster.bias,
             caster.target,
-            decision.clip,
+            settings.clip,
             caster.faces,
             draws,
-            decision.fallbacks + self._too_small(),
+            settings.fallbacks + self._too_small(),
             why=self._why,
         )
 
     def _too_small(self) -> tuple[str, ...]:
-        """The fallback of a bias under which planes shadow themselves, if that can be told."""
-        if self.map is None or self._decision.filter.encoding:  # the mean of a plane's depths lies on it
+        """The fallback of a bias too small to prevent self-shadowing of planes, where that can be told."""
+        if self.map is None or self._settings.filter.encoding:  # the mean depth of a plane lies on the plane
             return ()
         texel = max(
             max(view.texel) * (1.0 if view.projection == "orthographic" else view.far) for view in self.map.views
         )
-        said = self._decision.caster.bias.shortfall(self._decision.filter.reach_texels, texel)
+        said = self._settings.caster.bias.shortfall(self._settings.filter.reach_texels, texel)
         return (said,) if said else ()
 
-    def _measured(self, work: Work, placed: tuple[ShadowView, ...]) -> tuple[ShadowView, ...]:
-        """Views fitted to what is really seen, in the places of those that were claimed."""
-        fitted = self._decision.fit.fitted(replace(self._asked, blocks=seen_blocks(work)))
+    def _measured(self, frame: FrameContext, placed: tuple[ShadowView, ...]) -> tuple[ShadowView, ...]:
+        """Views fitted to the depth that the camera really sees, in the tiles that were allocated."""
+        fitted = self._settings.fit.fitted(replace(self._request, depth_tiles=find_depth_tiles(frame)))
         self._shaded = fitted.shaded
         return tuple(view.placed(there.tile) for view, there in zip(fitted.views, placed, strict=False)) or placed
 
-    def _warn_of_large_texels(self, work: Work, view: ShadowView) -> None:
-        """Said once for a scene: where a map covers so much that what casts near the camera may fall between its texels."""
-        bodies = [points for points in work.sight.receivers if len(points)]
+    def _warn_of_large_texels(self, frame: FrameContext, view: ShadowView) -> None:
+        """Warn once per scene if the map covers so much that casters near the camera may fall between its texels."""
+        bodies = [points for points in frame.camera_view.receivers if len(points)]
         if not bodies:
             return
         seen = np.concatenate(bodies)
-        camera = work.sight.camera.view_from_world
-        least = max(float((-(seen @ camera[2, :3] + camera[2, 3])).min()), work.sight.near)
-        if _side(work, view, seen, least) <= MOST_PIXELS:
+        camera = frame.camera_view.camera.view_from_world
+        least = max(float((-(seen @ camera[2, :3] + camera[2, 3])).min()), frame.camera_view.near)
+        if _side(frame, view, seen, least) <= MOST_PIXELS:
             return
-        window = pixels(work.targets.depth, np.float32)  # boxes may come nearer than what is in them: ask the picture
-        surface = window != work.sight.clip.clear_depth
+        window = pixels(
+            frame.targets.depth, np.float32
+        )  # boxes may be nearer than their content: read the depth buffer
+        surface = window != frame.camera_view.clip.clear_depth
         if not surface.any():
             return
-        side = _side(work, view, seen, float(np.quantile(work.sight.depth(window[surface].astype(np.float64)), 0.01)))
+        side = _side(
+            frame, view, seen, float(np.quantile(frame.camera_view.depth(window[surface].astype(np.float64)), 0.01))
+        )
         if side > MOST_PIXELS:
             warn(
                 f"a texel of the light's {view.resolution} map is as wide as {side / view.resolution:.0f} pixels of what is nearest to the "
@@ -132,16 +137,16 @@ class Mapped(Source):
                 stacklevel=6,
             )
 
-    def receiver(self, work: Work) -> Receiver:
-        """Compare with it."""
+    def receiver(self, frame: FrameContext) -> Receiver:
+        """A receiver that samples the map."""
         if self.map is None:
-            return open_receiver(work, self.light)
-        scene, caps = work.scene, work.caps
+            return open_receiver(frame, self.light)
+        scene, caps = frame.scene, frame.caps
         axes, offset = frame_of(self.light.frame(self.map.views, scene.origin), scene.origin)
-        reach = max(self._reach(work), float(np.abs(offset).max()))
-        compared = work.samplers.nearer_reversed if self.map.views[0].clip.reversed else work.samplers.nearer
+        reach = max(self._reach(frame), float(np.abs(offset).max()))
+        compared = frame.samplers.nearer_reversed if self.map.views[0].clip.reversed else frame.samplers.nearer
         raw = (caps.texture_gather and caps.software) or self.map.filter.reads_depths
-        sampler = work.samplers.plain if raw else compared
+        sampler = frame.samplers.plain if raw else compared
         plain = self.map.filter.encoding or not self.map.settings.target.is_depth
         return Receiver(
             map_slots(self.light, self.map, caps),
@@ -157,42 +162,42 @@ class Mapped(Source):
             {"u_map": (self.map.atlas.texture, None if plain else sampler)},
         )
 
-    def marking_receiver(self, work: Work) -> Receiver:
-        """A map's texels may be smaller than a pixel; prefiltered ones are read from a mip map of the pixel's size."""
-        receiver = self.receiver(work)
+    def marking_receiver(self, frame: FrameContext) -> Receiver:
+        """Mark pixels if a texel may be smaller than a pixel. Prefiltered maps need no marks: their mip level has the pixel's size."""
+        receiver = self.receiver(frame)
         if self.map is None or self.map.filter.encoding:
             return receiver
         return replace(receiver, marks={"GLS_MARKS": 1}, collected={"GLS_MARKED": 1})
 
-    def _reach(self, work: Work) -> float:
-        """Largest coordinate on the way to the position of a receiver that the map answers for: eye, ray x depth, their sum."""
-        sight, origin = work.sight, work.scene.origin
-        eye = float(np.abs(sight.eye - origin).max())
+    def _reach(self, frame: FrameContext) -> float:
+        """Largest coordinate in the computation of a receiver's position in the map: eye, ray x depth, and their sum."""
+        camera_view, origin = frame.camera_view, frame.scene.origin
+        eye = float(np.abs(camera_view.eye - origin).max())
         if self._shaded is None:
-            return eye + sight.reach
+            return eye + camera_view.reach
         return 2.0 * eye + float(np.abs(self._shaded - origin).max())
 
     def stored(self) -> NDArray[np.float32]:
-        """Its views; RGBA8 is unpacked."""
+        """The map's views as arrays; RGBA8 is unpacked."""
         return super().stored() if self.map is None else stored_values(self.map)
 
 
-def _side(work: Work, view: ShadowView, seen: Array, depth: float) -> float:
-    """How many pixels at a view depth a map is wide where it is nearest to the light, or anywhere under a sun."""
+def _side(frame: FrameContext, view: ShadowView, seen: Array, depth: float) -> float:
+    """Side of the map in pixels at a view depth: where it is nearest to the light, or anywhere for a directional light."""
     away = 1.0
     if view.projection != "orthographic":
         away = float(np.linalg.norm(transform(view.view_from_world, seen), axis=1).min())
-    return max(view.texel) * away * view.resolution / work.sight.pixel(depth)
+    return max(view.texel) * away * view.resolution / frame.camera_view.pixel(depth)
 
 
 def map_slots(light: Light, shadow_map: Map, caps: Caps) -> dict[str, str]:
-    """Snippets that ask a map."""
+    """Snippets that sample a map."""
     settings, compare = shadow_map.settings, compared_by(shadow_map.settings.target, shadow_map.filter, caps)
     return mapped_slots(light, settings.target, settings.bias, shadow_map.filter, compare, shape_of(shadow_map))
 
 
 def compared_by(target: Target, filter: Filter, caps: Caps) -> Compare:
-    """How a driver reads a target for a filter."""
+    """How this driver reads the target for the filter."""
     if not target.is_depth:
         return "metric"
     if filter.reads_depths:
@@ -203,32 +208,34 @@ def compared_by(target: Target, filter: Filter, caps: Caps) -> Compare:
 
 
 def shape_of(shadow_map: Map) -> Shape:
-    """How a sun's map is laid out."""
+    """Layout of a directional light's map."""
     view = shadow_map.views[0]
     return "cascades" if view.cascade else "plain" if view.warp is None else "warped"
 
 
 def cascades_of(shadow_map: Map) -> int:
-    """How many; 0: one view, or the faces of a point light."""
+    """Number of cascades; 0: one view, or the faces of a point light."""
     return len(shadow_map.views) if shadow_map.views[0].cascade else 0
 
 
 def falloff_of(light: Light) -> float:
-    """From how far before its map's border a light's shadow fades; a point light's has none."""
+    """Distance from the map's border at which the shadow starts to fade; 0 for a point light."""
     return 0.0 if light.shadow is None or light.projection == "cube" else light.shadow.edge_falloff
 
 
 def size_in_texels(light: Light, shadow_map: Map) -> tuple[float, float]:
-    """By how many texels the edge of a shadow widens for each unit of nearness, see glsl/depth."""
+    """Texels by which a shadow edge widens per unit of nearness, see glsl/depth."""
     x, y = shadow_map.views[0].texel
     scale = abs(uniforms_of(shadow_map, 0.0)["u_base"][0])
     return light.source_radius / (scale * x), light.source_radius / (scale * y)
 
 
 def map_defines(light: Light, shadow_map: Map) -> Mapping[str, int | str]:
-    """Defines that go with them."""
+    """Defines of these snippets."""
     settings = shadow_map.settings
-    reversed_depth = settings.target.is_depth and shadow_map.views[0].clip.reversed  # a metric always grows away
+    reversed_depth = (
+        settings.target.is_depth and shadow_map.views[0].clip.reversed
+    )  # a metric always grows with distance
     bounded = shadow_map.views[0].inset > 0
     cascade = shadow_map.views[0].cascade
     by_depth = cascade is not None and cascade.by_depth
@@ -243,7 +250,7 @@ def map_defines(light: Light, shadow_map: Map) -> Mapping[str, int | str]:
 
 
 def uniforms_of(shadow_map: Map, rounding: float) -> dict[str, Any]:
-    """Uniforms that go with them, see `core.compare.map_uniforms`."""
+    """Uniforms of these snippets, see `derive.compare.map_uniforms`."""
     settings = shadow_map.settings
     size = shadow_map.atlas.size
     return map_uniforms(shadow_map.views, size, settings.target, settings.bias, shadow_map.filter, rounding)

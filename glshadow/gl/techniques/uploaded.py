@@ -1,4 +1,4 @@
-"""Triangle lists of one light where OpenGL has no compute passes: built on the CPU, walked by glsl/exact/lists.glsl like any."""
+"""Triangle lists of one light, built on the CPU for drivers without compute shaders, and walked by glsl/exact/lists.glsl like others."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from glshadow.gl.driver.buffers import BufferTexture
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import RGBA32F, RGBA32UI
 from glshadow.gl.driver.targets import release, released_on_error
-from glshadow.gl.frame_context import Work
+from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.scene.bodies import casters_seen
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.scene.world import local_positions
 from glshadow.gl.techniques.listed import node_traits
-from glshadow.gl.techniques.technique import Source
+from glshadow.gl.techniques.technique import Technique
 from glshadow.gl.techniques.triangles import (
     casting_corners,
     check_facets,
@@ -34,15 +34,15 @@ from glshadow.gl.techniques.triangles import (
     triangle_receiver,
 )
 from glshadow.lights import Light
-from glshadow.shadows.shadow import Settled
+from glshadow.shadows.shadow import ResolvedShadow
 
 _WHY = "triangle lists are built on the CPU: building them on the GPU needs OpenGL 4.3, {} has {:.1f}"
 _TEXEL = 16  # bytes
-_KEPT = 1 << 29  # bytes of the lists of lights that come in turn; those beyond are built at each turn
+_KEPT = 1 << 29  # bytes of kept lists of lights that take turns; lists beyond are rebuilt at each turn
 
 
 class _Lists:
-    """Lists of one light in textures.
+    """One light's lists in textures.
 
     Attributes
     ----------
@@ -61,11 +61,11 @@ class _Lists:
 
     @property
     def textures(self) -> dict[str, Any]:
-        """By the samplers that read them."""
+        """The textures by sampler name."""
         return {"u_heads": self._heads, "u_links": self._links, "u_facets": self._facets}
 
     def write(self, grid: ListGrid, lists: CellLists) -> None:
-        """Take these in place of what was there."""
+        """Upload these lists in place of the old ones."""
         self.grid, self.count = grid, lists.count
         heads, facets, links = self._heads, self._facets, self._links
         self._heads = self._facets = self._links = None
@@ -83,7 +83,7 @@ class _Lists:
         self._context.check_errors(f"uploading {lists.count} list entries and {len(lists.facets)} facets")
 
     def _written(self, old: BufferTexture | None, data: NDArray[Any], internal_format: int) -> BufferTexture:
-        """Data in a buffer texture: the old one, where that is large enough and not much too large."""
+        """Data in a buffer texture; reuses the old one if it is large enough and not more than twice as large."""
         if old is None or not data.nbytes <= old.buffer.size <= 2 * data.nbytes:
             release(old)
             buffer = self._context.ctx.buffer(reserve=max(data.nbytes, _TEXEL))
@@ -96,13 +96,13 @@ class _Lists:
         release(self._heads, self._links, self._facets)
 
 
-class Uploaded(Source):
-    """One light's triangle lists, built by `core.cells` and uploaded; or those of several lights that come in turn.
+class Uploaded(Technique):
+    """One light's triangle lists, built by `derive.cells` and uploaded; or the lists of several lights that take turns.
 
     Attributes
     ----------
     lists : _Lists
-        Of the light that was prepared last.
+        Lists of the light that was updated last.
     builds : int
         How often lists were built.
     """
@@ -110,18 +110,18 @@ class Uploaded(Source):
     def __init__(self, context: GLContext) -> None:
         self._context = context
         self._expected: tuple[Light, ...] = ()
-        self._made: dict[tuple[Hashable, ...], _Lists] = {}  # by what they were made for
+        self._made: dict[tuple[Hashable, ...], _Lists] = {}  # by cache key
         self._key: tuple[Hashable, ...] = ()
         self.lists = _Lists(context)
         self.builds = 0
 
-    def claim(self, work: Work, light: Light, shadow: Settled | None) -> None:
-        """Take the light with its settings."""
+    def allocate(self, frame: FrameContext, light: Light, shadow: ResolvedShadow | None) -> None:
+        """Set the light and its settings."""
         assert shadow is not None
         self.light, self._shadow = light, shadow
 
     def expect(self, lights: tuple[Light, ...]) -> None:
-        """Keep what is built for these lights, which come in turn; forget what was kept for others."""
+        """Keep the lists of these lights, which take turns; drop those of other lights."""
         if lights != self._expected:
             self._expected = lights
             self._forget()
@@ -130,22 +130,22 @@ class Uploaded(Source):
         release(*(each for each in self._made.values() if each is not self.lists))
         self._made.clear()
 
-    def prepare(self, work: Work) -> Used:
-        """Build them, unless there are those of this scene and light already.
+    def update(self, frame: FrameContext) -> Used:
+        """Build the lists, unless those of this scene and light are kept.
 
         Raises
         ------
         ResourceError
             If the scene does not fit into the driver's buffer textures on any grid.
         """
-        shadow, caps = self._shadow, work.caps
-        built = self._update(work.scene, self.light, casters_seen(work.scene, self.light, work.sight))
+        shadow, caps = self._shadow, frame.caps
+        built = self._update_lists(frame.scene, self.light, casters_seen(frame.scene, self.light, frame.camera_view))
         why = f"{shadow.why}; {_WHY.format(caps.renderer, caps.version_code / 100)}"
-        return Used(filter=shadow.filter, faces=shadow.asked.faces, draws=int(built), links=self.lists.count,
-                    fallbacks=ignored_size(self.light, shadow.filter) + far_away(work, self.lists.grid), why=why)  # fmt: skip
+        return Used(filter=shadow.filter, faces=shadow.requested.faces, draws=int(built), links=self.lists.count,
+                    fallbacks=ignored_size(self.light, shadow.filter) + far_away(frame, self.lists.grid), why=why)  # fmt: skip
 
-    def _update(self, scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> bool:
-        """Whether they had to be built."""
+    def _update_lists(self, scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> bool:
+        """Build the lists if needed; returns whether they were built."""
         key = made_for(scene, light, casting)
         if key in self._made:
             self._key, self.lists = key, self._made[key]
@@ -157,14 +157,14 @@ class Uploaded(Source):
             if self._expected and sum(each.bytes for each in self._made.values()) < _KEPT:
                 self.lists = _Lists(self._context)
             else:
-                del self._made[self._key]  # these come in its place
+                del self._made[self._key]  # replaced by the new lists
         self.lists.write(grid, lists)
         self._key, self._made[key] = key, self.lists
         self.builds += 1
         return True
 
     def _built(self, scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> tuple[ListGrid, CellLists]:
-        """On the finest grid whose lists fit."""
+        """Build the lists on the finest grid on which they fit."""
         limit = self._context.caps.max_texture_buffer_size
         check_facets(scene, limit)
         world, triangles = scene.world.positions, scene.world.triangles
@@ -187,10 +187,10 @@ class Uploaded(Source):
                 )
             halvings += 1
 
-    def receiver(self, work: Work) -> Receiver:
-        """Walk them."""
-        masked = work.scene.world.masks is not None
-        return triangle_receiver(work, self.light, self.lists.grid, masked, self.lists.textures)
+    def receiver(self, frame: FrameContext) -> Receiver:
+        """A receiver that walks the lists."""
+        masked = frame.scene.world.masks is not None
+        return triangle_receiver(frame, self.light, self.lists.grid, masked, self.lists.textures)
 
     def release(self) -> None:
         """Free the GPU memory."""

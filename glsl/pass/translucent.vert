@@ -1,4 +1,4 @@
-// Draws a mesh that blends from the light.
+// Draws a translucent mesh from the light.
 #ifndef GLS_TEXTURED
 #define GLS_TEXTURED 0
 #endif

@@ -1,4 +1,4 @@
-// Slot <between>: whether any outline comes between a receiver and some part of a light that has a size. Needs lib/cone.glsl.
+// Slot <between>: whether any silhouette edge lies between a receiver and some part of an area light. Needs lib/cone.glsl.
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif
@@ -7,7 +7,7 @@
 #endif
 #include "exact/grown.glsl"
 
-float beside(vec3 a, vec3 b) { // squared distance of an edge from the axis of a cone, where its height is 1; z is height
+float beside(vec3 a, vec3 b) { // squared distance of an edge from the cone's axis at height 1; z is height
     float most = max(a.z, b.z), low = 1e-4 * most;
     vec3 p = a.z < low ? mix(a, b, (low - a.z) / (b.z - a.z)) : a, q = b.z < low ? mix(b, a, (low - b.z) / (a.z - b.z)) : b;
     vec2 from = p.xy / p.z, along = q.xy / q.z - from;
@@ -15,7 +15,7 @@ float beside(vec3 a, vec3 b) { // squared distance of an edge from the axis of a
     return most > 0.0 ? dot(nearest, nearest) : 1e38;
 }
 
-bool is_cut(vec3 position) { // whether an outline is in the cone
+bool is_cut(vec3 position) { // whether a silhouette edge is in the cone
 #if !GLS_SUN
     mat3 axes = cone_axes(position);
 #endif

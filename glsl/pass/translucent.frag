@@ -1,4 +1,4 @@
-// What a caster that blends lets through, seen from the light: multiplied with what others let through.
+// Transmittance of a translucent caster, seen from the light; blended by multiplication.
 #ifndef GLS_TEXTURED
 #define GLS_TEXTURED 0
 #endif
@@ -23,7 +23,7 @@ void main() {
 #if GLS_TEXTURED
     color *= texture(u_texture, v_uv);
 #endif
-    // nothing at alpha 1, all at alpha 0; between them the more of its colour, the denser it is
+    // none at alpha 1, all at alpha 0; between them the more coloured, the higher the alpha
     float alpha = clamp(color.a, 0.0, 1.0);
     o_through = vec4((1.0 - alpha) * mix(vec3(1.0), clamp(color.rgb, 0.0, 1.0), alpha), 1.0);
 }

@@ -1,4 +1,4 @@
-// A map of means, filtered by the hardware: bilinear between texels, and with mip maps also between sizes.
+// A prefiltered moment map, sampled with hardware filtering: bilinear between texels, and between mip levels if there are any.
 #ifndef GLS_MIP_LEVELS
 #define GLS_MIP_LEVELS 0
 #endif

@@ -1,9 +1,9 @@
-// Least and greatest window depth of a block of pixels, but for those that show nothing; 1 and 0 where all do.
+// Least and greatest window depth of a tile of pixels, without the background; 1 and 0 for a tile of background only.
 #ifndef GLS_SIDE
 #define GLS_SIDE 16
 #endif
 uniform sampler2D u_depth;
-uniform float u_nothing; // what was cleared to
+uniform float u_nothing; // clear depth
 layout(location = 0) out vec2 o_ends;
 
 void main() {
