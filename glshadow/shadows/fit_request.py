@@ -1,4 +1,4 @@
-"""What a fit is asked, and what it answers."""
+"""Input and result of a fit."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """What a camera was found to see: for each block of pixels that shows a surface, how near and how far that is.
+    """What a camera sees according to its depth buffer: for each block of pixels that shows a surface, its nearest and farthest depth.
 
     Parameters
     ----------
     starts, rays : (B, 4, 3) float64
-        World; through the corners of each block, rays of unit view depth.
+        World space; through the corners of each block, rays of unit view depth.
     nearest, farthest : (B,) float64
         View depths.
     """
@@ -33,7 +33,7 @@ class Blocks:
     farthest: Array
 
     def between(self, near: float, far: float) -> Array:
-        """World points (N, 3) around what lies between two depths."""
+        """World points (N, 3) around what the blocks contain between two depths."""
         low, high = np.maximum(self.nearest, near), np.minimum(self.farthest, far)
         some = low <= high
         depths = np.stack([low[some], high[some]], axis=1)[:, :, None, None]
@@ -43,26 +43,26 @@ class Blocks:
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """What a fit is asked for.
+    """Input of a fit.
 
     Parameters
     ----------
     scene : (N, 8, 3) float64
         World corners of all bodies' boxes; `boxes`: the same as bounds and matrices.
     seen : list of N arrays (M, 3)
-        World corners of what the camera sees of each.
+        World corners of the part of each body that the camera sees.
     casters : (K, 3) float64
-        World corners of everything that casts.
+        World corners of all casters.
     size : (2,) ints
-        Of the picture.
+        Size of the image.
     near, far : float
-        Of the camera.
+        Depth range of the camera.
     guard : int
-        Texels around what is covered that a filter may reach into.
+        Texels around the covered area that a filter may read.
     fine : bool
         Whether the map's depth rounds relative to 1 / depth, see `view.fine_depth`.
     blocks : Blocks, optional
-        What is really seen, where that was found out.
+        What the camera sees, if its depth buffer has been read.
     """
 
     light: Light
@@ -83,7 +83,7 @@ class Asked:
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """Views of a light; `shaded`: world points around the receivers they are for, where these are not all that are seen."""
+    """Views of a light. `shaded`: world points around the receivers that the views are for, if these are not all visible ones."""
 
     views: tuple[ShadowView, ...]
     shaded: Array | None = field(default=None, repr=False)

@@ -1,4 +1,4 @@
-"""Views of a light, fitted to what its maps have to cover. Pure functions of scene, light and camera, float64."""
+"""Views of a light, fitted to what its shadow maps must cover. Pure float64 functions of scene, light and camera."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from glshadow.geometry.ranges import view_depth
 from glshadow.shadows.fit_request import Asked, Fitted
 from glshadow.shadows.view import Cascade, ShadowView, shadow_views
 
-if TYPE_CHECKING:  # lights have shadows, which have fits, which call this
+if TYPE_CHECKING:  # lights have shadows, shadows have fits, and fits call this module
     from glshadow.lights.distant import DistantLight
     from glshadow.shadows.fits import Cascades, Lispsm
 
 
 def around(asked: Asked, receivers: list[Array]) -> Fitted:
-    """Views around receivers, or around what casters can shade of them where that is little."""
+    """Views around the receivers, or around the part that casters can shadow if that is small."""
     light, shaded = asked.light, None
     if light.at_infinity and any(len(points) for points in receivers):
         shaded = shaded_receivers(light.rays_to(np.zeros(3)), receivers, asked.casters, *asked.boxes)
@@ -33,18 +33,18 @@ def around(asked: Asked, receivers: list[Array]) -> Fitted:
 
 
 STABLE_SHARE = 1e-3
-"""Of the distance that stable cascades reach: the first begins no nearer."""
+"""Share of the distance of stable cascades: the first slice starts no nearer."""
 
 LEAST_SHARE = 1e-6
-"""Of the extent of what a view is for: the least width of its window."""
+"""Smallest width of a view's window, as a share of the extent of what it covers."""
 
 
 def cascades(asked: Asked, settings: Cascades) -> Fitted:
-    """One view for each slice; none is left out, so that their tiles stay where they are."""
-    light = cast("DistantLight", asked.light)  # `derive.resolved` fits no other light so
+    """One view per slice. No slice is left out, so that their tiles stay in place."""
+    light = cast("DistantLight", asked.light)  # `derive.resolved` uses this fit for no other light
     if settings.stable:
         return Fitted(_snapped(asked, settings, light), asked.scene.reshape(-1, 3))
-    if asked.blocks is None or not len(asked.blocks.nearest):  # not known yet: as many
+    if asked.blocks is None or not len(asked.blocks.nearest):  # not known yet: allocate the same number
         one = around(asked, asked.seen).views[:1]
         return Fitted(tuple(replace(each, inset=_inset(asked), gutter=0) for each in one * settings.count))
     blocks = asked.blocks
@@ -63,7 +63,7 @@ def cascades(asked: Asked, settings: Cascades) -> Fitted:
             np.maximum(flat.min(axis=0), shade.min(axis=0)),
             np.minimum(flat.max(axis=0), shade.max(axis=0)),
         )
-        if (low >= high).any():  # nothing casts there
+        if (low >= high).any():  # nothing casts a shadow there
             low, high = flat.min(axis=0), flat.max(axis=0)
         half = 0.5 * np.maximum(high - low, least) * _widened(asked)
         found.append(
@@ -73,7 +73,7 @@ def cascades(asked: Asked, settings: Cascades) -> Fitted:
 
 
 def split(settings: Cascades, near: float, far: float, perspective: bool = True) -> list[float]:
-    """Where slices begin and end; of an orthographic camera they are equal."""
+    """Start and end depths of the slices. An orthographic camera gets slices of equal depth."""
     share = np.arange(settings.count + 1) / settings.count
     even = near + (far - near) * share
     if perspective and near > 0.0:
@@ -82,7 +82,7 @@ def split(settings: Cascades, near: float, far: float, perspective: bool = True)
 
 
 def _snapped(asked: Asked, settings: Cascades, light: DistantLight) -> tuple[ShadowView, ...]:
-    """Squares of a size that depends on the camera's lens alone, at whole texels of a lattice that depends on the scene alone."""
+    """Square views whose size depends on the camera's lens alone, at whole texels of a lattice that depends on the scene alone."""
     camera, corners = asked.camera, asked.scene.reshape(-1, 3)
     origin = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
     last = settings.distance or _power_of_two(asked.far, 1.0)
@@ -100,7 +100,7 @@ def _snapped(asked: Asked, settings: Cascades, light: DistantLight) -> tuple[Sha
         )
         centre = local.mean(axis=0)
         reach = float(np.linalg.norm(local - centre, axis=1).max())
-        # of seven bits, so that whole texels, and sums of them, are exact; and one more for the step from `centre` to the lattice
+        # seven bits, so that whole texels and their sums are exact; one more for the step from `centre` to the lattice
         texel = _rounded_up(2.0 * (1.0 + 2.0 / asked.resolution) * reach * _widened(asked) / asked.resolution)
         half = 0.5 * texel * asked.resolution
         world = camera.view_from_world[:3, :3].T @ (centre - camera.view_from_world[:3, 3])
@@ -111,7 +111,7 @@ def _snapped(asked: Asked, settings: Cascades, light: DistantLight) -> tuple[Sha
 
 
 def warped(asked: Asked, settings: Lispsm) -> Fitted:
-    """One view in perspective along the camera's view, or as for one cascade where that is no better."""
+    """One view with perspective along the camera's view, or as for one cascade if perspective is not better."""
     plain = cascades(asked, Cascades(1, blend=0.0))
     if not plain.views:
         return plain
@@ -136,9 +136,9 @@ def warped(asked: Asked, settings: Lispsm) -> Fitted:
 
 
 def _inside(view: ShadowView, blocks: Array) -> Array:
-    """Corners (M * 8, 3) of boxes around what lies in a view's window of blocks (B, 8, 3), given by their corners in the view.
+    """Corners (M * 8, 3) of boxes around the parts of blocks (B, 8, 3), given by their corners in the view, inside a view's window.
 
-    Of what lies outside nothing is shaded. Boxes, not the corners inside: a block may cover the window with none of its corners in it.
+    Parts outside are not shaded. Boxes rather than inside corners: a block may cover the window without a corner in it.
     """
     left, right, bottom, top = view.window
     low = np.maximum(blocks.min(axis=1), (left, bottom, -np.inf))
@@ -153,9 +153,9 @@ def _inside(view: ShadowView, blocks: Array) -> Array:
 def _in_perspective(
     asked: Asked, view: ShadowView, local: Array, highest: float, low: float, distance: float
 ) -> ShadowView:
-    """A view around points (N, 3) in it, its centre of projection `distance` before the nearest, at y = `low`.
+    """A view around points (N, 3) in it; the centre of projection is `distance` in front of the nearest, at y = `low`.
 
-    w = 1 + (y - low) / distance; x / w, -distance / w and z / w: where w = 1 as large as before. Casters as high as `highest` are held.
+    w = 1 + (y - low) / distance; x / w, -distance / w and z / w: unchanged in size at w = 1. Includes casters up to `highest`.
     """
     warp = np.array(
         [[1, 0, 0, 0], [0, 0, 0, -distance], [0, 0, 1, 0], [0, 1 / distance, 0, 1 - low / distance]], dtype=np.float64
@@ -173,7 +173,7 @@ def _in_perspective(
 
 
 def _texels(view: ShadowView, local: Array, depth: Array) -> float:
-    """Mean over points of a texel's larger side for each unit of their depth: about how many pixels it is wide."""
+    """Mean over points of a texel's larger side per unit of their depth: about its width in pixels."""
     x, y = view.texel
     if view.warp is None:
         return float((max(x, y) / depth).mean())
@@ -186,13 +186,13 @@ def _inset(asked: Asked) -> int:
 
 
 def _widened(asked: Asked) -> float:
-    """What a window grows by for two guard bands: one is answered for, one only read."""
+    """Growth of a window for two guard bands: receivers may lie in the first, the second is only read."""
     room = asked.resolution - 4 * asked.guard
     return asked.resolution / room if room > 0 else 1.0
 
 
 def _along_view(light: DistantLight, camera: Camera) -> Array:
-    """Axes of a sun, the second along the camera's view: slices of a frustum are narrow across it."""
+    """Axes of a directional light, the second along the camera's view: slices of a frustum are narrow across it."""
     axes = view_axes(np.asarray(light.direction))
     forward = axes[:2] @ -camera.view_from_world[2, :3]
     if np.linalg.norm(forward) < 1e-6:
@@ -221,11 +221,11 @@ def _cascade(
 
 
 def _power_of_two(value: float, up: float) -> float:
-    """The next below, or above (`up` 1): what a moving camera changes rarely."""
+    """The next power of two below, or above (`up` 1): a value that a moving camera rarely changes."""
     return float(2.0 ** (np.floor(np.log2(max(value, 1e-30))) + up))
 
 
 def _rounded_up(value: float) -> float:
-    """To the next of 64 steps between powers of two: what rounding moves stays the same number."""
+    """Rounded up to one of 64 steps between powers of two, so that rounding errors do not change it."""
     step = 2.0 ** (np.floor(np.log2(value)) - 6.0)
     return float(np.ceil(value / step) * step)
