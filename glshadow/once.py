@@ -1,4 +1,4 @@
-"""render: one frame by a renderer of its own, with the image saved."""
+"""render: one frame with a temporary renderer, optionally saved."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ def render(
     ground: bool | str = False,
     **options: Unpack[RenderOptions],
 ) -> Frame:
-    """One frame by a renderer of its own.
+    """Render one frame with a temporary renderer.
 
     Parameters
     ----------
     scene : Scene, path, trimesh.Trimesh, trimesh.Scene or pyrender.Scene
-        Whatever `glshadow.load` takes.
+        Any scene that `glshadow.load` takes.
     camera, lights, size
-        As in Renderer.render.
+        As for Renderer.render.
     path : optional
-        Also save the image there. Its ending and its folder are checked before anything is rendered.
+        Also save the image here. The suffix and the folder are checked before anything is rendered.
     ground : bool or "catcher"
-        As in `glshadow.load`.
+        As for `glshadow.load`.
     **options
         Further arguments of Renderer.render.
     """
-    target = optional(image_path, "it is not saved")("path", path)
+    target = optional(image_path, "not saved")("path", path)
     scene = as_scene(scene, ground)
     with Renderer() as renderer:
         frame = renderer.render(scene, camera, lights, size, **options)

@@ -1,6 +1,6 @@
-"""What is public: the names in `__all__` of these modules, with the members of classes there that have no leading underscore.
+"""The public API: the names in `__all__` of these modules, and members of their classes without a leading underscore.
 
-Everything else is private, also where its name has no underscore: it may change or be removed without notice. What is public changes only
+Everything else is private, even if its name has no underscore: it may change or be removed without notice. Public names change only
 with an entry in the change log. The API reference (scripts/docs) and its tests are made from this list.
 """
 
@@ -13,4 +13,4 @@ MODULES = {
     "glshadow.image": "images read from files and written to them",
     "glshadow.gl.foreign.shaders": "a light's shadow in other moderngl programs, as glshadow.shaders",
 }
-"""Module -> what it is for."""
+"""Module -> its purpose."""

@@ -1,5 +1,5 @@
-"""Ctrl-C and SIGTERM wait while C code calls Python: an exception there ends the process, in moderngl by a segmentation fault, in
-OpenImageIO, while it is imported, by an abort."""
+"""Delays Ctrl-C and SIGTERM while C code calls Python: an exception there ends the process, in moderngl with a segmentation fault, in
+OpenImageIO, while it is imported, with an abort."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _NUMBERS = (signal.SIGINT, signal.SIGTERM)
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """Signals whose handlers are Python's run at the end of the block. Handlers run on the main thread alone: on others nothing waits."""
+    """Run the Python handlers of signals at the end of the block. Handlers run on the main thread only: other threads delay nothing."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
