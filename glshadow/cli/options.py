@@ -90,7 +90,7 @@ common = _all(
 )
 
 size_option = option(
-    "Picture",
+    "Image",
     "--size",
     metavar="WxH",
     read=values.size,
@@ -100,9 +100,9 @@ size_option = option(
 )
 
 driver_options = _all(
-    option("Picture", "--backend", type=click.Choice(["auto", "egl", "osmesa", "window"]), default="auto",
+    option("Image", "--backend", type=click.Choice(["auto", "egl", "osmesa", "window"]), default="auto",
            show_default=True, help="How to create the OpenGL context; auto uses the first that works."),
-    option("Picture", "--device", metavar="N", type=click.IntRange(0, 999),
+    option("Image", "--device", metavar="N", type=click.IntRange(0, 999),
            help="EGL device, as listed by `glshadow doctor`. Default: the first, a GPU if there is one."),
 )  # fmt: skip
 
@@ -134,15 +134,15 @@ scene_options = _all(
 )  # fmt: skip
 
 picture_options = _all(
-    option("Picture", "-o", "--output", metavar="FILE", read=values.picture,
+    option("Image", "-o", "--output", metavar="FILE", read=values.picture,
            help="The image to write: .png .jpg .tif, or .exr with all float outputs as channels."),
     size_option,
     driver_options,
     scene_options,
-    option("Picture", "--ambient", metavar="A|R,G,B[/...]", read=values.ambient,
+    option("Image", "--ambient", metavar="A|R,G,B[/...]", read=values.ambient,
            help="Ambient light, linear; two values separated by a slash: from above and from below. "
                 "Default: 0.27/0.12."),
-    option("Picture", "--background", metavar="R,G,B|none", read=values.background, default="0.81,0.82,0.84", show_default=True,
+    option("Image", "--background", metavar="R,G,B|none", read=values.background, default="0.81,0.82,0.84", show_default=True,
            help="Background colour in sRGB, each 0 to 1; none: transparent (.png .tif .exr)."),
     option("Shadow (of every light)", "--resolution", metavar="N", read=values.resolution,
            help="Texels along a side of the shadow map. Default: 2048."),

@@ -50,7 +50,7 @@ Examples:
 @click.command(cls=Command, epilog=EXAMPLES)
 @picture_options
 @option(
-    "Picture",
+    "Image",
     "--overlay",
     metavar="LIST",
     read=values.overlays,
@@ -59,7 +59,7 @@ Examples:
     "axes, grid.",
 )
 @option(
-    "Picture",
+    "Image",
     "--samples",
     metavar="N",
     read=values.samples,
@@ -68,7 +68,7 @@ Examples:
     help="Samples per pixel, 1, 4, 8 or 16, for smooth edges of surfaces and shadows.",
 )
 @option(
-    "Picture",
+    "Image",
     "--orbit",
     metavar="N",
     type=click.IntRange(1, MOST_IMAGES),
