@@ -1,9 +1,9 @@
-"""The system libraries that the installed wheels need: which are missing here, and whether set-up knows them all.
+"""The system libraries that the installed wheels need: reports missing ones, and libraries that set-up does not know.
 
     libraries.py            prints the Debian packages of the missing ones: what set-up installs
     libraries.py --check    fails and says why if a wheel needs a library that is missing, or that PACKAGES does not name
 
-Reads every shared object beside the running interpreter's packages; what a wheel brings itself is not asked of the system.
+Reads every shared object of the running interpreter's packages; libraries that a wheel contains itself are not looked up in the system.
 """
 
 import ctypes
@@ -14,13 +14,13 @@ import sysconfig
 from collections.abc import Iterator
 from pathlib import Path
 
-PACKAGES = {  # library -> the Debian package that brings it
+PACKAGES = {  # library -> its Debian package
     "libatomic.so.1": "libatomic1",
     "libgcc_s.so.1": "libgcc-s1",
     "libstdc++.so.6": "libstdc++6",
     "libz.so.1": "zlib1g",
 }
-# Files that a wheel does without where their libraries are missing: numba's other ways to run threads.
+# Files that a wheel does not need if their libraries are missing: numba's optional threading layers.
 OPTIONAL = ("omppool.", "tbbpool.")
 # Parts of the C library, without which there is no Python.
 GLIBC = ("ld-linux", "libc.so", "libdl.so", "libm.so", "libpthread.so", "librt.so", "libutil.so")
@@ -30,7 +30,7 @@ _NEEDED, _STRING_TABLE = 1, 5
 
 
 def needed(path: Path) -> list[str]:
-    """Names of the libraries that a shared object asks for; empty for what is no 64-bit little-endian ELF file."""
+    """Names of the libraries that a shared object needs; empty unless it is a 64-bit little-endian ELF file."""
     with path.open("rb") as file:
         if file.read(6) != b"\x7fELF\x02\x01":
             return []
@@ -57,7 +57,7 @@ def _entries(data: mmap.mmap, segment: tuple[int, ...]) -> Iterator[tuple[int, i
 
 
 def asked_of_the_system(folder: Path) -> dict[str, Path]:
-    """Library -> one of the files below the folder that needs it, without what lies below the folder itself."""
+    """Library -> one of the files below the folder that needs it, without libraries below the folder itself."""
     objects = [path for path in sorted(folder.rglob("*.so*")) if path.is_file() and not path.name.startswith(OPTIONAL)]
     brought = {path.name for path in objects}
     asked: dict[str, Path] = {}
@@ -69,7 +69,7 @@ def asked_of_the_system(folder: Path) -> dict[str, Path]:
 
 
 def loads(name: str) -> bool:
-    """Whether the system has a library, and all that it needs in turn."""
+    """Whether the system has a library and all its dependencies."""
     try:
         ctypes.CDLL(name)
     except OSError:
@@ -78,7 +78,7 @@ def loads(name: str) -> bool:
 
 
 def main(check: bool) -> int:
-    """Exit code."""
+    """Check, or print the missing packages; returns the exit code."""
     asked = asked_of_the_system(Path(sysconfig.get_path("platlib")))
     missing = sorted(name for name in asked if not loads(name))
     if not check:

@@ -1,4 +1,4 @@
-"""Tables of the error of real models, and of what coarse formats cost."""
+"""Tables of the errors of real models, and of the cost of coarse formats."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _blocks(numbers: Numbers) -> Blocks:
             ),
             [_line(name, row) for name, row in results["lines"].items()],
         ),
-        "truth": f"The truth of the brain cortex (608,752 triangles) takes {truth['trace_s']:.0f} s and a peak of "
+        "truth": f"Tracing the brain cortex (608,752 triangles) takes {truth['trace_s']:.0f} s and a peak of "
         f"{truth['peak_bytes'] / 2**30:.1f} GiB.",
         "formats": _formats(results["formats"]),
     }

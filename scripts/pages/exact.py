@@ -1,4 +1,4 @@
-"""Tables of the exact filter: its pixels against float64, its time against maps, the floor and Embree."""
+"""Tables of the exact filter: pixels against float64, time against maps, the floor and Embree."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from scripts.pages.markdown import NOT_MEASURED, Blocks, Numbers, Part, fixed, percent, short, span, table
 
-MAP = ", map "  # in the name of a load that differs in its map alone, of which Exact has none
+MAP = ", map "  # in the name of a load that differs only in its map, which Exact does not have
 LIGHTS = ("sun", "spot", "point")
 
 
@@ -56,10 +56,10 @@ def _blocks(numbers: Numbers) -> Blocks:
         ),
         "exact besides": "\n".join(
             [
-                f"- Embree, asked for the same picture through trimesh, takes {span(results['embree_over_frame'], 1)} times as long as "
+                f"- Embree, with the same image through trimesh, takes {span(results['embree_over_frame'], 1)} times as long as "
                 f"the whole exact frame, {span(results['embree_with_tree_over_frame'], 1)} times with its tree built.",
                 f"- The list build takes {span(results['build_over_depth_pass'], 2)} of a depth-only pass from 600,000 triangles on.",
-                f"- With a light that stays and a camera that moves the exact frame costs {span(results['still_over_floor'], 2)} of "
+                f"- With a fixed light and a moving camera, the exact frame costs {span(results['still_over_floor'], 2)} of "
                 "the floor.",
                 f"- Against 4 x 4 rays a pixel the mean error is {one['mean']:.4f} with one sample and {many['mean']:.4f} with 16, at "
                 f"{many['ratio']:.1f} times the frame time.",

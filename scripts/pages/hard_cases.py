@@ -1,4 +1,4 @@
-"""Tables of the hard cases: scenes with an exact answer, and which technique fails in which."""
+"""Tables of the hard cases: scenes with an exact answer, and the techniques that fail in them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scripts.pages.markdown import Blocks, table
 
 
 def blocks() -> Blocks:
-    """From the table that the tests check."""
+    """Tables from the results that the tests check."""
     cases = read_cases()
     return {
         "hard cases": table(
@@ -18,7 +18,7 @@ def blocks() -> Blocks:
         "hard techniques": table(("technique", "cases passed", "failed"), _techniques(cases)),
         "hard notes": "\n".join(f"{number}. {note}" for number, note in enumerate(cases.notes, start=1)),
         "hard others": table(
-            ("case", "scene", "asked of", "verdict", "where, or why not"),
+            ("case", "scene", "tested", "verdict", "where, or why not"),
             [list(map(str, other)) for other in cases.others],
         ),
     }

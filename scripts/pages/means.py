@@ -1,4 +1,4 @@
-"""Table of what a map of means costs beside the map itself."""
+"""Table of the cost of a prefiltered shadow map, in addition to the map itself."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def _blocks(numbers: Numbers) -> Blocks:
         (f"`{kind}`", fixed(fill - 1.0, 2), fixed(narrow - fill, 2), fixed(wide - fill, 2))
         for kind, (fill, narrow, wide) in numbers["results"].items()
     ]
-    return {"means": table(("filter", "filled and asked, not blurred", "blur of 3 x 3", "of 9 x 9"), rows)}
+    return {"means": table(("filter", "filled and sampled, not blurred", "blur of 3 x 3", "of 9 x 9"), rows)}
 
 
 PART = Part("means", ("filters", "--section", "means"), _condensed, _blocks)

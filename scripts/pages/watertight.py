@@ -1,4 +1,4 @@
-"""Table of light that slips, leaks, and shadows where there are none."""
+"""Table of light leaks and false shadows."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _blocks(numbers: Numbers) -> Blocks:
     slipped = results["rays slipped"]["control_per_million"]
     rows = [[text, f"{results[key]['asked']:,d}", f"{results[key]['wrong']:,d}"] for key, text in WHAT.items()]
     return {
-        "watertight": table(("what", "asked for each kind of light", "wrong, all lights together"), rows)
+        "watertight": table(("what", "tested per kind of light", "wrong, all lights together"), rows)
         + f"\n\nOf a million of these rays a triple product in float32 lets {span(slipped, 0)} through."
     }
 

@@ -1,4 +1,4 @@
-"""Every program text of lights whose shadow rays are tested against triangles."""
+"""Every shader of lights whose shadow rays are tested against triangles."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from scripts.shaders.variant import DENSE, KINDS, WIDE, Variant
 
 
 def exact() -> Iterator[Variant]:
-    """Lists, silhouette edges, and what walks them."""
+    """Lists, silhouette edges, and the passes that walk them."""
     for kind in KINDS:
         defines = {
             key: value for key, value in exact_defines(kind.projection, 512, 16, False).items() if key != "GLS_HUGE"
@@ -29,7 +29,7 @@ def exact() -> Iterator[Variant]:
         slots = exact_slots(kind)
         for masked, huge, dialect in product((False, True), (False, True), ("core330", "core400")):
             defines = exact_defines(kind.projection, 512, 16, masked, huge)
-            # how rays run and whether meshes are smooth is no concern of what is asked along them: once for each pass
+            # ray directions and smooth meshes do not affect the tests along the rays: one variant for each pass
             for number, dense in product((0, 1), ({}, DENSE)):
                 each = {**defines, "GLS_ORTHO": number, "GLS_ROUNDED": number, "GLS_SURFACE": 1 + number, **dense}
                 yield Variant("pass/resolve.frag", dialect, slots, each)
@@ -52,7 +52,7 @@ def exact() -> Iterator[Variant]:
             yield Variant("pass/resolve.frag", "core330", given_slots(kind), defines)
     others: tuple[Projection, ...] = ("perspective", "cube")
     passes: tuple[dict[str, int | str], ...] = ({}, DENSE, {"GLS_MARKS": 1})
-    for kind, projection in product(KINDS, others):  # far lights have one grid, and large ones in a cone six
+    for kind, projection in product(KINDS, others):  # distant lights have one grid, and large ones in a cone six
         if not kind.at_infinity and projection != kind.projection:
             for masked, dialect, more in product((False, True), ("core330", "core400"), passes):
                 defines = exact_defines(projection, 512, 16, masked) | more
@@ -60,7 +60,7 @@ def exact() -> Iterator[Variant]:
 
 
 def area() -> Iterator[Variant]:
-    """A light that has a size."""
+    """Variants for lights that have a size."""
     for kind in KINDS:
         defines = projection_defines(kind.projection)
         for outlines in (0, 1):

@@ -68,7 +68,7 @@ def test_light(text, light):
         ("rect:0,3,0:0,-1,0", "rect:px,py,pz:dx,dy,dz:width,height"),
         ("rect:0,3,0:0,-1,0:2", "2 finite numbers"),
         ("rect:0,3,0:0,-1,0:2,0", "height must be"),
-        ("rect:0,3,0:0,-1,0:2,1:up=0,1,0", "up must not lie along direction"),
+        ("rect:0,3,0:0,-1,0:2,1:up=0,1,0", "up must not be parallel to direction"),
         ("rect:0,3,0:0,-1,0:2,1:radius=1", "a rect has no 'radius'"),
         ("sky:1,2,3", "sky"),
         ("sky:angle=3", "a sky has no 'angle'"),
@@ -117,7 +117,7 @@ def test_filter(text, filter_):
 
 @pytest.mark.parametrize("text", ["hard:1", "pcf:5", "pcf:", "pcf:-1", "pcf:1.5", "PCSS", ""])
 def test_filter_refused(text):
-    with pytest.raises(SettingsError, match=".*".join(kind.spelling for kind in FILTERS) + r"|\[0, 4\]|it is spelled"):
+    with pytest.raises(SettingsError, match=".*".join(kind.spelling for kind in FILTERS) + r"|\[0, 4\]|it is written"):
         values.shadow_filter(text)
 
 

@@ -168,7 +168,7 @@ def test_what_is_refused() -> None:
     for wrong, said in (
         ({"radius": 1.0}, "radius must stay 0"),
         ({"falloff": 2.0}, "falloff must stay 0"),
-        ({"up": (0.0, 2.0, 0.0)}, "up must not lie along direction"),
+        ({"up": (0.0, 2.0, 0.0)}, "up must not be parallel to direction"),
         ({"width": 0.0}, "width"),
     ):
         with pytest.raises(gs.SettingsError, match=said):

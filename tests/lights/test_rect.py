@@ -27,7 +27,7 @@ def test_what_it_has_not_is_refused(name: str) -> None:
 
 
 def test_up_must_not_lie_along_its_direction() -> None:
-    with pytest.raises(gs.SettingsError, match="up must not lie along direction"):
+    with pytest.raises(gs.SettingsError, match="up must not be parallel to direction"):
         gs.RectLight(position=(0, 1, 0), direction=(0, 1, 0), up=(0, -2, 0))
 
 

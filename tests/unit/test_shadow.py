@@ -42,7 +42,7 @@ def test_defaults_derive_what_they_can() -> None:
 def test_a_setting_of_a_map_asks_for_one(given: dict[str, Any]) -> None:
     settled = Shadow(**given).settled()
     assert settled.filter == Pcf(1)
-    assert settled.why == f"only a map has {next(iter(given))}"
+    assert settled.why == f"only a shadow map has {next(iter(given))}"
     assert Shadow(**given, faces=Faces.BACK, strength=0.5).settled().filter == Pcf(1)
 
 

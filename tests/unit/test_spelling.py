@@ -52,7 +52,7 @@ def test_what_is_left_out_has_its_default() -> None:
     [
         (
             "magic",
-            "'magic' is no filter; there are: " + ".*".join(kind.spelling for kind in FILTERS),
+            "'magic' is no filter; expected one of: " + ".*".join(kind.spelling for kind in FILTERS),
         ),
         ("disc:1,2,3,4", r"'3' is not understood; it is spelled disc\["),
         ("disc:spin", "'spin' is not understood"),
@@ -70,5 +70,5 @@ def test_what_is_not_understood_is_named(text: str, said: str) -> None:
 
 
 def test_a_value_that_is_missing_is_named() -> None:
-    with pytest.raises(SettingsError, match=r"'constant' is not whole; it is spelled constant:WORLD"):
+    with pytest.raises(SettingsError, match=r"'constant' is incomplete; it is written constant:WORLD"):
         parse("constant", BIASES, "bias")
