@@ -1,7 +1,7 @@
 """The system libraries that the installed wheels need: reports missing ones, and libraries that set-up does not know.
 
     libraries.py            prints the Debian packages of the missing ones: what set-up installs
-    libraries.py --check    fails and says why if a wheel needs a library that is missing, or that PACKAGES does not name
+    libraries.py --check    fails with a message if a wheel needs a library that is missing, or that PACKAGES does not list
 
 Reads every shared object of the running interpreter's packages; libraries that a wheel contains itself are not looked up in the system.
 """

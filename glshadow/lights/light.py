@@ -293,7 +293,7 @@ class Light(Settings, ABC):
         """
 
     def touches(self, low: Array, high: Array) -> Bools:
-        """Whether a part of the light lies in the boxes from (N, 3) to (N, 3); (N,)."""
+        """Whether a part of the light is inside the boxes from (N, 3) to (N, 3); (N,)."""
         return np.zeros(len(low), dtype=bool)
 
     @property

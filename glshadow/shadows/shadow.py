@@ -17,7 +17,7 @@ from glshadow.shadows.metric import Target
 
 MAX_RESOLUTION = 16384  # guaranteed by GL 4 hardware; the context's own limit is checked when the map is allocated
 
-ASKED_FOR = "asked for"
+ASKED_FOR = "requested"
 """Reason given when a light names its filter."""
 
 RESOLUTION = 2048

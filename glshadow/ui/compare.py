@@ -34,7 +34,7 @@ Picture = NDArray[np.uint8]
 COLUMNS = 4  # columns of the sheet
 ROUNDS = 1  # rounds of timed frames
 LINE = 18  # pixels: height of a caption's line
-TRUTH = "truth"
+TRUTH = "reference"
 
 
 @dataclass(frozen=True, eq=False)

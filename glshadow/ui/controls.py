@@ -110,7 +110,7 @@ class Controls:
             self.said = f"errors {'off' if showing.error else 'on: yellow edge, red acne, blue leak, orange grain'}"
         elif key == "a":
             self.animated = not self.animated
-            self.said = f"light {'moves' if self.animated else 'rests'}"
+            self.said = f"light {'moves' if self.animated else 'stopped'}"
         elif key == "h":
             self.helped = not self.helped
         elif key == "o":

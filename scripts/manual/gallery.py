@@ -87,7 +87,7 @@ def write_gallery(shown: Sequence[Shown], folder: Path) -> None:
     pages = "\n".join(each.name for each in shown)
     text = "\n\n".join(cards)
     (folder / "index.md").write_text(
-        "# Gallery\n\nEvery example, run when these pages were built: its picture, what it prints, and all of its source. The files are in"
+        "# Gallery\n\nEvery example, run when these pages were built: its image, its output, and its source. The files are in"
         f" `examples/`.\n\n::::{{container}} cards\n\n{text}\n\n::::\n\n```{{toctree}}\n:hidden:\n\n{pages}\n```\n"
     )
 

@@ -241,7 +241,7 @@ def test_a_size_whose_lists_do_not_fit_is_asked_point_by_point(
     used = frame.used[0]
     assert used.filter == light.shadow.filter
     assert used.why.startswith(
-        "asked for; 16 points of the light, one after another, for lists of 123 entries for its size, a buffer of this driver holds "
+        "requested; 16 points of the light, one after another, for lists of 123 entries for its size, a buffer of this driver holds "
     )
     assert [line for line in used.fallbacks if "blend" not in line] == []  # a pane does not tint a panel
     np.testing.assert_array_equal(frame.visibility[0], expected.astype(np.float32))
