@@ -111,7 +111,10 @@ def choose(draw: Draw, lights: Sequence[Light], budget: Budget) -> tuple[Found, 
             fast, key=lambda each: (each.wrong, each.ms) if budget.max_wrong is None else (each.ms, each.wrong)
         ), ""
     best = min(timed, key=lambda each: each.ms)
-    return best, f"max_ms={budget.max_ms:g} is not met by any setting that was tried: the fastest takes {best.ms:.1f} ms"
+    return (
+        best,
+        f"max_ms={budget.max_ms:g} is not met by any setting that was tried: the fastest takes {best.ms:.1f} ms",
+    )
 
 
 def with_setting(lights: Sequence[Light], shadow: Shadow) -> tuple[Light, ...]:

@@ -88,9 +88,7 @@ class ReferenceUnavailable(GlshadowError):
 
 def unexpected(error: BaseException, given: str) -> GlshadowError:
     """The error that replaces an unexpected one, which only a defect of this package can cause."""
-    return GlshadowError(
-        f"unexpected {type(error).__name__}: {error}; please report this, with the input: {given}"
-    )
+    return GlshadowError(f"unexpected {type(error).__name__}: {error}; please report this, with the input: {given}")
 
 
 class GlshadowWarning(UserWarning):

@@ -18,7 +18,9 @@ from pathlib import Path
 
 from glshadow.errors import GlshadowError
 
-_MACHINE = f"{zlib.crc32(platform.node().encode()):08x}"  # folders may be shared between machines, process numbers are not
+_MACHINE = (
+    f"{zlib.crc32(platform.node().encode()):08x}"  # folders may be shared between machines, process numbers are not
+)
 _NAME = re.compile(rf"\.glshadow-{_MACHINE}-(\d+)-\d+(\.\w+)?")
 
 _numbers = itertools.count()

@@ -31,7 +31,9 @@ SKIP_CULL_FACES, RGBA, FLAT, SEG = 1024, 2048, 4096, 8192
 UNSUPPORTED = {4: "FLIP_WIREFRAME", 8: "ALL_WIREFRAME", 256: "VERTEX_NORMALS", 512: "FACE_NORMALS"}
 KNOWN = 2**14 - 1
 
-REFLECTED = 0.04  # of a dielectric at normal incidence: pyrender's min_roughness, which it also uses as the specular colour
+REFLECTED = (
+    0.04  # of a dielectric at normal incidence: pyrender's min_roughness, which it also uses as the specular colour
+)
 LAMBERT = (1.0 - REFLECTED) ** 2 / np.pi
 """Diffuse share of a light's intensity at normal incidence in pyrender; its shaders/mesh.frag."""
 

@@ -209,7 +209,9 @@ class Renderer:
             Raised immediately; a bad camera is reported with its index when it is reached.
         """
         if unknown := set(options) - set(RenderOptions.__annotations__):
-            raise SettingsError(f"sequence has no argument {', '.join(sorted(map(repr, unknown)))}: it takes those of render")
+            raise SettingsError(
+                f"sequence has no argument {', '.join(sorted(map(repr, unknown)))}: it takes those of render"
+            )
         _, lights, size = picture_arguments(scene, None, lights, size)
         look_of(options.get("ambient", AMBIENT), options.get("background", BACKGROUND), options.get("samples", USUAL))
         checked_outputs(options.get("outputs", DEFAULT_OUTPUTS))

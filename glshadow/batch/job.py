@@ -101,7 +101,9 @@ class Job(Settings):
         if self.orbit and self.cameras:
             raise SettingsError("Job cameras and orbit cannot be combined")
         if not self._several and has_field(self.output):
-            raise SettingsError(f"Job output {shown(self.output)} has a field for a number, but there is only one image")
+            raise SettingsError(
+                f"Job output {shown(self.output)} has a field for a number, but there is only one image"
+            )
         path = as_path("Job output", self._name(self.pictures - 1))
         if path.suffix.lower() not in SUFFIXES:
             raise SettingsError(f"Job output must end in one of {', '.join(SUFFIXES)}, got {shown(self.output)}")
@@ -204,7 +206,9 @@ def parse_job(line: str, base: Path) -> Job:
         raise SettingsError(f"the line must be an object, got {shown(given)}")
     known = {item.name for item in fields(Job)}
     if unknown := set(given) - known:
-        raise SettingsError(f"{', '.join(sorted(map(repr, unknown)))}: unknown; the keys are {', '.join(sorted(known))}")
+        raise SettingsError(
+            f"{', '.join(sorted(map(repr, unknown)))}: unknown; the keys are {', '.join(sorted(known))}"
+        )
     for needed in ("scene", "output"):
         if needed not in given:
             raise SettingsError(f"{needed} is missing")
@@ -214,9 +218,7 @@ def parse_job(line: str, base: Path) -> Job:
     if isinstance(given["scene"], str) and given["scene"] not in BUILTIN:
         model = base / given["scene"]
         if not model.is_file():
-            raise SettingsError(
-                f"scene: file not found: {model}; the built-in scenes are {', '.join(BUILTIN)}"
-            )
+            raise SettingsError(f"scene: file not found: {model}; the built-in scenes are {', '.join(BUILTIN)}")
         given["scene"] = str(model)
     return Job(**given)
 

@@ -34,7 +34,13 @@ Examples:
 @click.argument("jobs", type=click.Path(dir_okay=False, path_type=Path))
 @option("Batch", "-o", "--output", "folder", default=".", metavar="FOLDER", type=click.Path(file_okay=False, path_type=Path),
         help="Folder for the images and the journal. Default: the current folder.")  # fmt: skip
-@option("Batch", "--processes", metavar="N", type=click.IntRange(1, 1024), help="Number of processes. Default: one per core.")
+@option(
+    "Batch",
+    "--processes",
+    metavar="N",
+    type=click.IntRange(1, 1024),
+    help="Number of processes. Default: one per core.",
+)
 @option(
     "Batch",
     "--backend",

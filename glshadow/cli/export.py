@@ -22,7 +22,14 @@ Examples:
 @click.command(cls=Command, epilog=EXAMPLES)
 @option("Page", "-o", "--output", "folder", required=True, metavar="FOLDER", type=click.Path(file_okay=False, path_type=Path),
         help="Folder for index.html.")  # fmt: skip
-@option("Page", "--filter", "filter_", metavar="FILTER", read=values.shadow_filter, help="Filter of the shadow map. Default: pcf:1.")
+@option(
+    "Page",
+    "--filter",
+    "filter_",
+    metavar="FILTER",
+    read=values.shadow_filter,
+    help="Filter of the shadow map. Default: pcf:1.",
+)
 @option(
     "Page",
     "--resolution",

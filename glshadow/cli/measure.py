@@ -79,7 +79,9 @@ def _measure(work: Work, wanted: Request) -> None:
                 picture = triptych(renderer, frame, truth, error, **wanted.look)
                 image.write(wanted.output, picture)
     if wanted.output is not None:
-        work.say(f"{wanted.output}: reference | rendered | error, {len(lights)} x 3 of {wanted.size[0]}x{wanted.size[1]}")
+        work.say(
+            f"{wanted.output}: reference | rendered | error, {len(lights)} x 3 of {wanted.size[0]}x{wanted.size[1]}"
+        )
     work.finish({"path": wanted.output and str(wanted.output), "size": wanted.size, "scene": scene_facts(scene),
                  "error": error.as_dict(),
                  "lights": [light_facts(*pair) for pair in zip(frame.lights, frame.used, strict=True)]})  # fmt: skip

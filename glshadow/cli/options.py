@@ -240,7 +240,9 @@ class Request:
         from glshadow.core.cameras import OrthographicCamera, PerspectiveCamera
 
         if self.fov is not None and self.ortho is not None:
-            raise click.UsageError("--fov and --ortho cannot be combined: the camera is either perspective or orthographic")
+            raise click.UsageError(
+                "--fov and --ortho cannot be combined: the camera is either perspective or orthographic"
+            )
         if self.ortho is not None:
             return camera.through(OrthographicCamera, height=self.ortho)
         return camera if self.fov is None else camera.through(PerspectiveCamera, fov_y=self.fov)

@@ -79,7 +79,9 @@ def parse(text: str, family: Sequence[type[T]], name: str = "value") -> T:
     kind = next((each for each in family if each.spelling == head), None)
     words = rest.split(",") if colon else []
     if kind is None or "" in words or (colon and not words):
-        raise SettingsError(f"{shown(text)} is not a {name}; expected one of: {', '.join(each.usage() for each in family)}")
+        raise SettingsError(
+            f"{shown(text)} is not a {name}; expected one of: {', '.join(each.usage() for each in family)}"
+        )
     items = list(fields(kind))  # type: ignore[arg-type]
     values: dict[str, Any] = {}
     for word in words:

@@ -81,9 +81,7 @@ def heights(corners: Array, normals: Array) -> tuple[Array, Array]:
     ends = [np.abs(_dots(edges[k], normals[:, end])) for k in range(3) for end in (k, (k + 1) % 3)]
     most = 2.0 / 3.0 * np.maximum.reduce(ends)
     longest = np.sqrt(np.maximum.reduce([_dots(edge, edge) for edge in edges]))
-    squares = (
-        _dots(edges[0], edges[0]) * _dots(edges[1], edges[1]) - _dots(edges[0], edges[1]) ** 2
-    )  # twice the area
+    squares = _dots(edges[0], edges[0]) * _dots(edges[1], edges[1]) - _dots(edges[0], edges[1]) ** 2  # twice the area
     altitude = np.sqrt(np.maximum(squares, 0.0)) / np.where(longest > 0.0, longest, 1.0)
     share = np.minimum(1.0, _MOST_RISE * altitude / np.where(most > 0.0, most, 1.0))
     return most * share, share

@@ -24,7 +24,8 @@ def stored_normals(mesh: Any) -> Array | None:
 
     given = np.asarray(mesh.vertex_normals, dtype=np.float64)
     computed = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).vertex_normals
-    return None if np.array_equal(given, computed) else given  # equal: they were computed when mesh.vertex_normals was read
+    # equal: they were computed when mesh.vertex_normals was read
+    return None if np.array_equal(given, computed) else given
 
 
 def read_trimesh(source: Any) -> Imported:

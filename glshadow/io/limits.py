@@ -42,7 +42,7 @@ class Limits(Settings):
     texture_pixels: int = setting(whole(1, _MOST), 2**26, help="pixels of one decoded image")
     triangles: int = setting(whole(1, _MOST), 2 * 10**7, help="triangles of all nodes")
     nodes: int = setting(whole(1, _MOST), 10**5, help="nodes with meshes, and nodes of the hierarchy")
-    lights: int = setting(whole(1, _MOST), 256, help="lights in the scene")
+    lights: int = setting(whole(1, _MOST), 256, help="lights")
     draws: int = setting(whole(1, _MOST), 3 * 10**5, help="nodes with meshes times lights")
     file_bytes: int = setting(whole(1, _MOST), 2**31, help="bytes of the file and of the files that it references")
     expansion: float = setting(number(1.0, 1e12), 200.0, help="bytes of memory per byte read, above the first 128 MiB")

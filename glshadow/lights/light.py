@@ -96,7 +96,9 @@ class Light(Settings, ABC):
     intensity: float = setting(
         number(0.0, BRIGHTEST), 1.0, help="strength: a white surface facing the light receives color * intensity"
     )
-    shadow: Shadow | None = setting(optional(instance(Shadow), "casts nothing"), factory=Shadow, help="settings of its shadow")
+    shadow: Shadow | None = setting(
+        optional(instance(Shadow), "casts nothing"), factory=Shadow, help="settings of its shadow"
+    )
 
     spelling: ClassVar[str]
     usage: ClassVar[str]

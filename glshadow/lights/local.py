@@ -125,7 +125,8 @@ class LocalLight(Light):
         near, far = self.planes
         far = 1.001 * farthest if far is None else far
         if near is None:
-            in_a_corner = 0.5 * close / float(np.hypot(1.0, np.sqrt(2.0) * edge))  # depth of a caster that close, in a corner
+            # depth of a caster that close, in a corner
+            in_a_corner = 0.5 * close / float(np.hypot(1.0, np.sqrt(2.0) * edge))
             near = max(0.5 * nearest, min(USUAL_SHARE[fine] * far, in_a_corner), NEAREST_SHARE[fine] * far)
         half = 0.5 * np.maximum(high - low, 1e-6 * edge) * resolution / (resolution - 2 * guard)
         middle = 0.5 * (low + high)

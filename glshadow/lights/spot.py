@@ -51,7 +51,9 @@ class SpotLight(SphereLight):
 
     direction: Triple = setting(direction, (0.0, -1.0, 0.0), help="direction in which the light travels")
     inner_angle: float = setting(
-        number(0.0, 90.0, unit="degrees", below=True), 20.0, help="degrees from the axis up to which the light has full strength"
+        number(0.0, 90.0, unit="degrees", below=True),
+        20.0,
+        help="degrees from the axis up to which the light has full strength",
     )
     outer_angle: float = setting(
         number(0.0, 90.0, unit="degrees", above=True, below=True),
@@ -63,7 +65,7 @@ class SpotLight(SphereLight):
     spelling: ClassVar[str] = "spot"
     usage: ClassVar[str] = "spot:px,py,pz:dx,dy,dz[:outer[:inner]]"
     summary: ClassVar[str] = (
-        "a cone; OUTER, INNER are degrees from the axis (30, and 2/3 of OUTER); radius=0, range, falloff=2 is physical"
+        "a cone; OUTER and INNER in degrees from the axis, default 30 and 2/3 of OUTER; radius=0, range, falloff=2 is physical"
     )
     by_place: ClassVar[tuple[str, ...]] = ("position", "direction", "outer_angle", "inner_angle")
     places: ClassVar[tuple[int, int]] = (2, 4)

@@ -65,7 +65,8 @@ class Rays:
         self.normals[~self.solid] = (0.0, 1.0, 0.0)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {k: v for k, v in self.__dict__.items() if k not in ("_drawn", "_casting")}  # Embree objects cannot be pickled
+        # Embree objects cannot be pickled
+        return {k: v for k, v in self.__dict__.items() if k not in ("_drawn", "_casting")}
 
     @cached_property
     def round_normals(self) -> Array | None:
@@ -289,7 +290,8 @@ class Rays:
             result[live[counts]], distance[live[counts]] = True, t[counts]
             on = ~counts
             live, hit, met, towards, t = live[on], hit[on], met[on], towards[on], t[on]
-            factor = np.where(hit == last[on], 2.0 * factor[on], 1.0)  # hit again: the rounding was larger than the lift
+            # hit again: the rounding was larger than the lift
+            factor = np.where(hit == last[on], 2.0 * factor[on], 1.0)
             met = np.where((t > 0.0)[:, None], met, points[live])  # hit behind the point, by rounding
             at, last = self._lifted(hit, met, towards, factor), hit
         return result, distance

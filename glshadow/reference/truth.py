@@ -182,5 +182,7 @@ class Truth:
             share = float(self.visibility[number][seen].mean()) if seen.any() else 0.0
             kind = type(light).__name__.removesuffix("Light").lower()
             picture = visibility_picture(self.visibility[number], self.cosine[number])
-            figures.append(figure(picture, f"reference, light {number} ({kind}): {share:.2%} of the visible surface is lit"))
+            figures.append(
+                figure(picture, f"reference, light {number} ({kind}): {share:.2%} of the visible surface is lit")
+            )
         return "".join(figures)

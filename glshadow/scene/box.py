@@ -38,9 +38,7 @@ def check_place(corners: Array, whose: str = "") -> None:
         raise SceneError(f"{whose}its world coordinates overflow: check the matrices of its nodes")
     far = float(np.abs(corners).max())
     if far > 0.1 * FARTHEST:  # the default camera must fit outside
-        raise SceneError(
-            f"{whose}it is {far:.3g} from the origin; the limit is {0.1 * FARTHEST:g}: move it first"
-        )
+        raise SceneError(f"{whose}it is {far:.3g} from the origin; the limit is {0.1 * FARTHEST:g}: move it first")
 
 
 def default_camera(bounds: Array) -> PerspectiveCamera:

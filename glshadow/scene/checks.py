@@ -11,7 +11,9 @@ from glshadow.scene.nodes import Node
 
 # derived: the squares of lengths, with a margin of 8 decades on either side, stay inside float32's 1e-38..1e38
 LEAST_SIZE, MOST_SIZE = 1e-15, 1e15
-LEAST_STEPS = 1000.0  # float32 steps across a mesh below which its shape is visibly lost: about a pixel of an ordinary image
+LEAST_STEPS = (
+    1000.0  # float32 steps across a mesh below which its shape is visibly lost: about a pixel of an ordinary image
+)
 MAP_TEXELS = 2048  # the default shadow map
 SAMPLED = 20_000  # triangles per mesh from which its area is estimated
 
@@ -40,9 +42,7 @@ def check_scene(nodes: list[Node], *, stored: bool) -> list[str]:
     if size == 0.0:
         raise SceneError("nothing to render: its size is zero, all vertices are at one point")
     if np.isfinite(size) and not LEAST_SIZE <= size <= MOST_SIZE:
-        raise SceneError(
-            f"its size is {size:.3g}; it must be from {LEAST_SIZE:g} to {MOST_SIZE:g}: scale it first"
-        )
+        raise SceneError(f"its size is {size:.3g}; it must be from {LEAST_SIZE:g} to {MOST_SIZE:g}: scale it first")
     check_place(corners)
     notes = _lost_in_float32(nodes) if stored else []
     if not _any_area(nodes):

@@ -44,7 +44,9 @@ def node_line(node: Node) -> str:
         _counted(len(node.mesh.triangles), "triangle"),
         f"origin at {_point(node.world_from_mesh[:3, 3])}",
     ]
-    parts += [word for word, off in (("casts no shadow", not node.casts), ("receives no shadow", not node.receives)) if off]
+    parts += [
+        word for word, off in (("casts no shadow", not node.casts), ("receives no shadow", not node.receives)) if off
+    ]
     return f"Node({', '.join(parts)})"
 
 

@@ -111,7 +111,9 @@ def mapped_defines(
         **parallel_define(light.projection),
         "GLS_FOLLOW_PLANE": int(bias.follows_plane),
         "GLS_SLACK_TEXELS": str(float(filter.slack_texels)),
-        "GLS_REVERSED": int(reversed_depth and target.is_depth),  # a metric grows away from the light in every convention
+        "GLS_REVERSED": int(
+            reversed_depth and target.is_depth
+        ),  # a metric grows away from the light in every convention
         "GLS_BOUNDED": int(bounded or light.projection == "perspective"),
         "GLS_PACKED": int(target is Target.RGBA8),
         **filter.defines(),

@@ -40,7 +40,9 @@ class Cookie(Settings):
 
     image: NDArray[np.uint8] = setting(_image, help=_ALLOWED)
     repeat: bool = setting(flag(), False, help="repeat the image beyond its borders")
-    size: float = setting(number(NEAREST, FARTHEST), 1.0, help="for a directional light: width of the image, world units")
+    size: float = setting(
+        number(NEAREST, FARTHEST), 1.0, help="for a directional light: width of the image, world units"
+    )
 
     def __repr__(self) -> str:
         height, width = self.image.shape[:2]

@@ -50,7 +50,9 @@ class Grid(Settings):
         If there are no settings to try.
     """
 
-    resolutions: tuple[int, ...] = setting(SIDES, (512, 1024, 2048, 4096), help="texels along each side of the shadow map")
+    resolutions: tuple[int, ...] = setting(
+        SIDES, (512, 1024, 2048, 4096), help="texels along each side of the shadow map"
+    )
     filters: tuple[Filter, ...] = setting(CHOSEN, MAPPED, help="shadow techniques")
     biases: tuple[Bias | None, ...] = setting(BIASES, (None,), help="depth biases")
     targets: tuple[Target | None, ...] = setting(TARGETS, (None,), help="shadow map formats")

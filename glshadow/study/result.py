@@ -232,7 +232,9 @@ def pareto_front(costs: ArrayLike, errors: ArrayLike) -> NDArray[np.bool_]:
     cost = None if given is None or given.size > _MOST_SETTINGS else as_floats(costs, (None,))
     error = None if cost is None else as_floats(errors, cost.shape)
     if cost is None or error is None:
-        raise SettingsError(f"costs and errors must be the same count of numbers (N,), got {shown(costs)} and {shown(errors)}")
+        raise SettingsError(
+            f"costs and errors must be the same count of numbers (N,), got {shown(costs)} and {shown(errors)}"
+        )
     known = ~(np.isnan(cost) | np.isnan(error))
     as_good = (cost[:, None] <= cost) & (error[:, None] <= error)
     better = (cost[:, None] < cost) | (error[:, None] < error)

@@ -61,7 +61,10 @@ def open_run(
     """A run with its own renderer; parameters and errors as for `run_study`."""
     scene = as_scene(scene)
     camera, lights, size = picture_arguments(scene, camera, lights, size)
-    repeats, resume = whole(1, MOST_REPEATS)("repeats", repeats), optional(as_path, "nothing is stored")("resume", resume)
+    repeats, resume = (
+        whole(1, MOST_REPEATS)("repeats", repeats),
+        optional(as_path, "nothing is stored")("resume", resume),
+    )
     if progress is not None and not callable(progress):
         raise refuse("progress", "a function of (done, total, text) or None", progress)
     casting = tuple(light for light in lights if light.shadow is not None)

@@ -20,7 +20,8 @@ TURN = 180.0  # degrees: a drag across the window's height
 ZOOM = 1.1  # a step of the wheel
 STEP = 5.0  # degrees: an arrow key
 SPEED = 40.0  # degrees a second: an animated light
-SIZES = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)  # angle of a directional light in degrees; of a local light a percentage of the scene's size
+# Angle of a directional light in degrees; for a local light its size in percent of the scene's.
+SIZES = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 
 HELP = (
     ("drag", "turn"), ("right drag", "pan"), ("wheel", "zoom"), ("o", "orthographic or perspective"), ("space", "reset the view"),

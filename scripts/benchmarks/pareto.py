@@ -36,7 +36,13 @@ def settings() -> dict[str, tuple[str, gs.Shadow]]:
     """Name -> (family, setting)."""
     found: dict[str, tuple[str, gs.Shadow]] = {}
     for kind in dict.fromkeys(each for family in FILTERS for each in tried(family)):
-        family = "tests against triangles" if not kind.has_map else "prefiltered shadow map" if kind.encoding else "shadow map"
+        family = (
+            "tests against triangles"
+            if not kind.has_map
+            else "prefiltered shadow map"
+            if kind.encoding
+            else "shadow map"
+        )
         found[str(kind)] = family, gs.Shadow(filter=kind)
     for resolution in (512, 1024, 4096):
         for kind in (gs.Hard(), gs.Pcf(1)):

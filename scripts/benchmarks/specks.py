@@ -160,7 +160,9 @@ def flat(scene: gs.Scene) -> gs.Scene:
     show_default=True,
     help="Directional lights for each of two cameras, in addition to a point and a spot light.",
 )
-@click.option("--samples", type=click.Choice(["1", "4", "16"]), default="1", show_default=True, help="Samples per pixel.")
+@click.option(
+    "--samples", type=click.Choice(["1", "4", "16"]), default="1", show_default=True, help="Samples per pixel."
+)
 @click.option("--only", help="Only models whose name contains this.")
 @click.option("--flicker", "flickers", is_flag=True, help="Measure flicker with a rotating camera instead.")
 @click.option("--json", "output", type=click.Path(path_type=Path), help="Write all figures there.")

@@ -167,7 +167,7 @@ def test_map_scale_and_offset(pictures):
 @pytest.mark.parametrize(
     ("line", "pattern"),
     [
-        ("map_Kd -clamp on plain.png", "-clamp of its map_Kd not modelled"),
+        ("map_Kd -clamp on plain.png", "-clamp of its map_Kd not supported"),
         ("map_Kd -t 0.5 0 0 plain.png", "-t of its map_Kd"),
         ("map_d plain.png", "map_d is not supported"),
         ("Kd 1 red 1", "is not three numbers"),

@@ -92,7 +92,7 @@ OUTCOMES: dict[str, str | tuple[str, str]] = {
     "alpha_blend_mode_test.glb": ("warns", "2 of 9 meshes are alpha blended"),
     "nancolor.obj": ("warns", "colours are not finite"),
     "made_alpha_mask_checker.glb": LOADS,
-    "made_alpha_blend_half.glb": ("warns", "1 of 1 placed meshes are alpha blended"),
+    "made_alpha_blend_half.glb": ("warns", "1 of 1 meshes are alpha blended"),
     "obj_points.obj": ("fails", "no triangles"),
     "obj_wireframe.obj": ("fails", "no triangles"),
     "ply_points_bin.ply": ("fails", "no triangles"),
@@ -349,7 +349,7 @@ def test_nothing_outside_the_folder_is_read_for_an_obj(tmp_path, models):
 
 
 @pytest.mark.parametrize(
-    ("source", "pattern"), [("nowhere.glb", "no such file"), ("scene.fbx", ".glb, .gltf"), (5, "int")]
+    ("source", "pattern"), [("nowhere.glb", "file not found"), ("scene.fbx", ".glb, .gltf"), (5, "int")]
 )
 def test_what_is_no_model(source, pattern, tmp_path):
     if source == "nowhere.glb":

@@ -36,7 +36,7 @@ MODELS = {
     "brain_cortex.ply": (608_752, 1, 1, (142.9, 164.7, 114.1), 0),
 }
 SMOOTH = {"bicycle.glb": False, "athlete_robot.stl": False, "demosthenes_bust.obj": False, "milk_truck.glb": True}
-WARNED = {"flight_helmet/flight_helmet.gltf": "1 of 6 placed meshes"}
+WARNED = {"flight_helmet/flight_helmet.gltf": "1 of 6 meshes"}
 
 
 def quiet_load(path, **options):

@@ -144,7 +144,9 @@ class Document:
         if not inside(path, self.folder):
             raise SceneError(f"{user}: the file {name!r} is a link out of the model's folder, which is not followed")
         if not path.is_file():
-            raise SceneError(f"{user}: the file {name!r} is missing; it is expected next to the model, in {self.folder}")
+            raise SceneError(
+                f"{user}: the file {name!r} is missing; it is expected next to the model, in {self.folder}"
+            )
         return path
 
     def resource(self, uri: Any, user: str, most: int | None = None) -> bytes:

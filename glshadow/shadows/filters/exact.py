@@ -38,9 +38,7 @@ class Exact(Filter):
     dither: bool = setting(flag(), False)
 
     spelling = "exact"
-    elsewhere = (
-        "antialiasing is set for the whole image: render(..., samples=16), --samples 16"
-    )
+    elsewhere = "antialiasing is set for the whole image: render(..., samples=16), --samples 16"
     terse = True
     needs = Needs.TRIANGLES
     summary = "shadow rays tested against the triangles, no map"

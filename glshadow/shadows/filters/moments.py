@@ -86,7 +86,9 @@ class MomentFilter(StudiedFilter):
 class BoundFilter(MomentFilter):
     """Base of filters that use a bound. Light bleeds; a setting reduces that."""
 
-    bleeding: float = setting(number(0.0, 1.0, below=True), 0.0, help="0 to 1: share of light removed to reduce light bleeding")
+    bleeding: float = setting(
+        number(0.0, 1.0, below=True), 0.0, help="0 to 1: share of light removed to reduce light bleeding"
+    )
     half: bool = setting(flag(), False)
 
     def defines(self) -> Mapping[str, int | str]:
