@@ -136,7 +136,7 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path: Path, monkeypatch: p
     (tmp_path / "thesis.tex").write_text("years")
     done = CliRunner().invoke(build.main, [str(tmp_path)])
     assert done.exit_code == 1
-    assert "holds something else than these pages" in done.output
+    assert "contains other files than these pages" in done.output
     assert (tmp_path / "thesis.tex").read_text() == "years"
     done = CliRunner().invoke(build.main, [str(tmp_path / "new"), "--only", "nothing"])
     assert done.exit_code == 2

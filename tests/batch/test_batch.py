@@ -93,7 +93,7 @@ WRONG: list[tuple[dict[str, Any] | str, str]] = [
     ({"lights": [{"kind": "lamp"}]}, r"lights\[0\].kind must be one of"), ({"lights": [{"kind": "point"}]}, r"lights\[0\]: .*position"),
     ({"lights": [{"kind": "sun", "colour": 3}]}, r"lights\[0\]: .*colour"), ({"lights": {}}, "lights must be a list"),
     ({"cameras": [{"fov_y": 300}]}, "fov_y must be"), ({"cameras": 1}, "cameras must be a list"), ({"cameras": [3]}, "must be an object"),
-    ({"shadow": {"filter": "pfc"}}, "is no filter"), ({"shadow": {"colour": 1}}, "'colour' unknown"),
+    ({"shadow": {"filter": "pfc"}}, "is not a filter"), ({"shadow": {"colour": 1}}, "'colour' unknown"),
     ({"shadow": {"target": "r9"}}, "target"),
     ({"background": [2, 0, 0]}, "background must be"), ({"ground": 1}, "ground must be"), ({"up_axis": "w"}, "up_axis must be"),
     ({"orbit": 2, "cameras": [{}, {}], "output": "{}.png"}, "cannot be combined"),
@@ -185,7 +185,7 @@ def test_names_are_made_one_at_a_time_and_counted(tmp_path: Path) -> None:
         json.dumps({"scene": "courtyard", "output": long, "orbit": 100_000}) + "\n" + "y" * (3 << 20) + "\n"
     )
     tracemalloc.start()
-    with pytest.raises(gs.SettingsError, match="has 2 lines that are no jobs") as raised:
+    with pytest.raises(gs.SettingsError, match="has 2 lines that are not jobs") as raised:
         read_jobs(path)
     assert tracemalloc.get_traced_memory()[1] < 64 << 20
     tracemalloc.stop()
@@ -203,7 +203,7 @@ def test_names_are_compared_as_files(tmp_path: Path) -> None:
     )
     with pytest.raises(gs.SettingsError, match="has 1 line that is not a job") as raised:
         read_jobs(path)
-    assert "line 2: output 'a/b.png' is also that of line 1" in raised.value.__notes__[0]
+    assert "line 2: output 'a/b.png' is already used by line 1" in raised.value.__notes__[0]
     assert list(gs.batch.Job("courtyard", "{:x}.png", orbit=11).names())[-2:] == ["9.png", "a.png"]
 
 

@@ -273,7 +273,7 @@ def test_each_warning_once(folder, monkeypatch):
 def test_blank_picture_is_refused(folder, command, camera):
     result = run(command, *SMALL, *camera, "-o", "x.png", code=1)
     last = result.stderr.splitlines()[-1]
-    assert last.startswith("error: nothing is in view: courtyard lies between (-12, ")
+    assert last.startswith("error: nothing is in view: courtyard is between (-12, ")
     assert "looks at" in last
     assert list(folder.iterdir()) == []
 

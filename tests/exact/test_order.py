@@ -285,4 +285,4 @@ def test_a_derived_map_obeys_the_size(scene: Scene) -> None:
     with Renderer("egl") as renderer:
         used = renderer.render(scene, None, [light], SIZE, samples=1).used[0]
     assert used.filter == gs.LightSamples()
-    assert used.why == "only a map has resolution; 64 points of the light, one after another"
+    assert used.why == "only a shadow map has resolution; 64 points of the light, one after another"

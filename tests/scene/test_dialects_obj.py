@@ -89,7 +89,7 @@ def test_obj_parts_are_materials(tmp_path):
         (PLATE + "f 1 0 2\n", "'f 1 0 2' uses index 0"),
         (PLATE + "f 1 2 -5\n", "'f 1 2 -5' counts back beyond the first of 4"),
         (PLATE + "f 1 2 x\n", "'x' is not an integer"),
-        (PLATE + "f 1 2 99999999999999999999\n", "'99999999999999999999' is not a whole number"),
+        (PLATE + "f 1 2 99999999999999999999\n", "'99999999999999999999' is not an integer"),
         (PLATE + "f 1 2 /3\n", "a corner without a vertex"),
         (PLATE + "v 0 0 zero\n", "'v': 'zero' is not a number"),
         ("v 0 0\n" + PLATE, "1 of 4 vertices have coordinates that are not finite"),

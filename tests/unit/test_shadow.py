@@ -51,7 +51,7 @@ def test_what_else_decides_the_filter() -> None:
     assert Shadow().settled(without_map="OpenGL 3.3").why == "OpenGL 3.3"
     assert Shadow().settled(without_map="OpenGL 3.3").filter == Pcf(1)
     assert Shadow(filter=Exact()).settled(without_map="OpenGL 3.3").filter == Exact()
-    assert settle(DirectionalLight(near=1.0)).why == "only a map has the light's near and far"
+    assert settle(DirectionalLight(near=1.0)).why == "only a shadow map has the light's near and far"
     assert settle(DirectionalLight(shadow=None)) is None
 
 
