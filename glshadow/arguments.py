@@ -13,7 +13,7 @@ from glshadow.errors import SceneError
 from glshadow.lights import Light, Lights, as_lights
 from glshadow.scene.nodes import Scene
 
-USUAL_SIZE = (1280, 720)
+DEFAULT_SIZE = (1280, 720)
 """Default size of an image, pixels."""
 
 LARGEST_SIDE = 1 << 15  # pixels; the driver's own limit is checked when the image is made
@@ -47,7 +47,7 @@ def frame_request(
     samples: Any,
 ) -> FrameRequest:
     """Check the arguments of `Renderer.render`; raises SettingsError or SceneError."""
-    camera, lights, size = picture_arguments(scene, camera, lights, size)
+    camera, lights, size = frame_arguments(scene, camera, lights, size)
     names = frozenset(checked_outputs(outputs))
     return FrameRequest(scene, camera, lights, size, names, look_of(ambient, background, samples))
 
@@ -61,7 +61,7 @@ def as_scene(source: Any, ground: bool | str = False) -> Scene:
     return load(source, ground=ground)
 
 
-def picture_arguments(
+def frame_arguments(
     scene: Scene, camera: Camera | None, lights: Lights, size: tuple[int, int]
 ) -> tuple[Camera, tuple[Light, ...], tuple[int, int]]:
     """The camera and the lights (by default the scene's own) and the size, checked.

@@ -273,11 +273,11 @@ def _replace(path: Path, suffix: str, names: list[str], pixels: Pixels) -> None:
         try:
             _write_file(part, suffix, names, pixels)
         except OSError as error:
-            _ask_for_room(part, pixels.nbytes)
+            _reserve_space(part, pixels.nbytes)
             raise OSError(str(error).replace(str(part), path.name)) from None
 
 
-def _ask_for_room(part: Path, count: int) -> None:
+def _reserve_space(part: Path, count: int) -> None:
     """Raise the system's error for a file of `count` bytes: OpenImageIO does not report why it could not write."""
     if hasattr(os, "posix_fallocate"):
         with part.open("wb") as file:

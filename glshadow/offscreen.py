@@ -223,9 +223,9 @@ def _flags(value: Any) -> int:
     kept = value if isinstance(value, int) and not isinstance(value, bool) else None
     if kept is None or kept < 0 or kept & ~KNOWN:
         raise refuse("flags", "a combination of pyrender.RenderFlags", value)
-    asked = [name for flag, name in UNSUPPORTED.items() if kept & flag]
-    if asked:
-        raise SettingsError(f"flags: RenderFlags.{', RenderFlags.'.join(asked)} is not supported; leave it out")
+    unsupported = [name for flag, name in UNSUPPORTED.items() if kept & flag]
+    if unsupported:
+        raise SettingsError(f"flags: RenderFlags.{', RenderFlags.'.join(unsupported)} is not supported; leave it out")
     return kept
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from os import PathLike
 from typing import Any, Unpack
 
-from glshadow.arguments import USUAL_SIZE, as_scene
+from glshadow.arguments import DEFAULT_SIZE, as_scene
 from glshadow.core.cameras import Camera
 from glshadow.core.setting import optional
 from glshadow.frame import Frame
@@ -18,7 +18,7 @@ def render(
     scene: Any,
     camera: Camera | None = None,
     lights: Lights = None,
-    size: tuple[int, int] = USUAL_SIZE,
+    size: tuple[int, int] = DEFAULT_SIZE,
     path: str | PathLike[str] | None = None,
     ground: bool | str = False,
     **options: Unpack[RenderOptions],

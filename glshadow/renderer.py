@@ -9,11 +9,11 @@ from typing import Any, Self, TypedDict, Unpack
 import moderngl
 from numpy.typing import ArrayLike
 
-from glshadow.arguments import USUAL_SIZE, frame_request, picture_arguments
+from glshadow.arguments import DEFAULT_SIZE, frame_arguments, frame_request
 from glshadow.budget import Budget, Choices
 from glshadow.core.cameras import Camera
 from glshadow.core.outputs import NAMES, checked_outputs
-from glshadow.core.sampling import USUAL
+from glshadow.core.sampling import DEFAULT_SAMPLES
 from glshadow.core.setting import instance, optional, shown
 from glshadow.derive.look import AMBIENT, BACKGROUND, Ambient, look_of
 from glshadow.errors import GlshadowError, GlshadowWarning, ResourceError, SettingsError, unexpected
@@ -102,11 +102,11 @@ class Renderer:
         scene: Scene,
         camera: Camera | None = None,
         lights: Lights = None,
-        size: tuple[int, int] = USUAL_SIZE,
+        size: tuple[int, int] = DEFAULT_SIZE,
         ambient: Ambient = AMBIENT,
         background: ArrayLike | None = BACKGROUND,
         outputs: str | Sequence[str] = DEFAULT_OUTPUTS,
-        samples: int = USUAL,
+        samples: int = DEFAULT_SAMPLES,
         max_wrong: float | None = None,
         max_ms: float | None = None,
     ) -> Frame:
@@ -186,7 +186,7 @@ class Renderer:
         scene: Scene,
         cameras: Iterable[Camera],
         lights: Lights = None,
-        size: tuple[int, int] = USUAL_SIZE,
+        size: tuple[int, int] = DEFAULT_SIZE,
         **options: Unpack[RenderOptions],
     ) -> Generator[Frame]:
         """Frames of one scene, each as `render` gives it. Work that does not depend on the camera is done once.
@@ -212,8 +212,12 @@ class Renderer:
             raise SettingsError(
                 f"sequence has no argument {', '.join(sorted(map(repr, unknown)))}: it takes those of render"
             )
-        _, lights, size = picture_arguments(scene, None, lights, size)
-        look_of(options.get("ambient", AMBIENT), options.get("background", BACKGROUND), options.get("samples", USUAL))
+        _, lights, size = frame_arguments(scene, None, lights, size)
+        look_of(
+            options.get("ambient", AMBIENT),
+            options.get("background", BACKGROUND),
+            options.get("samples", DEFAULT_SAMPLES),
+        )
         checked_outputs(options.get("outputs", DEFAULT_OUTPUTS))
         try:
             views = iter(cameras)

@@ -56,16 +56,16 @@ def _entries(data: mmap.mmap, segment: tuple[int, ...]) -> Iterator[tuple[int, i
         yield tag, value
 
 
-def asked_of_the_system(folder: Path) -> dict[str, Path]:
+def system_libraries(folder: Path) -> dict[str, Path]:
     """Library -> one of the files below the folder that needs it, without libraries below the folder itself."""
     objects = [path for path in sorted(folder.rglob("*.so*")) if path.is_file() and not path.name.startswith(OPTIONAL)]
     brought = {path.name for path in objects}
-    asked: dict[str, Path] = {}
+    needed_by: dict[str, Path] = {}
     for path in objects:
         for name in needed(path):
             if name not in brought and not name.startswith(GLIBC):
-                asked.setdefault(name, path.relative_to(folder))
-    return asked
+                needed_by.setdefault(name, path.relative_to(folder))
+    return needed_by
 
 
 def loads(name: str) -> bool:
@@ -79,16 +79,18 @@ def loads(name: str) -> bool:
 
 def main(check: bool) -> int:
     """Check, or print the missing packages; returns the exit code."""
-    asked = asked_of_the_system(Path(sysconfig.get_path("platlib")))
-    missing = sorted(name for name in asked if not loads(name))
+    needed_by = system_libraries(Path(sysconfig.get_path("platlib")))
+    missing = sorted(name for name in needed_by if not loads(name))
     if not check:
         sys.stdout.writelines(f"{PACKAGES[name]}\n" for name in missing if name in PACKAGES)
         return 0
-    unknown = sorted(asked.keys() - PACKAGES.keys())
+    unknown = sorted(needed_by.keys() - PACKAGES.keys())
     for name in missing:
-        sys.stderr.write(f"{name}, which {asked[name]} needs, is missing: apt-get install {PACKAGES.get(name, '?')}\n")
+        sys.stderr.write(
+            f"{name}, which {needed_by[name]} needs, is missing: apt-get install {PACKAGES.get(name, '?')}\n"
+        )
     for name in unknown:
-        sys.stderr.write(f"{name}, which {asked[name]} needs, has no package in PACKAGES of scripts/libraries.py\n")
+        sys.stderr.write(f"{name}, which {needed_by[name]} needs, has no package in PACKAGES of scripts/libraries.py\n")
     return int(bool(missing or unknown))
 
 

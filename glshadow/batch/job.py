@@ -11,9 +11,9 @@ from itertools import count
 from pathlib import Path
 from typing import Any, TextIO
 
-from glshadow.arguments import USUAL_SIZE, pixels
+from glshadow.arguments import DEFAULT_SIZE, pixels
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
-from glshadow.core.sampling import PICTURE, USUAL
+from glshadow.core.sampling import DEFAULT_SAMPLES, IMAGE_SAMPLES
 from glshadow.core.setting import (
     Settings,
     as_path,
@@ -90,8 +90,8 @@ class Job(Settings):
     orbit: int | None = setting(optional(whole(1, MOST_IMAGES), "no orbit"), None)
     lights: tuple[Light, ...] | None = setting(optional(as_lights, "the scene's own"), None)
     shadow: Shadow | None = setting(optional(instance(Shadow)), None)
-    size: tuple[int, int] = setting(pixels, USUAL_SIZE)
-    samples: int = setting(PICTURE, USUAL)
+    size: tuple[int, int] = setting(pixels, DEFAULT_SIZE)
+    samples: int = setting(IMAGE_SAMPLES, DEFAULT_SAMPLES)
     background: tuple[float, float, float] | None = setting(_background, BACKGROUND)
     ground: bool = setting(flag(), False)
     up_axis: str | None = setting(optional(one_of("x", "y", "z"), "y"), None)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from glshadow.arguments import USUAL_SIZE
+from glshadow.arguments import DEFAULT_SIZE
 from glshadow.cli import values
 from glshadow.cli.running import Work
 from glshadow.core.spaces import Triple
@@ -94,7 +94,7 @@ size_option = option(
     "--size",
     metavar="WxH",
     read=values.size,
-    default="{}x{}".format(*USUAL_SIZE),
+    default="{}x{}".format(*DEFAULT_SIZE),
     show_default=True,
     help="Pixels.",
 )
@@ -184,7 +184,7 @@ class Request:
     far: float | None
     lights: tuple[Light, ...]
     sky: float | None = None
-    size: tuple[int, int] = USUAL_SIZE
+    size: tuple[int, int] = DEFAULT_SIZE
     backend: Any = "auto"
     device: int | None = None
     output: Path | None = None

@@ -24,7 +24,7 @@ from glshadow.cli.options import (
 )
 from glshadow.cli.orbit import kept_beside, make_all, named_after, pattern, refuse_field, request_of
 from glshadow.cli.running import Work
-from glshadow.core.sampling import USUAL
+from glshadow.core.sampling import DEFAULT_SAMPLES
 from glshadow.numbered import MOST_IMAGES
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ Examples:
     "--samples",
     metavar="N",
     read=values.samples,
-    default=str(USUAL),
+    default=str(DEFAULT_SAMPLES),
     show_default=True,
     help="Samples per pixel, 1, 4, 8 or 16, for smooth edges of surfaces and shadows.",
 )

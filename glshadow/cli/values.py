@@ -68,9 +68,9 @@ def ambient(text: str) -> tuple[float | Triple, float | Triple]:
 
 def samples(text: str) -> int:
     """Samples per pixel."""
-    from glshadow.core.sampling import PICTURE
+    from glshadow.core.sampling import IMAGE_SAMPLES
 
-    count: int = PICTURE("samples", int(text) if text.strip().isdigit() else text)
+    count: int = IMAGE_SAMPLES("samples", int(text) if text.strip().isdigit() else text)
     return count
 
 

@@ -12,10 +12,10 @@ from glshadow.core.spaces import Array
 SAMPLES = (1, 4, 8, 16)
 """Allowed sample counts of an image."""
 
-USUAL = 4
+DEFAULT_SAMPLES = 4
 """Default sample count: smooth edges at about twice the time of one sample."""
 
-PICTURE: Rule = one_of(*SAMPLES)
+IMAGE_SAMPLES: Rule = one_of(*SAMPLES)
 
 
 def traced(name: str, value: object) -> int:

@@ -272,9 +272,9 @@ class Light(Settings, ABC):
         """Near and far of its shadow map; None: derived."""
         return (None, None)
 
-    def filter_for(self, asked: Filter) -> Filter:
+    def filter_for(self, requested: Filter) -> Filter:
         """The filter that the light uses when this filter is requested."""
-        return asked
+        return requested
 
     @abstractmethod
     def views(

@@ -92,9 +92,9 @@ class SkyLight(DistantLight):
                 far,
             )
 
-    def filter_for(self, asked: Filter) -> Filter:
+    def filter_for(self, requested: Filter) -> Filter:
         """A filter for one shadow map becomes the mean of that filter over points of the sky."""
-        return asked if asked.points_of_light else LightSamples(of=asked)
+        return requested if requested.points_of_light else LightSamples(of=requested)
 
     def views(
         self, bodies: list[Array], casters: Array, clip: ClipSpace, resolution: int, guard: int, fine: bool

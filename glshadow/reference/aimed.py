@@ -53,13 +53,13 @@ class AimedLight:
         aims = self.light.aims(points, samples, generator) if many else iter([self.towards(points)])
         while batch := list(islice(aims, max(TOGETHER // max(count, 1), 1))):
             aim, end = (np.concatenate(each) for each in zip(*batch, strict=True))
-            asking = receivers.tiled(len(batch))
-            cosine, open_to = dot(asking.normals, aim), asking.open_to(aim)
-            open_to &= self.light.shines_on(asking.points)
+            repeated = receivers.tiled(len(batch))
+            cosine, open_to = dot(repeated.normals, aim), repeated.open_to(aim)
+            open_to &= self.light.shines_on(repeated.points)
             weight = np.maximum(cosine, 0.0) if many and self.light.weighted else np.ones(len(aim))
             if self.light.shadow is not None:
-                asked = open_to & rays.receives[asking.own]
-                open_to[asked] = ~asking.blocked(rays, aim[asked], end[asked], asked)
+                tested = open_to & rays.receives[repeated.own]
+                open_to[tested] = ~repeated.blocked(rays, aim[tested], end[tested], tested)
             total += (weight * open_to).reshape(-1, count).sum(axis=0)
             weights += weight.reshape(-1, count).sum(axis=0)
         mean = total / np.where(weights > 0.0, weights, 1.0)

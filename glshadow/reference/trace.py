@@ -8,9 +8,9 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.arguments import USUAL_SIZE, picture_arguments
+from glshadow.arguments import DEFAULT_SIZE, frame_arguments
 from glshadow.core.cameras import Camera
-from glshadow.core.sampling import USUAL, offsets, traced
+from glshadow.core.sampling import DEFAULT_SAMPLES, offsets, traced
 from glshadow.core.setting import shown, whole
 from glshadow.core.spaces import Array, Bools
 from glshadow.errors import SettingsError
@@ -30,7 +30,7 @@ def trace(
     scene: Scene,
     camera: Camera | None = None,
     lights: Lights = None,
-    size: tuple[int, int] = USUAL_SIZE,
+    size: tuple[int, int] = DEFAULT_SIZE,
     samples: int | None = None,
     light_samples: int = 1,
     surface: Ints | None = None,
@@ -73,9 +73,9 @@ def trace(
     SceneError
         If the scene is not a Scene.
     """
-    camera, lights, size = picture_arguments(scene, camera, lights, size)
+    camera, lights, size = frame_arguments(scene, camera, lights, size)
     if samples is None:
-        samples = USUAL if surface is None else 1
+        samples = DEFAULT_SAMPLES if surface is None else 1
     samples, light_samples = traced("samples", samples), SAMPLES("light_samples", light_samples)
     if surface is not None:
         surface = _checked_surface(surface, scene, size, samples)

@@ -27,8 +27,8 @@ from glshadow.shadows.shadow import Shadow
 # These numbers define the error and are not tunable: changing one of these changes what every published number means.
 LEAST_COSINE = 0.05  # N.L from which a pixel is counted
 SMOOTH_COSINE = float(np.cos(np.radians(25.0)))  # largest angle between face normals of neighbouring pixels
-WRONG = 0.5  # |visibility - truth| above which a pixel is wrong
-GRAIN = 1.0 / 16.0  # |visibility - truth| above which it is grainy, away from edges
+WRONG = 0.5  # |visibility - reference| above which a pixel is wrong
+GRAIN = 1.0 / 16.0  # |visibility - reference| above which it is grainy, away from edges
 CONTACT_TEXELS = 2.0
 
 

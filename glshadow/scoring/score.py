@@ -36,9 +36,9 @@ class Score:
     Attributes
     ----------
     mean : float
-        Mean |visibility - truth|.
+        Mean |visibility - reference|.
     wrong : float
-        |visibility - truth| > 0.5: the sum of `edge`, `leak`, and the wrong pixels of `acne`.
+        |visibility - reference| > 0.5: the sum of `edge`, `leak`, and the wrong pixels of `acne`.
     edge : float
         Wrong within (filter radius + 1/2) sqrt(2) texels of the true boundary: limited by the resolution.
     acne, leak : float
@@ -46,7 +46,7 @@ class Score:
         pixels that are darker by more than 1/16 beyond (filter radius + 1) sqrt(2) texels of the true boundary and of anything that stands
         on the surface: the surface shadows itself in part of the kernel.
     grain : float
-        |visibility - truth| > 1/16 beyond (filter radius + 1) sqrt(2) texels of the true boundary, including that acne.
+        |visibility - reference| > 1/16 beyond (filter radius + 1) sqrt(2) texels of the true boundary, including that acne.
     contact : float
         The part of `leak` within two texels of something that stands on the surface.
     counted : float
@@ -54,11 +54,11 @@ class Score:
     all_wrong, all_mean : float
         `wrong` and `mean` over all pixels that see a surface.
     p95 : float
-        95th percentile of |visibility - truth|.
+        95th percentile of |visibility - reference|.
     penumbra : float
         `mean` over the pixels that see a part of a light that has a size; 0 if there are none.
     window : float
-        Mean over the counted pixels of |mean of visibility - truth over the counted pixels of their 8 x 8 window|: errors that
+        Mean over the counted pixels of |mean of visibility - reference over the counted pixels of their 8 x 8 window|: errors that
         do not cancel between neighbours. Lost shadows that are thinner than a pixel show here.
     """
 

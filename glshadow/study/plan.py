@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from glshadow.arguments import USUAL_SIZE
+from glshadow.arguments import DEFAULT_SIZE
 from glshadow.core.cameras import Camera
 from glshadow.core.setting import number, optional
 from glshadow.errors import SettingsError
@@ -141,7 +141,7 @@ def run_plan(
     wrong: float | None = None,
     camera: Camera | None = None,
     lights: Lights = None,
-    size: tuple[int, int] = USUAL_SIZE,
+    size: tuple[int, int] = DEFAULT_SIZE,
     filters: Sequence[Filter] = RUNGS,
     resolutions: Sequence[int] = RESOLUTIONS,
     repeats: int = 7,

@@ -43,10 +43,10 @@ class RememberedTruth(Truth):
         chosen = _sample(where)
         key = (light, np.asarray(radius, dtype=np.float64).tobytes())
         known, near = self._answers.setdefault(key, (np.zeros(where.shape, bool), np.zeros(where.shape, bool)))
-        asked = chosen & ~known
-        if asked.any():
-            near |= super().near_edge(light, radius, asked)
-            known |= asked
+        pending = chosen & ~known
+        if pending.any():
+            near |= super().near_edge(light, radius, pending)
+            known |= pending
         if chosen is where:
             return np.asarray(near & where)
         from scipy.ndimage import distance_transform_edt

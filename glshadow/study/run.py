@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from glshadow.arguments import USUAL_SIZE, as_scene, picture_arguments
+from glshadow.arguments import DEFAULT_SIZE, as_scene, frame_arguments
 from glshadow.core.cameras import Camera
 from glshadow.core.setting import as_path, optional, refuse, whole
 from glshadow.errors import SettingsError
@@ -52,7 +52,7 @@ def open_run(
     scene: Any,
     camera: Camera | None = None,
     lights: Lights = None,
-    size: tuple[int, int] = USUAL_SIZE,
+    size: tuple[int, int] = DEFAULT_SIZE,
     repeats: int = 7,
     resume: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
@@ -60,7 +60,7 @@ def open_run(
 ) -> Iterator[Run]:
     """A run with its own renderer; parameters and errors as for `run_study`."""
     scene = as_scene(scene)
-    camera, lights, size = picture_arguments(scene, camera, lights, size)
+    camera, lights, size = frame_arguments(scene, camera, lights, size)
     repeats, resume = (
         whole(1, MOST_REPEATS)("repeats", repeats),
         optional(as_path, "nothing is stored")("resume", resume),

@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterable
 from typing import Any
 
-from glshadow.arguments import USUAL_SIZE
+from glshadow.arguments import DEFAULT_SIZE
 from glshadow.core.cameras import Camera
 from glshadow.gl.driver.context import Backend
 from glshadow.lights import Lights
@@ -22,7 +22,7 @@ def run_study(
     scene: Any,
     camera: Camera | None = None,
     lights: Lights = None,
-    size: tuple[int, int] = USUAL_SIZE,
+    size: tuple[int, int] = DEFAULT_SIZE,
     grid: Grid | Iterable[Shadow] | None = None,
     repeats: int = 7,
     resume: str | os.PathLike[str] | None = None,

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.arguments import as_scene, picture_arguments
+from glshadow.arguments import as_scene, frame_arguments
 from glshadow.budget import times_of
 from glshadow.core.cameras import Camera
 from glshadow.core.setting import refuse
@@ -166,7 +166,7 @@ def compare(
     """
     named = _named(settings)
     scene = as_scene(scene)
-    camera, lights, size = picture_arguments(scene, camera, lights, size)
+    camera, lights, size = frame_arguments(scene, camera, lights, size)
     casting = [light for light in lights if light.shadow is not None]
     if not casting:
         raise SettingsError("there is nothing to compare: no light casts a shadow (Light.shadow is None)")

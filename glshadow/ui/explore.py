@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from glshadow.arguments import as_scene, picture_arguments
+from glshadow.arguments import as_scene, frame_arguments
 from glshadow.core.cameras import Camera
 from glshadow.core.sampling import SAMPLES
 from glshadow.core.spelling import parse
@@ -19,7 +19,7 @@ from glshadow.shadows.bias import BIASES
 from glshadow.shadows.filters import FILTERS
 from glshadow.shadows.shadow import ASKED_FOR
 from glshadow.ui.showing import STEEPEST, Showing
-from glshadow.ui.viewer import ASKING, View, Viewer
+from glshadow.ui.viewer import TRACING, View, Viewer
 
 DERIVED = "derived"
 CHOICES = tuple(dict.fromkeys(str(each) for kind in FILTERS for each in (*kind.rungs(), *kind.studied(), *kind.soft())))
@@ -66,7 +66,7 @@ class Explorer:
     def draw(self, moving: bool = False) -> None:
         """Draw the current state: in full, or coarsely while something moves. Errors follow later, since tracing takes seconds."""
         measured = self.showing.error and not moving
-        if self._drawn(replace(self.showing, error=False), moving, [ASKING] * measured) and measured:
+        if self._drawn(replace(self.showing, error=False), moving, [TRACING] * measured) and measured:
             self._drawn(self.showing, moving)
 
     def _drawn(self, showing: Showing, moving: bool, more: Sequence[str] = ()) -> bool:
@@ -197,7 +197,7 @@ def explore(
     """
     _widgets()
     scene = as_scene(scene)
-    camera, lights, size = picture_arguments(scene, camera, lights, size)
+    camera, lights, size = frame_arguments(scene, camera, lights, size)
     return Explorer(Showing(scene, camera, tuple(lights)), size, backend)
 
 

@@ -7,7 +7,7 @@ from typing import Any, Self, cast
 
 import numpy as np
 
-from glshadow.arguments import picture_arguments
+from glshadow.arguments import frame_arguments
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera
 from glshadow.core.spaces import Array
 from glshadow.lights import Light, Lights
@@ -55,7 +55,7 @@ class Showing:
     @classmethod
     def of(cls, scene: Scene, camera: Camera | None = None, lights: Lights = None) -> Self:
         """A scene with the given camera and lights, by default its own."""
-        camera, lit, _ = picture_arguments(scene, camera, lights, (1, 1))
+        camera, lit, _ = frame_arguments(scene, camera, lights, (1, 1))
         return cls(scene, camera, lit)
 
     @property

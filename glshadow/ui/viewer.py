@@ -62,7 +62,7 @@ class View:
         return ", ".join(words)
 
 
-ASKING = "tracing rays: a few seconds"
+TRACING = "tracing rays: a few seconds"
 
 
 class Viewer:
@@ -92,8 +92,8 @@ class Viewer:
         """
         width, height = size
         small = (max(width // 2, SMALLEST), max(height // 2, SMALLEST)) if moving else size
-        asked = showing.error and not moving
-        outputs = {"image", *required_outputs(showing.overlays)} | ({"visibility", "triangle"} if asked else set())
+        measured = showing.error and not moving
+        outputs = {"image", *required_outputs(showing.overlays)} | ({"visibility", "triangle"} if measured else set())
         samples = 1 if moving else showing.samples
         start = time.perf_counter()
         frame = self.renderer.render(
@@ -101,7 +101,7 @@ class Viewer:
         )
         ms = 1e3 * (time.perf_counter() - start)
         image = overlay(frame, showing.overlays) if showing.overlays else frame.image
-        error = self._measured(showing, frame) if asked else None
+        error = self._measured(showing, frame) if measured else None
         if error is not None:
             image = painted(image, error)
         if small != size:

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.arguments import USUAL_SIZE, as_scene, pixels
+from glshadow.arguments import DEFAULT_SIZE, as_scene, pixels
 from glshadow.core.cameras import Camera
 from glshadow.errors import ContextError, GlshadowError, SettingsError
 from glshadow.gl.driver.present import Presenter, window_context
 from glshadow.lights import Lights
 from glshadow.ui.controls import HELP, Controls, landscapes
 from glshadow.ui.showing import Showing
-from glshadow.ui.viewer import ASKING, View, Viewer
+from glshadow.ui.viewer import TRACING, View, Viewer
 
 REST = 0.25  # seconds without a change, after which the image is drawn in full
 SMOOTH_MS = 40.0  # an image that takes no longer is drawn in full even while things move
@@ -52,7 +52,7 @@ class Window:
         self,
         showing: Showing,
         open: Callable[[Path], Showing],
-        size: tuple[int, int] = USUAL_SIZE,
+        size: tuple[int, int] = DEFAULT_SIZE,
         folder: Path | None = None,
     ) -> None:
         self.controls = Controls(showing, landscapes())
@@ -129,7 +129,7 @@ class Window:
         if not resting:  # tracing takes seconds: measure only at rest
             showing = replace(showing, error=False)
         elif showing.error and self.view is not None:
-            self._present(written(self.view.image, [ASKING]), size)
+            self._present(written(self.view.image, [TRACING]), size)
         try:
             self.view = self._viewer.draw(showing, size, moving)
             self._error, self._halved = "", moving
@@ -227,7 +227,7 @@ class Window:
         self._change()
 
 
-def show(scene: Any, camera: Camera | None = None, lights: Lights = None, size: tuple[int, int] = USUAL_SIZE) -> None:
+def show(scene: Any, camera: Camera | None = None, lights: Lights = None, size: tuple[int, int] = DEFAULT_SIZE) -> None:
     """Open a window in which a scene can be turned, lit and checked, until it is closed: the same as `glshadow view`.
 
     Parameters

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from glshadow.arguments import as_scene, picture_arguments
+from glshadow.arguments import as_scene, frame_arguments
 from glshadow.core.cameras import Camera
 from glshadow.core.setting import as_path, instance, one_of, optional, whole
 from glshadow.core.spaces import Array, ClipSpace, world_positions
@@ -78,7 +78,7 @@ def export_page(
         For more than two million triangles, or a folder that cannot be written.
     """
     scene = as_scene(scene)
-    camera, lights, _ = picture_arguments(scene, camera, lights, (640, 360))
+    camera, lights, _ = frame_arguments(scene, camera, lights, (640, 360))
     resolution = whole(1, 2048, unit="texels")("resolution", resolution)
     filter = optional(instance(Filter), "Pcf(1)")("filter", filter) or Pcf(1)
     target = one_of("packed", "unorm8")("target", target)

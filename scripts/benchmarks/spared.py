@@ -67,9 +67,9 @@ def compare(name: str, kind: str, scene: gs.Scene, light: gs.Light, rounds: int)
         for way, renderer in renderers.items():
             sparing.LEAST_TRIANGLES, runs.AT_ONCE = WAYS[way]
             start, cpu = time.perf_counter(), time.process_time()
-            lamp = replace(moved(light, k), shadow=gs.Shadow())
-            asked = ("image", "timings", "triangle", "shadow_maps") if k < 0 else ("image", "timings")
-            frame = frames[way] = renderer.render(scene, None, [lamp], SIZE, outputs=asked, samples=1)
+            caster = replace(moved(light, k), shadow=gs.Shadow())
+            outputs = ("image", "timings", "triangle", "shadow_maps") if k < 0 else ("image", "timings")
+            frame = frames[way] = renderer.render(scene, None, [caster], SIZE, outputs=outputs, samples=1)
             times = [time.perf_counter() - start, time.process_time() - cpu]
             if k >= 0:
                 spent[way].append([frame.timings["surface"], frame.timings["shadow"], *times])

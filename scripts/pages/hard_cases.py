@@ -29,9 +29,9 @@ def _rows(cases: Cases) -> list[list[str]]:
 
 
 def _verdicts(cases: Cases, row: Row) -> tuple[str, str]:
-    asked = [(name, cell) for name, cell in zip(cases.techniques, row.cells, strict=True) if cell is not None]
-    failed = [f"{name} ({cell.note})" if cell.note else name for name, cell in asked if cell.verdict != "pass"]
-    return f"{len(asked) - len(failed)} of {len(asked)}", ", ".join(failed)
+    tested = [(name, cell) for name, cell in zip(cases.techniques, row.cells, strict=True) if cell is not None]
+    failed = [f"{name} ({cell.note})" if cell.note else name for name, cell in tested if cell.verdict != "pass"]
+    return f"{len(tested) - len(failed)} of {len(tested)}", ", ".join(failed)
 
 
 def _techniques(cases: Cases) -> list[list[str]]:
