@@ -77,7 +77,7 @@ def test_a_journal_that_was_cut_keeps_what_is_whole(tmp_path: Path) -> None:
 
 
 WRONG: list[tuple[dict[str, Any] | str, str]] = [
-    ("{", "no JSON"), ("[1]", "must be an object"), ({"scene": "courtyard"}, "output is missing"),
+    ("{", "not JSON"), ("[1]", "must be an object"), ({"scene": "courtyard"}, "output is missing"),
     ({"output": "a.png"}, "scene is missing"),
     ({"colour": 1}, "'colour': unknown; the keys are background, cameras"), ({"scene": "nowhere.glb"}, "file not found"),
     ({"output": "a.bmp"}, "must end in one of"), ({"output": "../a.png"}, "must stay in"), ({"output": "/a.png"}, "must stay in"),
@@ -160,7 +160,7 @@ def test_all_lines_are_checked_before_any_work(tmp_path: Path) -> None:
     lines = done.stderr.splitlines()
     assert len(lines) == 22, "each bad line is a line on the screen"
     assert lines[0] == "error: jobs.jsonl has 32 lines that are not jobs"
-    assert lines[2].startswith("  line 5: it is no JSON")
+    assert lines[2].startswith("  line 5: the line is not JSON")
     assert lines[-1] == "  and 12 more"
     as_json = CliRunner().invoke(main, ["batch", str(path), "--json"])
     assert len(json.loads(as_json.stdout)["notes"]) == 21

@@ -100,5 +100,5 @@ def test_what_is_refused(tmp_path: Path) -> None:
         gs.export_page(SCENE, tmp_path, lights=[LIGHTS["sun"], LIGHTS["point"]])
     blocked = tmp_path / "file"
     blocked.write_text("")
-    with pytest.raises(gs.ResourceError, match="cannot be made"):
+    with pytest.raises(gs.ResourceError, match="cannot be created"):
         gs.export_page(SCENE, blocked / "page")
