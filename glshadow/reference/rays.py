@@ -86,7 +86,7 @@ class Rays:
 
     @cached_property
     def round(self) -> Bools:
-        """Triangles (T,) that are shaded as parts of a smooth surface, see `core.smooth`."""
+        """Triangles (T,) that are shaded as parts of a smooth surface, see `geometry.smooth`."""
         normals = self.round_normals
         return np.zeros(len(self.node), dtype=bool) if normals is None else np.asarray(normals.any(axis=(1, 2)))
 

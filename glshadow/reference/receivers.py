@@ -42,7 +42,7 @@ class Receivers:
 
     @classmethod
     def of(cls, rays: Rays, own: Ints, points: Array, side: Array, lowest: Lowest | None = None) -> Receivers:
-        """Points (N, 3) on triangles (N,), on the side that vectors (N, 3) point to: see `core.smooth`.
+        """Points (N, 3) on triangles (N,), on the side that vectors (N, 3) point to: see `geometry.smooth`.
 
         Without `lowest`, points are not moved.
         """

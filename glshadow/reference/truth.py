@@ -34,7 +34,7 @@ class Truth:
         1 lit, 0 dark, also where N.L <= 0 and where the light does not shine (outside its cone, behind it); NaN where there is no
         surface; between 0 and 1 with several samples.
     cosine : (L, H, W) float32
-        N.L with the normal that faces the viewer: the triangle's, for a smooth mesh the interpolated one (see `core.smooth`).
+        N.L with the normal that faces the viewer: the triangle's, for a smooth mesh the interpolated one (see `geometry.smooth`).
     reached : (L, H, W) bool
         Whether the point is inside a spot's cone and a light's range; always true for directional lights.
     triangle, node : (H, W) int32

@@ -159,7 +159,7 @@ def shadow_views(
     Parameters
     ----------
     receivers : list of (M, 3) float64
-        Convex corner points in world space, one array per receiving body (see `fit.visible_corners`); may be empty.
+        Convex corner points in world space, one array per receiving body (see `geometry.fitting.visible_corners`); may be empty.
     casters : (K, 3) float64
         World corners of all casters.
     resolution, guard : int
