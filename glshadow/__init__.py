@@ -1,4 +1,4 @@
-"""glshadow: shadow mapping for Python, headless, with every picture measurable against the exact answer.
+"""glshadow: shadow mapping for Python, headless, with every image measurable against the exact answer.
 
 What is public is listed in `glshadow.public`.
 """
@@ -40,7 +40,7 @@ from glshadow.shadows.bias import (
     SlopeScaledBias,
 )
 from glshadow.shadows.cookie import Cookie
-from glshadow.shadows.filters import *  # noqa: F403  # every filter there is
+from glshadow.shadows.filters import *  # noqa: F403  # every filter
 from glshadow.shadows.fits import Cascades, Fit, Lispsm, SceneFit, ViewFit
 from glshadow.shadows.metric import Target
 from glshadow.shadows.shadow import Faces, Shadow
@@ -66,7 +66,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"  # here only: pyproject.toml reads it
 
-# Imported when first asked for: OpenGL, file loading and ray tracing are not needed by everyone, and cost time.
+# Imported on first access: OpenGL, file loading and ray tracing take time to import, and not every program needs them.
 _LAZY = {
     "Compared": "glshadow.ui.compare",
     "Comparison": "glshadow.ui.compare",

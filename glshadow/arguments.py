@@ -1,4 +1,4 @@
-"""The arguments that all who make a picture share, checked alike: scene, camera, lights and size."""
+"""Checks the arguments that all rendering functions share: scene, camera, lights and size."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from glshadow.errors import SceneError
 from glshadow.lights import Light, Lights, as_lights
 from glshadow.scene.nodes import Scene
 
-USUAL_SIZE = (1280, 720)
-"""Of an image where nothing is said, pixels."""
+DEFAULT_SIZE = (1280, 720)
+"""Default size of an image, pixels."""
 
-LARGEST_SIDE = 1 << 15  # pixels; the driver's own limit is checked when the picture is made
+LARGEST_SIDE = 1 << 15  # pixels; the driver's own limit is checked when the image is made
 
 CAMERA = optional(instance(Camera), "the scene's own")
 
 
 @dataclass(frozen=True, eq=False)
 class FrameRequest:
-    """All that a frame depends on, checked."""
+    """The checked inputs of a frame."""
 
     scene: Scene
     camera: Camera
@@ -46,32 +46,32 @@ def frame_request(
     background: Any,
     samples: Any,
 ) -> FrameRequest:
-    """What `Renderer.render` is given, checked: SettingsError or SceneError."""
-    camera, lights, size = picture_arguments(scene, camera, lights, size)
+    """Check the arguments of `Renderer.render`; raises SettingsError or SceneError."""
+    camera, lights, size = frame_arguments(scene, camera, lights, size)
     names = frozenset(checked_outputs(outputs))
     return FrameRequest(scene, camera, lights, size, names, look_of(ambient, background, samples))
 
 
 def as_scene(source: Any, ground: bool | str = False) -> Scene:
-    """A scene itself, so that what is kept of it stays; `load` makes one of anything else. With the ground that `load` describes."""
+    """A scene itself, so that its cached data stays valid; anything else is converted by `load`. Optionally adds the ground of `load`."""
     if isinstance(source, Scene) and ground is False:
         return source
-    from glshadow.io.load import load  # which takes its time
+    from glshadow.io.load import load  # slow to import
 
     return load(source, ground=ground)
 
 
-def picture_arguments(
+def frame_arguments(
     scene: Scene, camera: Camera | None, lights: Lights, size: tuple[int, int]
 ) -> tuple[Camera, tuple[Light, ...], tuple[int, int]]:
-    """The camera and the lights, the scene's own for None, and the size.
+    """The camera and the lights (by default the scene's own) and the size, checked.
 
     Raises
     ------
     SceneError
-        If the scene is none.
+        If the scene is not a Scene.
     SettingsError
-        If something else is none.
+        If another argument is not allowed.
     """
     scene = checked_scene(scene)
     camera = CAMERA("camera", camera)
@@ -80,16 +80,16 @@ def picture_arguments(
 
 
 def checked_scene(scene: Scene) -> Scene:
-    """The scene, or a SceneError."""
+    """The scene, or a SceneError if it is not a Scene."""
     if not isinstance(scene, Scene):
         raise SceneError(f"a glshadow.Scene is needed (see glshadow.load), got {shown(scene)}")
     return scene
 
 
 def pixels(name: str, value: Any) -> tuple[int, int]:
-    """The rule of a size: width and height in pixels, integers of at least 1."""
+    """Check a size: width and height in pixels, integers of at least 1."""
     try:
         width, height = several(whole(1, LARGEST_SIDE), "pixels", 2)(name, value)
-    except ValueError:  # too few, or SettingsError
+    except ValueError:  # too few values, or SettingsError
         raise refuse(name, f"two integers in [1, {LARGEST_SIDE}] (width, height in pixels)", value) from None
     return width, height

@@ -1,4 +1,4 @@
-"""Budget: the settings of lights that say nothing of their own, chosen by what a picture may cost or get wrong."""
+"""Budget: chooses the settings of lights that leave them to be derived, by what an image may cost or get wrong."""
 
 from __future__ import annotations
 
@@ -20,44 +20,44 @@ from glshadow.shadows.shadow import Shadow
 
 FILTERS: tuple[Filter, ...] = (Hard(), Pcf(0), Pcf(1), Gaussian(2))
 RESOLUTIONS = (512, 1024, 2048, 4096)
-FRAMES = 3  # of a setting that is timed, in each turn
-_CLEARLY = 1.5  # so many times slower than the fastest: one turn tells
+FRAMES = 3  # frames per setting in each round of timing
+_CLEARLY = 1.5  # a setting this many times slower than the fastest is timed in one round only
 
 Draw = Callable[[Sequence[Light], tuple[str, ...]], Frame]
-"""(lights, outputs) -> the picture with them."""
+"""(lights, outputs) -> the frame with them."""
 
 
 @dataclass(frozen=True)
 class Budget(Settings):
-    """What a picture may get wrong, and what it may cost.
+    """How much of an image may be wrong, and how long it may take.
 
     Parameters
     ----------
     max_wrong : float, optional
-        Share of the pixels that count, as `gs.measure` counts them; for every light.
+        Share of the counted pixels that may be wrong, as in `gs.measure`; for every light.
     max_ms : float, optional
-        Milliseconds for a picture whose maps are drawn, on this machine.
+        Milliseconds for an image including its shadow maps, on this machine.
     """
 
-    max_wrong: float | None = setting(optional(number(0.0, 1.0, below=True), "not asked for"), None)
-    max_ms: float | None = setting(optional(number(0.0, above=True), "not asked for"), None)
+    max_wrong: float | None = setting(optional(number(0.0, 1.0, below=True), "no limit"), None)
+    max_ms: float | None = setting(optional(number(0.0, above=True), "no limit"), None)
 
     @property
     def given(self) -> bool:
-        """Whether there is any."""
+        """Whether a limit is set."""
         return self.max_wrong is not None or self.max_ms is not None
 
 
 @dataclass(frozen=True)
 class Found:
-    """A setting that was tried.
+    """A setting that was tried, with its measurements.
 
     Parameters
     ----------
     wrong : float
-        That of the worst light.
+        Error rate of the worst light.
     ms : float
-        Of a picture in which everything is drawn; infinite where it was not timed.
+        Time of a frame that draws everything; infinite if it was not timed.
     """
 
     shadow: Shadow
@@ -78,16 +78,16 @@ def open_to_choice(light: Light) -> bool:
 
 
 def choose(draw: Draw, lights: Sequence[Light], budget: Budget) -> tuple[Found, str]:
-    """The cheapest setting within a budget for all lights that are open to choice, and what cannot be met.
+    """The cheapest setting within a budget for all lights whose settings are derived, and which limit cannot be met.
 
-    What is wrong is found by comparing with `Exact()`, which has no knob and is off by a handful of pixels: no ray is traced. Every filter
-    climbs the resolutions until it is good enough, those that are and `Exact()` itself are timed with lights that move, and the cheapest
-    wins; without `max_wrong` the least wrong one of those that are fast enough.
+    Errors are found by comparison with `Exact()`, which has no parameters and is off by a handful of pixels: no ray is traced. Each
+    filter tries increasing resolutions until it is accurate enough. Those that are, and `Exact()` itself, are timed with moving lights,
+    and the cheapest wins. Without `max_wrong`, the most accurate one that is fast enough wins.
 
     Returns
     -------
     Found, str
-        The setting, and why it is not what was asked for; empty: it is.
+        The setting, and why it misses the budget; empty if it does not.
     """
     exact = Shadow(filter=Exact())
     truth = draw(with_setting(lights, exact), ("visibility", "normal", "position", "node"))
@@ -111,11 +111,14 @@ def choose(draw: Draw, lights: Sequence[Light], budget: Budget) -> tuple[Found, 
             fast, key=lambda each: (each.wrong, each.ms) if budget.max_wrong is None else (each.ms, each.wrong)
         ), ""
     best = min(timed, key=lambda each: each.ms)
-    return best, f"max_ms={budget.max_ms:g} is not met by anything that was tried: the fastest takes {best.ms:.1f} ms"
+    return (
+        best,
+        f"max_ms={budget.max_ms:g} is not met by any setting that was tried: the fastest takes {best.ms:.1f} ms",
+    )
 
 
 def with_setting(lights: Sequence[Light], shadow: Shadow) -> tuple[Light, ...]:
-    """The lights, a setting in place of what was left to be derived; their strength stays theirs."""
+    """The lights with a setting in place of derived ones; they keep their strength."""
     return tuple(
         replace(each, shadow=replace(shadow, strength=each.shadow.strength))
         if each.shadow is not None and open_to_choice(each)
@@ -125,13 +128,13 @@ def with_setting(lights: Sequence[Light], shadow: Shadow) -> tuple[Light, ...]:
 
 
 class Choices:
-    """What was chosen, by scene, size and lights' kinds and settings: made on the first such picture, and kept."""
+    """Chosen settings by scene, size and the lights' kinds and settings: found for the first such image, and cached."""
 
     def __init__(self) -> None:
         self._found: weakref.WeakKeyDictionary[Scene, dict[Hashable, tuple[Found, str]]] = weakref.WeakKeyDictionary()
 
     def of(self, scene: Scene) -> tuple[tuple[Found, str], ...]:
-        """Those of a scene, in the order in which they were made."""
+        """The choices for a scene, oldest first."""
         return tuple(self._found.get(scene, {}).values())
 
     def render(
@@ -144,7 +147,7 @@ class Choices:
         budget: Budget,
         outputs: tuple[str, ...],
     ) -> Frame:
-        """The picture with what the budget chooses, by `last`; why is said in `used`. `draw`: those that are tried."""
+        """The frame with the chosen settings, drawn by `last`; `used` has the reason. `draw` draws the candidates."""
         if not any(map(open_to_choice, lights)):
             return last(lights, outputs)
         kept = self._found.setdefault(scene, {})
@@ -164,7 +167,7 @@ class Choices:
 
 
 def _counted(frame: Frame, lights: Sequence[Light]) -> list[Bools]:
-    """Of each light the pixels that count (H, W), as `measure` counts them."""
+    """For each light the valid-pixel mask (H, W), as in `measure`."""
     smooth = smooth_pixels(frame.node, np.nan_to_num(frame.normal.astype(np.float64)))
     seen = frame.node >= 0
     points = np.nan_to_num(frame.position)
@@ -178,7 +181,7 @@ def _counted(frame: Frame, lights: Sequence[Light]) -> list[Bools]:
 
 
 def _wrong(frame: Frame, truth: Frame, counted: Sequence[Bools]) -> float:
-    """The share of wrong pixels of the worst light."""
+    """Error rate of the worst light."""
     shares = [
         float((np.abs(ours - exact)[mask] > WRONG).mean())
         for ours, exact, mask in zip(frame.visibility, truth.visibility, counted, strict=True)
@@ -190,16 +193,16 @@ def _wrong(frame: Frame, truth: Frame, counted: Sequence[Bools]) -> float:
 def times_of(
     draw: Draw, lights: Sequence[Light], shadows: Sequence[Shadow], rounds: int, first: int = 0
 ) -> list[list[float]]:
-    """Seconds of frames with each setting, in which everything is drawn: the lights move.
+    """Seconds of frames with each setting. The lights move, so that everything is drawn.
 
-    In turn, but several frames with each: the first allocates what the last setting had no use for, and does not count.
+    Settings take turns with several frames each. The first frame of a turn allocates what the last setting did not need; it is not timed.
 
     Parameters
     ----------
     rounds : int
-        Turns, of `FRAMES` frames each.
+        Number of turns, of `FRAMES` frames each.
     first : int
-        How often the lights have moved before.
+        How many times the lights have moved before.
     """
     times: list[list[float]] = [[] for _ in shadows]
     for _ in range(rounds):
@@ -215,7 +218,7 @@ def times_of(
 
 
 def _time(draw: Draw, lights: Sequence[Light], found: Sequence[Found]) -> list[Found]:
-    """The same with their times: medians; what is clearly slower than another is timed once, the rest again."""
+    """The same settings with their median times. A setting much slower than another is timed once, the others again."""
     times = times_of(draw, lights, [each.shadow for each in found], 1)
     best = min(map(np.median, times))
     again = [i for i, taken in enumerate(times) if np.median(taken) <= _CLEARLY * best]
@@ -226,6 +229,6 @@ def _time(draw: Draw, lights: Sequence[Light], found: Sequence[Found]) -> list[F
 
 
 def _moved(light: Light, step: int) -> Light:
-    """By a millionth, and so on."""
+    """The light moved by `step` millionths."""
     size = float(np.linalg.norm(light.place[:3])) or 1.0
     return light.nudged(1e-6 * step, 1e-6 * step * size)

@@ -1,4 +1,4 @@
-"""What works on this machine: every backend tried in a process of its own, driver, limits, formats, versions."""
+"""Checks this machine: every backend in a process of its own, driver, limits, formats, versions."""
 
 import importlib.metadata
 import json
@@ -19,7 +19,7 @@ from glshadow.gl.driver.entry_points import DEPTH_COMPONENT16, DEPTH_COMPONENT24
 
 DEPTH_FORMATS = {"DEPTH16": DEPTH_COMPONENT16, "DEPTH24": DEPTH_COMPONENT24, "DEPTH32F": DEPTH_COMPONENT32F}
 COLOR_FORMATS = {"R32F": (1, "f4"), "R16F": (1, "f2"), "R8": (1, "f1"), "RGBA8": (4, "f1")}
-PACKAGES = {  # package -> the extra that brings it, None where glshadow cannot do without it
+PACKAGES = {  # package -> the extra that installs it, None if glshadow requires it
     "numpy": None,
     "scipy": None,
     "pillow": None,
@@ -46,16 +46,15 @@ _TOLERANCE = 0.5 / 255
 
 
 def examine() -> dict[str, Any]:
-    """Everything that decides whether a picture can be made here.
+    """Check everything that rendering on this machine needs.
 
     Returns
     -------
     dict
-        Plain enough for JSON. `backends[name]` has `works`; if true `caps`, `depth_formats` and `color_formats`: format
-        name -> whether a target of it could be cleared and read back; if false `reason` and `remedy`. `devices` are EGL's: `number`,
-        `name`, `works`, `driver`. `auto` is the
-        backend that `backend="auto"` would take, or None. `packages[name]` is a version, or None and then
-        `missing[name]` the command that installs it.
+        Can be written as JSON. `backends[name]` has `works`; if true also `caps`, `depth_formats` and `color_formats`: format name ->
+        whether a target of that format could be cleared and read back; if false `reason` and `remedy`. `devices` are EGL's: `number`,
+        `name`, `works`, `driver`. `auto` is the backend that `backend="auto"` would take, or None. `packages[name]` is a version, or
+        None; `missing[name]` is then the command that installs it.
     """
     backends = {name: _in_own_process(name) for name in LOADERS}
     packages = {name: _version(name) for name in PACKAGES}
@@ -72,7 +71,7 @@ def examine() -> dict[str, Any]:
 
 
 def _devices() -> list[dict[str, Any]]:
-    """EGL's devices in its order: what EGL calls them, and which driver draws on each."""
+    """EGL's devices in its order: the name that EGL reports, and the driver that draws on each."""
     code = "from glshadow.gl.driver import backends, egl; names = egl.load_egl(backends.EGL_LIBRARY).devices"
     names = _answer(f"import json; {code}; print(json.dumps({{'names': names}}))")
     found = []
@@ -110,7 +109,7 @@ def _in_own_process(name: str) -> dict[str, Any]:
 
 
 def _answer(code: str, *arguments: str) -> dict[str, Any]:
-    """What a script prints as its last line, as JSON; or the report of why it does not."""
+    """The last line that a script prints, as JSON; or a report of why there is none."""
     path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)  # noqa: PTH109
     try:
         done = subprocess.run(
@@ -131,7 +130,7 @@ def _answer(code: str, *arguments: str) -> dict[str, Any]:
     if done.returncode or not lines:
         last = (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
         return _failure(last, "reinstall glshadow and its dependencies")
-    # A driver may print warnings of its own before.
+    # The driver may print warnings first.
     report: dict[str, Any] = json.loads(lines[-1])
     return report
 
@@ -141,10 +140,10 @@ def _failure(reason: str, remedy: str) -> dict[str, Any]:
 
 
 def _works(attempt: Callable[..., float], glcontext: GLContext, *form: Any) -> bool:
-    """Whether a quarter comes back from a target of the format."""
+    """Whether a target of the format returns the value that it was cleared to, a quarter."""
     try:
         value = attempt(glcontext, *form)
-    except Exception:  # moderngl.Error for an incomplete framebuffer; whatever it is, the format does not work
+    except Exception:  # moderngl.Error for an incomplete framebuffer; any error means that the format does not work
         glcontext.gl.errors()
         return False
     return not glcontext.gl.errors() and abs(value - 0.25) <= _TOLERANCE

@@ -2,15 +2,15 @@
 
 Exception
 └── GlshadowError
-    ├── ContextError            no usable OpenGL context, or it lacks what was asked for
+    ├── ContextError            no usable OpenGL context, or it lacks a required feature
     ├── ResourceError           the driver ran out of memory for a map, an image or a mesh
     ├── SceneError              the model, mesh or file cannot be rendered as it is
     ├── SettingsError           a setting is out of range or two settings cannot work together (also a ValueError)
-    │   └── MissingOutput       a frame was rendered without the output that is asked of it (also an AttributeError)
+    │   └── MissingOutput       a frame was rendered without the requested output (also an AttributeError)
     ├── ShaderError             a GLSL snippet is missing, cyclic or does not compile
     └── ReferenceUnavailable    the ray-traced reference needs an extra that is not installed
 UserWarning
-└── GlshadowWarning             rendered, but not all that was given could be honoured
+└── GlshadowWarning             rendered, but some of the input was ignored or replaced
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ _LONGEST = 2000  # characters of a message
 
 
 def printable(text: str, keep: str = "") -> str:
-    """Text that may come from a file, as it may be shown: what is no visible character is escaped as in a Python string.
+    """Text that may come from a file, made safe to print: characters that are not visible are escaped as in a Python string.
 
-    That is what `str.isprintable` refuses: control characters, which drive terminals; marks of writing direction and of zero width,
-    which make text look like another; separators of lines; lone surrogates, which cannot be written at all.
+    These are the characters for which `str.isprintable` is false: control characters, which drive terminals; direction marks and
+    zero-width characters, which make text look like other text; line separators; lone surrogates, which cannot be encoded.
 
     Parameters
     ----------
     keep : str
-        Characters that stay.
+        Characters that are not escaped.
     """
     if text.isprintable():
         return text
@@ -40,7 +40,7 @@ def printable(text: str, keep: str = "") -> str:
 
 
 def _said(value: object, lines: bool) -> object:
-    """An argument of an error or a warning: of a text, its printable form, its middle left out where it is very long."""
+    """An argument of an error or a warning; text in its printable form, shortened in the middle if it is very long."""
     if not isinstance(value, str):
         return value
     if len(value) > _LONGEST:
@@ -49,7 +49,7 @@ def _said(value: object, lines: bool) -> object:
 
 
 class GlshadowError(Exception):
-    """Base of all errors that glshadow raises on purpose. Its message holds nothing that drives a terminal."""
+    """Base of all errors that glshadow raises on purpose. The message contains no terminal control characters."""
 
     def __init__(self, *args: object) -> None:
         super().__init__(*(_said(each, lines=True) for each in args))
@@ -75,7 +75,7 @@ class SettingsError(GlshadowError, ValueError):
 
 
 class MissingOutput(SettingsError, AttributeError):
-    """A frame was rendered without the output that is asked of it; an AttributeError too, so that `hasattr` answers."""
+    """A frame was rendered without the requested output. Also an AttributeError, so that `hasattr` works."""
 
 
 class ShaderError(GlshadowError):
@@ -87,14 +87,12 @@ class ReferenceUnavailable(GlshadowError):
 
 
 def unexpected(error: BaseException, given: str) -> GlshadowError:
-    """What is raised in place of an error that only a defect of this package can raise: something to report."""
-    return GlshadowError(
-        f"unexpected {type(error).__name__}: {error}; please report this, with what was given: {given}"
-    )
+    """The error that replaces an unexpected one, which only a defect of this package can cause."""
+    return GlshadowError(f"unexpected {type(error).__name__}: {error}; please report this, with the input: {given}")
 
 
 class GlshadowWarning(UserWarning):
-    """A picture was made, but something that was given could not be honoured. Its message is one printable line."""
+    """An image was made, but some of the input was ignored or replaced. The message is one printable line."""
 
     def __init__(self, *args: object) -> None:
         super().__init__(*(_said(each, lines=False) for each in args))
@@ -104,7 +102,7 @@ _listener: ContextVar[Callable[[str], None] | None] = ContextVar("glshadow_liste
 
 
 def warn(message: str, stacklevel: int = 3) -> None:
-    """A GlshadowWarning attributed to the caller's caller, or whoever is `stacklevel` calls up; to the listener if there is one."""
+    """Issue a GlshadowWarning for the caller's caller, or for the frame `stacklevel` calls up; the listener receives it if there is one."""
     listener = _listener.get()
     if listener is None:
         warnings.warn(message, GlshadowWarning, stacklevel=stacklevel)
@@ -114,7 +112,7 @@ def warn(message: str, stacklevel: int = 3) -> None:
 
 @contextmanager
 def listening(listener: Callable[[str], None]) -> Iterator[None]:
-    """GlshadowWarnings of this thread go to a function meanwhile. (`warnings.catch_warnings` would change all threads.)"""
+    """Redirect this thread's GlshadowWarnings to a function. (`warnings.catch_warnings` would affect all threads.)"""
     token = _listener.set(listener)
     try:
         yield

@@ -1,7 +1,7 @@
-"""Files that appear whole or not at all, temporary ones, and those of a folder. What a killed process left, the next one removes.
+"""Atomic file writes, temporary files and the files of a folder. Files that a killed process left are removed by the next one.
 
-They are named `.glshadow-<machine>-<process>-<number>` and lie beside the file that they will become, or in the system's temporary
-folder. One whose process is no more is stale.
+Temporary files are named `.glshadow-<machine>-<process>-<number>` and are next to their target file, or in the system's temporary
+folder. A file is stale when its process has ended.
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ from pathlib import Path
 
 from glshadow.errors import GlshadowError
 
-_MACHINE = f"{zlib.crc32(platform.node().encode()):08x}"  # folders may be shared, process numbers are not
+_MACHINE = (
+    f"{zlib.crc32(platform.node().encode()):08x}"  # folders may be shared between machines, process numbers are not
+)
 _NAME = re.compile(rf"\.glshadow-{_MACHINE}-(\d+)-\d+(\.\w+)?")
 
 _numbers = itertools.count()
@@ -26,18 +28,18 @@ _swept: set[Path] = set()
 
 
 def inside(path: Path, folder: Path) -> bool:
-    """Whether a path lies in a folder, all links followed."""
+    """Whether a path is in a folder, with all links resolved."""
     return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Where to write what shall become `path`: beside it, with its ending. Renamed at the end, removed after an error.
+    """A path with the same suffix next to `path`, to write to. Renamed to `path` at the end, removed after an error.
 
     Raises
     ------
     GlshadowError
-        If it cannot be written, for an OSError inside too.
+        If it cannot be written; also for an OSError inside the block.
     """
     try:
         with _own(path.parent, path.suffix) as part:
@@ -49,12 +51,12 @@ def replacing(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def temporary(suffix: str) -> Iterator[Path]:
-    """A file of our own with an ending, empty, removed at the end.
+    """An empty temporary file with a suffix, removed at the end.
 
     Raises
     ------
     GlshadowError
-        If it cannot be made, for an OSError inside too.
+        If it cannot be made; also for an OSError inside the block.
     """
     try:
         with _own(Path(tempfile.gettempdir()), suffix) as path:
@@ -76,7 +78,7 @@ def _own(folder: Path, suffix: str) -> Iterator[Path]:
 
 
 def _sweep(folder: Path) -> None:
-    """Remove stale files from a folder; once is enough."""
+    """Remove stale files from a folder, once per process."""
     place = folder.absolute()
     if place in _swept:
         return
@@ -91,11 +93,11 @@ def _sweep(folder: Path) -> None:
 
 def _alive(process: int) -> bool:
     if os.name != "posix":
-        return True  # there, asking with a signal would end it
+        return True  # on Windows os.kill would end the process, so it counts as running
     try:
         os.kill(process, 0)
     except ProcessLookupError:
         return False
-    except (OSError, OverflowError):  # somebody else's
+    except (OSError, OverflowError):  # owned by another user
         return True
     return True

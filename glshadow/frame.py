@@ -1,4 +1,4 @@
-"""Frame: what a render gives back, as plain numpy that outlives its renderer."""
+"""Frame: the result of a render as plain numpy arrays, which stay valid after the renderer is released."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ D = TypeVar("D", bound=np.generic)
 
 
 class ShadowMaps(tuple[NDArray[np.float32], ...]):
-    """Of each light its views (V, R, R) as they are stored."""
+    """For each light its views (V, R, R) as stored."""
 
     __slots__ = ()
 
     def _repr_html_(self) -> str:
-        """In a notebook: every view, as grey between the values that it holds."""
+        """In a notebook: every view in grey, stretched to the range of its values."""
         from glshadow.inline import figure
 
         return "".join(
@@ -39,7 +39,7 @@ class ShadowMaps(tuple[NDArray[np.float32], ...]):
         )
 
 
-_PREVIEW = 256  # pixels along the side of a view that is shown
+_PREVIEW = 256  # largest side of a preview
 
 
 def _span(view: NDArray[np.float32]) -> str:
@@ -47,7 +47,7 @@ def _span(view: NDArray[np.float32]) -> str:
 
 
 def _grey(view: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """(R, R, 3) of at most so many pixels: the least value black, the greatest white."""
+    """A preview (R, R, 3): the smallest value black, the largest white."""
     step = max(view.shape[0] // _PREVIEW, 1)
     values = view[::step, ::step].astype(np.float64)
     low, high = values.min(), values.max()
@@ -57,35 +57,35 @@ def _grey(view: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 @dataclass(frozen=True)
 class LeftBehind:
-    """In the place of a scene that a pickled frame left behind: its name."""
+    """Replaces the scene in a pickled frame; keeps only its name."""
 
     name: str
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
-        raise GlshadowError(f"a frame that was pickled holds no scene: keep scene {self.name!r} beside it")
+        raise GlshadowError(f"a pickled frame does not contain its scene: keep scene {self.name!r} separately")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Frame:
-    """One rendered picture and what is known about it. Row 0 is the top.
+    """One rendered image with its outputs. Row 0 is the top.
 
-    Each output is a property; one that was not rendered raises `MissingOutput`, which says how to render it. numpy and matplotlib take a
-    frame as its image: `np.asarray(frame)`, `plt.imshow(frame)`. A pickled frame leaves its scene behind.
+    Each output is a property; an output that was not rendered raises `MissingOutput`, which shows how to render it. numpy and matplotlib
+    take a frame as its image: `np.asarray(frame)`, `plt.imshow(frame)`. A pickled frame does not contain its scene.
 
     Parameters
     ----------
     scene, camera, lights, size
-        What was rendered.
+        The inputs of the render.
     near, far : float
         Depth range of the camera.
     used : tuple of Used
-        Per light.
+        What was used, per light.
     outputs : mapping
-        Name -> output, of those that were rendered: `"depth" in frame.outputs`.
+        Name -> output, for those that were rendered: `"depth" in frame.outputs`.
     samples : int
-        In each pixel: image, linear, alpha and visibility are means over them, the others those of the pixel's centre.
+        Samples per pixel: image, linear, alpha and visibility are means over them; all other outputs are those of the pixel's centre.
     """
 
     scene: Scene
@@ -100,28 +100,28 @@ class Frame:
 
     @property
     def image(self) -> NDArray[np.uint8]:
-        """(H, W, 3) sRGB; over a transparent background (H, W, 4), alpha straight."""
+        """(H, W, 3) sRGB; with a transparent background (H, W, 4), straight alpha."""
         return self._array("image", np.uint8)
 
     @property
     def visibility(self) -> NDArray[np.float32]:
-        """(lights, H, W): 1 = lit, 0 = occluded or N.L <= 0, NaN where there is no surface. Cone and range are intensity."""
+        """(lights, H, W): 1 = lit, 0 = occluded or N.L <= 0, NaN where there is no surface. Cone and range affect intensity only."""
         return self._array("visibility", np.float32)
 
     @property
     def linear(self) -> NDArray[np.float32]:
-        """(H, W, 3) light before it is clamped and encoded; the background is `background`, decoded. Over a transparent one
+        """(H, W, 3) linear light before clamping and encoding; the background is `background`, decoded. With a transparent background
         (H, W, 4), premultiplied."""
         return self._array("linear", np.float32)
 
     @property
     def alpha(self) -> NDArray[np.float32]:
-        """(H, W) share of the samples that see a surface; of one that only catches shadows, what the shadow takes."""
+        """(H, W) share of the samples that see a surface; for a shadow catcher, the share of light that its shadow removes."""
         return self._array("alpha", np.float32)
 
     @property
     def depth(self) -> NDArray[np.float32]:
-        """(H, W) distance along the camera's view, infinite where there is no surface."""
+        """(H, W) distance along the camera's view direction, infinite where there is no surface."""
         return self._array("depth", np.float32)
 
     @property
@@ -131,17 +131,17 @@ class Frame:
 
     @property
     def triangle(self) -> NDArray[np.int32]:
-        """(H, W) number of the drawn triangle, over the scene's nodes in their order as in `Truth.triangle`; -1: no surface."""
+        """(H, W) index of the triangle, counted over the scene's nodes in order as in `Truth.triangle`; -1: no surface."""
         return self._array("triangle", np.int32)
 
     @property
     def node(self) -> NDArray[np.int32]:
-        """(H, W) number of the node: `scene.nodes[i].name`; -1: no surface."""
+        """(H, W) index of the node: `scene.nodes[i].name`; -1: no surface."""
         return self._array("node", np.int32)
 
     @property
     def normal(self) -> NDArray[np.float32]:
-        """(H, W, 3) world, unit length, of the triangle's side that is seen; NaN where there is no surface."""
+        """(H, W, 3) unit normal of the triangle's visible side, world space; NaN where there is no surface."""
         return self._array("normal", np.float32)
 
     @property
@@ -151,17 +151,17 @@ class Frame:
 
     @property
     def shadow_maps(self) -> ShadowMaps:
-        """Per light its views (V, R, R) as they are stored (window depth, or metric), row 0 at v = 1; a notebook shows them."""
+        """Per light its views (V, R, R) as stored (window depth, or metric), row 0 at v = 1. Notebooks display them."""
         return ShadowMaps(self._output("shadow_maps"))
 
     @property
     def timings(self) -> Mapping[str, float]:
-        """Seconds per pass: the GPU's own where its timestamps can be trusted, else of wall clock, the GPU waited for."""
+        """Seconds per pass: GPU time if its timestamps are reliable, otherwise wall-clock time after waiting for the GPU."""
         seconds: Mapping[str, float] = self._output("timings")
         return seconds
 
     def _array(self, name: str, dtype: type[D]) -> NDArray[D]:
-        return np.asarray(self._output(name), dtype=dtype)  # which it has: the array itself
+        return np.asarray(self._output(name), dtype=dtype)  # the dtype matches: no copy
 
     def _output(self, name: str) -> Any:
         try:
@@ -181,28 +181,28 @@ class Frame:
         return np.array(self.image, dtype=dtype, copy=copy)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Without the scene, which may be a thousand times larger than the image."""
+        """State without the scene, which may be a thousand times larger than the image."""
         return {**vars(self), "scene": LeftBehind(self.scene.name)}
 
     def show(self) -> None:
-        """The image in a notebook, and elsewhere in the system's image viewer.
+        """Show the image in a notebook, or else in the system's image viewer.
 
         Raises
         ------
         GlshadowError
-            Where there is none.
+            If no image viewer is found.
         """
         from glshadow.inline import show
 
         show(self.image)
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write the picture: .png .jpg .tif the image; .exr all float outputs as named channels.
+        """Write the frame: .png, .jpg and .tif the image; .exr all float outputs as named channels.
 
         Raises
         ------
         SettingsError
-            For another ending, or if the output that the format needs was not rendered.
+            For any other suffix, or if the output that the format needs was not rendered.
         GlshadowError
             If the file cannot be written.
         """
@@ -212,7 +212,7 @@ class Frame:
         image.write(path, self._channels() if path.suffix.lower() == ".exr" else self.image)
 
     def _channels(self) -> dict[str, NDArray[np.float32]]:
-        """Named as compositors expect: R G B A premultiplied, Z, N.X N.Y N.Z, P.X P.Y P.Z."""
+        """Channels named as compositors expect: R G B A premultiplied, Z, N.X N.Y N.Z, P.X P.Y P.Z."""
         channels: dict[str, NDArray[np.float32]] = {}
         if "linear" in self.outputs:
             channels["RGBA"] = self.linear
@@ -230,7 +230,7 @@ class Frame:
         return channels
 
     def _repr_png_(self) -> bytes | None:
-        """The picture in a notebook; without one, the visibility of every light, one below the other."""
+        """The image in a notebook; without an image, the visibility of every light, one below the other."""
         from glshadow.inline import png, visibility_picture
 
         if "image" in self.outputs:
@@ -241,7 +241,7 @@ class Frame:
 
 
 def _named(names: tuple[str, ...], value: NDArray[Any]) -> dict[str, NDArray[Any]]:
-    """Planes (H, W) of an output by the names of its channels; one numbered plane a light, where there is one name for several."""
+    """Planes (H, W) of an output by channel name; one numbered plane per light if one name stands for several."""
     if value.ndim == 2:
         return {names[0]: value}
     if len(names) == 1:
@@ -250,5 +250,5 @@ def _named(names: tuple[str, ...], value: NDArray[Any]) -> dict[str, NDArray[Any
 
 
 def decoded(image: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """sRGB bytes to linear light, float32, same shape."""
+    """sRGB bytes as linear float32 values, same shape."""
     return np.asarray(linear_from_srgb(np.arange(256) / 255.0).astype(np.float32)[image])

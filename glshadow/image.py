@@ -23,28 +23,28 @@ Pixels = NDArray[Any]
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
 FLOAT_SUFFIXES = (".exr", ".tif", ".tiff")
-# pixels: 16384 x 16384, the largest texture of the common drivers; refused before memory is asked for
+# pixels: 16384 x 16384, the largest texture of common drivers; checked before memory is allocated
 LARGEST_IMAGE = 1 << 28
 # zlib level, and PNG_FILTER_SUB alone: 1280 x 720 in 20 ms, all filters need 50 for the same size (measured)
 PNG_LEVEL, PNG_FILTER = 2, 16
 PNG_END = bytes.fromhex("0000000049454e44ae426082")  # the IEND chunk
 JPEG_QUALITY = 95
-# The start of a JPEG, and of each of its scans; within their data FF is never alone.
+# The start of a JPEG, and of each of its scans; within their data FF never occurs alone.
 MAGIC_JPEG, SCAN = b"\xff\xd8", b"\xff\xda"
 MAGIC = ((b"\x89PNG", ".png"), (MAGIC_JPEG, ".jpg"), (b"RIFF", ".webp"), (b"II*\0", ".tif"), (b"MM\0*", ".tif"))
 
 
 @dataclass(frozen=True)
 class Header:
-    """What an image is before it is decoded.
+    """Properties of an image file, known before decoding.
 
     Parameters
     ----------
     size : (2,) ints
         Width and height in pixels.
     decoded_bytes : int
-        Memory that decoding fills, at least: RGBA, or what the file stores if that is wider; once more for each pixel in every
-        further scan of a JPEG, which passes over all of it again.
+        Least memory for decoding: RGBA, or the stored format if that is larger; for a JPEG once more per pixel for every further scan,
+        because each scan covers the whole image again.
     """
 
     size: tuple[int, int]
@@ -52,7 +52,7 @@ class Header:
 
 
 def header(source: str | os.PathLike[str] | bytes) -> Header:
-    """What an image states of itself; no pixel is decoded.
+    """Read the properties of an image without decoding its pixels.
 
     Parameters
     ----------
@@ -78,24 +78,24 @@ def header(source: str | os.PathLike[str] | bytes) -> Header:
 
 
 def _bytes(path: Path, magic: bytes = b"") -> bytes:
-    """Of a file that begins in another way than with `magic` only as many as that has."""
+    """Content of a file; if it does not start with `magic`, only its first bytes."""
     if not path.is_file():
-        raise SceneError(f"{path}: there is no such image file")
+        raise SceneError(f"{path}: image file not found")
     with path.open("rb") as file:
         head = file.read(len(magic))
         return head + file.read() if head == magic else head
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int]:
-    """Width and height from the frame header; OpenImageIO would decode every scan to tell. Markers are found as libjpeg finds them."""
+    """Width and height from the frame header; OpenImageIO would decode every scan first. Markers are found as in libjpeg."""
     at = data.find(b"\xff", 2)
     while 0 <= at < len(data) - 8:
         marker = data[at + 1]
         if 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):
             return int.from_bytes(data[at + 7 : at + 9], "big"), int.from_bytes(data[at + 5 : at + 7], "big")
-        if marker == 0xFF:  # fill
+        if marker == 0xFF:  # fill byte
             at += 1
-        elif marker in (0x00, 0x01) or 0xD0 <= marker <= 0xD8:  # these stand alone
+        elif marker in (0x00, 0x01) or 0xD0 <= marker <= 0xD8:  # markers without a length
             at = data.find(b"\xff", at + 2)
         else:
             at = data.find(b"\xff", at + 2 + int.from_bytes(data[at + 2 : at + 4], "big"))
@@ -136,13 +136,13 @@ def read(source: str | os.PathLike[str] | bytes) -> NDArray[np.uint8]:
 
 @contextmanager
 def _opened(source: str | os.PathLike[str] | bytes) -> Iterator[tuple[Any, str]]:
-    """OpenImageIO's reader of an image, and what to call it in messages."""
+    """OpenImageIO's reader of an image, and the image's name in messages."""
     with undisturbed():
         import OpenImageIO as oiio
 
     with _file(source) as (path, name):
         wanted = oiio.ImageSpec()
-        wanted.attribute("oiio:UnassociatedAlpha", 1)  # otherwise colour is multiplied by alpha on the way in
+        wanted.attribute("oiio:UnassociatedAlpha", 1)  # otherwise OpenImageIO multiplies colour by alpha when reading
         reader = oiio.ImageInput.open(str(path), wanted)
         if reader is None:
             raise SceneError(f"{name} cannot be read as an image: {oiio.geterror().strip() or 'unknown format'}")
@@ -154,7 +154,7 @@ def _opened(source: str | os.PathLike[str] | bytes) -> Iterator[tuple[Any, str]]
 
 @contextmanager
 def _file(source: str | os.PathLike[str] | bytes) -> Iterator[tuple[Path, str]]:
-    """A file that OpenImageIO's Python module, which reads nothing else, can open, and the name of the image."""
+    """A file that OpenImageIO's Python module can open (it reads nothing else), and the image's name in messages."""
     if not isinstance(source, bytes | bytearray | memoryview):
         path = as_path("image", source)
         name = str(path)
@@ -182,24 +182,24 @@ def _rgba(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def image_path(name: str, value: Any) -> Path:
-    """The rule of a file that an image is written to: a known ending, in a folder that exists."""
+    """Check a path for writing an image: a known suffix, in an existing folder."""
     path = as_path(name, value)
     if path.suffix.lower() not in SUFFIXES:
         raise SettingsError(
             f"{path}: an image file must end in one of {', '.join(SUFFIXES)}, got {path.suffix or 'no ending'!r}"
         )
     if not path.parent.is_dir():
-        raise SettingsError(f"{path}: there is no folder {str(path.parent)!r}")
+        raise SettingsError(f"{path}: folder not found: {str(path.parent)!r}")
     return path
 
 
 def write(path: str | os.PathLike[str], image: Pixels | Mapping[str, Pixels]) -> None:
-    """Write an image; the file appears complete or not at all, and equal pixels give equal bytes.
+    """Write an image. The write is atomic, and equal pixels give equal bytes.
 
     Parameters
     ----------
     path : path
-        Its ending chooses the format: .png .jpg .jpeg .tif .tiff .exr
+        The suffix selects the format: .png .jpg .jpeg .tif .tiff .exr
     image : (H, W, 3) or (H, W, 4) or (H, W) uint8, or float for .exr and .tif; or a mapping
         Row 0 at the top. A mapping gives named channels, for .exr and .tif: name -> (H, W) is the channel ``name``,
         name -> (H, W, 3) or (H, W, 4) are ``name.R``, ``name.G``, ``name.B``, ``name.A``, where the names "", "RGB" and
@@ -209,7 +209,7 @@ def write(path: str | os.PathLike[str], image: Pixels | Mapping[str, Pixels]) ->
     Raises
     ------
     SettingsError
-        For an unknown ending, or an image that the format cannot hold.
+        For an unknown suffix, or an image that the format cannot store.
     GlshadowError
         If the file cannot be written.
     """
@@ -261,12 +261,12 @@ def _planes(name: str, value: Any) -> Pixels:
 
 
 def _single(pixels: Pixels) -> Pixels:
-    with np.errstate(all="ignore"):  # what is beyond float32 becomes infinite
+    with np.errstate(all="ignore"):  # values beyond float32 become infinite
         return pixels.astype(np.float32)
 
 
 def _replace(path: Path, suffix: str, names: list[str], pixels: Pixels) -> None:
-    """Write beside `path`, then rename: a reader, or Ctrl-C, never meets half a file."""
+    """Write next to `path`, then rename: readers never see half a file, even after Ctrl-C."""
     with replacing(path) as part:
         if not _utf8(part):
             raise OSError("the name of its folder is not UTF-8; write elsewhere and move it")
@@ -278,14 +278,14 @@ def _replace(path: Path, suffix: str, names: list[str], pixels: Pixels) -> None:
 
 
 def _reserve_space(part: Path, count: int) -> None:
-    """Raise what the system says of a file of `count` bytes: OpenImageIO does not pass on why it could not write."""
+    """Raise the system's error for a file of `count` bytes: OpenImageIO does not report why it could not write."""
     if hasattr(os, "posix_fallocate"):
         with part.open("wb") as file:
             os.posix_fallocate(file.fileno(), 0, count)
 
 
 def _utf8(path: Path) -> bool:
-    """Whether OpenImageIO can be told its name."""
+    """Whether OpenImageIO can open the path, whose name must be UTF-8."""
     try:
         str(path.absolute()).encode()
     except UnicodeEncodeError:
@@ -294,7 +294,7 @@ def _utf8(path: Path) -> bool:
 
 
 def _jpeg(pixels: NDArray[np.uint8]) -> bytes:
-    """By Pillow: where the disk is full, the libjpeg inside OpenImageIO (3.0) ends the process."""
+    """Encode with Pillow: on a full disk the libjpeg inside OpenImageIO (3.0) ends the process."""
     import io
 
     from PIL import Image
@@ -306,7 +306,7 @@ def _jpeg(pixels: NDArray[np.uint8]) -> bytes:
 
 
 def _check_png(path: Path) -> None:
-    """OpenImageIO (3.0) does not notice a disk that was full."""
+    """Raise an OSError for a truncated PNG: OpenImageIO (3.0) does not notice a full disk."""
     with path.open("rb") as file:
         file.seek(max(file.seek(0, os.SEEK_END) - len(PNG_END), 0))
         if file.read() != PNG_END:
@@ -324,7 +324,7 @@ def _write_file(path: Path, suffix: str, names: list[str], pixels: Pixels) -> No
     spec = oiio.ImageSpec(width, height, count, "uint8" if pixels.dtype == np.uint8 else "float")
     spec.channelnames = tuple(names)
     spec.attribute("oiio:UnassociatedAlpha", 1)
-    spec.attribute("DateTime", "")  # otherwise EXR and TIFF carry the time of writing
+    spec.attribute("DateTime", "")  # otherwise EXR and TIFF contain the time of writing
     if suffix == ".png":
         spec.attribute("png:compressionLevel", PNG_LEVEL)
         spec.attribute("png:filter", PNG_FILTER)

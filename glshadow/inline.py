@@ -1,4 +1,4 @@
-"""Pictures inside HTML, for notebooks and reports: bytes, data addresses, figures."""
+"""Images in HTML, for notebooks and reports: file bytes, data URLs, figures."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from glshadow.errors import GlshadowError, printable
 
-NOTEBOOK_LEVEL, PAGE_LEVEL = 1, 9  # of zlib: a cell wants its picture now, a page is written once and kept
+NOTEBOOK_LEVEL, PAGE_LEVEL = 1, 9  # zlib levels: fast for a notebook cell, small for a page that is kept
 JPEG_QUALITY = 88
-SKY = (222, 232, 242)  # where there is no surface
+SKY = (222, 232, 242)  # colour of pixels without a surface
 
 
 def png(image: NDArray[np.uint8], level: int = NOTEBOOK_LEVEL) -> bytes:
@@ -38,13 +38,13 @@ def jpeg(image: NDArray[np.uint8]) -> bytes:
 
 
 def address(data: bytes) -> str:
-    """The bytes of a PNG or JPEG file as a `data:` address."""
+    """The bytes of a PNG or JPEG file as a `data:` URL."""
     kind = "jpeg" if data.startswith(b"\xff\xd8") else "png"
     return f"data:image/{kind};base64,{base64.b64encode(data).decode()}"
 
 
 def words(text: str) -> str:
-    """Text as HTML shows it, whatever is in it."""
+    """Text escaped for HTML."""
     return escape(printable(text))
 
 
@@ -57,21 +57,21 @@ def figure(image: NDArray[np.uint8], caption: str) -> str:
 
 
 def table(head: list[str], rows: list[list[str]]) -> str:
-    """An HTML table of words and numbers, for a notebook's cell."""
+    """An HTML table of text and numbers, for a notebook's cell."""
     cells = "".join(f"<th>{words(word)}</th>" for word in head)
     body = "".join("<tr>" + "".join(f"<td>{words(word)}</td>" for word in row) + "</tr>" for row in rows)
     return f"<table><thead><tr>{cells}</tr></thead><tbody>{body}</tbody></table>"
 
 
 def visibility_picture(visibility: ArrayLike, cosine: ArrayLike = 1.0) -> NDArray[np.uint8]:
-    """One light's visibility for the eye: lit surfaces light grey, others dark.
+    """One light's visibility as an image: lit surfaces light grey, others dark.
 
     Parameters
     ----------
     visibility : (H, W) array_like
-        1 lit, 0 dark, NaN where no surface.
+        1 lit, 0 dark, NaN where there is no surface.
     cosine : (H, W) array_like
-        N.L, which lets shapes be seen; every lit pixel stays lighter than every dark one.
+        N.L, which makes shapes visible; every lit pixel stays brighter than every dark one.
 
     Returns
     -------
@@ -85,7 +85,7 @@ def visibility_picture(visibility: ArrayLike, cosine: ArrayLike = 1.0) -> NDArra
 
 
 class NotebookBar:
-    """A bar below the running cell, from the first report on until it is closed: called as (done, total, text)."""
+    """A progress bar below the running cell, from the first report until it is closed. Called as (done, total, text)."""
 
     def __init__(self, widgets: Any, display: Callable[[Any], None]) -> None:
         self._bar, self._words = widgets.IntProgress(), widgets.HTML()
@@ -100,13 +100,13 @@ class NotebookBar:
         self._words.value = words(f"{done} of {total}: {text}")
 
     def close(self) -> None:
-        """Take it away."""
+        """Remove the bar."""
         self._box.close()
 
 
 def notebook_bar() -> NotebookBar | None:
-    """A bar where a notebook runs this and has ipywidgets; None elsewhere."""
-    interactive = sys.modules.get("IPython")  # not imported: then nothing of it runs
+    """A progress bar if this runs in a notebook with ipywidgets; None elsewhere."""
+    interactive = sys.modules.get("IPython")  # not imported: then this is not a notebook
     shell = interactive.get_ipython() if interactive else None
     if shell is None or not hasattr(shell, "kernel"):
         return None
@@ -119,7 +119,7 @@ def notebook_bar() -> NotebookBar | None:
 
 
 def show(image: NDArray[np.uint8]) -> None:
-    """An image (H, W, 3 or 4) in a notebook's cell, elsewhere in the system's image viewer; GlshadowError where there is none."""
+    """Show an image (H, W, 3 or 4) in a notebook's cell, or else in the system's image viewer; GlshadowError if there is no viewer."""
     from PIL import Image, ImageShow
 
     picture = Image.fromarray(np.ascontiguousarray(image))

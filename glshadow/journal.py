@@ -1,4 +1,4 @@
-"""Results as they come, one JSON line each, and what each image file was drawn from: what an interruption leaves is kept, nothing else."""
+"""Journals: results appended as JSON lines, and the request that each image file was drawn for, so that interrupted work can continue."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from glshadow.errors import GlshadowError, SettingsError
 
 
 class Journal:
-    """The lines of one file, by key; `path` None keeps nothing.
+    """The lines of one file, by key. With `path` None nothing is written.
 
-    A line that an interruption cut off is dropped before anything is appended.
+    A line that an interruption cut short is removed before anything is appended.
 
     Raises
     ------
     SettingsError
-        If the file holds something else, or is a folder, a device or a pipe.
+        If the file holds anything else, or is a folder, a device or a pipe.
     GlshadowError
         If it cannot be read.
     """
@@ -46,18 +46,18 @@ class Journal:
                 self._merge(json.loads(line))
             except (ValueError, TypeError, KeyError, RecursionError) as error:
                 raise SettingsError(
-                    f"{self.path}, line {number}, is no record of ours; give another file or delete it"
+                    f"{self.path}, line {number}, is not a journal record; give another file or delete this one"
                 ) from error
 
     def add(self, *records: dict[str, Any]) -> None:
-        """Append records with their "key", and wait until they are on the disk; later records add to earlier ones of their key.
+        """Append records by their "key" and wait until they are on the disk; later records extend earlier ones with the same key.
 
-        Without any, the file is made, or found to be one that cannot be written.
+        Without records, create the file, or find that it cannot be written.
 
         Raises
         ------
         GlshadowError
-            If the file cannot take them whole: then it has none of them.
+            If the file cannot be written completely; it then contains none of the records.
         """
         if self.path is not None:
             lines = "".join(json.dumps(record, allow_nan=False, separators=(",", ":")) + "\n" for record in records)
@@ -74,12 +74,12 @@ class Journal:
 
 
 def _append(path: Path, lines: bytes) -> None:
-    """All of it, or nothing."""
+    """Append all lines, or nothing."""
     with path.open("ab", buffering=0) as file:
         before = file.seek(0, os.SEEK_END)
         try:
             written = 0
-            while written < len(lines):  # a disk that is nearly full takes the beginning, and refuses the rest
+            while written < len(lines):  # a nearly full disk writes the beginning and refuses the rest
                 written += file.write(lines[written:])
             os.fsync(file.fileno())
         except BaseException:
@@ -88,12 +88,12 @@ def _append(path: Path, lines: bytes) -> None:
 
 
 class Kept:
-    """Which image files are there, and what each was last drawn from, by a journal.
+    """Which image files exist, and for which request each was last drawn, according to a journal.
 
     Parameters
     ----------
     journal : Journal
-        Its keys are names of files, relative to the folder that the journal is in.
+        Its keys are file names, relative to the journal's folder.
     """
 
     def __init__(self, journal: Journal) -> None:
@@ -101,23 +101,23 @@ class Kept:
         self._journal, self._folder = journal, journal.path.parent
 
     def stale(self, name: str, request: str) -> bool:
-        """Whether an image is there that was drawn for another request."""
+        """Whether an image exists that was drawn for another request."""
         record = self._journal.records.get(name, {})
         return record.get("request", request) != request and (self._folder / name).is_file()
 
     def has(self, name: str, request: str) -> bool:
-        """Whether an image is of this request, and still what was written."""
+        """Whether an image was drawn for this request and is unchanged."""
         record = self._journal.records.get(name, {})
         digest = record.get("sha256")
         return record.get("request") == request and digest is not None and digest == digest_of_file(self._folder / name)
 
     def add(self, request: str, images: Mapping[str, str | None]) -> None:
-        """Images that were written for a request: their names and digests."""
+        """Record images that were written for a request: their names and digests."""
         self._journal.add(*({"key": name, "request": request, "sha256": each} for name, each in images.items()))
 
 
 def digest_of_file(path: Path) -> str | None:
-    """SHA-256 of a file's bytes; None if it is no file that can be read."""
+    """SHA-256 of a file's bytes; None if it cannot be read as a file."""
     try:
         if not path.is_file():
             return None
@@ -128,12 +128,12 @@ def digest_of_file(path: Path) -> str | None:
 
 
 def digest_of(*facts: Any) -> str:
-    """Hash of what decides a result: settings field by field, arrays by their bytes, everything else by its repr."""
+    """Hash of everything that affects a result: settings field by field, arrays by their bytes, all else by its repr."""
     return hashlib.sha256(repr([_plain(each) for each in facts]).encode()).hexdigest()[:24]
 
 
 def _plain(value: Any) -> Any:
-    import numpy as np  # not at the top: the help of a command needs no numpy
+    import numpy as np  # not at the top: command help does not need numpy
 
     if isinstance(value, np.ndarray):
         data = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()

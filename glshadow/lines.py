@@ -1,4 +1,4 @@
-"""Lines on a finished picture: 3-D segments projected, clipped, antialiased, and fainter where a surface hides them."""
+"""Lines on a finished image: 3-D segments, projected, clipped, antialiased, and fainter behind surfaces."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ if TYPE_CHECKING:
 
 Color = tuple[int, int, int]
 
-HIDDEN = 0.22  # of the opacity behind a surface, chosen by eye
-HALO, HALO_WIDTH = 0.45, 2.0  # opacity and extra width, in pixels, of the dark rim that keeps a line readable on white
-NEAREST = 1e-3  # of a derived near plane: that one only just holds the surfaces, and lines may come nearer
-DEPTH_SLACK = 2e-3  # of the depth, or of an orthographic camera's range: a line drawn on a surface is in front of it
+HIDDEN = 0.22  # share of the opacity behind a surface, chosen by eye
+HALO, HALO_WIDTH = 0.45, 2.0  # opacity and extra width, in pixels, of the dark rim that makes a line readable on white
+NEAREST = 1e-3  # share of a derived near plane, which tightly bounds the surfaces: lines may be nearer
+DEPTH_SLACK = 2e-3  # share of the depth, or of an orthographic camera's range: a line on a surface is in front of it
 
 
 class Canvas:
-    """The picture of a frame, to be drawn on. Pixel coordinates (x, y) count from the top left corner of the image.
+    """The image of a frame, to draw on. Pixel coordinates (x, y) count from the top left corner of the image.
 
     Parameters
     ----------
     frame : Frame
-        With `image`; with `depth` if lines shall be hidden by surfaces.
+        With `image`; with `depth` if surfaces should hide lines.
     """
 
     def __init__(self, frame: Frame) -> None:
         self.pixels = frame.image.astype(np.float32)
         self.width, self.height = frame.size
-        self.unit = max(0.5, min(self.width, self.height) / 720.0)  # so that a line looks alike in a large picture
+        self.unit = max(0.5, min(self.width, self.height) / 720.0)  # so that lines look alike at every size
         self._view = frame.camera.view_from_world
         self._window = frame.camera.window(frame.size)
         self._is_perspective = frame.camera.is_perspective
@@ -45,7 +45,7 @@ class Canvas:
 
     @property
     def image(self) -> NDArray[np.uint8]:
-        """(H, W, 3)."""
+        """The image with what has been drawn, (H, W, 3)."""
         return np.asarray(np.rint(np.clip(self.pixels, 0.0, 255.0)), dtype=np.uint8)
 
     def place(self, points: ArrayLike) -> tuple[Array, Array]:
@@ -57,7 +57,7 @@ class Canvas:
         return place, depth
 
     def point(self, places: ArrayLike, depth: ArrayLike) -> Array:
-        """World points (..., 3) at pixels (..., 2) and view depths (...): `place` the other way round."""
+        """World points (..., 3) at pixels (..., 2) and view depths (...): the inverse of `place`."""
         place = np.asarray(places, dtype=np.float64)
         left, right, bottom, top = self._window
         x = left + place[..., 0] / self.width * (right - left)
@@ -68,7 +68,7 @@ class Canvas:
         return np.asarray((local - self._view[:3, 3]) @ self._view[:3, :3])
 
     def inside(self, points: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:
-        """Which world points (..., 3) are in the picture, `margin` pixels from its edges."""
+        """Whether world points (..., 3) are in the image, `margin` pixels from its edges."""
         place, _ = self.place(points)
         limit = np.array([self.width, self.height]) - margin
         return np.asarray(((place >= margin) & (place <= limit)).all(axis=-1))  # NaN compares false
@@ -76,7 +76,7 @@ class Canvas:
     def lines(
         self, segments: ArrayLike, color: Color, width: float = 1.5, opacity: float = 1.0, halo: bool = True
     ) -> None:
-        """Draw world segments (S, 2, 3), `width` in pixels of a picture 720 high."""
+        """Draw world segments (S, 2, 3), `width` in pixels of an image 720 high."""
         local = transform(self._view, np.asarray(segments, dtype=np.float64).reshape(-1, 2, 3))
         local = _clipped_near(local, self._near)
         depth = -local[..., 2]
@@ -107,12 +107,12 @@ class Canvas:
             _blend(patch, np.clip(reach + 0.5 - distance, 0.0, 1.0) * strength, tint)
 
     def paste(self, picture: ArrayLike, corner: tuple[int, int]) -> None:
-        """Put a small picture (h, w, 3) with its top left corner at pixel (x, y); it has to fit."""
+        """Put a small image (h, w, 3) with its top left corner at pixel (x, y). It must fit."""
         small = np.asarray(picture, dtype=np.float32)
         self.pixels[corner[1] : corner[1] + small.shape[0], corner[0] : corner[0] + small.shape[1]] = small
 
     def _pixels(self, across: Array, depth: Array) -> Array:
-        """Pixels (..., 2) of what lies at view x, y (..., 2) and a depth (...)."""
+        """Pixels (..., 2) of points at view x, y (..., 2) and a depth (...)."""
         left, right, bottom, top = self._window
         place = across / depth[..., None] if self._is_perspective else across
         x = (place[..., 0] - left) / (right - left) * self.width
@@ -120,11 +120,11 @@ class Canvas:
         return np.stack([x, y], axis=-1)
 
     def _nearness(self, depth: Array) -> Array:
-        """What falls with view depths (...) and is linear along a projected line."""
+        """A value that decreases with view depth (...) and is linear along a projected line."""
         return np.asarray(1.0 / depth if self._is_perspective else -depth)
 
     def _draw(self, segments: Array, color: Color, width: float, opacity: float, halo: bool) -> None:
-        """Segments (S, 2, 3) of pixel x, y and nearness."""
+        """Draw segments (S, 2, 3) of pixel x, y and nearness."""
         segments = _clipped(segments, self.width, self.height, margin=width * self.unit + HALO_WIDTH + 1.0)
         width = max(1.0, width * self.unit)
         if halo:
@@ -132,7 +132,7 @@ class Canvas:
         _blend(self.pixels, opacity * self._coverage(segments, width), color)
 
     def _coverage(self, segments: Array, width: float) -> NDArray[np.float32]:
-        """(H, W) in 0..1: how much of each pixel the lines cover, less where they are hidden."""
+        """Coverage (H, W) of the pixels by lines in 0..1, lower where they are hidden."""
         cover = np.zeros((self.height, self.width), dtype=np.float32)
         for start, end in segments:
             x, y, nearness, amount = _rasterised(start, end, width)
@@ -145,7 +145,7 @@ class Canvas:
 
 
 def _rasterised(start: Array, end: Array, width: float) -> tuple[NDArray[np.int64], NDArray[np.int64], Array, Array]:
-    """Pixels x and y of one segment, nearness and coverage there: a row across the line at each step along it."""
+    """Pixels x and y of one segment with nearness and coverage: a row across the line at each step along it."""
     steep = abs(end[1] - start[1]) > abs(end[0] - start[0])
     a, b = (start[[1, 0, 2]], end[[1, 0, 2]]) if steep else (start, end)
     if a[0] > b[0]:
@@ -167,7 +167,7 @@ def _rasterised(start: Array, end: Array, width: float) -> tuple[NDArray[np.int6
 
 
 def _clipped_near(segments: Array, near: float) -> Array:
-    """View-space segments (S, 2, 3) as far as they lie beyond the near plane."""
+    """View-space segments (S, 2, 3), clipped to the near plane."""
     depth = -segments[..., 2]
     segments, depth = segments[(depth >= near).any(axis=1)], depth[(depth >= near).any(axis=1)]
     span = depth[:, ::-1] - depth
@@ -178,7 +178,7 @@ def _clipped_near(segments: Array, near: float) -> Array:
 
 
 def _clipped(segments: Array, width: int, height: int, margin: float) -> Array:
-    """Segments (S, 2, 3) as far as they lie in the picture and `margin` round it (Liang, Barsky 1984)."""
+    """Segments (S, 2, 3), clipped to the image and `margin` around it (Liang, Barsky 1984)."""
     start, step = segments[:, 0], segments[:, 1] - np.where(np.isinf(segments[:, 1]), 0.0, segments[:, 0])
     step = np.where(np.isinf(step), 0.0, step)
     first, last = np.zeros(len(segments)), np.ones(len(segments))
@@ -196,7 +196,7 @@ def _clipped(segments: Array, width: int, height: int, margin: float) -> Array:
 
 
 def _farthest_around(depth: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Largest depth of each pixel's 3 x 3 neighbours, so that a surface at a grazing angle hides no line on it."""
+    """Largest depth of each pixel's 3 x 3 neighbourhood, so that a surface at a grazing angle does not hide lines on it."""
     padded = np.pad(depth.astype(np.float64), 1, mode="edge")
     rows = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
     return np.asarray(np.maximum(np.maximum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:]))

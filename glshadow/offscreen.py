@@ -1,4 +1,4 @@
-"""PyrenderRenderer: pyrender's OffscreenRenderer with our shadows, for programs that change one line."""
+"""PyrenderRenderer: a replacement for pyrender's OffscreenRenderer with glshadow's shadows."""
 
 from __future__ import annotations
 
@@ -31,35 +31,37 @@ SKIP_CULL_FACES, RGBA, FLAT, SEG = 1024, 2048, 4096, 8192
 UNSUPPORTED = {4: "FLIP_WIREFRAME", 8: "ALL_WIREFRAME", 256: "VERTEX_NORMALS", 512: "FACE_NORMALS"}
 KNOWN = 2**14 - 1
 
-REFLECTED = 0.04  # of a dielectric, straight on: pyrender's min_roughness, which it also takes for the specular colour
+REFLECTED = (
+    0.04  # of a dielectric at normal incidence: pyrender's min_roughness, which it also uses as the specular colour
+)
 LAMBERT = (1.0 - REFLECTED) ** 2 / np.pi
-"""What pyrender's surfaces give back of a light's intensity, straight on, without their specular part; its shaders/mesh.frag."""
+"""Diffuse share of a light's intensity at normal incidence in pyrender; its shaders/mesh.frag."""
 
-SAMPLES = 4  # pyrender's own
+SAMPLES = 4  # samples per pixel, as in pyrender
 MOST_PIXELS = 32768
 
 Returned = NDArray[Any] | tuple[NDArray[Any], NDArray[Any]]
 
 
 class PyrenderRenderer:
-    """Draws pyrender.Scene objects as pyrender.OffscreenRenderer does, with shadows of suns, spots and points.
+    """Draws pyrender.Scene objects as pyrender.OffscreenRenderer does, with shadows of directional, spot and point lights.
 
-    Surfaces are Lambert's: the specular part is left out, and a metal is drawn as a dielectric of its colour. Shadows are `Exact()`
-    where nothing else is asked for, soft where lights are given a size. pyrender itself is not imported, so that its release that does
-    not know numpy 2 does for the scene.
+    Surfaces are Lambertian: the specular part is left out, and a metal is drawn as a dielectric of its colour. The default for shadows is
+    `Exact()`, soft if the lights are given a size. pyrender itself is not imported, so its release without numpy 2 support works for the
+    scene.
 
     Parameters
     ----------
     viewport_width, viewport_height : int
-        Pixels; both may be changed between pictures.
+        Size in pixels; both may change between images.
     point_size : float
-        Of points, which are not drawn: taken, so that a program need not change.
+        Size of points. Points are not drawn; the parameter exists for compatibility.
     shadow : Shadow, optional
-        How shadows are made; None: derived.
+        Settings of the shadows; None: derived.
     angle, radius : float
-        Size of suns, degrees, and of lamps, world units; 0: sharp shadows.
+        Size of directional lights, degrees, and of local lights, world units; 0: sharp shadows.
     backend : str
-        As in Renderer.
+        As for Renderer.
 
     Raises
     ------
@@ -112,35 +114,35 @@ class PyrenderRenderer:
         self._height: int = whole(1, MOST_PIXELS, unit="pixels")("viewport_height", value)
 
     def delete(self) -> None:
-        """Free the renderer. May be called twice."""
+        """Release the renderer. May be called twice."""
         self._renderer.release()
 
     def render(self, scene: Any, flags: int = 0, seg_node_map: Mapping[Any, Any] | None = None) -> Returned:
-        """A picture of a pyrender.Scene.
+        """Render a pyrender.Scene.
 
         Parameters
         ----------
         scene : pyrender.Scene
-            With a main camera.
+            A scene with a main camera.
         flags : int
-            Of pyrender.RenderFlags: DEPTH_ONLY, SHADOWS_*, RGBA, FLAT, SEG. Faces are never culled, as with SKIP_CULL_FACES. Wireframe
-            and normals are not drawn: named errors.
+            pyrender.RenderFlags: DEPTH_ONLY, SHADOWS_*, RGBA, FLAT, SEG. Faces are never culled, as with SKIP_CULL_FACES. Wireframe and
+            normals are not supported and raise a SettingsError.
         seg_node_map : mapping, optional
-            With SEG: pyrender.Node -> (3,) colour of 0 to 255; other nodes are not drawn.
+            With SEG: pyrender.Node -> (3,) colour in 0..255; other nodes are not drawn.
 
         Returns
         -------
         color : (H, W, 3) uint8, with RGBA (H, W, 4)
-            Not with DEPTH_ONLY.
+            Left out with DEPTH_ONLY.
         depth : (H, W) float32
-            Distance along the view, 0 where there is nothing.
+            Distance along the view direction, 0 where there is no surface.
 
         Raises
         ------
         SettingsError
-            For flags that are not supported, and SEG without a map.
+            For flags that are not supported, and for SEG without a map.
         SceneError
-            For what is no pyrender.Scene, and one without a main camera.
+            For anything but a pyrender.Scene, and for a scene without a main camera.
         """
         flags = _flags(flags)
         if not hasattr(scene, "mesh_nodes") or not hasattr(scene, "main_camera_node"):
@@ -159,7 +161,7 @@ class PyrenderRenderer:
             if flags & DEPTH_ONLY and not flags & SEG:
                 return depth
             colors = np.array([*(_color(seg_node_map, node) for node in owners), (0, 0, 0)], dtype=np.uint8)
-            image = colors[frame.node]  # -1, nothing: the last
+            image = colors[frame.node]  # -1, no surface: the last
             return (np.dstack([image, np.full_like(image[..., :1], 255)]) if flags & RGBA else image), depth
         lights = () if flags & FLAT else self._lights(ours.lights, flags)
         ambient = (1.0, 1.0, 1.0) if flags & FLAT else tuple(np.broadcast_to(scene.ambient_light, 3)[:3].tolist())
@@ -173,7 +175,7 @@ class PyrenderRenderer:
         return np.dstack([frame.image, np.rint(255.0 * alpha).astype(np.uint8)]), _depth(frame)
 
     def _read(self, scene: Any, chosen: set[Any] | None) -> tuple[Scene | None, list[Any]]:
-        """The scene, and the pyrender node of each of its nodes; None: nothing of it is drawn. Meshes are kept from picture to picture."""
+        """The scene, and the pyrender node of each of its nodes. None if nothing is drawn. Meshes are cached between images."""
         found = read_pyrender(scene, self._made)
         used = {id(primitive) for node in scene.mesh_nodes for primitive in node.mesh.primitives}
         for gone in set(self._made) - used:
@@ -191,8 +193,8 @@ class PyrenderRenderer:
         lights = tuple(found.lights or ())
         camera = found.camera
         if camera is None:
-            raise SceneError(f"its camera is a {type(scene.main_camera_node.camera).__name__}, which is not modelled")
-        if self._last is not None and self._last[0] == key:  # what is kept of a scene is kept by its identity
+            raise SceneError(f"camera type {type(scene.main_camera_node.camera).__name__} is not supported")
+        if self._last is not None and self._last[0] == key:  # a scene's cached data is found by its identity
             return self._placed(self._last[1], camera, lights), kept
         check_scene(nodes, stored=False)
         made = Scene(tuple(nodes), camera, lights, "pyrender")
@@ -208,7 +210,7 @@ class PyrenderRenderer:
         return made
 
     def _lights(self, lights: tuple[Light, ...], flags: int) -> tuple[Light, ...]:
-        """With pyrender's intensities, and shadows where the flags ask for them."""
+        """The lights with pyrender's intensities, and with shadows if the flags enable them."""
         result = []
         for light in lights:
             size = {light.sized_by: self._angle if light.at_infinity else self._radius}
@@ -221,9 +223,9 @@ def _flags(value: Any) -> int:
     kept = value if isinstance(value, int) and not isinstance(value, bool) else None
     if kept is None or kept < 0 or kept & ~KNOWN:
         raise refuse("flags", "a combination of pyrender.RenderFlags", value)
-    asked = [name for flag, name in UNSUPPORTED.items() if kept & flag]
-    if asked:
-        raise SettingsError(f"flags: RenderFlags.{', RenderFlags.'.join(asked)} is not drawn here; leave it out")
+    unsupported = [name for flag, name in UNSUPPORTED.items() if kept & flag]
+    if unsupported:
+        raise SettingsError(f"flags: RenderFlags.{', RenderFlags.'.join(unsupported)} is not supported; leave it out")
     return kept
 
 
@@ -247,12 +249,12 @@ def _color(colors: Mapping[Any, Any] | None, node: Any) -> tuple[int, int, int]:
 
 
 def _depth(frame: Frame) -> NDArray[np.float32]:
-    """As pyrender gives it: 0 where there is nothing."""
+    """Depth in pyrender's convention: 0 where there is no surface."""
     return np.where(np.isfinite(frame.depth), frame.depth, np.float32(0.0)).astype(np.float32)
 
 
 def _nothing(scene: Any, size: tuple[int, int], flags: int) -> Returned:
-    """The picture of no mesh at all."""
+    """The image of a scene without meshes."""
     shape = (size[1], size[0])
     depth = np.zeros(shape, dtype=np.float32)
     if flags & DEPTH_ONLY and not flags & SEG:

@@ -1,4 +1,4 @@
-"""What explains a picture, drawn on top of it: shadow maps, lights and what their maps cover, axes, a grid."""
+"""Overlays on an image: shadow maps, lights and what their maps cover, axes, a grid."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["OVERLAYS", "light_color", "overlay", "required_outputs"]
 
 OVERLAYS = ("map", "lights", "axes", "grid")
-"""All there are: shadow maps in a corner, lights and what their maps cover, axes, a grid on the ground."""
+"""All overlays: shadow maps in a corner, lights and what their maps cover, axes, a grid on the ground."""
 
 _NEEDS = {
     "map": ("image", "shadow_maps"),
@@ -41,11 +41,11 @@ LIGHT_COLORS: tuple[Color, ...] = (
 )
 AXIS_COLORS: tuple[Color, ...] = ((235, 72, 60), (84, 200, 74), (70, 130, 255))
 GRID_COLOR: Color = (96, 128, 176)
-GRID_CELLS = 20  # across the scene, roughly
+GRID_CELLS = 20  # approximate count across the scene
 
-MAP_SIDE = 0.26  # of the picture's height: the side of one preview
-MAPS_WIDTH = 0.5  # of the picture's width: what the six views of a point light may take
-EMPTY = (22, 26, 38)  # texels that no caster was drawn into
+MAP_SIDE = 0.26  # side of one preview, as a share of the image's height
+MAPS_WIDTH = 0.5  # largest width of a point light's six views, as a share of the image's width
+EMPTY = (22, 26, 38)  # colour of texels without a caster
 
 # Strokes of the letters x, y, z in a unit square, y down
 LETTERS = (
@@ -61,22 +61,21 @@ _CUBE_EDGES = [(a, b) for a in range(8) for b in range(a + 1, 8) if (_CUBE[a] !=
 
 
 def required_outputs(names: Sequence[str]) -> tuple[str, ...]:
-    """What a frame has to be rendered with for these overlays."""
+    """The outputs that a frame needs for these overlays."""
     return tuple(dict.fromkeys(output for name in _checked(names) for output in _NEEDS[name]))
 
 
 def overlay(frame: Frame, names: Sequence[str] = OVERLAYS) -> NDArray[np.uint8]:
-    """A frame's picture with overlays drawn on it.
+    """A frame's image with overlays drawn on it.
 
     Parameters
     ----------
     frame : Frame
         Rendered with the outputs that `required_outputs(names)` gives.
     names : sequence of str
-        Any of `OVERLAYS`. "map": the shadow maps in the top right corner, a row per light, bright is near the light,
-        dark blue is empty. "lights": where they are and shine, and what each map covers, in the colour of their maps.
-        "axes": x red, y green, z blue, at a corner of the scene. "grid": on its floor, a round step (1, 2 or 5 times a
-        power of ten) apart. Lines behind a surface are faint.
+        Any of `OVERLAYS`. "map": the shadow maps in the top right corner, a row per light; bright is near the light, dark blue is empty.
+        "lights": their positions and directions, and what each map covers, in the colour of their maps. "axes": x red, y green, z blue, at
+        a corner of the scene. "grid": on the floor, with a round step (1, 2 or 5 times a power of ten). Lines behind a surface are faint.
 
     Returns
     -------
@@ -85,7 +84,7 @@ def overlay(frame: Frame, names: Sequence[str] = OVERLAYS) -> NDArray[np.uint8]:
     Raises
     ------
     SettingsError
-        For unknown names, and outputs that the frame lacks.
+        For unknown names, and outputs that the frame does not have.
     """
     if not isinstance(frame, Frame):
         raise refuse("frame", "a glshadow.Frame", frame)
@@ -107,7 +106,7 @@ def overlay(frame: Frame, names: Sequence[str] = OVERLAYS) -> NDArray[np.uint8]:
 
 
 def light_color(number: int) -> Color:
-    """The colour of a light's gizmo, frustum and maps."""
+    """Colour of a light's gizmo, frustum and maps."""
     return LIGHT_COLORS[whole(0, 1 << 31)("number", number) % len(LIGHT_COLORS)]
 
 
@@ -133,7 +132,7 @@ def round_step(length: float) -> float:
 
 
 def floor_height(canvas: Canvas, frame: Frame) -> float:
-    """The scene's lowest y; or, if a fifth of what is seen is level within its lowest tenth, that ground's height."""
+    """The scene's lowest y; or the height of the ground, if a fifth of the visible surface is level within the lowest tenth."""
     low, high = frame.scene.extent[:, 1]
     rows, columns = (np.arange(0, n, max(1, n // 180)) for n in frame.depth.shape)
     depth = frame.depth[np.ix_(rows, columns)].astype(np.float64)
@@ -178,7 +177,7 @@ def _draw_axes(canvas: Canvas, frame: Frame) -> None:
         origin = corners[np.argmin(np.where(seen, depth, np.inf))]
         _draw_triad(canvas, origin, length, flat=False)
         return
-    # No corner is in the picture: only the directions, in its lower left
+    # No corner is in the image: draw only the directions, at the lower left
     places = canvas.height * np.array([[0.09, 0.87], [0.09, 0.80]])
     origin, top = canvas.point(places, 0.5 * (frame.near + frame.far))
     _draw_triad(canvas, origin, float(np.linalg.norm(top - origin)), flat=True)
@@ -221,7 +220,7 @@ def _draw_light(canvas: Canvas, frame: Frame, light: Light, used: Used, color: C
 
 
 def frustum_edges(view: ShadowView) -> Array:
-    """World edges (12, 2, 3) of what a map covers."""
+    """World edges (12, 2, 3) of the volume that a map covers."""
     corners = _CUBE.copy()
     if not view.clip.zero_to_one:
         corners[:, 2] = 2.0 * corners[:, 2] - 1.0
@@ -231,7 +230,7 @@ def frustum_edges(view: ShadowView) -> Array:
 
 
 def _draw_entry(canvas: Canvas, frame: Frame, direction: Array, used: Used, color: Color, rays: int) -> None:
-    """Disc and arrow where light of a direction enters the map's box, or as far towards there as the picture reaches."""
+    """Disc and arrow where a directional light enters the map's box, or as near to it as the image reaches."""
     if used.views:
         view = used.views[0]
         middle, reach = -view.view_from_world[:3, :3].T @ view.view_from_world[:3, 3], -view.near
@@ -268,7 +267,7 @@ def _draw_source(canvas: Canvas, position: Sequence[float] | Array, color: Color
 
 
 def _draw_maps(canvas: Canvas, frame: Frame) -> None:
-    # of a light whose points are drawn one after another no map is kept
+    # no map is kept for a light whose sample points are drawn one after another
     rows = [number for number, maps in enumerate(frame.shadow_maps) if len(maps)]
     if not rows:
         return
@@ -289,10 +288,10 @@ def _draw_maps(canvas: Canvas, frame: Frame) -> None:
 
 
 def map_previews(stored: NDArray[np.float32], used: Used, side: int) -> list[NDArray[np.uint8]]:
-    """A light's maps as pictures (side, side, 3): bright is near the light, one stretch for all views."""
+    """A light's maps as images (side, side, 3): bright is near the light, one contrast stretch for all views."""
     from PIL import Image
 
-    step = max(1, stored.shape[-1] // (3 * side))  # nine texels for a pixel are enough
+    step = max(1, stored.shape[-1] // (3 * side))  # nine texels per pixel are enough
     distances = [_distance(values[::step, ::step], view, used) for values, view in zip(stored, used.views, strict=True)]
     drawn = np.concatenate([distance[np.isfinite(distance)] for distance in distances])
     low, high = np.percentile(drawn, (1.0, 99.0)) if len(drawn) else (0.0, 1.0)
@@ -311,7 +310,7 @@ def map_previews(stored: NDArray[np.float32], used: Used, side: int) -> list[NDA
 
 
 def _distance(stored: NDArray[np.float32], view: ShadowView, used: Used) -> Array:
-    """What grows linearly with the distance along the light, infinite where nothing was drawn."""
+    """A value that grows linearly with the distance along the light, infinite where nothing was drawn."""
     value = stored.astype(np.float64)
     if used.target is None or not used.target.is_depth:
         return np.where(value >= 1.0, np.inf, value)

@@ -1,6 +1,6 @@
-"""What is public: the names in `__all__` of these modules, with the members of classes there that have no leading underscore.
+"""The public API: the names in `__all__` of these modules, and members of their classes without a leading underscore.
 
-Everything else is private, also where its name has no underscore: it may change or go without a word. What is public changes only
+Everything else is private, even if its name has no underscore: it may change or be removed without notice. Public names change only
 with an entry in the change log. The API reference (scripts/docs) and its tests are made from this list.
 """
 
@@ -11,6 +11,6 @@ MODULES = {
     "glshadow.batch": "many images from a file of jobs, in processes or on a cluster",
     "glshadow.overlay": "maps, lights, axes and a grid drawn on top of an image",
     "glshadow.image": "images read from files and written to them",
-    "glshadow.gl.foreign.shaders": "a light's shadow in moderngl programs of others, as glshadow.shaders",
+    "glshadow.gl.foreign.shaders": "a light's shadow in other moderngl programs, as glshadow.shaders",
 }
-"""Module -> what it is for."""
+"""Module -> its purpose."""

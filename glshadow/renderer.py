@@ -1,4 +1,4 @@
-"""Renderer: one frame from beginning to end: the camera pass, the shadow of each light, lighting, read-back."""
+"""Renderer: draws one frame: camera pass, each light's shadow, lighting, read-back."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any, Self, TypedDict, Unpack
 import moderngl
 from numpy.typing import ArrayLike
 
-from glshadow.arguments import USUAL_SIZE, frame_request, picture_arguments
+from glshadow.arguments import DEFAULT_SIZE, frame_arguments, frame_request
 from glshadow.budget import Budget, Choices
 from glshadow.core.cameras import Camera
 from glshadow.core.outputs import NAMES, checked_outputs
-from glshadow.core.sampling import USUAL
+from glshadow.core.sampling import DEFAULT_SAMPLES
 from glshadow.core.setting import instance, optional, shown
 from glshadow.derive.look import AMBIENT, BACKGROUND, Ambient, look_of
 from glshadow.errors import GlshadowError, GlshadowWarning, ResourceError, SettingsError, unexpected
@@ -25,16 +25,16 @@ from glshadow.lights import Light, Lights
 from glshadow.scene.nodes import Scene
 
 _OF_NUMBERS = (ArithmeticError, LookupError, ValueError)
-"""What formulas raise where they are wrong. What is kept gets its key once it is whole, so that they leave nothing half made."""
+"""Errors of numerical code. Cache entries get their key once they are complete, so these errors leave nothing half made."""
 _DEFECTS = (AssertionError, AttributeError, TypeError, moderngl.Error)
-"""What else only a defect raises; signal handlers may raise the rest, at any line."""
+"""Other errors that only a defect raises. Signal handlers may raise the rest, at any line."""
 
 
 DEFAULT_OUTPUTS = ("image", "visibility")
 
 
 class RenderOptions(TypedDict, total=False):
-    """What `Renderer.render` takes beside scene, camera, lights and size; described there."""
+    """Keyword arguments of `Renderer.render` except scene, camera, lights and size; described there."""
 
     ambient: Ambient
     background: ArrayLike | None
@@ -45,23 +45,23 @@ class RenderOptions(TypedDict, total=False):
 
 
 class Renderer:
-    """Renders scenes with shadows in an OpenGL context of its own, or in a given one.
+    """Renders scenes with shadows, in an OpenGL context of its own or in a given one.
 
     Parameters
     ----------
     backend : {"auto", "egl", "osmesa", "window"}
-        How to get a headless context; auto tries them in this order.
+        How to create a headless context; auto tries egl, osmesa, window in this order.
     context : moderngl.Context, optional
-        A context of the calling program: never released, and given back the state it had.
+        A context of the calling program. It is never released, and its state is restored after each call.
     device : int, optional
-        Which of EGL's devices, as `glshadow doctor` lists them; None: the first, a GPU where there is one.
+        Index of the EGL device, as listed by `glshadow doctor`; None: the first one, a GPU if there is one.
 
     Raises
     ------
     ContextError
-        If there is no usable context: names every attempt and its remedy.
+        If there is no usable context; the message lists every attempt and its remedy.
     SettingsError
-        For another backend, and what is no context.
+        For an unknown backend, or if `context` is not a context.
     """
 
     def __init__(
@@ -97,7 +97,7 @@ class Renderer:
 
     @property
     def info(self) -> dict[str, Any]:
-        """Backend, driver and its limits."""
+        """Backend, driver and the driver's limits."""
         return dict(vars(self._context.caps))
 
     def render(
@@ -105,15 +105,15 @@ class Renderer:
         scene: Scene,
         camera: Camera | None = None,
         lights: Lights = None,
-        size: tuple[int, int] = USUAL_SIZE,
+        size: tuple[int, int] = DEFAULT_SIZE,
         ambient: Ambient = AMBIENT,
         background: ArrayLike | None = BACKGROUND,
         outputs: str | Sequence[str] = DEFAULT_OUTPUTS,
-        samples: int = USUAL,
+        samples: int = DEFAULT_SAMPLES,
         max_wrong: float | None = None,
         max_ms: float | None = None,
     ) -> Frame:
-        """One picture.
+        """Render one frame.
 
         Parameters
         ----------
@@ -123,25 +123,25 @@ class Renderer:
         size : (2,) ints
             Width and height in pixels.
         ambient : float, (3,) floats or a pair of these
-            Linear light that reaches every surface from everywhere; 0 or more. Of a pair the first comes from above, the second
-            from below, blended by the height of the normal.
+            Linear light that reaches every surface from all directions; 0 or more. In a pair, the first comes from above, the second from
+            below, blended by the normal's height.
         background : (3,) floats or None
-            sRGB, each from 0 to 1; None: transparent.
+            sRGB, each in 0..1; None: transparent.
         outputs : str or sequence of str
-            What to read back: names of properties of `Frame`, or "all".
+            Outputs to read back: names of properties of `Frame`, or "all".
         samples : int
-            1, 4, 8 or 16 in each pixel, a grid. Image, linear and alpha are their mean in linear light, visibility the mean of those
-            that see a surface; the other outputs are those of the pixel's middle. Pixels whose samples all see one smooth surface,
-            and whose neighbours are as visible to every light, are shaded once.
+            Samples per pixel in a grid: 1, 4, 8 or 16. Image, linear and alpha are their mean in linear light, visibility the mean of those
+            that see a surface; all other outputs are those of the pixel's centre. A pixel is shaded once if all its samples see one smooth
+            surface and its neighbours have the same visibility for every light.
         max_wrong, max_ms : float, optional
-            Share of wrong pixels, and milliseconds, that shadows may cost: settings that lights leave to be derived are then the
-            cheapest that are so good, or the best that are so fast. They are tried on the first such picture of a scene, some fifty
-            frames, and kept while scene, size and the lights' kinds and settings stay; `used[i].why` says what was found.
+            Share of wrong pixels, and milliseconds, that shadows may cost. Lights whose settings are derived then use the cheapest
+            settings that are accurate enough, or the most accurate that are fast enough. Candidates are tried on the first such image of a
+            scene, about fifty frames; the choice is cached per scene, size and the lights' kinds and settings. `used[i].why` reports it.
 
         Raises
         ------
         SettingsError, SceneError, ResourceError, ShaderError
-            Named errors; never a blank picture.
+            Named errors; never a blank image.
         """
         if self._context.released:
             raise GlshadowError("this renderer was released: make a new one")
@@ -189,18 +189,18 @@ class Renderer:
         scene: Scene,
         cameras: Iterable[Camera],
         lights: Lights = None,
-        size: tuple[int, int] = USUAL_SIZE,
+        size: tuple[int, int] = DEFAULT_SIZE,
         **options: Unpack[RenderOptions],
     ) -> Generator[Frame]:
-        """Frames of one scene, one after another, each as `render` gives it. What does not depend on the camera is made once.
+        """Frames of one scene, each as `render` gives it. Work that does not depend on the camera is done once.
 
         Parameters
         ----------
         scene : Scene
         cameras : iterable of cameras
-            Taken one by one, when the next frame is needed.
+            Cameras, taken one by one when the next frame is needed.
         lights, size, **options
-            As in `render`.
+            As for `render`.
 
         Yields
         ------
@@ -212,13 +212,19 @@ class Renderer:
             Raised immediately; a bad camera is reported with its index when it is reached.
         """
         if unknown := set(options) - set(RenderOptions.__annotations__):
-            raise SettingsError(f"sequence has no {', '.join(sorted(map(repr, unknown)))}: it takes what render takes")
-        _, lights, size = picture_arguments(scene, None, lights, size)
-        look_of(options.get("ambient", AMBIENT), options.get("background", BACKGROUND), options.get("samples", USUAL))
+            raise SettingsError(
+                f"sequence has no argument {', '.join(sorted(map(repr, unknown)))}: it takes those of render"
+            )
+        _, lights, size = frame_arguments(scene, None, lights, size)
+        look_of(
+            options.get("ambient", AMBIENT),
+            options.get("background", BACKGROUND),
+            options.get("samples", DEFAULT_SAMPLES),
+        )
         checked_outputs(options.get("outputs", DEFAULT_OUTPUTS))
         try:
             views = iter(cameras)
-        except Exception:  # a foreign __iter__, or none
+        except Exception:  # an error in a foreign __iter__, or no __iter__
             raise SettingsError(f"cameras must be a sequence of cameras, got {shown(cameras)}") from None
 
         def frames() -> Generator[Frame]:

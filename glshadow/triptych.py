@@ -1,4 +1,4 @@
-"""truth | ours | error as one picture: the same shading under exact and mapped visibility, and where they differ."""
+"""reference | image | error side by side: the same shading with traced and rendered visibility, and where they differ."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from glshadow.renderer import Renderer
     from glshadow.scoring.error import Measurement
 
-GAP, GAP_COLOR = 4, (255, 255, 255)  # pixels between the pictures
+GAP, GAP_COLOR = 4, (255, 255, 255)  # pixels between the images
 
 
 def triptych(
@@ -29,22 +29,22 @@ def triptych(
     ambient: Ambient = AMBIENT,
     background: ArrayLike | None = BACKGROUND,
 ) -> NDArray[np.uint8]:
-    """Three pictures side by side, and a row of them for each light, shaded by that light alone.
+    """Three images side by side, in one row per light, shaded by that light alone.
 
     Parameters
     ----------
     renderer : Renderer
         Renders each light without its shadow.
     frame, truth, error
-        What was measured; `frame` needs its visibility.
+        The measured frame, the reference and the error; `frame` needs its visibility.
     ambient, background
-        As in Renderer.render.
+        As for Renderer.render.
 
     Returns
     -------
     (L H + (L - 1) GAP, 3 W + 2 GAP, 3) uint8
     """
-    if background is None:  # an error is no picture to be laid over another
+    if background is None:  # an error image is not composited over another image
         background = BACKGROUND
     rows = []
     for number, light in enumerate(frame.lights):
@@ -73,5 +73,5 @@ def _beside(pictures: list[NDArray[np.uint8]], axis: int) -> NDArray[np.uint8]:
 
 
 def _encoded(linear: Array) -> NDArray[np.uint8]:
-    """Linear light to sRGB bytes."""
+    """Linear values as sRGB bytes."""
     return np.asarray(np.rint(255.0 * srgb_from_linear(np.clip(linear, 0.0, 1.0))), dtype=np.uint8)

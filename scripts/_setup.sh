@@ -1,9 +1,9 @@
 # Sourced by the other scripts: a ready .venv and, on Debian and Ubuntu, the OpenGL driver.
 #
 #   set_up base     what `glshadow render` needs
-#   set_up dev      that, the test tools and the programs the tests want
+#   set_up dev      that, the test tools and the programs that tests use
 #
-# A stamp in .venv (hash of pyproject.toml and of the checkout's place) makes the second call free.
+# A stamp in .venv (hash of pyproject.toml and of the checkout's path) lets the second call return immediately.
 
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P)
 venv=$root/.venv
@@ -20,7 +20,7 @@ set_up() { # base | dev
     local key
     key=$({ cat "$root/pyproject.toml" && printf '%s' "$root"; } | sha256sum)
     is_stamped "$1" "$key" && return
-    # Two calls at once must not install into one .venv; the second waits here and then finds the stamp.
+    # Concurrent calls must not install into the same .venv; the second waits here and then finds the stamp.
     exec 9<"$root/pyproject.toml"
     flock 9
     if ! is_stamped "$1" "$key"; then
@@ -52,7 +52,7 @@ find_python() { # sets base_python
 }
 
 make_venv() {
-    # pip's own check also finds a .venv that was moved or left half-made.
+    # pip's own check also detects a .venv that was moved or is incomplete.
     if [[ -x $python ]] && "$python" -m pip --version >/dev/null 2>&1; then return; fi
     if ! "$base_python" -c 'import ensurepip, venv' 2>/dev/null; then
         apt_install "Python's venv module is missing" python3-venv
@@ -69,7 +69,7 @@ install_package() { # base | dev
         fail "pip could not install the packages of pyproject.toml; its message is above"
 }
 
-install_libraries() { # that the installed wheels need and do not bring
+install_libraries() { # libraries that the installed wheels need but do not contain
     [[ $(uname -s) == Linux ]] || return 0
     local packages
     mapfile -t packages < <("$python" "$root/scripts/libraries.py")
@@ -94,7 +94,7 @@ has_driver() {
     for pattern in '/usr/lib*/*/dri/swrast_dri.so' '/usr/lib*/dri/swrast_dri.so' '/usr/lib*/*/libgallium*.so' '/usr/lib*/libgallium*.so'; do
         if compgen -G "$pattern" >/dev/null; then return 0; fi
     done
-    # A GPU vendor's own driver announces itself to glvnd here, beside Mesa's entry.
+    # A GPU vendor's driver registers with glvnd here, next to Mesa's entry.
     for vendor in {/etc,/usr/share}/glvnd/egl_vendor.d/*.json; do
         if [[ -e $vendor && $vendor != *mesa* ]]; then return 0; fi
     done
@@ -119,7 +119,7 @@ install_test_programs() {
     if [[ ${CI:-} == true ]]; then
         apt_install "the tests need ${missing[*]} in CI" "${missing[@]}"
     else
-        # Newer Mesa has no OSMesa: each package by itself, and the tests that need it are skipped by name.
+        # Newer Mesa has no OSMesa: packages are installed one by one, and tests that need a missing one are skipped by name.
         local package
         for package in "${missing[@]}"; do
             (apt_install "some tests will be skipped without $package" "$package") || true
@@ -135,7 +135,7 @@ apt_install() { # reason package ...
     say "$reason; installing $*"
     export DEBIAN_FRONTEND=noninteractive
     apt-get install --yes --quiet --no-install-recommends "$@" </dev/null >/dev/null 2>&1 && return
-    # A fresh image has no package lists.
+    # A fresh system image has no package lists.
     apt-get update --quiet </dev/null >/dev/null 2>&1 || true
     apt-get install --yes --quiet --no-install-recommends "$@" </dev/null >&2 || fail "$reason, and apt-get could not install: $*"
 }

@@ -1,6 +1,6 @@
-"""Mutated model files, random settings and odd arguments through the whole renderer, in worker processes that may crash or hang.
+"""Runs mutated model files, random settings and odd arguments through the renderer, in worker processes that may crash or hang.
 
-The generators and the rules of judgement are those of tests/robustness, which runs a few that stay the same.
+The generators and the rules of judgement are those of tests/robustness, which runs a few fixed cases.
 """
 
 from __future__ import annotations
@@ -33,33 +33,33 @@ import glshadow as gs
 ROOT = Path(__file__).resolve().parents[1]
 MODELS = Path(os.environ.get("GLSHADOW_MODELS", ROOT.parent / "shared" / "models"))
 KINDS = ("files", "settings", "arguments")
-START_S = 60.0  # a worker may take so long to start: Python, the driver, the first programs
-MEMORY = 6 << 30  # address space of a worker: an allocation gone wild must fail in it, not in the machine
-PAUSE_S = 2.0  # this process wakes up five times a second, unless the machine is suspended
-CONTROL = 64  # cases between two pictures that must come out as they did at first
+START_S = 60.0  # start-up limit of a worker: Python, the driver, the first shaders
+MEMORY = 6 << 30  # address space of a worker: a runaway allocation must fail in it, not on the machine
+PAUSE_S = 2.0  # gaps longer than this in the loop of this process mean that the machine was suspended
+CONTROL = 64  # cases between two control images, which must not change
 
 Job = tuple[str, int, int]  # kind, seed, number
 
 
 def rng_of(job: Job) -> np.random.Generator:
-    """Each case has a generator of its own, so that it can be made again alone."""
+    """Each case has its own generator, so that it can be repeated alone."""
     return np.random.default_rng([job[1], KINDS.index(job[0]), job[2]])
 
 
 @cache
 def stock() -> tuple[dict[str, bytes], frozenset[str]]:
-    """The files to mutate, and which of them are refused unchanged."""
+    """The files to mutate, and those that are refused unchanged."""
     files = mutated_files.sources(MODELS)
     return files, mutated_files.refused(files)
 
 
 def mutant_of(job: Job) -> mutated_files.Mutant:
-    """The file of a case."""
+    """The mutated file of a case."""
     return mutated_files.mutant(rng_of(job), *stock())
 
 
 class Bench:
-    """One renderer, and a picture that must never change."""
+    """One renderer, and a control image that must never change."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -69,7 +69,7 @@ class Bench:
         self.done = 0
 
     def close(self) -> None:
-        """Free all."""
+        """Release everything."""
         self.renderer.release()
 
     def _control(self) -> np.ndarray:
@@ -77,13 +77,13 @@ class Bench:
         return self.renderer.render(case.scene, None, None, (32, 32), samples=1).image
 
     def run(self, job: Job) -> Verdict:
-        """Judge one case; every CONTROL cases, and after every refusal by the renderer, the control picture too."""
+        """Judge one case; every CONTROL cases, and after every refusal by the renderer, also the control image."""
         result = {"files": self._file, "settings": self._settings, "arguments": self._arguments}[job[0]](job)
         self.done += 1
         if self.done % CONTROL == 0 or (result.kind in (REFUSED, FAIL) and not result.cause.startswith("SceneError")):
             after = verdict.judged(lambda: np.testing.assert_array_equal(self._control(), self.expected))
             if after.kind == FAIL:
-                return Verdict(FAIL, f"the next picture is wrong after: {result.cause}", after.detail + result.detail)
+                return Verdict(FAIL, f"the next image is wrong after: {result.cause}", after.detail + result.detail)
         return result
 
     def _file(self, job: Job) -> Verdict:
@@ -114,12 +114,12 @@ class Bench:
 
 
 def _text(job: Job) -> str:
-    """Which settings or arguments a case has."""
+    """The settings or arguments of a case, as text."""
     return (odd_arguments if job[0] == "arguments" else random_settings).case(rng_of(job)).text
 
 
 def keep(folder: Path, job: Job, result: Verdict) -> None:
-    """Save what it takes to see a failure again."""
+    """Save everything needed to reproduce a failure."""
     folder.mkdir(parents=True, exist_ok=True)
     name = f"{job[0]}_{job[1]}_{job[2]}"
     story = [f"scripts/fuzz --only {job[0]}:{job[1]}:{job[2]}", result.cause, result.detail]
@@ -136,8 +136,8 @@ def keep(folder: Path, job: Job, result: Verdict) -> None:
 
 
 def serve(pipe: Connection, log: str) -> None:
-    """A worker: jobs in, verdicts out, until None comes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends it
+    """Main function of a worker: receives jobs and sends verdicts until it receives None."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process ends it
     with Path(log).open("w") as stream:
         os.dup2(stream.fileno(), 2)
         faulthandler.enable(stream, all_threads=False)
@@ -153,7 +153,7 @@ def serve(pipe: Connection, log: str) -> None:
 
 @dataclass
 class Worker:
-    """A process, its job and until when it has to be done."""
+    """A process with its job and the job's deadline."""
 
     folder: Path
     number: int
@@ -178,7 +178,7 @@ class Worker:
         self.pipe.send(job)
 
     def late(self, seconds: float) -> bool:
-        """Whether it hangs: it had the time and used the processor, or it had six times the time. A busy machine is no hang."""
+        """Whether it hangs: it used its time on the processor, or took six times as long. A busy machine does not count as a hang."""
         over = time.monotonic() - self.deadline
         return over > 0.0 and (self._cpu_s() - self.cpu_s > 0.5 * seconds or over > 5.0 * seconds)
 
@@ -190,7 +190,7 @@ class Worker:
         return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
     def end(self) -> str:
-        """Kill it; what it last said on standard error."""
+        """Kill the process; returns its last output on standard error."""
         self.process.kill()
         self.process.join()
         self.pipe.close()
@@ -200,7 +200,7 @@ class Worker:
 def run_all(
     jobs: list[Job], workers: int, seconds: float, kept: Path, tick: Any
 ) -> dict[str, list[tuple[Job, Verdict]]]:
-    """Verdicts of all jobs by kind. A crash or a hang is the verdict of its job, and a new worker goes on."""
+    """Verdicts of all jobs by kind. A crash or a hang is the verdict of its job, and a new worker continues."""
     results: dict[str, list[tuple[Job, Verdict]]] = {kind: [] for kind in KINDS}
     waiting = list(reversed(jobs))
     broken_starts = 0
@@ -219,7 +219,7 @@ def run_all(
                 ready = wait([each.pipe for each in crew], timeout=0.2)
                 asleep = time.monotonic() - asleep
                 for worker in crew if asleep > PAUSE_S else ():
-                    worker.deadline += asleep  # the whole machine stood still
+                    worker.deadline += asleep  # the whole machine was suspended
                 for place, worker in enumerate(list(crew)):
                     answer, ended = None, False
                     if worker.pipe in ready:
@@ -252,16 +252,16 @@ def run_all(
                         worker.process.join(10)
                         worker.end()
                         crew.remove(worker)
-                        break  # the places have moved
+                        break  # list positions have changed
         except KeyboardInterrupt:
-            click.echo(f"interrupted, {len(waiting)} cases not begun", err=True)
+            click.echo(f"interrupted, {len(waiting)} cases not started", err=True)
         finally:
             for worker in crew:
                 worker.end()
     return results
 
 
-# --- what is shown
+# --- report
 
 
 def table(results: dict[str, list[tuple[Job, Verdict]]], seconds: float) -> Any:
@@ -291,7 +291,7 @@ def causes(results: dict[str, list[tuple[Job, Verdict]]], which: tuple[str, ...]
 
 
 def once(only: str) -> int:
-    """One case in this process, with all that is known about it."""
+    """Run one case in this process and print everything known about it."""
     kind, seed, number = only.split(":")
     job = (kind, int(seed), int(number))
     if kind != "files":
@@ -312,8 +312,8 @@ def once(only: str) -> int:
 @click.option("--settings", default=10_000, show_default=True, help="Random settings, lights and cameras.")
 @click.option("--arguments", default=10_000, show_default=True, help="Public calls with odd arguments.")
 @click.option("--seed", default=0, show_default=True)
-@click.option("--first", default=0, show_default=True, help="Number of the first case, to go on where a run ended.")
-@click.option("--seconds-per-case", default=10.0, show_default=True, help="More is a hang.")
+@click.option("--first", default=0, show_default=True, help="Number of the first case, to continue an earlier run.")
+@click.option("--seconds-per-case", default=10.0, show_default=True, help="Time limit of a case; longer is a hang.")
 @click.option("--workers", default=2, show_default=True)
 @click.option(
     "--keep",
@@ -321,10 +321,10 @@ def once(only: str) -> int:
     default="fuzz_failures",
     show_default=True,
     type=click.Path(path_type=Path),
-    help="Folder for the files and settings of failures; made when there is one.",
+    help="Folder for the files and settings of failures; created for the first one.",
 )
 @click.option("--causes", "all_causes", is_flag=True, help="Also count the warnings and named errors by their text.")
-@click.option("--only", metavar="KIND:SEED:NUMBER", help="One case again, in this process.")  # fmt: skip
+@click.option("--only", metavar="KIND:SEED:NUMBER", help="Repeat one case in this process.")  # fmt: skip
 def main(
     files: int, settings: int, arguments: int, seed: int, first: int, seconds_per_case: float, workers: int, kept: Path, all_causes: bool,
     only: str | None,

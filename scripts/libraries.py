@@ -1,9 +1,9 @@
-"""The system libraries that the installed wheels need: which are missing here, and whether set-up knows them all.
+"""The system libraries that the installed wheels need: reports missing ones, and libraries that set-up does not know.
 
     libraries.py            prints the Debian packages of the missing ones: what set-up installs
-    libraries.py --check    fails and says why if a wheel needs a library that is missing, or that PACKAGES does not name
+    libraries.py --check    fails with a message if a wheel needs a library that is missing, or that PACKAGES does not list
 
-Reads every shared object beside the running interpreter's packages; what a wheel brings itself is not asked of the system.
+Reads every shared object of the running interpreter's packages; libraries that a wheel contains itself are not looked up in the system.
 """
 
 import ctypes
@@ -14,13 +14,13 @@ import sysconfig
 from collections.abc import Iterator
 from pathlib import Path
 
-PACKAGES = {  # library -> the Debian package that brings it
+PACKAGES = {  # library -> its Debian package
     "libatomic.so.1": "libatomic1",
     "libgcc_s.so.1": "libgcc-s1",
     "libstdc++.so.6": "libstdc++6",
     "libz.so.1": "zlib1g",
 }
-# Files that a wheel does without where their libraries are missing: numba's other ways to run threads.
+# Files that a wheel does not need if their libraries are missing: numba's optional threading layers.
 OPTIONAL = ("omppool.", "tbbpool.")
 # Parts of the C library, without which there is no Python.
 GLIBC = ("ld-linux", "libc.so", "libdl.so", "libm.so", "libpthread.so", "librt.so", "libutil.so")
@@ -30,7 +30,7 @@ _NEEDED, _STRING_TABLE = 1, 5
 
 
 def needed(path: Path) -> list[str]:
-    """Names of the libraries that a shared object asks for; empty for what is no 64-bit little-endian ELF file."""
+    """Names of the libraries that a shared object needs; empty unless it is a 64-bit little-endian ELF file."""
     with path.open("rb") as file:
         if file.read(6) != b"\x7fELF\x02\x01":
             return []
@@ -56,20 +56,20 @@ def _entries(data: mmap.mmap, segment: tuple[int, ...]) -> Iterator[tuple[int, i
         yield tag, value
 
 
-def asked_of_the_system(folder: Path) -> dict[str, Path]:
-    """Library -> one of the files below the folder that needs it, without what lies below the folder itself."""
+def system_libraries(folder: Path) -> dict[str, Path]:
+    """Library -> one of the files below the folder that needs it, without libraries below the folder itself."""
     objects = [path for path in sorted(folder.rglob("*.so*")) if path.is_file() and not path.name.startswith(OPTIONAL)]
     brought = {path.name for path in objects}
-    asked: dict[str, Path] = {}
+    needed_by: dict[str, Path] = {}
     for path in objects:
         for name in needed(path):
             if name not in brought and not name.startswith(GLIBC):
-                asked.setdefault(name, path.relative_to(folder))
-    return asked
+                needed_by.setdefault(name, path.relative_to(folder))
+    return needed_by
 
 
 def loads(name: str) -> bool:
-    """Whether the system has a library, and all that it needs in turn."""
+    """Whether the system has a library and all its dependencies."""
     try:
         ctypes.CDLL(name)
     except OSError:
@@ -78,17 +78,19 @@ def loads(name: str) -> bool:
 
 
 def main(check: bool) -> int:
-    """Exit code."""
-    asked = asked_of_the_system(Path(sysconfig.get_path("platlib")))
-    missing = sorted(name for name in asked if not loads(name))
+    """Check, or print the missing packages; returns the exit code."""
+    needed_by = system_libraries(Path(sysconfig.get_path("platlib")))
+    missing = sorted(name for name in needed_by if not loads(name))
     if not check:
         sys.stdout.writelines(f"{PACKAGES[name]}\n" for name in missing if name in PACKAGES)
         return 0
-    unknown = sorted(asked.keys() - PACKAGES.keys())
+    unknown = sorted(needed_by.keys() - PACKAGES.keys())
     for name in missing:
-        sys.stderr.write(f"{name}, which {asked[name]} needs, is missing: apt-get install {PACKAGES.get(name, '?')}\n")
+        sys.stderr.write(
+            f"{name}, which {needed_by[name]} needs, is missing: apt-get install {PACKAGES.get(name, '?')}\n"
+        )
     for name in unknown:
-        sys.stderr.write(f"{name}, which {asked[name]} needs, has no package in PACKAGES of scripts/libraries.py\n")
+        sys.stderr.write(f"{name}, which {needed_by[name]} needs, has no package in PACKAGES of scripts/libraries.py\n")
     return int(bool(missing or unknown))
 
 

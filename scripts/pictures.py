@@ -1,4 +1,4 @@
-"""The README's pictures: the courtyard as truth, ours and error side by side, and real models with the default look."""
+"""Renders the README's images: the courtyard as reference, rendered and error, and real models with default settings."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ MODELS = Path(os.environ.get("GLSHADOW_MODELS", ROOT.parent / "shared" / "models
 
 
 def courtyard() -> NDArray[np.uint8]:
-    """Truth, ours, error: a detail of the courtyard at 1280 x 720, three times 420 x 420; one map, so that there is an error to be seen."""
+    """Reference, rendered and error: a detail of the courtyard at 1280 x 720, three times 420 x 420, with one shadow map to show errors."""
     scene = gs.scenes.courtyard()
     truth = gs.trace(scene, samples=1)
     mapped = [replace(light, shadow=gs.Shadow(filter=gs.Pcf(1))) for light in scene.lights]
@@ -127,7 +127,7 @@ def main() -> None:
     for name, target in (("flight_helmet/flight_helmet.gltf", None), ("japanese_bridge_garden.glb", (0.0, -1.0, 0.0))):
         scene = gs.load(MODELS / name, ground=True)
         camera = scene.camera
-        if target is not None:  # closer than the default, which leaves room for every shape of picture
+        if target is not None:  # closer than the default, which leaves space for every aspect ratio
             position = np.asarray(camera.target) + 0.72 * (np.asarray(camera.position) - np.asarray(camera.target))
             camera = gs.PerspectiveCamera(tuple(position), camera.target)
         gs.render(scene, camera, size=(640, 480), samples=SAMPLES, path=OUT / f"{Path(name).stem}.png")

@@ -1,7 +1,7 @@
-"""Thousands of pictures in one process, with changing scenes, sizes and settings: memory and OpenGL objects must not grow.
+"""Renders thousands of images in one process with changing scenes, sizes and settings: memory and OpenGL objects must not grow.
 
-What may grow is what is kept on purpose: compiled programs (one per combination of settings, all drawn in the warm-up), and the
-largest atlas of each format. So the same cycle of cases is drawn again and again, and the first cycle does not count.
+Only caches may grow: compiled shaders (one per combination of settings, all used in the warm-up), and the largest atlas of each
+format. So the same cycle of cases is repeated, and the first cycle is not counted.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ FILES = (
     "hostile/fox.glb",
     "hostile/made_alpha_mask_checker.glb",
 )
-# Mesa's and numpy's heaps breathe with the order of sizes; a leak of one 64 x 64 target in each picture would be 32 MiB in 2,000.
+# Mesa's and numpy's heaps vary with the order of sizes; a leak of one 64 x 64 target per image would be 32 MiB in 2,000.
 MAY_GROW_MIB = 16.0
 
 
 def picture(renderer: gs.Renderer, seed: int, number: int) -> str:
-    """One case of the cycle, made anew with everything it needs; 'refused' or 'drawn'."""
+    """One case of the cycle, made from scratch; returns 'refused' or 'drawn'."""
     rng = np.random.default_rng([seed, number])
     case = random_settings.case(rng)
     scene, camera, size = case.scene, case.camera, case.size
@@ -43,10 +43,10 @@ def picture(renderer: gs.Renderer, seed: int, number: int) -> str:
         scene, camera = gs.load(files[number // 5 % len(files)]), None
     if way == 2:
         size = (int(rng.integers(1, 641)), int(rng.integers(1, 641)))
-    if way == 3:  # a moving object: the mesh stays on the GPU, the scene is another
+    if way == 3:  # a moving object: the mesh stays on the GPU, the scene changes
         name = scene.nodes[0].name
         scene = scene.moved({name: scene.nodes[0].world_from_mesh @ np.diag([1.0, 1.1, 1.0, 1.0])})
-    if way == 4 and number % 2:  # what is refused half way must leave nothing behind
+    if way == 4 and number % 2:  # an error half way must leave nothing behind
         size = (size[0], 1 << 20)
     wanted = ("image", "visibility", "linear", "depth", "shadow_maps", "triangle", "depth_metric", "timings")
     outputs = tuple(wanted[i] for i in np.flatnonzero(rng.random(len(wanted)) < 0.4)) or ("image",)
@@ -58,7 +58,7 @@ def picture(renderer: gs.Renderer, seed: int, number: int) -> str:
 
 
 def lifetimes(renderers: int) -> tuple[float, float]:
-    """MiB before and after making, using and releasing so many renderers."""
+    """MiB before and after making, using and releasing `renderers` renderers."""
     scene = gs.scenes.courtyard()
 
     def one() -> None:
@@ -75,7 +75,7 @@ def lifetimes(renderers: int) -> tuple[float, float]:
 
 
 def verdicts(rows: list[tuple[int, float, dict[str, int]]]) -> list[str]:
-    """What grew between the end of the first cycle and the end."""
+    """What has grown between the end of the first cycle and the end."""
     first, last = rows[0], rows[-1]
     wrong = [f"{kind}: {first[2][kind]} -> {last[2][kind]}" for kind in first[2] if last[2][kind] > first[2][kind]]
     middle = float(np.median([row[1] for row in rows[: max(len(rows) // 4, 1)]]))

@@ -101,7 +101,7 @@ def test_settings_of_a_light_are_kept() -> None:
     with gs.Renderer() as renderer:
         frame = renderer.render(gs.scenes.box().scene, None, lights, SIZE, max_wrong=0.01, samples=1)
     assert frame.used[0].filter == gs.Pcf(2)
-    assert frame.used[0].why == "asked for"
+    assert frame.used[0].why == "requested"
     assert frame.lights[1].shadow is not None
     assert frame.lights[1].shadow.strength == 0.4
     assert frame.used[2].filter is None

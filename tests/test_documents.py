@@ -139,7 +139,7 @@ def test_folder_with_other_content_is_refused(tmp_path: Path, monkeypatch: pytes
     (tmp_path / "thesis.tex").write_text("years")
     done = CliRunner().invoke(build.main, [str(tmp_path)])
     assert done.exit_code == 1
-    assert "holds something else than these pages" in done.output
+    assert "contains other files than these pages" in done.output
     assert (tmp_path / "thesis.tex").read_text() == "years"
     done = CliRunner().invoke(build.main, [str(tmp_path / "new"), "--only", "nothing"])
     assert done.exit_code == 2

@@ -1,4 +1,4 @@
-"""Many pictures: jobs in a file, drawn by processes of this machine or of a Dask cluster."""
+"""Many images: jobs from a file, drawn by processes on this machine or on a Dask cluster."""
 
 from glshadow.batch.job import Job, read_jobs
 from glshadow.batch.run import Done, Failed, run_batch

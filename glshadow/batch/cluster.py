@@ -1,4 +1,4 @@
-"""The same jobs on the workers of a Dask cluster."""
+"""Runs jobs on the workers of a Dask cluster."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from glshadow.batch.job import Job
 from glshadow.batch.run import outcome
 from glshadow.errors import GlshadowError, ResourceError, SettingsError, warn
 
-ANSWERS_S = 10.0  # seconds in which a scheduler does
+ANSWERS_S = 10.0  # seconds to wait for a scheduler
 _POLL_S = 0.02
-_RETRIES = 3  # of a job whose worker went
+_RETRIES = 3  # of a job whose worker was lost
 
-_drawers: dict[str, Drawer] = {}  # of this process: a worker keeps its context from job to job
+_drawers: dict[str, Drawer] = {}  # per process: a worker keeps its context from job to job
 
 
 def on_cluster(jobs: Sequence[Job], folder: Path, address: str, backend: Any) -> Iterator[tuple[Job, Drawn | str]]:
-    """Results as they come. A worker that goes takes nothing with it: its jobs go to others, and files are put in place whole.
+    """Results as they finish. If a worker is lost, its jobs go to other workers; files are written atomically.
 
-    Where there is no worker, a warning says so after ANSWERS_S, and the jobs wait for one.
+    If there is no worker, a warning is issued after ANSWERS_S, and the jobs wait for one.
 
     Raises
     ------
     SettingsError
-        Without dask.distributed, or where no scheduler answers.
+        Without dask.distributed, or if no scheduler answers.
     ResourceError
-        If a worker has no OpenGL: names it.
+        If a worker has no OpenGL; the message names the worker.
     """
     try:
         import distributed
@@ -75,7 +75,7 @@ def _await_worker(library: Any, client: Any, address: str) -> None:
 
 
 def _await_result(completed: Any, client: Any, address: str) -> None:
-    """Until one is there; says so where every worker has gone meanwhile."""
+    """Wait for a result; warn if every worker has gone meanwhile."""
     since = time.monotonic()
     while not completed.has_ready():
         time.sleep(_POLL_S)
@@ -90,7 +90,7 @@ def _drawn(job: Job, folder: Path, backend: str, batch: str) -> Drawn | str:
 
 
 def _sees(backend: str) -> str:
-    """Empty, or why this worker cannot draw."""
+    """Empty, or the reason why this worker cannot draw."""
     try:
         _drawer(backend)
     except GlshadowError as error:
@@ -99,7 +99,7 @@ def _sees(backend: str) -> str:
 
 
 def _drawer(backend: str) -> Drawer:
-    """One for each thread: a context is current on one at a time."""
+    """The drawer of this thread: a context is current on one thread at a time."""
     import threading
 
     key = f"{backend} {threading.get_ident()}"

@@ -1,4 +1,4 @@
-"""Draws one job in this process: a renderer and the last scene are kept from job to job."""
+"""Draws one job in this process; the renderer and the last scene are kept from job to job."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ Inputs = tuple[tuple[str, str | None], ...]
 
 @dataclass(frozen=True)
 class Drawn:
-    """What a job took: seconds to load and to draw, and what was said of it; hashes of what it was drawn from and of what it wrote.
+    """Result of a job: seconds to load and to draw, warnings, and hashes of its inputs and outputs.
 
-    `inputs`: each file that its model was read from, relative to the model's folder, with None for one that is missing. `images`: in
-    the order of the job's names.
+    `inputs`: each file of the model, relative to the model's folder, with None for a missing one. `images`: in the order of the job's
+    names.
     """
 
     load: float
@@ -35,7 +35,7 @@ class Drawn:
 
 
 class Drawer:
-    """One OpenGL context, and one scene: memory does not grow with the number of jobs."""
+    """One OpenGL context and one scene: memory does not grow with the number of jobs."""
 
     def __init__(self, backend: Any = "auto") -> None:
         from glshadow.renderer import Renderer
@@ -44,12 +44,12 @@ class Drawer:
         self._kept: tuple[Any, Scene, Inputs] | None = None
 
     def draw(self, job: Job, folder: Path, batch: str = "") -> Drawn:
-        """Its pictures into their files, each put in place whole. A scene is kept for jobs of the same `batch`.
+        """Draw the images of a job into files, written atomically. A scene is kept for jobs of the same `batch`.
 
         Raises
         ------
         GlshadowError
-            As of `load`, `render` and `save`; if a link leads out of the folder.
+            As for `load`, `render` and `save`; also if a link leads out of the folder.
         """
         said: list[str] = []
         with listening(said.append):
@@ -79,30 +79,30 @@ class Drawer:
     def _loaded(self, job: Job, batch: str) -> tuple[Scene, Inputs]:
         key = (batch, job.scene, job.ground, job.up_axis)
         if self._kept is None or self._kept[0] != key:
-            self._kept = None  # the old one goes before the new one comes
+            self._kept = None  # free the old scene before loading the new one
             self._kept = key, *_load(job)
         return self._kept[1:]
 
     def release(self) -> None:
-        """Free the context."""
+        """Release the context."""
         self._renderer.release()
 
 
 def _inside(folder: Path, name: str) -> Path:
-    """The file of that name, its folder made.
+    """The file of that name; its folder is created.
 
     Raises
     ------
     GlshadowError
-        If a link leads out of the folder of the batch, or its own cannot be made.
+        If a link leads out of the batch's folder, or the folder cannot be created.
     """
     path = folder / name
     if not inside(path.parent, folder):
-        raise GlshadowError(f"{path} is outside the folder of the batch: a link leads there")
+        raise GlshadowError(f"{path} is outside the folder of the batch, by a link")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise GlshadowError(f"{path.parent} cannot be made: {error.strerror or error}") from None
+        raise GlshadowError(f"{path.parent} cannot be created: {error.strerror or error}") from None
     return path
 
 

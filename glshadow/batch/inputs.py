@@ -1,4 +1,4 @@
-"""What a job's pictures are drawn from: the job, every file that its model is read from, and the version that draws."""
+"""Inputs of a job's images: the job itself, every file of its model, and glshadow's version."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from glshadow.journal import Journal, digest_of, digest_of_file
 
 
 def request_of(job: Job, inputs: Iterable[tuple[str, str | None]]) -> str:
-    """Hash of all that decides its pictures; a model that has moved with its files is the same."""
+    """Hash of everything that affects the images; moving a model with its files does not change it."""
     return digest_of(__version__, replace(job, scene=Path(job.scene).name), list(inputs))
 
 
 class Models:
-    """Which files a model was read from when it was last drawn, by the journal; each is hashed once."""
+    """The files of each model when it was last drawn, by the journal; each file is hashed once."""
 
     def __init__(self, journal: Journal) -> None:
         self._journal = journal
         self._digests: dict[Path, str | None] = {}
 
     def request(self, job: Job) -> str | None:
-        """Of the files as they are now; None where it is not known which these are."""
+        """Request of a job for the files as they are now; None if the files are not known."""
         if job.scene in BUILTIN:
             return request_of(job, ())
         names = self._journal.records.get(self._key(job), {}).get("files")
@@ -35,7 +35,7 @@ class Models:
         return request_of(job, ((name, self._digest(folder / name)) for name in names))
 
     def add(self, job: Job, inputs: Inputs) -> None:
-        """Keep which files they are."""
+        """Record the files of a job."""
         key, files = self._key(job), [name for name, _ in inputs]
         if files and self._journal.records.get(key, {}).get("files") != files:
             self._journal.add({"key": key, "files": files})

@@ -1,4 +1,4 @@
-"""Job: one line of a batch, checked before any work begins."""
+"""Job: one line of a batch file, checked before any work begins."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from itertools import count
 from pathlib import Path
 from typing import Any, TextIO
 
-from glshadow.arguments import USUAL_SIZE, pixels
+from glshadow.arguments import DEFAULT_SIZE, pixels
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
-from glshadow.core.sampling import PICTURE, USUAL
+from glshadow.core.sampling import DEFAULT_SAMPLES, IMAGE_SAMPLES
 from glshadow.core.setting import (
     Settings,
     as_path,
@@ -42,8 +42,8 @@ from glshadow.shadows.shadow import Shadow
 CAMERAS = {"perspective": PerspectiveCamera, "orthographic": OrthographicCamera, "intrinsics": IntrinsicsCamera}
 BUILTIN = ("courtyard", "outdoors", "street", "landscape:1", "landscape:2", "landscape:3")
 MOST_LINE = 2**20  # characters
-MOST_PICTURES = 1_000_000  # of one file of jobs
-MOST_SAID = 20  # lines that are no jobs, one by one
+MOST_PICTURES = 1_000_000  # in one file of jobs
+MOST_SAID = 20  # invalid lines that are reported one by one
 EXAMPLE = '{"scene": "courtyard", "output": "a.png", "size": [640, 360], "lights": [{"kind": "sun", "direction": [-1, -2, -1]}]}'
 
 
@@ -57,31 +57,31 @@ def _background(name: str, value: Any) -> Any:
 
 @dataclass(frozen=True)
 class Job(Settings):
-    """One picture, or one scene from several cameras.
+    """One image, or one scene from several cameras.
 
     Parameters
     ----------
     scene : str
-        Path of a model, or a built-in scene: courtyard, outdoors, street, landscape:1 to 3.
+        Path of a model, or the name of a built-in scene: courtyard, outdoors, street, landscape:1 to 3.
     output : str
-        Path of the picture, relative to the folder of the batch: .png .jpg .tif .exr; of several pictures with one field for the
-        number, as view_{:03d}.png.
+        Path of the image, relative to the folder of the batch: .png .jpg .tif .exr. For several images it has one field for the number,
+        such as view_{:03d}.png.
     cameras : tuple of Camera
         Empty: the scene's own.
     orbit : int
-        So many cameras round the scene's, instead.
+        Number of cameras around the scene's camera, instead of `cameras`.
     lights : tuple of Light, optional
         None: the scene's own.
     shadow : Shadow, optional
-        Of every light that casts and says nothing of its own.
+        For every light that casts shadows and has no shadow settings of its own.
     size, samples, background, ground, up_axis
-        As in `render` and `load`.
+        As for `render` and `load`.
 
     Raises
     ------
     SettingsError
-        If one of them is not what it must be, if cameras and orbit are both given, or if the output leaves the folder, or has a field
-        and there is one picture, or none and there are several.
+        If a value is not allowed, if cameras and orbit are both given, if the output leaves the folder, or if the output has a field for
+        one image, or no field for several.
     """
 
     scene: str = setting(_scene)
@@ -90,8 +90,8 @@ class Job(Settings):
     orbit: int | None = setting(optional(whole(1, MOST_IMAGES), "no orbit"), None)
     lights: tuple[Light, ...] | None = setting(optional(as_lights, "the scene's own"), None)
     shadow: Shadow | None = setting(optional(instance(Shadow)), None)
-    size: tuple[int, int] = setting(pixels, USUAL_SIZE)
-    samples: int = setting(PICTURE, USUAL)
+    size: tuple[int, int] = setting(pixels, DEFAULT_SIZE)
+    samples: int = setting(IMAGE_SAMPLES, DEFAULT_SAMPLES)
     background: tuple[float, float, float] | None = setting(_background, BACKGROUND)
     ground: bool = setting(flag(), False)
     up_axis: str | None = setting(optional(one_of("x", "y", "z"), "y"), None)
@@ -99,9 +99,11 @@ class Job(Settings):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.orbit and self.cameras:
-            raise SettingsError("Job cameras and orbit do not go together")
+            raise SettingsError("Job cameras and orbit cannot be combined")
         if not self._several and has_field(self.output):
-            raise SettingsError(f"Job output {shown(self.output)} has a field for a number, and there is one picture")
+            raise SettingsError(
+                f"Job output {shown(self.output)} has a field for a number, but there is only one image"
+            )
         path = as_path("Job output", self._name(self.pictures - 1))
         if path.suffix.lower() not in SUFFIXES:
             raise SettingsError(f"Job output must end in one of {', '.join(SUFFIXES)}, got {shown(self.output)}")
@@ -119,29 +121,29 @@ class Job(Settings):
 
     @property
     def pictures(self) -> int:
-        """How many it draws."""
+        """Number of images."""
         return self.orbit or max(len(self.cameras), 1)
 
     def names(self) -> Iterator[str]:
-        """Where they go, relative to the folder of the batch, one at a time."""
+        """Names of the images, relative to the folder of the batch, one at a time."""
         return map(self._name, range(self.pictures))
 
 
 def read_jobs(path: str | os.PathLike[str]) -> list[Job]:
-    """The jobs of a file of JSON lines; empty lines and those that begin with # are left out.
+    """Read the jobs of a file of JSON lines. Empty lines and lines that begin with # are skipped.
 
     Raises
     ------
     SettingsError
-        If the file cannot be read; if one of its lines is no job: the error's notes name the lines, up to twenty of them, and what is
-        wrong with each; if two jobs write the same file, or all together more than a million pictures.
+        If the file cannot be read, if lines are not valid jobs (the error's notes list up to twenty of them with their errors), if two
+        jobs write the same file, or if all jobs together make more than a million images.
     """
     path = as_path("jobs", path)
     if path.exists() and not path.is_file():
-        raise SettingsError(f"{path} is a folder, a device or a pipe, where a file of jobs is needed")
+        raise SettingsError(f"{path} is a folder, a device or a pipe; a file of jobs is needed")
     jobs: list[Job] = []
     wrong: list[str] = []
-    taken: dict[bytes, int] = {}  # hashes: a million long names are gigabytes
+    taken: dict[bytes, int] = {}  # hashes: a million long names would take gigabytes
     try:
         with path.open(encoding="utf-8") as file:
             for number, line in _lines(file):
@@ -154,7 +156,7 @@ def read_jobs(path: str | os.PathLike[str]) -> list[Job]:
     except (OSError, UnicodeDecodeError) as error:
         raise SettingsError(f"{path}: {error}") from None
     if wrong:
-        lines = "1 line that is no job" if len(wrong) == 1 else f"{len(wrong)} lines that are no jobs"
+        lines = "1 line that is not a job" if len(wrong) == 1 else f"{len(wrong)} lines that are not jobs"
         refusal = SettingsError(f"{path.name} has {lines}")
         for each in wrong[:MOST_SAID]:
             refusal.add_note(each)
@@ -162,12 +164,12 @@ def read_jobs(path: str | os.PathLike[str]) -> list[Job]:
             refusal.add_note(f"and {len(wrong) - MOST_SAID} more")
         raise refusal
     if not jobs:
-        raise SettingsError(f"{path.name} has no job: one JSON object in each line, as {EXAMPLE}")
+        raise SettingsError(f"{path.name} has no job; it needs one JSON object per line, such as {EXAMPLE}")
     return jobs
 
 
 def _lines(file: TextIO) -> Iterator[tuple[int, str]]:
-    """Numbers and texts of the lines that say something, of one that is too long its beginning."""
+    """Numbers and texts of the lines with content; of an overlong line only the beginning."""
     for number in count(1):
         line = file.readline(MOST_LINE + 1)
         if not line:
@@ -180,31 +182,33 @@ def _lines(file: TextIO) -> Iterator[tuple[int, str]]:
 
 
 def _take(job: Job, number: int, taken: dict[bytes, int]) -> None:
-    """Note the files that a job writes, each with the number of its line."""
+    """Record the files that a job writes, each with the number of its line."""
     if len(taken) + job.pictures > MOST_PICTURES:
         raise SettingsError(
-            f"{len(taken) + job.pictures} pictures up to here are more than a file of jobs may ask for ({MOST_PICTURES}); "
-            "give several files"
+            f"{len(taken) + job.pictures} images up to this line exceed the limit of a file of jobs ({MOST_PICTURES}); "
+            "use several files"
         )
     for name in job.names():
         key = hashlib.blake2b(os.fsencode(name), digest_size=16).digest()
         if taken.setdefault(key, number) != number:
-            raise SettingsError(f"output {shown(name)} is also that of line {taken[key]}")
+            raise SettingsError(f"output {shown(name)} is already used by line {taken[key]}")
 
 
 def parse_job(line: str, base: Path) -> Job:
-    """One line; paths of models are relative to `base`."""
+    """Parse one line; paths of models are relative to `base`."""
     if len(line) > MOST_LINE:
-        raise SettingsError(f"it is longer than {MOST_LINE} characters")
+        raise SettingsError(f"the line is longer than {MOST_LINE} characters")
     try:
         given = json.loads(line)
     except (ValueError, RecursionError) as error:
-        raise SettingsError(f"it is no JSON: {error}") from None
+        raise SettingsError(f"the line is not JSON: {error}") from None
     if not isinstance(given, dict):
-        raise SettingsError(f"it must be an object, got {shown(given)}")
+        raise SettingsError(f"the line must be an object, got {shown(given)}")
     known = {item.name for item in fields(Job)}
     if unknown := set(given) - known:
-        raise SettingsError(f"{', '.join(sorted(map(repr, unknown)))}: unknown; there are {', '.join(sorted(known))}")
+        raise SettingsError(
+            f"{', '.join(sorted(map(repr, unknown)))}: unknown; the keys are {', '.join(sorted(known))}"
+        )
     for needed in ("scene", "output"):
         if needed not in given:
             raise SettingsError(f"{needed} is missing")
@@ -214,15 +218,13 @@ def parse_job(line: str, base: Path) -> Job:
     if isinstance(given["scene"], str) and given["scene"] not in BUILTIN:
         model = base / given["scene"]
         if not model.is_file():
-            raise SettingsError(
-                f"scene: there is no such file: {model}, and no built-in scene; those are {', '.join(BUILTIN)}"
-            )
+            raise SettingsError(f"scene: file not found: {model}; the built-in scenes are {', '.join(BUILTIN)}")
         given["scene"] = str(model)
     return Job(**given)
 
 
 def _made(kinds: Mapping[str, Callable[..., Any]], usual: str) -> Callable[[str, Any], Any]:
-    """The rule of an object with a kind; its other keys are the settings of that."""
+    """The rule of an object with a kind; its other keys are the settings of that kind."""
 
     def rule(name: str, value: Any) -> Any:
         if not isinstance(value, dict):
@@ -232,7 +234,7 @@ def _made(kinds: Mapping[str, Callable[..., Any]], usual: str) -> Callable[[str,
         if "shadow" in rest:
             rest["shadow"] = None if rest["shadow"] is None else _shadow(f"{name}.shadow", rest["shadow"])
         if "cookie" in rest:
-            raise SettingsError(f"{name}: cookies are not part of a batch")
+            raise SettingsError(f"{name}: cookies are not supported in a batch")
         try:
             return kinds[kind](**rest)
         except (TypeError, SettingsError) as error:
@@ -242,7 +244,7 @@ def _made(kinds: Mapping[str, Callable[..., Any]], usual: str) -> Callable[[str,
 
 
 def _light(name: str, value: Any) -> Light:
-    """The rule of a light."""
+    """Check a light."""
     made: Light = _made({kind.spelling: kind for kind in LIGHTS}, DirectionalLight.spelling)(name, value)
     return made
 
@@ -268,7 +270,7 @@ def _shadow(name: str, value: Any) -> Shadow:
     known = {*read, "resolution", "strength", "edge_falloff"}
     if unknown := set(value) - known:
         raise SettingsError(
-            f"{name}: {', '.join(sorted(map(repr, unknown)))} unknown; there are {', '.join(sorted(known))}"
+            f"{name}: {', '.join(sorted(map(repr, unknown)))} unknown; the keys are {', '.join(sorted(known))}"
         )
     return Shadow(**{key: read.get(key, lambda each: each)(each) for key, each in value.items()})
 
@@ -278,4 +280,4 @@ READ: dict[str, Callable[[str, Any], Any]] = {
     "lights": _each(_light),
     "shadow": _shadow,
 }
-"""What JSON says in its own way; everything else is as `Job` takes it."""
+"""Rules for values that JSON writes in its own way; all others are as `Job` takes them."""

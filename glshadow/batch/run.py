@@ -1,4 +1,4 @@
-"""Runs jobs in processes of their own: what fails is listed, what is done is kept, and what was interrupted goes on."""
+"""Runs jobs in processes of their own. Failures are listed, finished images are kept, interrupted batches resume."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from glshadow.journal import Journal, Kept
 
 JOURNAL = ".glshadow-batch.jsonl"
 Progress = Callable[[int, int, str], None]
-"""(jobs done, all jobs, the last one's picture)."""
+"""Called with (finished jobs, all jobs, the last job's image)."""
 
 
 @dataclass(frozen=True)
 class Failed:
-    """A job that was not drawn, and why."""
+    """A job that was not drawn, and the reason."""
 
     job: Job
     reason: str
@@ -34,17 +34,17 @@ class Failed:
 
 @dataclass(frozen=True)
 class Done:
-    """What became of a batch.
+    """Result of a batch.
 
     Attributes
     ----------
     drawn, kept : int
-        Jobs that were drawn, and that were there from an earlier run.
+        Number of jobs that were drawn, and that were kept from an earlier run.
     pictures : int
-        That were drawn.
+        Number of images that were drawn.
     failed : tuple of Failed
     warnings : tuple of str
-        Each once, with the picture that it is of.
+        Each once, with the image that it belongs to.
     seconds : float
         Of all processes together, loading and drawing.
     """
@@ -68,34 +68,34 @@ def run_batch(
 ) -> Done:
     """Draw jobs into a folder.
 
-    Jobs of one scene go to one process one after the other, which loads it once. A process that dies takes one job with it and is replaced.
-    A picture is kept if its file is what was last written there, and was drawn from the same job, the same bytes of every file that its
-    model is read from, and by the same version.
+    Jobs of one scene go to one process in sequence, which loads the scene once. A process that crashes loses one job and is replaced. An
+    image is kept if its file is unchanged since it was written, and was drawn from the same job, the same bytes of every file of the
+    model, and by the same version.
 
     Parameters
     ----------
     jobs : sequence of Job
-        As `read_jobs` gives them.
+        Jobs as returned by `read_jobs`.
     folder : path
-        Where pictures go, and the journal of what is done.
+        Folder for the images and the journal.
     processes : int, optional
-        None: one for each core.
+        None: one per core.
     backend : str
-        As in Renderer.
+        As for Renderer.
     fresh : bool
-        Draw also what the journal says is done.
+        Also draw jobs that the journal lists as finished.
     progress : callable, optional
     dask : str, optional
-        Address of a Dask scheduler, whose workers draw instead; they see `folder` and the models under the same paths.
+        Address of a Dask scheduler, whose workers draw instead; they must see `folder` and the models under the same paths.
 
     Raises
     ------
     SettingsError
-        If an argument is not what it must be, or the journal holds something else; without dask.distributed, or where no scheduler answers.
+        If an argument is not allowed, or the journal holds anything else; without dask.distributed, or if no scheduler answers.
     GlshadowError
-        If the folder cannot be made or the journal not be written; before anything is drawn.
+        If the folder or the journal cannot be written; before anything is drawn.
     ResourceError
-        If no process gives an OpenGL context: its own words.
+        If no process can create an OpenGL context; with its message.
 
     Warns
     -----
@@ -104,7 +104,7 @@ def run_batch(
     """
     jobs = several(instance(Job), "Jobs", MOST_PICTURES)("jobs", jobs)
     folder = as_path("folder", folder)
-    count = optional(whole(1, 1024), "one for each core")("processes", processes) or os.cpu_count() or 1
+    count = optional(whole(1, 1024), "one per core")("processes", processes) or os.cpu_count() or 1
     backend = backend_of(backend, None)
     fresh = flag()("fresh", fresh)
     dask = optional(text(), "processes of this machine")("dask", dask)
@@ -113,7 +113,7 @@ def run_batch(
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ResourceError(f"{folder} cannot be made: {error.strerror}") from None
+        raise ResourceError(f"{folder} cannot be created: {error.strerror}") from None
     journal = Journal(folder / JOURNAL)
     journal.add()
     models, kept_images = Models(journal), Kept(journal)
@@ -148,7 +148,7 @@ def _is_kept(job: Job, models: Models, images: Kept) -> bool:
 
 
 def _local(jobs: Sequence[Job], folder: Path, count: int, backend: Any) -> Iterator[tuple[Job, Drawn | str]]:
-    """Results as they come, from processes of this machine."""
+    """Results as they finish, from processes on this machine."""
     waiting = list(reversed(jobs))
     context = multiprocessing.get_context("spawn")  # a driver does not survive a fork
     workers: dict[Connection, _Worker] = {}
@@ -162,7 +162,7 @@ def _local(jobs: Sequence[Job], folder: Path, count: int, backend: Any) -> Itera
                 worker = workers[ready]
                 try:
                     kind, value = ready.recv()
-                except (EOFError, OSError):  # it died: of memory, of its driver
+                except (EOFError, OSError):  # it crashed: out of memory, or in its driver
                     del workers[ready]
                     job = worker.job
                     reason = worker.end()
@@ -172,9 +172,9 @@ def _local(jobs: Sequence[Job], folder: Path, count: int, backend: Any) -> Itera
                             other = _Worker(context, folder, backend)
                             workers[other.pipe] = other
                     elif not workers and waiting:
-                        raise ResourceError(f"no process could begin to draw ({reason})") from None
+                        raise ResourceError(f"no process could start drawing ({reason})") from None
                     continue
-                if kind == "refused":  # no OpenGL here: it will not be better in another process
+                if kind == "refused":  # no OpenGL here: another process will not have it either
                     raise ResourceError(f"a process of the batch has no OpenGL: {value}")
                 if worker.job is not None:
                     done, worker.job = worker.job, None
@@ -190,7 +190,7 @@ def _local(jobs: Sequence[Job], folder: Path, count: int, backend: Any) -> Itera
 
 
 class _Worker:
-    """A process, and the job that it has."""
+    """A process and its current job."""
 
     def __init__(self, context: Any, folder: Path, backend: Any) -> None:
         self.pipe, theirs = context.Pipe()
@@ -200,12 +200,12 @@ class _Worker:
         theirs.close()
 
     def begin(self, job: Job) -> None:
-        """Give it one."""
+        """Start a job."""
         self.job = job
         self.pipe.send(job)
 
     def end(self, kill: bool = False) -> str:
-        """Let it go; why it went."""
+        """End the process; returns the reason why it ended."""
         if kill:
             self._process.kill()
         else:
@@ -221,10 +221,10 @@ class _Worker:
 
 
 def _work(pipe: Connection, folder: Path, backend: Any) -> None:
-    """What a process does: says that it is ready, then draws what it is given."""
+    """Main function of a process: report that it is ready, then draw the jobs that it receives."""
     import signal
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the first process's affair
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process handles Ctrl-C
     try:
         drawer = Drawer(backend)
     except GlshadowError as error:
@@ -237,12 +237,12 @@ def _work(pipe: Connection, folder: Path, backend: Any) -> None:
 
 
 def outcome(drawer: Drawer, job: Job, folder: Path, batch: str = "") -> Drawn | str:
-    """What a job took, or why it failed, in a line: one job's fault is no other's."""
+    """The result of a job, or its error as one line: an error does not affect other jobs."""
     try:
         return drawer.draw(job, folder, batch)
     except GlshadowError as error:
         return " ".join(str(error).split())
     except MemoryError:
         return "there is not enough memory"
-    except Exception as error:  # a fault of ours: named, and the others go on
+    except Exception as error:  # a defect: reported, and the other jobs continue
         return f"{type(error).__name__}: {error}"

@@ -1,4 +1,4 @@
-"""The command `glshadow`: parse, call one function, print. One module per command."""
+"""The command `glshadow`: each command parses its options, calls one function and prints the result. One module per command."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from glshadow.cli.running import exit_code, one_line, say, terminable
 
 
 class Group(click.Group):
-    """Ctrl-C ends with 130, SIGTERM with 143, wherever they come, and both are cleaned up after."""
+    """Handles interrupts: Ctrl-C exits with 130, SIGTERM with 143, at any point, after cleaning up."""
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -26,20 +26,20 @@ class Group(click.Group):
 @click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
 @click.version_option(__version__, message="glshadow %(version)s")
 def main() -> None:
-    """Shadow mapping without a screen, and how wrong each picture is.
+    """Headless shadow mapping, with measured errors.
 
     \b
     glshadow render                             the built-in courtyard into courtyard.png
     glshadow render model.glb -o model.png      any .glb .gltf .obj .ply .stl .off
-    glshadow measure model.glb                  its shadows against the exact answer
-    glshadow study model.glb -o folder          speed against error of many settings, as a page
+    glshadow measure model.glb                  its shadows against a traced reference
+    glshadow study model.glb -o folder          speed and error of many settings, as an HTML page
     glshadow plan model.glb --wrong 0.1%        the cheapest settings for that error
-    glshadow batch jobs.jsonl -o folder         many pictures, in processes or on a cluster
+    glshadow batch jobs.jsonl -o folder         many images, in processes or on a cluster
     glshadow export model.glb -o page           a page for browsers: WebGL 1, one file
-    glshadow view model.glb                     a window: turn it, light it, see where it is wrong
+    glshadow view model.glb                     an interactive window with lights and errors
     glshadow doctor                             what works on this machine
 
-    Exit codes: 0 done, 1 the input cannot be rendered, 2 the command line is wrong, 130 interrupted, 143 terminated.
+    Exit codes: 0 success, 1 the input cannot be rendered, 2 invalid command line, 130 interrupted, 143 terminated.
     """
 
 

@@ -8,7 +8,7 @@ from glshadow.cli.running import Work
 
 
 class Bar:
-    """A bar on a terminal, nothing elsewhere: a context manager, to be called as `glshadow.study` reports progress."""
+    """A progress bar on a terminal, nothing elsewhere. A context manager, called like the `progress` of `glshadow.study`."""
 
     def __init__(self, work: Work) -> None:
         from rich.console import Console

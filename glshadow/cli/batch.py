@@ -1,4 +1,4 @@
-"""glshadow batch: many pictures from a file of jobs."""
+"""glshadow batch: many images from a file of jobs."""
 
 from __future__ import annotations
 
@@ -16,39 +16,45 @@ if TYPE_CHECKING:
 
 EXAMPLES = """
 \b
-A job is a JSON object in a line:
+A job is a JSON object on one line:
   {"scene": "house.glb", "output": "house_{:02d}.png", "orbit": 24, "ground": true, "size": [640, 360]}
   {"scene": "courtyard", "output": "evening.png", "lights": [{"kind": "sun", "direction": [-3, -1, -1], "angle": 0.5}]}
   {"scene": "car.glb", "output": "car.exr", "cameras": [{"position": [3, 2, 4], "target": [0, 0.5, 0], "fov_y": 35}],
-   "shadow": {"filter": "pcf:1", "resolution": 1024}}                             (in one line)
+   "shadow": {"filter": "pcf:1", "resolution": 1024}}                             (on one line)
 \b
 Examples:
-  glshadow batch jobs.jsonl -o pictures
-  glshadow batch jobs.jsonl -o pictures            again: what is done is kept, what failed is tried anew
-  glshadow batch jobs.jsonl -o pictures --check    say what is wrong with the file, and draw nothing
-  glshadow batch jobs.jsonl -o /shared/pictures --dask tcp://scheduler:8786
+  glshadow batch jobs.jsonl -o images
+  glshadow batch jobs.jsonl -o images              again: keeps finished images, retries failed jobs
+  glshadow batch jobs.jsonl -o images --check      check the file without rendering
+  glshadow batch jobs.jsonl -o /shared/images --dask tcp://scheduler:8786
 """
 
 
 @click.command(cls=Command, epilog=EXAMPLES)
 @click.argument("jobs", type=click.Path(dir_okay=False, path_type=Path))
 @option("Batch", "-o", "--output", "folder", default=".", metavar="FOLDER", type=click.Path(file_okay=False, path_type=Path),
-        help="Where pictures go, and the journal of what is done. Default: the current folder.")  # fmt: skip
-@option("Batch", "--processes", metavar="N", type=click.IntRange(1, 1024), help="Default: one for each core.")
+        help="Folder for the images and the journal. Default: the current folder.")  # fmt: skip
+@option(
+    "Batch",
+    "--processes",
+    metavar="N",
+    type=click.IntRange(1, 1024),
+    help="Number of processes. Default: one per core.",
+)
 @option(
     "Batch",
     "--backend",
     type=click.Choice(["auto", "egl", "osmesa", "window"]),
     default="auto",
-    help="Of every process.",
+    help="OpenGL backend of every process.",
 )
-@option("Batch", "--fresh", is_flag=True, help="Draw also what is done.")
-@option("Batch", "--check", is_flag=True, help="Only read the file, and say what is wrong with it.")
+@option("Batch", "--fresh", is_flag=True, help="Render finished jobs again.")
+@option("Batch", "--check", is_flag=True, help="Check the file without rendering.")
 @option(
     "Batch",
     "--dask",
     metavar="ADDRESS",
-    help="A Dask scheduler, whose workers draw. Needs pip install 'glshadow[dask]'.",
+    help="Address of a Dask scheduler whose workers render. Needs pip install 'glshadow[dask]'.",
 )
 @common
 def command(
@@ -62,10 +68,10 @@ def command(
     check: bool,
     dask: str | None,
 ) -> None:
-    """Draw the pictures of JOBS, a file of JSON lines, in processes of their own.
+    """Render the images of JOBS, a file of JSON lines, in separate processes.
 
-    All lines are checked before work begins. What fails is listed at the end and fails no other; each picture is put in place whole; an
-    interrupted batch goes on where it was. Keys of a job: scene, output, cameras or orbit, lights, shadow, size, samples, background,
+    All lines are checked before work begins. A job that fails is listed at the end and does not affect others; images are written
+    atomically; an interrupted batch resumes. Keys of a job: scene, output, cameras or orbit, lights, shadow, size, samples, background,
     ground, up_axis. Exit code 1 if a job failed.
     """  # fmt: skip
     with Work(as_json, debug) as work:
@@ -75,7 +81,7 @@ def command(
             wanted = read_jobs(jobs)
         pictures = sum(job.pictures for job in wanted)
         if check:
-            work.say(f"{jobs.name}: {len(wanted)} jobs, {pictures} pictures")
+            work.say(f"{jobs.name}: {len(wanted)} jobs, {pictures} images")
             work.finish({"jobs": len(wanted), "pictures": pictures})
             return
         with work.stage("draw", "drawing"), Bar(work) as bar:
@@ -84,7 +90,7 @@ def command(
             work.say(f"warning: {text}")
         for failed in done.failed:
             work.say(f"error: {failed.job.output}: {failed.reason}")
-        work.say(f"{done.drawn} jobs drawn ({done.pictures} pictures), {done.kept} kept, {len(done.failed)} failed")
+        work.say(f"{done.drawn} jobs drawn ({done.pictures} images), {done.kept} kept, {len(done.failed)} failed")
         facts = {"drawn": done.drawn, "pictures": done.pictures, "kept": done.kept, "seconds": done.seconds}
         work.finish({**facts, "failed": [{"output": each.job.output, "reason": each.reason} for each in done.failed]})
         if done.failed:

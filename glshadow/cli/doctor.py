@@ -1,4 +1,4 @@
-"""glshadow doctor: what works on this machine."""
+"""glshadow doctor: check OpenGL on this machine."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import click
 from glshadow.cli.options import Command, common
 from glshadow.cli.running import FAILED, Work
 
-LIMITS = {  # of Caps: what to call it
+LIMITS = {  # attribute of Caps: label
     "max_texture_size": "largest texture",
     "max_renderbuffer_size": "largest renderbuffer",
     "max_texture_buffer_size": "largest buffer texture",
     "max_color_attachments": "colour attachments",
     "clip_control": "clip control",
     "texture_gather": "shadow gather",
-    "software": "draws on the CPU",
+    "software": "renders on the CPU",
     "timestamps": "timestamps",
 }
 
@@ -24,9 +24,9 @@ LIMITS = {  # of Caps: what to call it
 @click.command(cls=Command)
 @common
 def command(as_json: bool, debug: bool) -> None:
-    """Say which OpenGL backends work here, with which driver, limits and formats, and why the others do not.
+    """Check which OpenGL backends work on this machine, with their driver, limits and formats, and why others do not.
 
-    Exit code 1 if none works.
+    Exit code 1 if no backend works.
     """
     with Work(as_json, debug) as work:
         with work.stage("examine", "trying each backend"):
@@ -37,14 +37,14 @@ def command(as_json: bool, debug: bool) -> None:
         if not as_json:
             click.echo("\n".join(_lines(found)))
         if found["auto"] is None:
-            work.say("error: no OpenGL backend works; mend one of those above")
+            work.say("error: no OpenGL backend works; follow a remedy above")
             raise click.exceptions.Exit(FAILED)
 
 
 def _lines(found: dict[str, Any]) -> list[str]:
     lines = [f"glshadow {found['glshadow']}, Python {found['python']}, {found['platform']}", ""]
     for name, report in found["backends"].items():
-        taken = "   <- taken by --backend auto" if name == found["auto"] else ""
+        taken = "   <- used by --backend auto" if name == found["auto"] else ""
         lines += [f"{name}: {'works' if report['works'] else 'does not work'}{taken}", *_backend(report), ""]
     lines += [
         f"device {each['number']}: {each['name']}; {each['driver'] or 'does not work'}   (--device {each['number']})"

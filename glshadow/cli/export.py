@@ -1,4 +1,4 @@
-"""glshadow export: a page for browsers."""
+"""glshadow export: an HTML page for browsers."""
 
 from __future__ import annotations
 
@@ -14,15 +14,22 @@ from glshadow.cli.running import Work
 EXAMPLES = """
 \b
 Examples:
-  glshadow export -o page                     the built-in courtyard into page/index.html
+  glshadow export -o page                     the built-in courtyard as page/index.html
   glshadow export house.glb -o page --ground --filter pcf:2
 """
 
 
 @click.command(cls=Command, epilog=EXAMPLES)
 @option("Page", "-o", "--output", "folder", required=True, metavar="FOLDER", type=click.Path(file_okay=False, path_type=Path),
-        help="Where index.html goes.")  # fmt: skip
-@option("Page", "--filter", "filter_", metavar="FILTER", read=values.shadow_filter, help="Default: pcf:1.")
+        help="Folder for index.html.")  # fmt: skip
+@option(
+    "Page",
+    "--filter",
+    "filter_",
+    metavar="FILTER",
+    read=values.shadow_filter,
+    help="Filter of the shadow map. Default: pcf:1.",
+)
 @option(
     "Page",
     "--resolution",
@@ -30,18 +37,18 @@ Examples:
     type=click.IntRange(1, 2048),
     default=1024,
     show_default=True,
-    help="Of a view's map.",
+    help="Texels along each side of a view's shadow map.",
 )
 @option("Page", "--store", type=click.Choice(["packed", "unorm8"]), default="packed", show_default=True,
-        help="What the map stores: a depth metric in four bytes, or in one.")  # fmt: skip
+        help="Format of the shadow map: a depth metric in four bytes, or in one.")  # fmt: skip
 @scene_options
 @common
 def command(
     as_json: bool, debug: bool, folder: Path, filter_: Any, resolution: int, store: str, **options: Any
 ) -> None:
-    """Write a page that shows MODEL with the shadow of its first light, in WebGL 1: one file, no library, no server.
+    """Write a page that shows MODEL with the shadow of its first light in WebGL 1: one file without libraries or a server.
 
-    Turned by mouse and touch; d shows the shadow map. Its shaders are ours in GLSL ES 1.00; textures are left out.
+    Mouse and touch turn the view; d shows the shadow map. The shaders are glshadow's in GLSL ES 1.00; textures are left out.
     """  # fmt: skip
     with Work(as_json, debug) as work:
         wanted = Request(**options)

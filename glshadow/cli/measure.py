@@ -1,4 +1,4 @@
-"""glshadow measure: how wrong a picture's shadows are."""
+"""glshadow measure: the error of an image's shadows."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Examples:
   glshadow measure
   glshadow measure chess_board.glb -o error.png
   glshadow measure --filter hard --resolution 1024 --json
-  glshadow measure house.glb --bias constant:0.001    (how good is a hand-made bias?)
+  glshadow measure house.glb --bias constant:0.001    (error of a bias set by hand)
 """
 
 
@@ -35,15 +35,15 @@ Examples:
 def command(as_json: bool, debug: bool, **options: Any) -> None:
     """Render MODEL, trace the exact shadows, and print the error of each light.
 
-    All numbers are shares of the counted pixels (smooth, facing the light). wrong = edge (the price of the resolution)
-    + acne (lit, drawn dark) + leak (dark, drawn lit). Needs embreex: pip install 'glshadow[reference]'.
+    All numbers are shares of the counted pixels (smooth, facing the light). wrong = edge (limited by resolution)
+    + acne (lit, rendered dark) + leak (dark, rendered lit). Needs embreex: pip install 'glshadow[reference]'.
 
-    -o writes truth | ours | error, a row per light: edge yellow, acne red, leak blue, grain orange, not counted green.
+    -o writes reference | rendered | error, a row per light: edge yellow, acne red, leak blue, grain orange, not counted green.
     """
     with Work(as_json, debug) as work:
         wanted = request(**options)
         if wanted.output and wanted.output.suffix.lower() == ".exr":
-            raise click.UsageError("-o of measure is a picture for the eye: use .png, .jpg or .tif")
+            raise click.UsageError("-o of measure is an 8-bit image: use .png, .jpg or .tif")
         _measure(work, wanted)
 
 
@@ -62,7 +62,7 @@ def _measure(work: Work, wanted: Request) -> None:
             )
         refuse_blank(frame)
         warn_fallbacks(work, frame.used)
-        with work.stage("trace", "tracing the truth"):
+        with work.stage("trace", "tracing the reference"):
             from glshadow.lights import traced_points
             from glshadow.reference.trace import trace
 
@@ -79,7 +79,9 @@ def _measure(work: Work, wanted: Request) -> None:
                 picture = triptych(renderer, frame, truth, error, **wanted.look)
                 image.write(wanted.output, picture)
     if wanted.output is not None:
-        work.say(f"{wanted.output}: truth | ours | error, {len(lights)} x 3 of {wanted.size[0]}x{wanted.size[1]}")
+        work.say(
+            f"{wanted.output}: reference | rendered | error, {len(lights)} x 3 of {wanted.size[0]}x{wanted.size[1]}"
+        )
     work.finish({"path": wanted.output and str(wanted.output), "size": wanted.size, "scene": scene_facts(scene),
                  "error": error.as_dict(),
                  "lights": [light_facts(*pair) for pair in zip(frame.lights, frame.used, strict=True)]})  # fmt: skip

@@ -1,4 +1,4 @@
-"""The options that all picture-making commands share, and the request they add up to."""
+"""The options that all rendering commands share, and the Request that collects them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from glshadow.arguments import USUAL_SIZE
+from glshadow.arguments import DEFAULT_SIZE
 from glshadow.cli import values
 from glshadow.cli.running import Work
 from glshadow.core.spaces import Triple
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-LAST = "Other"  # section of the help page that ends it
+LAST = "Other"  # last section of the help page
 
 
 class Value(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.4 only
-    """Text that a function of `values` reads; its SettingsError becomes a usage error that names the option."""
+    """Text read by a function of `values`; its SettingsError becomes a usage error that names the option."""
 
     def __init__(self, name: str, read: Callable[[str], Any]) -> None:
         self.name, self.read = name, read
@@ -45,7 +45,7 @@ class Value(click.ParamType):  # type: ignore[type-arg]  # generic since click 8
 
 
 class Option(click.Option):
-    """An option that knows its section of the help page."""
+    """An option with a section of the help page."""
 
     def __init__(self, *names: Any, section: str = LAST, **settings: Any) -> None:
         super().__init__(*names, **settings)
@@ -53,7 +53,7 @@ class Option(click.Option):
 
 
 class Command(click.Command):
-    """A command whose help lists its options by section."""
+    """A command whose help groups its options by section."""
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         sections: dict[str, list[tuple[str, str]]] = {}
@@ -90,86 +90,86 @@ common = _all(
 )
 
 size_option = option(
-    "Picture",
+    "Image",
     "--size",
     metavar="WxH",
     read=values.size,
-    default="{}x{}".format(*USUAL_SIZE),
+    default="{}x{}".format(*DEFAULT_SIZE),
     show_default=True,
     help="Pixels.",
 )
 
 driver_options = _all(
-    option("Picture", "--backend", type=click.Choice(["auto", "egl", "osmesa", "window"]), default="auto",
-           show_default=True, help="Where the OpenGL context comes from; auto takes the first that works."),
-    option("Picture", "--device", metavar="N", type=click.IntRange(0, 999),
-           help="Which of EGL's devices draws, as `glshadow doctor` lists them. Default: the first, a GPU where there is one."),
+    option("Image", "--backend", type=click.Choice(["auto", "egl", "osmesa", "window"]), default="auto",
+           show_default=True, help="How to create the OpenGL context; auto uses the first that works."),
+    option("Image", "--device", metavar="N", type=click.IntRange(0, 999),
+           help="EGL device, as listed by `glshadow doctor`. Default: the first, a GPU if there is one."),
 )  # fmt: skip
 
 scene_options = _all(
     click.argument("model", required=False, type=click.Path()),
     option("Model", "--ground", is_flag=True, help="Put a plane under the model to catch its shadow."),
     option("Model", "--catcher", is_flag=True,
-           help="Put a plane under the model of which nothing but the shadow is seen; with --background none for compositing."),
+           help="Put a shadow catcher under the model: only its shadow is visible. With --background none for compositing."),
     option("Model", "--up-axis", type=click.Choice(["x", "y", "z"]),
-           help="Axis that is up in the file. Default: y; STL and PLY files are often z."),
+           help="Up axis of the file. Default: y; STL and PLY files often use z."),
     option("Camera", "--eye", metavar="X,Y,Z", read=vector,
-           help="Where the camera is. Default: the file's camera, else one that frames the model."),
+           help="Position of the camera. Default: the file's camera, or one that frames the model."),
     option("Camera", "--target", metavar="X,Y,Z", read=vector,
-           help="What it looks at. Default with --eye: the middle of the model."),
-    option("Camera", "--up", metavar="X,Y,Z", read=vector, help="What is up in the picture. Default: 0,1,0."),
+           help="Point that the camera looks at. Default with --eye: the middle of the model."),
+    option("Camera", "--up", metavar="X,Y,Z", read=vector, help="Up direction of the image. Default: 0,1,0."),
     option("Camera", "--fov", metavar="DEG", read=values.fov,
-           help="Vertical field of view. Default: the file's, else 50."),
+           help="Vertical field of view. Default: the file's, or 50."),
     option("Camera", "--ortho", metavar="HEIGHT", read=values.height,
-           help="Orthographic: rays run side by side, and the picture is so many world units high. Not with --fov."),
-    option("Camera", "--near", metavar="D", read=values.plane, help="Nothing nearer is drawn. Default: derived."),
-    option("Camera", "--far", metavar="D", read=values.plane, help="Nothing farther is drawn. Default: derived."),
+           help="Orthographic camera; height of the image in world units. Not with --fov."),
+    option("Camera", "--near", metavar="D", read=values.plane, help="Near plane of the camera. Default: derived."),
+    option("Camera", "--far", metavar="D", read=values.plane, help="Far plane of the camera. Default: derived."),
     option("Lights", "--light", "lights", metavar="LIGHT", read=values.light, multiple=True,
-           help=f"{values.light_help()}. d is the way the light travels, p where it is. Any :key=value may follow: intensity=1 "
-                "color=1,1,1 shadow=on|off, near=D far=D of its map, and the settings named above. Repeat for more lights. Default: "
-                "the file's lights, else one sun."),
+           help=f"{values.light_help()}. d is the direction in which light travels, p the position. Any :key=value may follow: intensity=1 "
+                "color=1,1,1 shadow=on|off, near=D far=D (shadow map), and the settings named above. Repeat for more lights. Default: "
+                "the file's lights, or one directional light."),
     option("Lights", "--sky", metavar="INTENSITY", read=values.strength_of_sky,
-           help="Also the light of a whole sky, the same from everywhere: 0.4. Its shadow is ambient occlusion, at the price of "
-                "64 hard ones."),
+           help="Also light from the whole sky, uniform: 0.4. Its shadow is ambient occlusion, at the cost of about 64 hard "
+                "shadows."),
 )  # fmt: skip
 
 picture_options = _all(
-    option("Picture", "-o", "--output", metavar="FILE", read=values.picture,
+    option("Image", "-o", "--output", metavar="FILE", read=values.picture,
            help="The image to write: .png .jpg .tif, or .exr with all float outputs as channels."),
     size_option,
     driver_options,
     scene_options,
-    option("Picture", "--ambient", metavar="A|R,G,B[/...]", read=values.ambient,
-           help="Light from everywhere, linear; two with a slash between them: from above and from below. "
+    option("Image", "--ambient", metavar="A|R,G,B[/...]", read=values.ambient,
+           help="Ambient light, linear; two values separated by a slash: from above and from below. "
                 "Default: 0.27/0.12."),
-    option("Picture", "--background", metavar="R,G,B|none", read=values.background, default="0.81,0.82,0.84", show_default=True,
-           help="sRGB, each 0 to 1; none: transparent (.png .tif .exr)."),
+    option("Image", "--background", metavar="R,G,B|none", read=values.background, default="0.81,0.82,0.84", show_default=True,
+           help="Background colour in sRGB, each 0 to 1; none: transparent (.png .tif .exr)."),
     option("Shadow (of every light)", "--resolution", metavar="N", read=values.resolution,
            help="Texels along a side of the shadow map. Default: 2048."),
     option("Shadow (of every light)", "--filter", "filter_", metavar="FILTER", read=values.shadow_filter,
-           help=f"{values.filter_help()}. Default: exact, where the driver builds lists of triangles; pcf:1 elsewhere, "
-                "and where an option asks for a map: --resolution, --bias, --target-format, --clip, --fit or --overlay map."),
+           help=f"{values.filter_help()}. Default: exact, if the driver can build triangle lists; otherwise, or with an option that "
+                "needs a shadow map (--resolution, --bias, --target-format, --clip, --fit or --overlay map), pcf:1."),
     option("Shadow (of every light)", "--bias", metavar="BIAS", read=values.bias,
-           help=f"What keeps surfaces from shadowing themselves: {', '.join(kind.usage() for kind in BIASES)}. "
-                "receiver-plane is derived and has no knob, slope is polygon offset, clip is Babylon's. Default: receiver-plane."),
+           help=f"Depth bias, which prevents surfaces from shadowing themselves: {', '.join(kind.usage() for kind in BIASES)}. "
+                "receiver-plane is derived, slope is polygon offset, clip is Babylon's. Default: receiver-plane."),
     option("Shadow (of every light)", "--target-format", type=click.Choice(values.TARGETS),
-           help="Format of the map: depth* hold window depth, the others the depth metric. Default: depth32f."),
+           help="Format of the shadow map: depth* store window depth, the others the depth metric. Default: depth32f."),
     option("Shadow (of every light)", "--clip", metavar="CLIP", read=values.clip,
            help="Clip convention of the light: 0..1 or -1..1, either with ,reversed. Default: 0..1, reversed for spot "
                 "and point."),
     option("Shadow (of every light)", "--fit", metavar="FIT", read=values.fit,
-           help=f"What the map covers: {', '.join(kind.usage() for kind in FITS)}. view: what the camera sees; scene: all, so that it "
-                "may be kept; cascades: COUNT maps of a sun, near ones finer; lispsm: one in perspective. Default: view."),
+           help=f"What the shadow map covers: {', '.join(kind.usage() for kind in FITS)}. view: what the camera sees; scene: everything; "
+                "cascades, for directional lights: COUNT maps, finer near the camera; lispsm: one perspective map. Default: view."),
     option("Shadow (of every light)", "--faces", type=click.Choice(["auto", "front", "back", "both"]),
-           help="Faces that cast. Default: auto, which is both but for closed meshes."),
+           help="Faces that cast shadows. Default: auto, which culls back faces of closed meshes."),
     option("Shadow (of every light)", "--strength", metavar="S", read=values.strength,
-           help="How much light a shadow takes away, 0 to 1. Default: 1."),
+           help="Share of the light that a shadow removes, 0 to 1. Default: 1."),
 )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Request:
-    """What the scene options ask for, and the picture options where a command has them."""
+    """The values of the scene options, and of the image options if the command has them."""
 
     model: str | None
     ground: bool
@@ -184,7 +184,7 @@ class Request:
     far: float | None
     lights: tuple[Light, ...]
     sky: float | None = None
-    size: tuple[int, int] = USUAL_SIZE
+    size: tuple[int, int] = DEFAULT_SIZE
     backend: Any = "auto"
     device: int | None = None
     output: Path | None = None
@@ -194,7 +194,7 @@ class Request:
 
     @property
     def driver(self) -> Any:
-        """The backend, or EGL on the device that was asked for."""
+        """The backend, or EGL on the requested device."""
         from glshadow.gl.driver.context import backend_of
 
         return backend_of(self.backend, self.device)
@@ -206,23 +206,23 @@ class Request:
 
     @property
     def name(self) -> str:
-        """The model's name in messages."""
+        """Name of the model in messages."""
         return Path(self.model).name if self.model else "courtyard"
 
     def load(self) -> Scene:
-        """The scene with the ground it was asked for."""
+        """The scene, with the requested ground."""
         if self.model is None and self.up_axis is None:
             from glshadow.scenes import courtyard
 
             return courtyard().with_ground(self.catcher) if self.ground or self.catcher else courtyard()
         if self.model is None:
-            raise click.UsageError("--up-axis is a property of a MODEL, and none is given")
+            raise click.UsageError("--up-axis needs a MODEL")
         from glshadow.io.load import load
 
         return load(self.model, ground="catcher" if self.catcher else self.ground, up_axis=self.up_axis)
 
     def camera(self, scene: Scene) -> Camera:
-        """The scene's camera with what was given put in its place."""
+        """The scene's camera, changed by the given options."""
         given: dict[str, Any] = {"position": self.eye, "target": self.target, "up": self.up}
         given |= {"near": self.near, "far": self.far}
         if self.eye is not None and self.target is None:
@@ -234,19 +234,21 @@ class Request:
                 self._through_lens(scene.camera), **{name: value for name, value in given.items() if value is not None}
             )
         except SettingsError as error:
-            raise click.UsageError(f"--eye, --target, --up, --near and --far do not go together: {error}") from error
+            raise click.UsageError(f"--eye, --target, --up, --near and --far cannot be combined: {error}") from error
 
     def _through_lens(self, camera: Camera) -> Camera:
         from glshadow.core.cameras import OrthographicCamera, PerspectiveCamera
 
         if self.fov is not None and self.ortho is not None:
-            raise click.UsageError("--fov and --ortho do not go together: rays leave one eye, or they run side by side")
+            raise click.UsageError(
+                "--fov and --ortho cannot be combined: the camera is either perspective or orthographic"
+            )
         if self.ortho is not None:
             return camera.through(OrthographicCamera, height=self.ortho)
         return camera if self.fov is None else camera.through(PerspectiveCamera, fov_y=self.fov)
 
     def lit(self, scene: Scene) -> tuple[Light, ...]:
-        """The lights that were given, or the scene's, with the shadow that was asked for."""
+        """The given lights, or the scene's, with the requested shadow settings."""
         lights = self.lights or scene.lights
         if self.sky is not None:
             from glshadow.lights import SkyLight
@@ -263,12 +265,12 @@ class Request:
 def request(
     *, filter_: Any, target_format: str | None, fit: str | None, faces: str | None, output: Path | None, **options: Any
 ) -> Request:
-    """The picture options as one Request.
+    """The options as one Request.
 
     Raises
     ------
     click.UsageError
-        If shadow settings cannot work together.
+        If shadow settings cannot be combined.
     """
     from glshadow.shadows.metric import Target
     from glshadow.shadows.shadow import Faces, Shadow
@@ -282,12 +284,12 @@ def request(
     try:
         Shadow(**shadow)
     except SettingsError as error:
-        raise click.UsageError(f"the shadow options do not go together: {error}") from error
+        raise click.UsageError(f"the shadow options cannot be combined: {error}") from error
     return Request(output=output, shadow=shadow, **options)
 
 
 def refuse_blank(frame: Frame) -> float:
-    """The share of pixels that see a surface (`frame` has its alpha); SceneError if it is none."""
+    """The share of pixels that see a surface (`frame` has its alpha); SceneError if there are none."""
 
     from glshadow.errors import SceneError
 
@@ -297,16 +299,16 @@ def refuse_blank(frame: Frame) -> float:
     scene, camera = frame.scene, frame.camera
     low, high = ("(" + ", ".join(f"{x:.6g}" for x in point) + ")" for point in scene.bounds)
     planes = "".join(f", {name} {d:g}" for name, d in (("near", camera.near), ("far", camera.far)) if d is not None)
-    advice = "move it with --eye and --target, or leave these out"
+    advice = "move the camera with --eye and --target, or leave these options out"
     if camera == scene.camera:
-        advice = "the model is too thin or too small to be seen from there; try another --eye"
+        advice = "the model is too thin or too small to be visible from there; try another --eye"
     raise SceneError(
-        f"nothing is in view: {scene.name} lies between {low} and {high}, and the camera {camera}{planes}; {advice}"
+        f"nothing is in view: {scene.name} is between {low} and {high}, and the camera {camera}{planes}; {advice}"
     )
 
 
 def scene_facts(scene: Scene) -> dict[str, Any]:
-    """For the JSON report."""
+    """Facts about the scene for the JSON report."""
     return {
         "name": scene.name,
         "nodes": len(scene.nodes),
@@ -316,7 +318,7 @@ def scene_facts(scene: Scene) -> dict[str, Any]:
 
 
 def light_facts(light: Light, used: Any) -> dict[str, Any]:
-    """For the JSON report: the light, and what was really used for its shadow."""
+    """A light and what was used for its shadow, for the JSON report."""
     from dataclasses import fields
 
     settings = {item.name: getattr(light, item.name) for item in fields(light) if item.name != "shadow"}
@@ -324,7 +326,7 @@ def light_facts(light: Light, used: Any) -> dict[str, Any]:
 
 
 def warn_fallbacks(work: Work, used: tuple[Any, ...]) -> None:
-    """A warning for every setting that could not be met as given."""
+    """Warn about every setting that could not be used as given."""
     for number, what in enumerate(used):
         for fallback in what.fallbacks:
             work.warn(f"light {number}: {fallback}")

@@ -1,4 +1,4 @@
-"""glshadow render --orbit: many pictures round the model, each whole or not there, and none made twice."""
+"""glshadow render --orbit: many images around the model; written atomically, and existing ones are kept."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
 
 def pattern(path: Path) -> Callable[[int], Path]:
-    """Number -> file, for a name with one field such as view_{:03d}.png.
+    """A function from number to file, for a name with one field such as view_{:03d}.png.
 
     Raises
     ------
     click.UsageError
-        As of `numbered`.
+        As for `numbered`.
     """
     try:
         name = numbered("with --orbit, -o", path.name)
@@ -37,26 +37,26 @@ def pattern(path: Path) -> Callable[[int], Path]:
 
 
 def named_after(stem: str, orbit: bool) -> Path:
-    """The picture's file where none is given; with `orbit` its name is a pattern."""
+    """The default file name of the image; with `orbit` a name pattern."""
     return Path(
         "".join(2 * letter if letter in "{}" else letter for letter in stem) + "_{:03d}.png" if orbit else f"{stem}.png"
     )
 
 
 def refuse_field(path: Path) -> None:
-    """A field that is asked for means nothing without --orbit."""
+    """Refuse a number field in the name without --orbit."""
     if has_field(path.name):
         raise click.UsageError(f"{path.name!r} has a field for a number: that needs --orbit N")
 
 
 def kept_beside(path: Path) -> Kept:
-    """What is there of the images that are named by a pattern: their journal lies beside them."""
+    """The images of a name pattern that already exist, by the journal next to them."""
     literal = "".join(text for text, *_ in string.Formatter().parse(path.name))
     return Kept(Journal(path.with_name(f"{Path(literal).stem}.orbit.jsonl")))
 
 
 def request_of(scene: Scene, cameras: Sequence[Camera], lights: Sequence[Light], *options: Any) -> str:
-    """Digest of all that decides the pictures."""
+    """Digest of everything that affects the images."""
     from glshadow import __version__
     from glshadow.study.fingerprint import fingerprint
 
@@ -72,12 +72,12 @@ def make_all(
     draw: Callable[[Sequence[int]], Iterable[tuple[int, Any]]],
     name: str,
 ) -> list[dict[str, Any]]:
-    """Draw what is missing; a line of the report for each picture. `draw`: numbers -> numbers and frames."""
+    """Draw the missing images and add a report line for each. `draw`: numbers -> numbers and frames."""
     if any(kept.stale(path.name, request) for path in files):
-        work.say("pictures of another request are there: they are made anew")
+        work.say("existing images belong to another request: rendering them again")
     missing = [number for number, path in enumerate(files) if not kept.has(path.name, request)]
     if len(missing) < len(files):
-        work.say(f"{len(files) - len(missing)} of {len(files)} pictures are there already")
+        work.say(f"{len(files) - len(missing)} of {len(files)} images exist already")
     anew = set(missing)
     rows = [{"path": str(path), "made": number in anew} for number, path in enumerate(files)]
     with Bar(work) as bar:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from glshadow.study import Plan
 
 GIVEN = "glshadow.given"  # key of Context.meta
-OWN = ("wrong", "ms", "journal", "as_json", "debug")  # options that say nothing about the picture
+OWN = ("wrong", "ms", "journal", "as_json", "debug")  # options that do not affect the image
 
 EXAMPLES = """
 \b
@@ -28,8 +28,8 @@ Examples:
   glshadow plan --wrong 0.1%                  the built-in courtyard
   glshadow plan chess_board.glb --ground --wrong 0.5%
   glshadow plan house.glb --light point:0,2,0 --wrong 0.2% --json
-  glshadow plan house.glb --ms 20             the most accurate that is so fast here
-  glshadow plan --wrong 0.05% --journal courtyard/study.jsonl     (what a study has measured is taken over)
+  glshadow plan house.glb --ms 20             the most accurate within 20 ms on this machine
+  glshadow plan --wrong 0.05% --journal courtyard/study.jsonl     (uses a study's measurements)
 """
 
 
@@ -45,11 +45,11 @@ class PlanCommand(Command):
 
 @click.command(cls=PlanCommand, epilog=EXAMPLES)
 @option("Plan", "--wrong", metavar="SHARE", read=values.share,
-        help="Budget: at most so many of the counted pixels may be wrong, 0.1% or 0.001.")  # fmt: skip
+        help="Budget: largest share of the counted pixels that may be wrong, 0.1% or 0.001.")  # fmt: skip
 @option("Plan", "--ms", metavar="MS", read=values.milliseconds,
-        help="Budget: so long may a frame with one light take here; without --wrong: the most accurate that is so fast.")  # fmt: skip
+        help="Budget: longest time of a frame with one light on this machine; without --wrong: the most accurate within it.")  # fmt: skip
 @option("Plan", "--journal", metavar="FILE", type=click.Path(dir_okay=False, path_type=Path),
-        help="Keep measurements here and use those that are, such as a study's study.jsonl.")  # fmt: skip
+        help="File for measurements; existing ones are used again, such as a study's study.jsonl.")  # fmt: skip
 @size_option
 @driver_options
 @scene_options
@@ -57,13 +57,13 @@ class PlanCommand(Command):
 def command(
     as_json: bool, debug: bool, wrong: float | None, ms: float | None, journal: Path | None, **options: Any
 ) -> None:
-    """Find the cheapest shadow settings for MODEL whose measured error stays within a budget.
+    """Find the cheapest shadow settings for MODEL whose measured error is within a budget.
 
-    Every filter climbs the resolutions until its share of wrong pixels, against the traced truth, is at most --wrong for
-    every light (and its share of grainy pixels too); those that get there are timed, and the fastest wins. Prints it
-    with its error, its time as a multiple of the floor (the picture without shadows plus one depth pass), and the
-    `glshadow render` line that uses it. --ms: of what is so fast the cheapest that meets --wrong, else the most accurate. Exit
-    code 1 if nothing meets the budget. Needs pip install 'glshadow[reference]'.
+    Every filter tries increasing resolutions until its share of wrong pixels, against a traced reference, is at most --wrong
+    for every light (and its share of grainy pixels too). Those that succeed are timed, and the fastest wins. Prints it
+    with its error, its time as a multiple of the floor (the image without shadows plus one depth pass), and the
+    `glshadow render` line that uses it. With --ms, the cheapest within it that meets --wrong, else the most accurate. Exit
+    code 1 if no setting meets the budget. Needs pip install 'glshadow[reference]'.
     """  # fmt: skip
     with Work(as_json, debug) as work:
         if wrong is None and ms is None:
@@ -96,7 +96,7 @@ def _refusal(plan: Plan) -> str:
     if plan.budget is None or best.error <= plan.budget:
         return (
             f"error: none of {len(plan.tried)} settings draws a frame within {plan.ms:g} ms; the fastest is {best.name} with "
-            f"{best.ms:.1f} ms; allow more with --ms, or a smaller picture"
+            f"{best.ms:.1f} ms; allow more with --ms, or use a smaller image"
         )
     return (
         f"error: none of {len(plan.tried)} settings keeps the wrong pixels within {_percent(plan.budget)}; the best is "
@@ -110,7 +110,7 @@ def _percent(value: float) -> str:
 
 
 def _render_line(ctx: click.Context, shadow: Shadow) -> str:
-    """`glshadow render` with what was given here, and the setting."""
+    """`glshadow render` with the options given here, and the setting."""
     model = ctx.params["model"]
     words = ["glshadow", "render", *([] if model is None else [str(model)])]
     given: Mapping[click.Option, Any] = ctx.meta[GIVEN]

@@ -1,4 +1,4 @@
-"""glshadow render: one picture into a file."""
+"""glshadow render: one image into a file."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from glshadow.cli.options import (
 )
 from glshadow.cli.orbit import kept_beside, make_all, named_after, pattern, refuse_field, request_of
 from glshadow.cli.running import Work
-from glshadow.core.sampling import USUAL
+from glshadow.core.sampling import DEFAULT_SAMPLES
 from glshadow.numbered import MOST_IMAGES
 
 if TYPE_CHECKING:
@@ -50,45 +50,45 @@ Examples:
 @click.command(cls=Command, epilog=EXAMPLES)
 @picture_options
 @option(
-    "Picture",
+    "Image",
     "--overlay",
     metavar="LIST",
     read=values.overlays,
     default=(),
-    help="Draw on top: map (the shadow maps in a corner), lights (gizmos and what their maps cover), axes, grid. "
-    "Commas between them.",
+    help="Draw on top, separated by commas: map (the shadow maps in a corner), lights (gizmos and what their maps cover), "
+    "axes, grid.",
 )
 @option(
-    "Picture",
+    "Image",
     "--samples",
     metavar="N",
     read=values.samples,
-    default=str(USUAL),
+    default=str(DEFAULT_SAMPLES),
     show_default=True,
-    help="1, 4, 8 or 16 in each pixel, for smooth edges of surfaces and shadows.",
+    help="Samples per pixel, 1, 4, 8 or 16, for smooth edges of surfaces and shadows.",
 )
 @option(
-    "Picture",
+    "Image",
     "--orbit",
     metavar="N",
     type=click.IntRange(1, MOST_IMAGES),
-    help="N pictures all round the model, in equal steps about the vertical. -o then needs a field for the picture's number: "
-    "-o view_{:03d}.png. What is there already is kept, so that an interrupted command goes on.",
+    help="N images around the model, in equal steps about the vertical. -o then needs a field for the image's number: "
+    "-o view_{:03d}.png. Existing images are kept, so that an interrupted command can be resumed.",
 )
 @option(
     "Shadow (of every light)",
     "--max-wrong",
     metavar="SHARE",
     read=values.share,
-    help="Of what shadow options leave open, the cheapest settings with at most so many wrong pixels: 0.1% or 0.001. Tries some "
-    "fifty pictures first.",
+    help="Derive the cheapest shadow settings with at most this share of wrong pixels: 0.1% or 0.001. Renders about "
+    "fifty images first.",
 )
 @option(
     "Shadow (of every light)",
     "--max-ms",
     metavar="MS",
     read=values.milliseconds,
-    help="Of what shadow options leave open, the best settings that take no longer for a picture.",
+    help="Derive the most accurate shadow settings that take at most this time per image.",
 )
 @common
 def command(
@@ -104,7 +104,7 @@ def command(
     """Render MODEL with shadows; without MODEL, the built-in courtyard.
 
     MODEL is a .glb .gltf .obj .ply .stl or .off file. No option is needed: camera, light, bias, formats and what the
-    shadow map covers are derived. Without -o the picture is MODEL's name with .png, in the current folder.
+    shadow map covers are derived. Without -o the image is written as MODEL's name with .png, in the current folder.
     """  # fmt: skip
     with Work(as_json, debug) as work:
         if "map" in overlay and options["filter_"] is None:
@@ -114,12 +114,12 @@ def command(
         path = wanted.output or named_after(Path(wanted.name).stem, orbit is not None)
         if overlay and path.suffix.lower() == ".exr":
             raise click.UsageError(
-                "--overlay draws into the 8-bit picture, an .exr holds floats: use .png, .jpg or .tif"
+                "--overlay draws into an 8-bit image, and .exr stores floats: use .png, .jpg or .tif"
             )
         if wanted.background is None and path.suffix.lower() in (".jpg", ".jpeg"):
             raise click.UsageError("--background none needs alpha, and JPEG has none: use .png, .tif or .exr")
         if wanted.background is None and overlay:
-            raise click.UsageError("--overlay draws over an opaque picture: not with --background none")
+            raise click.UsageError("--overlay needs an opaque background: not with --background none")
         if orbit is None:
             if wanted.output is not None:
                 refuse_field(path)
@@ -197,7 +197,7 @@ def _render_orbit(
         files = [name(number) for number in range(count)]
         rows = make_all(work, files, kept_beside(path), asked, draw, wanted.name)
     made = sum(row["made"] for row in rows)
-    work.say(f"{path}: {made} of {count} pictures made, {work.timings['render']:.2f} s")
+    work.say(f"{path}: {made} of {count} images rendered, {work.timings['render']:.2f} s")
     work.finish({"pictures": rows, "size": wanted.size, "scene": scene_facts(scene)})
 
 
@@ -208,7 +208,7 @@ def _overlaid(frame: Frame, overlay: tuple[str, ...]) -> Frame:
 
 
 def _outputs(path: Path, overlay: tuple[str, ...], timed: bool) -> tuple[str, ...]:
-    outputs = ["alpha"]  # tells whether anything is in view
+    outputs = ["alpha"]  # to check whether anything is in view
     outputs += (
         ["linear", "depth", "visibility", "normal", "position", "node"] if path.suffix.lower() == ".exr" else ["image"]
     )

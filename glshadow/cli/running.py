@@ -1,4 +1,4 @@
-"""How a command runs and ends: warnings, progress, times, JSON, exit codes."""
+"""Runs a command: warnings, progress, times, JSON, exit codes."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ DELAY_S = 1.0  # before progress is shown: a quick command prints nothing
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM came."""
+    """SIGTERM was received."""
 
 
 @contextmanager
 def terminable() -> Iterator[None]:
-    """SIGTERM ends what is inside as Ctrl-C does, so that it is cleaned up; the second one kills."""
+    """Handle SIGTERM like Ctrl-C, so that resources are cleaned up; a second SIGTERM kills the process."""
 
     def end(*_: object) -> None:
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
         raise Terminated
 
-    if threading.current_thread() is not threading.main_thread():  # only that one may set handlers
+    if threading.current_thread() is not threading.main_thread():  # only the main thread may set handlers
         yield
         return
     before = signal.signal(signal.SIGTERM, end)
@@ -45,7 +45,7 @@ def terminable() -> Iterator[None]:
 
 
 class Progress:
-    """What is being done and for how long: a line on a terminal, from DELAY_S on until the end."""
+    """The current stage and its duration: a line on a terminal, shown after DELAY_S."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -72,14 +72,14 @@ class Progress:
             self._display = display
 
     def stage(self, text: str) -> None:
-        """What is being done from now on."""
+        """Set the current stage."""
         with self._lock:
             self._text = text = printable(text)
             if self._display is not None:
                 self._display.update(self._task, description=text)
 
     def say(self, line: str) -> None:
-        """A line that stays, on standard error."""
+        """Print a permanent line on standard error."""
         with self._lock:
             if self._display is not None:
                 self._display.console.print(printable(line), markup=False, emoji=False, highlight=False, soft_wrap=True)
@@ -87,7 +87,7 @@ class Progress:
         say(line)
 
     def end(self) -> None:
-        """Take the line away."""
+        """Remove the line."""
         self._timer.cancel()
         with self._lock:
             self._ended = True
@@ -97,14 +97,14 @@ class Progress:
 
 
 class Work:
-    """One command at work: a context manager that turns what happens inside into lines and an exit code.
+    """A running command: a context manager that turns errors into messages and an exit code.
 
     Parameters
     ----------
     as_json : bool
-        Print one JSON object on standard output at the end, also when it fails.
+        Print one JSON object on standard output at the end, also after an error.
     debug : bool
-        Show the traceback of a failure.
+        Show the traceback of an error.
     """
 
     def __init__(self, as_json: bool = False, debug: bool = False) -> None:
@@ -127,10 +127,10 @@ class Work:
             return
         if self.debug:
             traceback.print_exception(kind, error, trace)
-        if not isinstance(error, BrokenPipeError):  # else whoever read it has gone: nobody to tell
+        if not isinstance(error, BrokenPipeError):  # otherwise the reader has gone, and no one would see a message
             self._tell(error)
         if isinstance(error, OSError):
-            _give_up_output()  # it may be what failed
+            _give_up_output()  # it may be the cause
         raise click.exceptions.Exit(exit_code(error)) from None
 
     def _tell(self, error: BaseException) -> None:
@@ -145,46 +145,46 @@ class Work:
                 print_json({**report, "notes": notes} if notes else report)
 
     def warn(self, message: str) -> None:
-        """One `warning:` line per message, and one entry under "warnings"."""
+        """Print one `warning:` line per message, and add it to "warnings"."""
         message = " ".join(message.split())
         if message not in self.warnings:
             self.warnings.append(message)
             self.progress.say(f"warning: {message}")
 
     def say(self, line: str) -> None:
-        """A line about the result, on standard error."""
+        """Print a line about the result on standard error."""
         self.progress.say(line)
 
     @contextmanager
     def stage(self, name: str, text: str) -> Iterator[None]:
-        """Time what is inside under `name`, and show `text` meanwhile."""
+        """Time a block under `name`, and show `text` meanwhile."""
         self.progress.stage(text)
         start = time.perf_counter()
         yield
         self.timings[name] = self.timings.get(name, 0.0) + time.perf_counter() - start
 
     def finish(self, report: dict[str, Any]) -> None:
-        """Print the one JSON object, if it was asked for."""
+        """Print the JSON object, if requested."""
         self.progress.end()
         if self.as_json:
             print_json({**report, "timings": {**self.timings, **report.get("timings", {})}, "warnings": self.warnings})
 
 
 def exit_code(error: BaseException) -> int:
-    """What a command ends with."""
+    """The exit code of a command that ended with an error."""
     if isinstance(error, Terminated):
         return TERMINATED
     return INTERRUPTED if isinstance(error, KeyboardInterrupt) else FAILED
 
 
 def say(line: str) -> None:
-    """A line on standard error, if that can be written."""
+    """Print a line on standard error, if that can be written."""
     with suppress(OSError):
         click.echo(printable(line), err=True)
 
 
 def _give_up_output() -> None:
-    """Standard output that cannot be written leads nowhere from now on, so that its rest is no error at the end."""
+    """Redirect unwritable standard output to nowhere, so that flushing it causes no error at exit."""
     try:
         sys.stdout.flush()
     except OSError:
@@ -194,7 +194,7 @@ def _give_up_output() -> None:
 
 
 def one_line(error: BaseException) -> str:
-    """What to say about an error; what we did not expect names its type."""
+    """The message of an error on one line; unexpected errors include their type."""
     text = " ".join(str(error).split())
     if isinstance(error, GlshadowError):
         return text
@@ -208,7 +208,7 @@ def one_line(error: BaseException) -> str:
 
 
 def print_json(report: dict[str, Any]) -> None:
-    """One object on standard output; numbers that JSON does not have become null."""
+    """Print one object on standard output; numbers that JSON does not have become null."""
     click.echo(json.dumps(_plain(report), allow_nan=False))
 
 

@@ -1,4 +1,4 @@
-"""glshadow study: speed against error of many shadow settings, as a page."""
+"""glshadow study: speed against error of many shadow settings, as an HTML page."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ EXAMPLES = """
 Examples:
   glshadow study -o courtyard                 the built-in scene, a minute or two
   glshadow study chess_board.glb -o chess --quick
-  glshadow study chess_board.glb -o chess     interrupted? the same line goes on where it was
+  glshadow study chess_board.glb -o chess     the same command resumes after an interruption
 """
 
 
@@ -32,7 +32,7 @@ Examples:
     required=True,
     metavar="FOLDER",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Where study.html, study.json, the plot and the results as they come go.",
+    help="Folder for study.html, study.json, the plot and the results.",
 )
 @option("Study", "--quick", is_flag=True, help="Four settings and three rounds instead of some fifty and seven.")
 @option(
@@ -40,17 +40,17 @@ Examples:
     "--resume/--fresh",
     default=True,
     show_default="resume",
-    help="Keep the results that are in FOLDER, or measure everything anew.",
+    help="Keep the results in FOLDER, or measure everything again.",
 )
 @size_option
 @driver_options
 @scene_options
 @common
 def command(as_json: bool, debug: bool, folder: Path, quick: bool, resume: bool, **options: Any) -> None:
-    """Try many shadow settings on MODEL, measure speed and error of each, and write a page that shows which are worth it.
+    """Try many shadow settings on MODEL, measure speed and error of each, and write a page with the results.
 
     Settings: resolution, filter, bias and format; each light is studied alone. Speed is frame time over the time of the
-    same picture without shadows (plus one depth pass); error is the share of wrong pixels against the traced truth.
+    same image without shadows (plus one depth pass); error is the share of wrong pixels against a traced reference.
     Needs pip install 'glshadow[reference,study]'.
     """  # fmt: skip
     with Work(as_json, debug) as work:

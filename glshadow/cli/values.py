@@ -1,4 +1,4 @@
-"""Text of the options -> settings. Every refusal is a SettingsError that says what is allowed."""
+"""Reads the text of options as settings. Every refusal is a SettingsError that states what is allowed."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ OVERLAYS = (
     "lights",
     "axes",
     "grid",
-)  # named here too: the module that draws them takes long to import; a test compares them
-LARGEST_SIDE = 16384  # pixels; the driver's own limit is checked when the picture is made
+)  # repeated here because the overlay module is slow to import; a test compares the lists
+LARGEST_SIDE = 16384  # pixels; the driver's own limit is checked when the image is made
 
 
 def size(text: str) -> tuple[int, int]:
@@ -51,26 +51,26 @@ def color(text: str) -> Triple:
 
 
 def background(text: str) -> Triple | None:
-    """r,g,b in sRGB, or none."""
+    """r,g,b in sRGB, or none for a transparent background."""
     return None if text.strip() == "none" else color(text)
 
 
 def ambient(text: str) -> tuple[float | Triple, float | Triple]:
-    """One number, or r,g,b in linear light; or two of these with a slash between them: from above and from below."""
+    """One number, or r,g,b in linear light; or two of these separated by a slash: from above and from below."""
     parts = text.split("/")
     values = [vector(part) if "," in part else number(part) for part in parts[:2]]
     if len(parts) > 2 or min(min(value) if isinstance(value, tuple) else value for value in values) < 0.0:
         raise SettingsError(
-            f"{text!r} is no ambient light: one number or r,g,b (linear), each 0 or more; or two of these, ABOVE/BELOW"
+            f"{text!r} is not an ambient light: one number or r,g,b (linear), each 0 or more; or two of these, ABOVE/BELOW"
         )
     return values[0], values[-1]
 
 
 def samples(text: str) -> int:
-    """In a pixel."""
-    from glshadow.core.sampling import PICTURE
+    """Samples per pixel."""
+    from glshadow.core.sampling import IMAGE_SAMPLES
 
-    count: int = PICTURE("samples", int(text) if text.strip().isdigit() else text)
+    count: int = IMAGE_SAMPLES("samples", int(text) if text.strip().isdigit() else text)
     return count
 
 
@@ -82,7 +82,7 @@ def fov(text: str) -> float:
 
 
 def height(text: str) -> float:
-    """World units."""
+    """Height of an orthographic camera's image, world units."""
     from glshadow.core.cameras import OrthographicCamera
 
     return OrthographicCamera(height=number(text)).height
@@ -109,14 +109,14 @@ def resolution(text: str) -> int:
 
 
 def strength(text: str) -> float:
-    """0 to 1."""
+    """Strength of a shadow, 0 to 1."""
     from glshadow.shadows.shadow import Shadow
 
     return Shadow(strength=number(text)).strength
 
 
 def share(text: str) -> float:
-    """0.1% or 0.001."""
+    """A share of the pixels: 0.1% or 0.001."""
     percent = text.endswith("%")
     try:
         value = number(text[:-1] if percent else text) / (100.0 if percent else 1.0)
@@ -128,7 +128,7 @@ def share(text: str) -> float:
 
 
 def milliseconds(text: str) -> float:
-    """More than 0."""
+    """A time in milliseconds, more than 0."""
     from glshadow.budget import Budget
 
     budget = Budget(max_ms=number(text))
@@ -136,12 +136,12 @@ def milliseconds(text: str) -> float:
 
 
 def shadow_filter(text: str) -> Filter:
-    """As a filter is spelled: hard, pcf:1, ..."""
+    """A filter: hard, pcf:1, ..."""
     return parse(text, FILTERS, "filter")
 
 
 def filter_help() -> str:
-    """Every filter with what it does and what its numbers are."""
+    """Every filter with its description and its numbers."""
     parts = []
     for kind in FILTERS:
         notes = [f"{item.name.upper()} {item.metadata['help']}" for item in fields(kind) if item.metadata["help"]]  # type: ignore[arg-type]
@@ -150,25 +150,25 @@ def filter_help() -> str:
 
 
 def bias(text: str) -> Bias:
-    """As a bias is spelled: receiver-plane, slope:1.1,4, ..."""
+    """A bias: receiver-plane, slope:1.1,4, ..."""
     return parse(text, BIASES, "bias")
 
 
 def fit(text: str) -> Fit:
-    """As a fit is spelled: view, cascades:4, ..."""
+    """A fit: view, cascades:4, ..."""
     return parse(text, FITS, "fit")
 
 
 def clip(text: str) -> ClipSpace:
-    """One of `CLIPS`."""
+    """A clip convention, one of `CLIPS`."""
     found = next((space for space in CLIP_SPACES if str(space) == text.replace(" ", "")), None)
     if found is None:
-        raise SettingsError(f"{text!r} is none of: {'  '.join(CLIPS)}")
+        raise SettingsError(f"{text!r} is not one of: {'  '.join(CLIPS)}")
     return found
 
 
 def overlays(text: str) -> tuple[str, ...]:
-    """Names of overlays with commas between them."""
+    """Names of overlays, separated by commas."""
     names = tuple(name.strip() for name in text.split(","))
     if not set(names) <= set(OVERLAYS):
         raise SettingsError(f"{text!r} is not a list of: {','.join(OVERLAYS)}")
@@ -182,27 +182,27 @@ def picture(text: str) -> Path:
         if path.is_dir():
             raise SettingsError(f"{text!r} is a folder")
     except OSError as error:
-        raise SettingsError(f"{text!r} is no name for a file: {error.strerror}") from error
+        raise SettingsError(f"{text!r} is not a valid file name: {error.strerror}") from error
     return path
 
 
 def strength_of_sky(text: str) -> float:
-    """`--sky`: not negative."""
+    """Intensity of `--sky`, 0 or more."""
     value = number(text)
     if value < 0.0:
-        raise SettingsError(f"{text!r} is no intensity: it must not be negative")
+        raise SettingsError(f"{text!r} is not an intensity: it must not be negative")
     return value
 
 
 def light_help() -> str:
-    """Every light with what it is."""
+    """Every light with its description."""
     from glshadow.lights import LIGHTS
 
     return ", ".join(f"{kind.usage} ({kind.summary})" for kind in LIGHTS)
 
 
 def light(text: str) -> Light:
-    """As a light is spelled: sun:-1,-2,-1, ..."""
+    """A light: sun:-1,-2,-1, ..."""
     from glshadow.image import read
     from glshadow.lights import LIGHTS, spelling
 

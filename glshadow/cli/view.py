@@ -1,4 +1,4 @@
-"""glshadow view: a window."""
+"""glshadow view: an interactive window."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ Examples:
 @scene_options
 @common
 def command(as_json: bool, debug: bool, **options: Any) -> None:
-    """Look at MODEL in a window: turn it, move the light, change filter and map, see where shadows are wrong.
+    """Show MODEL in a window: turn it, move the light, change filter and shadow map, see where shadows are wrong.
 
-    Keys: h shows them all. Drag turns, right drag pans, the wheel zooms; arrows move the light, a animates it; f, r and b change filter,
-    resolution and bias; d shows the shadow map, l the light and its frustum; e paints errors against rays once nothing moves; c saves
-    a screenshot in the current folder; a file that is dropped on the window is opened. Needs a screen and pip install 'glshadow[view]'.
+    Keys: h shows all of them. Drag turns, right drag pans, the wheel zooms; arrows move the light, a animates it; f, r and b change filter,
+    resolution and bias; d shows the shadow map, l the light and its frustum; e shows errors against traced rays once nothing moves; c
+    saves a screenshot in the current folder; dropping a file opens it. Needs a screen and pip install 'glshadow[view]'.
     """  # fmt: skip
     with Work(as_json, debug) as work:
         wanted = Request(**options)

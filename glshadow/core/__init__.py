@@ -1,1 +1,1 @@
-"""Formulas and settings in float64: what a shadow is, with no file, no window and no GPU."""
+"""Spaces, cameras, settings and sampling in float64; no files, windows or GPU."""

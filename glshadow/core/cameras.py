@@ -1,4 +1,4 @@
-"""Cameras: a pose, a window through which it looks, and a depth range.
+"""Cameras: a pose, a window and a depth range.
 
 A ray goes through every pixel. It meets the window at (x, y), in view axes::
 
@@ -21,7 +21,7 @@ from glshadow.errors import SettingsError
 
 Window = tuple[float, float, float, float]
 
-# No lens goes so far; beyond, the window's edges could not be told apart in float32.
+# Beyond this, the window's edges could not be told apart in float32.
 LEAST_FOV, MOST_ASPECT, MOST_SHIFT = 1e-6, 1e3, 1e6
 LEAST_HEIGHT = 1e-16  # 2 / height times the farthest coordinate stays inside float32's 1e38
 LEAST_FOCAL, MOST_PIXELS = 1e-6, 1e12
@@ -34,19 +34,19 @@ _PIXEL_ASPECT = number(1.0 / MOST_ASPECT, MOST_ASPECT)
 
 
 class Camera(Settings):
-    """What every camera is to those who use it.
+    """Base of all cameras.
 
     Attributes
     ----------
     is_perspective : bool
-        Whether its rays leave one eye; else they run side by side.
+        Whether all rays start at one eye point; otherwise they are parallel.
     position, target, up, near, far
         As of PerspectiveCamera.
     """
 
     is_perspective: ClassVar[bool] = True
     _lens: ClassVar[tuple[str, ...]] = ()
-    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]  # every heir is a frozen dataclass
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]  # every subclass is a frozen dataclass
 
     position: Triple
     target: Triple
@@ -84,7 +84,7 @@ class Camera(Settings):
         Returns
         -------
         origins, directions : (H, W, 3) float64
-            Row 0 at the top; read-only where all are one. Directions have the component 1 along the view.
+            Row 0 at the top; read-only if all entries share one value. Directions have the component 1 along the view.
         """
         left, right, bottom, top = self.window(size)
         x = left + (np.arange(size[0]) + offset[0]) / size[0] * (right - left)
@@ -98,16 +98,16 @@ class Camera(Settings):
 
     @property
     def lens(self) -> dict[str, float]:
-        """What it shows, beside where it is and looks: fov_y, height, or the intrinsics; for reports."""
+        """Lens settings, without the pose: fov_y, height, or the intrinsics; for reports."""
         return {name: getattr(self, name) for name in self._lens}
 
     def __str__(self) -> str:
-        """Where it is and what it shows, for messages."""
+        """Pose and lens, for messages."""
         eye, target = ("(" + ", ".join(f"{x:.6g}" for x in point) + ")" for point in (self.position, self.target))
         return f"at {eye} looks at {target} with {', '.join(f'{name} {value:g}' for name, value in self.lens.items())}"
 
     def through(self, kind: type[Camera], **lens: float) -> Camera:
-        """The same view through another lens: `kind` of camera with `lens`; the rest as far as both have it."""
+        """The same view with another lens: a `kind` of camera with `lens`, and all other settings that both kinds have."""
         common = {each.name for each in fields(kind)} & {each.name for each in fields(self)}
         return kind(**{**{name: getattr(self, name) for name in common}, **lens})
 
@@ -123,7 +123,7 @@ class PerspectiveCamera(Camera):
     fov_y : float
         Vertical field of view, degrees, in [1e-6, 180).
     near, far : float, optional
-        Depth range, distances along the view; None derives it from the scene, so that nothing is cut away.
+        Depth range, distances along the view; None derives it from the scene, so that nothing is clipped.
     principal : (2,) floats
         Where the optical axis meets the image, as a fraction of its width and height from the top left: (0.5, 0.5) is the centre.
     pixel_aspect : float
@@ -195,7 +195,7 @@ class PerspectiveCamera(Camera):
         fx, fy, cx, cy : float
             Focal lengths and principal point, pixels; cy counts from the top edge, (0, 0) is the corner of the first pixel.
         size : (2,) ints, optional
-            Width and height in pixels of the image that the intrinsics belong to: a picture of another size shows the same view.
+            Width and height in pixels of the image that the intrinsics belong to: an image of another size shows the same view.
             None: pixels are those of whatever size is rendered, which is an IntrinsicsCamera.
         pose : (4, 4) array_like, optional
             world_from_view; the identity if None.
@@ -221,7 +221,7 @@ class PerspectiveCamera(Camera):
 
 @dataclass(frozen=True)
 class IntrinsicsCamera(Camera):
-    """A calibrated pinhole camera whose intrinsics are pixels of whatever size is rendered: a larger picture shows more.
+    """A calibrated pinhole camera whose intrinsics are pixels of whatever size is rendered: a larger image shows more.
 
     Parameters
     ----------
@@ -266,16 +266,16 @@ class IntrinsicsCamera(Camera):
 
 @dataclass(frozen=True)
 class OrthographicCamera(Camera):
-    """A camera whose rays run side by side: what is farther away is not smaller. Maps, plans, elevations.
+    """A camera with parallel rays: distant objects do not look smaller. For maps, plans and elevations.
 
     Parameters
     ----------
     position, target, up : (3,) floats
-        The middle of the plane where its rays begin, a point straight ahead, and the direction that is up in the image; world units.
+        The centre of the plane where its rays begin, a point straight ahead, and the direction that is up in the image; world units.
     height : float
-        World units from the lower to the upper edge of the image; its width follows from the picture's size.
+        World units from the lower to the upper edge of the image; its width follows from the image's size.
     near, far : float, optional
-        Depth range, distances along the view, negative behind the position. None: from the position on, and as far as the scene goes.
+        Depth range, distances along the view, negative behind the position. None: from the position to the end of the scene.
     principal : (2,) floats
         Where `position` is in the image, as a fraction of its width and height from the top left: (0.5, 0.5) is the centre.
     pixel_aspect : float
@@ -313,7 +313,7 @@ def _window(height: float, principal: tuple[float, float], pixel_aspect: float, 
 
 
 def _placed(pose: ArrayLike) -> tuple[Triple, Triple, Triple]:
-    """Position, target and up of a world_from_view matrix (4, 4); its scale does not count."""
+    """Position, target and up of a world_from_view matrix (4, 4); its scale is ignored."""
     matrix = as_floats(pose, (4, 4))
     if matrix is None or not np.isfinite(matrix).all():
         raise refuse("pose", "a finite (4, 4) matrix", pose)
@@ -324,5 +324,5 @@ def _placed(pose: ArrayLike) -> tuple[Triple, Triple, Triple]:
 
 
 def pixel_rays(camera: Camera, size: tuple[int, int], offset: tuple[float, float] = (0.5, 0.5)) -> Array:
-    """Directions (H, W, 3) of a camera's rays alone: see `Camera.rays`."""
+    """Directions (H, W, 3) of a camera's rays, without origins: see `Camera.rays`."""
     return camera.rays(size, offset)[1]

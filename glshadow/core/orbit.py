@@ -1,4 +1,4 @@
-"""Orbit: cameras all round what one camera looks at."""
+"""Orbit: cameras on a circle around a camera's target."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ C = TypeVar("C", bound=Camera)
 
 
 def orbit(camera: C, count: int) -> tuple[C, ...]:
-    """Cameras round a camera's target, about the vertical through it.
+    """Cameras on a circle around a camera's target, about the vertical axis through it.
 
     Parameters
     ----------
     camera : PerspectiveCamera, IntrinsicsCamera or OrthographicCamera
-        The first of them; lens, height and distance are kept.
+        The first camera; all others keep its lens, height and distance.
     count : int
-        How many share the full turn in equal steps, counterclockwise seen from above (+y), 1 to 100,000.
+        Number of cameras, in equal steps of a full turn, counterclockwise seen from above (+y); 1 to 100,000.
 
     Returns
     -------
@@ -33,11 +33,11 @@ def orbit(camera: C, count: int) -> tuple[C, ...]:
     Raises
     ------
     SettingsError
-        If one of them is none.
+        If an argument is not allowed, or the camera looks straight up or down.
     """
     camera = cast(C, instance(Camera)("camera", camera))
     count = whole(1, MOST)("count", count)
-    given: Any = camera  # every kind has a position, a target and an up
+    given: Any = camera  # every kind of camera has a position, a target and an up
     offset = np.subtract(given.position, given.target)
     turned = []
     for k in range(count):

@@ -1,4 +1,4 @@
-"""Outputs of a frame, as one table: what each holds, of which type, where there is no surface, and in an EXR file."""
+"""Outputs of a frame, as one table: content, type, value where there is no surface, and channels in an EXR file."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from glshadow.errors import SettingsError
 
 
 class Of(Enum):
-    """What of a pixel, or of the frame, an output describes."""
+    """What an output describes: a pixel's mean, a pixel's centre, or the frame."""
 
     MEAN = "the mean over a pixel's samples"
     CENTRE = "the pixel's centre"
@@ -28,14 +28,14 @@ class Output:
     ----------
     name : str
     of : Of
-    dtype : numpy dtype, or None for what is no single array
+    dtype : numpy dtype, or None for an output that is not a single array
     shape : str
     holds : str
-        One sentence.
+        One sentence on the content.
     nothing : str
-        What it holds where there is no surface.
+        Value where there is no surface.
     channels : tuple of str
-        Its channels in an EXR file; `visibility` has one a light, numbered.
+        Names in an EXR file; `visibility` has one channel per light, numbered.
     """
 
     name: str
@@ -53,16 +53,16 @@ OUTPUTS = (
            ("visibility",)),
     Output("linear", Of.MEAN, np.float32, "(H, W, 3)", "light before clamping; (H, W, 4) premultiplied over a transparent background",
            "background, decoded", ("R", "G", "B", "A")),
-    Output("alpha", Of.MEAN, np.float32, "(H, W)", "share of the samples that see a surface; of a catcher, what its shadow takes", "0",
+    Output("alpha", Of.MEAN, np.float32, "(H, W)", "share of the samples that see a surface; on a catcher, its shadow's share", "0",
            ("A",)),
     Output("depth", Of.CENTRE, np.float32, "(H, W)", "distance along the camera's view direction", "infinity", ("Z",)),
     Output("depth_metric", Of.CENTRE, np.float32, "(H, W)", "(s z + min_z) / (min_z + max_z) of the camera", "1", ("depth_metric",)),
-    Output("triangle", Of.CENTRE, np.int32, "(H, W)", "number of the triangle, over the scene's nodes in their order", "-1", ("triangle",)),
-    Output("node", Of.CENTRE, np.int32, "(H, W)", "number of the node in `scene.nodes`", "-1", ("node",)),
+    Output("triangle", Of.CENTRE, np.int32, "(H, W)", "triangle index, counted over the scene's nodes in order", "-1", ("triangle",)),
+    Output("node", Of.CENTRE, np.int32, "(H, W)", "index of the node in `scene.nodes`", "-1", ("node",)),
     Output("normal", Of.CENTRE, np.float32, "(H, W, 3)", "unit normal of the triangle's visible side, world axes", "NaN",
            ("N.X", "N.Y", "N.Z")),
     Output("position", Of.CENTRE, np.float64, "(H, W, 3)", "world coordinates of the surface", "NaN", ("P.X", "P.Y", "P.Z")),
-    Output("shadow_maps", Of.FRAME, None, "per light (V, R, R)", "the shadow maps as they are stored", ""),
+    Output("shadow_maps", Of.FRAME, None, "per light (V, R, R)", "the shadow maps as stored", ""),
     Output("timings", Of.FRAME, None, "mapping", "seconds of each pass", ""),
 )  # fmt: skip
 NAMES = tuple(each.name for each in OUTPUTS)
@@ -71,12 +71,12 @@ ALL = "all"
 
 
 def checked_outputs(outputs: Any) -> tuple[str, ...]:
-    """Names of outputs: one name, several, or "all".
+    """Check the names of outputs: one name, several, or "all".
 
     Raises
     ------
     SettingsError
-        For a name that is not in the table, or none at all.
+        For a name that is not in the table, or no names at all.
     """
     wanted = outputs
     if isinstance(outputs, str):

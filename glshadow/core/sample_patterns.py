@@ -1,4 +1,4 @@
-"""Points spread evenly over shapes, always the same ones: their mean has no noise."""
+"""Fixed, evenly distributed points on shapes; being deterministic, they add no noise."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ GOLDEN_SHARE = (np.sqrt(5.0) - 1.0) / 2.0
 
 
 def disc(count: int) -> Array:
-    """Points (count, 2) of the unit disc, each for an equal share of its area: a spiral (Vogel 1979)."""
+    """Points (count, 2) of the unit disc, each for an equal area: a spiral (Vogel 1979)."""
     i = np.arange(count)
     radius, angle = np.sqrt((i + 0.5) / count), i * GOLDEN_ANGLE
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
 
 
 def square(count: int) -> Array:
-    """Points (count, 2) of the square from -1 to 1, each for an equal share: a lattice by the golden ratio."""
+    """Points (count, 2) of the square from -1 to 1, each for an equal area: a golden-ratio lattice."""
     i = np.arange(count)
     return np.stack([(2.0 * i + 1.0) / count, 2.0 * ((i + 0.5) * GOLDEN_SHARE % 1.0)], axis=-1) - 1.0
 
@@ -32,11 +32,11 @@ def hemisphere(count: int) -> Array:
 
 
 def ball(count: int) -> Array:
-    """Points (count, 3) of the unit ball that, seen from any side, fill the disc evenly.
+    """Points (count, 3) of the unit ball whose projection fills the disc evenly from every side.
 
-    Their density is 1 / sqrt(1 - r^2): of all that depend on the radius alone the one whose projection is even (the inverse Abel
-    transform of a constant). Directions along a spiral from pole to pole, radii in the order of the multiples of the root of 2. Of a
-    straight edge across the disc the share is off by at most 0.65 / sqrt(count), from every side (tests/unit/test_area.py).
+    The density is 1 / sqrt(1 - r^2): the only radial density with an even projection (the inverse Abel transform of a constant).
+    Directions follow a spiral from pole to pole, radii the multiples of the square root of 2. The share of the disc beside a straight edge
+    is off by at most 0.65 / sqrt(count), from every side (tests/unit/test_area.py).
     """
     i = np.arange(count)
     height = 1.0 - (2.0 * i + 1.0) / count
@@ -47,7 +47,7 @@ def ball(count: int) -> Array:
 
 
 def _radius(share: Array) -> Array:
-    """Radius within which a share of the ball's points lies: the inverse of 2 / pi (asin t - t sqrt(1 - t^2))."""
+    """Radius that holds a share of the ball's points: the inverse of 2 / pi (asin t - t sqrt(1 - t^2))."""
     t = np.linspace(0.0, 1.0, 4097)
     within = 2.0 / np.pi * (np.arcsin(t) - t * np.sqrt(1.0 - t**2))
     return np.interp(share, within, t)

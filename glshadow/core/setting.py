@@ -1,4 +1,4 @@
-"""One declaration per setting: what it may be, its default and its help. Whatever else is given, of any type, is a SettingsError."""
+"""Declares a setting once: its allowed values, default and help. Any other value raises a SettingsError."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from glshadow.errors import GlshadowError, SettingsError
 Numbers = NDArray[Any]
 Floats = NDArray[np.float64]
 Shape = tuple[int | EllipsisType | None, ...]
-"""Lengths; None: any; ... in front: any more dimensions."""
+"""Expected lengths; None: any length; a leading ...: any further dimensions."""
 
 Rule = Callable[[str, Any], Any]
-"""(name, value as given) -> value as it is kept; a SettingsError that begins with the name and says what is allowed and what was given."""
+"""(name, given value) -> value to store, or a SettingsError that names the setting, what is allowed and what was given."""
 
 _LONGEST = 120  # characters of a value in a message
 _LONGEST_NAME, _LONGEST_PATH = 255, 4095  # bytes that file systems allow
@@ -39,25 +39,25 @@ def setting(
     Parameters
     ----------
     rule : Rule
-        One of this file's, or `optional` of one.
+        A rule of this module, or `optional` of one.
     default, factory : optional
-        As of dataclasses.field; neither: it must be given.
+        As for dataclasses.field. Without either, the setting is required.
     help : str
-        One line for the command line and the reports.
+        One line for the command line and reports.
     kw_only : bool
-        Given by name alone, also where it is spelled.
+        Keyword only, also on the command line.
     """
     return field(default=default, default_factory=factory, metadata={"rule": rule, "help": help}, kw_only=kw_only)
 
 
 class Settings:
-    """Base of frozen dataclasses whose fields are checked, and normalised, when they are built."""
+    """Base of frozen dataclasses whose fields are checked and normalised when they are built."""
 
-    refusal: ClassVar[type[GlshadowError]] = SettingsError  # what an subclass raises
+    refusal: ClassVar[type[GlshadowError]] = SettingsError  # error that a subclass raises
 
     @property
     def label(self) -> str:
-        """What messages call it."""
+        """Name of the settings in messages."""
         return type(self).__name__
 
     def __post_init__(self) -> None:
@@ -83,25 +83,25 @@ _short.maxstring = _short.maxother = _short.maxlong = _LONGEST
 
 
 def shown(value: Any) -> str:
-    """A value for a message: its repr on one line, cut where it is long, its type where it has none; of arrays the shape."""
+    """A value for a message: its repr on one line, shortened; its type if it has no repr; the shape of an array."""
     if isinstance(value, np.ndarray) and value.size > 4:
         return f"an array {value.shape} of {value.dtype}"
     try:
         text = " ".join(_short.repr(value).split())
-    except Exception:  # a foreign object's own fault must not hide ours
+    except Exception:  # an error in a foreign object's repr must not hide ours
         text = f"<{type(value).__name__}>"
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
 
 
 def refuse(name: str, allowed: str, value: Any) -> SettingsError:
-    """The error of a setting that must be `allowed`."""
+    """The error for a setting that must be `allowed`."""
     return SettingsError(f"{name} must be {allowed}, got {shown(value)}")
 
 
 def number(
     least: float = -math.inf, most: float = math.inf, *, unit: str = "", above: bool = False, below: bool = False
 ) -> Rule:
-    """A finite real number in [least, most]; above, below: the end itself is excluded."""
+    """Rule: a finite real number in [least, most]. With above or below, the end itself is excluded."""
     span = _span(least, most, above, below)
     allowed = f"a finite number{' in ' + span if span else ''}{' ' + unit if unit else ''}"
 
@@ -116,7 +116,7 @@ def number(
 
 
 def _span(least: float, most: float, above: bool = False, below: bool = False) -> str:
-    """`[0, inf)`; empty where every number is inside."""
+    """The interval, such as `[0, inf)`; empty if every number is allowed."""
     if least == -math.inf and most == math.inf:
         return ""
     left = "(" if above or least == -math.inf else "["
@@ -125,7 +125,7 @@ def _span(least: float, most: float, above: bool = False, below: bool = False) -
 
 
 def as_float(value: Any) -> float:
-    """A real number, or an array that holds just one; NaN for everything else, booleans too."""
+    """A real number or one-element array as a float; NaN for everything else, including booleans."""
     if (
         isinstance(value, np.ndarray)
         and value.ndim == 0
@@ -137,24 +137,24 @@ def as_float(value: Any) -> float:
         return math.nan
     try:
         return float(value)
-    except Exception:  # beyond float64, or a foreign number's own fault
+    except Exception:  # beyond float64, or an error in a foreign number
         return math.nan
 
 
 def as_int(value: Any) -> int | None:
-    """An integer, Python's or numpy's, or an array that holds just one; None for everything else, booleans too."""
+    """An integer (Python's or numpy's) or one-element array as an int; None for everything else, including booleans."""
     if isinstance(value, np.ndarray) and value.ndim == 0 and not np.ma.isMaskedArray(value):
         value = value.item()
     if isinstance(value, bool | np.bool_) or not isinstance(value, Integral):
         return None
     try:
         return int(value)
-    except Exception:  # a foreign number's own fault
+    except Exception:  # an error in a foreign number
         return None
 
 
 def whole(least: int, most: int, *, unit: str = "") -> Rule:
-    """An integer in [least, most], Python's or numpy's."""
+    """Rule: an integer in [least, most], Python's or numpy's."""
     allowed = f"an integer in [{least}, {most}]{' ' + unit if unit else ''}"
 
     def rule(name: str, value: Any) -> int:
@@ -167,13 +167,13 @@ def whole(least: int, most: int, *, unit: str = "") -> Rule:
 
 
 def one_of(*values: Any) -> Rule:
-    """One of some integers or strings."""
+    """Rule: one of the given integers or strings."""
     allowed = f"one of {', '.join(map(repr, values))}"
     kinds = {type(each) for each in values}
 
     def rule(name: str, value: Any) -> Any:
         number = as_int(value)
-        # of numpy's, Python's
+        # convert numpy's to Python's
         kept = str.__str__(value) if isinstance(value, str) else value if number is None else number
         if type(kept) not in kinds or kept not in values:
             raise refuse(name, allowed, value)
@@ -183,7 +183,7 @@ def one_of(*values: Any) -> Rule:
 
 
 def vector(size: int = 3, least: float = -math.inf, most: float = math.inf) -> Rule:
-    """So many finite real numbers, each in [least, most], as a tuple of floats."""
+    """Rule: `size` finite real numbers, each in [least, most]; stored as a tuple of floats."""
     span = _span(least, most)
     allowed = f"{size} finite numbers{', each in ' + span if span else ''}"
 
@@ -208,20 +208,20 @@ def numbers_in(value: Any) -> Numbers | None:
             array = np.array([as_float(each) for each in array.ravel()], dtype=np.float64).reshape(array.shape)
     except MemoryError:
         raise SettingsError(f"there is not enough memory for {shown(value)}") from None
-    except Exception:  # whatever numpy or a foreign __array__ raises: it is no array of numbers
+    except Exception:  # whatever numpy or a foreign __array__ raises: not an array of numbers
         return None
     return array if array.dtype.kind in "iuf" else None
 
 
 def _masked(value: Any) -> bool:
-    """Whether anything in it is masked: numpy would drop the mask, or warn."""
+    """Whether any element is masked: numpy would drop the mask, or warn."""
     if isinstance(value, list | tuple):
         return any(map(_masked, value))
     return isinstance(value, np.ma.MaskedArray)
 
 
 def as_floats(value: Any, shape: Shape = (...,)) -> Floats | None:
-    """The same as float64, a copy; also None where it is not of the shape."""
+    """A sequence or array of real numbers as a float64 copy; None if it is not one, or does not match the shape."""
     array = numbers_in(value)
     if array is None or not fits(array, shape):
         return None
@@ -230,23 +230,23 @@ def as_floats(value: Any, shape: Shape = (...,)) -> Floats | None:
 
 
 def fits(array: Numbers, shape: Shape) -> bool:
-    """Whether an array has a shape."""
+    """Whether an array matches a shape."""
     if shape[0] is ...:
         return array.shape[max(array.ndim + 1 - len(shape), 0) :] == shape[1:]
     return array.ndim == len(shape) and all(b is None or a == b for a, b in zip(array.shape, shape, strict=True))
 
 
 def several(rule: Rule, what: str, most: int = 1 << 16) -> Rule:
-    """A tuple of what a sequence or iterator yields, each checked by `rule`; what they are is said as `what`."""
+    """Rule: a sequence or iterator of items, each checked by `rule`; stored as a tuple. `what` names the items in messages."""
     allowed = f"a sequence of {what}"
 
     def all_of(name: str, value: Any) -> tuple[Any, ...]:
-        if isinstance(value, str | bytes | bytearray | Mapping | Set):  # iterable, but no sequence of anything
+        if isinstance(value, str | bytes | bytearray | Mapping | Set):  # iterable, but not a sequence of items
             raise refuse(name, allowed, value)
         kept: list[Any] = []
         try:
             items = iter(value)
-        except Exception:  # a foreign __iter__, or none
+        except Exception:  # an error in a foreign __iter__, or no __iter__
             raise refuse(name, allowed, value) from None
         for item in items:
             if len(kept) == most:
@@ -254,7 +254,7 @@ def several(rule: Rule, what: str, most: int = 1 << 16) -> Rule:
             try:
                 kept.append(rule(name, item))
             except SettingsError:
-                rule(f"{name}[{len(kept)}]", item)  # says which
+                rule(f"{name}[{len(kept)}]", item)  # with its index in the message
                 raise
         return tuple(kept)
 
@@ -262,18 +262,18 @@ def several(rule: Rule, what: str, most: int = 1 << 16) -> Rule:
 
 
 def text() -> Rule:
-    """A string."""
+    """Rule: a string."""
 
     def rule(name: str, value: Any) -> str:
         if not isinstance(value, str):
             raise refuse(name, "a string", value)
-        return str.__str__(value)  # a subclass may say something else
+        return str.__str__(value)  # a subclass may override __str__
 
     return rule
 
 
 def instance(*kinds: type) -> Rule:
-    """An instance of one of some classes; a family is said with its members."""
+    """Rule: an instance of one of these classes. The message lists the members of a family."""
 
     def allowed() -> str:
         names = [kind.__name__ + _members(kind) for kind in kinds]
@@ -303,12 +303,12 @@ def _leaf_classes(kind: type) -> list[str]:
 
 
 def as_path(name: str, value: str | os.PathLike[str]) -> Path:
-    """A path given as text or by an object that has one.
+    """A path given as text or by an object with __fspath__.
 
     Raises
     ------
     SettingsError
-        For everything else, bytes too, and for a text that no file can have as its name.
+        For anything else, including bytes, and for text that cannot name a file.
     """
     try:
         given = os.fspath(value)
@@ -324,7 +324,7 @@ def as_path(name: str, value: str | os.PathLike[str]) -> Path:
 
 
 def flag() -> Rule:
-    """True or False."""
+    """Rule: True or False."""
 
     def rule(name: str, value: Any) -> bool:
         if not isinstance(value, bool | np.bool_):
@@ -335,7 +335,7 @@ def flag() -> Rule:
 
 
 def optional(rule: Rule, meaning: str = "derived") -> Rule:
-    """The same, or None; `meaning`: what None stands for."""
+    """Rule: the same, or None. `meaning` is what None stands for."""
 
     def either(name: str, value: Any) -> Any:
         if value is None:

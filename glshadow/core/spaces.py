@@ -1,4 +1,4 @@
-"""THE page on conventions: spaces, matrices and the four clip conventions.
+"""Conventions in one place: spaces, matrices and the four clip conventions.
 
 Right-handed, y up, column vectors, matrices read right to left::
 
@@ -7,7 +7,7 @@ Right-handed, y up, column vectors, matrices read right to left::
             y |   / -z (forward)
               |  /
               | /
-              +-------- x          row 0 of an image is its top; GL's rows are turned over once, at read-back
+              +-------- x          row 0 of an image is its top; GL's rows are flipped once, at read-back
 
 Near and far are positive distances along -z. All functions are float64.
 """
@@ -29,7 +29,7 @@ Triple = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class ClipSpace(Settings):
-    """How NDC z runs: its range, and whether the near plane has the larger value.
+    """Range and direction of NDC z.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class ClipSpace(Settings):
 
     @property
     def clear_depth(self) -> float:
-        """Window depth of "nothing there": the far plane."""
+        """Window depth of the background: the far plane."""
         return 0.0 if self.reversed else 1.0
 
     def __str__(self) -> str:
@@ -69,19 +69,19 @@ def finite_vector(name: str, value: ArrayLike, size: int = 3, largest: float = n
 
 
 def direction(name: str, value: ArrayLike) -> tuple[float, ...]:
-    """The rule of a setting that is a direction: any vector but zero, kept with length 1."""
+    """Rule of a direction: any vector but zero, stored with length 1."""
     return tuple(unit(name, value).tolist())
 
 
 def unit(name: str, value: ArrayLike) -> Array:
-    """`value` scaled to length 1, for any length that float64 can hold; a zero vector is a SettingsError."""
+    """`value` scaled to length 1, for any length that float64 can hold; a zero vector raises a SettingsError."""
     given = finite_vector(name, value)
     largest = np.abs(given).max()
     if largest == 0.0:
         raise SettingsError(f"{name} must not be the zero vector")
     scaled = given / largest  # first, so that lengths of 1e-200 or 1e200 neither underflow nor overflow
     scaled /= np.linalg.norm(scaled)
-    # A unit vector stays as it is, to the last bit: a light that is copied with another shadow is still the same light.
+    # A unit vector stays bit-identical: a light that is copied with another shadow still equals the original.
     return given if np.abs(scaled - given).max() <= 2.0**-51 else scaled
 
 
@@ -98,7 +98,7 @@ def view_axes(forward: Array, up: ArrayLike = (0.0, 1.0, 0.0)) -> Array:
     forward : (3,) float64
         Unit vector.
     up : (3,) array_like
-        Where up is; where it is parallel to `forward`, the world axis least parallel to it takes its place.
+        Up vector; if it is parallel to `forward`, the world axis least parallel to it is used.
 
     Returns
     -------
@@ -121,7 +121,7 @@ def perpendicular(directions: Array) -> tuple[Array, Array]:
 
 
 def look_at(position: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 1.0, 0.0)) -> Array:
-    """View matrix of an eye at `position` that looks at `target`; (4, 4), view_from_world."""
+    """View matrix (4, 4), view_from_world, of an eye at `position` that looks at `target`."""
     eye = finite_vector("position", position)
     forward = unit("target - position", finite_vector("target", target) - eye)
     return rigid_inverse(view_axes(forward, unit("up", up)), eye)
@@ -197,20 +197,20 @@ def bias_matrix(clip: ClipSpace) -> Array:
 
 
 def cofactors(linear: Array) -> Array:
-    """Matrices (..., 3, 3) that carry normals and areas as `linear` carries edges: det * inverse transpose, also where that is zero."""
+    """Matrices (..., 3, 3) that transform normals and areas as `linear` transforms edges: det * inverse transpose, also if det is zero."""
     x, y, z = linear[..., 0], linear[..., 1], linear[..., 2]
     return np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=-1)
 
 
 def transform(matrix: Array, points: ArrayLike) -> Array:
-    """`points` (..., 3) by an affine (4, 4) matrix; (..., 3)."""
+    """`points` (..., 3) transformed by an affine (4, 4) matrix; (..., 3)."""
     return np.asarray(points, dtype=np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def world_positions(positions: Array, world_from_mesh: Array, origin: Array) -> Array:
-    """Mesh positions (V, 3) in the world, relative to `origin`; of many matrices (..., 4, 4) for each (..., V, 3).
+    """Mesh positions (V, 3) in the world, relative to `origin`; with many matrices (..., 4, 4), of (..., V, 3).
 
-    Sums in a fixed order, not a matrix product: equal vertices must stay equal to the last bit, or edges come apart.
+    Sums in a fixed order instead of a matrix product: equal vertices must stay bit-identical, or edges open.
     """
     x, y, z = positions.T
     rows = world_from_mesh[..., :3, :3, None]

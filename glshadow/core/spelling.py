@@ -1,4 +1,4 @@
-"""How a family of settings is spelled in one word, on the command line and in reports: pcf:1, slope:1.1,4, none."""
+"""How a family of settings is written in one word, on the command line and in reports: pcf:1, slope:1.1,4, none."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from glshadow.errors import SettingsError
 
 
 class Spelled(Settings):
-    """A member of a family, told from the others by its name.
+    """A member of a family of settings, identified by its name.
 
     Attributes
     ----------
     spelling : str
         Its name.
     terse : bool
-        Where all of it is at its default, the name alone says so.
+        Whether the name alone means that all settings have their default.
     elsewhere : str
-        Where to find what it once took.
+        Hint for settings that have moved elsewhere.
     """
 
     spelling: ClassVar[str] = ""
@@ -30,7 +30,7 @@ class Spelled(Settings):
     elsewhere: ClassVar[str] = ""
 
     def __str__(self) -> str:
-        """`spelling`, or `spelling:value,value`; a switch that is not as usual by its name, or no-name."""
+        """`spelling`, or `spelling:value,value`; a switch that differs from its default is written by its name, or no-name."""
         values = [(item, getattr(self, item.name)) for item in fields(self)]  # type: ignore[arg-type]
         if self.terse and all(value == item.default for item, value in values):
             return self.spelling
@@ -46,7 +46,7 @@ class Spelled(Settings):
 
     @classmethod
     def usage(cls) -> str:
-        """How it may be spelled: `slope[:FACTOR,UNITS]`."""
+        """How it may be written: `slope[:FACTOR,UNITS]`."""
         items = fields(cls)  # type: ignore[arg-type]
         if not items:
             return cls.spelling
@@ -68,18 +68,20 @@ T = TypeVar("T", bound=Spelled)
 
 
 def parse(text: str, family: Sequence[type[T]], name: str = "value") -> T:
-    """The member of a family that a text spells.
+    """The member of a family that a text describes.
 
     Raises
     ------
     SettingsError
-        If there is none, or its values are not allowed; says what is.
+        If there is no such member, or its values are not allowed; the message lists what is.
     """
     head, colon, rest = text.strip().partition(":")
     kind = next((each for each in family if each.spelling == head), None)
     words = rest.split(",") if colon else []
     if kind is None or "" in words or (colon and not words):
-        raise SettingsError(f"{shown(text)} is no {name}; there are: {', '.join(each.usage() for each in family)}")
+        raise SettingsError(
+            f"{shown(text)} is not a {name}; expected one of: {', '.join(each.usage() for each in family)}"
+        )
     items = list(fields(kind))  # type: ignore[arg-type]
     values: dict[str, Any] = {}
     for word in words:
@@ -109,11 +111,11 @@ def parse(text: str, family: Sequence[type[T]], name: str = "value") -> T:
             values[free[0]] = number
         else:
             more = f"; {kind.elsewhere}" if kind.elsewhere else ""
-            raise SettingsError(f"{shown(text)}: {shown(word)} is not understood; it is spelled {kind.usage()}{more}")
+            raise SettingsError(f"{shown(text)}: {shown(word)} is not understood; it is written {kind.usage()}{more}")
     try:
         return kind(**values)
     except TypeError:  # a value that has no default is missing
-        raise SettingsError(f"{shown(text)} is not whole; it is spelled {kind.usage()}") from None
+        raise SettingsError(f"{shown(text)} is incomplete; it is written {kind.usage()}") from None
 
 
 DERIVED = "derived"
@@ -139,7 +141,7 @@ def _number(word: str) -> int | float | None:
 
 
 def number(text: str) -> float:
-    """A finite number."""
+    """A finite number from text."""
     try:
         value = float(text)
     except ValueError:
@@ -150,7 +152,7 @@ def number(text: str) -> float:
 
 
 def numbers(text: str, count: int) -> tuple[float, ...]:
-    """So many finite numbers with commas between them."""
+    """`count` finite numbers from text, separated by commas."""
     parts = text.split(",")
     try:
         values = tuple(number(part) for part in parts)
@@ -158,7 +160,7 @@ def numbers(text: str, count: int) -> tuple[float, ...]:
         values = ()
     if len(values) != count:
         example = ",".join(("1", "2.5", "-3")[:count])
-        raise SettingsError(f"{text!r} is not {count} finite numbers with commas between them, such as {example}")
+        raise SettingsError(f"{text!r} is not {count} finite numbers separated by commas, such as {example}")
     return values
 
 

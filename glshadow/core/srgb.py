@@ -9,12 +9,12 @@ from glshadow.core.spaces import Array
 
 
 def linear_from_srgb(value: ArrayLike) -> Array:
-    """Linear light of sRGB values in 0..1, any shape."""
+    """Linear values of sRGB values in 0..1, any shape."""
     x = np.asarray(value, dtype=np.float64)
     return np.where(x <= 0.04045, x / 12.92, ((np.maximum(x, 0.0) + 0.055) / 1.055) ** 2.4)
 
 
 def srgb_from_linear(value: ArrayLike) -> Array:
-    """The inverse."""
+    """sRGB values of linear values in 0..1, any shape."""
     x = np.asarray(value, dtype=np.float64)
     return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 1e-12) ** (1.0 / 2.4) - 0.055)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from glshadow.core.sampling import PICTURE
+from glshadow.core.sampling import IMAGE_SAMPLES
 from glshadow.core.setting import Rule, as_float, optional, vector
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import linear_from_srgb
@@ -62,7 +62,7 @@ def look_of(ambient: Any, background: Any, samples: Any) -> Look:
     several = isinstance(ambient, tuple | list) or (isinstance(ambient, np.ndarray) and ambient.ndim > 0)
     pair = ambient if several and len(ambient) == 2 else (ambient, ambient)
     both = np.array([_rgb(_AMBIENT, "ambient", each) for each in pair])
-    return Look(both, _rgb(_BACKGROUND, "background", background), PICTURE("samples", samples))
+    return Look(both, _rgb(_BACKGROUND, "background", background), IMAGE_SAMPLES("samples", samples))
 
 
 def _rgb(rule: Rule, name: str, value: Any) -> Any:

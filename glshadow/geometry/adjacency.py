@@ -1,4 +1,4 @@
-"""Which triangles lie across each other's edges: found by sorting numbers that say which vertices an edge has and whose edge it is."""
+"""Adjacent triangles across edges: found by sorting keys that contain an edge's vertices and index."""
 
 from __future__ import annotations
 
@@ -8,36 +8,36 @@ from numpy.typing import NDArray
 from glshadow.geometry.welding import MIX
 
 NONE = 0xFFFFFFFF
-"""Nothing lies there, or several triangles."""
+"""No triangle, or several triangles."""
 TURNED = 0x80000000
-"""Set where both go along their edge in the same direction: one of them shows its back where the other shows its front."""
+"""Flag: both triangles go along the edge in the same direction, so one shows its back where the other shows its front."""
 
 _THREE = np.uint32(3)
-_AT_ONCE = 3 << 14  # edges: what is computed of them stays in the cache
+_AT_ONCE = 3 << 14  # edges per block: their data stays in the cache
 
 
 def neighbours(corners: NDArray[np.int32]) -> NDArray[np.uint32]:
-    """The triangle (T, 3) across each edge ab, bc, ca, with TURNED or not; NONE where not exactly one is there.
+    """The triangle (T, 3) across each edge ab, bc, ca, with or without the flag TURNED; NONE unless there is exactly one.
 
     Parameters
     ----------
     corners : (T, 3) int32
-        Per corner the number of its position, see `core.welding.welded_corners`.
+        Index of the position of each corner, see `geometry.welding.welded_corners`.
     """
     vertices = np.ascontiguousarray(
         corners
-    ).ravel()  # edge k of triangle t has number 3 t + k, and begins at that vertex
+    ).ravel()  # edge k of triangle t has index 3 t + k, and starts at that vertex
     across = np.full(len(vertices), NONE, dtype=np.uint32)
     keys, numbers = _keys(vertices)
     keys.sort()
-    alike = np.zeros(len(keys) + 2, dtype=bool)  # has the vertices of the one before
+    alike = np.zeros(len(keys) + 2, dtype=bool)  # has the same vertices as the previous edge
     for k in range(1, len(keys), _AT_ONCE):
         some = keys[k - 1 : k + _AT_ONCE]
         alike[k : k + len(some) - 1] = (some[1:] ^ some[:-1]) <= numbers
     for k in range(0, len(keys), _AT_ONCE):
         first = k + _pairs(alike[k : k + _AT_ONCE + 2])
         _join(vertices, across, *((keys[each] & numbers).astype(np.uint32) for each in (first, first + 1)))
-    # of three and more: several triangles meet, or several edges have one key
+    # of three or more: several triangles meet, or several edges share a key
     middle = np.flatnonzero(alike[:-1] & alike[1:])
     if len(middle):
         crowded = (keys[np.unique(middle[:, None] + (-1, 0, 1))] & numbers).astype(np.uint32)
@@ -52,9 +52,9 @@ def neighbours(corners: NDArray[np.int32]) -> NDArray[np.uint32]:
 
 
 def _keys(vertices: NDArray[np.int32]) -> tuple[NDArray[np.uint64], np.uint64]:
-    """Per edge its lesser vertex, its greater one (a hash of it, where 64 bits do not hold all) and, in the bits also returned, its number.
+    """Key per edge: its lower vertex, its higher one (hashed if 64 bits are too few) and, in the bits also returned, its index.
 
-    numpy sorts numbers of 64 bits eight times as fast as it finds their order.
+    numpy sorts 64-bit integers eight times as fast as it computes an argsort.
     """
     number_bits = len(vertices).bit_length()
     vertex_bits = int(vertices.max(initial=0)).bit_length()
@@ -72,14 +72,14 @@ def _keys(vertices: NDArray[np.int32]) -> tuple[NDArray[np.uint64], np.uint64]:
 
 
 def _pairs(alike: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Where runs of exactly two begin; `alike` has two more at its end, which are false."""
+    """Starts of runs of exactly two; `alike` has two more entries at its end, which are false."""
     return np.flatnonzero(~alike[:-2] & alike[1:-1] & ~alike[2:])
 
 
 def _ends(
     vertices: NDArray[np.int32], edges: NDArray[np.uint32], triangles: NDArray[np.uint32]
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """First and last vertex of edges (E,), of these triangles."""
+    """First and last vertex of edges (E,) of these triangles."""
     following = edges + np.uint32(1)
     following -= _THREE * (following == _THREE * (triangles + np.uint32(1)))
     return vertices.take(edges), vertices.take(following)
@@ -88,7 +88,7 @@ def _ends(
 def _join(
     vertices: NDArray[np.int32], across: NDArray[np.uint32], one: NDArray[np.uint32], other: NDArray[np.uint32]
 ) -> None:
-    """Put triangles of pairs of edges (P,) across each other's edge, where they are two and the edge is one."""
+    """Store the triangles of edge pairs (P,) across each other's edge, if they are two different triangles with the same edge."""
     of_one, of_other = one // _THREE, other // _THREE
     (start, end), (there, back) = _ends(vertices, one, of_one), _ends(vertices, other, of_other)
     turned = (start == there) & (end == back)

@@ -1,4 +1,4 @@
-"""Whether a mesh is closed: vertices welded by position, every edge met by its twin, every part turned outward everywhere."""
+"""Tests whether a mesh is closed: vertices welded by position, every edge shared by two triangles, every part turned outward."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from glshadow.core.spaces import Array
 from glshadow.geometry.adjacency import TURNED, neighbours
 from glshadow.geometry.welding import welded_corners
 
-_AT_ONCE = 1 << 14  # triangles: what is known of them then stays in the cache
+_AT_ONCE = 1 << 14  # triangles per block: their data stays in the cache
 _PAIRS = 1 << 14
-"""Of triangles, for which it is tested whether a part that goes through itself is turned inside out somewhere: all of 128, some of more."""
+"""Triangles that are tested for self-intersecting parts turned inside out: all of up to 128, a sample of more."""
 
 
 def connected(positions: Array, triangles: NDArray[np.int32]) -> tuple[NDArray[np.uint32], bool]:
-    """The triangles across the edges of triangles (T, 3), welded by exact position, and whether these are closed.
+    """The triangles across the edges of triangles (T, 3), welded by exact position, and whether the mesh is closed.
 
-    Closed are triangles that are watertight, consistently wound, and turned outward in every connected part. A part that goes through
-    itself may be turned inside out in places (a bow tie): found by the winding number about the middles of triangles, of all where
-    there are few, of some of larger meshes.
+    A mesh is closed if it is watertight, consistently wound, and turned outward in every connected part. A self-intersecting part may be
+    inside out in places (a bow tie). The winding number at the centres of triangles detects this: all triangles of small meshes, a sample
+    of larger ones.
 
     Returns
     -------
@@ -50,9 +50,10 @@ def _is_closed(
 
 
 def _parts(corners: NDArray[np.int32], count: int) -> NDArray[np.int32]:
-    """For each of `count` vertices one of its connected part, the same for all of it; two sides of each triangle (T, 3) connect it.
+    """For each of `count` vertices a representative of its connected part; two sides of each triangle (T, 3) connect vertices.
 
-    Every vertex hangs on a lower neighbour, if it has one, and is moved up to the root of what it hangs on; edges between different
+    Every vertex points to a lower neighbour, if it has one, and then to the root of that. Edges between different roots, a few per cent,
+    are processed in the next round.
     roots, a few per cent of them, are left for the next round.
     """
     root = np.arange(count, dtype=np.int32)
@@ -71,7 +72,7 @@ def _parts(corners: NDArray[np.int32], count: int) -> NDArray[np.int32]:
 
 
 def _inside_out(corners: Array) -> bool:
-    """Whether some triangle (T, 3, 3) has a winding number below 0 on its outer side, that of the mesh at its middle.
+    """Whether a triangle (T, 3, 3) has a winding number below 0 on its outer side, at its centre.
 
     References
     ----------
@@ -91,7 +92,7 @@ def _inside_out(corners: Array) -> bool:
 
 
 def _turned_outward(positions: Array, triangles: NDArray[np.int32], part: NDArray[np.int32]) -> bool:
-    """Whether every connected part, not only the sum of them, has a positive volume; `part` (T,): which a triangle belongs to."""
+    """Whether every connected part, not only their sum, has a positive volume; `part` (T,): the part of each triangle."""
     middle = positions - positions.mean(axis=0)
     volume = np.zeros(len(triangles))
     for k in range(0, len(triangles), _AT_ONCE):

@@ -1,4 +1,4 @@
-"""Clusters: neighbouring triangles that are drawn or left out together, each with a box and a mean normal."""
+"""Clusters: neighbouring triangles that are culled together, each with a box and a mean normal."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array
 
 SIZE = 64
-"""Triangles of a cluster. Of a folded surface (brain_cortex.ply, 608,752 triangles) 11 % are seen by a sun; they lie in 23 % of its
-clusters of 32 and in 26 % of those of 64. Half as many in each cost twice the tests."""
+"""Triangles per cluster. Of a folded surface (brain_cortex.ply, 608,752 triangles) a directional light sees 11 %. They are in 23 % of the
+clusters of 32, and in 26 % of those of 64. Half the size costs twice the tests."""
 LEAST = 2 * SIZE
-"""A mesh of at most so many triangles is one cluster: nothing is sorted for it."""
-_BITS = 10  # of each coordinate along the curve
-_AT_ONCE = 1 << 12  # clusters whose triangles are looked at together
-_ROUNDED = 1e-13  # of a coordinate: more than float64 rounds on the way to the world
+"""A mesh with at most this many triangles is one cluster, without sorting."""
+_BITS = 10  # bits per coordinate along the curve
+_AT_ONCE = 1 << 12  # clusters per block
+_ROUNDED = 1e-13  # share of a coordinate: more than float64 rounds on the way to the world
 
 
 @dataclass(frozen=True, eq=False)
 class Clusters:
-    """The clusters of one mesh; all lengths in mesh units.
+    """The clusters of one mesh, in mesh units.
 
     Attributes
     ----------
     order : (T,) uint32
-        Triangle numbers, cluster after cluster, rising inside each; cluster k has those from SIZE * k on.
+        Triangle indices, cluster by cluster, ascending in each; cluster k starts at SIZE * k.
     centre, half : (C, 3) float64
         Middle and half extents of its box.
     normal : (C, 3) float64
-        Mean of its triangles' unit normals: short where they disagree.
+        Mean of its triangles' unit normals: short if they differ.
     """
 
     order: NDArray[np.uint32]
@@ -50,7 +50,7 @@ def make_clusters(positions: NDArray[np.float32], triangles: NDArray[np.int32]) 
     Parameters
     ----------
     positions : (V, 3) float32
-        As they are drawn.
+        Vertices as drawn.
     triangles : (T, 3) int32
         T > 0; a mesh of at most LEAST is one cluster.
 
@@ -62,16 +62,16 @@ def make_clusters(positions: NDArray[np.float32], triangles: NDArray[np.int32]) 
     size = SIZE if count > LEAST else count
     order = _along_curve(positions, triangles) if count > LEAST else np.arange(count, dtype=np.uint32)
     full = count - count % size
-    order[:full].reshape(-1, size).sort(axis=1)  # vertices are shared best in the file's order
+    order[:full].reshape(-1, size).sort(axis=1)  # vertex sharing is best in the file's order
     order[full:].sort()
-    # a short last cluster has its last triangle several times: that moves no bound
+    # a short last cluster repeats its last triangle, which does not change its bounds
     padded = np.concatenate([order, np.repeat(order[-1:], -count % size)]).reshape(-1, size)
     parts = [_bounds(positions, triangles[padded[k : k + _AT_ONCE]]) for k in range(0, len(padded), _AT_ONCE)]
     return Clusters(order, *(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
 def _along_curve(positions: NDArray[np.float32], triangles: NDArray[np.int32]) -> NDArray[np.uint32]:
-    """Triangle numbers (T,) in the order of their middles along the curve; in one cell of it as they come."""
+    """Triangle indices (T,) in the order of their centres along the curve; in their original order within a cell."""
     low = positions.min(axis=0).astype(np.float64)
     extent = max(float((positions.max(axis=0) - low).max()), 1e-300)
     key = np.zeros(len(triangles), dtype=np.uint64)
@@ -82,7 +82,7 @@ def _along_curve(positions: NDArray[np.float32], triangles: NDArray[np.int32]) -
         for shift, mask in ((16, 0x30000FF), (8, 0x300F00F), (4, 0x30C30C3), (2, 0x9249249)):
             cell = (cell | cell << np.uint64(shift)) & np.uint64(mask)
         key |= cell << np.uint64(axis)
-    # with its number behind it, a key needs no stable sort
+    # with the index appended, a key needs no stable sort
     key = key << np.uint64(32) | np.arange(len(triangles), dtype=np.uint64)
     key.sort()
     return (key & np.uint64(0xFFFFFFFF)).astype(np.uint32)
@@ -102,20 +102,20 @@ def _bounds(positions: NDArray[np.float32], corners: NDArray[np.int32]) -> tuple
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """The clusters of all bodies of a scene, one after another, in the world relative to the scene's origin; a row per coordinate.
+    """The clusters of all bodies of a scene in sequence, in world space relative to the scene's origin; a row per coordinate.
 
     Attributes
     ----------
     body : (C,) int64
-        Which body each belongs to.
+        Body of each cluster.
     first : (N + 1,) int64
-        Where each body's begin.
+        First cluster of each body.
     centre, half : (3, C) float64
-        Of their boxes.
+        Their boxes.
     normal : (3, C) float64
-        About their mean normals: no longer than 1.
+        Approximate mean normals, no longer than 1.
     size : (3, N) float64
-        Greatest coordinates of a body's vertices, in mesh units.
+        Largest coordinates of a body's vertices, in mesh units.
     """
 
     body: NDArray[np.int64]
@@ -131,30 +131,30 @@ class Placed:
         return len(self.body)
 
     def middle(self, rows: Array) -> Array:
-        """What affine rows (k, 4) make of the centres: (k, C)."""
+        """Affine rows (k, 4) applied to the centres: (k, C)."""
         return combined(rows[:, :3], self.centre) + rows[:, 3:]
 
     def reach(self, rows: Array) -> Array:
-        """How far what rows (k, 4) make of a cluster reaches from what they make of its centre: (k, C)."""
+        """Half extents of the clusters after affine rows (k, 4): (k, C)."""
         return combined(np.abs(rows[:, :3]), self.half)
 
 
 def combined(rows: Array, columns: Array) -> Array:
-    """Rows (k, j) times columns (j, C), without BLAS: its threads wait for the driver's (50 ms for 40,000 columns instead of 0.4)."""
+    """Rows (k, j) times columns (j, C), without BLAS, whose threads wait for the driver's (50 ms for 40,000 columns instead of 0.4)."""
     return np.asarray(np.einsum("kj,jc->kc", rows, columns))
 
 
 def place(meshes: list[Clusters], number: list[int], world_from_mesh: Array, normal_from_mesh: Array) -> Placed:
-    """Put clusters where their bodies are.
+    """Transform clusters to their bodies' positions.
 
     Parameters
     ----------
     number : list of int
-        Per body (N,) which of the meshes.
+        Index of the mesh of each body (N,).
     world_from_mesh : (N, 4, 4) float64
-        Relative to the scene's origin, for vertices as they are drawn.
+        Relative to the scene's origin, for vertices as drawn.
     normal_from_mesh : (N, 3, 3) float64
-        Of any size.
+        Matrices for normals, of any scale.
     """
     mesh = np.asarray(number)
     counts = np.array([each.count for each in meshes])

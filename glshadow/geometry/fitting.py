@@ -1,7 +1,7 @@
-"""Light frustum fitting: which part of the world a shadow map has to cover. Pure functions, float64.
+"""Light frustum fitting: the part of the world that a shadow map must cover. Pure functions, float64.
 
-Receivers are known by their boxes. What the camera sees of a box is the intersection of two convex bodies, and every corner of
-it lies on an edge of one of them: so the edges of each are clipped by the faces of the other.
+Receivers are known by their boxes. The visible part of a box is the intersection of two convex bodies, and each of its corners is on
+an edge of one of them: so the edges of each are clipped by the faces of the other.
 """
 
 from __future__ import annotations
@@ -14,24 +14,24 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array, view_axes
 
 _CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-_BLOCK = 4096  # boxes clipped at a time: each takes 10 kB meanwhile
+_BLOCK = 4096  # boxes clipped at a time, 10 kB each
 _EDGES = np.array([(a, b) for a in range(8) for b in range(a + 1, 8) if np.abs(_CORNERS[a] - _CORNERS[b]).sum() == 1])
 
 
-_MANY = 50_000  # points, those of thousands of boxes, of which most are discarded before their hull is sought
-_NEAR = 1e-9  # of their extent, on which a map of 2048 has texels of 5e-4
+_MANY = 50_000  # points (of thousands of boxes); from this count on most are discarded before the hull is computed
+_NEAR = 1e-9  # share of their extent; a map of 2048 has texels of 5e-4
 
 
 @dataclass(frozen=True, eq=False)
 class Frustum:
-    """What a view can see.
+    """The volume that a view sees.
 
     Parameters
     ----------
     corners : (8, 3) float64
-        World.
+        World space.
     normals, limits : (6, 3), (6,) float64
-        Its faces: a world point p is inside where normals @ p >= limits. Not of unit length.
+        Its faces: a world point p is inside if normals @ p >= limits. Not normalised.
     """
 
     corners: Array
@@ -46,9 +46,9 @@ def frustum_of(
     view_from_world: Array,
     is_perspective: bool = True,
 ) -> Frustum:
-    """The frustum of a view; `window` is left, right, bottom, top as tangents, or in world units if it is a box.
+    """The frustum of a view; `window` is left, right, bottom, top as tangents, or in world units for an orthographic view.
 
-    The faces come from the window, not from the corners: far from the origin those of a narrow one round to a single point.
+    The faces are computed from the window, not from the corners: far from the origin, corners of a narrow frustum round to one point.
     """
     left, right, bottom, top = window
     rotation, offset = view_from_world[:3, :3], view_from_world[:3, 3]
@@ -56,7 +56,7 @@ def frustum_of(
     distance = np.array([near, far])[_CORNERS[:, 2]]
     scale = distance if is_perspective else np.ones(8)
     corners_v = np.stack([tangents[_CORNERS[:, 0], 0] * scale, tangents[_CORNERS[:, 1], 1] * scale, -distance], axis=-1)
-    # x >= left * depth, and so on, with depth = -z; of a box x >= left
+    # x >= left * depth, and so on, with depth = -z; for an orthographic view x >= left
     edges, none = np.array([left, -right, bottom, -top]), np.zeros(4)
     lean, first = (edges, none) if is_perspective else (none, edges)
     sides = np.column_stack([[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0], lean])
@@ -66,7 +66,7 @@ def frustum_of(
 
 
 def visible_corners(bounds: Array, world_from_mesh: Array, frustum: Frustum) -> list[Array]:
-    """Corners of what a frustum contains of each box.
+    """Corners of the parts of boxes that are inside a frustum.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def visible_corners(bounds: Array, world_from_mesh: Array, frustum: Frustum) -> 
     Returns
     -------
     list of N arrays (M, 3)
-        World points whose convex hull is box and frustum intersected; M = 0 where they are apart.
+        World points whose convex hull is the intersection of box and frustum; M = 0 if they do not overlap.
     """
     linear, offset = world_from_mesh[:, :3, :3], world_from_mesh[:, :3, 3]
     low, high = bounds[:, 0], bounds[:, 1]
@@ -88,8 +88,8 @@ def visible_corners(bounds: Array, world_from_mesh: Array, frustum: Frustum) -> 
     corners = np.einsum("nij,nkj->nki", linear, local) + offset[:, None]
     size = np.abs(linear).max(axis=(1, 2))
     regular = np.abs(np.linalg.det(linear)) > 1e-12 * size**3
-    found = list(corners)  # squashed flat by its matrix: take it whole
-    # Most boxes of a large scene lie wholly on one side of every face: nothing of them has to be clipped.
+    found = list(corners)  # flattened by its matrix: use the whole box
+    # Most boxes of a large scene are entirely on one side of every face and need no clipping.
     gap = corners @ frustum.normals.T - frustum.limits
     apart, within = regular & (gap < 0.0).all(axis=1).any(axis=1), regular & (gap > 0.0).all(axis=(1, 2))
     for i in np.flatnonzero(apart):
@@ -106,7 +106,7 @@ def visible_corners(bounds: Array, world_from_mesh: Array, frustum: Frustum) -> 
 
 
 def _clipped(corners: Array, linear: Array, offset: Array, low: Array, high: Array, frustum: Frustum) -> list[Array]:
-    """The same for regular matrices and padded boxes from (N, 3) to (N, 3), whose world corners (N, 8, 3) are known."""
+    """The same for regular matrices and padded boxes from (N, 3) to (N, 3), with known world corners (N, 8, 3)."""
     inside_frustum, box_points = _clip(
         corners[:, _EDGES[:, 0]],
         corners[:, _EDGES[:, 1]],
@@ -127,7 +127,7 @@ def _clipped(corners: Array, linear: Array, offset: Array, low: Array, high: Arr
 
 
 def _clip(start: Array, end: Array, normals: Array, limits: Array) -> tuple[NDArray[np.bool_], Array]:
-    """Segments (N, E, 3) clipped by half-spaces (N, K, 3), (N, K); which ends exist (N, 2E) and where they are (N, 2E, 3)."""
+    """Segments (N, E, 3) clipped by half-spaces (N, K, 3), (N, K); which ends exist (N, 2E) and their positions (N, 2E, 3)."""
     before = np.einsum("nkj,nej->nek", normals, start) - limits[:, None]
     after = np.einsum("nkj,nej->nek", normals, end) - limits[:, None]
     crossing = np.sign(before) * np.sign(after) < 0
@@ -141,30 +141,30 @@ def _clip(start: Array, end: Array, normals: Array, limits: Array) -> tuple[NDAr
     return np.concatenate([exists, exists], axis=1), points
 
 
-# A map is fitted to the shade of its casters where that is less than this share of what is seen: half a texel's width, and more, is won.
+# A map is fitted to the casters' shadow volume if that is less than this share of the visible part: texels shrink at least by half.
 _SPARSE = 0.25
 
 
 def shaded_receivers(
     direction: Array, seen: list[Array], casters: Array, bounds: Array, world_from_mesh: Array
 ) -> list[Array] | None:
-    """What of some bodies parallel light can darken at all, where that is little of what is seen of them.
+    """The parts of bodies that parallel light can shadow, if they are a small share of the visible parts.
 
     Parameters
-    ----------
+    Direction in which the light travels.
     direction : (3,) float64
         The way the light travels.
     seen : list of (M, 3) float64
-        Corners of what is seen of each body.
+        Corners of the visible part of each body.
     casters : (K, 3) float64
-        World corners of everything that casts.
+        World corners of all casters.
     bounds, world_from_mesh : (N, 2, 3), (N, 4, 4) float64
         The bodies' boxes.
 
     Returns
     -------
     list of (M, 3) float64, or None
-        Corners of each body inside the column behind all casters, empty arrays where it is outside; None where that is not little.
+        Corners of each body inside the column behind all casters, empty arrays for bodies outside; None if the share is not small.
     """
     points = np.concatenate(seen)
     axes = view_axes(direction)
@@ -186,7 +186,7 @@ def shaded_receivers(
 
 
 def clip_polygon(polygon: Array, window: Array) -> Array:
-    """The part (M, 2) of a convex polygon (N, 2) inside another one (K, 2), both counter-clockwise; empty where they are apart.
+    """The part (M, 2) of a convex polygon (N, 2) inside another one (K, 2), both counter-clockwise; empty if they do not overlap.
 
     References
     ----------
@@ -207,7 +207,7 @@ def clip_polygon(polygon: Array, window: Array) -> Array:
 
 
 def polygon_area(polygon: Array) -> float:
-    """Of a polygon (N, 2), counter-clockwise positive."""
+    """Area of a polygon (N, 2), counter-clockwise positive."""
     if len(polygon) < 3:
         return 0.0
     x, y = (polygon - polygon[0]).T
@@ -215,7 +215,7 @@ def polygon_area(polygon: Array) -> float:
 
 
 def minimum_rectangle(points: Array) -> tuple[float, Array]:
-    """Rectangle of least area around points in the plane.
+    """Rectangle of least area around points in a plane.
 
     Parameters
     ----------
@@ -224,13 +224,13 @@ def minimum_rectangle(points: Array) -> tuple[float, Array]:
     Returns
     -------
     angle_rad : float
-        By which the x axis has to turn, in [0, pi/2).
+        Rotation of the x axis, in [0, pi/2).
     rectangle : (2, 2) float64
-        Least and greatest corner in the turned axes (cos x + sin y, -sin x + cos y).
+        Least and greatest corner in the rotated axes (cos x + sin y, -sin x + cos y).
 
     References
     ----------
-    Freeman, Shapira 1975: one side of it lies on an edge of the convex hull.
+    Freeman, Shapira 1975: one of its sides is on an edge of the convex hull.
     """
     hull = convex_hull(points)
     edges = np.diff(np.concatenate([hull, hull[:1]]), axis=0)
@@ -247,8 +247,8 @@ def minimum_rectangle(points: Array) -> tuple[float, Array]:
 def convex_hull(points: Array) -> Array:
     """Corners (M, 2) of the convex hull of points (N, 2), counter-clockwise; Andrew's monotone chain.
 
-    Points inside the polygon of 32 extreme points are discarded first (Akl, Toussaint 1978), so that the loop is short; of very many
-    points, those inside a polygon of 8 before, or so little outside that it does not matter.
+    Points inside the polygon of 32 extreme points are discarded first (Akl, Toussaint 1978), which keeps the loop short. Of very many
+    points, those inside, or insignificantly outside, a polygon of 8 are discarded before.
     """
     if len(points) > _MANY:
         points = _outermost(points, _around(8) @ _rounding(points[:: len(points) // _MANY]), -_NEAR)
@@ -275,25 +275,25 @@ def _around(count: int) -> Array:
 
 
 def _rounding(points: Array) -> Array:
-    """A matrix (2, 2) that makes a long cloud of points about as wide as it is long: few directions find all its ends."""
+    """A (2, 2) matrix that makes an elongated point cloud about as wide as it is long, so that few directions find all its ends."""
     values, vectors = np.linalg.eigh(np.cov(points.T))
     return np.asarray(vectors / np.sqrt(np.maximum(values, _NEAR**2 * max(values[1], 1e-300))) @ vectors.T)
 
 
 def _outermost(points: Array, directions: Array, depth: float) -> Array:
-    """Points (N, 2) without those inside the polygon of the most extreme ones in directions (K, 2), which come last.
+    """Points (N, 2) without those inside the polygon of extreme points in directions (K, 2); the extreme points come last.
 
     Parameters
     ----------
     depth : float
-        How far inside, in extents of the points; negative: also those as far outside.
+        How far inside, in extents of the points; negative: also discard those that far outside.
     """
     extreme = points[np.argmax(directions @ points.T, axis=1)]
     following = np.roll(extreme, -1, axis=0)
     side = np.stack([extreme[:, 1] - following[:, 1], following[:, 0] - extreme[:, 0]], axis=1)  # inward normals (K, 2)
     length = np.linalg.norm(side, axis=1)
     extent = float(np.ptp(points, axis=0).max())
-    long = length > _NEAR * extent  # two extremes that are one, but for rounding, have no side between them
+    long = length > _NEAR * extent  # two extremes that coincide except for rounding have no side between them
     if not long.any():
         return points
     limits = np.einsum("kj,kj->k", extreme, side) + depth * extent * length

@@ -1,4 +1,4 @@
-"""Which vertices lie at one place: sorted by a hash of their positions."""
+"""Finds vertices at equal positions by sorting hashes."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 MIX = np.uint64(0x9E3779B97F4A7C15)
-"""2^64 over the golden ratio, odd: a product with it has a good hash in its upper bits."""
+"""2^64 over the golden ratio, odd: the upper bits of a product with it are a good hash."""
 _HALF = np.uint64(32)
 
 
 def welded(positions: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
-    """For each vertex (V,) the number of its position: bit-equal positions share one (and -0 equals 0).
+    """For each vertex (V,) the index of its position: bit-equal positions share one (and -0 equals 0).
 
     Parameters
     ----------
@@ -30,17 +30,17 @@ def welded(positions: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
     if not (ordered[1:] == ordered[:-1]).any():
         return np.arange(len(key))
     del ordered
-    # numpy sorts numbers far faster than it finds their order: the lower bits say which vertex a hash is of
+    # numpy sorts integers far faster than it computes an argsort: the lower bits hold the vertex of a hash
     index = np.uint64((1 << len(key).bit_length()) - 1)
     key &= ~index
     key |= np.arange(len(key), dtype=np.uint64)
     key.sort()
     order = (key & index).astype(np.int64)
     key &= ~index
-    alike = key[1:] == key[:-1]  # has the hash of the one before
+    alike = key[1:] == key[:-1]  # has the same hash as the previous one
     first = _first(positions[order])
     mixed = alike & first[1:]
-    if mixed.any():  # several positions with one hash: these in an order of their own
+    if mixed.any():  # several positions with one hash: sorted exactly
         run = np.cumsum(np.append(False, ~alike))
         members = np.flatnonzero(np.isin(run, run[1:][mixed]))
         vertices = order[members]
@@ -53,15 +53,15 @@ def welded(positions: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
 
 
 def welded_corners(positions: NDArray[np.floating[Any]], triangles: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Triangles (T, 3) over numbers of positions: equal places are one, whatever their vertices."""
+    """Triangles (T, 3) over indices of positions: equal positions get one index."""
     number = welded(positions)
-    if number.max(initial=-1) + 1 == len(number):  # each position is one vertex's
+    if number.max(initial=-1) + 1 == len(number):  # each vertex has its own position
         return triangles
     return number.astype(np.int32)[triangles]
 
 
 def _first(rows: NDArray[Any]) -> NDArray[np.bool_]:
-    """Which rows differ from the one before."""
+    """Which rows differ from the previous one."""
     first = np.zeros(len(rows), dtype=bool)
     first[:1] = True
     for column in rows.T:

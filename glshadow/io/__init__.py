@@ -1,1 +1,1 @@
-"""Files and objects of other libraries become scenes."""
+"""Reads files and objects of other libraries as scenes."""

@@ -1,4 +1,4 @@
-"""Arrays and trimesh visuals as meshes: what the readers of trimesh's and pyrender's objects share."""
+"""Converts arrays and trimesh visuals to meshes, for the readers of trimesh's and pyrender's objects."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ UNSET_DIFFUSE = (102, 102, 102, 255)  # trimesh's grey for "no colour given" (tr
 
 @dataclass
 class Builder:
-    """Turns arrays and trimesh visuals into meshes; images are decoded once."""
+    """Converts arrays and trimesh visuals to meshes; images are decoded once."""
 
     notes: list[str] = field(default_factory=list)
-    # by id, beside the picture itself, which must live as long as its id is a key
+    # by id, with the image itself, which must stay alive while its id is a key
     images: dict[int, tuple[Any, NDArray[np.uint8] | None]] = field(default_factory=dict)
 
     def mesh(
@@ -47,7 +47,7 @@ class Builder:
         colors: ArrayLike | None = None,
         face_colors: ArrayLike | None = None,
     ) -> Mesh | None:
-        """A Mesh, or None where there are no triangles.
+        """A Mesh, or None if there are no triangles.
 
         Parameters
         ----------
@@ -56,7 +56,7 @@ class Builder:
         normals : (V, 3), optional
         visual : trimesh visual, optional
         colors, face_colors : (V, 3 or 4), (T, 3 or 4), optional
-            sRGB bytes or floats in 0..1, straight alpha, instead of the visual's. Those of faces give each triangle vertices of
+            sRGB bytes or floats in 0..1, straight alpha, used instead of the visual's. With face colours, each triangle gets vertices of
             its own.
         """
         positions, polygons = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
@@ -90,7 +90,7 @@ class Builder:
             raise SceneError(f"{name}: {error}; repair or remove them") from error
 
     def _vertex_colors(self, visual: Any, colors: ArrayLike | None, name: str) -> Array | None:
-        """Linear RGBA; a visual's colours beside a material are glTF's COLOR_0, which is linear."""
+        """Linear RGBA; a visual's colours next to a material are glTF's COLOR_0, which is linear."""
         if colors is None and getattr(visual, "kind", None) == "vertex":
             colors = visual.vertex_colors
         if colors is not None:
@@ -113,7 +113,7 @@ class Builder:
         material = self._material(visual.material, name)
         if material.texture is None:
             return material, None
-        with np.errstate(over="ignore"):  # beyond float32: not usable, as is said below
+        with np.errstate(over="ignore"):  # values beyond float32 are not usable, see the note below
             uv = None if visual.uv is None else np.asarray(visual.uv, dtype=np.float32)
         if uv is None or uv.ndim != 2 or len(uv) != vertices or not np.isfinite(uv[:, :2]).all():
             self.notes.append(f"{name} has a texture but no usable texture coordinates: drawn without it")
@@ -133,7 +133,7 @@ class Builder:
             )
             return material
         if not hasattr(given, "diffuse"):
-            self.notes.append(f"{name} has a {type(given).__name__}, which is not modelled: drawn white")
+            self.notes.append(f"{name} has a {type(given).__name__}, which is not supported: drawn white")
             return WHITE
         return self._simple(given, name)
 
@@ -166,7 +166,7 @@ class Builder:
 
 
 def _pixels(picture: Any) -> NDArray[np.uint8]:
-    if picture.mode.startswith("I"):  # 16 bits in a grey image; convert() would clip instead of scale
+    if picture.mode.startswith("I"):  # 16-bit grey image; convert() would clip instead of scale
         grey = (np.asarray(picture).astype(np.uint32) >> 8).clip(0, 255).astype(np.uint8)
         return np.stack([grey, grey, grey, np.full_like(grey, 255)], axis=2)
     return np.ascontiguousarray(np.asarray(picture.convert("RGBA"), dtype=np.uint8))

@@ -1,4 +1,4 @@
-"""pyrender.Scene as placed meshes, camera and lights."""
+"""Reads a pyrender.Scene as nodes, camera and lights."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ TRIANGLES, STRIP, FAN = 4, 5, 6
 
 
 Made = dict[int, tuple[Any, Mesh | None]]
-"""Primitive by its id -> itself, which so stays alive, and what became of it."""
+"""Primitive by its id -> the primitive, which keeps it alive, and the mesh made from it."""
 
 
 def read_pyrender(scene: Any, made: Made | None = None) -> Imported:
-    """A pyrender.Scene: primitives at their poses, its main camera, its lights in their intensities.
+    """Read a pyrender.Scene: primitives at their poses, its main camera, its lights with their intensities.
 
-    Point and spot lights fade with the square of the distance, as pyrender's do. The clip planes of cameras are left
-    out. As in pyrender, an IntrinsicsCamera's pixels are those of the size that is rendered, and an OrthographicCamera
-    shows 2 ymag of height, whatever its xmag. `made`: what is known from the last time, and added to.
+    Point and spot lights fall off with the square of the distance, as in pyrender. The clip planes of cameras are ignored.
+    As in pyrender, an IntrinsicsCamera's pixels are those of the rendered size, and an OrthographicCamera shows a height of 2 ymag,
+    whatever its xmag. `made`: meshes of earlier calls; new ones are added.
     """
     builder = Builder()
     found = Imported(notes=builder.notes)
@@ -62,12 +62,12 @@ def read_pyrender(scene: Any, made: Made | None = None) -> Imported:
 
 
 def placed_nodes(scene: Any) -> list[Any]:
-    """Nodes that have a mesh, in the order in which they were added."""
+    """Nodes with a mesh, in the order in which they were added."""
     return sorted(scene.mesh_nodes, key=_order(scene))
 
 
 def _order(scene: Any) -> Any:
-    """Sort key: pyrender keeps nodes in sets, whose order changes from run to run; its graph keeps the insertion's."""
+    """Sort key: pyrender keeps nodes in sets, whose order changes from run to run; its graph keeps the insertion order."""
     places = {node: place for place, node in enumerate(scene._digraph.nodes)} if hasattr(scene, "_digraph") else {}
     return lambda node: places.get(node, 0)
 
@@ -103,7 +103,7 @@ def _mesh(builder: Builder, primitive: Any, name: str) -> Mesh | None:
 
 
 def _colors(builder: Builder, primitive: Any, name: str) -> Array | None:
-    """Vertex colours (V, 4); pyrender multiplies them in as they are: linear."""
+    """Vertex colours (V, 4); pyrender multiplies with them unconverted, so they are linear."""
     if primitive.color_0 is None or len(primitive.color_0) != len(primitive.positions):
         return None
     return linear_colors(primitive.color_0, name, builder.notes)
@@ -163,7 +163,7 @@ def _camera(scene: Any, notes: list[str]) -> Camera | None:
         return IntrinsicsCamera.from_pose(pose, camera.fx, camera.fy, camera.cx, camera.cy)
     if hasattr(camera, "ymag"):
         return OrthographicCamera.from_pose(pose, 2.0 * camera.ymag)
-    notes.append(f"its camera is a {type(camera).__name__}, which is not modelled: left out")
+    notes.append(f"its camera is a {type(camera).__name__}, which is not supported: left out")
     return None
 
 

@@ -1,4 +1,4 @@
-"""trimesh.Trimesh and trimesh.Scene as placed meshes."""
+"""Reads trimesh.Trimesh and trimesh.Scene as nodes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from glshadow.scene.nodes import Node
 
 
 def stored_normals(mesh: Any) -> Array | None:
-    """Vertex normals that the file or the user gave; None where trimesh computed them (or would)."""
+    """Vertex normals from the file or the user; None if trimesh computed them (or would)."""
     cache = getattr(mesh, "_cache", None)
     if cache is None or "vertex_normals" not in cache:
         return None
@@ -24,11 +24,12 @@ def stored_normals(mesh: Any) -> Array | None:
 
     given = np.asarray(mesh.vertex_normals, dtype=np.float64)
     computed = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).vertex_normals
-    return None if np.array_equal(given, computed) else given  # somebody has merely looked at mesh.vertex_normals
+    # equal: they were computed when mesh.vertex_normals was read
+    return None if np.array_equal(given, computed) else given
 
 
 def read_trimesh(source: Any) -> Imported:
-    """A trimesh.Trimesh or a trimesh.Scene; its lights are inventions of trimesh and left out, as is such a camera."""
+    """Read a trimesh.Trimesh or a trimesh.Scene. Lights and cameras that trimesh made up are left out."""
     builder = Builder()
     found = Imported(notes=builder.notes)
     if hasattr(source, "faces"):

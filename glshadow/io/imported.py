@@ -1,4 +1,4 @@
-"""What a reader hands to `load`: placed meshes, what the file brought beside them, and what it could not honour."""
+"""The result of a reader: nodes, camera, lights, and notes on what was ignored or replaced."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ class Imported:
     nodes : list of Node
     camera : Camera, optional
     lights : list of Light, optional
-        None: it brought none, the default sun applies.
+        None: the source has none, the default light applies.
     notes : list of str
-        What could not be honoured; each becomes a GlshadowWarning that names the file.
+        What was ignored or replaced; each becomes a GlshadowWarning that names the file.
     """
 
     nodes: list[Node] = field(default_factory=list)
@@ -48,23 +48,23 @@ def fans(polygons: ArrayLike) -> NDArray[np.int64]:
 
 
 def reflectance(color: ArrayLike, where: str, notes: list[str]) -> tuple[float, ...]:
-    """A base colour inside 0..1, all that a surface can reflect; notes what was beyond.
+    """A base colour clamped to 0..1, the range of reflectance; adds a note if it was outside.
 
     Raises
     ------
     SceneError
-        If it is not made of finite numbers.
+        If it has values that are not finite.
     """
     given = np.asarray(color, dtype=np.float64)
     if not np.isfinite(given).all():
         raise SceneError(f"{where}: its colour must be finite numbers, got {given.tolist()}")
-    if (given < 0.0).any() or (given > 1.0 + 1e-6).any():  # what rounding to float32 leaves is no news
+    if (given < 0.0).any() or (given > 1.0 + 1e-6).any():  # rounding to float32 needs no note
         notes.append(f"{where}: its colour ({', '.join(f'{x:g}' for x in given)}) is clipped to 0..1")
     return tuple(np.clip(given, 0.0, 1.0).tolist())
 
 
 def linear_colors(given: ArrayLike, where: str, notes: list[str]) -> Array:
-    """Vertex colours (V, 3 or 4), linear, as RGBA (V, 4) inside 0..1; notes what was beyond, or not a number and is white."""
+    """Linear vertex colours (V, 3 or 4) as RGBA (V, 4) in 0..1; notes values outside, and values that are not numbers (then white)."""
     colors = np.asarray(given, dtype=np.float64)
     if colors.ndim != 2 or colors.shape[1] not in (3, 4):
         raise SceneError(f"{where}: colours must have 3 or 4 columns, got shape {colors.shape}")
@@ -83,7 +83,7 @@ def linear_colors(given: ArrayLike, where: str, notes: list[str]) -> Array:
 
 
 def srgb_colors(given: ArrayLike, where: str, notes: list[str]) -> Array:
-    """The same of sRGB colours: bytes, 16-bit integers, or floats in 0..1; alpha is linear."""
+    """The same for sRGB colours: bytes, 16-bit integers, or floats in 0..1; alpha is linear."""
     stored = np.asarray(given)
     steps = 65535.0 if stored.dtype == np.uint16 else 255.0 if stored.dtype.kind in "iu" else 1.0
     colors = linear_colors(stored.astype(np.float64) / steps, where, notes)
@@ -92,7 +92,7 @@ def srgb_colors(given: ArrayLike, where: str, notes: list[str]) -> Array:
 
 
 def tinted(material: Material, colors: Array | None) -> tuple[Material, NDArray[np.float32] | None]:
-    """Material and vertex colours (V, 4) linear; a colour that all vertices share becomes the material's."""
+    """Material and linear vertex colours (V, 4); a colour shared by all vertices moves to the material."""
     if colors is None:
         return material, None
     if (colors != colors[0]).any():
@@ -103,8 +103,8 @@ def tinted(material: Material, colors: Array | None) -> tuple[Material, NDArray[
 
 
 def used_vertices(triangles: NDArray[np.int64], count: int) -> tuple[NDArray[np.int64] | slice, NDArray[np.int64]]:
-    """Numbers of the vertices, of `count`, that triangles use, in their order, and the triangles over them alone."""
-    if triangles.size < count // 8:  # a part of a large list: its length must not cost anything
+    """Indices of those of `count` vertices that triangles use, in order, and the triangles with new indices."""
+    if triangles.size < count // 8:  # a small part of a large list: do not process the whole list
         rows, inverse = np.unique(triangles, return_inverse=True)
         return rows, inverse.reshape(triangles.shape).astype(np.int64)
     used = np.zeros(count, dtype=bool)
@@ -117,7 +117,7 @@ def used_vertices(triangles: NDArray[np.int64], count: int) -> tuple[NDArray[np.
 def used_only(
     positions: Array, triangles: NDArray[np.int64], *attributes: NDArray[Any] | None
 ) -> tuple[Array, NDArray[np.int64], list[NDArray[Any] | None]]:
-    """The same triangles over only the vertices they use, in their old order; attributes (V, ...) follow."""
+    """The same triangles with only the vertices that they use, in their old order; attributes (V, ...) are reduced as well."""
     rows, triangles = used_vertices(triangles, len(positions))
     return positions[rows], triangles, [None if value is None else value[rows] for value in attributes]
 
@@ -125,7 +125,7 @@ def used_only(
 def usable_normals(
     positions: Array, triangles: NDArray[np.int64], normals: ArrayLike | None
 ) -> NDArray[np.float32] | None:
-    """Unit normals (V, 3): zero or not finite ones become the mean face normal there; None if none is usable."""
+    """Unit normals (V, 3): zero or non-finite ones become the mean face normal; None if no normal is usable."""
     if normals is None or np.shape(normals) != positions.shape:
         return None
     given = np.asarray(normals, dtype=np.float64)
@@ -147,17 +147,17 @@ def usable_normals(
 
 
 def blended(nodes: list[Node]) -> list[str]:
-    """The note on what is drawn opaque, if there is any."""
+    """The note on alpha-blended meshes, if there are any."""
     count = sum(node.mesh.material.alpha_mode is AlphaMode.BLEND for node in nodes)
     return (
-        [f"{count} of {len(nodes)} placed meshes are alpha blended: drawn opaque; what passes through is tinted"]
+        [f"{count} of {len(nodes)} meshes are alpha blended: drawn opaque; light through them is tinted"]
         if count
         else []
     )
 
 
 def solid(material: Material, colors: NDArray[np.float32] | None = None) -> Material:
-    """The material; BLEND where nothing is transparent, nor any vertex, is OPAQUE, its equal (pyrender and exporters write it so)."""
+    """The material. BLEND becomes OPAQUE if neither material nor vertices are transparent (pyrender and exporters write it so)."""
     if material.alpha_mode is not AlphaMode.BLEND or material.color[3] < 1.0:
         return material
     if colors is not None and (colors[:, 3] < 1.0).any():
@@ -168,10 +168,10 @@ def solid(material: Material, colors: NDArray[np.float32] | None = None) -> Mate
 
 
 def of_mtl(diffuse: Array, opacity: float, texture: NDArray[np.uint8] | None) -> Material:
-    """The material of OBJ's Kd (taken as linear), d and map_Kd."""
+    """The material for OBJ's Kd (taken as linear), d and map_Kd."""
     if texture is not None and not diffuse.any():
-        diffuse = np.ones(3)  # exporters that write the picture alone leave Kd at zero
-    blend = 0.0 < opacity < 1.0  # "d 0" is what exporters write that mean its opposite
+        diffuse = np.ones(3)  # exporters that write only the texture leave Kd at zero
+    blend = 0.0 < opacity < 1.0  # some exporters write "d 0" for opaque
     return Material(
         color=(*diffuse.tolist(), opacity if blend else 1.0),
         texture=texture,
@@ -180,7 +180,7 @@ def of_mtl(diffuse: Array, opacity: float, texture: NDArray[np.uint8] | None) ->
 
 
 def alpha_mode(name: object) -> AlphaMode:
-    """glTF's name of it; anything else is OPAQUE."""
+    """Alpha mode by glTF's name; any other name is OPAQUE."""
     return next((mode for mode in AlphaMode if mode.value == name), AlphaMode.OPAQUE)
 
 

@@ -1,4 +1,4 @@
-"""Limits: what one file may cost before it is refused."""
+"""Limits: what loading one file may cost."""
 
 from __future__ import annotations
 
@@ -12,49 +12,49 @@ from glshadow.image import Header
 
 _MOST = 2**62
 IMAGES = 4
-"""How many of the largest images all of a file's together may make up."""
+"""Limit on all images of a file together, in multiples of the largest allowed image."""
 
 
 @dataclass(frozen=True)
 class Limits(Settings):
-    """What loading one file may cost; checked before memory is taken.
+    """What loading one file may cost; checked before memory is allocated.
 
     Parameters
     ----------
     texture_pixels : int
-        Of one image once decoded, and of all images of a file together four times as many.
+        Pixels of one decoded image; all images of a file together may have four times as many.
     triangles : int
-        Of all placed meshes, instances counted.
+        Triangles of all nodes, instances included.
     nodes : int
-        Placed meshes, instances counted, and, by themselves, nodes of the file's tree.
+        Nodes with meshes, instances included; separately, nodes of the file's hierarchy.
     lights : int
-        Placed lights.
+        Lights in the scene.
     draws : int
-        Placed meshes times lights.
+        Nodes with meshes times lights.
     file_bytes : int
-        Of the file and of those beside it, as far as they are read.
+        Bytes of the file and of the files that it references, as far as they are read.
     expansion : float
         Bytes of memory per byte read, above the first 128 MiB.
     seconds : float
-        Of reading.
+        Time for reading.
     """
 
     texture_pixels: int = setting(whole(1, _MOST), 2**26, help="pixels of one decoded image")
-    triangles: int = setting(whole(1, _MOST), 2 * 10**7, help="triangles of all placed meshes")
-    nodes: int = setting(whole(1, _MOST), 10**5, help="placed meshes, and nodes of the tree")
-    lights: int = setting(whole(1, _MOST), 256, help="placed lights")
-    draws: int = setting(whole(1, _MOST), 3 * 10**5, help="placed meshes times lights")
-    file_bytes: int = setting(whole(1, _MOST), 2**31, help="bytes of the file and of those that it names")
+    triangles: int = setting(whole(1, _MOST), 2 * 10**7, help="triangles of all nodes")
+    nodes: int = setting(whole(1, _MOST), 10**5, help="nodes with meshes, and nodes of the hierarchy")
+    lights: int = setting(whole(1, _MOST), 256, help="lights")
+    draws: int = setting(whole(1, _MOST), 3 * 10**5, help="nodes with meshes times lights")
+    file_bytes: int = setting(whole(1, _MOST), 2**31, help="bytes of the file and of the files that it references")
     expansion: float = setting(number(1.0, 1e12), 200.0, help="bytes of memory per byte read, above the first 128 MiB")
     seconds: float = setting(number(0.0, 1e9, above=True), 300.0, help="seconds of reading")
 
     def check(self, limit: str, value: float, what: str) -> None:
-        """Refuse `value` where it is above the limit of that name.
+        """Raise an error if `value` is above the limit of that name.
 
         Raises
         ------
         SceneError
-            Names limit, value, and how to raise it.
+            Names the limit, the value, and how to raise the limit.
         """
         allowed = getattr(self, limit)
         if value > allowed:
@@ -67,15 +67,15 @@ class Limits(Settings):
 
 @dataclass
 class Budget:
-    """The limits of one file while it is read: how much memory it may still take, and until when.
+    """The limits of one file while it is read: remaining memory, and the end time.
 
     Parameters
     ----------
     limits : Limits
     read_bytes : int
-        Of the file and of what it refers to.
+        Bytes read from the file and from files that it references.
     files : set of Path
-        Those that were read, and those that were looked for and are missing.
+        Files that were read, and files that were not found.
     """
 
     limits: Limits = field(default_factory=Limits)
@@ -88,13 +88,13 @@ class Budget:
     FREE = 128 * 2**20
 
     def read(self, path: Path, what: str, most: int | None = None) -> bytes:
-        """The bytes of a file, of a longer one the first `most`; announced before they are read."""
+        """The bytes of a file, or the first `most` of a longer one; checked against the limits before reading."""
         count = self.announce(path, what, most)
         with path.open("rb") as file:
             return file.read(count)
 
     def announce(self, path: Path, what: str, most: int | None = None) -> int:
-        """Bytes of a file that will be read."""
+        """Check a file against the limits before reading; returns its bytes."""
         self.files.add(path)
         size = path.stat().st_size
         count = size if most is None else min(size, most)
@@ -103,13 +103,13 @@ class Budget:
         return count
 
     def take(self, count_bytes: int, what: str) -> None:
-        """Announce memory before it is taken."""
+        """Check an allocation against the limits."""
         self.taken_bytes += count_bytes
         over = (self.taken_bytes - self.FREE) / max(self.read_bytes, 1)
         self.limits.check("expansion", over, what)
 
     def take_image(self, header: Header, what: str) -> None:
-        """Announce an image before it is decoded."""
+        """Check an image against the limits before decoding."""
         pixels = header.size[0] * header.size[1]
         self.limits.check("texture_pixels", pixels, what)
         self.taken_pixels += pixels
@@ -117,5 +117,5 @@ class Budget:
         self.take(header.decoded_bytes, what)
 
     def check_time(self, what: str) -> None:
-        """Stop where reading has taken too long."""
+        """Raise an error if reading has taken too long."""
         self.limits.check("seconds", time.monotonic() - self.started, what)

@@ -1,4 +1,4 @@
-"""Anything that holds triangles -> Scene: files, trimesh, pyrender. Refuses what it cannot honour."""
+"""Loads scenes from files, trimesh and pyrender; unsupported content is refused or noted."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from glshadow.scene.nodes import Node, Scene
 
 FORMATS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
 
-# world_from_file rotations that turn the named axis up; proper, so that nothing is mirrored
+# world_from_file rotations that turn the named axis up; proper rotations, so that nothing is mirrored
 TURNS = {
     "x": np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
     "y": np.eye(3),
@@ -37,48 +37,45 @@ def load(
     name: str | None = None,
     limits: Limits | None = None,
 ) -> Scene:
-    """A scene from a file or from another library's object.
+    """Load a scene from a file or another library's object.
 
     Parameters
     ----------
     source : path, trimesh.Trimesh, trimesh.Scene, pyrender.Scene or Scene
-        Files: .glb, .gltf, .obj, .ply, .stl, .off. Coordinates are kept as they are, matrices are composed in float64,
-        and nodes that share geometry share one Mesh. Shading normals are used where the source brings them; without,
-        shading is flat.
+        Files: .glb, .gltf, .obj, .ply, .stl, .off. Coordinates are not changed, matrices are composed in float64, and nodes with the same
+        geometry share one Mesh. Shading normals are used if the source has them; otherwise shading is flat.
     ground : bool or "catcher"
-        Put a plane under the model to catch its shadow, see `Scene.with_ground`; "catcher": one of which nothing but the shadow is
-        seen, see `Node`.
+        Put a plane under the model to receive its shadow, see `Scene.with_ground`; "catcher": a shadow catcher, which shows only the
+        shadow, see `Node`.
     up_axis : {None, "x", "y", "z"}
-        The axis that is up in the source; it is turned to y. None means "y", as glTF prescribes; STL and PLY files, and
-        whatever comes from CAD, robotics or maps, are often "z".
+        Up axis of the source; it is rotated to y. None means "y", as glTF prescribes; STL and PLY files, and models from CAD, robotics or
+        maps, often use "z".
     name : str, optional
-        Name of the scene; None: that of the file without its ending.
+        Name of the scene; None: the file's name without its suffix.
     limits : Limits, optional
-        What a file may cost, checked before memory is taken; None: the defaults of `Limits`. Objects in memory are not limited.
+        What a file may cost, checked before memory is allocated; None: the defaults of `Limits`. Objects in memory are not limited.
 
     Returns
     -------
     Scene
-        `camera` and `lights` are those of the source. Without any, they are the defaults that frame the scene. A
-        camera's clip planes are left out (derived from the scene); the default camera and lights that trimesh invents
-        are not used.
+        With the source's camera and lights, or defaults that frame the scene. A camera's clip planes are ignored (derived from the
+        scene), as are the default camera and lights that trimesh makes up.
 
     Raises
     ------
     SceneError
-        If the file is missing, broken, empty, needs what cannot be honoured, or costs more than its limits; the message names file
+        If the file is missing, broken or empty, needs unsupported features, or exceeds its limits; the message names file
         and cause.
     SettingsError
-        If `up_axis` is none of the above, or another argument is not what it must be.
+        If `up_axis` or another argument is not allowed.
 
     Warns
     -----
     GlshadowWarning
-        If something in it is drawn otherwise than it was meant: alpha blending, missing textures, lost
-        precision.
+        If something is not drawn as intended: alpha blending, missing textures, lost precision.
     """
     ground, up_axis = _ground("ground", ground), optional(one_of(*TURNS), "y")("up_axis", up_axis)
-    name = optional(text(), "that of the file")("name", name)
+    name = optional(text(), "the file's name")("name", name)
     limits = optional(instance(Limits), "the defaults")("limits", limits)
     return read_scene(source, Budget(limits or Limits()), ground, up_axis, name)
 
@@ -86,7 +83,7 @@ def load(
 def read_scene(
     source: Any, budget: Budget, ground: bool | str = False, up_axis: str | None = None, name: str | None = None
 ) -> Scene:
-    """As `load`, whose arguments are checked; afterwards `budget.files` are those that were read."""
+    """As `load`, with checked arguments; afterwards `budget.files` has the files that were read."""
     label, title, read, stored = _reader(source, budget)
     try:
         found = read()
@@ -95,11 +92,11 @@ def read_scene(
         raise SceneError(f"{label}: {error}") from error
     except MemoryError as error:
         raise SceneError(f"{label}: there is not enough memory to read it") from error
-    except Exception as error:  # whatever a reader stumbles over: the file is at fault, and its name must be said
+    except Exception as error:  # any other error in a reader means that the file is broken; the message must name it
         cause = f"{type(error).__name__}: {error}"
         raise SceneError(f"{label} cannot be read ({cause}); it is broken or not of its format") from error
     for note in notes:
-        warn(f"{label}: {note}", stacklevel=4)  # whoever called `load`
+        warn(f"{label}: {note}", stacklevel=4)  # the caller of `load`
     scene = _turned(found, TURNS[up_axis or "y"], name or title)
     return scene.with_ground(ground == "catcher") if ground else scene
 
@@ -114,7 +111,7 @@ def _ground(name: str, value: Any) -> bool | str:
 
 
 def _reader(source: Any, budget: Budget) -> tuple[str, str, Callable[[], Imported], bool]:
-    """What to call it in messages, the name of its scene, how to read it, and whether it was stored in a file."""
+    """The source's name in messages, its scene's name, a function that reads it, and whether it was stored in a file."""
     if isinstance(source, (str, os.PathLike)):
         try:
             path = as_path("source", source)
@@ -145,7 +142,7 @@ def _read_file(path: Path, budget: Budget) -> Imported:
     if suffix not in FORMATS:
         raise SceneError(f"a model file must end in one of {', '.join(FORMATS)}, got {path.suffix or 'no ending'!r}")
     if not path.is_file():
-        raise SceneError(f"there is no such file: {path}")
+        raise SceneError(f"file not found: {path}")
     if path.stat().st_size == 0:
         raise SceneError("nothing to render: the file is empty (0 bytes)")
     if suffix in (".glb", ".gltf"):

@@ -1,4 +1,4 @@
-"""Polygons with any number of corners -> triangles: exact for simple planar ones, something sensible for all others."""
+"""Triangulates polygons with any number of corners: exactly for simple planar ones, approximately for all others."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from glshadow.io.sweep import swept
 
 Indices = NDArray[np.int64]
 
-FEW = 8  # corners up to which every corner is tried as the apex of a fan, all polygons at once: faster than one call for each
-MANY = 4_000  # corners above which the sweep is asked first: ear clipping takes 10 ms there, and K squared (measured)
-MOST = 10_000  # corners up to which ears are clipped however often it crosses itself: .2 s for noise (measured)
-SAMPLED = 32  # edges that tell how often
-FLAT = 1e-12  # of the polygon's squared area: what rounding makes of a triangle without area
-CROSSED = 1e-6  # of the area by which the triangles of a polygon that does not cross itself may miss it: rounding
+FEW = 8  # up to this many corners, every corner is tried as the apex of a fan, for all polygons at once: faster than one call per polygon
+MANY = 4_000  # above this many corners the sweep is tried first: ear clipping takes 10 ms there, and grows with K squared (measured)
+MOST = 10_000  # up to this many corners, ears are clipped however often a polygon crosses itself: .2 s for noise (measured)
+SAMPLED = 32  # edges that estimate how often
+FLAT = 1e-12  # share of the polygon's squared area: rounding error of a triangle without area
+CROSSED = 1e-6  # share of the area that the triangles of a simple polygon may miss by rounding
 
 
 def triangulated(
@@ -24,23 +24,23 @@ def triangulated(
 ) -> tuple[Indices, Indices]:
     """Triangles of polygons, in the polygons' order and winding.
 
-    A fan whose triangles all face as the polygon does covers a simple polygon exactly: the winding number of the outline is the
-    sum of those of the triangles. So convex polygons, and most of few corners, need no more than finding such a fan.
+    A fan whose triangles all face as the polygon does covers a simple polygon exactly: the winding number of the outline is the sum of
+    those of the triangles. Convex polygons, and most with few corners, need only such a fan.
 
     Parameters
     ----------
     positions : (V, 3)
     corners : (C,)
-        Vertices, polygon after polygon.
+        Vertex indices, polygon by polygon.
     counts : (P,)
-        Corners of each polygon; those of fewer than 3 give nothing, which is noted, as is what crosses itself.
+        Corners of each polygon. Polygons with fewer than 3 give no triangle, and a note, as do those that cross themselves.
 
     Returns
     -------
     triangles : (T, 3)
         Indices into `corners`.
     polygon : (T,)
-        The polygon that each triangle belongs to.
+        The polygon of each triangle.
     """
     starts = np.cumsum(counts) - counts
     short = int((counts < 3).sum())
@@ -75,14 +75,14 @@ def triangulated(
 
 
 def _fans(positions: Array, corners: Indices, slots: Indices) -> tuple[Indices, Indices]:
-    """Fans (N, K - 2, 3) of polygons (N, K), and the numbers of those for which no apex that was tried gives a good one."""
+    """Fans (N, K - 2, 3) of polygons (N, K), and the indices of polygons for which no tried apex gives a valid fan."""
     size = slots.shape[1]
     ring = np.arange(1, size - 1)
     fan = np.stack([np.zeros_like(ring), ring, ring + 1], axis=1)
     found = slots[:, fan]
     if size == 3:
         return found, np.zeros(0, dtype=np.int64)
-    with np.errstate(all="ignore"):  # what is not finite is found later, where it is used
+    with np.errstate(all="ignore"):  # values that are not finite are detected later, where they are used
         points = positions[corners[slots]]
         areas = _areas(points, fan)
         normal = areas.sum(axis=1)
@@ -105,9 +105,9 @@ def _areas(points: Array, triangles: Indices) -> Array:
 
 
 def _flat(points: Array) -> Array:
-    """Polygons (N, K, 3) along the axis that the normal of each is nearest to, as (N, K, 2) inside the unit square, turned
+    """Polygons (N, K, 3) projected along the axis nearest to their normals, as (N, K, 2) inside the unit square,
     counter-clockwise."""
-    quarters = points / 4.0  # the difference of the largest numbers is none
+    quarters = points / 4.0  # so that differences of the largest numbers do not overflow
     quarters -= quarters.min(axis=1, keepdims=True)
     size = quarters.max(axis=(1, 2), keepdims=True)
     quarters /= np.where(size > 0.0, size, 1.0)
@@ -121,9 +121,9 @@ def _flat(points: Array) -> Array:
 
 
 def _cut(planes: Array, budget: Budget) -> tuple[Indices, Indices, NDArray[np.bool_]]:
-    """Concave polygons (N, K, 2) as triangles (T, 3): the polygon of each (T,), and which polygons (N,) they do not cover exactly.
+    """Concave polygons (N, K, 2) as triangles (T, 3), with the polygon of each (T,), and the polygons (N,) not covered exactly.
 
-    One that crosses itself too often has none.
+    Polygons that cross themselves too often get no triangles.
     """
     found = []
     for plane in planes:
@@ -135,7 +135,7 @@ def _cut(planes: Array, budget: Budget) -> tuple[Indices, Indices, NDArray[np.bo
 
 
 def _missed(planes: Array, cut: Indices, number: Indices) -> NDArray[np.bool_]:
-    """Whether the triangles (T, 3) of a polygon (N,) together are smaller than it, or larger: some lie over others."""
+    """Whether the triangles (T, 3) of a polygon (N,) have a smaller total area than it, or a larger one: some overlap."""
     a, b, c = (planes[number, cut[:, k]] for k in range(3))
     area = _crossed(planes, np.roll(planes, -1, axis=1)).sum(axis=1)
     covered = np.bincount(number, np.abs(_crossed(b - a, c - a)), minlength=len(planes))
@@ -154,7 +154,7 @@ def _ears(plane: Array) -> Indices:
 
 
 def _swept(plane: Array) -> Indices:
-    """One of very many corners; none if it crosses itself too often for ears."""
+    """Triangles of a polygon with very many corners; none if it crosses itself too often for ear clipping."""
     triangles = swept(plane)
     if triangles is not None and not _missed(plane[None], triangles, np.zeros(len(triangles), dtype=np.int64))[0]:
         return triangles
@@ -164,7 +164,7 @@ def _swept(plane: Array) -> Indices:
 
 
 def _crossings(plane: Array) -> float:
-    """How many others an edge crosses, on average of a few."""
+    """How many other edges an edge crosses, averaged over a few."""
     ends = np.roll(plane, -1, axis=0)
     total = 0
     for edge in np.linspace(0, len(plane) - 1, SAMPLED).astype(int).tolist():

@@ -1,8 +1,8 @@
-"""One simple polygon of very many corners -> triangles, by a line that sweeps over it: K log K steps, where clipping ears takes K^2.
+"""Triangulates one simple polygon with very many corners by a sweep line: K log K steps, where ear clipping takes K^2.
 
-Between the polygon's edges that the line crosses lie intervals of its inside. Each knows the edges below and above it, and the
-chain of corners to the left of the line that is not yet cut off by triangles: it bends inwards everywhere, so that the next corner
-that the line meets sees the corners from one of its ends on (Hertel and Mehlhorn 1983, "Fast triangulation of simple polygons",
+Between the polygon's edges that the line crosses are intervals of its inside. Each knows the edges below and above it, and the
+chain of corners to the left of the line that is not yet cut off by triangles. The chain is concave everywhere, so that the next
+corner on the line sees the corners from one of its ends on (Hertel and Mehlhorn 1983, "Fast triangulation of simple polygons",
 FCT, section 2).
 
         upper ____________
@@ -31,8 +31,8 @@ Edge = tuple[int, int]  # its left and its right corner
 class Interval:
     """An interval of the inside; `chain` goes from the lower edge to the upper one.
 
-    Where two intervals have met at a corner, `rest` goes on from there until the next corner: the one that was met last is where
-    a chain can be cut in two, and is otherwise at one of its ends.
+    If two intervals have met at a corner, `rest` continues from there until the next corner. The last such corner is where
+    a chain can be cut in two; otherwise it is at one of the chain's ends.
     """
 
     lower: Edge
@@ -42,7 +42,7 @@ class Interval:
     last_is_lower: bool = True
 
     def join(self) -> None:
-        """One chain of two; the shorter moves."""
+        """Join both parts into one chain; the shorter one is moved."""
         if self.rest is not None:
             if len(self.rest) <= len(self.chain):
                 self.chain.extend(islice(self.rest, 1, None))
@@ -52,7 +52,7 @@ class Interval:
             self.rest = None
 
     def halves(self) -> tuple[deque[int], deque[int]]:
-        """The chain up to the corner that was met last, and from there on."""
+        """The chain up to the last corner, and from there on."""
         if self.rest is not None:
             return self.chain, self.rest
         if self.last_is_lower:
@@ -77,11 +77,11 @@ class Sweep:
         return (x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a])
 
     def place(self, corner: int) -> int:
-        """How many intervals begin below a corner, or at it."""
+        """Number of intervals that start below a corner, or at it."""
         return bisect_left(self.active, True, key=lambda each: self.turn(each.lower[0], each.lower[1], corner) < 0.0)
 
     def remove(self, interval: Interval, corner: int) -> int:
-        """Take an interval that ends at a corner out, and say where it was."""
+        """Remove an interval that ends at a corner; returns its index."""
         place = self.place(corner) - 1
         if self.active[place] is not interval:
             raise LookupError
@@ -94,7 +94,7 @@ class Sweep:
         self.upper_at[interval.upper[1]] = interval
 
     def add_lower(self, interval: Interval, corner: int) -> None:
-        """A corner at the lower end of the chain: cut off what it sees."""
+        """Process a corner at the lower end of the chain: cut off what it sees."""
         chain = interval.chain
         while True:
             while len(chain) > 1 and self.turn(chain[0], corner, chain[1]) >= 0.0:
@@ -108,7 +108,7 @@ class Sweep:
         interval.last_is_lower = True
 
     def add_upper(self, interval: Interval, corner: int) -> None:
-        """The same at its upper end."""
+        """Process a corner at the upper end of the chain."""
         while True:
             chain = interval.chain if interval.rest is None else interval.rest
             while len(chain) > 1 and self.turn(corner, chain[-1], chain[-2]) >= 0.0:
@@ -121,7 +121,7 @@ class Sweep:
         interval.last_is_lower = False
 
     def meet(self, before: int, corner: int, after: int, before_is_left: bool, after_is_left: bool) -> None:
-        """The line comes to a corner; the polygon goes counter-clockwise from `before` to `after`."""
+        """Process the next corner of the sweep; the polygon goes counter-clockwise from `before` to `after`."""
         convex = self.turn(before, corner, after) >= 0.0
         if before_is_left and not after_is_left:
             interval = self.lower_at.pop(corner)
@@ -141,7 +141,7 @@ class Sweep:
             self._split(self.place(corner) - 1, before, corner, after)
 
     def _close(self, above: Interval, below: Interval, corner: int) -> None:
-        """An interval ends, or two of them become one."""
+        """End an interval, or merge two."""
         self.add_lower(above, corner)
         place = self.remove(above, corner)
         if above is below:
@@ -153,7 +153,7 @@ class Sweep:
         self.upper_at[below.upper[1]] = below
 
     def _split(self, place: int, before: int, corner: int, after: int) -> None:
-        """A corner that points left into an interval makes two of it."""
+        """Split an interval at a corner that points left into it."""
         if place < 0:
             raise LookupError
         whole = self.active.pop(place)
@@ -172,12 +172,12 @@ def swept(plane: Array) -> NDArray[np.int64] | None:
     Parameters
     ----------
     plane : (K, 2)
-        Counter-clockwise. Corners that repeat the one before them are left out.
+        Counter-clockwise. Corners equal to the previous one are skipped.
 
     Returns
     -------
     (T, 3) int64, or None
-        None where the line finds that the polygon crosses itself; it need not find that: compare the areas.
+        None if the sweep finds that the polygon crosses itself. It need not find every crossing: compare the areas.
     """
     corners = np.flatnonzero((plane != np.roll(plane, 1, axis=0)).any(axis=1))
     points = plane[corners]
@@ -192,6 +192,6 @@ def swept(plane: Array) -> NDArray[np.int64] | None:
     try:
         for corner, (p, q, p_left, q_left) in zip(order.tolist(), events, strict=True):
             line.meet(p, corner, q, p_left, q_left)
-    except LookupError:  # an edge ends where it does not belong
+    except LookupError:  # an edge ends in the wrong place
         return None
     return corners[np.array(line.triangles, dtype=np.int64).reshape(-1, 3)]

@@ -1,4 +1,4 @@
-"""Lights: each kind is one file, and says all of itself. Pure float64 and settings; the GLSL twins are in glsl/light."""
+"""Lights: settings and float64 formulas, one file per kind of light. The GLSL twins are in glsl/light."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from glshadow.lights.sky import SkyLight
 from glshadow.lights.spot import SpotLight
 
 LIGHTS: tuple[type[Light], ...] = (DirectionalLight, SpotLight, PointLight, RectLight, SkyLight)
-"""All kinds; a new one goes here."""
+"""All kinds of light. A new kind is added here."""
 
 Lights = Iterable[Light] | Light | None
-"""An argument that is several lights, one, or the scene's own."""
+"""An argument that takes several lights, one light, or the scene's own lights."""
 
 TRACED = 256
-"""Points of a light that has a size which the tools trace for a truth: off by 1 / (2 sqrt(TRACED)) in a penumbra, at most."""
+"""Points traced on a light that has a size, for a reference: the error in a penumbra is at most 1 / (2 sqrt(TRACED))."""
 
 
 def as_lights(name: str, value: Any) -> tuple[Light, ...]:
-    """The rule of an argument that is several lights, or one."""
+    """Check an argument that takes several lights or one light."""
     given: tuple[Light, ...] = _several(name, (value,) if isinstance(value, Light) else value)
     return given
 
@@ -44,7 +44,7 @@ _several = several(_one, _named())
 
 
 def traced_points(lights: Iterable[Light]) -> int:
-    """Points of each light for a truth: one where none has a size."""
+    """Points traced on each light for a reference: 1 if no light has a size."""
     return TRACED if any(light.has_size for light in lights) else 1
 
 

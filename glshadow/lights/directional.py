@@ -1,4 +1,4 @@
-"""DirectionalLight: parallel light, as the sun's."""
+"""DirectionalLight: parallel light, such as the sun's."""
 
 from __future__ import annotations
 
@@ -35,20 +35,20 @@ class DirectionalLight(DistantLight):
     Parameters
     ----------
     direction : (3,) floats
-        The way the light travels, of any length but zero. There is no position.
+        The direction in which the light travels; any length but zero. A directional light has no position.
     color, intensity
-        Linear RGB factor, and its strength: a white surface that faces the light gets color * intensity.
+        Linear RGB factor, and its strength: a white surface that faces the light receives color * intensity.
     angle : float
         Angular diameter of the source, degrees in [0, 90): 0.53 for the sun. 0 is a point at infinity.
     cookie : Cookie, optional
-        An image that colours its light.
+        An image projected along the light that colours it.
     near, far : float, optional
         Depth range of the shadow map along the light, world units from the world origin; None derives it.
     shadow : Shadow or None
-        Settings of its shadow; None: it casts nothing and gets no map.
+        Settings of its shadow. None: the light casts no shadow and draws no shadow map.
     """
 
-    direction: Triple = setting(direction, (-0.55, -0.8, -0.25), help="the way the light travels")
+    direction: Triple = setting(direction, (-0.55, -0.8, -0.25), help="direction in which the light travels")
     near: float | None = setting(optional(number(-FARTHEST, FARTHEST)), None, help=NEAR_HELP)
     far: float | None = setting(optional(number(-FARTHEST, FARTHEST)), None, help=FAR_HELP)
     angle: float = setting(
@@ -71,12 +71,12 @@ class DirectionalLight(DistantLight):
 
     @classmethod
     def from_places(cls, texts: Sequence[str]) -> dict[str, Any]:
-        """Its direction."""
+        """Read the direction."""
         return {"direction": vector(texts[0])}
 
     @property
     def projected(self) -> tuple[Cookie, Array] | None:
-        """Across the light; the middle of the first image lies on the line of light through the world's origin."""
+        """The cookie and its matrix, projected along the light. The centre of the first image is on the line through the world origin."""
         if self.cookie is None:
             return None
         height, width = self.cookie.image.shape[:2]
@@ -86,20 +86,20 @@ class DirectionalLight(DistantLight):
         image = np.array([[across, 0, 0, 0.5], [0, across * width / height, 0, 0.5], [0, 0, 1, 0], [0, 0, 0, 1.0]])
         return self.cookie, np.asarray(image @ matrix)
 
-    # -- its size: a cap of directions
+    # -- size: a cap of directions
 
     @property
     def has_size(self) -> bool:
-        """Whether it has an angle."""
+        """Whether the light has an angular diameter."""
         return self.angle > 0.0
 
     @property
     def source_radius(self) -> float:
-        """Tangent of half its angle."""
+        """Tangent of half the angular diameter."""
         return float(np.tan(np.radians(0.5 * self.angle)))
 
     def hard_lights(self, count: int) -> tuple[Light, ...]:
-        """Directions of equal solid angle."""
+        """Hard directional lights in directions of equal solid angle."""
         if not self.has_size:
             return (self,)
         right, up, towards = self.disc_axes
@@ -107,7 +107,7 @@ class DirectionalLight(DistantLight):
         return self._pointing(towards + offsets[:, :1] * right + offsets[:, 1:] * up)
 
     def extremes(self) -> tuple[Light, ...]:
-        """The corners of an octagon round its disc."""
+        """Hard directional lights at the corners of an octagon around the disc."""
         if not self.has_size:
             return (self,)
         right, up, towards = self.disc_axes
@@ -116,18 +116,18 @@ class DirectionalLight(DistantLight):
         return self._pointing(towards + reach * (np.cos(turns)[:, None] * right + np.sin(turns)[:, None] * up))
 
     def _pointing(self, aims: Array) -> tuple[Light, ...]:
-        """Lights that receivers see in directions (N, 3)."""
+        """Hard directional lights that receivers see in directions (N, 3)."""
         return tuple(replace(self, direction=tuple((-aim).tolist()), angle=0.0) for aim in aims)
 
     def to_points(self, receivers: Array, count: int) -> Array:
-        """Directions, the same for every receiver."""
+        """Directions to the light's sample points, the same for every receiver."""
         right, up, backward = self.disc_axes
         tangents = self.cap_tangents(disc(count))
         aims = backward + tangents[:, :1] * right + tangents[:, 1:] * up
         return np.broadcast_to(aims, (len(receivers), count, 3))
 
     def aims(self, points: Array, samples: int, generator: np.random.Generator) -> Iterator[tuple[Array, Array]]:
-        """Rings of equal solid angle, a golden angle apart (Vogel 1979); the place within a ring is random."""
+        """Directions in rings of equal solid angle, a golden angle apart (Vogel 1979), random within each ring."""
         towards, distance = self.to_light(points)
         turn = generator.uniform(0.0, 2.0 * np.pi, len(points))
         u, v = perpendicular(towards)
@@ -139,30 +139,30 @@ class DirectionalLight(DistantLight):
             yield aim / np.sqrt(np.einsum("ij,ij->i", aim, aim))[:, None], distance
 
     def cap_tangents(self, points: Array) -> Array:
-        """Points of the unit disc (..., 2) as tangents from its middle, such that equal areas are equal solid angles.
+        """Points of the unit disc (..., 2) as tangents from its middle. Equal areas map to equal solid angles.
 
-        Within the angle t of a cap of half its angle a lies the share (1 - cos t) / (1 - cos a) = (sin(t/2) / sin(a/2))^2, of the disc
-        within r the share r^2: so sin(t/2) = r sin(a/2), Lambert's azimuthal equal-area projection.
+        The angle t holds the share (1 - cos t) / (1 - cos a) = (sin(t/2) / sin(a/2))^2 of a cap with half-angle a; the radius r holds the
+        share r^2 of the disc. So sin(t/2) = r sin(a/2): Lambert's azimuthal equal-area projection.
         """
         scale = np.sin(0.25 * np.radians(self.angle))
         squared = (scale**2) * (points**2).sum(axis=-1, keepdims=True)
         return np.asarray(points * (2.0 * scale * np.sqrt(1.0 - squared) / (1.0 - 2.0 * squared)))
 
     def area_points(self, count: int, axes: Array) -> Array:
-        """Tangents; in world axes, so that they do not turn with the frame."""
+        """Sample points as tangents, in world axes so that they do not rotate with the frame."""
         return np.asarray(self.cap_tangents(disc(count)) @ (self.disc_axes[:2] @ axes[:2].T))
 
-    # -- its map
+    # -- shadow map
 
     @property
     def planes(self) -> tuple[float | None, float | None]:
-        """As given."""
+        """Near and far as given."""
         return (self.near, self.far)
 
     def views(
         self, bodies: list[Array], casters: Array, clip: ClipSpace, resolution: int, guard: int, fine: bool
     ) -> tuple[ShadowView, ...]:
-        """One, on the rectangle of least area round the receivers."""
+        """One view, fitted to the receivers' rectangle of least area."""
         points = np.concatenate(bodies)
         origin = 0.5 * (points.min(axis=0) + points.max(axis=0))
         axes = view_axes(np.asarray(self.direction))

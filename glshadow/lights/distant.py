@@ -1,4 +1,4 @@
-"""DistantLight: what lights at infinity have in common."""
+"""DistantLight: base of the lights at infinity."""
 
 from __future__ import annotations
 
@@ -17,54 +17,54 @@ from glshadow.shadows.view import Projection, ShadowView
 
 @dataclass(frozen=True, kw_only=True)
 class DistantLight(Light):
-    """Base of lights that shine along one direction, from no position."""
+    """Base of lights that shine along one direction and have no position."""
 
-    direction: Triple = setting(direction, help="the way the light travels")
+    direction: Triple = setting(direction, help="direction in which the light travels")
 
     projection: ClassVar[Projection] = "orthographic"
     at_infinity: ClassVar[bool] = True
 
     @property
     def place(self) -> tuple[float, float, float, float]:
-        """The way to it, and 0."""
+        """Homogeneous direction to the light: (x, y, z, 0)."""
         x, y, z = self.direction
         return (-x, -y, -z, 0.0)
 
     def rays_to(self, points: Array) -> Array:
-        """Its direction."""
+        """The direction of the light, for every point."""
         return np.broadcast_to(np.asarray(self.direction), points.shape)
 
     def to_light(self, points: Array) -> tuple[Array, Array]:
-        """Against its direction, and infinitely far."""
+        """The direction against the light, at infinite distance."""
         towards = np.broadcast_to(-np.asarray(self.direction), points.shape)
         return towards, np.full(points.shape[:-1], np.inf)
 
     def relative_to(self, origin: Array) -> Self:
-        """Itself: it has no position."""
+        """The same light: it has no position."""
         return self
 
     def turned(self, turn: Array, middle: Array) -> Self:
-        """Its direction turned."""
+        """The light with its direction rotated."""
         return replace(self, direction=tuple((turn @ np.asarray(self.direction)).tolist()))
 
     def nudged(self, tilt: float, shift: float) -> Self:
-        """Its direction tilted."""
+        """The light with its direction tilted."""
         forward = np.asarray(self.direction)
         across = np.cross(forward, np.eye(3)[np.abs(forward).argmin()])
         return replace(self, direction=tuple((forward + tilt * across / np.linalg.norm(across)).tolist()))
 
     @property
     def disc_axes(self) -> Array:
-        """About its direction."""
+        """Axes of the disc of sample points, about the light's direction."""
         return view_axes(np.asarray(self.direction))
 
     @property
     def axis(self) -> Triple:
-        """Its direction."""
+        """The light's direction."""
         return self.direction
 
     def frame(self, views: Sequence[ShadowView], origin: Array) -> Array:
-        """That of its first view, else its axes about the origin."""
+        """The frame of the first view, or the light's axes about the origin if there is no view."""
         if views:
             return views[0].view_from_world
         return rigid_inverse(view_axes(np.asarray(self.direction)), np.asarray(origin))
@@ -74,13 +74,13 @@ class DistantLight(Light):
     ) -> tuple[float, float]:
         """Near and far of a view with axes (3, 3) about an origin (3,), for receivers (N, 3) and casters (K, 3), unless they are given.
 
-        Casters nearer than that are clamped to the near plane and still cast. One reach, that of the receivers' depths or `size`, in front
-        of the receivers keeps the slack of a receiver's compare depth from passing them.
+        Casters nearer than that are clamped to the near plane and still cast. The near plane stays one reach in front of the receivers (the
+        extent of their depths, or `size`), so that the bias of a receiver's compare depth does not pass it.
         """
         depth = -((points - origin) @ axes[2])
         first = -((casters - origin) @ axes[2]).max()
         reach = max(float(np.ptp(depth)), size)
-        ahead = float(origin @ np.asarray(self.direction))  # given planes count from the world's origin
+        ahead = float(origin @ np.asarray(self.direction))  # given planes are measured from the world's origin
         given = self.planes
         near = max(float(first), float(depth.min()) - reach) if given[0] is None else given[0] - ahead
         far = float(depth.max()) if given[1] is None else given[1] - ahead
@@ -88,7 +88,7 @@ class DistantLight(Light):
         return near - (pad if given[0] is None else 0.0), far + (pad if given[1] is None else 0.0)
 
     def map_texel(self, points: Array, seen: Bools, resolution: int) -> float:
-        """The longer side of the rectangle of least area round what is seen, divided by the resolution."""
+        """Width of a texel: the longer side of the least-area rectangle around the visible points, divided by the resolution."""
         covered = points[seen]
         if len(covered) == 0:
             return 0.0

@@ -1,4 +1,4 @@
-"""Light: what every kind of light says of itself, so that nothing else needs to know which there are."""
+"""Light: the base class of all lights, with every property that other modules need."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ from glshadow.shadows.filters import Filter
 from glshadow.shadows.shadow import Shadow
 from glshadow.shadows.view import Projection, ShadowView
 
-BRIGHTEST = 1e38  # what float32 holds
+BRIGHTEST = 1e38  # largest value, well inside float32
 BRIGHTEST_RADIANCE = 1e18
-"""On the GPU: its square root is still a float32."""
+"""Largest value used on the GPU, whose square is still a float32."""
 
 NEAR_HELP, FAR_HELP = "near plane of its shadow map, along the light", "far plane of its shadow map, along the light"
 
 
 @dataclass(frozen=True, eq=False)
 class Gizmo:
-    """How an overlay shows a light.
+    """Lines that an overlay draws for a light.
 
     Attributes
     ----------
     lines : (S, 2, 3) float64
         World segments.
     width, opacity : float
-        Of the lines; pixels of an image 720 high.
+        Width and opacity of the lines; the width is in pixels of an image 720 high.
     rays : int
-        Spokes round the light itself; 0: a disc alone.
+        Number of rays drawn around the light; 0 draws a disc alone.
     """
 
     lines: Array
@@ -55,56 +55,59 @@ class _Signature:
 
 @dataclass(frozen=True, kw_only=True)
 class Light(Settings, ABC):
-    """Base of all lights. Each kind is one subclass, in a file of its own, and stands in `glshadow.lights.LIGHTS`.
+    """Base of all lights. Each kind is a subclass in a file of its own, listed in `glshadow.lights.LIGHTS`.
 
     Parameters
     ----------
     color : (3,) floats
         Linear RGB factor.
     intensity : float
-        Strength: a white surface that faces the light gets color * intensity.
+        Strength: a white surface that faces the light receives color * intensity.
     shadow : Shadow or None
-        Settings of its shadow; None: it casts nothing.
+        Settings of its shadow. None: the light casts no shadow.
 
     Attributes
     ----------
     spelling : str
         Its name on the command line, in batches and in reports.
     usage : str
-        How the command line spells it.
+        How it is written on the command line.
     summary : str
-        In a few words, for help.
+        A short description for the command line's help.
     by_place : tuple of str
-        Settings that the command line takes by their place; all others by `key=value`.
+        Settings that the command line reads by position; all others are written `key=value`.
     places : (2,) ints
-        How many texts between colons it takes there, at least and at most.
+        How many colon-separated texts the command line reads by position: least and most.
     snippet : str
-        GLSL of the slot <light>.
+        GLSL file for the slot <light>.
     projection : {"orthographic", "perspective", "cube"}
-        Of the views of its map, and of the frame in which its receivers are given.
+        Projection of its shadow map's views, and of the frame in which its receivers are given.
     most_views : int
-        Views of its shadow map: 1, 6, or 0 where it has none.
+        Number of views of its shadow map: 1, 6, or 0 if it has no shadow map.
     at_infinity : bool
-        Whether it shines along one direction, from no position.
+        Whether it shines along one direction and has no position.
     wide : bool
-        Whether no single direction leads from a receiver to it: the snippet then integrates over it, and no map of one view stands for it.
+        Whether no single direction leads from a receiver to the light. The snippet then integrates over the light, and one shadow map
+        cannot represent it.
     weighted : bool
-        Whether its sample points count by the cosine at the receiver (Lambert's law).
+        Whether its sample points are weighted by the cosine at the receiver (Lambert's law).
     sized_by : str
-        The setting that gives it a size: degrees at infinity, else world units; empty: it has none that can be changed.
+        The setting that gives it a size: degrees at infinity, else world units. Empty if it has no size to change.
     fixed : bool
-        Whether it stays where it is when a user aims lights from elsewhere.
+        Whether it stays in place when a user turns the lights in a viewer.
     beside_geometry : frozenset of str
-        Settings that do not decide where its shadows fall.
+        Settings that do not affect where its shadows fall.
     penumbra : mapping or None
-        Defines of pass/penumbra.frag, which counts its sample points at once; None: they are drawn one after another.
+        Defines of pass/penumbra.frag, which tests all sample points in one pass. None: the sample points are drawn one after another.
     """
 
     color: Triple = setting(vector(3, 0.0, BRIGHTEST), (1.0, 1.0, 1.0), help="linear RGB factor")
     intensity: float = setting(
-        number(0.0, BRIGHTEST), 1.0, help="strength: a white surface facing the light gets color * intensity"
+        number(0.0, BRIGHTEST), 1.0, help="strength: a white surface facing the light receives color * intensity"
     )
-    shadow: Shadow | None = setting(optional(instance(Shadow), "casts nothing"), factory=Shadow, help="of its shadow")
+    shadow: Shadow | None = setting(
+        optional(instance(Shadow), "casts nothing"), factory=Shadow, help="settings of its shadow"
+    )
 
     spelling: ClassVar[str]
     usage: ClassVar[str]
@@ -138,23 +141,23 @@ class Light(Settings, ABC):
         if near is not None and far is not None and not near < far:
             raise SettingsError(f"{type(self).__name__} near must be less than far, got near={near}, far={far}")
 
-    # -- the command line
+    # -- command line
 
     @classmethod
     def from_places(cls, texts: Sequence[str]) -> dict[str, Any]:
-        """Settings from the texts that the command line takes by their place."""
+        """Settings from the texts that the command line reads by position."""
         return {}
 
-    # -- where it is
+    # -- position
 
     @property
     @abstractmethod
     def place(self) -> tuple[float, float, float, float]:
-        """Homogeneous: (its position, 1), or (the way to it, 0) at infinity."""
+        """Homogeneous: (position, 1), or (direction to the light, 0) at infinity."""
 
     @abstractmethod
     def rays_to(self, points: Array) -> Array:
-        """Vectors along which its light comes to points (..., 3): from its middle, or its direction."""
+        """Vectors along which light reaches points (..., 3): from the light's middle, or its direction."""
 
     @abstractmethod
     def to_light(self, points: Array) -> tuple[Array, Array]:
@@ -181,30 +184,30 @@ class Light(Settings, ABC):
 
     @abstractmethod
     def nudged(self, tilt: float, shift: float) -> Self:
-        """A light that differs a little, so that nothing drawn for this one serves it: tilted by radians, or shifted by world units."""
+        """A slightly different light that cannot reuse this light's cached maps: tilted by radians, or moved by world units."""
 
     @property
     def geometry(self) -> tuple[Hashable, ...]:
-        """All that decides where its shadows fall, as a key: its kind, and every setting but those of its strength and its map."""
+        """A hashable key of everything that affects where its shadows fall: its kind and all settings but strength and shadow map."""
         names = (each.name for each in fields(self) if each.name not in self.beside_geometry)
         return (type(self), *(getattr(self, name) for name in names))
 
-    # -- its strength
+    # -- strength
 
     def strength(self, points: Array) -> Array:
-        """What cone, range and falloff leave of its intensity at points (..., 3): shares (...)."""
+        """Share of the intensity that is left at points (..., 3) after cone, range and falloff; (...)."""
         return np.ones(points.shape[:-1])
 
     def shines_on(self, points: Array) -> Bools:
-        """Whether points (..., 3) lie where it shines at all, whatever stands between: within its cone, before its lit side; (...)."""
+        """Whether points (..., 3) are within the cone and on the lit side, occluded or not; (...)."""
         return np.ones(points.shape[:-1], dtype=bool)
 
     def reaches(self, points: Array) -> Bools:
-        """The same, and within its range; (...)."""
+        """Whether points (..., 3) are also within the range; (...)."""
         return self.shines_on(points)
 
     def irradiance(self, points: Array, normals: Array) -> Array:
-        """Float64 twin of the snippet: the share of color * intensity that white surfaces get which nothing shadows.
+        """Share of color * intensity that unshadowed white surfaces receive: the float64 twin of the snippet.
 
         Parameters
         ----------
@@ -220,107 +223,107 @@ class Light(Settings, ABC):
 
     @property
     def projected(self) -> tuple[Cookie, Array] | None:
-        """The image that it projects, and the (4, 4) matrix from world points to (u, v, -, w), v up; None: it projects none."""
+        """The projected image and the (4, 4) matrix from world points to (u, v, -, w), v up. None: the light projects no image."""
         return None
 
-    # -- its size
+    # -- size
 
     @property
     def has_size(self) -> bool:
-        """Whether it is more than a point."""
+        """Whether the light is larger than a point."""
         return False
 
     @property
     def source_radius(self) -> float:
-        """Radius of a disc or ball that holds the source: at infinity the tangent under which a receiver sees it, else world units."""
+        """Radius of a disc or ball that holds the source: a tangent seen from the receiver at infinity, else world units."""
         return 0.0
 
     def hard_lights(self, count: int) -> tuple[Light, ...]:
-        """Lights without size at `count` points of it, each for an equal share: their mean visibility is the share of it that is seen.
+        """Hard lights at `count` points of this light, each for an equal share. Their mean visibility is the visible share of the light.
 
-        Those of a `weighted` light are weighted by the cosine at the receiver. A light without size is its own single point.
+        Those of a `weighted` light are weighted by the cosine at the receiver. A light without size gives itself.
         """
         return (self,)
 
     def extremes(self) -> tuple[Light, ...]:
-        """Lights without size whose convex hull holds all of its points."""
+        """Hard lights whose convex hull holds all points of this light."""
         return (self,)
 
     def to_points(self, receivers: Array, count: int) -> Array:
-        """Vectors (N, count, 3) from receivers (N, 3) to the points that pass/penumbra.frag samples, of any length at infinity."""
+        """Vectors (N, count, 3) from receivers (N, 3) to the points that pass/penumbra.frag samples; of any length at infinity."""
         return -self.rays_to(receivers)[:, None]
 
     def aims(self, points: Array, samples: int, generator: np.random.Generator) -> Iterator[tuple[Array, Array]]:
-        """Unit vectors (N, 3) and distances (N,) from points (N, 3) to points of it: one of each equal share, at random within that."""
+        """Unit vectors (N, 3) and distances (N,) from points (N, 3) to points of the light: one random point in each equal share."""
         for _ in range(samples):
             yield self.to_light(points)
 
     @property
     def disc_axes(self) -> Array:
-        """Right, up and backward (3, 3) of the disc of its points: about the way it shines, or about the way down."""
+        """Axes right, up and backward (3, 3) of the disc of sample points: about the direction of the light, or about straight down."""
         return view_axes(np.array([0.0, -1.0, 0.0]))
 
     def area_points(self, count: int, axes: Array) -> Array:
-        """Points (count, 2) for pass/penumbra.frag, in a frame with axes (3, 3); only where `penumbra` is given."""
+        """Sample points (count, 2) for pass/penumbra.frag, in a frame with axes (3, 3). Only for lights with `penumbra`."""
         raise NotImplementedError
 
     def area_uniforms(self, axes: Array) -> dict[str, Any]:
-        """Uniforms of pass/penumbra.frag for these points: right, up and forward of their disc."""
+        """Uniforms of pass/penumbra.frag for the sample points: right, up and forward of their disc."""
         right, up, backward = self.disc_axes @ axes.T
         return {"u_disc_axes": np.stack([right, up, -backward], axis=1)}
 
     def without_cone(self) -> Light:
-        """The same light in every direction, so that the border of a cone bounds what is lit only once."""
+        """The same light in every direction. A cone's border then limits the lit area only once."""
         return self
 
-    # -- its shadow
+    # -- shadow
 
     @property
     def planes(self) -> tuple[float | None, float | None]:
-        """Near and far of its map; None: derived."""
+        """Near and far of its shadow map; None: derived."""
         return (None, None)
 
-    def filter_for(self, asked: Filter) -> Filter:
-        """The filter that the light needs to be served by one that is asked for."""
-        return asked
+    def filter_for(self, requested: Filter) -> Filter:
+        """The filter that the light uses when this filter is requested."""
+        return requested
 
     @abstractmethod
     def views(
         self, bodies: list[Array], casters: Array, clip: ClipSpace, resolution: int, guard: int, fine: bool
     ) -> tuple[ShadowView, ...]:
-        """The views of its map: parameters are those of `shadows.view.shadow_views`, `bodies` not empty; none where nothing is lit."""
+        """The views of its shadow map; parameters as of `shadows.view.shadow_views`, `bodies` not empty. Empty if nothing is lit."""
 
     @abstractmethod
     def frame(self, views: Sequence[ShadowView], origin: Array) -> Array:
-        """(4, 4) into the frame in which its receivers are given.
+        """(4, 4) matrix into the frame in which its receivers are given.
 
         Parameters
         ----------
         views : sequence of ShadowView
-            Of its map; empty: it has none.
+            Views of its shadow map; empty if it has none.
         origin : (3,) float64
-            Where the frame begins without a map, if the light is at infinity.
+            Origin of the frame of a light at infinity without a shadow map.
         """
 
     def touches(self, low: Array, high: Array) -> Bools:
-        """Whether a part of the light lies in boxes (N, 3) to (N, 3); (N,)."""
+        """Whether a part of the light is inside the boxes from (N, 3) to (N, 3); (N,)."""
         return np.zeros(len(low), dtype=bool)
 
     @property
     def axis(self) -> Triple | None:
-        """The middle of what it shines on, as a direction; None: it shines in every direction."""
+        """Axis of the cone that it lights. None: it shines in every direction."""
         return None
 
     @property
     def edge(self) -> float:
-        """Tangent of the angle from the axis up to which it shines."""
+        """Tangent of the largest angle from the axis at which it shines."""
         return float(np.inf)
 
     @abstractmethod
     def map_texel(self, points: Array, seen: Bools, resolution: int) -> Array | float:
-        """Width of a texel of a map that fits tightly round the `seen` (...) of points (..., 3), at these points; world units."""
+        """Texel width, in world units at points (..., 3), of a shadow map that fits tightly around the points `seen` (...)."""
 
-    # -- how it is drawn
+    # -- drawing
 
     def uniforms(self, axes: Array) -> dict[str, Any]:
         """Uniforms of the snippet, for receivers in a frame with axes (3, 3)."""
@@ -328,4 +331,4 @@ class Light(Settings, ABC):
 
     @abstractmethod
     def gizmo(self, size: float, far: float) -> Gizmo:
-        """How an overlay shows it, in a scene of a size; `far`: how far its map reaches."""
+        """Lines that an overlay draws for the light. `size`: extent of the scene; `far`: far plane of its shadow map."""

@@ -26,14 +26,14 @@ class PointLight(SphereLight):
 
     @classmethod
     def from_places(cls, texts: Sequence[str]) -> dict[str, Any]:
-        """Its position."""
+        """Read the position."""
         return {"position": vector(texts[0])}
 
     def gizmo(self, size: float, far: float) -> Gizmo:
-        """Arms along the world's axes."""
+        """Three lines along the world's axes."""
         return Gizmo(arms(np.asarray(self.position), size), rays=8)
 
 
 def arms(place: np.ndarray[Any, np.dtype[np.float64]], size: float) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Segments (3, 2, 3) through a place (3,) in a scene of a size, along the world's axes."""
+    """Segments (3, 2, 3) along the world's axes through a position (3,), for a scene of a size."""
     return np.asarray(place + 0.03 * size * np.stack([np.eye(3), -np.eye(3)], axis=1))

@@ -24,25 +24,25 @@ _RING = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
 
 @dataclass(frozen=True, kw_only=True)
 class RectLight(LocalLight):
-    """Light from one side of a rectangle, the same from every point of it in every direction (Lambert).
+    """Rectangular area light: one side of a rectangle emits, equally from every point in every direction (Lambert).
 
-    A white surface against it gets color * intensity; farther away it gets the share of its view that the rectangle fills, weighted
-    by the cosine of Lambert's law (the form factor). So there is no falloff to choose, and scale does not matter.
+    A white surface that touches it receives color * intensity. Farther away it receives the share of its view that the rectangle covers,
+    weighted by the cosine of Lambert's law (the form factor). So there is no falloff to choose, and scale does not matter.
 
     Parameters
     ----------
     position : (3,) floats
-        Its middle.
+        Centre of the rectangle.
     direction : (3,) floats
-        The way its lit side looks.
+        The direction that its lit side faces.
     up : (3,) floats
-        Along its height; not along the direction.
+        Direction along its height; not parallel to `direction`.
     width, height : float
-        World units.
+        Size in world units.
     color, intensity, range
         As for PointLight.
     shadow : Shadow or None
-        A filter that knows only points draws the hard shadow of the middle, and `Used.fallbacks` says so.
+        Settings of its shadow. A filter that supports only point lights draws the hard shadow of the centre; `Used.fallbacks` reports it.
 
     References
     ----------
@@ -50,10 +50,10 @@ class RectLight(LocalLight):
     the use of analytically determined form-factors", SIGGRAPH, for its use.
     """
 
-    direction: Triple = setting(direction, (0.0, -1.0, 0.0), help="the way its lit side looks")
-    up: Triple = setting(vector_rule(3, -FARTHEST, FARTHEST), (0.0, 0.0, -1.0), help="along its height")
-    width: float = setting(number(NEAREST, FARTHEST), 1.0, help="world units")
-    height: float = setting(number(NEAREST, FARTHEST), 1.0, help="world units")
+    direction: Triple = setting(direction, (0.0, -1.0, 0.0), help="direction that its lit side faces")
+    up: Triple = setting(vector_rule(3, -FARTHEST, FARTHEST), (0.0, 0.0, -1.0), help="direction along its height")
+    width: float = setting(number(NEAREST, FARTHEST), 1.0, help="width, world units")
+    height: float = setting(number(NEAREST, FARTHEST), 1.0, help="height, world units")
 
     spelling: ClassVar[str] = "rect"
     usage: ClassVar[str] = "rect:px,py,pz:dx,dy,dz:width,height"
@@ -69,12 +69,12 @@ class RectLight(LocalLight):
         across = np.cross(np.asarray(self.direction), np.asarray(self.up))
         if not np.linalg.norm(across) > 1e-6 * np.linalg.norm(self.up):
             raise SettingsError(
-                f"RectLight up must not lie along direction, got up={self.up}, direction={self.direction}"
+                f"RectLight up must not be parallel to direction, got up={self.up}, direction={self.direction}"
             )
 
     @classmethod
     def from_places(cls, texts: Sequence[str]) -> dict[str, Any]:
-        """Position, direction, width and height; unless it looks up or down, its height is vertical."""
+        """Read position, direction, width and height. The height is vertical unless the light faces up or down."""
         width, height = numbers(texts[2], 2)
         forward = vector(texts[1])
         given: dict[str, Any] = {"position": vector(texts[0]), "direction": forward, "width": width, "height": height}
@@ -82,33 +82,33 @@ class RectLight(LocalLight):
         return {**given, "up": (0.0, 1.0, 0.0)} if level else given
 
     def turned(self, turn: Array, middle: Array) -> Self:
-        """Its position, and its axes with it."""
+        """The light with its position and axes rotated."""
         direction, up = (tuple((turn @ np.asarray(each)).tolist()) for each in (self.direction, self.up))
         return replace(super().turned(turn, middle), direction=direction, up=up)
 
-    # -- its light
+    # -- irradiance
 
     @property
     def axes(self) -> Array:
-        """Half its width along, half its height along, and the unit vector of the way it looks: rows (3, 3), world space."""
+        """Rows (3, 3) in world space: half the width along its axis, half the height along its axis, and the normal of the lit side."""
         forward, up = np.asarray(self.direction), np.asarray(self.up)
         right = np.cross(forward, up)
         right /= np.linalg.norm(right)
         return np.stack([0.5 * self.width * right, 0.5 * self.height * np.cross(right, forward), forward])
 
     def shines_on(self, points: Array) -> Bools:
-        """Before its lit side."""
+        """Whether points are in front of the lit side."""
         return np.asarray(self.rays_to(points) @ np.asarray(self.direction) > 0.0)
 
     def irradiance(self, points: Array, normals: Array) -> Array:
-        """The form factor, and the window of its range."""
+        """The form factor times the window of its range."""
         factor, _ = self.form_factor(points.reshape(-1, 3), normals.reshape(-1, 3))
         return np.asarray(factor.reshape(points.shape[:-1]) * self.strength(points))
 
     def form_factor(self, points: Array, normals: Array) -> tuple[Array, Array]:
-        """What it gives to surfaces (N, 3) with unit normals (N, 3), and how much of it is above their horizon: shares (N,), (N,).
+        """Irradiance on surfaces (N, 3) with unit normals (N, 3), and how much of the light is above their horizon: shares (N,), (N,).
 
-        The form factor of the polygon that the horizon leaves of it (Lambert 1760). GLSL twin: glsl/light/rect.glsl
+        The form factor of the polygon clipped to the horizon (Lambert 1760). GLSL twin: glsl/light/rect.glsl
         """
         right, up, forward = self.axes
         middle = np.asarray(self.position) - points
@@ -141,7 +141,7 @@ class RectLight(LocalLight):
             above[row] = abs(float((flat[:, 0] * around[:, 1] - flat[:, 1] * around[:, 0]).sum())) / 8.0
         return factor, above
 
-    # -- its size
+    # -- size
 
     @property
     def has_size(self) -> bool:
@@ -150,15 +150,15 @@ class RectLight(LocalLight):
 
     @property
     def source_radius(self) -> float:
-        """Half its diagonal."""
+        """Half the diagonal of the rectangle."""
         return 0.5 * float(np.hypot(self.width, self.height))
 
     def hard_lights(self, count: int) -> tuple[Light, ...]:
-        """Point lights on it."""
+        """Hard point lights on the rectangle."""
         return self._at(square(count))
 
     def extremes(self) -> tuple[Light, ...]:
-        """Its corners."""
+        """Hard point lights at its corners."""
         return self._at(_RING)
 
     def _at(self, points: Array) -> tuple[Light, ...]:
@@ -167,11 +167,11 @@ class RectLight(LocalLight):
         return tuple(PointLight(position=tuple(place.tolist()), shadow=self.shadow) for place in places)
 
     def to_points(self, receivers: Array, count: int) -> Array:
-        """The same points for every receiver."""
+        """Vectors to sample points, the same points for every receiver."""
         return np.asarray(np.asarray(self.position) + square(count) @ self.axes[:2] - receivers[:, None])
 
     def aims(self, points: Array, samples: int, generator: np.random.Generator) -> Iterator[tuple[Array, Array]]:
-        """A lattice, moved at random from receiver to receiver."""
+        """Points of a lattice that is shifted at random for each receiver."""
         right, up, _ = self.axes
         shift = generator.uniform(size=(2, len(points)))
         for row in range(samples):
@@ -180,17 +180,17 @@ class RectLight(LocalLight):
             yield unit_and_length(np.asarray(self.position) + u[:, None] * right + v[:, None] * up - points)
 
     def area_points(self, count: int, axes: Array) -> Array:
-        """Of the square from -1 to 1."""
+        """Sample points of the square from -1 to 1."""
         return square(count)
 
     def area_uniforms(self, axes: Array) -> dict[str, Any]:
-        """Its axes."""
+        """Uniforms of pass/penumbra.frag: its axes."""
         return {"u_rect": axes @ self.axes.T}
 
     def uniforms(self, axes: Array) -> dict[str, Any]:
-        """Also its axes."""
+        """Uniforms of a local light, with its axes."""
         return {**super().uniforms(axes), "u_rect": axes @ self.axes.T}
 
     def gizmo(self, size: float, far: float) -> Gizmo:
-        """Arms along the world's axes."""
+        """Three lines along the world's axes."""
         return Gizmo(arms(np.asarray(self.position), size), rays=8)

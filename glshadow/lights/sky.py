@@ -1,4 +1,4 @@
-"""SkyLight: the same light from all of the sky."""
+"""SkyLight: uniform light from the whole sky."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from glshadow.shadows.view import ShadowView
 
 
 def _down(name: str, value: Any) -> Triple:
-    """The rule of a direction from a zenith down: the largest component is negative, whichever axis a scene has for up."""
+    """Check a direction from the zenith down: its largest component is negative, whichever axis is up."""
     kept: Triple = direction(name, value)  # type: ignore[assignment]  # of a vector of three
     if not max(kept, key=abs) < 0.0:
         raise refuse(name, "a direction from the zenith down, its largest component below 0, such as (0, -1, 0)", value)
@@ -28,31 +28,30 @@ def _down(name: str, value: Any) -> Triple:
 
 @dataclass(frozen=True, kw_only=True)
 class SkyLight(DistantLight):
-    """The same light from all of the sky, a dome over the horizon. What it shadows is ambient occlusion.
+    """Uniform light from the whole sky, a dome above the horizon. Its shadow is ambient occlusion.
 
-    A white surface that looks to the zenith gets color * intensity, one that looks elsewhere (1 + cosine of its tilt) / 2 of that: the
-    share of the dome that lies before it, weighted by Lambert's law.
+    A white surface that faces the zenith receives color * intensity. A tilted one receives (1 + cosine of its tilt) / 2 of that: the share
+    of the dome in front of it, weighted by Lambert's law.
 
     Parameters
     ----------
     direction : (3,) floats
-        From the zenith down.
+        Direction from the zenith down.
     color, intensity
         As for DirectionalLight.
     shadow : Shadow or None
-        A filter that compares with one map becomes `LightSamples(of=that filter)`: 64 maps, since the sky has no middle that one map could
-        be drawn from.
+        A filter for one shadow map becomes `LightSamples(of=that filter)`: 64 shadow maps, because one map cannot represent the whole sky.
 
     References
     ----------
     Liu, Jordan 1963, "The long-term average performance of flat-plate solar-energy collectors", Solar Energy 7: the isotropic sky.
     """
 
-    direction: Triple = setting(_down, (0.0, -1.0, 0.0), help="from the zenith down")
+    direction: Triple = setting(_down, (0.0, -1.0, 0.0), help="direction from the zenith down")
 
     spelling: ClassVar[str] = "sky"
     usage: ClassVar[str] = "sky"
-    summary: ClassVar[str] = "from everywhere above"
+    summary: ClassVar[str] = "uniform light from the whole sky"
     snippet: ClassVar[str] = "light/sky.glsl"
     most_views: ClassVar[int] = 0
     wide: ClassVar[bool] = True
@@ -61,28 +60,28 @@ class SkyLight(DistantLight):
 
     @property
     def has_size(self) -> bool:
-        """It is the whole sky."""
+        """Always true: the light is the whole sky."""
         return True
 
     def irradiance(self, points: Array, normals: Array) -> Array:
-        """The share of the dome before the surface, weighted by Lambert's law."""
+        """Share of the dome in front of the surface, weighted by Lambert's law."""
         return np.asarray(0.5 - 0.5 * (normals @ np.asarray(self.direction)))
 
     def hard_lights(self, count: int) -> tuple[Light, ...]:
-        """Directions of equal solid angle."""
+        """Hard directional lights of equal solid angle."""
         aims = hemisphere(count) @ self.disc_axes
         return tuple(DirectionalLight(direction=tuple((-aim).tolist()), shadow=self.shadow) for aim in aims)
 
     def extremes(self) -> tuple[Light, ...]:
-        """Directions whose hull is the dome but for its rim: good for estimates, not for proofs."""
+        """Directions whose hull covers the dome except its rim: good for estimates, not for proofs."""
         return self.hard_lights(64)
 
     def to_points(self, receivers: Array, count: int) -> Array:
-        """Directions, the same for every receiver."""
+        """Directions to the sample points, the same for every receiver."""
         return np.broadcast_to(hemisphere(count) @ self.disc_axes, (len(receivers), count, 3))
 
     def aims(self, points: Array, samples: int, generator: np.random.Generator) -> Iterator[tuple[Array, Array]]:
-        """Rings of equal solid angle, a golden angle apart; the place within a ring is random."""
+        """Directions in rings of equal solid angle, a golden angle apart, random within each ring."""
         turn = generator.uniform(0.0, 2.0 * np.pi, len(points))
         far = np.full(len(points), np.inf)
         for ring in range(samples):
@@ -93,9 +92,9 @@ class SkyLight(DistantLight):
                 far,
             )
 
-    def filter_for(self, asked: Filter) -> Filter:
-        """The mean over points of the sky of a filter that compares with one map."""
-        return asked if asked.points_of_light else LightSamples(of=asked)
+    def filter_for(self, requested: Filter) -> Filter:
+        """A filter for one shadow map becomes the mean of that filter over points of the sky."""
+        return requested if requested.points_of_light else LightSamples(of=requested)
 
     def views(
         self, bodies: list[Array], casters: Array, clip: ClipSpace, resolution: int, guard: int, fine: bool

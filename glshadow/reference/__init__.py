@@ -1,4 +1,4 @@
-"""The exact answer by ray tracing: needs `pip install 'glshadow[reference]'`."""
+"""Traced references: exact shadows by ray tracing. Needs `pip install 'glshadow[reference]'`."""
 
 from glshadow.reference.trace import trace
 from glshadow.reference.truth import Truth

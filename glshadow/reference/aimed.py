@@ -1,4 +1,4 @@
-"""A light as rays ask it: relative to their origin, at its middle or at points of its size."""
+"""A light relative to the origin of the rays, as its middle or as points on its area."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from glshadow.reference.rays import LIFT, Ints, Rays, dot
 from glshadow.reference.receivers import Receivers
 
 TOGETHER = 2**14
-"""Rays asked at once: fewer cost more for the asking than for the answer."""
+"""Rays traced at once: with fewer, the overhead is larger than the tracing."""
 
 
 class AimedLight:
@@ -26,9 +26,9 @@ class AimedLight:
         return self.light.to_light(points)
 
     def receivers(self, rays: Rays, own: Ints, points: Array, side: Array, whole: bool = True) -> Receivers:
-        """What asks it: points (N, 3) on triangles (N,) seen from the side that vectors (N, 3) point to.
+        """Receivers at points (N, 3) on triangles (N,), on the side that vectors (N, 3) point to.
 
-        `whole`: all of a light that has a size is asked, else its middle.
+        `whole`: for all points of a light that has a size, otherwise for its middle.
         """
         spread = self.light.source_radius if whole else 0.0
 
@@ -43,8 +43,8 @@ class AimedLight:
     def visibility(
         self, rays: Rays, own: Ints, points: Array, side: Array, samples: int, generator: np.random.Generator
     ) -> tuple[Array, Array]:
-        """Mean and variance (N,) over samples of the source seen from points (N, 3) on triangles (N,), from the side that vectors (N, 3)
-        point to; parts of it below their horizon count as dark."""
+        """Mean and variance (N,) of visibility over samples of the light, from points (N, 3) on triangles (N,) on the side that vectors
+        (N, 3) point to. Samples below the horizon count as dark."""
         many = samples > 1 and self.light.has_size
         samples = samples if many else 1
         receivers = self.receivers(rays, own, points, side, many)
@@ -53,21 +53,21 @@ class AimedLight:
         aims = self.light.aims(points, samples, generator) if many else iter([self.towards(points)])
         while batch := list(islice(aims, max(TOGETHER // max(count, 1), 1))):
             aim, end = (np.concatenate(each) for each in zip(*batch, strict=True))
-            asking = receivers.tiled(len(batch))
-            cosine, open_to = dot(asking.normals, aim), asking.open_to(aim)
-            open_to &= self.light.shines_on(asking.points)
+            repeated = receivers.tiled(len(batch))
+            cosine, open_to = dot(repeated.normals, aim), repeated.open_to(aim)
+            open_to &= self.light.shines_on(repeated.points)
             weight = np.maximum(cosine, 0.0) if many and self.light.weighted else np.ones(len(aim))
             if self.light.shadow is not None:
-                asked = open_to & rays.receives[asking.own]
-                open_to[asked] = ~asking.blocked(rays, aim[asked], end[asked], asked)
+                tested = open_to & rays.receives[repeated.own]
+                open_to[tested] = ~repeated.blocked(rays, aim[tested], end[tested], tested)
             total += (weight * open_to).reshape(-1, count).sum(axis=0)
             weights += weight.reshape(-1, count).sum(axis=0)
         mean = total / np.where(weights > 0.0, weights, 1.0)
         return mean, mean * (1.0 - mean)
 
     def lit(self, rays: Rays, own: Ints, points: Array, side: Array) -> Bools:
-        """Whether the middle of the light sees and shines on points (N, 3) on triangles (N,), also below their horizon; of smooth meshes
-        those over the side that vectors (N, 3) point to."""
+        """Whether the middle of the light shines on points (N, 3) on triangles (N,) unoccluded, also from below their horizon. Points of
+        smooth meshes are moved to the side that vectors (N, 3) point to."""
         receivers = self.receivers(rays, own, points, side, False)
         shone = self.light.shines_on(receivers.points)
         if self.light.shadow is None:
@@ -78,17 +78,17 @@ class AimedLight:
 def moved_over(
     rays: Rays, source: AimedLight, own: Ints, points: Array, reach: Array, angle: float
 ) -> tuple[Ints, Array]:
-    """Points moved in the light plane and put back on the nearest surface along the light; triangles and points."""
+    """Points moved in the light plane and projected along the light to the nearest surface; returns triangles and points."""
     towards, _ = source.towards(points)
     u, v = perpendicular(towards)
     moved = points + reach[:, None] * (np.cos(angle) * u + np.sin(angle) * v)
     ray, distance = source.towards(moved)
-    # Onto the plane of the own triangle, as long as that is not behind the light.
+    # Onto the plane of the point's own triangle, unless that is behind the light.
     normal, slope = rays.normals[own], dot(rays.normals[own], ray)
     step = -rays.plane_distance(own, moved) / np.where(slope == 0.0, 1.0, slope)
     step = np.where((slope == 0.0) | (step >= distance), 0.0, step)
     start = moved + step[:, None] * ray
-    # Both rays start on the other side of the plane, so that a surface at the point itself is found by both.
+    # Both rays start on the other side of the plane, so that both find a surface at the point itself.
     back = (normal * np.sign(slope)[:, None]) * (2.0 * LIFT * rays.reach[own])[:, None]
     found, place, gap = own, start, np.full(len(own), np.inf)
     for sign, length in ((-1.0, np.full(len(own), np.inf)), (1.0, np.maximum(distance - step, 0.0))):

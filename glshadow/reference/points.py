@@ -1,4 +1,4 @@
-"""How many of a light's own points each pixel sees, by rays: what `Exact(light_samples=)` counts, in float64."""
+"""Counts by tracing how many of a light's sample points each pixel sees: the float64 reference of `Exact(light_samples=)`."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ def count_points(truth: Truth, light: Light, count: int) -> Array:
     Parameters
     ----------
     truth : Truth
-        Of the same scene and camera; made with `surface=frame.triangle`, its points are those of a frame.
+        Of the same scene and camera. If it was traced with `surface=frame.triangle`, its points are those of the frame.
     light : Light
-        That has a size.
+        A light that has a size.
     count : int
-        Its points.
+        Number of points.
     """
     known = truth.triangle >= 0
     rays, own = truth.rays, truth.triangle[known]

@@ -1,8 +1,7 @@
-"""Rays through a scene with Embree: what a ray hits first, and whether a segment is blocked.
+"""Rays through a scene with Embree: first hits, and whether a segment is blocked.
 
-Embree works in float32. All that decides a shadow is therefore checked again in float64, and geometry is given to
-Embree relative to a float64 origin near the eye and scaled to about 1, so that neither large worlds nor tiny ones lose
-anything.
+Embree works in float32. Every decision about a shadow is therefore checked again in float64. Geometry is passed to Embree relative to
+a float64 origin near the eye and scaled to about 1, so that neither large nor small worlds lose precision.
 """
 
 from __future__ import annotations
@@ -22,19 +21,18 @@ from glshadow.scene.nodes import Scene
 
 Ints = NDArray[np.int32]
 
-# How many surfaces that do not count (the ray's own triangle, coplanar copies, texels cut out by alpha) one ray may
-# pass.
+# How many surfaces that do not block (the ray's own triangle, coplanar copies, texels removed by alpha) one ray may pass.
 MAX_PASSED = 64
-U = 2.0**-24  # float32's rounding unit
-# Half the width of the slab round a plane in which a point counts as on it, in U * (largest coordinate): rounding of a
-# point, of vertices and of the plane distance, with a factor 4 in hand.
+U = 2.0**-24  # float32's unit roundoff
+# Half the thickness of the slab around a plane in which a point is on the plane, in U * (largest coordinate): rounding of the point, the
+# vertices and the plane distance, with a safety factor of 4.
 PLANE_BOUND = 8.0 * U
 # How far an origin is lifted off the plane that it must not hit again: rounding of origin and vertices, sqrt(3) U each.
 LIFT = 4.0 * U
 
 
 class Rays:
-    """A scene's drawn triangles in float64 and in Embree.
+    """A scene's triangles in float64 and in Embree.
 
     Triangles are numbered in the order of nodes, then of each mesh's triangles. Positions are relative to `origin`.
 
@@ -42,7 +40,7 @@ class Rays:
     ----------
     scene : Scene
     origin : (3,) float64
-        World point that becomes zero: the more precise, the nearer.
+        World point that becomes zero: precision is highest near it.
     """
 
     def __init__(self, scene: Scene, origin: Array) -> None:
@@ -54,7 +52,7 @@ class Rays:
         )
         counts = [len(node.mesh.triangles) for node in nodes]
         self.node = np.repeat(np.arange(len(nodes), dtype=np.int32), counts)
-        self.first = np.cumsum([0, *counts])[:-1]  # number of each node's first triangle
+        self.first = np.cumsum([0, *counts])[:-1]  # index of each node's first triangle
         self.reach = np.abs(self.corners).max(axis=(1, 2))
         self.size = float(self.reach.max())
         a, b, c = (self.corners[:, k] / self.size for k in range(3))
@@ -67,11 +65,12 @@ class Rays:
         self.normals[~self.solid] = (0.0, 1.0, 0.0)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {k: v for k, v in self.__dict__.items() if k not in ("_drawn", "_casting")}  # Embree's cannot be pickled
+        # Embree objects cannot be pickled
+        return {k: v for k, v in self.__dict__.items() if k not in ("_drawn", "_casting")}
 
     @cached_property
     def round_normals(self) -> Array | None:
-        """Unit normals (T, 3, 3) of the vertices of round triangles, on the side of its own, zero of others; None: no normals."""
+        """Unit vertex normals (T, 3, 3) of smooth triangles, on the triangle's side; zero for others. None: no normals."""
         nodes = self.scene.nodes
         if all(node.mesh.normals is None for node in nodes):
             return None
@@ -87,13 +86,13 @@ class Rays:
 
     @cached_property
     def round(self) -> Bools:
-        """Triangles (T,) that light reaches as parts of a smooth surface, see `core.smooth`."""
+        """Triangles (T,) that are shaded as parts of a smooth surface, see `geometry.smooth`."""
         normals = self.round_normals
         return np.zeros(len(self.node), dtype=bool) if normals is None else np.asarray(normals.any(axis=(1, 2)))
 
     @cached_property
     def masked(self) -> Bools:
-        """Triangles (T,) whose material cuts out texels."""
+        """Triangles (T,) whose material has alpha-tested texels."""
         return np.array([n.mesh.material.alpha_mode is AlphaMode.MASK for n in self.scene.nodes])[self.node]
 
     @cached_property
@@ -113,7 +112,7 @@ class Rays:
 
     @cached_property
     def casts(self) -> Bools:
-        """Triangles (T,) that block light: with an area, not blended, of a node that casts."""
+        """Triangles (T,) that block light: with a non-zero area, not blended, of a node that casts."""
         nodes = self.scene.nodes
         casting = [n.casts and n.mesh.material.alpha_mode is not AlphaMode.BLEND for n in nodes]
         return np.asarray(self.solid & np.array(casting)[self.node])
@@ -127,7 +126,7 @@ class Rays:
 
     @cached_property
     def _dual(self) -> Array:
-        """(T, 2, 3): products with an offset from the first corner are the other two's barycentric weights."""
+        """(T, 2, 3): dot products with an offset from the first corner are the barycentric weights of the other two."""
         a, b, c = (self.corners[:, k] / self.size for k in range(3))
         n = np.cross(b - a, c - a)
         square = np.where(self.solid, dot(n, n), 1.0)[:, None] * self.size
@@ -135,7 +134,7 @@ class Rays:
 
     @cached_property
     def body(self) -> Ints:
-        """(T,) number of the connected body that each triangle belongs to, welded by exact position."""
+        """(T,) index of the connected body of each triangle, welded by exact position."""
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
 
@@ -158,19 +157,19 @@ class Rays:
         return np.asarray(weights / (weights[:, :1] + weights[:, 1:2] + weights[:, 2:]))
 
     def first_hits(self, starts: Array, directions: Array, length: Array) -> tuple[Ints, Array]:
-        """First surface that the camera sees along each ray.
+        """The first surface along each camera ray.
 
         Parameters
         ----------
         starts, directions : (N, 3) float64
             Relative to `origin`; directions of any length.
         length : (N,) float64
-            How far a ray goes, in units of its direction; infinite for no end.
+            Length of each ray in units of its direction; infinite for no end.
 
         Returns
         -------
         (N,) int32, (N, 3) float64
-            Triangle number or -1; the point on that triangle (its plane met in float64, clamped to the triangle).
+            Triangle index or -1; the point on that triangle (intersection with its plane in float64, clamped to the triangle).
         """
         triangles = np.full(len(starts), -1, dtype=np.int32)
         points = np.full(starts.shape, np.nan)
@@ -193,7 +192,7 @@ class Rays:
         return triangles, points
 
     def _entered(self, starts: Array, directions: Array, length: Array) -> tuple[Array, Array]:
-        """Starts moved to where rays enter the scene's box: a far eye would be rounded in float32."""
+        """Starts moved to the rays' entry into the scene's box: a distant eye would be rounded in float32."""
         low, high = self._box
         with np.errstate(divide="ignore", invalid="ignore"):
             near = np.minimum((low - starts) / directions, (high - starts) / directions)
@@ -207,22 +206,21 @@ class Rays:
         t = dot(corner - starts, normal) / np.where(slope == 0.0, 1.0, slope)
         points = starts + t[:, None] * directions
         weights = self.barycentric(triangles, points)
-        # Rays that miss the triangle by float32's rounding, and grazing ones, get a point on its edge; the rest stay
-        # exact.
+        # Rays that miss the triangle by float32's rounding, and grazing ones, get a point on its edge; all others stay exact.
         a, b, c = weights.T
         outside = np.flatnonzero((a == 0.0) | (b == 0.0) | (c == 0.0) | (slope == 0.0))
         points[outside] = np.einsum("nk,nkj->nj", weights[outside], self.corners[triangles[outside]])
         return points
 
     def _lifted(self, triangles: Ints, points: Array, directions: Array, factor: Array | float = 1.0) -> Array:
-        """Points on triangles, moved off their planes to where the directions go."""
+        """Points on triangles, moved off their planes along the directions."""
         normal = self.normals[triangles]
         side = np.where(dot(normal, directions) < 0.0, -1.0, 1.0)
         return np.asarray(points + normal * (side * factor * LIFT * self.reach[triangles])[:, None])
 
     def opaque(self, triangles: Ints, points: Array) -> Bools:
-        """Whether the surface exists there: false where MASK alpha (factor, vertices and texture, bilinear at level 0, multiplied) is
-        below the cutoff."""
+        """Whether the surface exists at the points: False where MASK alpha (factor, vertices and texture, bilinear at level 0, multiplied)
+        is below the cutoff."""
         exists = np.ones(len(triangles), dtype=bool)
         cut = np.flatnonzero(self.masked[triangles])
         for number in np.unique(self.node[triangles[cut]]):
@@ -233,7 +231,7 @@ class Rays:
             weights = self.barycentric(triangles[mine], points[mine])
             if mesh.colors is not None:
                 a, b, c = mesh.colors[:, 3].astype(np.float64)[corners].T
-                alpha = alpha * (a + (b - a) * weights[:, 1] + (c - a) * weights[:, 2])  # exact where they are equal
+                alpha = alpha * (a + (b - a) * weights[:, 1] + (c - a) * weights[:, 2])  # exact if all are equal
             if mesh.material.texture is not None and mesh.uv is not None:
                 uv = np.einsum("nk,nkj->nj", weights, mesh.uv.astype(np.float64)[corners])
                 alpha = alpha * texture_alpha(mesh.material, uv)
@@ -243,30 +241,29 @@ class Rays:
     def blocked(
         self, own: Ints, points: Array, directions: Array, length: Array, lifted: Bools | None = None
     ) -> tuple[Bools, Array]:
-        """Whether open segments from points on surfaces to the light meet a triangle that counts.
+        """Whether open segments from points on surfaces to the light are blocked by a triangle.
 
-        A triangle counts unless it is the own one (by number), or its plane passes within PLANE_BOUND * (largest
-        coordinate of both triangles) of the point or of the light, or alpha cuts it out. What does not count is passed:
-        the ray goes on from where it met that plane, lifted off it by float32's rounding, so that nothing behind is
-        skipped.
+        A triangle blocks unless it is the point's own (by index), or its plane passes within PLANE_BOUND * (largest coordinate of both
+        triangles) of the point or of the light, or alpha removes it. Rays pass through the others: the ray continues from the intersection
+        with that plane, lifted off it by float32's rounding, so that nothing behind is skipped.
 
         Parameters
         ----------
         own : (N,) int32
-            Triangles that the points lie on.
+            Triangles of the points.
         points : (N, 3) float64
             Relative to `origin`.
         directions : (N, 3) float64
             Unit vectors to the light.
         length : (N,) float64
-            Distance to the light; infinite for a sun.
+            Distance to the light; infinite for a directional light.
         lifted : (N,) bool, optional
-            Points that are off their own triangles, which then count as others do.
+            Points that are off their own triangle, which can then block like any other.
 
         Returns
         -------
         (N,) bool, (N,) float64
-            Blocked; distance to the first occluder, infinite where there is none.
+            Whether it is blocked; distance to the first occluder, infinite if there is none.
         """
         result, distance = np.zeros(len(own), dtype=bool), np.full(len(own), np.inf)
         if self._casting is None:
@@ -282,7 +279,7 @@ class Rays:
                 break
             start, towards = points[live], directions[live]
             slope = dot(self.normals[hit], towards)
-            away = -self.plane_distance(hit, start) * np.sign(slope)  # > 0: the plane lies between point and infinity
+            away = -self.plane_distance(hit, start) * np.sign(slope)  # > 0: the plane is between the point and infinity
             bound = PLANE_BOUND * np.maximum(self.reach[own[live]], self.reach[hit])
             with np.errstate(invalid="ignore"):
                 beyond = np.where(np.isinf(length[live]), np.inf, length[live] * np.abs(slope)) - away
@@ -293,8 +290,9 @@ class Rays:
             result[live[counts]], distance[live[counts]] = True, t[counts]
             on = ~counts
             live, hit, met, towards, t = live[on], hit[on], met[on], towards[on], t[on]
-            factor = np.where(hit == last[on], 2.0 * factor[on], 1.0)  # met again: rounding was larger than the lift
-            met = np.where((t > 0.0)[:, None], met, points[live])  # met behind the point, by rounding
+            # hit again: the rounding was larger than the lift
+            factor = np.where(hit == last[on], 2.0 * factor[on], 1.0)
+            met = np.where((t > 0.0)[:, None], met, points[live])  # hit behind the point, by rounding
             at, last = self._lifted(hit, met, towards, factor), hit
         return result, distance
 
@@ -312,11 +310,11 @@ class _Embree:
             ) from error
         self.numbers = numbers.astype(np.int32)
         self.scale = 2.0 ** -np.floor(np.log2(size))
-        self.scene = EmbreeScene(robust=True)  # watertight: shared edges are decided alike
+        self.scene = EmbreeScene(robust=True)  # watertight: shared edges are decided consistently
         TriangleMesh(self.scene, np.ascontiguousarray(corners[numbers] * self.scale, dtype=np.float32))
 
     def first(self, starts: Array, directions: Array, length: Array) -> Ints:
-        """Number of the first triangle within `length` (N,) times the direction (N, 3) of each ray, or -1."""
+        """Index of the first triangle within `length` (N,) times the direction (N, 3) of each ray, or -1."""
         if len(starts) == 0:
             return np.zeros(0, dtype=np.int32)
         norm = np.sqrt(dot(directions, directions))
@@ -327,12 +325,12 @@ class _Embree:
 
 
 def dot(a: Array, b: Array) -> Array:
-    """Products (N,) of vectors (N, 3)."""
+    """Dot products (N,) of vectors (N, 3)."""
     return np.asarray(np.einsum("ij,ij->i", a, b))
 
 
 def _along(directions: Array, offsets: Array) -> Array:
-    """How far offsets (N, 3) go along directions (N, 3), in units of the directions."""
+    """Projections of offsets (N, 3) on directions (N, 3), in units of the directions."""
     return dot(offsets, directions) / dot(directions, directions)
 
 

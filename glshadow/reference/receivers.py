@@ -1,4 +1,4 @@
-"""What asks a light in float64: points of surfaces, moved onto the rounded surface where a mesh is smooth."""
+"""Receivers in float64: points on surfaces, moved to the rounded surface if a mesh is smooth."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from glshadow.geometry.smooth import heights, lift, unit_vectors
 from glshadow.reference.rays import PLANE_BOUND, Ints, Rays, dot
 
 Lowest = Callable[[Array, Array], Array]
-"""From points (N, 3) and unit normals (N, 3) to the cosines (N,) between these and the lowest of a light."""
+"""From points (N, 3) and unit normals (N, 3) to the cosines (N,) of the light's lowest point."""
 
 
 @dataclass(frozen=True, eq=False)
 class Receivers:
-    """Points that light may reach.
+    """Points that receive light.
 
     Attributes
     ----------
     own : (N,) int32
-        Triangles that they belong to.
+        Indices of their triangles.
     points : (N, 3) float64
         Relative to the rays' origin.
     normals : (N, 3) float64
-        Unit length, of the surface that is shaded: a smooth one's are interpolated.
+        Unit normals of the shaded surface: interpolated for a smooth mesh.
     faces : (N, 3) float64
         Unit normals of the triangles, on the same side.
     lifted : (N,) bool
-        Off their triangle by more than rounding: it then counts as any other.
+        Whether the point is off its triangle by more than rounding: the triangle can then block like any other.
     """
 
     own: Ints
@@ -42,9 +42,9 @@ class Receivers:
 
     @classmethod
     def of(cls, rays: Rays, own: Ints, points: Array, side: Array, lowest: Lowest | None = None) -> Receivers:
-        """Points (N, 3) on triangles (N,), seen from the side that vectors (N, 3) point to: see `core.smooth`.
+        """Points (N, 3) on triangles (N,), on the side that vectors (N, 3) point to: see `geometry.smooth`.
 
-        Without `lowest` they stay where they are.
+        Without `lowest`, points are not moved.
         """
         faces = rays.normals[own]
         faces = np.where((dot(faces, side) < 0.0)[:, None], -faces, faces)
@@ -69,17 +69,17 @@ class Receivers:
         return cls(own, points, normals, faces, lifted)
 
     def open_to(self, directions: Array) -> Bools:
-        """Whether unit directions (N, 3) lie above the horizon."""
+        """Whether unit directions (N, 3) are above the horizon."""
         return (dot(self.normals, directions) > 0.0) & (self.lifted | (dot(self.faces, directions) > 0.0))
 
     def blocked(
         self, rays: Rays, directions: Array, length: Array, rows: NDArray[np.int64] | Bools | slice = slice(None)
     ) -> Bools:
-        """Whether segments along unit directions, of lengths, from some of the points meet a triangle that counts."""
+        """Whether segments of given lengths along unit directions, from some of the points, are blocked."""
         return rays.blocked(self.own[rows], self.points[rows], directions, length, self.lifted[rows])[0]
 
     def tiled(self, count: int) -> Receivers:
-        """All of them so many times."""
+        """The receivers repeated `count` times."""
         return Receivers(
             np.tile(self.own, count), np.tile(self.points, (count, 1)), np.tile(self.normals, (count, 1)),
             np.tile(self.faces, (count, 1)), np.tile(self.lifted, count),

@@ -1,4 +1,4 @@
-"""The true visibility of every light at every pixel, traced with Embree."""
+"""Traces the visibility of every light at every pixel with Embree."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.arguments import USUAL_SIZE, picture_arguments
+from glshadow.arguments import DEFAULT_SIZE, frame_arguments
 from glshadow.core.cameras import Camera
-from glshadow.core.sampling import USUAL, offsets, traced
+from glshadow.core.sampling import DEFAULT_SAMPLES, offsets, traced
 from glshadow.core.setting import shown, whole
 from glshadow.core.spaces import Array, Bools
 from glshadow.errors import SettingsError
@@ -22,7 +22,7 @@ from glshadow.scene.nodes import Scene
 
 SAMPLES = whole(1, 1 << 16)
 
-# The last tree of each living scene: a study traces it again and again.
+# The last acceleration structure of each living scene: a study traces it repeatedly.
 _rays: WeakKeyDictionary[Scene, Rays] = WeakKeyDictionary()
 
 
@@ -30,52 +30,52 @@ def trace(
     scene: Scene,
     camera: Camera | None = None,
     lights: Lights = None,
-    size: tuple[int, int] = USUAL_SIZE,
+    size: tuple[int, int] = DEFAULT_SIZE,
     samples: int | None = None,
     light_samples: int = 1,
     surface: Ints | None = None,
 ) -> Truth:
-    """Trace the exact shadows of a picture.
+    """Trace the exact shadows of an image.
 
-    A point is in shadow iff the open segment from it to the light meets a triangle, and unlit where the geometric
-    normal that faces the viewer points away from the light. A point of a smooth mesh is asked where its vertex normals put it, see
-    `core.smooth`, and is unlit where the interpolated normal points away. Surfaces are two-sided. A node that does not receive is never in
-    shadow, one that does not cast darkens nothing. Texels below the cutoff of a MASK
-    material do not exist (alpha sampled bilinearly at the finest level); BLEND materials are seen but cast nothing; a
-    light with `shadow=None` is not blocked by anything. Outside a spot's cone and behind a RectLight visibility is 0; range and strength
-    do not dim it (see `Truth.reached`).
+    A point is in shadow iff the open segment from it to the light meets a triangle, and unlit if the geometric normal that faces the
+    viewer points away from the light. A point of a smooth mesh is moved by its vertex normals, see `geometry.smooth`, and is unlit if
+    the interpolated normal points away. Surfaces are two-sided. A node that does not receive is never in shadow; one that does not cast
+    shadows nothing. MASK materials have no surface where alpha is below the cutoff (alpha sampled bilinearly at the finest level);
+    BLEND materials are visible but cast no shadow; a light with `shadow=None` is never blocked. Outside a spot's cone and behind a
+    RectLight visibility is 0; range and strength do not affect it (see `Truth.reached`).
 
     Parameters
     ----------
     scene : Scene
     camera, lights : optional
-        The scene's own if None.
+        None: the scene's own.
     size : (2,) ints
         Width and height.
     samples : int, optional
-        Rays through each pixel, a grid: as many as an image has (1, 4, 8, 16), or another square. None: 4, as an image has; 1 with
-        `surface`. Visibility is the mean of those that meet a surface, alpha their share; everything else is that of the pixel's centre.
+        Rays through each pixel, a grid: the counts of an image (1, 4, 8, 16), or another square number. None: 4, the default of images; 1
+        with `surface`. Visibility is the mean of rays that meet a surface, alpha their share; everything else is that of the pixel's
+        centre.
     light_samples : int
-        Points on each light that has a size (a radius, an angle, a panel, the sky), stratified and turned at random (but reproducibly)
+        Points on each light that has a size (a radius, an angle, an area, the sky), stratified and rotated at random (but reproducibly)
         from pixel to pixel. 1: its middle, a hard shadow.
 
     surface : (H, W) int32, optional
-        The triangles that a picture shows (`Frame.triangle`), instead of those that exact rays meet first: at silhouettes a picture
-        may show another one. Their points are where the rays meet the triangles' planes, or the triangles' nearest points where the
-        rays miss them: a picture's filter and its truth are then compared at the same points.
+        The triangles that an image shows (`Frame.triangle`), used instead of the first hits of exact rays: at silhouettes an image may show
+        another triangle. Points are the intersections of the rays with the triangles' planes, or the nearest points of the triangles where
+        the rays miss them. An image's filter and its reference are then compared at the same points.
 
     Raises
     ------
     ReferenceUnavailable
         If embreex is not installed.
     SettingsError
-        For a camera, lights, sizes and sample counts that are none.
+        If the camera, the lights, the size or a sample count is not allowed.
     SceneError
-        For a scene that is none.
+        If the scene is not a Scene.
     """
-    camera, lights, size = picture_arguments(scene, camera, lights, size)
+    camera, lights, size = frame_arguments(scene, camera, lights, size)
     if samples is None:
-        samples = USUAL if surface is None else 1
+        samples = DEFAULT_SAMPLES if surface is None else 1
     samples, light_samples = traced("samples", samples), SAMPLES("light_samples", light_samples)
     if surface is not None:
         surface = _checked_surface(surface, scene, size, samples)
@@ -121,19 +121,19 @@ def _checked_surface(surface: Ints, scene: Scene, size: tuple[int, int], samples
     shape = (size[1], size[0])
     if not isinstance(surface, np.ndarray) or surface.dtype.kind not in "iu" or surface.shape != shape or samples > 1:
         raise SettingsError(
-            f"surface must be an array of integers with one triangle per pixel of the size, and one sample: got {shown(surface)} for "
+            f"surface must be an array of integers with one triangle per pixel, for one sample: got {shown(surface)} for "
             f"{shape} (height, width) and samples {samples}"
         )
     count = sum(len(node.mesh.triangles) for node in scene.nodes)
     if surface.max() >= count:
         raise SettingsError(
-            f"surface must number the scene's {count} triangles from 0, -1 for none, got {int(surface.max())}"
+            f"surface must hold indices of the scene's {count} triangles from 0, or -1 for none, got {int(surface.max())}"
         )
     return surface.astype(np.int32)
 
 
 def _rays_of(scene: Scene, camera: Camera) -> Rays:
-    """The scene's tree about the point of its box nearest to the eye: most precise where the camera is near."""
+    """The scene's acceleration structure, relative to the point of its box nearest to the eye, for precision near the camera."""
     origin = np.clip(np.asarray(camera.position), *scene.extent)
     rays = _rays.get(scene)
     if rays is None or not np.array_equal(rays.origin, origin):
@@ -144,7 +144,7 @@ def _rays_of(scene: Scene, camera: Camera) -> Rays:
 
 @dataclass(frozen=True)
 class _Hits:
-    """Surfaces seen: `rows` (N,) are the pixels that see one, `points` and `normals` (N, 3) belong to them."""
+    """Visible surfaces: `rows` (N,) are the pixels that see one, with `points` and `normals` (N, 3)."""
 
     triangle: Ints  # (H * W,)
     rows: NDArray[np.int64]
@@ -179,7 +179,7 @@ def _shown(rays: Rays, camera: Camera, size: tuple[int, int], surface: Ints) -> 
 
 
 def _onto(points: Array, corners: Array, normals: Array) -> Array:
-    """The nearest points (N, 3) of triangles to points in their planes, where these lie outside by more than rounding."""
+    """The points, which are in the planes of triangles, moved to the triangles (N, 3) if they are outside by more than rounding."""
     following = np.roll(corners, -1, axis=1)
     along, offset = following - corners, points[:, None] - corners
     inside = np.einsum("nkj,nj->nk", np.cross(along, offset), normals)
@@ -203,7 +203,7 @@ def _spread(hits: _Hits, values: Array) -> Array:
 
 
 def _facts(rays: Rays, source: AimedLight, hits: _Hits) -> tuple[Array, Bools]:
-    """N.L (H * W,), NaN where no surface, and whether the light reaches the point."""
+    """N.L (H * W,), NaN where there is no surface, and whether the light reaches the point."""
     receivers = source.receivers(rays, hits.triangle[hits.rows], hits.points, hits.normals, False)
     towards, _ = source.towards(receivers.points)
     cosine = _spread(hits, dot(receivers.normals, towards))

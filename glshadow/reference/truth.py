@@ -1,4 +1,4 @@
-"""Truth: exact visibility of every light, and questions about what lies around a pixel's point."""
+"""Truth: the traced reference of an image: exact visibility of every light, and queries about a pixel's surroundings."""
 
 from __future__ import annotations
 
@@ -20,38 +20,38 @@ from glshadow.scene.nodes import Scene
 
 Floats = NDArray[np.float32]
 
-NEAR_DIRECTIONS = 16  # of the search for a shadow's boundary (see Truth.near_edge)
+NEAR_DIRECTIONS = 16  # in the search for a shadow's boundary (see Truth.near_edge)
 NEAR_RADII = 3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Truth:
-    """What the exact picture is, and what it is the picture of.
+    """Traced reference: exact visibility of every light, with the inputs that it was traced for.
 
     Attributes
     ----------
     visibility : (L, H, W) float32
-        1 lit, 0 dark, also where N.L <= 0 and where the light does not shine (outside its cone, behind it); NaN where no
-        surface; between for several samples.
+        1 lit, 0 dark, also where N.L <= 0 and where the light does not shine (outside its cone, behind it); NaN where there is no
+        surface; between 0 and 1 with several samples.
     cosine : (L, H, W) float32
-        N.L of the normal that faces the viewer: the triangle's, of a smooth mesh the interpolated one (see `core.smooth`).
+        N.L with the normal that faces the viewer: the triangle's, for a smooth mesh the interpolated one (see `geometry.smooth`).
     reached : (L, H, W) bool
-        Inside a spot's cone and a light's range; always true for suns.
+        Whether the point is inside a spot's cone and a light's range; always true for directional lights.
     triangle, node : (H, W) int32
-        Drawn triangle (counted in the order of nodes, then of triangles) and its node at the pixel's centre; -1 for
-        none.
+        Index of the visible triangle (counted in the order of nodes, then of triangles) and of its node at the pixel's centre; -1: no
+        surface.
     position, normal : (H, W, 3) float64
-        World point at the pixel's centre, and its geometric normal facing the viewer; NaN where no surface.
+        World point at the pixel's centre, and its geometric normal facing the viewer; NaN where there is no surface.
     alpha : (H, W) float32
         Share of the pixel's samples that see a surface.
     samples : int
-        In a pixel.
+        Samples per pixel.
     light_samples : int
-        Points of each light that has a size.
+        Sample points on each light that has a size.
     variance : (L, H, W) float32, optional
-        Of the light samples within a pixel, averaged over its own samples; None for one sample.
+        Variance of the light samples within a pixel, averaged over its own samples; None for one light sample.
     scene, camera, lights, size
-        What was traced; size is (width, height).
+        The inputs of the trace; size is (width, height).
     """
 
     visibility: Floats
@@ -73,12 +73,12 @@ class Truth:
 
     @cached_property
     def body(self) -> Ints:
-        """(H, W) number of the connected body, welded by exact position, at the pixel's centre; -1 for none."""
+        """(H, W) index of the connected body, welded by exact position, at the pixel's centre; -1: no surface."""
         return np.where(self.triangle >= 0, self.rays.body[self.triangle], np.int32(-1))
 
     @cached_property
     def shading(self) -> Array:
-        """(H, W, 3) unit normals that surfaces are lit by: of smooth meshes the interpolated ones, else `normal`."""
+        """(H, W, 3) unit shading normals: interpolated for smooth meshes, otherwise `normal`."""
         known = self.triangle >= 0
         points, own, normals = self.position[known] - self.rays.origin, self.triangle[known], self.normal.copy()
         normals[known] = Receivers.of(self.rays, own, points, self.normal[known]).normals
@@ -89,25 +89,24 @@ class Truth:
         shares = [f"{float(np.nanmean(plane)):.2%}" for plane in self.visibility] if seen else []
         return (
             f"Truth({shown(self.scene.name)}, {self.size[0]} x {self.size[1]}, {seen:,} pixels see a surface, "
-            f"lit of them by each light: {', '.join(shares) or 'none'})"
+            f"share lit by each light: {', '.join(shares) or 'none'})"
         )
 
     def near_edge(self, light: int, radius: Array | float, where: Bools | None = None) -> Bools:
         """Whether the true boundary of a light's shadow passes within a distance of the pixels' points.
 
-        The distance is measured in the light plane (through the point, perpendicular to its light ray). Points in 16
-        directions at 1/3, 2/3 and 3/3 of it are carried over to the plane of the point's triangle and then put back on
-        the real surface along their own light ray, the nearest either way; the boundary is near if any of them is lit
-        where the point is dark, or dark where it is lit.
+        The distance is measured in the light plane (through the point, perpendicular to its light ray). Points in 16 directions at 1/3, 2/3
+        and 3/3 of it are projected to the plane of the point's triangle and then along their own light ray to the nearest surface, in
+        either direction. The boundary is near if one of them is lit and the point is dark, or vice versa.
 
         Parameters
         ----------
         light : int
-            Its number in `lights`.
+            Index in `lights`.
         radius : float or (H, W) float64
             World units.
         where : (H, W) bool, optional
-            Only these pixels are asked, the others are False; all surfaces that face the light if None.
+            Pixels to test, the others are False; None: all surfaces that face the light.
 
         Returns
         -------
@@ -137,14 +136,14 @@ class Truth:
         return result
 
     def near_foot(self, radius: Array | float, where: Bools) -> Bools:
-        """Whether something stands on the surface within a distance: rays along the surface in 16 directions meet it.
+        """Whether something stands on the surface within a distance: rays along the surface in 16 directions hit it.
 
         Parameters
         ----------
         radius : float or (H, W) float64
             World units.
         where : (H, W) bool
-            Only these pixels are asked.
+            Pixels to test.
         """
         where = self._mask(where)
         rows = np.flatnonzero(where & (self.triangle >= 0))
@@ -166,7 +165,7 @@ class Truth:
         return np.asarray(where)
 
     def _lengths(self, radius: Array | float) -> Array:
-        """Of each pixel (H, W)."""
+        """The radius of each pixel (H, W)."""
         one = as_float(radius)
         lengths = as_floats(radius, self.triangle.shape) if math.isnan(one) else np.array(one)
         if lengths is None or (lengths < 0.0).any() or (lengths > FARTHEST).any():  # NaN where there is no surface
@@ -174,7 +173,7 @@ class Truth:
         return np.broadcast_to(lengths, self.triangle.shape)
 
     def _repr_html_(self) -> str:
-        """In a notebook: for every light the surfaces it lights, bright, and those in shadow, dark."""
+        """In a notebook: for every light the lit surfaces, bright, and those in shadow, dark."""
         from glshadow.inline import figure, visibility_picture
 
         seen = self.triangle >= 0
@@ -183,5 +182,7 @@ class Truth:
             share = float(self.visibility[number][seen].mean()) if seen.any() else 0.0
             kind = type(light).__name__.removesuffix("Light").lower()
             picture = visibility_picture(self.visibility[number], self.cosine[number])
-            figures.append(figure(picture, f"truth, light {number} ({kind}): {share:.2%} of what is seen is lit"))
+            figures.append(
+                figure(picture, f"reference, light {number} ({kind}): {share:.2%} of the visible surface is lit")
+            )
         return "".join(figures)

@@ -1,1 +1,1 @@
-"""Models and built-in scenes: what is drawn."""
+"""Meshes, materials, nodes and scenes."""

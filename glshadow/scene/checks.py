@@ -1,4 +1,4 @@
-"""Whether a placed scene can be drawn: limits of size, visible area, what float32 files lose far from the origin."""
+"""Checks that a scene can be drawn: size limits, visible area, precision lost in float32 files far from the origin."""
 
 from __future__ import annotations
 
@@ -9,26 +9,28 @@ from glshadow.errors import SceneError
 from glshadow.scene.box import box_corners, check_place
 from glshadow.scene.nodes import Node
 
-# derived: the squares of lengths, with 8 decades to spare on either side, stay inside the 1e-38..1e38 of float32
+# derived: the squares of lengths, with a margin of 8 decades on either side, stay inside float32's 1e-38..1e38
 LEAST_SIZE, MOST_SIZE = 1e-15, 1e15
-LEAST_STEPS = 1000.0  # float32 steps across a mesh below which its shape is visibly lost: a pixel of a common picture
+LEAST_STEPS = (
+    1000.0  # float32 steps across a mesh below which its shape is visibly lost: about a pixel of an ordinary image
+)
 MAP_TEXELS = 2048  # the default shadow map
-SAMPLED = 20_000  # triangles per mesh that estimate its area
+SAMPLED = 20_000  # triangles per mesh from which its area is estimated
 
 
 def check_scene(nodes: list[Node], *, stored: bool) -> list[str]:
-    """Notes for warnings.
+    """Check a scene; returns texts for warnings.
 
     Parameters
     ----------
     nodes : list of Node
     stored : bool
-        Whether the coordinates come from a file, where float32 may have lost them.
+        Whether the coordinates come from a file, where float32 may have lost precision.
 
     Raises
     ------
     SceneError
-        If there is nothing to see, or its size is beyond what float32 can draw.
+        If nothing is visible, or the size is outside the range that float32 can draw.
     """
     nodes = [node for node in nodes if len(node.mesh.triangles)]
     if not nodes:
@@ -38,11 +40,9 @@ def check_scene(nodes: list[Node], *, stored: bool) -> list[str]:
     with np.errstate(invalid="ignore"):  # infinite corners: see check_place
         size = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
     if size == 0.0:
-        raise SceneError("nothing to render: its size is zero, all of it is at one point")
+        raise SceneError("nothing to render: its size is zero, all vertices are at one point")
     if np.isfinite(size) and not LEAST_SIZE <= size <= MOST_SIZE:
-        raise SceneError(
-            f"its size is {size:.3g}; sizes from {LEAST_SIZE:g} to {MOST_SIZE:g} can be drawn: scale it first"
-        )
+        raise SceneError(f"its size is {size:.3g}; it must be from {LEAST_SIZE:g} to {MOST_SIZE:g}: scale it first")
     check_place(corners)
     notes = _lost_in_float32(nodes) if stored else []
     if not _any_area(nodes):
@@ -51,15 +51,15 @@ def check_scene(nodes: list[Node], *, stored: bool) -> list[str]:
         raise SceneError("nothing to render: all its triangles have zero area")
     if _area(nodes) < (size / MAP_TEXELS) ** 2 and not _thin(corners):
         notes.append(
-            f"its bounds are {size:.4g} across, but all its surface together is smaller than one texel of a "
+            f"its bounds are {size:.4g} across, but its total surface area is smaller than one texel of a "
             f"{MAP_TEXELS} "
-            "map over them: something lies far away from the rest; remove it, or aim the camera and use ViewFit"
+            "map over them: something is far away from the rest; remove it, or aim the camera and use ViewFit"
         )
     return notes
 
 
 def _thin(corners: Array) -> bool:
-    """Whether the bounds are a needle themselves: then little surface is no sign of an outlier."""
+    """Whether the bounds themselves are needle-shaped: a small surface is then no sign of an outlier."""
     sides = np.sort(np.ptp(corners.reshape(-1, 3), axis=0))
     return bool(sides[1] < sides[2] / MAP_TEXELS)
 
@@ -71,7 +71,7 @@ def _doubled_areas(corners: Array) -> Array:
 
 
 def _area(nodes: list[Node]) -> float:
-    """World area, estimated: every n-th triangle of a mesh, scaled as a surface that faces all ways alike."""
+    """World area, estimated from every n-th triangle of a mesh, scaled as for a surface with evenly distributed normals."""
     areas: dict[int, float] = {}
     placed = []
     for node in nodes:
@@ -90,7 +90,7 @@ def _linear(nodes: list[Node]) -> Array:
 
 
 def _any_area(nodes: list[Node]) -> bool:
-    """Whether any placed triangle has an area, exactly; stops at the first block that has."""
+    """Whether any triangle has a non-zero area, exactly; stops at the first block with such a triangle."""
     block = 4096
     for node, cofactor in zip(nodes, cofactors(_linear(nodes)), strict=True):
         for start in range(0, len(node.mesh.triangles), block):
@@ -101,7 +101,7 @@ def _any_area(nodes: list[Node]) -> bool:
 
 
 def _lost_in_float32(nodes: list[Node]) -> list[str]:
-    """Note meshes whose coordinates are float32 numbers too far from their origin to hold the shape."""
+    """Texts for meshes whose float32 coordinates are too far from their origin to represent the shape."""
     lost = []
     for mesh in {id(node.mesh): node.mesh for node in nodes}.values():
         low, high = mesh.bounds
@@ -115,9 +115,6 @@ def _lost_in_float32(nodes: list[Node]) -> list[str]:
         return []
     far, step, extent = lost[0]
     return [
-        f"{len(lost)} mesh(es) lie as far as {far:.3g} from their origin, where float32 has steps of {step:.3g}, but "
-        "are "
-        f"only {extent:.3g} large: their shape is already lost in the file; export them near the origin, with the "
-        "place in "
-        "the node"
+        f"{len(lost)} mesh(es) are up to {far:.3g} from their origin, where float32 has steps of {step:.3g}, but are only "
+        f"{extent:.3g} large: their shape is already lost in the file; export them near the origin, with the position in the node"
     ]

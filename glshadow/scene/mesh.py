@@ -1,4 +1,4 @@
-"""What is drawn: meshes and their materials, frozen."""
+"""Meshes and their materials, frozen."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def _pixels(name: str, value: Any) -> NDArray[np.uint8]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Material(Settings):
-    """Base colour and how alpha is read; nothing else is modelled.
+    """Base colour and alpha; other material properties are not supported.
 
     Parameters
     ----------
@@ -59,42 +59,42 @@ class Material(Settings):
     texture : (H, W, 4) uint8, optional
         sRGB colour with linear alpha, row 0 at the top (v = 1), multiplied by `color`.
     alpha_mode : AlphaMode
-        MASK: fragments below `cutoff` do not exist, in the camera and in the caster pass. BLEND: drawn opaque,
-        and tints the light that passes through it, (1 - alpha) of it and of its colour; visibility does not know it.
+        MASK: fragments below `cutoff` are discarded, in the camera and the caster pass. BLEND: drawn opaque, but a translucent caster: it
+        tints the light that passes through it by (1 - alpha) and its colour; visibility ignores it.
     double_sided : bool
-        Both sides are meant to be seen. (Both are always drawn; culling is only used where it cannot be seen.)
+        Whether both sides are meant to be visible. (Both are always drawn; culling is only used where it makes no difference.)
 
     Raises
     ------
     SceneError
-        For a colour or a cutoff out of range.
+        For a value that is not allowed.
     """
 
     refusal = SceneError
 
     color: tuple[float, float, float, float] = setting(vector(4, 0.0, 1.0), (1.0,) * 4, help="linear RGBA factor")
     texture: NDArray[np.uint8] | None = setting(optional(_pixels, "none"), None, help="sRGB with linear alpha")
-    alpha_mode: AlphaMode = setting(instance(AlphaMode), AlphaMode.OPAQUE, help="how alpha is read")
-    cutoff: float = setting(number(), 0.5, help="alpha below which a MASK material does not exist")
-    double_sided: bool = setting(flag(), False, help="both sides are meant to be seen")
+    alpha_mode: AlphaMode = setting(instance(AlphaMode), AlphaMode.OPAQUE, help="how alpha is used")
+    cutoff: float = setting(number(), 0.5, help="alpha below which fragments of a MASK material are discarded")
+    double_sided: bool = setting(flag(), False, help="both sides are meant to be visible")
 
     __repr__ = summary.material_line
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Mesh:
-    """Triangles of one material.
+    """Triangles with one material.
 
     Parameters
     ----------
     positions : (V, 3) float64
-        In the node's space.
+        In the node's coordinate system.
     triangles : (T, 3) int32
         Indices into `positions`, counter-clockwise seen from the front.
     normals : (V, 3) float32, optional
         Unit shading normals; None: flat shading.
     uv : (V, 2) float32, optional
-        v up: (0, 0) is the bottom left of the texture.
+        Texture coordinates, v up: (0, 0) is the bottom left of the texture.
     colors : (V, 4) float32, optional
         Linear RGBA, alpha straight, each from 0 to 1; interpolated, and multiplied with the material's colour and texture.
     material : Material
@@ -102,7 +102,7 @@ class Mesh:
     Raises
     ------
     SceneError
-        For wrong shapes, indices out of range, colours out of range, and coordinates of used vertices, normals or uv that are not
+        For wrong shapes, indices or colours out of range, and used vertices, normals or texture coordinates that are not
         finite.
     """
 
@@ -125,7 +125,7 @@ class Mesh:
             )
         positions = _floats(points, np.float64)
         if given.dtype.kind == "f" and not (given == np.floor(given)).all():
-            raise SceneError("Mesh triangles must be whole numbers: the places of vertices in positions")
+            raise SceneError("Mesh triangles must be integers: indices of vertices in positions")
         if given.size and (given.min() < 0 or given.max() >= len(positions)):
             raise SceneError(
                 f"triangle index {int(given.max() if given.max() >= len(positions) else given.min())} is out of range: "
@@ -161,7 +161,7 @@ class Mesh:
 
     @cached_property
     def bounds(self) -> Array:
-        """(2, 3) least and greatest corner of the vertices that triangles use; SceneError where there are none."""
+        """(2, 3) least and greatest corner of the vertices that triangles use; SceneError if there are no triangles."""
         if len(self.triangles) == 0:
             raise SceneError("a mesh without triangles has no bounds")
         used = np.zeros(len(self.positions), dtype=bool)
@@ -172,15 +172,15 @@ class Mesh:
 
     @property
     def closed(self) -> bool:
-        """Whether it is watertight once welded by exact position, consistently wound, and every part of it turned outward.
+        """Whether the mesh is watertight when welded by exact position, consistently wound, and turned outward in every part.
 
-        Only then is it safe to cull back faces: nobody outside can see them.
+        Only then is it safe to cull back faces: they are not visible from outside.
         """
         return self._connected[1]
 
     @property
     def neighbours(self) -> NDArray[np.uint32]:
-        """(T, 3) the triangle across each edge ab, bc, ca, welded by exact position; see `glshadow.geometry.adjacency` for its marks."""
+        """(T, 3) the triangle across each edge ab, bc, ca, welded by exact position; `glshadow.geometry.adjacency` has its flags."""
         return self._connected[0]
 
     @cached_property
@@ -196,5 +196,5 @@ def _array(name: str, value: Any) -> Numbers:
 
 
 def _floats(array: Numbers, dtype: type[F]) -> NDArray[F]:
-    with np.errstate(all="ignore"):  # what is beyond float32 becomes infinite
+    with np.errstate(all="ignore"):  # values beyond float32 become infinite
         return np.ascontiguousarray(array, dtype=dtype)

@@ -1,4 +1,4 @@
-"""Placed meshes: Node and Scene, frozen, with the ground that a model may stand on."""
+"""Nodes (meshes with a transform) and scenes, frozen; adds the ground under a model."""
 
 from __future__ import annotations
 
@@ -32,42 +32,42 @@ def _affine(name: str, value: Any) -> Array:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Node(Settings):
-    """One placement of a mesh: instances share the Mesh object.
+    """A mesh with a transform; instances share the Mesh object.
 
     Parameters
     ----------
     mesh : Mesh
     world_from_mesh : (4, 4) float64
     name : str
-        A scene numbers nodes of the same name, so that each has its own.
+        Name; nodes of a scene with the same name get a number appended.
     casts, receives : bool
-        Whether it darkens what lies behind it, and whether others darken it.
+        Whether it casts shadows, and whether it receives them.
     catches : bool
-        It shows nothing but the shadow that falls on it: black, its alpha 1 - (light with shadow) / (light without), of luminances.
+        Shadow catcher: only the shadow on it is visible, as black with alpha 1 - (light with shadow) / (light without), of luminances.
     ground : bool
-        It is no part of the model but a ground under it, which `Scene.bounds` leaves out.
+        Marks a ground plane that does not belong to the model: `Scene.bounds` ignores it.
     """
 
     refusal = SceneError
 
-    mesh: Mesh = setting(instance(Mesh), help="what is placed; nodes may share it")
-    world_from_mesh: Array = setting(_affine, factory=lambda: np.eye(4), help="(4, 4) placement")
+    mesh: Mesh = setting(instance(Mesh), help="the mesh; nodes may share it")
+    world_from_mesh: Array = setting(_affine, factory=lambda: np.eye(4), help="(4, 4) transform")
     name: str = setting(text(), "node", help="made unique within a scene")
-    casts: bool = setting(flag(), True, help="it darkens what lies behind it")
-    receives: bool = setting(flag(), True, help="others darken it")
-    catches: bool = setting(flag(), False, help="it shows nothing but the shadow that falls on it")
-    ground: bool = setting(flag(), False, help="a ground under the model, no part of it")
+    casts: bool = setting(flag(), True, help="casts shadows")
+    receives: bool = setting(flag(), True, help="receives shadows")
+    catches: bool = setting(flag(), False, help="shadow catcher: only the shadow on it is visible")
+    ground: bool = setting(flag(), False, help="a ground plane that does not belong to the model")
 
     __repr__ = summary.node_line
 
     @property
     def label(self) -> str:
-        """What messages call it."""
+        """Name of the node in messages."""
         return f"Node {shown(self.name)}" if isinstance(self.name, str) else "Node"
 
 
 def _nodes(name: str, value: Any) -> tuple[Node, ...]:
-    """The rule of a scene's nodes: meshes stand where they are, and each name is there once."""
+    """Check a scene's nodes: a mesh becomes a node without transform, and names are made unique."""
     several_nodes = several(instance(Node), "Node or Mesh", 10**8)
     if isinstance(value, tuple | list):
         value = tuple(Node(each) if isinstance(each, Mesh) else each for each in value)
@@ -76,7 +76,7 @@ def _nodes(name: str, value: Any) -> tuple[Node, ...]:
 
 
 def _numbered(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
-    """Copies of the nodes that repeat a name, with a number behind it that makes it one of a kind."""
+    """Nodes with unique names: those that repeat a name are copied, with a number appended."""
     taken = {node.name for node in nodes}
     seen: set[str] = set()
     last: dict[str, int] = {}
@@ -98,28 +98,27 @@ def _numbered(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Scene(Settings):
-    """Placed meshes with a camera and lights.
+    """Nodes with a camera and lights.
 
     Parameters
     ----------
     nodes : sequence of Node or Mesh
-        At least one, and at least one triangle. A mesh is placed as it is. Nodes of the same name are numbered: "wheel", "wheel 2".
+        At least one, with at least one triangle. A mesh gets no transform. Nodes with the same name are numbered: "wheel", "wheel 2".
     camera, lights : optional
-        What the file brought. `camera` and `lights` given as None are replaced by defaults that frame the scene:
-        see `default_camera` and `default_sun`.
+        From the file. None is replaced by a default that frames the scene: see `default_camera` and `default_sun`.
 
     Raises
     ------
     SceneError
-        If there is nothing to render, or its places overflow.
+        If there is nothing to render, or world coordinates overflow.
     """
 
     refusal = SceneError
 
-    nodes: tuple[Node, ...] = setting(_nodes, help="what is drawn")
-    camera: Camera = setting(optional(instance(Camera), "frames the scene"), None, help="the eye")
-    lights: tuple[Light, ...] = setting(optional(as_lights, "one sun"), None, help="what lights it")
-    name: str = setting(text(), "scene", help="what messages and files call it")
+    nodes: tuple[Node, ...] = setting(_nodes, help="nodes or meshes to draw")
+    camera: Camera = setting(optional(instance(Camera), "frames the scene"), None, help="the camera")
+    lights: tuple[Light, ...] = setting(optional(as_lights, "one directional light"), None, help="the lights")
+    name: str = setting(text(), "scene", help="name in messages and files")
 
     __repr__ = summary.scene_line
     _repr_html_ = summary.scene_html
@@ -139,26 +138,26 @@ class Scene(Settings):
 
     @cached_property
     def drawn(self) -> NDArray[np.int64]:
-        """(N,) which nodes have triangles."""
+        """(N,) indices of the nodes that have triangles."""
         counts = np.fromiter((len(node.mesh.triangles) for node in self.nodes), dtype=np.int64, count=len(self.nodes))
         return np.flatnonzero(counts)
 
     @cached_property
     def boxes(self) -> tuple[Array, Array]:
-        """Mesh bounds (N, 2, 3) and world_from_mesh (N, 4, 4) of all nodes that have triangles."""
+        """Mesh bounds (N, 2, 3) and world_from_mesh (N, 4, 4) of the nodes that have triangles."""
         nodes = [self.nodes[i] for i in self.drawn.tolist()]
         bounds = np.concatenate([node.mesh.bounds for node in nodes]).reshape(-1, 2, 3)
         return bounds, np.concatenate([node.world_from_mesh for node in nodes]).reshape(-1, 4, 4)
 
     @cached_property
     def bounds(self) -> Array:
-        """(2, 3) least and greatest world corner of the model: of all nodes' boxes but a ground's, unless there is nothing else."""
+        """(2, 3) least and greatest world corner of the model: boxes of all nodes except a ground, unless there are no others."""
         model = [not self.nodes[i].ground for i in self.drawn.tolist()]
         return self.extent if all(model) or not any(model) else _around(self.corners[model])
 
     @cached_property
     def extent(self) -> Array:
-        """(2, 3) least and greatest world corner of everything, a ground too."""
+        """(2, 3) least and greatest world corner of everything, including a ground."""
         return _around(self.corners)
 
     @cached_property
@@ -167,7 +166,7 @@ class Scene(Settings):
         return box_corners(*self.boxes)
 
     def moved(self, matrices: Mapping[str, Any]) -> Scene:
-        """The same scene with some nodes placed anew; meshes, and what the GPU holds of them, are shared.
+        """The same scene with new matrices for some nodes; meshes and their GPU data are shared.
 
         Parameters
         ----------
@@ -176,7 +175,7 @@ class Scene(Settings):
         Raises
         ------
         SceneError
-                If no node has that name, or a matrix is none.
+                If no node has that name, or a matrix is not allowed.
         """
         if not isinstance(matrices, Mapping):
             raise SceneError(f"moved needs a mapping from node names to matrices, got {shown(matrices)}")
@@ -190,12 +189,12 @@ class Scene(Settings):
         return replace(self, nodes=nodes)
 
     def with_ground(self, catches: bool = False) -> Scene:
-        """The scene on a level square plane that touches its lowest point, three times as wide as the scene is large.
+        """The scene on a horizontal square plane at its lowest point, three times as wide as the scene.
 
         Parameters
         ----------
         catches : bool
-            It shows nothing but the shadow, see `Node`.
+            Make the plane a shadow catcher, see `Node`.
         """
         low, high = self.bounds.copy()
         low[1] = min(_lowest(node) for node in self.nodes if len(node.mesh.triangles))
@@ -217,7 +216,7 @@ def _around(corners: Array) -> Array:
 
 
 def _lowest(node: Node) -> float:
-    """Least world y of a node's triangles: of its vertices, where its box would be too large because it is turned."""
+    """Least world y of a node's triangles; from its vertices if the node is rotated, because its box would be too large."""
     row = node.world_from_mesh[1]
     used = node.mesh.positions[np.unique(node.mesh.triangles)]
     return float((used @ row[:3]).min() + row[3])

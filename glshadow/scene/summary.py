@@ -1,4 +1,4 @@
-"""Scenes and their parts in a line each, and a scene as a notebook shows it."""
+"""One-line descriptions of scenes and their parts, and a scene's display in notebooks."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from glshadow.scene.mesh import Material, Mesh
     from glshadow.scene.nodes import Node, Scene
 
-NAMES = 6  # of nodes, in a scene's line
-PICTURE = (640, 360)  # pixels of a scene in a notebook's cell
+NAMES = 6  # node names in a scene's line
+PICTURE = (640, 360)  # size of a scene's image in a notebook, pixels
 
 
 def material_line(material: Material) -> str:
-    """Colour, and what is not as usual."""
+    """Colour, and settings that differ from their default."""
     parts = [f"({', '.join(f'{x:.4g}' for x in material.color)})"]
     if material.texture is not None:
         parts.append(f"texture {material.texture.shape[1]} x {material.texture.shape[0]}")
@@ -38,13 +38,15 @@ def mesh_line(mesh: Mesh) -> str:
 
 
 def node_line(node: Node) -> str:
-    """Name, what it places and where its mesh's origin goes."""
+    """Name, mesh and origin of a node."""
     parts = [
         shown(node.name),
         _counted(len(node.mesh.triangles), "triangle"),
         f"origin at {_point(node.world_from_mesh[:3, 3])}",
     ]
-    parts += [word for word, off in (("casts nothing", not node.casts), ("receives nothing", not node.receives)) if off]
+    parts += [
+        word for word, off in (("casts no shadow", not node.casts), ("receives no shadow", not node.receives)) if off
+    ]
     return f"Node({', '.join(parts)})"
 
 
@@ -61,7 +63,7 @@ def _facts(scene: Scene) -> str:
 
 
 def scene_html(scene: Scene) -> str:
-    """A small picture by the scene's own camera and lights, and the facts; the facts alone where no picture can be made."""
+    """A small image with the scene's own camera and lights, and a caption; only the caption if no image can be rendered."""
     from glshadow.inline import figure, words
 
     caption = f"{scene.name}: {_facts(scene)}"
@@ -70,7 +72,7 @@ def scene_html(scene: Scene) -> str:
 
         with listening(lambda _: None), Renderer() as renderer:
             return figure(renderer.render(scene, size=PICTURE, outputs=("image",), samples=1).image, caption)
-    except Exception:  # no driver, no memory, whatever it is: a cell that shows a scene must not fail
+    except Exception:  # no driver, no memory, or any other reason: displaying a scene must not fail
         return f"<p>{words(caption)}</p>"
 
 

@@ -1,4 +1,4 @@
-"""The built-in scenes, public as `glshadow.scenes`: the courtyard, and simple scenes with their exact shadows."""
+"""The built-in scenes, public as `glshadow.scenes`: the courtyard, outdoor scenes, and simple scenes with exact shadows."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ __all__ = [
 
 
 def courtyard() -> Scene:
-    """A ground of 24 x 24 with 24 columns, a torus, a sphere, a fence and a ramp under one sun: 91,656 triangles.
+    """A ground of 24 x 24 with 24 columns, a torus, a sphere, a fence and a ramp under one directional light: 91,656 triangles.
 
-    It is the scene that the README's numbers are measured on. One node per part; torus and sphere are smooth, the rest
+    The README's numbers are measured on this scene. One node per part; torus and sphere are smooth, the rest
     is flat; everything is white.
     """
     torus = _placed(shapes.torus(1.0, 0.3, 256, 128), translation((0.0, 1.6, 0.0)) @ _rotation(0.6, (0.2, 1.0, 0.1)))

@@ -1,8 +1,8 @@
-"""Simple scenes whose shadow is known in closed form: what every renderer and the tracer are tested against.
+"""Simple scenes whose shadow is known in closed form: references for renderers and the tracer.
 
-y is up, the ground is y = 0; angles in degrees. Ground and camera follow from the lengths given, so that lengths of
-1e-6 or 1e7 make the same picture. The truth is always: in shadow iff the open segment from the point to the light meets
-the caster, unlit where the normal faces away from the light.
+y is up, the ground is y = 0; angles in degrees. Ground and camera follow from the given lengths, so that lengths of 1e-6 and 1e7 give
+the same image. A point is in shadow iff the open segment from the point to the light meets the caster, and unlit if its normal faces
+away from the light.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
 from glshadow.scenes.shapes import Solid
 
-# A point within this fraction of a caster's size of its surface lies on it and is not shadowed by it: far above
+# A point nearer to a caster's surface than this fraction of its size is on it and not shadowed by it: far above
 # float64's rounding of a point that was computed on that surface, far below float32's.
 ON_SURFACE = 1e-11
 
-# Lengths of a scene, world units: its ground, 1 / tan(LEAST_ELEVATION) times as large, can still be drawn (see scene/checks.py).
+# Lengths of a scene, world units: the ground is larger by 1 / tan(LEAST_ELEVATION) and must still be drawn (see scene/checks.py).
 SHORTEST, LONGEST, LEAST_ELEVATION = 1e-12, 1e9, 1e-3
 LENGTH = number(SHORTEST, LONGEST)
 SUBDIVISIONS = whole(0, 9)  # 5 million triangles
@@ -58,8 +58,8 @@ class AnalyticScene:
         points_w : (..., 3) array_like
             World points on the scene's surfaces.
         normals_w : (..., 3) array_like
-            Their normals, facing the viewer, of smooth meshes the interpolated ones (`Truth.shading`); the default is right for points on
-            the ground.
+            Their normals, facing the viewer; for smooth meshes the interpolated ones (`Truth.shading`). The default is correct for points
+            on the ground.
 
         Returns
         -------
@@ -68,11 +68,11 @@ class AnalyticScene:
         Raises
         ------
         SettingsError
-            For points or normals that are no finite numbers, or not of these shapes.
+            For points or normals that are not finite numbers, or not of these shapes.
         """
         points, normals = _points("points_w", points_w), _points("normals_w", normals_w)
         if normals.shape not in (points.shape, (3,)):
-            raise SettingsError(f"normals_w must be one for all or one for each point, got {normals.shape}")
+            raise SettingsError(f"normals_w must be one normal, or one per point, got {normals.shape}")
         towards, distance = self.scene.lights[0].to_light(points)
         facing = (normals * towards).sum(axis=-1) > 0.0
         dark = self.blocked(points.reshape(-1, 3), towards.reshape(-1, 3), distance.reshape(-1))
@@ -87,7 +87,7 @@ def _points(name: str, value: ArrayLike) -> Array:
 
 
 def wall(elevation: float = 30.0, height: float = 2.0, half: float | None = None) -> AnalyticScene:
-    """A thin wall at x = 0 under a sun: shadow on -height cot(elevation) < x < 0, as wide as the wall.
+    """A thin wall at x = 0 under a directional light: shadow on -height cot(elevation) < x < 0, as wide as the wall.
 
     `half` is half the wall's width; None: wide enough for the default camera.
     """
@@ -113,9 +113,8 @@ def plates(
 ) -> AnalyticScene:
     """A thin square plate |x|, |z| <= half, `gap` above the ground and parallel to it.
 
-    Under a sun its shadow is moved by gap cot(elevation) towards -x; at gap 0 everything is lit. With `lamp_height` the
-    light is a point that high above the middle, and the shadow a square of half-side half * lamp_height / (lamp_height
-    - gap).
+    Under a directional light its shadow is moved by gap cot(elevation) towards -x; with gap 0 everything is lit. With `lamp_height` the
+    light is a point that high above the middle, and the shadow is a square of half-side half * lamp_height / (lamp_height - gap).
     """
     gap, half, lamp_height = (
         number(0.0, LONGEST)("gap", gap),
@@ -147,9 +146,9 @@ def sphere(
 ) -> AnalyticScene:
     """A sphere whose centre is `height` above the ground.
 
-    Under a sun the shadow is an ellipse with semi-axes radius / sin(elevation) and radius, centred at x = -height
-    cot(elevation). With `lamp_height` the light is a point that high above the origin and the shadow a disc of radius
-    lamp_height * radius / sqrt((lamp_height - height)^2 - radius^2). The mesh is inscribed: its facets lie up to
+    Under a directional light the shadow is an ellipse with semi-axes radius / sin(elevation) and radius, centred at
+    x = -height cot(elevation). With `lamp_height` the light is a point that high above the origin, and the shadow is a disc of radius
+    lamp_height * radius / sqrt((lamp_height - height)^2 - radius^2). The mesh is inscribed: its facets are up to
     radius * 0.82 * 4**-subdivisions inside the sphere that `exact` uses.
     """
     radius, height, lamp_height = (
@@ -173,7 +172,7 @@ def sphere(
         to_centre = centre - points
         along = (to_centre * towards).sum(axis=1)
         off_axis = np.linalg.norm(to_centre - along[:, None] * towards, axis=1)
-        # A point of the facets is inside the sphere: it is shadowed by its own side only, which its normal says.
+        # A point of a facet is inside the sphere: it can only face away from the light, which its normal decides.
         outside = np.linalg.norm(to_centre, axis=1) > radius * (1.0 + ON_SURFACE)
         return np.asarray(outside & (along > 0.0) & (along < distance) & (off_axis < radius))
 
@@ -181,7 +180,7 @@ def sphere(
 
 
 def ball(elevation: float = 30.0, radius: float = 1.0, subdivisions: int = 6) -> AnalyticScene:
-    """A convex sphere alone: lit iff N.L > 0, so that a shadow may add nothing."""
+    """A convex sphere alone: lit iff N.L > 0, so that shadow mapping must not add a shadow."""
     radius, (sun, _) = LENGTH("radius", radius), _sun(elevation)
     positions, triangles = shapes.icosphere(SUBDIVISIONS("subdivisions", subdivisions), radius)
     camera = _camera((0.0, 0.0, 0.0), (0.1, 0.2, 1.0), 3.0 * radius)
@@ -192,7 +191,7 @@ def ball(elevation: float = 30.0, radius: float = 1.0, subdivisions: int = 6) ->
 def box(
     elevation: float = 30.0, azimuth: float = 30.0, extents: tuple[float, float, float] = (1.0, 2.0, 1.5)
 ) -> AnalyticScene:
-    """A box on the ground: its shadow is the hull of its footprint and of that moved by height cot(elevation)."""
+    """A box on the ground: its shadow is the hull of its footprint and of the footprint moved by height cot(elevation)."""
     extents = vector(3, SHORTEST, LONGEST)("extents", extents)
     sun, elevation = _sun(elevation, azimuth)
     low, high = np.array([-0.5, 0.0, -0.5]) * extents, np.array([0.5, 1.0, 0.5]) * extents
@@ -211,7 +210,7 @@ def box(
 
 
 def plane(elevation: float = 45.0, half: float = 5.0) -> AnalyticScene:
-    """An empty square plane |x|, |z| <= half: all lit, whatever the elevation of the sun."""
+    """An empty square plane |x|, |z| <= half: entirely lit, whatever the light's elevation."""
     half, (sun, _) = LENGTH("half", half), _sun(elevation)
     camera = _camera((0.0, 0.0, 0.0), (0.3, 0.6, 0.8), 2.5 * half)
     scene = _scene("plane", {"ground": _ground(-half, half, half)}, camera, sun)
@@ -219,10 +218,10 @@ def plane(elevation: float = 45.0, half: float = 5.0) -> AnalyticScene:
 
 
 def room(size: float = 2.0, rods: bool = False) -> AnalyticScene:
-    """A cube seen from inside with a point light in its middle; without `rods` all lit.
+    """The inside of a cube with a point light in its middle; without `rods` everything is lit.
 
-    The rods are four thin square bars from wall to wall round the light, whose shadows cross the borders between the
-    faces of a cube map; each is a box turned by 45 degrees about z.
+    The rods are four thin square bars from wall to wall around the light, whose shadows cross the borders between the
+    faces of a cube map; each is a box rotated by 45 degrees about z.
     """
     size, rods = LENGTH("size", size), flag()("rods", rods)
     half = 0.5 * size
@@ -234,7 +233,7 @@ def room(size: float = 2.0, rods: bool = False) -> AnalyticScene:
     cosine = np.sqrt(0.5)
     corners = [(s, t) for s in (cosine, -cosine) for t in (cosine, -cosine)]
     turns = [np.array([[s, -t, 0.0], [t, s, 0.0], [0.0, 0.0, 1.0]]) for s, t in corners]
-    offset = np.array([0.0, 0.35 * size, 0.0])  # from the axis, along each rod's own y
+    offset = np.array([0.0, 0.35 * size, 0.0])  # distance from the axis, along each rod's own y
     if rods:
         for number, turn in enumerate(turns):
             positions, triangles = shapes.box(high - low, 0.5 * (low + high) + offset)
@@ -256,7 +255,7 @@ def _never_blocked(points: Array, towards: Array, distance: Array) -> Bools:
 def _plane_crossing(
     points: Array, towards: Array, distance: Array, axis: int, level: float, size: float
 ) -> tuple[Array, Bools]:
-    """Where rays cross the plane coordinate[axis] = level, and whether strictly between point and light."""
+    """Intersection of rays with the plane coordinate[axis] = level, and whether it is strictly between point and light."""
     step, slope = level - points[:, axis], towards[:, axis]
     crosses = (np.abs(step) > ON_SURFACE * size) & (slope != 0.0)
     t = np.where(crosses, step / np.where(slope == 0.0, 1.0, slope), 0.0)
@@ -269,7 +268,7 @@ def _between(t: Array, points: Array, towards: Array, axis: int, low: float, hig
 
 
 def _meets_box(points: Array, towards: Array, distance: Array, low: Array, high: Array) -> Bools:
-    """Whether open segments to the light meet an axis-aligned box, other than at the point they start from."""
+    """Whether open segments to the light meet an axis-aligned box, other than at their starting point."""
     start, end = np.zeros(len(points)), np.array(distance)
     outside = np.zeros(len(points), dtype=bool)
     for axis in range(3):
@@ -284,8 +283,8 @@ def _meets_box(points: Array, towards: Array, distance: Array, low: Array, high:
 
 
 def _sun(elevation: float, azimuth: float = 0.0) -> tuple[DirectionalLight, float]:
-    """A sun so high over the ground, in degrees, and its elevation."""
-    elevation = number(LEAST_ELEVATION, 90.0, unit="degrees over the ground")("elevation", elevation)
+    """A directional light at an elevation above the ground, in degrees, and that elevation."""
+    elevation = number(LEAST_ELEVATION, 90.0, unit="degrees above the ground")("elevation", elevation)
     e, a = np.radians(elevation), np.radians(number(unit="degrees")("azimuth", azimuth))
     level = 0.0 if elevation == 90.0 else float(np.cos(e))
     direction = (-level * float(np.cos(a)), -float(np.sin(e)), level * float(np.sin(a)))

@@ -1,4 +1,4 @@
-"""The three landscapes of p5.tree's shadow mapping sketch, and its light that goes round."""
+"""The three landscapes of p5.tree's shadow mapping sketch, and its rotating light."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from glshadow.scenes.shapes import Solid
 from glshadow.shadows.shadow import Shadow
 
 HALF, NEAR, FAR, DISTANCE = 110.0, 110.0, 350.0, 230.0
-"""Of the sketch: `ortho(-110, 110, -110, 110, 110, 350)`, and how far away its light is, in the middle of that."""
+"""Frustum of the sketch's light, `ortho(-110, 110, -110, 110, 110, 350)`, and its distance, in the middle of the depth range."""
 
 
 def landscape(which: int = 1) -> Scene:
-    """Landscape 1 (blocks), 2 (round things) or 3 (posts and a tilted plate), 200 units wide, under the light of `landscape_light()`.
+    """Landscape 1 (blocks), 2 (round shapes) or 3 (posts and a tilted plate), 200 units wide, lit by `landscape_light()`.
 
-    The sketch has three scenes of growing complexity that the keys 1, 2 and 3 choose; which shapes they hold is left to whoever draws them.
+    The sketch has three scenes of growing complexity, selected by the keys 1, 2 and 3. It does not prescribe their shapes.
 
     Raises
     ------
     SettingsError
-        For another number.
+        For any other number.
     """
     which = whole(1, 3)("which", which)
     solids = (_blocks, _round, _posts)[which - 1]()
@@ -40,14 +40,14 @@ def landscape(which: int = 1) -> Scene:
 def landscape_light(
     turn: float = 2.4, perspective: bool = False, shadow: Shadow | None = None
 ) -> DirectionalLight | SpotLight:
-    """The sketch's light on its way round: `turn` radians about the vertical, at 230 units from the middle.
+    """The sketch's rotating light: `turn` radians about the vertical, at 230 units from the middle.
 
     Parameters
     ----------
     turn : float
-        Radians; animate it.
+        Angle in radians; change it to animate the light.
     perspective : bool
-        A spot, as the second exercise wants it; else parallel light through the sketch's box.
+        A spot light, as in the second exercise; otherwise parallel light through the sketch's box.
     shadow : Shadow, optional
     """
     turn = number()("turn", turn)
@@ -62,7 +62,7 @@ def landscape_light(
 
 
 def _blocks() -> list[Solid]:
-    """A town of boxes, their heights from a wave."""
+    """A town of boxes whose heights follow a wave."""
     solids = []
     for x in range(-75, 76, 30):
         for z in range(-75, 76, 30):
@@ -72,7 +72,7 @@ def _blocks() -> list[Solid]:
 
 
 def _round() -> list[Solid]:
-    """Spheres, a ring that stands, and columns."""
+    """Spheres, an upright ring, and columns."""
     ring, faces = shapes.torus(26.0, 6.0, 96, 32)
     solids = [(ring + np.array([0.0, 32.0, 0.0]), faces)]
     for k in range(7):
@@ -83,7 +83,7 @@ def _round() -> list[Solid]:
 
 
 def _posts() -> list[Solid]:
-    """Thin posts, a bar across them, and a plate that leans."""
+    """Thin posts, a bar across them, and a tilted plate."""
     solids = [shapes.box((2.5, 46.0, 2.5), (x, 23.0, z)) for x in range(-80, 81, 20) for z in (-50, 40)]
     solids += [shapes.box((165.0, 2.5, 2.5), (0.0, 46.0, z)) for z in (-50.0, 40.0)]
     plate = shapes.box((90.0, 2.0, 50.0))

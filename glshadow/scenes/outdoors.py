@@ -1,4 +1,4 @@
-"""The large built-in scene: a square kilometre of hills, with trees and a house, seen by someone who stands there."""
+"""The large built-in scene: a square kilometre of hills with trees and a house, seen from eye height."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _WAVES = ((0.0063, 0.0041, 9.0, 0.3), (-0.0117, 0.0096, 4.0, 1.9), (0.021, 0.027
 
 
 def height(x: ArrayLike, z: ArrayLike) -> Array:
-    """Of the ground, metres: hills around a flat place where the house is."""
+    """Height of the ground, metres: hills around a flat area with the house."""
     x, z = np.asarray(x, dtype=np.float64), np.asarray(z, dtype=np.float64)
     rise = sum(size * np.sin(2.0 * np.pi * (a * x + b * z) + phase) for a, b, size, phase in _WAVES)
     away = np.hypot(x, z)
@@ -34,9 +34,9 @@ def height(x: ArrayLike, z: ArrayLike) -> Array:
 
 
 def outdoors() -> Scene:
-    """A kilometre of hills with 600 trees and a house, the camera 1.7 m above the ground, the sun 28 degrees high: 168,560 triangles.
+    """A kilometre of hills with 600 trees and a house; camera 1.7 m above the ground, sun 28 degrees high: 168,560 triangles.
 
-    From blades of the fence at 6 m to trees at 700 m: no single map is fine enough for both.
+    From the fence at 6 m to trees at 700 m: no single shadow map is fine enough for both.
     """
     ground = _ground()
     nodes = [Node(Mesh(*ground, normals=shapes.vertex_normals(ground), material=_GRASS), np.eye(4), "ground")]
@@ -72,7 +72,7 @@ def _ground() -> Solid:
 
 
 def _places() -> list[tuple[float, float, float, float]]:
-    """Of trees: x, z, size, turn; a sunflower's pattern, shaken, but for the meadow around the house."""
+    """x, z, size and rotation of trees: a jittered sunflower pattern without the meadow around the house."""
     rng = np.random.default_rng(11)
     k = np.arange(2 * TREES)
     radius = 480.0 * np.sqrt((k + 0.5) / len(k))
@@ -85,7 +85,7 @@ def _places() -> list[tuple[float, float, float, float]]:
 
 
 def _crown(levels: int) -> Solid:
-    """A fir's: cones over each other."""
+    """A fir's crown: stacked cones."""
     solids = []
     for level in range(levels):
         low, wide = 1.6 + 1.5 * level, 1.7 - 0.4 * level
@@ -97,7 +97,7 @@ def _crown(levels: int) -> Solid:
 
 
 def _walls() -> Solid:
-    """Four, with a window and a door left open, and a chimney."""
+    """Four walls with an open window and an open door, and a chimney."""
     solids = [
         shapes.box((8.0, 2.8, 0.25), (0.0, 1.4, -3.0)), shapes.box((0.25, 2.8, 6.0), (-4.0, 1.4, 0.0)),
         shapes.box((0.25, 2.8, 6.0), (4.0, 1.4, 0.0)), shapes.box((3.2, 2.8, 0.25), (-2.4, 1.4, 3.0)),
@@ -108,7 +108,7 @@ def _walls() -> Solid:
 
 
 def _roof() -> Solid:
-    """Two slopes of 38 degrees with their gables open, 20 cm thick."""
+    """Two slopes of 38 degrees with open gables, 20 cm thick."""
     rise, run = 2.7, 3.5
     length, pitch = float(np.hypot(rise, run)), float(np.arctan2(rise, run))
     solids = []
@@ -128,7 +128,7 @@ def _roof() -> Solid:
 
 
 def _fence() -> Solid:
-    """Pickets of 4 cm from before the camera to beside the house."""
+    """Pickets of 4 cm from in front of the camera to the house."""
     start, end = np.array([-7.5, 4.5]), np.array([1.5, -8.0])
     along = np.linspace(0.0, 1.0, 90)[:, None]
     solids = []
@@ -139,7 +139,7 @@ def _fence() -> Solid:
 
 
 def _standing(solid: Solid, middle: float) -> Solid:
-    """Of a solid about z: about y, its middle at a height."""
+    """Rotates a solid about z to stand along y, its middle at a height."""
     x, y, z = solid[0].T
     return np.stack([x, z + middle, -y], axis=-1), solid[1]
 
@@ -149,7 +149,7 @@ def _scaled(size: float) -> Array:
 
 
 def _turned(angle_rad: float) -> Array:
-    """(4, 4) about y."""
+    """(4, 4) rotation about y."""
     matrix = np.eye(4)
     matrix[[0, 2], [0, 2]] = np.cos(angle_rad)
     matrix[0, 2], matrix[2, 0] = np.sin(angle_rad), -np.sin(angle_rad)

@@ -1,7 +1,7 @@
-"""Plain solids as (positions, triangles): box, cylinder, torus, icosphere, rectangle.
+"""Simple solids as (positions, triangles): box, cylinder, torus, icosphere, rectangle.
 
-The tessellations are trimesh's (`trimesh.creation`), so that scenes built with either have the same triangles; built
-here because importing trimesh takes longer than rendering them.
+The tessellations equal trimesh's (`trimesh.creation`), so that scenes built with either have the same triangles. They are
+implemented here because importing trimesh takes longer than rendering them.
 """
 
 from __future__ import annotations

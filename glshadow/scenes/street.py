@@ -1,4 +1,4 @@
-"""The street of Riemer's tutorial: two lampposts and a car whose headlights are an image."""
+"""The street of Riemer's tutorial: two lampposts, and a car whose headlights project an image."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _ASPHALT, _STONE, _BRICK, _IRON, _PAINT, _GLASS = (
 
 
 def street() -> Scene:
-    """A street at night in metres: road, pavement and wall, two lampposts and a car; three spots, the car's with a cookie.
+    """A street at night in metres: road, pavement and wall, two lampposts and a car; three spot lights, the car's with a cookie.
 
     References
     ----------
-    Grootjans, "Riemer's XNA tutorials", series 3: the scene that multiple lights and adjusted Z values are shown on.
+    Grootjans, "Riemer's XNA tutorials", series 3: the scene for multiple lights and adjusted Z values.
     """
     parts = [
         ("road", shapes.box((40.0, 0.2, 7.0), (0.0, -0.1, 0.0)), _ASPHALT),
@@ -57,7 +57,7 @@ def street() -> Scene:
 
 
 def headlights(size: int = 128) -> NDArray[np.uint8]:
-    """(size, size, 3) sRGB: two ovals of light, brightest in their middles."""
+    """(size, size, 3) sRGB: two ovals of light, brightest in the middle."""
     y, x = (np.mgrid[:size, :size] + 0.5) / size - 0.5
     light = sum(np.exp(-(((x - side * 0.17) / 0.12) ** 2) - ((y - 0.02) / 0.1) ** 2) for side in (-1.0, 1.0))
     grey = np.clip(255.0 * np.minimum(light, 1.0) ** (1.0 / 2.2), 0, 255).astype(np.uint8)
@@ -77,7 +77,7 @@ def _wheels() -> Solid:
 
 
 def _post() -> Solid:
-    """3.9 m high, with an arm over the pavement's edge and a hood."""
+    """A post 3.9 m high, with an arm over the edge of the pavement and a hood."""
     x, y, z = shapes.cylinder(0.07, 4.2, 16)[0].T
     mast = np.stack([x, z + 2.1, -y], axis=-1), shapes.cylinder(0.07, 4.2, 16)[1]
     return shapes.joined(

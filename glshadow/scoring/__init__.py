@@ -1,4 +1,4 @@
-"""How wrong a picture's shadows are, against the traced truth."""
+"""Measures the error of an image's shadows against a traced reference."""
 
 from glshadow.scoring.error import Measurement, measure
 from glshadow.scoring.score import Score

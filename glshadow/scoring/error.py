@@ -1,6 +1,6 @@
-"""The error of a frame's shadows: how much, of which kind, and where.
+"""The error of a frame's shadows: size, kind and location.
 
-A frame and a truth meet here as plain arrays: neither the renderer nor the tracer is imported.
+Takes the frame and the reference as plain arrays: neither the renderer nor the tracer is imported.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from glshadow.scoring.score import COLORS, DARK, LIT, Outcome, Score
 from glshadow.scoring.windows import window_sums
 from glshadow.shadows.shadow import Shadow
 
-# The definition of error, not tunable: changing one of these changes what every published number means.
-LEAST_COSINE = 0.05  # N.L from which a pixel counts
-SMOOTH_COSINE = float(np.cos(np.radians(25.0)))  # between face normals of neighbouring pixels
-WRONG = 0.5  # |visibility - truth| above which a pixel is wrong
-GRAIN = 1.0 / 16.0  # |visibility - truth| above which it is grainy, away from edges
+# These numbers define the error and are not tunable: changing one of these changes what every published number means.
+LEAST_COSINE = 0.05  # N.L from which a pixel is counted
+SMOOTH_COSINE = float(np.cos(np.radians(25.0)))  # largest angle between face normals of neighbouring pixels
+WRONG = 0.5  # |visibility - reference| above which a pixel is wrong
+GRAIN = 1.0 / 16.0  # |visibility - reference| above which it is grainy, away from edges
 CONTACT_TEXELS = 2.0
 
 
 class Frame(Protocol):
-    """What `measure` needs of a rendered frame."""
+    """The attributes of a rendered frame that `measure` uses."""
 
     @property
     def visibility(self) -> NDArray[np.float32]: ...  # (L, H, W)
@@ -46,7 +46,7 @@ class Frame(Protocol):
 
 
 class Truth(Frame, Protocol):
-    """What `measure` needs of the exact answer, and asks it."""
+    """The attributes and methods of a reference that `measure` uses."""
 
     @property
     def cosine(self) -> NDArray[np.float32]: ...  # (L, H, W)
@@ -66,7 +66,7 @@ class Truth(Frame, Protocol):
 
 @dataclass(frozen=True, repr=False)
 class Measurement(Score):
-    """Score of a frame over all its lights, with that of each light.
+    """Errors of a frame over all its lights, and of each light.
 
     Attributes
     ----------
@@ -89,13 +89,13 @@ class Measurement(Score):
         return "\n".join(f"light {number}: {score}" for number, score in enumerate(self.lights))
 
     def as_dict(self) -> dict[str, object]:
-        """Plain numbers for JSON; None where no pixel counts."""
+        """Plain numbers for JSON; None if no pixel is counted."""
         return {**_plain(self), "lights": [_plain(score) for score in self.lights]}
 
     def picture(self, light: int = 0) -> NDArray[np.uint8]:
-        """Where the errors of one light are; (H, W, 3) uint8.
+        """Image (H, W, 3) uint8 of the errors of one light.
 
-        Acne red, leak blue, edge yellow, grain orange, not counted green, right in grey: light where lit, darker where
+        Acne red, leak blue, edge yellow, grain orange, not counted green; correct pixels grey: light where lit, darker where
         dark.
         """
         light = whole(0, len(self.lights) - 1)("light", light)
@@ -106,12 +106,12 @@ class Measurement(Score):
         return image
 
     def _repr_html_(self) -> str:
-        """The numbers and the pictures of all lights in a notebook."""
+        """In a notebook: the numbers, and the error images of all lights."""
         return error_html(self.lights, self, [self.picture(number) for number in range(len(self.lights))])
 
 
 def _texels(frame: Frame, number: int) -> tuple[int, float]:
-    """Texels along the side of a light's map, and of the soft edge's half width; what was used, where the frame knows it."""
+    """Resolution of a light's map, and half the width of its soft edge in texels; as used, if the frame reports it."""
     resolved = (frame.lights[number].shadow or Shadow()).resolved()
     used = getattr(frame, "used", ())
     known = used[number].filter if number < len(used) else None
@@ -124,24 +124,23 @@ def _plain(score: Score) -> dict[str, object]:
 
 
 def measure(frame: Frame, truth: Truth) -> Measurement:
-    """Score a frame's visibility against the truth of the same picture.
+    """Compare a frame's visibility with the reference of the same image.
 
-    Counted are pixels that see a surface with N.L > 0.05 which the light reaches (cone and range), and whose 3 x 3
-    neighbourhood sees one connected body with face normals within 25 degrees (at silhouettes and creases rasterisers
-    may differ; pixels on the image's border do not count). A pixel where the frame has no surface but the truth has one
-    counts as wrong.
+    Counted are pixels that see a surface with N.L > 0.05 within the light's cone and range, if their 3 x 3 neighbourhood sees one
+    connected body with face normals within 25 degrees: at silhouettes and creases rasterisers may differ. Pixels on the image's border
+    are not counted. A pixel without a surface in the frame but with one in the reference counts as wrong.
 
     Parameters
     ----------
     frame : glshadow.Frame
-        Or anything with `visibility`, `scene`, `camera` and `lights`.
+        The frame to measure, or any object with `visibility`, `scene`, `camera` and `lights`.
     truth : glshadow.Truth
 
     Raises
     ------
     SettingsError
-        If they are not of the same scene (the same object), camera, lights and size. How a light's shadow is made is the
-        frame's own business: one truth serves many settings.
+        If they do not have the same scene (the same object), camera, lights and size. The lights' shadow settings may differ: one
+        reference serves many settings.
     """
     _check_same(frame, truth)
     smooth = smooth_pixels(truth.body, truth.normal)
@@ -169,10 +168,10 @@ def _check_has(name: str, given: object, parts: tuple[str, ...]) -> None:
     for part in parts:
         try:
             value = getattr(given, part)
-        except GlshadowError:  # a frame says itself which output it lacks
+        except GlshadowError:  # the frame's own error names the missing output
             raise
         except Exception:
-            raise refuse(name, f"what glshadow makes (it has no {part})", given) from None
+            raise refuse(name, f"a glshadow object (this one has no {part})", given) from None
         if part == "visibility" and not (isinstance(value, np.ndarray) and value.dtype.kind == "f"):
             raise refuse(f"{name}.visibility", "an array (L, H, W) of floats", value)
         if part == "lights":
@@ -185,7 +184,7 @@ def _check_same(frame: Frame, truth: Truth) -> None:
     _check_has("frame", frame, FRAME_HAS)
     _check_has("truth", truth, TRUTH_HAS)
     if len(truth.lights) == 0:
-        raise SettingsError("there is nothing to measure: the truth has no lights")
+        raise SettingsError("there is nothing to measure: the reference has no lights")
     if frame.visibility.shape != truth.visibility.shape:
         raise SettingsError(
             f"frame and truth must have the same lights and size: frame.visibility is {frame.visibility.shape}, "
@@ -194,7 +193,7 @@ def _check_same(frame: Frame, truth: Truth) -> None:
     ours, theirs = getattr(frame, "samples", 1), getattr(truth, "samples", 1)
     if ours != theirs:
         raise SettingsError(
-            f"frame and truth must have as many samples in a pixel: the frame has {ours}, the truth {theirs}; use trace(..., "
+            f"frame and truth must have the same samples per pixel: the frame has {ours}, the reference {theirs}; use trace(..., "
             f"samples={ours})"
         )
     asked = [each.filter is not None and each.filter.obeys_size for each in getattr(frame, "used", ())]
@@ -203,12 +202,12 @@ def _check_same(frame: Frame, truth: Truth) -> None:
     ]
     if soft and getattr(truth, "light_samples", 1) == 1:
         raise SettingsError(
-            f"light {soft[0]} has a size, and the frame's shadow of it is soft: trace(..., light_samples=256) is the truth of that"
+            f"light {soft[0]} has a size, and its shadow in the frame is soft: trace the reference with trace(..., light_samples=256)"
         )
     if frame.scene is not truth.scene:
         raise SettingsError(
             f"frame and truth must be of the same Scene object: the frame shows {frame.scene.name!r}, "
-            f"the truth {truth.scene.name!r}; trace the scene that was rendered"
+            f"the reference {truth.scene.name!r}; trace the scene that was rendered"
         )
     if frame.camera != truth.camera:
         raise SettingsError(f"frame and truth must have the same camera: {frame.camera} is not {truth.camera}")
@@ -265,17 +264,17 @@ def _score_light(
     exact = truth.visibility[number].astype(np.float64)
     surface = ~np.isnan(exact)
     difference = visibility - exact
-    # Not drawn at all: as far from the truth as can be.
+    # Not drawn at all: the largest error.
     difference = np.where(surface & np.isnan(difference), np.where(exact > 0.5, -1.0, 1.0), difference)
     amount = np.where(surface, np.abs(difference), 0.0)
     counted = surface & smooth & truth.reached[number] & (truth.cosine[number] > LEAST_COSINE)
     wrong, uneven = counted & (amount > WRONG), counted & (amount > GRAIN)
     texel = texel_size(truth, number, resolution)
     edge = truth.near_edge(number, (radius + 0.5) * np.sqrt(2.0) * texel, wrong)
-    grain = uneven & ~edge  # what is within the first band is within the second, wider one
+    grain = uneven & ~edge  # what is within the first band is also within the second, wider one
     grain &= ~truth.near_edge(number, (radius + 1.0) * np.sqrt(2.0) * texel, grain)
     several = truth.lights[number].has_size and getattr(truth, "light_samples", 1) > 1
-    # of a light that is all seen, and no edge or wall within the kernel, texels are shadowed: by the surface itself
+    # if a light is fully visible and no edge or wall is within the kernel, shadowed texels are self-shadowing
     partly = grain & (difference < 0.0) & (exact == 1.0) & (not several)
     reach = (radius + 1.0) * np.sqrt(2.0) * texel / np.maximum(truth.cosine[number], LEAST_COSINE)
     partly &= ~truth.near_foot(reach, partly)
@@ -294,9 +293,9 @@ def _score_light(
 
 
 def smooth_pixels(body: NDArray[np.int32], normal: Array) -> Bools:
-    """Pixels (H, W) whose whole 3 x 3 neighbourhood sees their body with normals within 25 degrees of theirs.
+    """Pixels (H, W) whose whole 3 x 3 neighbourhood sees the same body with normals within 25 degrees of theirs.
 
-    Not those on the image's border: part of their neighbourhood is not seen.
+    Excludes pixels on the image's border, whose neighbourhood is incomplete.
     """
     result = np.zeros(body.shape, dtype=bool)
     height, width = body.shape
@@ -312,22 +311,22 @@ def smooth_pixels(body: NDArray[np.int32], normal: Array) -> Bools:
 
 
 def texel_size(truth: Truth, number: int, resolution: int) -> Array | float:
-    """Size of a texel of a map that fits tightly, in the light plane; world units.
+    """Size of a texel of a tightly fitted map, in the plane perpendicular to the light; world units.
 
     Parameters
     ----------
     truth : Truth
-        Whose visible points a sun's map has to cover.
+        Reference with the visible points that a directional light's map must cover.
     number : int
-        The light's number.
+        Index of the light.
     resolution : int
-        Texels along a side of its map.
+        Texels along each side of the map.
 
     Returns
     -------
     float or (H, W) float64
-        Sun: the longer side of the rectangle of least area round the visible points, divided by the resolution. Spot
-        and point light: the width of the cone, or of a cube map's face, at the pixel's distance, divided by it.
+        Directional light: the longer side of the least-area rectangle around the visible points, divided by the resolution. Spot
+        and point light: the width of the cone or cube face at the pixel's distance, divided by the resolution.
     """
     light = truth.lights[number]
     return light.map_texel(truth.position, truth.triangle >= 0, resolution)

@@ -1,4 +1,4 @@
-"""How different two whole pictures look: FLIP, which models an observer who flips between them."""
+"""Perceived difference between two images: FLIP, which models an observer who flips between them."""
 
 # No postponed annotations: those of a NamedTuple are resolved in the module that documents it.
 from typing import Any, NamedTuple, Protocol
@@ -16,14 +16,14 @@ PIXELS_PER_DEGREE = 67.0206  # the paper's observer: 0.7 m from a display 0.7 m 
 
 
 class Pictured(Protocol):
-    """What `flip` needs of a rendered frame."""
+    """The attribute of a rendered frame that `flip` uses."""
 
     @property
     def image(self) -> NDArray[np.uint8]: ...  # (H, W, 3) sRGB
 
 
 class Flip(NamedTuple):
-    """`mean` over the picture, and `map` (H, W) float32; 0: looks the same, 1: the largest difference there is."""
+    """`mean` over the image, and `map` (H, W) float32; 0: looks the same, 1: the largest possible difference."""
 
     mean: float
     map: Floats
@@ -34,21 +34,21 @@ def flip(
     reference: Pictured | NDArray[np.uint8],
     pixels_per_degree: float = PIXELS_PER_DEGREE,
 ) -> Flip:
-    """Perceived difference between two pictures of the same size.
+    """Perceived difference between two images of the same size.
 
-    `measure` says how many pixels have the wrong visibility; this says how much of it an observer notices.
+    `measure` counts pixels with wrong visibility; this measures how much of the difference an observer notices.
 
     Parameters
     ----------
     ours, reference : Frame, or (H, W, 3) uint8
-        sRGB. A picture of another program can be given as its pixels.
+        sRGB. An image from another program can be given as an array.
     pixels_per_degree : float
-        Pixels of the picture in one degree of the observer's view, in (0, 1000].
+        Pixels of the image per degree of the observer's view, in (0, 1000].
 
     Raises
     ------
     SettingsError
-        If one of them is no picture of 8 bits, or they differ in size.
+        If an image is not 8-bit, or the sizes differ.
     GlshadowError
         If flip-evaluator is not installed.
 
@@ -60,7 +60,7 @@ def flip(
     images = _pixels(ours, "ours"), _pixels(reference, "reference")
     if images[0].shape != images[1].shape:
         shapes = " and ".join(f"{image.shape[1]} x {image.shape[0]}" for image in images)
-        raise SettingsError(f"pictures must have one size to be compared, got {shapes}")
+        raise SettingsError(f"images must have the same size, got {shapes}")
     pixels_per_degree = number(0.0, MOST_PIXELS_PER_DEGREE, above=True)("pixels_per_degree", pixels_per_degree)
     test, truth = (image.astype(np.float32) / np.float32(255.0) for image in images)
     found, _, _ = evaluate(truth, test, "LDR", applyMagma=False, parameters={"ppd": pixels_per_degree})

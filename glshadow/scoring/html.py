@@ -1,4 +1,4 @@
-"""An error in a notebook's cell: its numbers, and where it is."""
+"""An error measurement in a notebook: its numbers and images."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SHARES = ("wrong", "edge", "acne", "leak", "contact", "grain", "counted")
 
 
 def error_html(lights: Sequence[Score], whole: Score, pictures: Sequence[NDArray[np.uint8]]) -> str:
-    """A table with a row per light, and a picture of each light's errors."""
+    """A table with a row per light, and an error image of each light."""
     named = [(f"light {number}", score) for number, score in enumerate(lights)]
     if len(named) > 1:
         named.append(("all", whole))
@@ -29,10 +29,10 @@ def _numbers(score: Score) -> list[str]:
 
 
 def _key() -> str:
-    """What the colours mean."""
+    """Legend of the colours."""
     words = [
         f'<span style="white-space:nowrap"><span style="color:rgb{COLORS[kind]}">&#9632;</span> '
         f"{kind.name.lower().replace('_', ' ')}</span>"
         for kind in (Outcome.EDGE, Outcome.ACNE, Outcome.LEAK, Outcome.GRAIN, Outcome.NOT_COUNTED)
     ]
-    return f"<p>{' &ensp; '.join(words)} &ensp; grey: right, lit or dark</p>"
+    return f"<p>{' &ensp; '.join(words)} &ensp; grey: correct, lit or dark</p>"

@@ -1,4 +1,4 @@
-"""Score: one light's errors as numbers, and what became of each pixel."""
+"""Score: the error of one light as numbers, and the classification of pixels."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import IntEnum
 
 
 class Outcome(IntEnum):
-    """What became of a pixel."""
+    """Classification of a pixel."""
 
     NO_SURFACE = 0
     NOT_COUNTED = 1
@@ -26,27 +26,27 @@ COLORS = {
     Outcome.ACNE: (230, 30, 30),
     Outcome.LEAK: (40, 80, 255),
 }
-LIT, DARK = 190, 80  # grey of pixels that are right
+LIT, DARK = 190, 80  # grey of correct pixels
 
 
 @dataclass(frozen=True)
 class Score:
-    """Errors of one light, or of all, as fractions of the counted pixels; NaN if none counts.
+    """Errors of one light, or of all, as fractions of the counted pixels; NaN if no pixel is counted.
 
     Attributes
     ----------
     mean : float
-        Mean |visibility - truth|.
+        Mean |visibility - reference|.
     wrong : float
-        |visibility - truth| > 0.5: the sum of `edge`, `leak` and that part of `acne`.
+        |visibility - reference| > 0.5: the sum of `edge`, `leak`, and the wrong pixels of `acne`.
     edge : float
-        Wrong within (filter radius + 1/2) sqrt(2) texels of the true boundary: the price of the resolution.
+        Wrong within (filter radius + 1/2) sqrt(2) texels of the true boundary: limited by the resolution.
     acne, leak : float
-        Wrong elsewhere: lit drawn dark, dark drawn lit. Artefacts. Under a light without size, `acne` is also what is lit and drawn darker
-        by more than 1/16 beyond (filter radius + 1) sqrt(2) texels of the true boundary and of whatever stands on the surface: one that
-        shadows itself in part of the kernel.
+        Wrong elsewhere: lit but rendered dark, dark but rendered lit. Artefacts. Under a light without size, `acne` also includes lit
+        pixels that are darker by more than 1/16 beyond (filter radius + 1) sqrt(2) texels of the true boundary and of anything that stands
+        on the surface: the surface shadows itself in part of the kernel.
     grain : float
-        |visibility - truth| > 1/16 beyond (filter radius + 1) sqrt(2) texels of the true boundary, that acne included.
+        |visibility - reference| > 1/16 beyond (filter radius + 1) sqrt(2) texels of the true boundary, including that acne.
     contact : float
         The part of `leak` within two texels of something that stands on the surface.
     counted : float
@@ -54,12 +54,12 @@ class Score:
     all_wrong, all_mean : float
         `wrong` and `mean` over all pixels that see a surface.
     p95 : float
-        95th percentile of |visibility - truth|.
+        95th percentile of |visibility - reference|.
     penumbra : float
-        `mean` over those pixels alone that see a part of a light that has a size; 0 where there are none.
+        `mean` over the pixels that see a part of a light that has a size; 0 if there are none.
     window : float
-        Mean over the counted pixels of |mean of visibility - truth over the counted pixels of their 8 x 8 window|: errors that
-        do not cancel between neighbours. Shadows thinner than a pixel that are lost as a whole show here.
+        Mean over the counted pixels of |mean of visibility - reference over the counted pixels of their 8 x 8 window|: errors that
+        do not cancel between neighbours. Lost shadows that are thinner than a pixel show here.
     """
 
     mean: float

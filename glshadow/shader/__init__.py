@@ -1,1 +1,1 @@
-"""GLSL snippets: where they live and how they become one program text."""
+"""GLSL snippets: their location, and composing them into programs."""

@@ -1,7 +1,7 @@
 """Composes snippets into one program text, with a map from its lines back to the files.
 
-`#include "lib/packing.glsl"` names a file, `#include <filter>` a slot that the caller fills. A file is included once; a cycle, an
-unknown slot and a second inclusion are errors, because each means that two snippets disagree about who provides what.
+`#include "lib/packing.glsl"` names a file, `#include <filter>` a slot that the caller fills. A file is included once. A cycle, an
+unknown slot and a second inclusion are errors, because they mean that two snippets provide the same thing.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ class Text:
     Parameters
     ----------
     code : str
-        What the compiler gets.
+        Source code for the compiler.
     origin : tuple of (str, int)
         File and line of each line of `code`.
     files : tuple of str
-        Every snippet that is in it.
+        Every snippet that it contains.
     declared : frozenset of str
-        The defines that its snippets give a default to.
+        Defines for which its snippets have a default.
     """
 
     code: str
@@ -92,22 +92,22 @@ def compose(
     name : str
         The pass, e.g. "pass/resolve.frag".
     dialect : str
-        "core330", "core330_gather" or "es100": the file in dialect/ that comes first and holds `#version`.
+        "core330", "core330_gather" or "es100": the file in dialect/ that comes first and contains `#version`.
     slots : mapping
         Slot name to snippet file.
     defines : mapping
-        GLS_ names to values; each must have a default (`#ifndef`) in a file that is included.
+        GLS_ names to values; each needs a default (`#ifndef`) in an included file.
 
     Raises
     ------
     ShaderError
-        For missing snippets, unfilled slots, cycles, double inclusion and defines that nothing declares.
+        For missing snippets, unfilled slots, cycles, double inclusion and undeclared defines.
     """
     builder = _Builder(slots or {})
     builder.add(f"dialect/{dialect}.glsl", ())
     settings = [f"#define {key} {value}" for key, value in sorted((defines or {}).items())]
     stage = _STAGES[name.rpartition(".")[2]]
-    head = 1  # behind #version, which must be first
+    head = 1  # after #version, which must be first
     builder.lines[head:head] = [f"#define {stage} 1", *settings]
     builder.origin[head:head] = [("defines", i) for i in range(1 + len(settings))]
     builder.add(name, ())

@@ -1,4 +1,4 @@
-"""Which snippets a shadow's settings need: the rules of the receiver contract, without any OpenGL."""
+"""The snippets that a shadow's settings need: the rules of the receiver contract, independent of OpenGL."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ Compare = Literal["metric", "depth_taps", "depth_taps_raw", "depth_gather", "dep
 Shape = Literal["plain", "cascades", "warped"]
 
 Lit = Light | type[Light]
-"""A light or its kind: what is asked here, all lights of a kind have in common."""
+"""A light or its class: only class attributes are used here."""
 
 _METRIC_DEPTHS: dict[Projection, str] = {"orthographic": "affine", "perspective": "linear", "cube": "radial"}
 
 
 def parallel_define(projection: Projection) -> dict[str, int | str]:
-    """The define that says whether the rays of views, and of grids of triangle lists, are parallel."""
+    """The define for whether the rays of views, and of the grids of triangle lists, are parallel."""
     return {"GLS_SUN": int(projection == "orthographic")}
 
 
 def projection_defines(projection: Projection) -> dict[str, int | str]:
-    """The same, and whether there are the faces of a cube."""
+    """That define, and the one for the faces of a cube."""
     return {**parallel_define(projection), "GLS_POINT": int(projection == "cube")}
 
 
@@ -37,22 +37,22 @@ def metric_slot(projection: Projection) -> str:
 
 
 def open_slots(light: Lit) -> dict[str, str]:
-    """Snippets for a light that casts nothing."""
+    """Snippets for a light that casts no shadow."""
     return {"light": light.snippet, "shadow": "receiver/open.glsl"}
 
 
 def mapped_slots(
     light: Lit, target: Target, bias: Bias, filter: Filter, compare: Compare, shape: Shape = "plain"
 ) -> dict[str, str]:
-    """Snippets for a light with a map; `compare`: how the dialect and the driver read it; `shape`: how a sun's is laid out.
+    """Snippets for a light with a shadow map. `compare`: how dialect and driver read it; `shape`: how a directional light's is laid out.
 
     Raises
     ------
     SettingsError
-        If the filter has no snippet: nothing else is drawn in its place.
+        If the filter has no snippet: no other filter is drawn instead.
     """
     if not filter.snippet:
-        raise SettingsError(f"{filter!r} has no snippet for a shadow map: it cannot be asked of one")
+        raise SettingsError(f"{filter!r} has no snippet for a shadow map")
     common = {
         "light": light.snippet,
         "projection": f"projection/{light.projection if shape == 'plain' else shape}.glsl",
@@ -76,7 +76,7 @@ def precomputed_slots(light: Lit) -> dict[str, str]:
 
 
 def exact_slots(light: Lit) -> dict[str, str]:
-    """Snippets for a light whose rays are tested against the triangles of lists."""
+    """Snippets for a light whose shadow rays are tested against per-cell triangle lists."""
     return {
         "light": light.snippet,
         "shadow": "receiver/exact.glsl",
@@ -92,7 +92,7 @@ def area_slots(light: Lit, between: str) -> dict[str, str]:
 def exact_defines(
     projection: Projection, cells: int, ratio: int, masked: bool, huge: bool = False
 ) -> dict[str, int | str]:
-    """Defines that go with `exact_slots`; `masked`, `huge`: some casters are cut out by their texture, reach far beyond the rest."""
+    """Defines for `exact_slots`. `masked`: some casters are alpha-tested; `huge`: some extend far beyond the rest."""
     return {
         "GLS_EXACT": 1,
         **projection_defines(projection),
@@ -106,12 +106,14 @@ def exact_defines(
 def mapped_defines(
     light: Lit, target: Target, bias: Bias, filter: Filter, reversed_depth: bool, bounded: bool
 ) -> dict[str, int | str]:
-    """Defines that go with `mapped_slots`; `bounded`: some receivers lie outside the map, as those of a spot always may."""
+    """Defines for `mapped_slots`. `bounded`: some receivers are outside the map, as for a spot light they always may be."""
     return {
         **parallel_define(light.projection),
         "GLS_FOLLOW_PLANE": int(bias.follows_plane),
         "GLS_SLACK_TEXELS": str(float(filter.slack_texels)),
-        "GLS_REVERSED": int(reversed_depth and target.is_depth),  # a metric grows away in every convention
+        "GLS_REVERSED": int(
+            reversed_depth and target.is_depth
+        ),  # a metric grows away from the light in every convention
         "GLS_BOUNDED": int(bounded or light.projection == "perspective"),
         "GLS_PACKED": int(target is Target.RGBA8),
         **filter.defines(),

@@ -1,4 +1,4 @@
-"""Where the GLSL snippets live: inside an installed wheel, or beside the package in a checkout."""
+"""Location of the GLSL snippets: inside an installed wheel, or next to the package in a checkout."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def root() -> Path:
     Raises
     ------
     ShaderError
-        If neither the wheel's nor the checkout's folder is there.
+        If neither the wheel nor the checkout has the folder.
     """
     package = Path(__file__).resolve().parents[1]
     for folder in (package / "glsl", package.parent / "glsl"):

@@ -1,1 +1,1 @@
-"""Settings of a shadow with their formulas: filters, biases, map formats, fits, and the views that they give."""
+"""Settings of a shadow with their formulas: filters, biases, shadow map formats, fits and views."""

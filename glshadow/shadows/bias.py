@@ -1,4 +1,4 @@
-"""Depth bias: what keeps a surface from shadowing itself. Settings and formulas.
+"""Depth bias: settings and formulas that prevent surfaces from shadowing themselves.
 
 A bias moves the compare depth towards the light (or the stored depth away from it). World units along the light, except for
 `ClipBias`, Babylon's unitless one, and `SlopeScaledBias`, which is GL's polygon offset.
@@ -17,27 +17,27 @@ from glshadow.core.spaces import Array, ClipSpace
 from glshadow.core.spelling import Spelled
 from glshadow.errors import SettingsError
 
-# A curved surface is a fan of planes: neighbouring facets, which the filter also reads, rise above the receiver's own. They are
-# allowed 15 degrees over the filter's reach, half a texel of depth for 3 x 3. Less leaves grain (terrain: 0.78 % of pixels at 1
-# degree, 0.006 at 15), more is seen at a caster's foot (at 20 the hard cases have the first leaks beyond an edge's own texels).
+# A curved surface is a fan of planes: neighbouring facets, which the filter also reads, rise above the receiver's plane. The bias
+# allows them 15 degrees over the filter's reach, half a texel of depth for 3 x 3. Less leaves acne (terrain: 0.78 % of pixels at
+# 1 degree, 0.006 at 15). More shows as light leaks at a caster's foot (at 20 the hard cases have the first beyond an edge's own texels).
 FACET_SLOPE = float(np.tan(np.radians(15.0)))
 
-SNAP_TEXELS = 1.0 / 128.0  # rasterisers round a vertex to 1/256 (8 bits below the pixel), which moves edges and depths
+SNAP_TEXELS = 1.0 / 128.0  # rasterisers round vertices to 1/256 texel (8 subpixel bits), which moves edges and depths
 
 
 class Bias(Spelled):
-    """How a surface is kept from shadowing itself. Each kind is one subclass; the passes ask only what stands here.
+    """Prevents a surface from shadowing itself. Each kind is a subclass; the passes use only these attributes and methods.
 
     Attributes
     ----------
     snippet : str
-        What fills the slot <bias>: where a receiver is compared.
+        GLSL file for the slot <bias>: moves the point where a receiver is compared.
     follows_plane : bool
-        The compare depth follows the receiver's plane from tap to tap, and the slack of a tap is taken off.
+        Whether the compare depth follows the receiver's plane from tap to tap, minus the slack of a tap.
     certain : bool
-        No surface shadows itself whatever the settings: what darkens nothing else need not be drawn.
+        Whether no surface shadows itself, whatever the settings: casters that shade nothing else then need not be drawn.
     depth_only : bool
-        Acts on depth textures alone.
+        Whether it works with depth textures only.
     """
 
     snippet: ClassVar[str] = "bias/none.glsl"
@@ -46,24 +46,24 @@ class Bias(Spelled):
     depth_only: ClassVar[bool] = False
 
     def derived(self, reach: float) -> Self:
-        """The bias with numbers in place of None, for a filter that reads texels up to `reach` from the receiver along each axis."""
+        """The bias with None replaced by numbers, for a filter that reads texels up to `reach` from the receiver along each axis."""
         return self
 
     def shortfall(self, reach: float, texel: float) -> str:
-        """Which planes shadow themselves under such a filter, in a sentence; empty: none, or none that can be told.
+        """A sentence on which planes shadow themselves under such a filter. Empty: none, or it cannot be determined.
 
         Parameters
         ----------
         reach : float
             As in `derived`.
         texel : float
-            World units: the largest of the map's texels.
+            World units: the map's largest texel.
         """
         return ""
 
     @property
     def shift_texels(self) -> float:
-        """By how many texels a receiver moves over the map, where these are square."""
+        """Distance in texels by which a receiver moves over the map, for square texels."""
         return 0.0
 
     @property
@@ -73,39 +73,39 @@ class Bias(Spelled):
 
     @property
     def of_caster(self) -> tuple[float, float] | None:
-        """(clip or metric units, world units against the normal) by which casters are moved; None: not at all."""
+        """(clip or metric units, world units against the normal) by which casters are moved. None: casters are not moved."""
         return None
 
     @property
     def of_compare(self) -> float:
-        """Clip or metric units that are taken off the compare depth."""
+        """Clip or metric units that are subtracted from the compare depth."""
         return 0.0
 
     @property
     def amount(self) -> float:
-        """The uniform of the snippet."""
+        """Value of the snippet's uniform."""
         return 0.0
 
     def moved(self, points: Array, normals: Array, towards: Array, distance: Array, lean: Array) -> Array:
-        """The float64 twin of the snippet: where receivers are compared.
+        """Points where receivers are compared: the float64 twin of the snippet.
 
         Parameters
         ----------
         points, normals, towards : (N, 3) float64
-            World; `towards`: unit vectors to the light.
+            World space; `towards`: unit vectors to the light.
         distance : (N,) float64
-            To the light; infinite for a sun.
+            Distance to the light; infinite for a directional light.
         lean : (N,) float64
-            Sine of the normal's angle to the axis of the map, or to the light, times a texel's size there, along which the normal leans.
+            Sine of the normal's angle to the map's axis, or to the light, times the size of a texel along which the normal leans.
         """
         return points
 
 
 @dataclass(frozen=True)
 class ReceiverPlaneBias(Bias):
-    """Derived, without a parameter: compare depth follows the receiver's own plane from tap to tap, minus the slack of one tap.
+    """Derived, without settings: the compare depth follows the receiver's own plane from tap to tap, minus the slack of one tap.
 
-    The slack is what the plane rises over the part of the map that one tap stands for (half a texel for a nearest tap, one for a
+    The slack is the rise of the plane over the part of the map that one tap represents (half a texel for a nearest tap, one for a
     bilinear or gathered one), plus FACET_SLOPE for curved neighbours, the rounding, and the quantum of the map's format.
     """
 
@@ -116,9 +116,9 @@ class ReceiverPlaneBias(Bias):
 
 @dataclass(frozen=True)
 class ConstantBias(Bias):
-    """Compare depth moved by `world` units along the light. Right for one slope only."""
+    """Moves the compare depth by `world` units along the light. Correct for one slope only."""
 
-    world: float = setting(number(0.0), help="world units along the light")
+    world: float = setting(number(0.0), help="offset along the light, world units")
 
     spelling = "constant"
     snippet = "bias/constant.glsl"
@@ -135,11 +135,11 @@ class ConstantBias(Bias):
 
     @property
     def amount(self) -> float:
-        """World units."""
+        """Offset in world units."""
         return self.world
 
     def moved(self, points: Array, normals: Array, towards: Array, distance: Array, lean: Array) -> Array:
-        """Towards the light, never through it."""
+        """The receiver moved towards the light, but not past it."""
         return np.asarray(points + towards * np.minimum(self.world, 0.999 * distance)[:, None])
 
 
@@ -151,73 +151,73 @@ class SlopeScaledBias(Bias):
     ----------
     factor : float, optional
         None: twice the filter's reach, 1 for `Hard` and 4 for `Pcf(1)`. Over a texel that is i, j away, at most the reach, a plane rises by
-        i |dz/dx| + j |dz/dy| <= 2 reach * max(|dz/dx|, |dz/dy|): none shadows itself.
+        i |dz/dx| + j |dz/dy| <= 2 reach * max(|dz/dx|, |dz/dy|), so no plane shadows itself.
     units : float
-        For rounding.
+        Constant offset against rounding, in steps of the depth format.
 
     References
     ----------
     OpenGL 4.6, section 14.6.5, "Depth Offset".
     """
 
-    factor: float | None = setting(optional(number(0.0)), None, help="of the depth's slope per texel")
-    units: float = setting(number(0.0), 4.0, help="of the depth format's smallest step")
+    factor: float | None = setting(optional(number(0.0)), None, help="times the depth's slope per texel")
+    units: float = setting(number(0.0), 4.0, help="times the depth format's smallest step")
 
     spelling = "slope"
     terse = True
     depth_only = True
 
     def derived(self, reach: float) -> Self:
-        """With the factor that is enough."""
+        """The bias with a factor that suffices for the filter."""
         return replace(self, factor=_enough(2.0, reach)) if self.factor is None else self
 
     def shortfall(self, reach: float, texel: float) -> str:
-        """Of a factor that was given."""
+        """The warning for a given factor that is too small."""
         return _lacks(self, self.factor, 2.0, reach, "factor")
 
     @property
     def polygon_offset(self) -> tuple[float, float]:
-        """(factor, units)."""
+        """(factor, units) as set."""
         assert self.factor is not None, "see derived"
         return (self.factor, self.units)
 
 
 @dataclass(frozen=True)
 class NormalOffsetBias(Bias):
-    """The receiver moved along its normal by texels * texel size * sine before it is projected.
+    """Moves the receiver along its normal by texels * texel size * sine before it is projected.
 
-    The sine is that of the normal's angle to the light or, where that is larger, to the axis of a lamp's map. Where texels are not
+    The sine is that of the normal's angle to the light or, if that is larger, to the axis of a local light's map. If texels are not
     square, the size is that along which the normal leans.
 
     Parameters
     ----------
     texels : float, optional
-        None: the filter's reach times the root of 2, .7 for `Hard` and 2.8 for `Pcf(1)`. With a normal (x, y, z) in the axes of a map of
-        texels (u, v), a receiver gains texels * |(x u, y v)| / z over its plane, which rises within the reach by at most
-        reach * (|x| u + |y| v) / z <= sqrt(2) reach * |(x u, y v)| / z: none shadows itself.
+        None: the filter's reach times the square root of 2, .7 for `Hard` and 2.8 for `Pcf(1)`. With a normal (x, y, z) in the axes of a
+        map with texels (u, v), a receiver gains texels * |(x u, y v)| / z over its plane. Within the reach the plane rises by at most
+        reach * (|x| u + |y| v) / z <= sqrt(2) reach * |(x u, y v)| / z, so no plane shadows itself.
 
     References
     ----------
     Holbert 2011, "Saying Goodbye to Shadow Acne", GDC poster.
     """
 
-    texels: float | None = setting(optional(number(0.0)), None, help="texels along the normal")
+    texels: float | None = setting(optional(number(0.0)), None, help="offset along the normal, texels")
 
     spelling = "normal-offset"
     terse = True
     snippet = "bias/normal_offset.glsl"
 
     def derived(self, reach: float) -> Self:
-        """With as many texels as are enough."""
+        """The bias with as many texels as the filter needs."""
         return replace(self, texels=_enough(np.sqrt(2.0), reach)) if self.texels is None else self
 
     def shortfall(self, reach: float, texel: float) -> str:
-        """Of texels that were given."""
+        """The warning for given texels that are too few."""
         return _lacks(self, self.texels, np.sqrt(2.0), reach, "texels")
 
     @property
     def shift_texels(self) -> float:
-        """All of it, where the light grazes."""
+        """The whole offset, under a grazing light."""
         return self.amount
 
     @property
@@ -227,7 +227,7 @@ class NormalOffsetBias(Bias):
         return self.texels
 
     def moved(self, points: Array, normals: Array, towards: Array, distance: Array, lean: Array) -> Array:
-        """Along the normal."""
+        """The receiver moved along its normal."""
         return np.asarray(points + normals * (self.amount * lean)[:, None])
 
 
@@ -240,20 +240,20 @@ class ClipBias(Bias):
     clip : float
         Added to the stored depth: clip z += s * clip * w * bias_factor(clip space), or metric += clip.
     normal : float
-        World units by which the **caster's** vertices move against their normal, times sin(angle to the light).
+        World units by which **caster** vertices move against their normal, times sin(angle to the light).
     caster : bool
-        True: applied where the map is drawn, as Babylon does. False: subtracted from the compare depth, the same test.
+        True: applied when the map is drawn, as Babylon does. False: subtracted from the compare depth, which is the same test.
     """
 
-    clip: float = setting(number(), help="clip units, or units of the metric")
-    normal: float = setting(number(0.0), 0.0, help="world units")
+    clip: float = setting(number(), help="depth offset, clip units or units of the metric")
+    normal: float = setting(number(0.0), 0.0, help="offset of casters against their normal, world units")
     caster: bool = setting(flag(), True, help="whether it moves casters or the compare depth")
 
     spelling = "clip"
 
     @property
     def of_caster(self) -> tuple[float, float] | None:
-        """(clip, normal)."""
+        """(clip, normal) as set, if casters are moved."""
         return (self.clip, self.normal) if self.caster else None
 
     @property
@@ -264,7 +264,7 @@ class ClipBias(Bias):
 
 @dataclass(frozen=True)
 class NoBias(Bias):
-    """No bias: every lit surface shadows itself in stripes. For teaching and for tests."""
+    """No bias: lit surfaces show shadow acne. For teaching and tests."""
 
     spelling = "none"
 
@@ -273,7 +273,7 @@ BIASES: tuple[type[Bias], ...] = (ReceiverPlaneBias, ConstantBias, SlopeScaledBi
 
 
 def _enough(share: float, reach: float) -> float:
-    """What a plane needs, `share` for each texel of a filter's reach and of a snapped vertex; rounded up, as it is spelled."""
+    """The offset that a plane needs, `share` per texel of the filter's reach and of a snapped vertex; rounded up, as reports write it."""
     return float(np.ceil(share * (reach + SNAP_TEXELS) * 1e4) / 1e4)
 
 
@@ -287,18 +287,18 @@ def _lacks(bias: Bias, given: float | None, share: float, reach: float, name: st
 
 
 def bias_factor(clip: ClipSpace) -> float:
-    """0.5 where NDC z spans one unit, 1 where it spans two: the same window depth moves either way."""
+    """0.5 if NDC z spans one unit, 1 if it spans two: the same window depth moves in both."""
     return 0.5 if clip.zero_to_one else 1.0
 
 
 WINDOW_PER_CLIP = 0.5
-"""Window depth by which a bias of 1, times `bias_factor`, moves: NDC 0..1 is window depth, of -1..1 window depth is half."""
+"""Window depth moved by a bias of 1 times `bias_factor`: equal to NDC z in 0..1, half of it in -1..1."""
 
 
 def receiver_plane_from_derivatives(duvz_dx: ArrayLike, duvz_dy: ArrayLike) -> Array:
-    """Gradient of depth over the map, from screen derivatives of a receiver that is planar.
+    """Gradient of depth over the map, from screen derivatives of a planar receiver.
 
-    Both derivations of the source, through the screen and within the map, end in this one formula.
+    Both derivations in the sources, through the screen and within the map, lead to this formula.
 
     Parameters
     ----------
@@ -333,7 +333,7 @@ def receiver_plane_from_derivatives(duvz_dx: ArrayLike, duvz_dy: ArrayLike) -> A
 
 
 def receiver_plane_from_normal(normal_uvz: ArrayLike) -> Array:
-    """The same gradient from the plane's normal in (u, v, depth) space: -(n_u, n_v) / n_z; zero where edge-on (n_z = 0)."""
+    """The same gradient from the plane's normal in (u, v, depth) space: -(n_u, n_v) / n_z; zero if edge-on (n_z = 0)."""
     normal = np.asarray(normal_uvz, dtype=np.float64)
     edge_on = normal[..., 2] == 0.0
     gradient = -normal[..., :2] / np.where(edge_on, 1.0, normal[..., 2])[..., None]
@@ -341,9 +341,9 @@ def receiver_plane_from_normal(normal_uvz: ArrayLike) -> Array:
 
 
 def normal_bias(position_w: ArrayLike, normal_w: ArrayLike, to_light_w: ArrayLike, amount: float) -> Array:
-    """A caster's vertex moved against its normal by amount * sin(angle to the light); (..., 3) world.
+    """Caster vertices moved against their normal by amount * sin(angle to the light); (..., 3) world space.
 
-    The sine is clamped at 0: rounding can make 1 - (N.L)^2 negative where the light is straight above.
+    The sine is clamped at 0: rounding can make 1 - (N.L)^2 negative if the light is straight above.
     """
     normal, towards = np.asarray(normal_w, dtype=np.float64), np.asarray(to_light_w, dtype=np.float64)
     cosine = (normal * towards).sum(axis=-1, keepdims=True)

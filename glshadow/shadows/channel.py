@@ -1,4 +1,4 @@
-"""Channel: which part of a texture that several lights share is a light's own."""
+"""Channel: one light's part of a texture that several lights share."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ CHANNELS = 4
 
 @dataclass(frozen=True)
 class Channel:
-    """One of a texture's channels, and one of as many ranges of its depth buffer.
+    """One channel of a texture, and one range of its depth buffer.
 
     Parameters
     ----------
     number, count : int
-        Which of how many.
+        Index of the channel, and number of channels.
     pack : int
-        Lights of the same one share a texture.
+        Lights with the same number share a texture.
     """
 
     number: int
@@ -25,11 +25,11 @@ class Channel:
 
     @property
     def depth_range(self) -> tuple[float, float]:
-        """(first, size) of its share of the depth buffer: the first light's lies farthest, so that the next ones are drawn before it."""
+        """(first, size) of its range of the depth buffer. The first light's range is farthest, so that later ranges are drawn in front."""
         return (self.count - 1 - self.number) / self.count, 1.0 / self.count
 
     @property
     def mask(self) -> tuple[bool, bool, bool, bool]:
-        """The colours that it writes."""
+        """Colour mask of the channel."""
         red, green, blue, alpha = (self.number == i for i in range(CHANNELS))
         return red, green, blue, alpha

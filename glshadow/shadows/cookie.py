@@ -1,4 +1,4 @@
-"""Cookie: an image that a light projects, as a slide does."""
+"""Cookie: an image that a light projects, like a slide projector."""
 
 from __future__ import annotations
 
@@ -26,21 +26,23 @@ def _image(name: str, value: Any) -> NDArray[np.uint8]:
 
 @dataclass(frozen=True, eq=False)
 class Cookie(Settings):
-    """An image that colours a light: of a spot it fills the square around the cone, of a sun it lies across the light.
+    """An image that colours a light. A spot light's fills the square around the cone; a directional light's is projected along it.
 
     Parameters
     ----------
     image : (H, W, 3 or 4) uint8
-        sRGB, row 0 at the top; what it lets through of each channel, in linear light. Alpha is not used.
+        sRGB, row 0 at the top; the share of each channel that it transmits, in linear light. Alpha is not used.
     repeat : bool
-        Beyond its borders the image again; else the colour of the border goes on.
+        Repeat the image beyond its borders; otherwise the border colour continues.
     size : float
-        Of a sun: width of the image, world units; the middle of the first lies on the line of light through the world's origin.
+        For a directional light: width of the image, world units; the centre of the first is on the light's line through the world origin.
     """
 
     image: NDArray[np.uint8] = setting(_image, help=_ALLOWED)
-    repeat: bool = setting(flag(), False, help="beyond its borders the image again")
-    size: float = setting(number(NEAREST, FARTHEST), 1.0, help="of a sun: width of the image, world units")
+    repeat: bool = setting(flag(), False, help="repeat the image beyond its borders")
+    size: float = setting(
+        number(NEAREST, FARTHEST), 1.0, help="for a directional light: width of the image, world units"
+    )
 
     def __repr__(self) -> str:
         height, width = self.image.shape[:2]

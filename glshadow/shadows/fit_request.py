@@ -33,7 +33,7 @@ class DepthTiles:
     farthest: Array
 
     def between(self, near: float, far: float) -> Array:
-        """World points (N, 3) around what lies between two depths."""
+        """World points (N, 3) around what the blocks contain between two depths."""
         low, high = np.maximum(self.nearest, near), np.minimum(self.farthest, far)
         some = low <= high
         depths = np.stack([low[some], high[some]], axis=1)[:, :, None, None]
@@ -50,15 +50,15 @@ class FitRequest:
     scene : (N, 8, 3) float64
         World corners of all bodies' boxes; `boxes`: the same as bounds and matrices.
     seen : list of N arrays (M, 3)
-        World corners of what the camera sees of each.
+        World corners of the part of each body that the camera sees.
     casters : (K, 3) float64
-        World corners of everything that casts.
+        World corners of all casters.
     size : (2,) ints
         Of the image.
     near, far : float
-        Of the camera.
+        Depth range of the camera.
     guard : int
-        Texels around what is covered that a filter may reach into.
+        Texels around the covered area that a filter may read.
     fine : bool
         Whether the map's depth rounds relative to 1 / depth, see `view.fine_depth`.
     depth_tiles : DepthTiles, optional
@@ -83,7 +83,7 @@ class FitRequest:
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """Views of a light; `shaded`: world points around the receivers they are for, where these are not all that are seen."""
+    """Views of a light. `shaded`: world points around the receivers that the views are for, if these are not all visible ones."""
 
     views: tuple[ShadowView, ...]
     shaded: Array | None = field(default=None, repr=False)

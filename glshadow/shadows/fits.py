@@ -1,4 +1,4 @@
-"""Fits: what a light's maps cover. Settings alone; the views follow in shadows/fitted.py."""
+"""Fits: settings for what a light's shadow maps cover. The views are computed in shadows/fitted.py."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from glshadow.shadows.fitted import around, cascades, warped
 
 
 class Fit(Spelled):
-    """What a map covers. Each kind is one subclass.
+    """Selects what a shadow map covers. Each kind is a subclass.
 
     Attributes
     ----------
     for_suns : bool
-        Whether other lights are fitted by ViewFit().
+        Whether it works for directional lights only; other lights then use ViewFit().
     warps : bool
-        Whether a sun's map may be in perspective.
+        Whether a directional light's map may have a perspective projection.
     """
 
     for_suns: ClassVar[bool] = False
@@ -28,18 +28,18 @@ class Fit(Spelled):
 
     @property
     def measures(self) -> bool:
-        """Whether it asks what is really seen: then its views are made once the camera's depth is there."""
+        """Whether it needs what the camera really sees; its views are then computed after the camera's depth is known."""
         return False
 
     def receivers(self, scene: Array, seen: list[Array]) -> list[Array]:
-        """Corners (M, 3) of what a map has to hold, one array per body.
+        """Corners (M, 3) that a map must contain, one array per body.
 
         Parameters
         ----------
         scene : (N, 8, 3) float64
             World corners of all bodies' boxes.
         seen : list of (M, 3) float64
-            What the camera sees of each.
+            The part of each body that the camera sees.
         """
         raise NotImplementedError
 
@@ -55,13 +55,13 @@ class ViewFit(Fit):
     spelling = "view"
 
     def receivers(self, scene: Array, seen: list[Array]) -> list[Array]:
-        """What is seen."""
+        """The visible part of each body."""
         return seen
 
 
 @dataclass(frozen=True)
 class SceneFit(Fit):
-    """Covers the whole scene; independent of the camera, so that a static light's map can be kept."""
+    """Covers the whole scene, independent of the camera, so that a static light's map can be cached."""
 
     spelling = "scene"
 
@@ -75,25 +75,25 @@ MAX_CASCADES = 8
 
 @dataclass(frozen=True)
 class Cascades(Fit):
-    """Cuts what the camera sees into slices of depth, each with a map of its own: near texels small, far ones large. Suns only.
+    """Splits the visible depth range into slices with a shadow map each: small texels near, large ones far. Directional lights only.
 
-    Usually each map is fitted to what the depth buffer really shows in its slice (sample distribution shadow maps); stable maps are not,
-    so that a moving camera moves no texel.
+    By default each map is fitted to what the depth buffer shows in its slice (sample distribution shadow maps). Stable maps are not, so
+    that a moving camera shifts no texel.
 
     Parameters
     ----------
     count : int
-        1 to 8 maps.
+        Number of maps, 1 to 8.
     split : float
-        0 to 1: from slices of equal depth to slices of equal ratio.
+        0 to 1: from slices of equal depth to slices of equal depth ratio.
     blend : float
-        0 to 0.5: the share of each map's half width, or of each slice, over which it fades into the next.
+        0 to 0.5: the share of each map's half width, or of each slice, over which it fades into the next map.
     stable : bool
-        Squares around the spheres that hold each slice, moved by whole texels only, up to `distance`.
+        Use squares around the spheres that contain each slice, moved in whole texels, up to `distance`.
     by_depth : bool
-        Which map is asked follows from the receiver's depth; else it is the first that covers it.
+        Select the map by the receiver's depth; otherwise use the first map that covers the receiver.
     distance : float
-        World units that stable cascades reach. 0: a power of two beyond what the camera can see.
+        World units that stable cascades cover. 0: a power of two beyond what the camera can see.
 
     References
     ----------
@@ -101,13 +101,13 @@ class Cascades(Fit):
     "Sample Distribution Shadow Maps": the fit. Valient 2008, "Stable Rendering of Cascaded Shadow Maps", ShaderX6.
     """
 
-    count: int = setting(whole(1, MAX_CASCADES), 4, help="1 to 8 maps")
+    count: int = setting(whole(1, MAX_CASCADES), 4, help="number of maps, 1 to 8")
     split: float = setting(number(0.0, 1.0), 1.0, help="0 slices of equal depth, 1 of equal ratio")
     blend: float = setting(number(0.0, 0.5), 0.1, help="share of a map over which it fades into the next")
     stable: bool = setting(flag(), False)
     by_depth: bool = setting(flag(), False)
     distance: float = setting(
-        number(0.0, FARTHEST), 0.0, help="world units that stable maps reach; 0: all that is seen"
+        number(0.0, FARTHEST), 0.0, help="world units that stable maps cover; 0: everything visible"
     )
 
     spelling = "cascades"
@@ -115,11 +115,11 @@ class Cascades(Fit):
 
     @property
     def measures(self) -> bool:
-        """Unless they are stable."""
+        """True unless the cascades are stable."""
         return not self.stable
 
     def receivers(self, scene: Array, seen: list[Array]) -> list[Array]:
-        """What is seen, or all."""
+        """The visible part of each body, or the whole scene."""
         return list(scene) if self.stable else seen
 
     def fitted(self, request: FitRequest) -> Fitted:
@@ -129,21 +129,21 @@ class Cascades(Fit):
 
 @dataclass(frozen=True)
 class Lispsm(Fit):
-    """One map in perspective, so that near the camera texels are small: light space perspective shadow maps. Suns only.
+    """Light space perspective shadow map: one map with perspective, so that texels near the camera are small. Directional lights only.
 
-    It is fitted to what the depth buffer really shows. Where texels would be larger than without perspective, over what is seen, it is left
-    out: when the sun shines along the view.
+    The map is fitted to what the depth buffer shows. If the perspective would make the visible texels larger, as it does when the light
+    shines along the view, it is left out.
 
     Parameters
     ----------
     psm : bool
-        The perspective of the camera itself, as perspective shadow maps have it: the smallest texels right before the camera, the largest
-        far away. Else the one whose worst texel is the smallest.
+        Use the perspective of the camera itself, as perspective shadow maps do: the smallest texels directly in front of the camera, the
+        largest far away. Otherwise the perspective whose worst texel is the smallest.
 
     References
     ----------
     Wimmer, Scherzer, Purgathofer 2004, "Light Space Perspective Shadow Maps", EGSR. Stamminger, Drettakis 2002, "Perspective Shadow Maps",
-    SIGGRAPH: of a light at right angles to the view, the same with the centre of projection at the eye.
+    SIGGRAPH: for a light at right angles to the view it is the same with the centre of projection at the eye.
     """
 
     psm: bool = setting(flag(), False)
@@ -158,7 +158,7 @@ class Lispsm(Fit):
         return True
 
     def receivers(self, scene: Array, seen: list[Array]) -> list[Array]:
-        """What is seen."""
+        """The visible part of each body."""
         return seen
 
     def fitted(self, request: FitRequest) -> Fitted:

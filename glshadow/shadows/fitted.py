@@ -1,4 +1,4 @@
-"""Views of a light, fitted to what its maps have to cover. Pure functions of scene, light and camera, float64."""
+"""Views of a light, fitted to what its shadow maps must cover. Pure float64 functions of scene, light and camera."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from glshadow.geometry.ranges import view_depth
 from glshadow.shadows.fit_request import FitRequest, Fitted
 from glshadow.shadows.view import Cascade, ShadowView, shadow_views
 
-if TYPE_CHECKING:  # lights have shadows, which have fits, which call this
+if TYPE_CHECKING:
     from glshadow.lights.distant import DistantLight
     from glshadow.shadows.fits import Cascades, Lispsm
 
@@ -40,10 +40,10 @@ def around(request: FitRequest, receivers: list[Array]) -> Fitted:
 
 
 STABLE_SHARE = 1e-3
-"""Of the distance that stable cascades reach: the first begins no nearer."""
+"""Share of the distance of stable cascades: the first slice starts no nearer."""
 
 LEAST_SHARE = 1e-6
-"""Of the extent of what a view is for: the least width of its window."""
+"""Smallest width of a view's window, as a share of the extent of what it covers."""
 
 
 def cascades(request: FitRequest, settings: Cascades) -> Fitted:
@@ -72,7 +72,7 @@ def cascades(request: FitRequest, settings: Cascades) -> Fitted:
             np.maximum(flat.min(axis=0), shade.min(axis=0)),
             np.minimum(flat.max(axis=0), shade.max(axis=0)),
         )
-        if (low >= high).any():  # nothing casts there
+        if (low >= high).any():  # nothing casts a shadow there
             low, high = flat.min(axis=0), flat.max(axis=0)
         half = 0.5 * np.maximum(high - low, least) * _widened(request)
         found.append(
@@ -82,7 +82,7 @@ def cascades(request: FitRequest, settings: Cascades) -> Fitted:
 
 
 def split(settings: Cascades, near: float, far: float, perspective: bool = True) -> list[float]:
-    """Where slices begin and end; of an orthographic camera they are equal."""
+    """Start and end depths of the slices. An orthographic camera gets slices of equal depth."""
     share = np.arange(settings.count + 1) / settings.count
     even = near + (far - near) * share
     if perspective and near > 0.0:
@@ -146,7 +146,7 @@ def warped(request: FitRequest, settings: Lispsm, plain: Fitted) -> Fitted:
 def _inside(view: ShadowView, depth_tiles: Array) -> Array:
     """Corners (M * 8, 3) of boxes around what lies in a view's window of blocks (B, 8, 3), given by their corners in the view.
 
-    Of what lies outside nothing is shaded. Boxes, not the corners inside: a block may cover the window with none of its corners in it.
+    Parts outside are not shaded. Boxes rather than inside corners: a block may cover the window without a corner in it.
     """
     left, right, bottom, top = view.window
     low = np.maximum(depth_tiles.min(axis=1), (left, bottom, -np.inf))
@@ -161,9 +161,9 @@ def _inside(view: ShadowView, depth_tiles: Array) -> Array:
 def _in_perspective(
     request: FitRequest, view: ShadowView, local: Array, highest: float, low: float, distance: float
 ) -> ShadowView:
-    """A view around points (N, 3) in it, its centre of projection `distance` before the nearest, at y = `low`.
+    """A view around points (N, 3) in it; the centre of projection is `distance` in front of the nearest, at y = `low`.
 
-    w = 1 + (y - low) / distance; x / w, -distance / w and z / w: where w = 1 as large as before. Casters as high as `highest` are held.
+    w = 1 + (y - low) / distance; x / w, -distance / w and z / w: unchanged in size at w = 1. Includes casters up to `highest`.
     """
     warp = np.array(
         [[1, 0, 0, 0], [0, 0, 0, -distance], [0, 0, 1, 0], [0, 1 / distance, 0, 1 - low / distance]], dtype=np.float64
@@ -181,7 +181,7 @@ def _in_perspective(
 
 
 def _texels(view: ShadowView, local: Array, depth: Array) -> float:
-    """Mean over points of a texel's larger side for each unit of their depth: about how many pixels it is wide."""
+    """Mean over points of a texel's larger side per unit of their depth: about its width in pixels."""
     x, y = view.texel
     if view.warp is None:
         return float((max(x, y) / depth).mean())
@@ -200,7 +200,7 @@ def _widened(request: FitRequest) -> float:
 
 
 def _along_view(light: DistantLight, camera: Camera) -> Array:
-    """Axes of a sun, the second along the camera's view: slices of a frustum are narrow across it."""
+    """Axes of a directional light, the second along the camera's view: slices of a frustum are narrow across it."""
     axes = view_axes(np.asarray(light.direction))
     forward = axes[:2] @ -camera.view_from_world[2, :3]
     if np.linalg.norm(forward) < 1e-6:
@@ -229,11 +229,11 @@ def _cascade(
 
 
 def _power_of_two(value: float, up: float) -> float:
-    """The next below, or above (`up` 1): what a moving camera changes rarely."""
+    """The next power of two below, or above (`up` 1): a value that a moving camera rarely changes."""
     return float(2.0 ** (np.floor(np.log2(max(value, 1e-30))) + up))
 
 
 def _rounded_up(value: float) -> float:
-    """To the next of 64 steps between powers of two: what rounding moves stays the same number."""
+    """Rounded up to one of 64 steps between powers of two, so that rounding errors do not change it."""
     step = 2.0 ** (np.floor(np.log2(value)) - 6.0)
     return float(np.ceil(value / step) * step)

@@ -98,7 +98,7 @@ def pack(metric: ArrayLike) -> Array:
     value = np.clip(np.asarray(metric, dtype=np.float64), 0.0, 1.0 - 2.0**-24)[..., None]
     digits = value * np.array([255.0**3, 255.0**2, 255.0, 1.0])
     fraction = digits - np.floor(digits)
-    fraction[..., 1:] -= fraction[..., :-1] / 255.0  # what the finer digits already hold
+    fraction[..., 1:] -= fraction[..., :-1] / 255.0  # already held by the finer digits
     return np.asarray(fraction)
 
 

@@ -1,4 +1,4 @@
-"""Shadow: the settings of one light's shadow, and which of them can work together."""
+"""Shadow: the settings of one light's shadow, and which of them can be combined."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from glshadow.shadows.filters import Exact, Filter, LightSamples, Pcf
 from glshadow.shadows.fits import Fit, ViewFit
 from glshadow.shadows.metric import Target
 
-MAX_RESOLUTION = 16384  # what GL 4 hardware guarantees; the context's own limit is checked when the map is made
+MAX_RESOLUTION = 16384  # guaranteed by GL 4 hardware; the context's own limit is checked when the map is allocated
 
-ASKED_FOR = "asked for"
-"""Why a light has its filter, where it names one."""
+ASKED_FOR = "requested"
+"""Reason given when a light names its filter."""
 
 RESOLUTION = 2048
 
 OF_A_MAP = ("resolution", "bias", "target", "clip", "fit")
-"""Settings that only a map has: where one is given, a derived filter is one that has a map."""
+"""Settings that apply to shadow maps only: if one is given, the derived filter uses a map."""
 
 
 class Faces(Enum):
-    """Which sides of a mesh, seen from the light, are drawn into its map."""
+    """Which sides of a mesh, as seen from the light, are drawn into the shadow map."""
 
     FRONT = "front"
     BACK = "back"
@@ -36,33 +36,33 @@ class Faces(Enum):
 
 @dataclass(frozen=True)
 class Shadow(Settings):
-    """How a light's shadow is made. None means derived.
+    """Settings of a light's shadow. None means derived.
 
     Parameters
     ----------
     resolution : int, optional
         Texels along each side of a view's map, 1 to 16384. None: 2048.
     filter : Filter, optional
-        How one receiver is answered for: Hard, Pcf, ... or Exact, which has no map and asks the triangles. None: Exact() where lists
-        of the scene's triangles fit into the driver's buffers; elsewhere, and where another setting asks for a map, Pcf(1), or
-        LightSamples() for a light that has a size. `Used.why` says which and why. A SkyLight, which no single map serves, turns a filter of
-        one map into LightSamples(of=that filter).
+        The shadow technique: Hard, Pcf, ... or Exact, which has no shadow map and tests shadow rays against the scene's triangles. None:
+        Exact() if the triangle lists fit into the driver's buffers; otherwise, or if another setting needs a map, Pcf(1), or
+        LightSamples() for a light that has a size. `Used.why` reports the choice and its reason. A SkyLight, which one map cannot serve,
+        turns a filter for one map into LightSamples(of=that filter).
     bias : optional
         None: ReceiverPlaneBias(). Also ConstantBias, SlopeScaledBias, NormalOffsetBias, ClipBias, NoBias.
     target : Target, optional
         None: DEPTH32F.
     clip : ClipSpace, optional
-        None: 0..1 for suns, 0..1 reversed for lights with a position, where the driver has glClipControl; else -1..1.
+        None: 0..1 for directional lights, 0..1 reversed for local lights, if the driver has glClipControl; otherwise -1..1.
     fit : Fit, optional
-        What the map covers: ViewFit the receivers the camera sees, SceneFit the whole scene whatever the camera; of suns Cascades several
-        maps, Lispsm one in perspective. None: ViewFit().
+        What the map covers. ViewFit: the receivers that the camera sees. SceneFit: the whole scene, independent of the camera. For
+        directional lights also Cascades (several maps) and Lispsm (one perspective map). None: ViewFit().
     faces : Faces, optional
-        None: back faces are culled for closed, consistently wound, single-sided meshes that do not contain the light; else both.
+        None: back faces are culled for closed, consistently wound, single-sided meshes that do not contain the light; otherwise both.
     strength : float
-        0 (no shadow) to 1: how much of the light a shadow takes away in the image. Visibility itself is not scaled.
+        0 (no shadow) to 1: the share of the light that a shadow removes in the image. Visibility itself is not scaled.
     edge_falloff : float
-        0 (none) to 1: from how far before the border of a sun's or a spot's map its shadow fades, by the squared distance from the middle;
-        Babylon.js's frustumEdgeFalloff. Only maps of one view have it.
+        0 (none) to 1: how far before the border of a directional or spot light's map its shadow starts to fade, by the squared distance
+        from the middle; Babylon.js's frustumEdgeFalloff. For maps with one view only.
     channel : Channel, optional
         Set by `PackedShadow`.
     """
@@ -82,30 +82,30 @@ class Shadow(Settings):
         super().__post_init__()
         if self.bias is not None and self.bias.depth_only and self.target is not None and not self.target.is_depth:
             raise SettingsError(
-                f"{type(self.bias).__name__} is polygon offset and moves a depth attachment only; target {self.target.value} stores a "
+                f"{type(self.bias).__name__} is a polygon offset, which moves depth attachments only; target {self.target.value} stores a "
                 "metric. Use ReceiverPlaneBias or ConstantBias, or a depth target."
             )
         if self.filter is not None and self.filter.encoding and self.target not in (None, Target.DEPTH32F):
             raise SettingsError(
-                f"{self.filter!r} takes means of what a float depth texture holds: leave target at None, got {self.target.value}"
+                f"{self.filter!r} prefilters a float depth texture: leave target at None, got {self.target.value}"
             )
         if self.filter is not None and not self.filter.has_map and (self.bias is not None or self.target is not None):
             raise SettingsError(
-                f"{self.filter!r} compares triangles, not depths: leave bias and target at None, got bias {self.bias!r} and target "
+                f"{self.filter!r} tests triangles, not stored depths: leave bias and target at None, got bias {self.bias!r} and target "
                 f"{self.target.value if self.target else None!r}"
             )
 
     def resolved(self, without_map: str = "", with_map: str = "", sized: bool = False) -> ResolvedShadow:
-        """The settings with a filter, a resolution and a fit in place of None.
+        """The settings with filter, resolution and fit derived.
 
         Parameters
         ----------
         without_map : str
-            Why triangles cannot be asked; empty: they can.
+            Why triangles cannot be tested; empty: they can.
         with_map : str
-            What else asks for a map; empty: nothing.
+            Another reason to use a shadow map; empty: none.
         sized : bool
-            Whether the light has a size, which a derived filter obeys.
+            Whether the light has a size that the derived filter must support.
         """
         of_a_map: Filter = LightSamples() if sized else Pcf(1)
         named = [name for name in OF_A_MAP if getattr(self, name) is not None]
@@ -113,22 +113,22 @@ class Shadow(Settings):
         if self.filter is not None:
             filter_, why = self.filter, ASKED_FOR
         elif named:
-            filter_, why = of_a_map, f"only a map has {' and '.join(named)}"
+            filter_, why = of_a_map, f"only a shadow map has {' and '.join(named)}"
         elif without_map:
             filter_, why = of_a_map, without_map
         else:
-            filter_, why = Exact(), "no setting asks for a map"
+            filter_, why = Exact(), "no setting needs a shadow map"
         return ResolvedShadow(self, self.resolution or RESOLUTION, filter_, self.fit or ViewFit(), why)
 
     def spelled_out(self) -> Self:
-        """The same with the filter, the resolution and the fit that it has where triangles can be asked."""
+        """The same settings with filter, resolution and fit as derived where triangles can be tested."""
         resolved = self.resolved()
         return replace(self, resolution=resolved.resolution, filter=resolved.filter, fit=resolved.fit)
 
 
 @dataclass(frozen=True)
 class ResolvedShadow:
-    """A Shadow with its filter, resolution and fit decided, and why it has that filter."""
+    """A Shadow with its filter, resolution and fit resolved, and the reason for its filter."""
 
     requested: Shadow
     resolution: int

@@ -1,4 +1,4 @@
-"""ShadowView, the unit of a shadow map, and what is common to the views of all lights."""
+"""ShadowView, one view of a shadow map, and what the views of all lights have in common."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:  # lights have shadows
     from glshadow.lights import Light
 
 Projection = Literal["orthographic", "perspective", "cube"]
-"""How a light's views project: cube is the perspective of up to six faces, whose metric is the distance."""
+"""Projection of a light's views. cube: perspective, up to six faces; the metric is the distance."""
 
-# Rows x, y, z (backward) of the six faces of a point light: +x -x +y -y +z -z. Signed permutations, so that a face changes no
+# Rows x, y, z (backward) of the six faces of a point light: +x -x +y -y +z -z. Signed permutations, so that no face changes a
 # coordinate's bits. GLSL twin: glsl/projection/cube.glsl
 FACES = np.array(
     [
@@ -41,18 +41,18 @@ def fine_depth(target: Target, clip: ClipSpace) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Cascade:
-    """What tells a view of several from its neighbours.
+    """Data that distinguishes one of several views of a light.
 
     Parameters
     ----------
     start, end : float
-        Depths along the camera's view between which it is meant to be asked.
+        Depths along the camera's view for which the view is used.
     blend : float
-        Share of its half width, or of its slice, over which it fades into the next one.
+        Share of its half width, or of its slice, over which it fades into the next view.
     by_depth : bool
-        Whether depth decides which view is asked; else the first that covers the receiver is.
+        Whether depth selects the view; otherwise the first view that covers the receiver is used.
     depth_of : (4,) float64
-        Its product with (world point, 1) is the depth.
+        Plane whose product with (world point, 1) is the depth.
     """
 
     start: float
@@ -69,29 +69,29 @@ class ShadowView:
     Parameters
     ----------
     projection : {"orthographic", "perspective", "cube"}
-        How it projects, and with which metric; cube: as one of the faces round a point.
+        Projection and metric; cube: one of the faces around a point.
     face : int
-        Face of a point light, else 0.
+        Face of a point light, otherwise 0.
     view_from_world : (4, 4) float64
-        Rigid; the origin is the light, or for a sun the middle of what it covers.
+        Rigid; the origin is the light's position, or for a directional light the middle of what it covers.
     window : (4,) floats
-        Left, right, bottom, top that the tile shows, guard band included: world units for a sun, else tangents.
+        Left, right, bottom, top of the tile, including the guard band: world units for a directional light, otherwise tangents.
     near, far : float
-        Distances along the view; a sun's near may be negative.
+        Distances along the view; a directional light's near may be negative.
     clip : ClipSpace
     resolution : int
         Texels along each side of the tile.
     tile : (2,) ints
         Corner of the tile in its atlas, texels.
     inset : int
-        Texels along the tile's border that are read but not answered for: where some receivers lie outside, and are lit.
+        Texels along the tile's border that filters read but that belong to no covered receiver; receivers outside are lit.
     gutter : int
-        Texels around the tile that stay empty: where the map is too small for a guard band inside it.
+        Empty texels around the tile, for a map too small to have a guard band inside.
     cascade : Cascade, optional
-        Where a sun has several.
+        For a directional light with several views.
     warp : (4, 4) float64, optional
-        Applied in the view before the projection: a sun's map in perspective along its y axis. Window, near and far are then those of
-        what it makes of the view.
+        Applied in the view before the projection: perspective along the y axis of a directional light's map. Window, near and far then
+        apply to the warped view.
     """
 
     projection: Projection
@@ -128,17 +128,17 @@ class ShadowView:
 
     @property
     def texel(self) -> tuple[float, float]:
-        """Size of a texel: world units for a sun, else tangents (world units at distance 1)."""
+        """Size of a texel: world units for a directional light, otherwise tangents (world units at distance 1)."""
         left, right, bottom, top = self.window
         return ((right - left) / self.resolution, (top - bottom) / self.resolution)
 
     def placed(self, tile: tuple[int, int]) -> ShadowView:
-        """The same view at another place of the atlas."""
+        """The same view at another position in the atlas."""
         return replace(self, tile=tile)
 
 
 def camera_view(camera: Camera, size: tuple[int, int], near: float, far: float, clip: ClipSpace) -> ShadowView:
-    """A camera as a view, so that what is asked of lights' views can be asked of it."""
+    """A camera as a view, so that functions for lights' views apply to it."""
     projection: Projection = "perspective" if camera.is_perspective else "orthographic"
     return ShadowView(projection, 0, camera.view_from_world, camera.window(size), near, far, clip, 1)
 
@@ -159,27 +159,27 @@ def shadow_views(
     Parameters
     ----------
     receivers : list of (M, 3) float64
-        Convex corner points in world space, one array per receiving body (see `fit.visible_corners`); may be empty.
+        Convex corner points in world space, one array per receiving body (see `geometry.fitting.visible_corners`); may be empty.
     casters : (K, 3) float64
-        World corners of everything that casts.
+        World corners of all casters.
     resolution, guard : int
         Texels along a side of a tile; texels around the fitted window that the filter may reach into.
     fine : bool
-        Whether the map's depth rounds relative to 1 / depth, see `fine_depth`: a lamp's near plane may then come close.
+        Whether the map's depth rounds relative to 1 / depth, see `fine_depth`: a local light's near plane may then be close.
     all_inside : bool
-        False: the map will be asked for other receivers too, which are lit.
+        False: the map is also sampled for other receivers, which are lit.
 
     Returns
     -------
     tuple of ShadowView
-        Empty where no receiver can be lit: then nothing needs to be drawn.
+        Empty if no receiver can be lit: nothing needs to be drawn.
     """
     bodies = [points for points in receivers if len(points)]
     if not bodies:
         return ()
     if (
         not all_inside and resolution > 4 * guard
-    ):  # a filter's reach is answered for beyond what was fitted, and read beyond that
+    ):  # receivers may lie beyond the fitted window by the filter's reach, and are filtered beyond that
         found = light.views(bodies, casters, clip, resolution, 2 * guard, fine)
         return tuple(replace(view, inset=guard) for view in found)
     inside = min(guard, (resolution - 1) // 2)

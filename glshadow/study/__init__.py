@@ -1,4 +1,4 @@
-"""Speed against error: a grid of shadow settings measured for both, the page that shows the result, and the cheapest for a budget."""
+"""Speed against error: measures a grid of shadow settings, writes a report, and finds the cheapest settings for a budget."""
 
 from glshadow.study.grid import Grid
 from glshadow.study.pictures import Panel, Region

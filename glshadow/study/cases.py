@@ -1,4 +1,4 @@
-"""The hard cases of the test suite, as the report shows them: what every technique does with each.
+"""The hard cases of the test suite for the report: the result of every technique in each case.
 
 The numbers come from `hard_cases.json`, which the test suite writes: scenes with an exact answer, each expectation tested.
 """
@@ -12,7 +12,7 @@ from typing import Any
 
 FILE = Path(__file__).with_name("hard_cases.json")
 
-MARKS = {  # verdict: what stands in the table, and the cell's class
+MARKS = {  # verdict: mark in the table, and the cell's class
     "pass": ("\N{CHECK MARK}", "yes"),
     "fails as predicted": ("\N{MULTIPLICATION SIGN}", "no"),
     "fails, to be mended": ("!", "no"),
@@ -31,7 +31,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Row:
-    """One case: its cells by technique, None where one does not apply."""
+    """One case with its cells by technique; None where a technique does not apply."""
 
     number: int
     title: str
@@ -41,7 +41,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Cases:
-    """The table, the reasons that its notes refer to, and what is tested in another way: (case, title, what, verdict, why)."""
+    """The table, the reasons that its notes refer to, and the cases that are tested in another way: (case, title, what, verdict, why)."""
 
     techniques: tuple[str, ...]
     rows: tuple[Row, ...]
@@ -50,7 +50,7 @@ class Cases:
 
 
 def read_cases(path: Path = FILE) -> Cases:
-    """The table in a file; reasons for failures become numbered notes."""
+    """Read the table from a file; reasons for failures become numbered notes."""
     content = json.loads(path.read_text(encoding="utf-8"))
     techniques = tuple(content["techniques"])
     notes: list[str] = []

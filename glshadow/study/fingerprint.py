@@ -1,4 +1,4 @@
-"""What makes two results the same measurement: a hash of the scene, and one of everything."""
+"""Identity of a measurement: a hash of the scene, and a hash of all its inputs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from glshadow.shadows.shadow import Shadow
 
 
 def fingerprint(scene: Scene) -> str:
-    """Hash of everything that decides the scene's shadows: triangles, places, and alpha where it is tested."""
+    """Hash of everything that affects the scene's shadows: triangles, transforms, and alpha where it is tested."""
     digest = hashlib.sha256()
     done: dict[int, bytes] = {}
     for node in scene.nodes:
@@ -41,5 +41,5 @@ def result_key(
     machine: str,
     repeats: int,
 ) -> str:
-    """What makes two results the same measurement: scene (its fingerprint), picture, settings, machine and version."""
+    """Hash of a result's inputs: scene (its fingerprint), image, settings, machine and version."""
     return digest_of(scene, camera, light, tuple(size), shadow, machine, repeats, __version__)

@@ -1,8 +1,8 @@
-"""The floor: what the same driver needs for the same picture without a shadow, but with the map's triangles drawn once.
+"""The floor: the time that the same driver needs for the same image without shadows, plus one pass over the map's triangles.
 
-A Lambert pass of the camera and a depth-only pass of the light into a map that nobody reads, with the culling, matrices and sizes of
-a real frame, read-back included, and nothing kept from the last frame. A frame time divided by its floor hardly depends on the machine.
-It falls below 1 where the map is smaller than the floor's, or where something did not have to be drawn again.
+A Lambert pass of the camera and a depth-only pass of the light into a map that is not read, with the culling, matrices and sizes of
+a real frame, including read-back, and without anything cached from the last frame. Frame time divided by floor hardly depends on the
+machine. It is below 1 if the map is smaller than the floor's, or if parts of the frame were cached.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from glshadow.frame import Frame
     from glshadow.renderer import Renderer
 
-FLOOR_RESOLUTION = 2048  # one floor for all settings, so that their ratios compare
+FLOOR_RESOLUTION = 2048  # one floor for all settings, so that their ratios can be compared
 
 LAMBERT = (
     """#version 330 core
@@ -61,7 +61,7 @@ void main() { gl_Position = u_clip_from_mesh * vec4(a_position, 1.0); }""",
 
 @dataclass(frozen=True)
 class _Drawn:
-    """A node's mesh as the two passes take it."""
+    """A node's mesh as both passes draw it."""
 
     lambert: Any
     depth: Any
@@ -69,16 +69,16 @@ class _Drawn:
 
 
 class Floor:
-    """The floor of one scene at one size; owns its buffers, programs and targets in the renderer's context.
+    """The floor of one scene at one size. Owns its buffers, programs and targets in the renderer's context.
 
     Parameters
     ----------
     renderer : Renderer
     scene : Scene
     size : (2,) ints
-        Of the picture.
+        Size of the image.
     resolution : int
-        Texels along a side of the map, for every view of the light.
+        Texels along each side of the map, for every view of the light.
     """
 
     def __init__(self, renderer: Renderer, scene: Scene, size: tuple[int, int], resolution: int = 2048) -> None:
@@ -117,7 +117,7 @@ class Floor:
         self.release()
 
     def release(self) -> None:
-        """Free the GPU memory. May be called twice; before the renderer is released."""
+        """Free the GPU memory. May be called twice; call it before the renderer is released."""
         with self._context.drawing():
             while self._owned:
                 self._owned.pop().release()
@@ -141,7 +141,7 @@ class Floor:
         return _Drawn(*uploaded[id(mesh)], solid)
 
     def draw(self, frame: Frame, light: int = 0) -> NDArray[np.uint8]:
-        """Both passes with the matrices of a rendered frame, then read back; (H, W, 3), row 0 at the top."""
+        """Draw both passes with the matrices of a rendered frame, then read back; (H, W, 3), row 0 at the top."""
         clip = ClipSpace(True, True) if self._context.caps.clip_control else ClipSpace(False, False)
         eye = camera_view(frame.camera, frame.size, frame.near, frame.far, clip)
         towards = frame.lights[light].to_light(self.scene.extent.mean(axis=0)[None])[0][0]
@@ -182,7 +182,7 @@ class Floor:
 
 
 def _normals(mesh: Mesh) -> NDArray[np.float32]:
-    """Per vertex (V, 3), unit length: the mesh's own, else the mean of its triangles' normals."""
+    """Normals per vertex (V, 3), unit length: the mesh's own, or the mean of its triangles' normals."""
     if mesh.normals is not None:
         return mesh.normals
     corners = mesh.positions[mesh.triangles]

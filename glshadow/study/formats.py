@@ -1,7 +1,7 @@
-"""What a coarse map format costs: the gap it leaves between a caster's foot and its shadow, predicted and measured.
+"""Cost of a coarse shadow map format: the gap between a caster's foot and its shadow, predicted and measured.
 
-The derived bias takes one step of the format off the compare depth, and storing rounds by up to half a step either way. On average a
-shadow therefore begins where its caster lies one step nearer to the light::
+The derived bias subtracts one step of the format from the compare depth, and storing rounds by up to half a step either way. On average
+a shadow therefore begins where its caster is one step nearer to the light::
 
       lit      |      light
        ^       | wall   /        gap = step * (unit vector to the light).(wall's normal), step in world units along the ray
@@ -26,14 +26,14 @@ from glshadow.shadows.shadow import Shadow
 from glshadow.shadows.view import ShadowView
 
 SIZE = (256, 256)
-# half a metre of ground
+# sees half a metre of ground
 CAMERA = PerspectiveCamera((-0.25, 3.0, 0.0), (-0.25, 0.0, 0.0), up=(0.0, 0.0, 1.0), fov_y=10.0)
 LAMP = (3.0, 3.0, 2.0)  # to one side: the depth passes many steps along the wall's foot, so that rounding averages out
 
 Spans = dict[Target, tuple[float, float] | None]
-"""(near, far) that make one step 2 to 4 cm where the wall stands, far above a texel; None: the derived range does."""
+"""(near, far) for a step of 2 to 4 cm at the wall, far above a texel; None: the derived range has such a step."""
 
-# A light for each projection of a map.
+# One light for each projection of a map.
 _PROBES: tuple[tuple[Light, Spans], ...] = (
     (
         DirectionalLight(direction=(-0.7, -0.7, -0.3)),
@@ -49,7 +49,7 @@ _PROBES: tuple[tuple[Light, Spans], ...] = (
     ),
 )
 PROBES = {light.spelling: (light, spans) for light, spans in _PROBES}
-"""By what the command line calls them."""
+"""Probes by the light's spelling."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Gap:
     step : float
         One step of the format along the ray to the light.
     predicted, measured : float
-        From the foot to where the shadow begins.
+        Distance from the foot to the beginning of the shadow.
     """
 
     light: str
@@ -89,7 +89,7 @@ def foot_gap(renderer: Renderer, light: str, target: Target) -> Gap:
 
 
 def step_along_ray(views: tuple[ShadowView, ...], target: Target, point_w: Array) -> float:
-    """World units along the light ray through a point (3,) that one step of what the map stores stands for there."""
+    """World units along the light ray through a point (3,) of one step of the stored value at that point."""
     view = views[0]
     if view.projection == "orthographic":
         return target.quantum * (view.far - view.near)

@@ -1,4 +1,4 @@
-"""Which settings a study tries, and how it calls them."""
+"""The settings that a study tries, and their names."""
 
 from __future__ import annotations
 
@@ -28,33 +28,35 @@ TARGETS = several(optional(instance(Target)), "targets or None")
 SHADOWS = several(instance(Shadow), "Shadow")
 
 MAPPED = tuple(each for kind in FILTERS for each in kind.rungs() if each.has_map)
-CONSTANT_SHARE = 1e-3  # of the scene's diagonal: a constant bias as people set it by hand
+CONSTANT_SHARE = 1e-3  # share of the scene's diagonal: a constant bias as set by hand
 
 
 @dataclass(frozen=True)
 class Grid(Settings):
-    """Every resolution with every filter, bias and target, and some settings more.
+    """Every combination of resolution, filter, bias and target, and some more settings.
 
     Parameters
     ----------
     resolutions : tuple of int
     filters : tuple of Filter
     biases, targets : tuple
-        As in Shadow; None is what Shadow derives.
+        As for Shadow; None is Shadow's derived value.
     more : tuple of Shadow
-        Settings outside the product.
+        Further settings, not combined with the others.
 
     Raises
     ------
     SettingsError
-        If nothing is left to try.
+        If there are no settings to try.
     """
 
-    resolutions: tuple[int, ...] = setting(SIDES, (512, 1024, 2048, 4096), help="texels along a side of the map")
-    filters: tuple[Filter, ...] = setting(CHOSEN, MAPPED, help="how one receiver is answered for")
-    biases: tuple[Bias | None, ...] = setting(BIASES, (None,), help="what keeps surfaces from shadowing themselves")
-    targets: tuple[Target | None, ...] = setting(TARGETS, (None,), help="formats of the map")
-    more: tuple[Shadow, ...] = setting(SHADOWS, (), help="settings outside the product")
+    resolutions: tuple[int, ...] = setting(
+        SIDES, (512, 1024, 2048, 4096), help="texels along each side of the shadow map"
+    )
+    filters: tuple[Filter, ...] = setting(CHOSEN, MAPPED, help="shadow techniques")
+    biases: tuple[Bias | None, ...] = setting(BIASES, (None,), help="depth biases")
+    targets: tuple[Target | None, ...] = setting(TARGETS, (None,), help="shadow map formats")
+    more: tuple[Shadow, ...] = setting(SHADOWS, (), help="further settings, not combined with the others")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -63,12 +65,12 @@ class Grid(Settings):
 
     @classmethod
     def default(cls, scene: Scene, lights: Iterable[Light] | None = None) -> Self:
-        """Resolution, filter and the four kinds of bias that people use; formats at the default setting only; exact.
+        """Resolutions and filters with the four common kinds of bias; formats with the default setting only; Exact().
 
         Parameters
         ----------
         lights : optional
-            The scene's own if None. For those that have a size also the filters that obey it.
+            None: the scene's own. If any has a size, filters that support it are added.
         """
         low, high = checked_scene(scene).extent
         constant = ConstantBias(float(f"{CONSTANT_SHARE * np.linalg.norm(high - low):.1g}"))
@@ -85,7 +87,7 @@ class Grid(Settings):
         return cls(resolutions=(1024, 2048), filters=(Hard(), Pcf(1)))
 
     def settings(self) -> tuple[Shadow, ...]:
-        """Every setting once, in order; pairs that Shadow refuses (polygon offset on a colour target) are left out."""
+        """Every setting once, in order; combinations that Shadow refuses (polygon offset on a colour target) are left out."""
         chosen: dict[Shadow, None] = {}
         for resolution, target, kind, bias in product(self.resolutions, self.targets, self.filters, self.biases):
             plain = Shadow(resolution=resolution, filter=kind).spelled_out()
@@ -95,12 +97,12 @@ class Grid(Settings):
 
 
 def settings_of(grid: Grid | Iterable[Shadow]) -> tuple[Shadow, ...]:
-    """The settings of a grid, or of a list of them, each once.
+    """The settings of a grid, or of a list, each once.
 
     Raises
     ------
     SettingsError
-        If there is none, or something else among them.
+        If there are none, or if the list contains anything else.
     """
     try:
         chosen = (
@@ -116,7 +118,7 @@ def settings_of(grid: Grid | Iterable[Shadow]) -> tuple[Shadow, ...]:
 
 
 def setting_name(shadow: Shadow) -> str:
-    """What tells a setting from the default, in a few words: `2048 pcf:1 slope:1.1,4 depth16`."""
+    """Name of a setting by its differences from the default: `2048 pcf:1 slope:1.1,4 depth16`."""
     resolved = shadow.resolved()
     words = [str(resolved.resolution)] if resolved.filter.has_map else []
     words.append(str(resolved.filter))
@@ -129,4 +131,4 @@ def setting_name(shadow: Shadow) -> str:
 
 
 DEFAULT = Shadow().spelled_out()
-"""What a picture is made with where nobody says otherwise, as a setting of a study."""
+"""The default settings, as a setting of a study."""

@@ -1,4 +1,4 @@
-"""The machine a study ran on, as far as it decides the times."""
+"""The machine of a study, as far as it affects times."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def machine(info: dict[str, Any]) -> dict[str, str]:
     Parameters
     ----------
     info : dict
-        Of Renderer.info.
+        As of Renderer.info.
     """
     return {
         "processor": f"{_processor()}, {os.cpu_count()} threads",

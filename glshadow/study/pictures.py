@@ -1,4 +1,4 @@
-"""What a setting looks like: truth, ours and error in full, and where it is wrong the most."""
+"""Images of a setting: reference, rendered and error in full, and enlarged where the error is greatest."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from glshadow.triptych import GAP, triptych
 Image = NDArray[np.uint8]
 
 REGIONS = 2
-REGION_SHARE = 0.06  # of the picture's width and height: the side of a region
-# How much a pixel draws attention: artefacts more than the price of the resolution.
+REGION_SHARE = 0.06  # share of the image's width and height: the side of a region
+# Weight of a pixel in the search for regions: artefacts weigh more than errors due to resolution.
 WEIGHTS = {Outcome.GRAIN: 1, Outcome.EDGE: 4, Outcome.ACNE: 8, Outcome.LEAK: 8}
 
 
 @dataclass(frozen=True)
 class Region:
-    """A rectangle of the picture, pixels; `wrong` and `grainy` count its pixels of these kinds."""
+    """A rectangle of the image in pixels; `wrong` and `grainy` count its pixels of these kinds."""
 
     x: int
     y: int
@@ -40,7 +40,7 @@ class Region:
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """One setting's pictures (H, W, 3), shaded by its light alone, and its worst regions, the worst first."""
+    """One setting's images (H, W, 3), shaded by its light alone, and its worst regions, the worst first."""
 
     truth: Image = field(repr=False)
     ours: Image = field(repr=False)
@@ -49,7 +49,7 @@ class Panel:
 
 
 def panel(renderer: Renderer, frame: Frame, truth: Truth, error: Measurement) -> Panel:
-    """Pictures of a frame with one light."""
+    """Images of a frame with one light."""
     width = frame.size[0]
     whole = triptych(renderer, frame, truth, error)
     truth_image, ours, error_image = (whole[:, k * (width + GAP) : k * (width + GAP) + width] for k in range(3))
@@ -57,12 +57,12 @@ def panel(renderer: Renderer, frame: Frame, truth: Truth, error: Measurement) ->
 
 
 def worst_regions(kinds: NDArray[np.uint8], count: int = REGIONS) -> tuple[Region, ...]:
-    """The rectangles with the most error, not overlapping; fewer where there is no more error.
+    """The rectangles with the most error, without overlap; fewer if there is no more error.
 
     Parameters
     ----------
     kinds : (H, W) uint8
-        Of Measurement.
+        Kinds of pixels, as of Measurement.
     """
     weight = np.zeros(kinds.shape, dtype=np.int64)
     for kind, value in WEIGHTS.items():
@@ -79,6 +79,6 @@ def worst_regions(kinds: NDArray[np.uint8], count: int = REGIONS) -> tuple[Regio
         wrong, grainy = int((inside >= Outcome.EDGE).sum()), int((inside == Outcome.GRAIN).sum())
         regions.append(Region(x, y, width, height, wrong, grainy))
         weight[y : y + height, x : x + width] = 0
-        # a window that only grazes this one would show it again
+        # a window that overlaps this one slightly would show it again
         weight[max(0, y - height // 2) : y + height + height // 2, max(0, x - width // 2) : x + width + width // 2] = 0
     return tuple(regions)

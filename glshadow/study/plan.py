@@ -1,4 +1,4 @@
-"""The cheapest settings whose measured error meets a budget."""
+"""Finds the cheapest settings whose measured error is within a budget."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from glshadow.arguments import USUAL_SIZE
+from glshadow.arguments import DEFAULT_SIZE
 from glshadow.core.cameras import Camera
 from glshadow.core.setting import number, optional
 from glshadow.errors import SettingsError
@@ -23,7 +23,7 @@ from glshadow.study.grid import CHOSEN, SIDES, setting_name
 from glshadow.study.result import Result, decisive_error
 from glshadow.study.run import Progress, Run, open_run
 
-# Everything else (bias, target, clip, fit) is derived: no other choice is cheaper for the same error (see the study).
+# Everything else (bias, target, clip, fit) is derived: studies find no choice that is cheaper for the same error.
 RUNGS: tuple[Filter, ...] = tuple(each for kind in FILTERS for each in kind.rungs())
 SHARE = number(0.0, 1.0, below=True, unit="(a share of the pixels)")
 MILLISECONDS = number(0.0, above=True, unit="ms")
@@ -32,12 +32,12 @@ RESOLUTIONS = (256, 512, 1024, 2048, 4096)
 
 @dataclass(frozen=True)
 class Choice:
-    """A setting that was scored and timed, on every light alone.
+    """A setting that was measured, on every light alone.
 
     Attributes
     ----------
     results : tuple of Result
-        One per light that casts.
+        One per light that casts shadows.
     """
 
     shadow: Shadow
@@ -45,17 +45,17 @@ class Choice:
 
     @property
     def name(self) -> str:
-        """The setting in a few words."""
+        """Name of the setting."""
         return setting_name(self.shadow)
 
     @property
     def error(self) -> float:
-        """That of the worst light: the share of wrong pixels, or of grainy ones where these are more."""
+        """Error of the worst light: the share of wrong pixels, or of grainy ones if these are more."""
         return max(result.error for result in self.results)
 
     @property
     def cost(self) -> float:
-        """Frame time over the floor, mean over the lights."""
+        """Frame time divided by floor, mean over the lights."""
         return float(np.mean([result.cost for result in self.results]))
 
     @property
@@ -64,26 +64,26 @@ class Choice:
         return float(np.mean([result.ms for result in self.results]))
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
+        """Plain data for JSON."""
         return {"setting": self.name, "error": self.error, "cost": self.cost, "ms": self.ms,
                 "lights": [result.as_dict() for result in self.results]}  # fmt: skip
 
 
 @dataclass(frozen=True, repr=False)
 class Plan:
-    """What a budget costs.
+    """Result of a search for the cheapest settings within a budget.
 
     Attributes
     ----------
     budget : float or None
-        Largest share of wrong pixels.
+        Largest allowed share of wrong pixels.
     ms : float or None
-        Longest frame.
+        Longest allowed frame time.
     choices : tuple of Choice
-        What meets the budget, the best first. With a share of wrong pixels: of every filter its least resolution that does, the cheapest
-        first; else of every filter all resolutions, the most accurate first. If nothing meets it: what comes nearest, alone.
+        Settings within the budget, best first. With an error budget: for every filter its lowest resolution within it, the cheapest first;
+        otherwise all resolutions of every filter, the most accurate first. If nothing meets the budget: only the nearest.
     tried : dict
-        Setting -> error of its worst light, in the order in which they were scored.
+        Setting -> error of its worst light, in the order of measurement.
     """
 
     budget: float | None
@@ -93,7 +93,7 @@ class Plan:
 
     @property
     def best(self) -> Choice:
-        """The first of them."""
+        """The best choice."""
         return self.choices[0]
 
     @property
@@ -108,7 +108,7 @@ class Plan:
         return ", ".join(asked if self.ms is None else [*asked, f"at most {self.ms:g} ms"])
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
+        """Plain data for JSON."""
         return {
             "budget": self.budget,
             "ms": self.ms,
@@ -128,7 +128,7 @@ class Plan:
         return "\n".join([head, *rows])
 
     def _repr_html_(self) -> str:
-        """In a notebook: what meets the budget, the best first."""
+        """In a notebook: a table of the choices, best first."""
         from glshadow.inline import table, words
 
         rows = [[c.name, f"{c.cost:.2f}", f"{c.ms:.1f}", f"{c.error:.4%}"] for c in self.choices]
@@ -141,7 +141,7 @@ def run_plan(
     wrong: float | None = None,
     camera: Camera | None = None,
     lights: Lights = None,
-    size: tuple[int, int] = USUAL_SIZE,
+    size: tuple[int, int] = DEFAULT_SIZE,
     filters: Sequence[Filter] = RUNGS,
     resolutions: Sequence[int] = RESOLUTIONS,
     repeats: int = 7,
@@ -150,25 +150,25 @@ def run_plan(
     backend: Backend = "auto",
     ms: float | None = None,
 ) -> Plan:
-    """Find the cheapest settings with at most a share `wrong` of wrong pixels, and as few grainy ones, for every light.
+    """Find the cheapest settings with at most a share `wrong` of wrong pixels, and of grainy ones, for every light.
 
-    Each filter climbs the resolutions until it meets the budget: a larger map with the same filter is never cheaper. Only
-    what has met it is timed, in turn with the floor, and the cheapest wins. Without `wrong` everything is scored and timed, and the most
-    accurate of what is fast enough wins.
+    Each filter tries increasing resolutions until it meets the budget: a larger map with the same filter is never cheaper. Only settings
+    that meet it are timed, in turn with the floor, and the cheapest wins. Without `wrong`, all settings are measured and timed, and the
+    most accurate of those that are fast enough wins.
 
     Parameters
     ----------
     scene, camera, lights, size, repeats, resume, progress, backend
-        As in `run_study`; `resume` may be the journal of a study of the same picture.
+        As for `run_study`; `resume` may be the journal of a study of the same image.
     wrong, ms : float, optional
-        Share of the counted pixels, 0 to 1; milliseconds of a frame with one light, mean over the lights. At least one of them.
+        Largest share of the counted pixels, 0 to 1; milliseconds of a frame with one light, mean over the lights. At least one of them.
     filters, resolutions
-        What is tried; where no filters are given, for lights that have a size also those that obey it.
+        Filters and resolutions to try. Default filters include those for lights that have a size, if there are such lights.
 
     Raises
     ------
     SettingsError
-        As `run_study`; if there is no budget, it is not in [0, 1), not above 0, there is nothing to try, or no pixel counts.
+        As for `run_study`; also if the budget is missing or out of range, if there is nothing to try, or if no pixel is counted.
     """
     wrong, ms = optional(SHARE, "the most accurate")("wrong", wrong), optional(MILLISECONDS, "any")("ms", ms)
     if wrong is None and ms is None:
@@ -202,7 +202,7 @@ def _within(value: float, most: float | None) -> bool:
 
 
 def _ladders(filters: Sequence[Filter], resolutions: Sequence[int]) -> list[list[Shadow]]:
-    """Of each filter the settings that are tried, the cheapest first."""
+    """For each filter the settings to try, cheapest first."""
     return [
         [Shadow(resolution=step, filter=each).spelled_out() for step in sorted(resolutions)]
         if each.has_map
@@ -212,11 +212,11 @@ def _ladders(filters: Sequence[Filter], resolutions: Sequence[int]) -> list[list
 
 
 def _climb(run: Run, ladder: Sequence[Shadow], wrong: float | None, tried: dict[Shadow, float]) -> Sequence[Shadow]:
-    """The first rung that meets the budget, if one does; without one, every rung."""
+    """The first setting that meets the budget; all of them if there is no error budget, or if none does."""
     for shadow in ladder:
         errors = [decisive_error(score) for number in range(len(run.lights)) for score in run.score(number, [shadow])]
         if any(math.isnan(error) for error in errors):
-            raise SettingsError("there is nothing to plan for: a light has no pixel that counts in this picture")
+            raise SettingsError("there is nothing to plan for: a light has no counted pixel in this image")
         tried[shadow] = max(errors)
         if wrong is not None and tried[shadow] <= wrong:
             return [shadow]

@@ -1,4 +1,4 @@
-"""Speed against error as a plot."""
+"""Plots speed against error."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 INK, FAINT = "#1c1e21", "#8a8f98"
-# by kind of bias; told apart by the colour-blind
+# by kind of bias; distinguishable for colour-blind readers
 COLORS = (
     "#0a6cb4",
     "#d1611c",
@@ -29,11 +29,11 @@ COLORS = (
 MARKERS = ("s", "o", "^", "D", "v")  # by filter
 AREAS = (22.0, 44.0, 80.0, 130.0, 190.0)  # points squared, by resolution
 LINE_POINTS = 11.0  # between two labels
-LETTER_SHARE = 0.01  # of the axes' width: one letter of a label
+LETTER_SHARE = 0.01  # share of the axes' width: one letter of a label
 
 
 def plots(study: Study) -> list[str]:
-    """An SVG element per light, the same bytes every time; none if matplotlib is not installed."""
+    """An SVG element per light, with identical bytes every time; empty if matplotlib is not installed."""
     try:
         import matplotlib  # noqa: F401
     except ImportError:
@@ -61,13 +61,13 @@ def figure(study: Study, light: int) -> Figure:
         _axes(axes, min(positive, default=0.0) if len(positive) < len(results) else None, 100.0 * least)
         _leave_space(axes, max(len(r.name) for r in front))
         _legend(axes, results)
-        drawn.draw_without_rendering()  # the labels need to know where the points have come to lie
+        drawn.draw_without_rendering()  # the labels need the final positions of the points
         _labels(axes, front, height)
     return drawn
 
 
 def svg(drawn: Figure) -> str:
-    """A plot as an SVG element, the same bytes every time."""
+    """A plot as an SVG element, with identical bytes every time."""
     import matplotlib as mpl
 
     data = io.StringIO()
@@ -102,7 +102,7 @@ def _points(axes: Axes, results: tuple[Result, ...], height: dict[str, float], f
 
 
 def _labels(axes: Axes, front: tuple[Result, ...], height: dict[str, float]) -> None:
-    """Names below and left of the front's points, where no other point can be; apart from each other."""
+    """Names below and left of the front's points, at positions without other points or labels."""
     points = 72.0 / axes.figure.dpi
     above = np.inf
     for result in front:
@@ -114,7 +114,7 @@ def _labels(axes: Axes, front: tuple[Result, ...], height: dict[str, float]) -> 
 
 
 class _Look:
-    """Colour, marker and area by bias, filter and resolution, in the order in which the results have them."""
+    """Colour, marker and area by bias, filter and resolution, in the order of the results."""
 
     def __init__(self, results: tuple[Result, ...]) -> None:
         shadows = [result.shadow for result in results]
@@ -132,7 +132,7 @@ class _Look:
 
 
 def _axes(axes: Axes, zero: float | None, zero_at: float) -> None:
-    """Scales and labels; `zero` not None: the lowest place stands for no error at all."""
+    """Scales and labels; if `zero` is given, the lowest position represents no error at all."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axes.set_yscale("log")
@@ -148,7 +148,7 @@ def _axes(axes: Axes, zero: float | None, zero_at: float) -> None:
         axes.set_yticks([zero_at, *(t for t in axes.get_yticks() if zero_at * 1.5 < t and low <= t <= high)])
         axes.set_ylim(low, high)
     low, high = axes.get_ylim()
-    axes.set_ylim(low / (high / low) ** 0.05, high)  # room for the last label
+    axes.set_ylim(low / (high / low) ** 0.05, high)  # space for the last label
     axes.grid(axis="y", which="major", color="#e8eaed", linewidth=0.8, zorder=0)
     axes.set_axisbelow(True)
 
@@ -177,7 +177,7 @@ def _legend(axes: Axes, results: tuple[Result, ...]) -> None:
                                        for i, n in enumerate(look.resolutions))]  # fmt: skip
     if look.formats:
         handles.append(key("another format", "o", FAINT, 44.0, hollow=True))
-    handles.append(Line2D([], [], color=INK, alpha=0.55, linewidth=1.0, label="not beaten"))
+    handles.append(Line2D([], [], color=INK, alpha=0.55, linewidth=1.0, label="Pareto front"))
     legend = axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), frameon=False, fontsize=9.0,
                          labelspacing=0.55, handletextpad=0.6, borderaxespad=0.0)  # fmt: skip
     for text in legend.get_texts():

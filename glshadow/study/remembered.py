@@ -1,4 +1,4 @@
-"""A truth that a study can afford: it remembers its answers, and asks rays about a sample of very many pixels only."""
+"""A reference for studies: it caches its results, and traces rays for only a sample of very many pixels."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 from glshadow.core.spaces import Array, Bools
 from glshadow.reference.truth import Truth
 
-# Pixels that one question asks rays about, up to 48 each: two seconds. A good setting has fewer doubtful ones at 1280 x 720; those with
-# more are the hopeless ones, and how their wrong pixels divide into kinds is then known to about 1 / sqrt(SAMPLE).
+# Pixels that one query traces, up to 48 rays each: two seconds. A good setting has fewer doubtful pixels at 1280 x 720. Bad settings
+# have more, and the kinds of their wrong pixels are then known to about 1 / sqrt(SAMPLE).
 SAMPLE = 8000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RememberedTruth(Truth):
-    """Answers near_edge of up to SAMPLE pixels as Truth does; of more, each pixel gets the answer of the nearest one asked.
+    """Truth whose near_edge traces at most SAMPLE pixels; beyond that, each pixel takes the result of the nearest traced one.
 
-    Which pixels are asked depends on the question alone, not on what was asked before.
+    The sampled pixels depend on the query alone, not on earlier queries.
     """
 
     _answers: dict[tuple[int, bytes], tuple[Bools, Bools]] = field(default_factory=dict, repr=False)
@@ -27,26 +27,26 @@ class RememberedTruth(Truth):
 
     @classmethod
     def of(cls, truth: Truth) -> Self:
-        """The same truth with a memory."""
+        """The same reference with a cache."""
         return cls(**{item.name: getattr(truth, item.name) for item in fields(Truth)})
 
     def sampled(self) -> bool:
-        """Whether an answer since the last call was drawn from a sample."""
+        """Whether a result since the last call was based on a sample."""
         found = bool(self._sampled)
         self._sampled.clear()
         return found
 
     def near_edge(self, light: int, radius: Array | float, where: Bools | None = None) -> Bools:
-        """As Truth's."""
+        """As in Truth."""
         if where is None:
             return super().near_edge(light, radius, where)
         chosen = _sample(where)
         key = (light, np.asarray(radius, dtype=np.float64).tobytes())
         known, near = self._answers.setdefault(key, (np.zeros(where.shape, bool), np.zeros(where.shape, bool)))
-        asked = chosen & ~known
-        if asked.any():
-            near |= super().near_edge(light, radius, asked)
-            known |= asked
+        pending = chosen & ~known
+        if pending.any():
+            near |= super().near_edge(light, radius, pending)
+            known |= pending
         if chosen is where:
             return np.asarray(near & where)
         from scipy.ndimage import distance_transform_edt
@@ -57,7 +57,7 @@ class RememberedTruth(Truth):
 
 
 def _sample(where: Bools) -> Bools:
-    """`where` itself, or SAMPLE pixels of it: those whose number, scrambled, is least, so that questions share them."""
+    """`where` itself, or SAMPLE of its pixels: those with the least hashed index, so that different queries share pixels."""
     rows = np.flatnonzero(where)
     if len(rows) <= SAMPLE:
         return where

@@ -1,4 +1,4 @@
-"""A study as one HTML page that needs nothing else, with its plot as PNG and its numbers as JSON."""
+"""Writes a study as one self-contained HTML page, with its plot as PNG and its numbers as JSON."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ from glshadow.study.run import WARM_UP
 PAGE, NUMBERS = "study.html", "study.json"
 TEMPLATE = "report.html.jinja"
 
-NONE = "\N{EN DASH}"  # in place of a number
+NONE = "\N{EN DASH}"  # shown in place of a missing number
 
 
 def require() -> None:
-    """Raise what is missing before a study has taken its minutes.
+    """Raise an error for missing packages before a study runs for minutes.
 
     Raises
     ------
     GlshadowError
-        Names the pip command.
+        If a package is missing; the message names the pip command.
     """
     try:
         import jinja2  # noqa: F401
@@ -50,31 +50,31 @@ def require() -> None:
 def write_report(study: Study, folder: str | PathLike[str]) -> Path:
     """Write study.html, study.json and a plot per light (plot.png, or plot-0.png and so on) into a folder.
 
-    With flip-evaluator installed, the settings that are shown as pictures also get their mean FLIP.
+    With flip-evaluator installed, the settings that are shown as images also get their mean FLIP.
 
     Parameters
     ----------
     folder : path
-        Made if it is not there.
+        Created if it does not exist.
 
     Returns
     -------
     Path
-        Of the page.
+        Path of the page.
 
     Raises
     ------
     GlshadowError
         If jinja2 or matplotlib is missing, or a file cannot be written.
     SettingsError
-        For what is no study or no path.
+        If `study` is not a Study, or `folder` not a path.
     """
     require()
     study, out = instance(Study)("study", study), as_path("folder", folder)
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise GlshadowError(f"the folder {out} cannot be made: {error.strerror or error}") from error
+        raise GlshadowError(f"the folder {out} cannot be created: {error.strerror or error}") from error
     flips = _flips(study)
     numbers: dict[str, Any] = study.as_dict()
     for row in numbers["results"]:
@@ -95,14 +95,14 @@ def write_report(study: Study, folder: str | PathLike[str]) -> Path:
 
 
 def _flips(study: Study) -> dict[str, float]:
-    """Mean FLIP of each setting with pictures, against the same shading of the truth."""
+    """Mean FLIP of each setting with images, against the same shading with the reference's visibility."""
     if find_spec("flip_evaluator") is None:
         return {}
     return {key: flip(panel.ours, panel.truth).mean for key, panel in study.panels.items()}
 
 
 def percent(value: float) -> str:
-    """A fraction for reading: 0, 0.0535, 1.04, 24.0 (percent), with as many digits as say something."""
+    """A fraction in percent, as text: 0, 0.0535, 1.04, 24.0, with a useful number of digits."""
     if np.isnan(value):
         return NONE
     share = 100.0 * value
@@ -137,7 +137,7 @@ def _page(study: Study, plots: list[str], flips: dict[str, float]) -> str:
 
 
 def _light(light: Light) -> str:
-    """Kind and where it is, in words."""
+    """Kind and position or direction of a light, as text."""
     kind = type(light).__name__.removesuffix("Light").lower()
     word, place = ("travelling", light.rays_to(np.zeros(3))) if light.at_infinity else ("at", light.place[:3])
     return f"{kind} light {word} ({', '.join(f'{x:.3g}' for x in place)})"
@@ -155,7 +155,7 @@ def _row(result: Result, front: bool) -> dict[str, Any]:
 
 
 def _ordered(study: Study, light: int) -> list[dict[str, Any]]:
-    """The pictures of one light: its front, cheapest first, then the default if it is not on it."""
+    """The images of one light: its front, cheapest first, then the default if it is not on the front."""
     front = study.front(light)
     others = [r for r in study.of_light(light) if r.key in study.panels and r not in front]
     return [
@@ -188,11 +188,11 @@ def _pictures(panel: Panel) -> dict[str, Any]:
 
 
 def _box(region: Region, width: int, height: int) -> str:
-    """A region as CSS, in percent of the picture."""
+    """A region as CSS, in percent of the image."""
     parts = (region.x / width, region.y / height, region.width / width, region.height / height)
     return "left:{:.3%};top:{:.3%};width:{:.3%};height:{:.3%}".format(*parts)
 
 
 def _sharp(image: NDArray[np.uint8]) -> str:
-    """An image whose pixels matter."""
+    """An image as a lossless data URL."""
     return address(png(image, PAGE_LEVEL))

@@ -1,4 +1,4 @@
-"""What a study found: results, which of them no other beats, and how they are shown and stored."""
+"""Results of a study: which settings are on the Pareto front, and how results are shown and stored."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from glshadow.study.pictures import Panel
 
 @dataclass(frozen=True)
 class Result:
-    """One setting of one light.
+    """Measurements of one setting for one light.
 
     Attributes
     ----------
     light : int
-        Number of the light in the study.
+        Index of the light in the study.
     shadow : Shadow
         The setting.
     times_ms, floors_ms : tuple of float
-        Wall clock of a frame of this light alone, image read back, and of the floor; one per round.
+        Wall-clock time of a frame of this light alone, including read-back, and of the floor; one per round.
     score : Score
         Its error.
     used : dict
-        What was really used: target, clip, bias, texel, fallbacks; `sampled`: the kinds of its wrong pixels, and its grain, are
-        estimates from a sample (see `remembered`), `wrong` and `mean` are not.
+        What was used: target, clip, bias, texel, fallbacks. `sampled`: the kinds of wrong pixels, and the grain, are estimates from a
+        sample (see `remembered`); `wrong` and `mean` are not.
     """
 
     key: str
@@ -47,7 +47,7 @@ class Result:
 
     @property
     def name(self) -> str:
-        """The setting in a few words."""
+        """Name of the setting."""
         return setting_name(self.shadow)
 
     @property
@@ -68,7 +68,7 @@ class Result:
 
     @property
     def cost(self) -> float:
-        """Median over the rounds of frame time / floor of that round."""
+        """Median over the rounds of frame time divided by the floor of that round."""
         return float(np.median(np.asarray(self.times_ms) / np.asarray(self.floors_ms)))
 
     @property
@@ -79,18 +79,18 @@ class Result:
 
     @property
     def error(self) -> float:
-        """What settings are compared by (`decisive_error`)."""
+        """The error by which settings are compared (`decisive_error`)."""
         return decisive_error(self.score)
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON; numbers that are not finite become None."""
+        """Plain data for JSON; numbers that are not finite become None."""
         return {"key": self.key, "light": self.light, "setting": self.name, "ms": self.ms, "floor_ms": self.floor_ms,
                 "cost": self.cost, "error": plain_score(self.score), "used": self.used, "times_ms": list(self.times_ms),
                 "floors_ms": list(self.floors_ms)}  # fmt: skip
 
     @classmethod
     def from_dict(cls, record: dict[str, Any], light: int, shadow: Shadow) -> Result:
-        """From a journal's record; the setting is known from the grid by its key."""
+        """A result from a journal's record; the key identifies the setting in the grid."""
         return cls(
             record["key"], light, shadow, tuple(record["times_ms"]), tuple(record["floors_ms"]),
             score_from(record), record["used"],
@@ -104,19 +104,19 @@ class Study:
     Attributes
     ----------
     scene : str
-        Its name; `triangles` and `nodes` it draws.
+        Name of the scene; `triangles` and `nodes` count what it draws.
     size : (2,) ints
     camera : Camera
     lights : tuple of Light
-        Those that cast, each studied alone.
+        Those that cast shadows, each studied alone.
     results : tuple of Result
-        By light, then in the order of the grid.
+        By light, then in grid order.
     machine : dict
         Processor, driver, versions.
     repeats : int
         Rounds per setting.
     seconds : float
-        What this run took.
+        Duration of this run.
     panels : dict
         Result key -> Panel, for the front of each light and the default setting.
     """
@@ -138,14 +138,14 @@ class Study:
         return tuple(result for result in self.results if result.light == light)
 
     def front(self, light: int = 0) -> tuple[Result, ...]:
-        """The settings of one light that no other beats (`pareto_front` of cost and error), cheapest first."""
+        """The Pareto front of one light (`pareto_front` of cost and error), cheapest first."""
         results = self.of_light(light)
         best = pareto_front([r.cost for r in results], [r.error for r in results])
         chosen = [result for result, keep in zip(results, best, strict=True) if keep]
         return tuple(sorted(chosen, key=lambda result: (result.cost, result.error)))
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
+        """Plain data for JSON."""
         fronts = {result.key for light in range(len(self.lights)) for result in self.front(light)}
         return {
             "scene": {"name": self.scene, "triangles": self.triangles, "nodes": self.nodes},
@@ -185,14 +185,14 @@ class Study:
         ]  # fmt: skip
         return (
             f"<p>{words(self.scene)}, {self.size[0]} x {self.size[1]}: {len(self.results)} settings measured. "
-            f"Those that no other beats in both speed and error:</p>{table(head, rows)}{''.join(plots(self))}"
+            f"The Pareto front of speed and error:</p>{table(head, rows)}{''.join(plots(self))}"
         )
 
 
 def decisive_error(score: Score) -> float:
-    """The share of wrong pixels, or of grainy ones where these are more.
+    """The share of wrong pixels, or of grainy ones if these are more.
 
-    A bias too small for its filter darkens everything a little: nothing is wrong, and yet the picture is spoilt.
+    A bias too small for its filter darkens everything slightly: no pixel counts as wrong, but the image is visibly bad.
     """
     return float(np.maximum(score.wrong, score.grain))
 
@@ -204,35 +204,37 @@ def score_from(record: dict[str, Any]) -> Score:
 
 
 def plain_score(score: Score) -> dict[str, float | None]:
-    """For JSON; None where no pixel counts."""
+    """Plain data for JSON; None where no pixel is counted."""
     values = {item.name: float(getattr(score, item.name)) for item in fields(Score)}
     return {name: value if np.isfinite(value) else None for name, value in values.items()}
 
 
-_MOST_SETTINGS = 10_000  # all are compared with all
+_MOST_SETTINGS = 10_000  # every setting is compared with every other
 
 
 def pareto_front(costs: ArrayLike, errors: ArrayLike) -> NDArray[np.bool_]:
-    """Which of N settings no other beats.
+    """Which of N settings are on the Pareto front.
 
-    A setting is beaten if another one is at least as cheap and at least as right, and strictly better in one of the two.
-    Settings that tie in both stand or fall together; one whose cost or error is NaN is beaten.
+    A setting is dominated if another one is at least as cheap and at least as accurate, and strictly better in one of the two.
+    Settings that tie in both are treated alike; a setting whose cost or error is NaN is dominated.
 
     Parameters
     ----------
     costs, errors : (N,) array_like
-        Less is better.
+        Lower is better.
 
     Raises
     ------
     SettingsError
-        If they are not as many numbers.
+        If they are not the same count of numbers.
     """
     given = numbers_in(costs)
     cost = None if given is None or given.size > _MOST_SETTINGS else as_floats(costs, (None,))
     error = None if cost is None else as_floats(errors, cost.shape)
     if cost is None or error is None:
-        raise SettingsError(f"costs and errors must be as many numbers (N,), got {shown(costs)} and {shown(errors)}")
+        raise SettingsError(
+            f"costs and errors must be the same count of numbers (N,), got {shown(costs)} and {shown(errors)}"
+        )
     known = ~(np.isnan(cost) | np.isnan(error))
     as_good = (cost[:, None] <= cost) & (error[:, None] <= error)
     better = (cost[:, None] < cost) | (error[:, None] < error)

@@ -1,7 +1,7 @@
-"""One picture at work: settings of one light timed and scored, through the journal.
+"""Measures one image: settings of one light are timed and scored, with results in the journal.
 
-Speed is a ratio: a setting's frame time over the floor of the same round (see `floor`), since absolute times on a shared machine drift
-by more than settings differ. Error is `glshadow.scoring` against one trace per light.
+Speed is a ratio, a setting's frame time over the floor of the same round (see `floor`): absolute times on a shared machine drift
+by more than settings differ. Error is `glshadow.scoring` against one traced reference per light.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from glshadow.arguments import USUAL_SIZE, as_scene, picture_arguments
+from glshadow.arguments import DEFAULT_SIZE, as_scene, frame_arguments
 from glshadow.core.cameras import Camera
 from glshadow.core.setting import as_path, optional, refuse, whole
 from glshadow.errors import SettingsError
@@ -44,7 +44,7 @@ Progress = Callable[[int, int, str], None]
 
 MOST_REPEATS = 10_000
 WARM_UP = 2  # rounds that are not counted: the first one allocates and compiles
-STEP_RAD = 2e-3  # per round a sun tilts by this: nothing that was drawn for the last one serves the next
+STEP_RAD = 2e-3  # tilt of a directional light per round, so that nothing cached from the last round is valid
 
 
 @contextmanager
@@ -52,16 +52,19 @@ def open_run(
     scene: Any,
     camera: Camera | None = None,
     lights: Lights = None,
-    size: tuple[int, int] = USUAL_SIZE,
+    size: tuple[int, int] = DEFAULT_SIZE,
     repeats: int = 7,
     resume: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
     backend: Backend = "auto",
 ) -> Iterator[Run]:
-    """A run with its own renderer; parameters and errors are those of `run_study`."""
+    """A run with its own renderer; parameters and errors as for `run_study`."""
     scene = as_scene(scene)
-    camera, lights, size = picture_arguments(scene, camera, lights, size)
-    repeats, resume = whole(1, MOST_REPEATS)("repeats", repeats), optional(as_path, "nothing is kept")("resume", resume)
+    camera, lights, size = frame_arguments(scene, camera, lights, size)
+    repeats, resume = (
+        whole(1, MOST_REPEATS)("repeats", repeats),
+        optional(as_path, "nothing is stored")("resume", resume),
+    )
     if progress is not None and not callable(progress):
         raise refuse("progress", "a function of (done, total, text) or None", progress)
     casting = tuple(light for light in lights if light.shadow is not None)
@@ -80,9 +83,9 @@ def open_run(
 
 
 class Run:
-    """Measures settings of the lights of one picture; what the journal knows is not measured again.
+    """Measures settings of the lights of one image; results in the journal are not measured again.
 
-    `done` and `total` count settings for the progress; whoever uses the run sets `total`.
+    `done` and `total` count settings for the progress display; the caller sets `total`.
     """
 
     def __init__(
@@ -105,7 +108,7 @@ class Run:
         self.done = self.total = 0
 
     def time(self, number: int, settings: Sequence[Shadow]) -> None:
-        """Milliseconds of a light's settings and of the floor, into the journal.
+        """Measure milliseconds of a light's settings and of the floor, and add them to the journal.
 
         Settings that share a map are timed round-robin with the floor, the light moving a little every round.
         """
@@ -117,7 +120,7 @@ class Run:
         moved = [
             replace(_moved(light, k, self.scene), shadow=Shadow(filter=Pcf())) for k in range(-WARM_UP, self.repeats)
         ]
-        # what the floor needs of a frame, made before the clock runs: it would change the map's size between two settings
+        # the floor's inputs, made before timing starts: making them would change the map's size between two settings
         plain = [replace(self._frame(each, "image"), outputs={}) for each in moved]
         for _, group in groupby(sorted(untimed, key=_map_of), key=_map_of):
             chosen = list(group)
@@ -128,7 +131,7 @@ class Run:
                 self.journal.add({"key": self._key(number, shadow), **facts, "floors_ms": times[None]})
 
     def score(self, number: int, settings: Sequence[Shadow]) -> list[Score]:
-        """Errors of a light's settings on the picture itself, in their order, into the journal too."""
+        """Errors of a light's settings on the image itself, in order; also added to the journal."""
         unscored = [shadow for shadow in settings if "error" not in self._record(number, shadow)]
         self.done += len(settings) - len(unscored)
         for shadow in unscored:
@@ -143,18 +146,18 @@ class Run:
         return [score_from(self._record(number, shadow)) for shadow in settings]
 
     def result(self, number: int, shadow: Shadow) -> Result:
-        """What is known of a setting that was timed and scored."""
+        """The stored result of a setting that was timed and scored."""
         return Result.from_dict(self._record(number, shadow), number, shadow)
 
     def panel(self, number: int, shadow: Shadow) -> Panel:
-        """Pictures of a setting."""
+        """Images of a setting."""
         frame, error = self._measured(number, shadow)
         return panel(self.renderer, frame, self.truth(number), error)
 
     def truth(self, number: int) -> RememberedTruth:
-        """The truth of one light, traced when first asked for."""
+        """The reference of one light, traced on first use."""
         if number not in self._truths:
-            self._say(f"light {number}: tracing the truth")
+            self._say(f"light {number}: tracing the reference")
             light = self.lights[number]
             points = traced_points([light])
             truth = trace(self.scene, self.camera, [light], self.size, light_samples=points, samples=1)
@@ -162,7 +165,7 @@ class Run:
         return self._truths[number]
 
     def forget_truth(self, number: int) -> None:
-        """Give its memory back, some 60 MB at 1280 x 720."""
+        """Free the reference's memory, about 60 MB at 1280 x 720."""
         self._truths.pop(number, None)
 
     def _key(self, number: int, shadow: Shadow) -> str:
@@ -201,13 +204,13 @@ class Run:
 
 
 def _map_of(shadow: Shadow) -> tuple[int, str, str, str]:
-    """Settings that are timed together: those that share a map, which is not allocated anew between them."""
+    """Key of settings that are timed together: they share a map, so that it is not allocated again between them."""
     resolved = shadow.resolved()
     own = str(resolved.filter) if resolved.filter.encoding else ""  # also means
     return resolved.resolution, shadow.target.value if shadow.target else "", str(resolved.fit), own
 
 
 def _moved(light: Light, k: int, scene: Scene) -> Light:
-    """The light at round k."""
+    """The light in round k."""
     low, high = scene.extent
     return light.nudged(STEP_RAD * k, 0.1 * STEP_RAD * k * float(np.linalg.norm(high - low)))

@@ -1,4 +1,4 @@
-"""A grid of shadow settings, each measured for speed and for error in one run."""
+"""Measures a grid of shadow settings for speed and error in one run."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterable
 from typing import Any
 
-from glshadow.arguments import USUAL_SIZE
+from glshadow.arguments import DEFAULT_SIZE
 from glshadow.core.cameras import Camera
 from glshadow.gl.driver.context import Backend
 from glshadow.lights import Lights
@@ -22,40 +22,40 @@ def run_study(
     scene: Any,
     camera: Camera | None = None,
     lights: Lights = None,
-    size: tuple[int, int] = USUAL_SIZE,
+    size: tuple[int, int] = DEFAULT_SIZE,
     grid: Grid | Iterable[Shadow] | None = None,
     repeats: int = 7,
     resume: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
     backend: Backend = "auto",
 ) -> Study:
-    """Measure every setting of a grid, for every light that casts, for speed and for error.
+    """Measure every setting of a grid for speed and error, for every light that casts shadows.
 
-    Each light is studied alone: its frames have no other. Settings that share a resolution and a target are timed round-robin with
-    the floor, the light moving a little every round; then all are scored on the picture itself.
+    Each light is studied alone: its frames contain no other. Settings that share a resolution and a target are timed round-robin with
+    the floor, with the light moving slightly every round; then all are scored on the image itself.
 
     Parameters
     ----------
-    scene : Scene, or whatever `glshadow.load` takes
+    scene : Scene, or anything that `glshadow.load` takes
     camera, lights : optional
-        The scene's own if None. What their shadows are set to does not matter; lights with `shadow=None` are left out.
+        None: the scene's own. Their shadow settings are ignored; lights with `shadow=None` are left out.
     size : (2,) ints
         Width and height.
     grid : Grid or iterable of Shadow, optional
         None: Grid.default(scene, lights).
     repeats : int
-        Rounds that count, at least 1.
+        Number of timed rounds, at least 1.
     resume : path, optional
-        Results are appended there as they come (JSON lines), and those already there are not measured again.
+        JSON lines file: results are appended as they come, and those already there are not measured again.
     progress : callable, optional
-        Called as progress(done, total, text). None: in a notebook a bar below the cell.
+        Called as progress(done, total, text). None: a bar below the cell in a notebook.
     backend : str
-        As in Renderer.
+        As for Renderer.
 
     Raises
     ------
     SettingsError
-        For an empty grid, no light that casts, or a file that is not a journal.
+        For an empty grid, no light that casts shadows, or a file that is not a journal.
     ReferenceUnavailable
         If embreex is not installed.
     """
@@ -80,7 +80,7 @@ def run_study(
 
 
 def _panels(run: Run, number: int, results: list[Result]) -> dict[str, Panel]:
-    """Pictures of the settings that no other beats, and of the default."""
+    """Images of the settings on the Pareto front, and of the default."""
     best = pareto_front([r.cost for r in results], [r.error for r in results])
     return {
         result.key: run.panel(number, result.shadow)

@@ -1,1 +1,1 @@
-"""What a person turns and changes while looking: in a notebook, and in a window."""
+"""Interactive views, in a notebook and in a window."""

@@ -1,4 +1,4 @@
-"""compare: one picture under several settings, as a contact sheet: the truth, each with its error below, and what each costs."""
+"""compare: one image under several settings as a contact sheet: the reference, and each setting with its error and cost."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.arguments import as_scene, picture_arguments
+from glshadow.arguments import as_scene, frame_arguments
 from glshadow.budget import times_of
 from glshadow.core.cameras import Camera
 from glshadow.core.setting import refuse
@@ -31,15 +31,15 @@ from glshadow.triptych import GAP, triptych
 
 Picture = NDArray[np.uint8]
 
-COLUMNS = 4  # of the sheet
-ROUNDS = 1  # of frames that are timed
-LINE = 18  # pixels: a line of a caption
-TRUTH = "truth"
+COLUMNS = 4  # columns of the sheet
+ROUNDS = 1  # rounds of timed frames
+LINE = 18  # pixels: height of a caption's line
+TRUTH = "reference"
 
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """One setting.
+    """One setting with its measurements.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Compared:
     frame : Frame
     error : Measurement
     ms : float
-        Median time of a picture in which everything is drawn.
+        Median time of a frame that draws everything.
     """
 
     name: str
@@ -60,27 +60,27 @@ class Compared:
 
     @property
     def caption(self) -> str:
-        """Time and error in a few words."""
-        if any(each.has_size for each in self.frame.lights):  # nothing of a penumbra is wrong or right
+        """Time and error as text."""
+        if any(each.has_size for each in self.frame.lights):  # pixels of a penumbra are not right or wrong
             return f"{self.ms:.1f} ms, off by {self.error.mean:.4f}, in penumbrae {self.error.penumbra:.3f}"
         grain = f", grain {self.error.grain:.2%}" if self.error.grain > self.error.wrong else ""
         return f"{self.ms:.1f} ms, wrong {self.error.wrong:.3%}{grain}"
 
     @property
     def title(self) -> str:
-        """Its name as it may be shown."""
+        """The name, made safe to print."""
         return printable(self.name)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison:
-    """Several settings of one picture, in the order in which they were given.
+    """Several settings of one image, in the given order.
 
     Attributes
     ----------
     entries : tuple of Compared
     truth : tuple of (H, W, 3) uint8
-        The picture under exact visibility, one for each light that casts, shaded by that light alone.
+        The image with traced visibility, one for each light that casts shadows, shaded by that light alone.
     """
 
     entries: tuple[Compared, ...]
@@ -104,7 +104,7 @@ class Comparison:
 
     @property
     def image(self) -> Picture:
-        """(H, W, 3) the contact sheet: the truth, then each setting with its error below; as many columns as fit."""
+        """(H, W, 3) contact sheet: the reference, then each setting with its error below; as many columns as fit."""
         cells = [_captioned(np.vstack(pictures), *words) for pictures, words in self._cells()]
         rows = [cells[i : i + COLUMNS] for i in range(0, len(cells), COLUMNS)]
         blank = np.full_like(cells[0], 255)
@@ -129,7 +129,7 @@ class Comparison:
     def _cells(self) -> list[tuple[list[Picture], tuple[str, ...]]]:
         legend = _legend(self.truth[0].shape)
         truth: list[Picture] = [part for picture in self.truth for part in (picture, legend)]
-        cells: list[tuple[list[Picture], tuple[str, ...]]] = [(truth, (TRUTH, "what rays say"))]
+        cells: list[tuple[list[Picture], tuple[str, ...]]] = [(truth, (TRUTH, "traced rays"))]
         return cells + [(list(each.pictures), (each.title, each.caption)) for each in self.entries]
 
 
@@ -141,31 +141,32 @@ def compare(
     size: tuple[int, int] = (480, 270),
     backend: Backend = "auto",
 ) -> Comparison:
-    """One picture under several settings, each measured and timed.
+    """Render one image under several settings; measure and time each.
 
     Parameters
     ----------
-    scene : Scene, or whatever `load` takes
+    scene : Scene, or anything that `load` takes
     settings : sequence of Shadow, Filter or str, or mapping
-        Of every light that casts; their strength stays theirs. A text spells a filter: "pcf:1". Of a mapping the keys are names.
+        Shadow settings for every light that casts shadows; each light keeps its strength. A text gives a filter: "pcf:1". The keys of a
+        mapping are names.
     camera, lights, size, backend
-        As in `Renderer.render`.
+        As for `Renderer.render`.
 
     Returns
     -------
     Comparison
-        In a notebook it shows itself; `save` writes it.
+        Displays itself in a notebook; `save` writes it.
 
     Raises
     ------
     SettingsError
-        If there is nothing to compare: no setting, no light that casts; or one of them is none.
+        If there is nothing to compare (no setting, or no light that casts shadows), or a setting is not allowed.
     ReferenceUnavailable
-        Without embreex.
+        If embreex is not installed.
     """
     named = _named(settings)
     scene = as_scene(scene)
-    camera, lights, size = picture_arguments(scene, camera, lights, size)
+    camera, lights, size = frame_arguments(scene, camera, lights, size)
     casting = [light for light in lights if light.shadow is not None]
     if not casting:
         raise SettingsError("there is nothing to compare: no light casts a shadow (Light.shadow is None)")
@@ -229,7 +230,7 @@ def _name(shadow: Shadow) -> str:
 
 
 def _parts(rows: Picture, size: tuple[int, int], light: int) -> tuple[Picture, Picture, Picture]:
-    """Truth, ours and error of one light."""
+    """Reference, rendered and error image of one light."""
     width, height = size
     row = rows[light * (height + GAP) :][:height]
     first, second, third = (row[:, k * (width + GAP) :][:, :width] for k in range(3))
@@ -238,15 +239,15 @@ def _parts(rows: Picture, size: tuple[int, int], light: int) -> tuple[Picture, P
 
 LEGEND = {
     Outcome.EDGE: "edge off by a texel",
-    Outcome.ACNE: "acne: lit drawn dark",
-    Outcome.LEAK: "leak: dark drawn lit",
+    Outcome.ACNE: "acne: lit rendered dark",
+    Outcome.LEAK: "leak: dark rendered lit",
     Outcome.GRAIN: "grain: off by 1/16",
     Outcome.NOT_COUNTED: "not counted",
 }
 
 
 def _legend(shape: tuple[int, ...]) -> Picture:
-    """What the colours of the errors mean, as large as a picture."""
+    """A legend of the error colours, as large as an image."""
     from PIL import Image, ImageDraw, ImageFont
 
     sheet = Image.new("RGB", (shape[1], shape[0]), (255, 255, 255))
@@ -259,7 +260,7 @@ def _legend(shape: tuple[int, ...]) -> Picture:
 
 
 def _captioned(picture: Picture, *lines: str) -> Picture:
-    """A picture with lines of text below, and a margin."""
+    """An image with lines of text below, and a margin."""
     from PIL import Image, ImageDraw, ImageFont
 
     height, width = picture.shape[:2]

@@ -1,4 +1,4 @@
-"""Controls: what keys and the mouse do to what is shown; knows no window."""
+"""Controls: what keys and the mouse change; independent of any window."""
 
 from __future__ import annotations
 
@@ -20,28 +20,29 @@ TURN = 180.0  # degrees: a drag across the window's height
 ZOOM = 1.1  # a step of the wheel
 STEP = 5.0  # degrees: an arrow key
 SPEED = 40.0  # degrees a second: an animated light
-SIZES = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)  # degrees of a sun; of a lamp that share of 100 of the scene's size
+# Angle of a directional light in degrees; for a local light its size in percent of the scene's.
+SIZES = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 
 HELP = (
-    ("drag", "turn"), ("right drag", "pan"), ("wheel", "zoom"), ("o", "orthographic or perspective"), ("space", "the first view again"),
+    ("drag", "turn"), ("right drag", "pan"), ("wheel", "zoom"), ("o", "orthographic or perspective"), ("space", "reset the view"),
     ("arrows", "move the light"), ("a", "animate it"), ("+ -", "its size"), ("n", "the next light"),
-    ("f F", "next, last filter"), ("r R", "resolution"), ("b B", "bias"), ("s", "samples in a pixel"),
-    ("d", "shadow map"), ("l", "light and frustum"), ("x", "axes"), ("g", "grid"), ("e", "errors against rays, at rest"),
+    ("f F", "next, previous filter"), ("r R", "resolution"), ("b B", "bias"), ("s", "samples per pixel"),
+    ("d", "shadow map"), ("l", "light and frustum"), ("x", "axes"), ("g", "grid"), ("e", "errors against traced rays, at rest"),
     ("1 2 3", "landscapes"), ("0", "the scene that was opened"), ("c", "save a screenshot"), ("h", "this help"), ("q", "quit"),
 )  # fmt: skip
-"""Keys, and what they do."""
+"""Keys and their actions."""
 
 
 class Controls:
-    """What is shown, and what changes it.
+    """The current state, and the actions that change it.
 
     Attributes
     ----------
     showing : Showing
     animated, helped : bool
-        Whether the light moves, and the help is shown.
+        Whether the light moves, and whether the help is shown.
     said : str
-        What the last key did, for the window to show.
+        Message about the last key, for the window to show.
     """
 
     def __init__(self, showing: Showing, scenes: dict[str, Callable[[], Showing]]) -> None:
@@ -51,29 +52,29 @@ class Controls:
         self.said = ""
 
     def opened(self, showing: Showing) -> None:
-        """Another scene, with the settings that were chosen."""
+        """Replace the scene; the chosen settings stay."""
         kept = self.showing
         self._first = showing
         self._scenes["0"] = lambda: showing
         self.showing = _with_settings(showing, kept)
         self.said = showing.scene.name
 
-    # -- the mouse
+    # -- mouse
 
     def dragged(self, right: float, down: float, pan: bool) -> None:
-        """By so many of the window's heights."""
+        """Drag by fractions of the window's height."""
         if pan:
-            tangent = 0.8  # of the usual view's height to its distance
+            tangent = 0.8  # height of the default view at distance 1
             self.showing = self.showing.panned(-right * tangent, down * tangent)
         else:
             self.showing = self.showing.turned(-right * TURN, down * TURN)
 
     def scrolled(self, steps: float) -> None:
-        """Of the wheel."""
+        """Turn the wheel by steps."""
         self.showing = self.showing.zoomed(ZOOM**steps)
 
     def advanced(self, seconds: float) -> None:
-        """The animated light after so long."""
+        """Move the animated light for a time."""
         if self.animated and self.showing.lights:
             azimuth, elevation = self.showing.aim
             self.showing = self.showing.lit_from(azimuth + SPEED * seconds, elevation)
@@ -81,7 +82,7 @@ class Controls:
     # -- keys
 
     def pressed(self, key: str) -> bool:
-        """What a key does: a letter, a capital with shift, or up, down, left, right. False: nothing."""
+        """Handle a key: a letter, a capital with shift, or up, down, left, right. False: the key has no action."""
         showing = self.showing
         overlays = {"d": "map", "l": "lights", "x": "axes", "g": "grid"}
         if key in self._scenes:
@@ -93,7 +94,7 @@ class Controls:
             rest = tuple(each for each in showing.overlays if each != name)
             self.showing = replace(showing, overlays=(*rest, name) if on else rest)
             self.said = f"{name} {'on' if on else 'off'}"
-            if key == "d" and on and showing.filter is None:  # what is derived may have no map
+            if key == "d" and on and showing.filter is None:  # the derived technique may have no map
                 self.showing = replace(self.showing, filter=Pcf(1))
                 self.said = f"map on, of {self.showing.filter}"
         elif key in ("f", "F"):
@@ -104,20 +105,20 @@ class Controls:
             self._chosen("resolution", tuple(map(str, RESOLUTIONS)), 1 if key == "r" else -1, int)
         elif key == "s":
             samples = SAMPLES[(SAMPLES.index(showing.samples) + 1) % len(SAMPLES)]
-            self.showing, self.said = replace(showing, samples=samples), f"{samples} samples in a pixel"
+            self.showing, self.said = replace(showing, samples=samples), f"{samples} samples per pixel"
         elif key == "e":
             self.showing = replace(showing, error=not showing.error)
             self.said = f"errors {'off' if showing.error else 'on: yellow edge, red acne, blue leak, orange grain'}"
         elif key == "a":
             self.animated = not self.animated
-            self.said = f"light {'moves' if self.animated else 'rests'}"
+            self.said = f"light {'moves' if self.animated else 'stopped'}"
         elif key == "h":
             self.helped = not self.helped
         elif key == "o":
             self.showing = replace(showing, camera=_other_projection(showing))
             self.said = "perspective" if self.showing.camera.is_perspective else "orthographic"
         elif key == "space":
-            self.showing, self.animated, self.said = _with_settings(self._first, showing), False, "the first view"
+            self.showing, self.animated, self.said = _with_settings(self._first, showing), False, "view reset"
         elif showing.lights and key in ("up", "down", "left", "right", "+", "-", "n"):
             self._light(key)
         else:
@@ -145,7 +146,7 @@ class Controls:
             self.said = "light from azimuth {:.0f}, elevation {:.0f}".format(*self.showing.aim)
 
     def _chosen(self, name: str, choices: tuple[str, ...], step: int, read: Callable[[str], Any]) -> None:
-        """The next of derived and some choices."""
+        """The next value in a list that starts with None, for derived."""
         values = [None, *(read(text) for text in choices)]
         now = getattr(self.showing, name)
         place = (values.index(now) if now in values else 0) + step
@@ -177,7 +178,7 @@ def _with_settings(showing: Showing, kept: Showing) -> Showing:
 
 
 def _other_projection(showing: Showing) -> Any:
-    """The same view in parallel, or in perspective, alike in size at the target."""
+    """The same view in orthographic or perspective projection, with the same size at the target."""
     camera: Any = showing.camera
     distance = float(np.linalg.norm(np.subtract(camera.position, camera.target)))
     placed = {"position": camera.position, "target": camera.target, "up": camera.up}

@@ -1,4 +1,4 @@
-"""explore: a picture in a notebook, with what changes it beside it."""
+"""explore: an image in a notebook with controls beside it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from glshadow.arguments import as_scene, picture_arguments
+from glshadow.arguments import as_scene, frame_arguments
 from glshadow.core.cameras import Camera
 from glshadow.core.sampling import SAMPLES
 from glshadow.core.spelling import parse
@@ -19,28 +19,28 @@ from glshadow.shadows.bias import BIASES
 from glshadow.shadows.filters import FILTERS
 from glshadow.shadows.shadow import ASKED_FOR
 from glshadow.ui.showing import STEEPEST, Showing
-from glshadow.ui.viewer import ASKING, View, Viewer
+from glshadow.ui.viewer import TRACING, View, Viewer
 
 DERIVED = "derived"
 CHOICES = tuple(dict.fromkeys(str(each) for kind in FILTERS for each in (*kind.rungs(), *kind.studied(), *kind.soft())))
 BIAS_CHOICES = ("receiver-plane", "slope", "normal-offset", "constant:0.05", "none")
 RESOLUTIONS = (256, 512, 1024, 2048, 4096, 8192)
-REST = 0.25  # seconds without a change: then the picture is drawn whole
-LARGEST = 30.0  # degrees of a sun
-LARGEST_SHARE = 0.1  # of the scene: radius of a lamp
+REST = 0.25  # seconds without a change, after which the image is drawn in full
+LARGEST = 30.0  # largest angle of a directional light, degrees
+LARGEST_SHARE = 0.1  # largest radius of a local light, as a share of the scene's size
 
 
 class Explorer:
-    """A picture that follows its controls: light, filter, map, bias, samples, overlays. Displays itself in a notebook.
+    """An image that follows its controls: light, filter, map, bias, samples, overlays. Displays itself in a notebook.
 
     Attributes
     ----------
     showing : Showing
-        What is shown.
+        The current state.
     view : View
-        The last picture: `view.frame`, `view.error`.
+        The last image: `view.frame`, `view.error`.
     widget : ipywidgets.Widget
-        To be placed in a layout of one's own.
+        For use in a custom layout.
     controls : dict
         The widgets by name.
     """
@@ -64,15 +64,15 @@ class Explorer:
         self.draw()
 
     def draw(self, moving: bool = False) -> None:
-        """Draw what is shown: whole, or while something moves coarsely; errors follow the picture, since rays take seconds."""
+        """Draw the current state: in full, or coarsely while something moves. Errors follow later, since tracing takes seconds."""
         measured = self.showing.error and not moving
-        if self._drawn(replace(self.showing, error=False), moving, [ASKING] * measured) and measured:
+        if self._drawn(replace(self.showing, error=False), moving, [TRACING] * measured) and measured:
             self._drawn(self.showing, moving)
 
     def _drawn(self, showing: Showing, moving: bool, more: Sequence[str] = ()) -> bool:
         try:
             self.view = self._viewer.draw(showing, self._size, moving)
-        except GlshadowError as error:  # a setting that does not go with another: said, and the last picture stays
+        except GlshadowError as error:  # settings that cannot be combined: show the message, keep the last image
             self._facts.value = f'<span style="color:#b00">{words(str(error))}</span>'
             return False
         self._image.format = "jpeg" if moving else "png"
@@ -83,7 +83,7 @@ class Explorer:
         return True
 
     def close(self) -> None:
-        """Free the renderer; the picture stays."""
+        """Release the renderer; the image stays."""
         if self._pending is not None:
             self._pending.cancel()
         self._viewer.release()
@@ -91,7 +91,7 @@ class Explorer:
     def _repr_mimebundle_(self, **options: Any) -> Any:
         return self.widget._repr_mimebundle_(**options)
 
-    # -- what the controls do
+    # -- actions of the controls
 
     def _observer(self, name: str) -> Callable[[Any], None]:
         def changed(change: Any) -> None:
@@ -104,7 +104,7 @@ class Explorer:
         return changed
 
     def _rest_later(self) -> None:
-        """Coarsely now, and whole once nothing has moved for a while; at once where no event loop runs."""
+        """Draw coarsely now, and in full once nothing has moved for a while; in full immediately if no event loop runs."""
         try:
             loop = asyncio.get_running_loop()
         except RuntimeError:
@@ -143,7 +143,7 @@ class Explorer:
             self._moved(name, value)
 
     def _moved(self, name: str, value: float) -> None:
-        """The camera's sliders say where it is, relative to where it was at first."""
+        """Move the camera to the sliders' position, relative to the first view."""
         old, self._placed[name] = self._placed[name], value
         if name == "zoom":
             self.showing = self.showing.zoomed(2.0 ** (value - old))
@@ -152,7 +152,7 @@ class Explorer:
             self.showing = self.showing.turned(*step)
 
     def _fill(self) -> None:
-        """The controls show the chosen light."""
+        """Set the controls to the selected light."""
         light = self.showing.lights[self.showing.light] if self.showing.lights else None
         if light is None:
             return
@@ -175,29 +175,29 @@ def explore(
     size: tuple[int, int] = (640, 360),
     backend: Backend = "auto",
 ) -> Explorer:
-    """A picture in a notebook with controls: where the light is and how large, filter, map, bias, samples, overlays, error.
+    """Show an image in a notebook with controls for light position and size, filter, map, bias, samples, overlays and error.
 
-    While a slider is dragged the picture is drawn at half the size, and whole a quarter of a second after it rests.
+    While a slider is dragged, the image is drawn at half the size; a quarter of a second later it is drawn in full.
 
     Parameters
     ----------
-    scene : Scene, or whatever `load` takes
+    scene : Scene, or anything that `load` takes
     camera, lights, size, backend
-        As in `Renderer.render`.
+        As for `Renderer.render`.
 
     Returns
     -------
     Explorer
-        As the last line of a cell it shows itself; `close()` frees its renderer.
+        As the last line of a cell it displays itself; `close()` releases its renderer.
 
     Raises
     ------
     SettingsError
-        Without ipywidgets: names what to install.
+        If ipywidgets is not installed; the message says how to install it.
     """
     _widgets()
     scene = as_scene(scene)
-    camera, lights, size = picture_arguments(scene, camera, lights, size)
+    camera, lights, size = frame_arguments(scene, camera, lights, size)
     return Explorer(Showing(scene, camera, tuple(lights)), size, backend)
 
 
@@ -228,7 +228,7 @@ def _controls(widgets: Any, showing: Showing) -> dict[str, Any]:
         "samples": widgets.Dropdown(options=SAMPLES, description="samples", **wide),
         "map": widgets.Checkbox(description="shadow map", **wide),
         "gizmo": widgets.Checkbox(description="light, axes, grid", **wide),
-        "error": widgets.Checkbox(description="errors against rays", **wide),
+        "error": widgets.Checkbox(description="errors against traced rays", **wide),
         "turn": widgets.FloatSlider(min=-180, max=180, step=1, description="turn", **slider),
         "tilt": widgets.FloatSlider(min=-90, max=90, step=1, description="tilt", **slider),
         "zoom": widgets.FloatSlider(min=-3, max=3, step=0.1, description="zoom", **slider),

@@ -1,4 +1,4 @@
-"""Showing: what is shown, and how each hand changes it; nothing here draws."""
+"""Showing: the state of an interactive view, and how user input changes it; nothing here draws."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, Self, cast
 
 import numpy as np
 
-from glshadow.arguments import picture_arguments
+from glshadow.arguments import frame_arguments
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera
 from glshadow.core.spaces import Array
 from glshadow.lights import Light, Lights
@@ -17,28 +17,28 @@ from glshadow.shadows.filters import Filter
 from glshadow.shadows.shadow import Shadow
 
 STEEPEST = 89.0  # degrees: a camera or a light straight above has no azimuth
-NEAREST = 1e-3  # of the scene's size, from the target
-BESIDE = 1e-6  # of a direction: where it is vertical
+NEAREST = 1e-3  # share of the scene's size, from the target
+BESIDE = 1e-6  # share of a direction within which it is vertical
 
 
 @dataclass(frozen=True, eq=False)
 class Showing:
-    """What is shown.
+    """The state of an interactive view.
 
     Parameters
     ----------
     scene, camera, lights
-        As they were given; the settings below replace those of all lights that cast.
+        As given; the settings below replace those of all lights that cast shadows.
     light : int
-        Which light is moved.
+        Index of the selected light.
     filter, resolution, bias : optional
-        None: the light's own.
+        None: the light's own setting.
     samples : int
-        In each pixel.
+        Samples per pixel.
     overlays : tuple of str
-        Of `overlay.OVERLAYS`.
+        Names from `overlay.OVERLAYS`.
     error : bool
-        Whether wrong pixels are painted over, once nothing moves.
+        Whether wrong pixels are highlighted once nothing moves.
     """
 
     scene: Scene
@@ -54,13 +54,13 @@ class Showing:
 
     @classmethod
     def of(cls, scene: Scene, camera: Camera | None = None, lights: Lights = None) -> Self:
-        """A scene with what is given, else its own camera and lights."""
-        camera, lit, _ = picture_arguments(scene, camera, lights, (1, 1))
+        """A scene with the given camera and lights, by default its own."""
+        camera, lit, _ = frame_arguments(scene, camera, lights, (1, 1))
         return cls(scene, camera, lit)
 
     @property
     def shadowed(self) -> tuple[Light, ...]:
-        """The lights with the settings that are chosen."""
+        """The lights with the chosen settings."""
         return tuple(
             each if each.shadow is None else replace(each, shadow=self._shadow(each.shadow)) for each in self.lights
         )
@@ -71,20 +71,20 @@ class Showing:
         chosen: dict[str, Any] = {"filter": self.filter, "resolution": self.resolution, "bias": self.bias}
         kept = {name: value for name, value in chosen.items() if value is not None}
         if self.filter is not None and not self.filter.has_map:
-            kept = {"filter": self.filter}  # what is said of a map is nothing to it
+            kept = {"filter": self.filter}  # map settings do not apply without a map
             own = Shadow(strength=own.strength)
         return replace(own, **kept, channel=None)
 
     @property
     def size(self) -> float:
-        """Of the scene: the diagonal of its box."""
+        """Size of the scene: the diagonal of its box."""
         low, high = self.scene.extent
         return float(np.linalg.norm(high - low)) or 1.0
 
-    # -- the camera
+    # -- camera
 
     def turned(self, azimuth: float, elevation: float) -> Self:
-        """The camera round its target by so many degrees: to the right, and up as far as `STEEPEST`."""
+        """Orbit the camera around its target by degrees: to the right, and up to at most `STEEPEST`."""
         target = np.asarray(self.camera.target)
         offset = np.asarray(self.camera.position) - target
         distance = float(np.linalg.norm(offset))
@@ -93,14 +93,14 @@ class Showing:
         return self._seen_from(target + distance * there, target)
 
     def panned(self, right: float, up: float) -> Self:
-        """Camera and target by so many distances to the target, across the view."""
+        """Move camera and target across the view, in units of the target's distance."""
         axes = self.camera.view_from_world[:3, :3]
         distance = np.linalg.norm(np.subtract(self.camera.position, self.camera.target))
         step = distance * (right * axes[0] + up * axes[1])
         return self._seen_from(np.asarray(self.camera.position) + step, np.asarray(self.camera.target) + step)
 
     def zoomed(self, factor: float) -> Self:
-        """Nearer to the target by a factor; an orthographic camera shows so much less, one of intrinsics moves too."""
+        """Approach the target by a factor. An orthographic camera shows less by the same factor, an intrinsics camera moves too."""
         target = np.asarray(self.camera.target)
         if isinstance(self.camera, OrthographicCamera):
             return replace(self, camera=replace(self.camera, height=self.camera.height / factor))
@@ -109,28 +109,28 @@ class Showing:
         return self._seen_from(target + offset * max(least, 1.0), target)
 
     def _seen_from(self, place: Array, target: Array) -> Self:
-        camera = cast(Any, self.camera)  # every kind has a position, a target and an up
+        camera = cast(Any, self.camera)  # every kind of camera has a position, a target and an up
         up = (0.0, 1.0, 0.0)
         more = {"near": None, "far": None} if not isinstance(camera, IntrinsicsCamera) else {}
         moved = replace(camera, position=tuple(place.tolist()), target=tuple(target.tolist()), up=up, **more)
         return replace(self, camera=moved)
 
-    # -- the light
+    # -- light
 
     @property
     def aim(self) -> tuple[float, float]:
-        """Degrees: azimuth and elevation of where the light shines from, seen from the middle of the scene."""
+        """Azimuth and elevation in degrees of the direction to the light, from the middle of the scene."""
         return angles_of(self._offset)
 
     def lit_from(self, azimuth: float, elevation: float) -> Self:
-        """The light there, one with a position as far from the middle as it was, and all of it turned with it."""
+        """Move the selected light to these angles. A local light keeps its distance to the middle; its orientation turns with it."""
         if self.lights[self.light].fixed:
             return self
         there = direction_of(azimuth, float(np.clip(elevation, -STEEPEST, STEEPEST)))
         return self._lit(self.lights[self.light].turned(_rotation(self._offset, there), self._middle))
 
     def sized(self, size: float) -> Self:
-        """The light as large: degrees at infinity, else a share of the scene's size; 0: a point."""
+        """Set the light's size: degrees at infinity, otherwise a share of the scene's size; 0: a point."""
         light = self.lights[self.light]
         if not light.sized_by:
             return self
@@ -139,7 +139,7 @@ class Showing:
 
     @property
     def light_size(self) -> float:
-        """What `sized` would set; 0 where nothing can be set."""
+        """The value that `sized` would set; 0 if the light's size cannot be set."""
         light = self.lights[self.light]
         given: float = getattr(light, light.sized_by) if light.sized_by else 0.0
         return given if light.at_infinity else given / self.size
@@ -154,7 +154,7 @@ class Showing:
 
     @property
     def _offset(self) -> Array:
-        """From the middle of the scene to the light, or towards it."""
+        """Vector from the middle of the scene to the light, or towards it."""
         *place, w = self.lights[self.light].place
         return np.asarray(np.asarray(place) - w * self._middle)
 
@@ -173,13 +173,13 @@ def direction_of(azimuth: float, elevation: float) -> Array:
 
 
 def _rotation(old: Array, new: Array) -> Array:
-    """(3, 3) about the vertical and then the level axis, from one direction to another: what stands upright stays so."""
+    """(3, 3) rotation about the vertical and then a horizontal axis, from one direction to another; upright things stay upright."""
     (a0, e0), (a1, e1) = angles_of(old), angles_of(new)
     return _about(a1, e1) @ _about(a0, e0).T
 
 
 def _about(azimuth: float, elevation: float) -> Array:
-    """(3, 3) whose columns are right, up and towards of a direction."""
+    """(3, 3) matrix with columns right, up and towards of a direction."""
     towards = direction_of(azimuth, elevation)
     a = np.radians(azimuth)
     right = np.array([np.cos(a), 0.0, -np.sin(a)])

@@ -1,4 +1,4 @@
-"""Viewer: draws what is shown, at rest also where it is wrong."""
+"""Viewer: draws the current state of an interactive view, and its errors when nothing moves."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ SMALLEST = 16  # pixels along a side
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A picture that was drawn.
+    """An image that was drawn.
 
     Attributes
     ----------
     image : (H, W, 3) uint8
     frame : Frame
     error : Measurement, optional
-        Where it was asked for.
+        If it was requested.
     ms : float
-        What drawing took, without the truth.
+        Time of drawing, without the reference.
     """
 
     image: NDArray[np.uint8] = field(repr=False)
@@ -51,7 +51,7 @@ class View:
 
     @property
     def facts(self) -> str:
-        """What was used, what it cost and how wrong it is, in a line."""
+        """What was used, its time and its error, on one line."""
         used = self.frame.used
         kinds = dict.fromkeys(
             f"{each.filter}{f' at {each.views[0].resolution}' if each.views else ''}" for each in used if each.filter
@@ -62,11 +62,11 @@ class View:
         return ", ".join(words)
 
 
-ASKING = "rays are asked: some seconds"
+TRACING = "tracing rays: a few seconds"
 
 
 class Viewer:
-    """A renderer, and the truth of what was shown last."""
+    """A renderer, and the reference of the last view."""
 
     def __init__(self, backend: Backend = "auto", context: moderngl.Context | None = None) -> None:
         self.renderer = Renderer(backend, context)
@@ -79,21 +79,21 @@ class Viewer:
         self.release()
 
     def release(self) -> None:
-        """Free the renderer."""
+        """Release the renderer."""
         self.renderer.release()
 
     def draw(self, showing: Showing, size: tuple[int, int], moving: bool = False) -> View:
-        """A picture; while things move of half the size, one sample and no error, drawn large.
+        """Draw an image. While things move: at half the size, with one sample and no error, scaled up.
 
         Raises
         ------
         GlshadowError
-            As of `Renderer.render` and `trace`.
+            As for `Renderer.render` and `trace`.
         """
         width, height = size
         small = (max(width // 2, SMALLEST), max(height // 2, SMALLEST)) if moving else size
-        asked = showing.error and not moving
-        outputs = {"image", *required_outputs(showing.overlays)} | ({"visibility", "triangle"} if asked else set())
+        measured = showing.error and not moving
+        outputs = {"image", *required_outputs(showing.overlays)} | ({"visibility", "triangle"} if measured else set())
         samples = 1 if moving else showing.samples
         start = time.perf_counter()
         frame = self.renderer.render(
@@ -101,7 +101,7 @@ class Viewer:
         )
         ms = 1e3 * (time.perf_counter() - start)
         image = overlay(frame, showing.overlays) if showing.overlays else frame.image
-        error = self._measured(showing, frame) if asked else None
+        error = self._measured(showing, frame) if measured else None
         if error is not None:
             image = painted(image, error)
         if small != size:
@@ -130,7 +130,7 @@ def _same(one: Sequence[Any], other: Sequence[Any]) -> bool:
 
 
 def painted(image: NDArray[np.uint8], error: Measurement) -> NDArray[np.uint8]:
-    """A picture with its wrong pixels in the colours of `Measurement.picture`; of several lights the worst that befell a pixel."""
+    """An image with its wrong pixels in the colours of `Measurement.picture`; with several lights, the worst kind per pixel."""
     kinds = error.kinds.max(axis=0)
     result = image.astype(np.float32)
     for kind in PAINTED:

@@ -1,4 +1,4 @@
-"""view: a window in which a scene is turned, lit and judged."""
+"""view: a window to turn, light and check a scene."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.arguments import USUAL_SIZE, as_scene, pixels
+from glshadow.arguments import DEFAULT_SIZE, as_scene, pixels
 from glshadow.core.cameras import Camera
 from glshadow.errors import ContextError, GlshadowError, SettingsError
 from glshadow.gl.driver.present import Presenter, window_context
 from glshadow.lights import Lights
 from glshadow.ui.controls import HELP, Controls, landscapes
 from glshadow.ui.showing import Showing
-from glshadow.ui.viewer import ASKING, View, Viewer
+from glshadow.ui.viewer import TRACING, View, Viewer
 
-REST = 0.25  # seconds without a change: then the picture is drawn whole
-SMOOTH_MS = 40.0  # a picture that takes no longer is drawn whole also while things move
-SAID = 4.0  # seconds: what a key did, or what is wrong with a file, stays in sight
+REST = 0.25  # seconds without a change, after which the image is drawn in full
+SMOOTH_MS = 40.0  # an image that takes no longer is drawn in full even while things move
+SAID = 4.0  # seconds for which a message stays visible
 TITLE = "glshadow"
-NO_SCREEN = "a window needs a screen, and none is open here{}; `glshadow render` writes the same picture to a file"
+NO_SCREEN = "a window needs a screen, and no screen is available{}; `glshadow render` writes the same image to a file"
 
 
 class Window:
@@ -37,22 +37,22 @@ class Window:
     ----------
     showing : Showing
     open : callable
-        What is shown for a file that was dropped.
+        Returns the state for a dropped file.
     size : (2,) ints
     folder : Path
-        Where screenshots go.
+        Folder for screenshots.
 
     Raises
     ------
     ContextError, SettingsError
-        As of `show`.
+        As for `show`.
     """
 
     def __init__(
         self,
         showing: Showing,
         open: Callable[[Path], Showing],
-        size: tuple[int, int] = USUAL_SIZE,
+        size: tuple[int, int] = DEFAULT_SIZE,
         folder: Path | None = None,
     ) -> None:
         self.controls = Controls(showing, landscapes())
@@ -62,10 +62,10 @@ class Window:
         self._viewer = Viewer(context=window_context())
         self._presenter = Presenter(self._viewer.renderer._context.ctx)
         self._pointer = (0.0, 0.0)
-        self._held: int | None = None  # the button of the mouse
+        self._held: int | None = None  # mouse button
         self._changed, self._said_at, self._moved_at = True, time.monotonic(), 0.0
         self._whole = self._halved = self._worded = (
-            False  # what is on the screen: drawn at rest, drawn small, with what a key did
+            False  # state of the screen: drawn at rest, drawn small, with a message
         )
         self.view: View | None = None
         self._error = ""
@@ -79,7 +79,7 @@ class Window:
         glfw.set_window_refresh_callback(self._window, lambda *_: self._change())
 
     def run(self) -> None:
-        """Until it is closed."""
+        """Run until the window is closed."""
         glfw, last = self._glfw, time.monotonic()
         try:
             while not glfw.window_should_close(self._window):
@@ -95,7 +95,7 @@ class Window:
             self.close()
 
     def close(self) -> None:
-        """Free everything; may be called twice."""
+        """Release everything; may be called twice."""
         if self._window is None:
             return
         self._presenter.release()
@@ -126,14 +126,14 @@ class Window:
 
     def _draw(self, size: tuple[int, int], moving: bool, resting: bool) -> None:
         showing = self.controls.showing
-        if not resting:  # rays take seconds: only what stays is measured
+        if not resting:  # tracing takes seconds: measure only at rest
             showing = replace(showing, error=False)
         elif showing.error and self.view is not None:
-            self._present(written(self.view.image, [ASKING]), size)
+            self._present(written(self.view.image, [TRACING]), size)
         try:
             self.view = self._viewer.draw(showing, size, moving)
             self._error, self._halved = "", moving
-        except GlshadowError as error:  # two settings that do not go together: said, and the last picture stays
+        except GlshadowError as error:  # settings that cannot be combined: show the message, keep the last image
             self._error = str(error)
         self._whole = resting
 
@@ -188,7 +188,7 @@ class Window:
 
     def _cursor(self, window: Any, x: float, y: float) -> None:
         glfw, last = self._glfw, self._pointer
-        self._pointer = (x, y)  # asked of the system it would be where it is by now, not where it was at this event
+        self._pointer = (x, y)  # querying the system would give the current position, not that of this event
         if self._held is None:
             return
         height = float(glfw.get_window_size(window)[1])
@@ -227,27 +227,27 @@ class Window:
         self._change()
 
 
-def show(scene: Any, camera: Camera | None = None, lights: Lights = None, size: tuple[int, int] = USUAL_SIZE) -> None:
-    """A window in which a scene is turned, lit and judged, until it is closed: what `glshadow view` opens.
+def show(scene: Any, camera: Camera | None = None, lights: Lights = None, size: tuple[int, int] = DEFAULT_SIZE) -> None:
+    """Open a window in which a scene can be turned, lit and checked, until it is closed: the same as `glshadow view`.
 
     Parameters
     ----------
-    scene : Scene, or whatever `load` takes
+    scene : Scene, or anything that `load` takes
     camera, lights
-        As in `Renderer.render`.
+        As for `Renderer.render`.
     size : (2,) ints
-        Of the window, pixels.
+        Size of the window, pixels.
 
     Raises
     ------
     ContextError
-        Without a screen, or without OpenGL 3.3 on it.
+        If there is no screen, or no OpenGL 3.3 on it.
     SettingsError
-        Without glfw: names what to install.
+        If glfw is not installed; the message says how to install it.
 
     Notes
     -----
-    The key h shows all keys. Drag turns, right drag pans, the wheel zooms; a file that is dropped on the window is opened.
+    The key h shows all keys. Drag turns, right drag pans, the wheel zooms; dropping a file opens it.
     """
     showing = Showing.of(as_scene(scene), camera, lights)
     Window(showing, lambda path: Showing.of(as_scene(path)), pixels("size", size)).run()
@@ -256,7 +256,7 @@ def show(scene: Any, camera: Camera | None = None, lights: Lights = None, size: 
 def written(
     picture: NDArray[np.uint8], lines: Sequence[str], table: Sequence[tuple[str, str]] = ()
 ) -> NDArray[np.uint8]:
-    """A picture with lines of text in its lower left corner, and keys with what they do over its upper left."""
+    """An image with lines of text in its lower left corner, and a table of keys in its upper left."""
     from PIL import Image, ImageDraw, ImageFont
 
     sheet = Image.fromarray(picture)
@@ -272,7 +272,7 @@ def written(
         pen.rectangle((6, top + step * number, 14 + width, top + step * (number + 1) - 1), fill=(20, 24, 32, 170))
         pen.text((10, top + step * number + 1), line, fill=(255, 255, 255), font=font)
     if table:
-        step = min(step, (picture.shape[0] - 20) // len(table))  # all of them, also in a small window
+        step = min(step, (picture.shape[0] - 20) // len(table))  # all of them fit, even in a small window
         font = ImageFont.load_default(size=max(step - 5, 7))
         across = max(pen.textlength(key, font=font) for key, _ in table) + 14
         wide = across + max(pen.textlength(text, font=font) for _, text in table) + 20
@@ -306,7 +306,7 @@ def _opened(glfw: Any, size: tuple[int, int]) -> Any:
     if not window:
         reason = _reason(glfw)
         glfw.terminate()
-        raise ContextError(f"the screen has no window with OpenGL 3.3 ({reason}); update the graphics driver")
+        raise ContextError(f"no window with OpenGL 3.3 can be opened ({reason}); update the graphics driver")
     glfw.make_context_current(window)
     glfw.swap_interval(1)
     return window

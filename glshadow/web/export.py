@@ -1,4 +1,4 @@
-"""Writes the page: geometry, programs and everything that does not change, in one file that needs no server."""
+"""Writes the page: geometry, shaders and all constants in one file that needs no server."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from glshadow.arguments import as_scene, picture_arguments
+from glshadow.arguments import as_scene, frame_arguments
 from glshadow.core.cameras import Camera
 from glshadow.core.setting import as_path, instance, one_of, optional, whole
 from glshadow.core.spaces import Array, ClipSpace, world_positions
@@ -33,10 +33,10 @@ from glshadow.shadows.metric import Target
 from glshadow.shadows.shadow import Shadow
 from glshadow.shadows.view import ShadowView, shadow_views
 
-MOST_TRIANGLES = 2_000_000  # 144 bytes each as text in the page
-AMBIENT = 0.2  # linear, from everywhere
+MOST_TRIANGLES = 2_000_000  # 144 bytes each, as text in the page
+AMBIENT = 0.2  # linear, uniform
 CLIP = ClipSpace(zero_to_one=False, reversed=False)  # WebGL's
-MAP_SIDE = 4096  # what WebGL 1 devices have
+MAP_SIDE = 4096  # supported by WebGL 1 devices
 
 
 def export_page(
@@ -48,37 +48,37 @@ def export_page(
     filter: Filter | None = None,
     target: str = "packed",
 ) -> Path:
-    """A page that shows a scene with the shadow of its first light that casts, turned by mouse and touch, the map on `d`.
+    """Write a page that shows a scene with the shadow of its first shadow-casting light. Mouse and touch rotate it; `d` shows the map.
 
     Parameters
     ----------
-    scene : Scene, or whatever `load` takes
+    scene : Scene, or anything that `load` takes
         Base colours and triangles; textures, blending and smooth normals are left out.
     folder : path
-        Where `index.html` goes; made if it is not there.
+        Folder for `index.html`; created if it does not exist.
     camera, lights
-        As in `Renderer.render`.
+        As for `Renderer.render`.
     resolution : int
-        Of a view's map, 1 to 2048.
+        Texels along each side of a view's shadow map, 1 to 2048.
     filter : Filter, optional
-        One that compares and needs no depth texture; None: Pcf(1).
+        A filter that compares, without a depth texture; None: Pcf(1).
     target : {"packed", "unorm8"}
-        What the map stores: a metric in the four bytes of a pixel, or in one.
+        What the shadow map stores: a metric in the four bytes of a pixel, or in one.
 
     Returns
     -------
     Path
-        Of the page.
+        Path of the page.
 
     Raises
     ------
     SettingsError
-        If no sun, spot or point light casts, or the filter cannot be asked in WebGL 1.
+        If no directional, spot or point light casts shadows, or WebGL 1 does not support the filter.
     ResourceError
-        For more than two million triangles, and a folder that cannot be written.
+        For more than two million triangles, or a folder that cannot be written.
     """
     scene = as_scene(scene)
-    camera, lights, _ = picture_arguments(scene, camera, lights, (640, 360))
+    camera, lights, _ = frame_arguments(scene, camera, lights, (640, 360))
     resolution = whole(1, 2048, unit="texels")("resolution", resolution)
     filter = optional(instance(Filter), "Pcf(1)")("filter", filter) or Pcf(1)
     target = one_of("packed", "unorm8")("target", target)
@@ -86,16 +86,16 @@ def export_page(
         usable = ", ".join(
             kind.spelling for kind in FILTERS if kind.snippet and not kind().encoding and not kind().obeys_size
         )
-        raise SettingsError(f"filter {filter} cannot be asked in WebGL 1; these can: {usable}")
+        raise SettingsError(f"filter {filter} is not available in WebGL 1; available are: {usable}")
     casting = [each for each in lights if each.shadow is not None and not each.wide]
     if not casting:
-        raise SettingsError("there is no sun, spot or point light that casts: a page shows the shadow of one")
+        raise SettingsError("no directional, spot or point light casts a shadow: a page needs one")
     if len(lights) > 1:
-        warn(f"the page shows one light of {len(lights)}: {casting[0]!r}")
+        warn(f"the page shows only one light of {len(lights)}: {casting[0]!r}")
     triangles = sum(len(node.mesh.triangles) for node in scene.nodes)
     if triangles > MOST_TRIANGLES:
         raise ResourceError(
-            f"{triangles} triangles are more than a page holds ({MOST_TRIANGLES}): export a simpler model"
+            f"{triangles} triangles exceed the limit of a page ({MOST_TRIANGLES}): export a simpler model"
         )
     data = _described(scene, camera, casting[0], resolution, filter, Target.RGBA8 if target == "packed" else Target.R8)
     text = files("glshadow.web").joinpath("page.html").read_text(encoding="utf-8")
@@ -103,7 +103,7 @@ def export_page(
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ResourceError(f"{path.parent} cannot be made: {error.strerror}") from None
+        raise ResourceError(f"{path.parent} cannot be created: {error.strerror}") from None
     page = text.replace("$NAME$", words(scene.name)).replace('"$DATA$"', json.dumps(data).replace("</", "<\\/"))
     with replacing(path) as temporary:
         temporary.write_text(page, encoding="utf-8")
@@ -114,7 +114,7 @@ def _described(
     scene: Scene, camera: Camera, light: Light, resolution: int, filter: Filter, target: Target
 ) -> dict[str, Any]:
     low, high = scene.extent
-    origin = 0.5 * (low + high)  # what the page's numbers count from: its floats are 32 bits
+    origin = 0.5 * (low + high)  # origin of the page's coordinates: its floats have 32 bits
     corners, normals, nodes, first = [], [], [], 0
     for node in scene.nodes:
         mesh = node.mesh
@@ -138,7 +138,7 @@ def _described(
         light, list(boxes), boxes[[node.casts for node in scene.nodes]].reshape(-1, 3), CLIP, resolution, guard
     )
     if not views:
-        raise SettingsError("the light reaches nothing of the scene")
+        raise SettingsError("the light does not reach the scene")
     placed, size = layout(views, MAP_SIDE)
     shadow = light.shadow or Shadow()
     bias = (shadow.bias or ReceiverPlaneBias()).derived(filter.reach_texels)
@@ -198,7 +198,7 @@ def _camera(camera: Camera, origin: Array) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Numbers, and lists of them; matrices as OpenGL stores them."""
+    """Numbers, and lists of them; matrices in OpenGL's storage order."""
     if isinstance(value, bytes):
         return np.frombuffer(value, np.float32).tolist()
     if isinstance(value, np.ndarray):

@@ -1,9 +1,9 @@
-"""Error of the shadows of real models at the default settings, against rays, beside that of maps.
+"""Errors of the shadows of real models with default settings, against traced rays, compared with shadow maps.
 
-Every picture is 1280 x 720 with the scene's own camera, and its own sun unless the line says otherwise. A pixel that shows another
-triangle than the exact ray meets does not count (see glshadow.scoring). The limits: acne 0, leak and grain 0.005 % of the counted
-pixels, wrong 0.3 % of them and 5 % of what drawing no shadow at all scores. A line that misses one is marked with its name. Maps of 2048
-and 4096 texels with 3 x 3 comparisons follow: what falls with the texel, or faster, is the price of the resolution.
+Every image is 1280 x 720 with the scene's own camera, and its own directional light unless the line says otherwise. Pixels that show
+another triangle than the exact ray are not counted (see glshadow.scoring). The limits: acne 0, leak and grain 0.005 % of the counted
+pixels, wrong 0.3 % of them and 5 % of the score without any shadow. A line that exceeds one is marked with its name. Maps of 2048
+and 4096 texels with 3 x 3 comparisons follow: errors that fall with the texel size, or faster, are limited by resolution.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ COLUMNS = ("counted", "wrong", "edge", "acne", "leak", "grain", "mean", "none", 
 PLACES = {"counted": 1, "none": 2, "ratio": 2}
 LIMITS = {"acne": 0.0, "leak": 5e-5, "grain": 5e-5, "wrong": 3e-3, "ratio": 0.05}
 LARGEST = "brain_cortex.ply"  # 608,752 triangles
-LOW_SUNS = (5.0, 2.0)  # degrees over the horizon
+LOW_SUNS = (5.0, 2.0)  # degrees above the horizon
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def lines(name: str, scene: gs.Scene) -> Iterator[tuple[str, gs.Light]]:
 
 
 def scored(renderer: gs.Renderer, truth: gs.Truth, shadow: gs.Shadow) -> dict[str, float]:
-    """The errors of one picture, as fractions; `none` is what drawing no shadow at all would score as wrong."""
+    """The errors of one image, as fractions; `none` is the wrong share of an image without shadows."""
     light = replace(truth.lights[0], shadow=shadow)
     frame = renderer.render(truth.scene, truth.camera, [light], SIZE, outputs=("visibility", "triangle"), samples=1)
     error = gs.measure(frame, truth)
@@ -82,7 +82,7 @@ def scored(renderer: gs.Renderer, truth: gs.Truth, shadow: gs.Shadow) -> dict[st
 
 
 def missed(row: dict[str, float]) -> list[str]:
-    """Names of the limits that a line misses."""
+    """Names of the limits that a line exceeds."""
     return [name for name, limit in LIMITS.items() if row[name] > limit]
 
 
@@ -93,7 +93,7 @@ def printed(name: str, row: dict[str, float]) -> str:
 
 
 def cost_of_truth(path: Path, up: str) -> dict[str, float]:
-    """Seconds that the trace of a model takes, and the peak memory of a process that does nothing else, in bytes."""
+    """Seconds to trace a model, and the peak memory of a process that does nothing else, in bytes."""
     warnings.simplefilter("ignore", gs.GlshadowWarning)
     scene = gs.load(path, up_axis=up)
     start = time.perf_counter()
@@ -116,7 +116,7 @@ def measured_lines(name: str, scene: gs.Scene, results: dict[str, Any]) -> None:
 
 
 def formats() -> list[dict[str, Any]]:
-    """Print and collect the gaps that coarse formats leave at a wall's foot."""
+    """Print and collect the gaps that coarse formats leave at the foot of a wall."""
     click.echo("\ngap at a wall's foot     step mm  predicted mm  measured mm  measured / predicted")
     rows = []
     with gs.Renderer() as renderer:
@@ -145,7 +145,7 @@ def main(folder: Path | None, only: str | None, output: Path | None) -> None:
         if only is None or only in name:
             measured_lines(name, make(), results["lines"])
     if folder and (only is None or only in LARGEST):
-        with multiprocessing.get_context("spawn").Pool(1) as pool:  # a process of its own: its peak is the trace's
+        with multiprocessing.get_context("spawn").Pool(1) as pool:  # a separate process: its peak memory is the trace's
             cost = results["truth"] = pool.apply(cost_of_truth, (folder / LARGEST, dict(MODELS)[LARGEST]))
         click.echo(f"\n{LARGEST}: traced in {cost['trace_s']:.1f} s, peak memory {cost['peak_bytes'] / 2**30:.2f} GiB")
     if only is None:

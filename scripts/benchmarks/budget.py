@@ -1,7 +1,7 @@
-"""Budgets on scenes that nobody tuned for: what `max_wrong` chooses, against rays and against the best of the whole grid.
+"""Budgets on untuned scenes: the settings that `max_wrong` chooses, against traced rays and the best setting of the whole grid.
 
-Each model on a ground under a sun, a spot and a point light; three budgets. Kept: measured wrong pixels at most 1.2 x the budget. Cost:
-time of a picture with the chosen settings over that of the cheapest of all settings that meet the budget by rays, both timed in turn.
+Each model on a ground under a directional, a spot and a point light; three budgets. Accuracy: measured wrong pixels at most 1.2 x the
+budget. Cost: time of an image with the chosen settings over that of the cheapest of all settings within the budget, timed in turn.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ BUDGETS = (0.0005, 0.002, 0.01)
 
 
 def lights_of(scene: gs.Scene) -> dict[str, gs.Light]:
-    """A sun, a spot and a point light above a scene."""
+    """A directional, a spot and a point light above a scene."""
     low, high = scene.bounds
     middle, size = 0.5 * (low + high), float(np.linalg.norm(high - low))
     place = middle + size * np.array([0.25, 0.45, 0.2])
@@ -37,7 +37,7 @@ def lights_of(scene: gs.Scene) -> dict[str, gs.Light]:
 
 
 def measure_budgets(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str, Any]:
-    """Every scene, light and budget."""
+    """Measure every scene, light and budget."""
     results: dict[str, Any] = {}
     grid = [gs.Shadow(filter=gs.Exact()), *(gs.Shadow(filter=f, resolution=r) for f in FILTERS for r in RESOLUTIONS)]
     kept, costs = [], []

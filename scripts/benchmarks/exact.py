@@ -1,8 +1,8 @@
-"""The exact filter: wrong pixels against float64 and against rays, and its time against maps, the floor and Embree.
+"""The exact filter: wrong pixels against float64 and traced rays, and its time against maps, the floor and Embree.
 
-Parts: `wrong` (pixels that differ from Embree at the same surface points, and who of the two is right by float64 brute force; and the
-error that `gs.measure` counts), `moving` (a light that moves every frame: exact frame over the default 3 x 3 frame), `still` (a light
-that stays while the camera moves), `build` (list build over the depth-only pass of a 2048 map), `embree` (shadow rays), `growth`
+Parts: `wrong` (pixels that differ from Embree at the same surface points, and which of the two is right by float64 brute force; and the
+error according to `gs.measure`), `moving` (a light that moves every frame: exact frame over the default 3 x 3 frame), `still` (a fixed
+light and a moving camera), `build` (list build over the depth-only pass of a 2048 map), `embree` (shadow rays), `growth`
 (triangles, lights, map sizes) and `samples` (antialiasing). Ratios are medians of rounds in one process, variants taking turns.
 """
 
@@ -30,11 +30,11 @@ from tests.exact import brute
 
 PARTS = ("wrong", "moving", "still", "build", "embree", "growth", "samples")
 EXACT = gs.Shadow(filter=gs.Exact())
-STEP = 1e-3  # by which a moving light's place or direction changes from round to round
+STEP = 1e-3  # change of a moving light's position or direction from round to round
 
 
 def lights_of(name: str, scene: gs.Scene) -> dict[str, gs.Light]:
-    """A sun, a spot and a point light."""
+    """A directional, a spot and a point light."""
     if name == "courtyard":
         return {
             "sun": gs.DirectionalLight(),
@@ -55,18 +55,18 @@ def lights_of(name: str, scene: gs.Scene) -> dict[str, gs.Light]:
 
 
 def moved(light: gs.Light, k: int) -> gs.Light:
-    """The light a little further on."""
+    """The light moved slightly."""
     name = "direction" if isinstance(light, gs.DirectionalLight) else "position"
     old = np.asarray(getattr(light, name))
     return replace(light, **{name: tuple(old + STEP * k * np.abs(old).max() * np.array([1.0, 0.0, -0.5]))})
 
 
 def alternate(jobs: dict[str, Callable[[int], Any]], rounds: int) -> dict[str, Array]:
-    """Seconds (rounds,) of each job, taking turns; two rounds before do not count."""
+    """Seconds (rounds,) of each job, taking turns; two earlier rounds are not counted."""
     times: dict[str, list[float]] = {name: [] for name in jobs}
     for k in range(-2, rounds):
         for name, job in jobs.items():
-            time.sleep(0.02)  # Embree's threads spin on for a while
+            time.sleep(0.02)  # Embree's threads keep spinning for a while
             start = time.perf_counter()
             job(k)
             if k >= 0:
@@ -75,7 +75,7 @@ def alternate(jobs: dict[str, Callable[[int], Any]], rounds: int) -> dict[str, A
 
 
 def ratio(above: Array, below: Array) -> float:
-    """Median of the ratios inside each round, which slow phases of the machine hit alike."""
+    """Median of the ratios inside each round: slow phases of the machine affect both alike."""
     return float(np.median(above / below))
 
 
@@ -85,7 +85,7 @@ def wrong(name: str, scene: gs.Scene, results: dict[str, Any]) -> None:
             lamp = replace(light, shadow=EXACT)
             frame = renderer.render(scene, None, [lamp], SIZE, outputs=("visibility", "triangle"), samples=1)
             same = gs.trace(scene, None, [lamp], SIZE, surface=frame.triangle, samples=1)
-            # outside a spot's cone there is no light to be in the shadow of
+            # outside a spot's cone there is no light that could be shadowed
             disputed = np.flatnonzero(same.reached[0] & (np.abs(frame.visibility[0] - same.visibility[0]) > 0.5))
             rays = same.rays
             assert renderer._cache.scene.thing is not None
@@ -187,7 +187,7 @@ def build(name: str, scene: gs.Scene, rounds: int, results: dict[str, Any]) -> N
 
 
 def embree(name: str, scene: gs.Scene, rounds: int, results: dict[str, Any]) -> None:
-    """Against Embree: raw 32-bit rays prepared beforehand, and as trimesh hands them through (64-bit rays, offsets, one call each)."""
+    """Against Embree: raw 32-bit rays prepared beforehand, and through trimesh (64-bit rays, offsets, one call each)."""
     from trimesh import Trimesh
     from trimesh.ray.ray_pyembree import RayMeshIntersector
 
@@ -266,7 +266,7 @@ def growth(folder: Path, rounds: int, results: dict[str, Any]) -> None:
 
 
 def sized(brain: gs.Scene) -> Iterator[tuple[int, gs.Scene]]:
-    """About 10 k, 100 k, 600 k and 2.4 M triangles of the same shape: thinned out, whole, and four of it."""
+    """About 10 k, 100 k, 600 k and 2.4 M triangles of the same shape: decimated, whole, and four copies."""
     mesh = one_draw(brain).nodes[0].mesh
     for part in (61, 6):
         few = gs.Mesh(mesh.positions, mesh.triangles[::part])

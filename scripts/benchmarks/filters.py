@@ -1,7 +1,7 @@
-"""Every filter against a hard comparison: time of a frame whose map is kept, of one whose sun moves, and error against rays.
+"""Every filter against a hard comparison: time of a frame with a cached map, of one with a moving light, and error against traced rays.
 
-Then what taking means costs (filling a map of them, blurring it), and the composed shaders against the same kernels written by hand into
-one file (by_hand.frag). Medians of rounds that alternate in one process; ratios inside each round.
+Also the cost of prefiltering (filling a moment map, blurring it), and the composed shaders against hand-written ones in a
+single file (by_hand.frag). Medians of alternating rounds in one process; ratios inside each round.
 """
 
 from __future__ import annotations
@@ -40,20 +40,20 @@ def alternated(jobs: dict[str, Callable[[float], Any]], rounds: int) -> dict[str
     for k in range(-2, rounds):
         for number, (name, job) in enumerate(jobs.items()):
             start = time.perf_counter()
-            job(k + number / len(jobs))  # each a sun of its own: what one drew is not to be kept for the next
+            job(k + number / len(jobs))  # a different light each: nothing of one job is cached for the next
             if k >= 0:
                 times[name].append(time.perf_counter() - start)
     return {name: np.array(values) for name, values in times.items()}
 
 
 def settings() -> dict[str, gs.Shadow]:
-    """What is compared: every technique's settings, of a map or of none."""
+    """The settings to compare: every technique, with and without a shadow map."""
     kinds = [each for kind in FILTERS for each in tried(kind)]
     return {str(each): gs.Shadow(filter=each) for each in dict.fromkeys(kinds)}
 
 
 def moved(scene: gs.Scene, shadows: dict[str, gs.Shadow], rounds: int) -> dict[str, np.ndarray]:
-    """Seconds of frames whose sun moves, each setting with a renderer of its own: its maps stay where they are."""
+    """Seconds of frames with a moving light; each setting has its own renderer, so that its maps stay allocated."""
     with ExitStack() as stack:
         renderers = {name: stack.enter_context(gs.Renderer()) for name in shadows}
         jobs: dict[str, Callable[[float], Any]] = {
@@ -66,7 +66,7 @@ def moved(scene: gs.Scene, shadows: dict[str, gs.Shadow], rounds: int) -> dict[s
 
 
 def measure_filters(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str, Any]:
-    """Time over hard, and error."""
+    """Time over the hard filter, and error."""
     results: dict[str, Any] = {}
     for name, make in [each for each in scenes if each[0] == "courtyard"]:
         scene = make()
@@ -76,7 +76,7 @@ def measure_filters(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[s
         with gs.Renderer() as renderer:
             for text, shadow in shadows.items():
                 light = turned_sun(scene, 0, shadow)
-                renderer.render(scene, None, [light], SIZE, outputs=("image",), samples=1)  # makes what is kept
+                renderer.render(scene, None, [light], SIZE, outputs=("image",), samples=1)  # fills the caches
                 taken = []
                 for _ in range(rounds):
                     start = time.perf_counter()
@@ -97,23 +97,23 @@ def measure_filters(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[s
 
 
 def measure_means(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str, Any]:
-    """Filling and blurring a map of means, over a hard frame whose sun moves; a map of 2048."""
+    """Time to fill and blur a prefiltered map of 2048, over a hard frame with a moving light."""
     scene, kinds = scenes[0][1](), (gs.Esm, gs.Vsm, gs.Evsm, gs.Msm)
     shadows = {"hard": gs.Shadow(filter=gs.Hard())}
     shadows |= {f"{kind.__name__} {radius}": gs.Shadow(filter=kind(radius)) for kind in kinds for radius in (0, 1, 4)}
     times = moved(scene, shadows, rounds)
     hard = times["hard"]
     found = {name: float(np.median(each / hard)) for name, each in times.items()}
-    click.echo("over a hard frame: filling the map and asking it; blurring it over 3 x 3, over 9 x 9")
+    click.echo("over a hard frame: filling the map and sampling it; blurring it over 3 x 3, over 9 x 9")
     for kind in kinds:
         name = kind.__name__
         fill, narrow, wide = (found[f"{name} {radius}"] for radius in (0, 1, 4))
-        click.echo(f"{name:8s} fill and ask {fill - 1.0:5.2f}  blur {narrow - fill:5.2f}  {wide - fill:5.2f}")
+        click.echo(f"{name:8s} fill and sample {fill - 1.0:5.2f}  blur {narrow - fill:5.2f}  {wide - fill:5.2f}")
     return found
 
 
 def write_by_hand(renderer: gs.Renderer, defines: dict[str, str]) -> None:
-    """Give a renderer the resolve pass whose fragment stage is by_hand.frag."""
+    """Replace a renderer's resolve pass by one whose fragment stage is by_hand.frag."""
     programs = renderer._programs
     composed, made = programs.get, []
 
@@ -133,8 +133,8 @@ def write_by_hand(renderer: gs.Renderer, defines: dict[str, str]) -> None:
 
 
 def measure_hand(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str, Any]:
-    """The composed resolve pass over the hand-written one, both over a kept map."""
-    scene, results = plain(scenes[0][1]()), {}  # its surfaces flat, as by_hand.frag has them
+    """The composed resolve pass over the hand-written one, both with a cached map."""
+    scene, results = plain(scenes[0][1]()), {}  # flat surfaces, as in by_hand.frag
     for name, (kind, defines) in KERNELS.items():
         light = turned_sun(scene, 0, gs.Shadow(filter=kind, fit=gs.SceneFit()))
         with gs.Renderer() as ours, gs.Renderer() as hand:

@@ -1,7 +1,7 @@
-"""Frame time against the floor: what the same driver needs for a Lambert pass and a depth-only pass of the same scene.
+"""Frame time over the floor: the same driver's time for a Lambert pass and a depth-only pass of the same scene.
 
-All variants run round-robin in one process, read-back included, with one moving sun; ratios of medians are what counts. The floor
-draws the same nodes with the same matrices, culling and sizes, but knows no shadow.
+All variants take turns in one process, read-back included, with one moving directional light; compare ratios of medians only. The floor
+draws the same nodes with the same matrices, culling and sizes, but without shadows.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ MODELS = (
 
 
 def models_in(folder: Path | None) -> Path | None:
-    """The folder of the 12 models: the given one, else GLSHADOW_MODELS, else the one beside the checkout; None where there is none."""
+    """The folder of the 12 models: the given one, GLSHADOW_MODELS, or the one next to the checkout; None if none exists."""
     found = folder or Path(os.environ.get("GLSHADOW_MODELS", Path(__file__).resolve().parents[3] / "shared" / "models"))
     return found if found.is_dir() else None
 
 
 def turned_sun(scene: gs.Scene, k: float, shadow: gs.Shadow) -> gs.DirectionalLight:
-    """The scene's sun, a little further on every round."""
+    """The scene's directional light, moved slightly every round."""
     light, angle = scene.lights[0], 0.002 * k
     x, y, z = light.direction if isinstance(light, gs.DirectionalLight) else gs.DirectionalLight().direction
     turned = (x * np.cos(angle) - z * np.sin(angle), y, x * np.sin(angle) + z * np.cos(angle))
@@ -50,9 +50,9 @@ def turned_sun(scene: gs.Scene, k: float, shadow: gs.Shadow) -> gs.DirectionalLi
 
 
 def measure(scene: gs.Scene, repeats: int, filters: dict[str, Any]) -> dict[str, Any]:
-    """Medians in ms of the floor and of each filter, round-robin, with a sun that moves every round."""
+    """Medians in ms of the floor and of each filter, in turn, with a light that moves every round."""
     with Renderer() as renderer, ExitStack() as stack:
-        # each filter with a renderer of its own: what one keeps is not to be made anew for the next
+        # one renderer per filter: caches of one are not rebuilt for the next
         renderers = {name: stack.enter_context(Renderer()) for name in filters}
         lights = {name: gs.Shadow(filter=kind) for name, kind in filters.items()}
         floor = Floor(renderer, scene, SIZE, 2048)
@@ -81,13 +81,13 @@ def measure(scene: gs.Scene, repeats: int, filters: dict[str, Any]) -> dict[str,
     row: dict[str, Any] = {"triangles": triangles, "nodes": len(scene.nodes)}
     for name, values in times.items():
         row[name] = {"median_ms": float(np.median(values)), "min_ms": min(values), "max_ms": max(values)}
-        # the ratio inside each round, which slow phases of the machine hit alike
+        # the ratio inside each round: slow phases of the machine affect both alike
         row[name]["ratio"] = float(np.median(np.array(values) / np.array(times["floor"])))
     return row
 
 
 def profile(scene: gs.Scene, repeats: int) -> dict[str, float]:
-    """Median ms per pass of the default frame, with a sun that moves."""
+    """Median ms per pass of the default frame, with a moving light."""
     with Renderer() as renderer:
         passes: list[dict[str, float]] = []
         for k in range(repeats + 2):
@@ -101,7 +101,7 @@ def profile(scene: gs.Scene, repeats: int) -> dict[str, float]:
 
 
 def start_up(model: Path, repeats: int) -> dict[str, Any]:
-    """Seconds of `glshadow render MODEL` from process start to the PNG on disk, warm shader cache, and where they go."""
+    """Seconds of `glshadow render MODEL` from process start to the PNG on disk, with a warm shader cache, by stage."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "glshadow", "render", str(model), "-o", f"{folder}/out.png", "--json"]
         runs, report = [], {}
@@ -126,7 +126,7 @@ def one_draw(scene: gs.Scene) -> gs.Scene:
 
 
 def plain(scene: gs.Scene) -> gs.Scene:
-    """The scene without textures and shading normals, so that it differs from `one_draw` by its draws alone."""
+    """The scene without textures and shading normals, so that it differs from `one_draw` only by its draw calls."""
     meshes = {id(n.mesh): gs.Mesh(n.mesh.positions, n.mesh.triangles) for n in scene.nodes}
     nodes = tuple(gs.Node(meshes[id(n.mesh)], n.world_from_mesh, n.name) for n in scene.nodes)
     return gs.Scene(nodes, scene.camera, scene.lights)

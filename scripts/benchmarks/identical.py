@@ -1,6 +1,6 @@
-"""Whether pictures are the same to the last bit as those of another version: hashes of every scene, filter, light and target.
+"""Compares images bit for bit with those of another version: hashes of every scene, filter, light and target.
 
-`--save FILE` writes the hashes, `--against FILE` compares with a file that another version wrote, and lists what moved.
+`--save FILE` writes the hashes, `--against FILE` compares with a file from another version and lists differences.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ OUTPUTS = ("image", "visibility", "depth")
 
 
 def settings() -> Iterator[tuple[str, gs.Shadow]]:
-    """Every filter with every target that it takes."""
+    """Every filter with every target that it supports."""
     for kind in (gs.Hard(), *(gs.Pcf(radius) for radius in range(5))):
         for target in gs.Target:
             yield f"{kind!r} {target.value}", gs.Shadow(filter=kind, target=target, resolution=512)
@@ -32,7 +32,7 @@ def settings() -> Iterator[tuple[str, gs.Shadow]]:
 
 
 def hashes(folder: Path) -> Iterator[tuple[str, dict[str, str]]]:
-    """Of each picture's outputs."""
+    """Hashes of each image's outputs."""
     from dataclasses import replace
 
     models = [(name, gs.load(folder / name, up_axis=up)) for name, up in MODELS]
@@ -49,13 +49,13 @@ def hashes(folder: Path) -> Iterator[tuple[str, dict[str, str]]]:
 
 
 def digest(array: Any) -> str:
-    """Of an array's shape and bytes."""
+    """Hash of an array's shape and bytes."""
     return hashlib.sha256(repr(array.shape).encode() + np.ascontiguousarray(array).tobytes()).hexdigest()[:16]
 
 
 @click.command(help=__doc__)
 @click.option("--models", "folder", type=click.Path(exists=True, path_type=Path), help="Folder of the 12 models.")
-@click.option("--save", type=click.Path(path_type=Path), help="Write the hashes there.")
+@click.option("--save", type=click.Path(path_type=Path), help="Write the hashes to this file.")
 @click.option("--against", type=click.Path(exists=True, path_type=Path), help="Compare with these.")
 def main(folder: Path | None, save: Path | None, against: Path | None) -> None:
     warnings.simplefilter("ignore", gs.GlshadowWarning)
@@ -73,7 +73,7 @@ def main(folder: Path | None, save: Path | None, against: Path | None) -> None:
             if differs:
                 moved += 1
                 click.echo(f"{name}: {', '.join(differs)}")
-        click.echo(f"{len(found)} pictures, {moved} moved")
+        click.echo(f"{len(found)} images, {moved} differ")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
-"""Large scenes: CPU time to the first picture of millions of triangles or many nodes, of the next ones, and what it takes of memory.
+"""Large scenes: CPU time of the first image of millions of triangles or many nodes, of later images, and memory.
 
-Each part runs in a process of its own. Memory is what the picture adds to the process; a driver on the CPU keeps its buffers there too.
+Each part runs in a process of its own. Memory is what the image adds to the process; a driver on the CPU keeps its buffers there too.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _ROUNDS = 5
 
 
 def sheet(side: int, shuffled: bool) -> gs.Mesh:
-    """A displaced grid of side x side vertices; shuffled: vertices and triangles in no order."""
+    """A displaced grid of side x side vertices; shuffled: vertices and triangles in random order."""
     random = np.random.default_rng(0)
     x, z = np.meshgrid(*[np.linspace(-1.0, 1.0, side)] * 2)
     y = 0.05 * np.sin(9.0 * x) * np.cos(7.0 * z) + 1e-4 * random.standard_normal(x.shape)
@@ -40,7 +40,7 @@ def sheet(side: int, shuffled: bool) -> gs.Mesh:
 
 
 def many(count: int, meshes: int) -> gs.Scene:
-    """Boxes of 12 triangles in a field, every one of so many meshes in turn."""
+    """Boxes of 12 triangles in a field, which take turns in using `meshes` meshes."""
     random = np.random.default_rng(0)
     places, triangles = shapes.box((1.0, 1.0, 1.0))
     of = [gs.Mesh(places * (1.0 + 1e-3 * (k % 97)), triangles) for k in range(meshes)]
@@ -54,26 +54,26 @@ def many(count: int, meshes: int) -> gs.Scene:
 
 
 def _memory(field: str) -> int:
-    """Bytes that the process has (VmRSS), or had at most (VmHWM)."""
+    """Current memory of the process in bytes (VmRSS), or its peak (VmHWM)."""
     found = re.search(rf"{field}:\s+(\d+) kB", Path("/proc/self/status").read_text())
     assert found is not None
     return 1024 * int(found[1])
 
 
 def _timed(work: Callable[[], Any]) -> tuple[float, float]:
-    """Seconds of CPU, and of the clock."""
+    """Seconds of CPU time and wall-clock time."""
     cpu, wall = time.process_time(), time.perf_counter()
     work()
     return time.process_time() - cpu, time.perf_counter() - wall
 
 
 def mesh(side: int, shuffled: bool) -> dict[str, float]:
-    """The first picture of one mesh, and frames of a moving camera and a moving sun over those of a map."""
+    """The first image of one mesh; frames with a moving camera and with a moving light, over those of a shadow map."""
     scene = gs.Scene((gs.Node(sheet(side, shuffled), np.eye(4), "sheet"),))
     count = len(scene.nodes[0].mesh.triangles)
     with gs.Renderer() as renderer, gs.Renderer() as maps:
         renderer.render(gs.scenes.courtyard(), samples=1)
-        Path("/proc/self/clear_refs").write_text("5")  # the peak starts anew
+        Path("/proc/self/clear_refs").write_text("5")  # resets the peak
         before = _memory("VmRSS")
         cpu, wall = _timed(lambda: renderer.render(scene, samples=1))
         row = {
@@ -94,12 +94,12 @@ def mesh(side: int, shuffled: bool) -> dict[str, float]:
 
 
 def nodes(count: int, meshes: int) -> dict[str, float]:
-    """The first picture of many nodes, and of those in which one of them has moved."""
+    """The first image of many nodes, and images after one of them has moved."""
     scene = many(count, meshes)
     camera, lights = scene.camera, scene.lights
     with gs.Renderer() as renderer:
         renderer.render(gs.scenes.courtyard(), samples=1)
-        again = gs.Scene(scene.nodes)  # its bounds are not known yet
+        again = gs.Scene(scene.nodes)  # its bounds are not computed yet
         cpu, wall = _timed(lambda: renderer.render(gs.Scene(scene.nodes), camera, lights, samples=1))
         renderer.render(again, camera, lights, samples=1)
         moved, still = [], []

@@ -1,7 +1,7 @@
-"""One changed line: pyrender's OffscreenRenderer and ours on six scenes.
+"""Compares pyrender's OffscreenRenderer with ours on six scenes.
 
-Without shadows: how far our pictures are from pyrender's of rough dielectrics (their Lambert part and little else), in units of 255. With a
-sun's: wrong pixels of both against rays, and time, alternating, the sun moving every frame.
+Without shadows: difference between our images and pyrender's of rough dielectrics (mostly their Lambert part), in units of 255. With a
+directional light's shadow: wrong pixels of both against traced rays, and time, alternating, with a light that moves every frame.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ NAMES = ("courtyard", "athlete", "chess", "demosthenes", "flight", "bicycle")
 
 
 def measure_line(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str, Any]:
-    """Every scene."""
+    """Measure every scene."""
     pyrender: Any = pyrender_module()
     flags = pyrender.RenderFlags
     results: dict[str, Any] = {}
@@ -33,7 +33,7 @@ def measure_line(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str,
         there, light = pyrender_scene(pyrender, scene, sun)
         reach = float(
             np.linalg.norm(scene.bounds[1] - scene.bounds[0])
-        )  # pyrender's clip planes are metres: a chess board has less
+        )  # pyrender's clip planes are in metres: a chess board is smaller
         there.main_camera_node.camera.znear, there.main_camera_node.camera.zfar = 1e-3 * reach, 10.0 * reach
         offscreen, ours = pyrender.OffscreenRenderer(*SIZE), gs.PyrenderRenderer(*SIZE)
         a, _ = offscreen.render(there)

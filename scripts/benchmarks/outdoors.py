@@ -1,6 +1,6 @@
-"""The large scene: what one map, cascades, perspective and no map at all leave wrong, by distance, and what they cost.
+"""The large scene: error by distance, and time, with one map, cascades, a perspective map and no map.
 
-Mean error of visibility against rays over pixels that face the sun; medians of frames whose sun moves, alternating, over those of one map.
+Mean visibility error against traced rays over lit pixels; medians of frames with a moving light, alternating, over those of one map.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def main(repeats: int, output: Path | None) -> None:
     truth = gs.trace(scene, None, [sun], SIZE, samples=1)
     results: dict[str, dict[str, Any]] = {name: {} for name in shadows}
     with ExitStack() as stack:
-        # each with a renderer of its own: an atlas that changes its size from one to the next would be made anew
+        # one renderer each: a shared atlas would be allocated again whenever its size changes
         renderers = {name: stack.enter_context(gs.Renderer()) for name in shadows}
         times: dict[str, list[float]] = {name: [] for name in shadows}
         for k in range(-2, repeats):

@@ -1,7 +1,7 @@
-"""All techniques on five scenes: time over a hard frame against wrong pixels, one plot of all, and which wins at which budget.
+"""All techniques on five scenes: time over a hard frame against wrong pixels, a plot of all, and the best for each budget.
 
-Courtyard, chess board, bridge garden, terrain and outdoors; one sun that moves; 960 x 540; wrong pixels against rays, or grainy
-ones where these are more.
+Courtyard, chess board, bridge garden, terrain and outdoors; one moving directional light; 960 x 540; wrong pixels against traced rays,
+or grainy ones if these are more.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ from scripts.pages.techniques import tried
 SIZE = (960, 540)
 BUDGETS = (0.01, 0.003, 0.001, 0.0003)
 FAMILIES = {
-    "map that is compared": "#3b6fb6", "map of means": "#c2571a", "several maps, or one in perspective": "#4c9a2a", "triangles": "#8a2a8a",
+    "shadow map": "#3b6fb6", "prefiltered shadow map": "#c2571a", "several maps, or one with perspective": "#4c9a2a",
+    "tests against triangles": "#8a2a8a",
 }  # fmt: skip
 
 
@@ -35,20 +36,26 @@ def settings() -> dict[str, tuple[str, gs.Shadow]]:
     """Name -> (family, setting)."""
     found: dict[str, tuple[str, gs.Shadow]] = {}
     for kind in dict.fromkeys(each for family in FILTERS for each in tried(family)):
-        family = "triangles" if not kind.has_map else "map of means" if kind.encoding else "map that is compared"
+        family = (
+            "tests against triangles"
+            if not kind.has_map
+            else "prefiltered shadow map"
+            if kind.encoding
+            else "shadow map"
+        )
         found[str(kind)] = family, gs.Shadow(filter=kind)
     for resolution in (512, 1024, 4096):
         for kind in (gs.Hard(), gs.Pcf(1)):
-            found[f"{kind} {resolution}"] = "map that is compared", gs.Shadow(filter=kind, resolution=resolution)
+            found[f"{kind} {resolution}"] = "shadow map", gs.Shadow(filter=kind, resolution=resolution)
     for fit in (gs.Lispsm(), gs.Cascades(2), gs.Cascades(4)):
         found[f"pcf:1 {fit.spelling}{getattr(fit, 'count', '')}"] = (
-            "several maps, or one in perspective", gs.Shadow(filter=gs.Pcf(1), fit=fit),
+            "several maps, or one with perspective", gs.Shadow(filter=gs.Pcf(1), fit=fit),
         )  # fmt: skip
     return found
 
 
 def scenes(folder: Path | None) -> dict[str, Callable[[], gs.Scene]]:
-    """By name."""
+    """Scenes by name."""
     found: dict[str, Callable[[], gs.Scene]] = {"courtyard": gs.scenes.courtyard, "outdoors": gs.scenes.outdoors}
     if folder:
         found["chess board"] = lambda: gs.load(folder / "chess_board.glb", ground=True)
@@ -58,7 +65,7 @@ def scenes(folder: Path | None) -> dict[str, Callable[[], gs.Scene]]:
 
 
 def sun_of(scene: gs.Scene, k: float, shadow: gs.Shadow) -> gs.DirectionalLight:
-    """A sun that casts: low over terrain."""
+    """The scene's directional light at time k; low above terrain, so that it casts shadows."""
     light = turned_sun(scene, k, shadow)
     return (
         replace(light, direction=(light.direction[0], -0.25, light.direction[2])) if "terrain" in scene.name else light
@@ -72,7 +79,7 @@ def measure(scene: gs.Scene, rounds: int) -> dict[str, dict[str, float]]:
     results: dict[str, dict[str, float]] = {}
     hard: list[float] = []
     for name, shadow in chosen.items():
-        # beside a hard frame each, in renderers of their own: what one keeps is not to be made anew for the other
+        # each next to a hard frame, in renderers of their own: caches of one are not rebuilt for the other
         with gs.Renderer() as ours, gs.Renderer() as other:
             times = alternated(
                 {
@@ -95,7 +102,7 @@ def measure(scene: gs.Scene, rounds: int) -> dict[str, dict[str, float]]:
 
 
 def plot(results: dict[str, dict[str, dict[str, float]]], path: Path) -> None:
-    """One panel for each scene."""
+    """Draw one panel per scene."""
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -143,7 +150,7 @@ def plot(results: dict[str, dict[str, dict[str, float]]], path: Path) -> None:
     "--from",
     "stored",
     type=click.Path(exists=True, path_type=Path),
-    help="Measure nothing: figures of an earlier --json.",
+    help="Measure nothing; use the figures of an earlier --json.",
 )
 def main(folder: Path | None, repeats: int, output: Path | None, picture: Path | None, stored: Path | None) -> None:
     warnings.simplefilter("ignore", gs.GlshadowWarning)

@@ -1,8 +1,8 @@
-"""pyrender and Embree beside glshadow: one scene, camera, sun and size, timed in turn in one process, read-back included.
+"""Compares pyrender and Embree with glshadow: one scene, camera, light and size, timed in turn in one process, read-back included.
 
-Every picture is scored by `gs.measure` against the same truth. pyrender tells no visibility: it is the ratio of its own pictures
-with and without shadows (ambient light off, its gamma undone), as delivered and with its map size raised. What is not installed
-or does not run is left out, with the reason.
+Every image is scored by `gs.measure` against the same reference. pyrender does not output visibility; it is computed as the ratio of its
+images with and without shadows (ambient light off, gamma undone), with its default map size and a larger one. Programs that are missing
+or fail are left out, with the reason.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ GAMMA = 2.2  # pyrender's own, its shaders/mesh.frag
 
 @dataclass
 class Row:
-    """One technique: what is timed, what draws the same without shadows, and what gives the visibility (H, W)."""
+    """One technique: the timed frame, the same frame without shadows, and its visibility (H, W)."""
 
     name: str
     draw: Callable[[int], Any]
@@ -44,13 +44,13 @@ class Row:
 
 
 def turned(light: gs.DirectionalLight, k: int) -> gs.DirectionalLight:
-    """The sun at round k: it moves, so that nothing drawn for the last round will do."""
+    """The directional light in round k: it moves, so that nothing from the last round can be reused."""
     (x, y, z), a = light.direction, 0.002 * k
     return replace(light, direction=(x * np.cos(a) - z * np.sin(a), y, x * np.sin(a) + z * np.cos(a)))
 
 
 def glshadow_rows(stack: ExitStack, scene: gs.Scene, sun: gs.DirectionalLight) -> list[Row]:
-    """Each with a renderer of its own: one for all would allocate its map anew whenever the resolution changes."""
+    """One renderer each: a shared one would allocate its map again whenever the resolution changes."""
 
     def row(name: str, shadow: gs.Shadow, samples: int = 1) -> Row:
         renderer = stack.enter_context(gs.Renderer())
@@ -93,11 +93,11 @@ def embree_row(scene: gs.Scene, sun: gs.DirectionalLight) -> Row:
 
 
 def pyrender_module() -> Any:
-    """Import pyrender 0.1.45, which knows neither numpy 2 nor our choice of platform."""
+    """Import pyrender 0.1.45, which supports neither numpy 2 nor our platform setting."""
     os.environ.setdefault("PYOPENGL_PLATFORM", "egl")
     for name, value in (("infty", np.inf), ("float", float), ("int", int), ("bool", bool)):
         if name not in vars(np):
-            setattr(np, name, value)  # names that numpy has dropped
+            setattr(np, name, value)  # names that numpy has removed
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         import pyrender
@@ -113,7 +113,7 @@ def pose(axes: NDArray[np.float64], position: Any) -> NDArray[np.float64]:
 
 
 def pyrender_scene(pyrender: Any, scene: gs.Scene, sun: gs.DirectionalLight) -> tuple[Any, Any]:
-    """The same triangles, white and rough, under the same camera and sun; and the sun's node."""
+    """The same triangles, white and rough, with the same camera and directional light; and the light's node."""
     import trimesh
 
     there = pyrender.Scene(ambient_light=(0.0, 0.0, 0.0), bg_color=(0.0, 0.0, 0.0, 1.0))
@@ -138,7 +138,7 @@ def pyrender_scene(pyrender: Any, scene: gs.Scene, sun: gs.DirectionalLight) -> 
 
 
 def pyrender_row(scene: gs.Scene, sun: gs.DirectionalLight, resolution: int) -> Row:
-    """pyrender with its directional shadow; raises what is wrong with the installation."""
+    """pyrender with its directional shadow; raises an error if the installation does not work."""
     pyrender = pyrender_module()
     delivered = pyrender.constants.SHADOW_TEX_SZ
     pyrender.light.SHADOW_TEX_SZ = pyrender.renderer.SHADOW_TEX_SZ = resolution
@@ -158,7 +158,7 @@ def pyrender_row(scene: gs.Scene, sun: gs.DirectionalLight, resolution: int) -> 
         share = np.where(lit > 0.0, dark / np.where(lit > 0.0, lit, 1.0), 0.0)
         return np.where(seen, np.clip(share, 0.0, 1.0), np.nan).astype(np.float32)
 
-    draw(0)  # what does not work shall not work here
+    draw(0)  # raises errors before timing starts
     what = "as delivered" if resolution == delivered else "map raised"
     shadow = gs.Shadow(filter=gs.Pcf(1), resolution=resolution)  # its filter too is 3 x 3 bilinear comparisons
     return Row(
@@ -191,7 +191,7 @@ def timed(rows: list[Row], repeats: int, clock: Callable[[], float]) -> dict[str
 
 
 def scored(row: Row, truth: gs.Truth, sun: gs.DirectionalLight) -> dict[str, float]:
-    """The error of a row's visibility; nothing for a row without shadows."""
+    """The error of a row's visibility; empty for a row without shadows."""
     if row.visibility is None:
         return {}
     frame = SimpleNamespace(visibility=row.visibility()[None], scene=truth.scene, camera=truth.camera,
@@ -203,7 +203,7 @@ def scored(row: Row, truth: gs.Truth, sun: gs.DirectionalLight) -> dict[str, flo
 
 
 def build_ms(scene: gs.Scene) -> float:
-    """What Embree's tree takes: a scene it has not seen, one pixel."""
+    """Time to build Embree's tree: a new scene, one pixel."""
     fresh = replace(scene, name="fresh")
     start = time.perf_counter()
     gs.trace(fresh, size=(1, 1))
@@ -232,7 +232,7 @@ def main(repeats: int, processor_time: bool, output: Path | None) -> None:
         for resolution in (2048, 4096):
             try:
                 rows.append(pyrender_row(scene, sun, resolution))
-            except Exception as error:  # an import, a driver, a version: whatever it is, the table says so
+            except Exception as error:  # an import, a driver, a version: the table shows any error
                 missing[f"pyrender, {resolution}"] = f"{type(error).__name__}: {error}"
         rows.append(embree_row(scene, sun))
         results = timed(rows, repeats, time.process_time if processor_time else time.perf_counter)

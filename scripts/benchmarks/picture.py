@@ -1,7 +1,7 @@
 """The image: which pixels are clipped, what several samples bring and cost, what many images of one scene and the first one cost.
 
-Times are medians of rounds that alternate in one process, read-back included, with one moving sun and the default filter; ratios are
-what counts. The truth of samples is 16 x 16 of them: a picture four times as large in each direction with 16 samples, averaged.
+Times are medians of alternating rounds in one process, read-back included, with one moving directional light and the default filter;
+compare ratios only. The reference has 16 x 16 samples: an image four times as large in each direction with 16 samples, averaged.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from sections import Scenes, command
 
 import glshadow as gs
 
-SMALL = (640, 360)  # of errors: its sixteenfold fits into a texture
+SMALL = (640, 360)  # for errors: sixteen times as many pixels fit into a texture
 LINEAR = ("courtyard", "bicycle.glb", "japanese_bridge_garden.glb", "chess_board.glb")
 LIMITS = {4: (0.5, 1.5), 16: (0.25, 2.3)}
 ORBIT, ORBIT_SIZE = 36, "640x480"
 
 
 def errors(scene: gs.Scene) -> dict[int, float]:
-    """Mean error of each count of samples against 16 x 16, over that of one; linear light, clamped."""
+    """Mean error of each sample count against 16 x 16, over that of one sample; linear, clamped."""
     with gs.Renderer() as renderer:
         large = (4 * SMALL[0], 4 * SMALL[1])
         fine = np.clip(renderer.render(scene, size=large, outputs=("linear",), samples=16).linear, 0.0, 1.0)
@@ -40,7 +40,7 @@ def errors(scene: gs.Scene) -> dict[int, float]:
 
 
 def times(scene: gs.Scene, rounds: int, still: bool) -> dict[int, float]:
-    """Time of each count of samples over that of one. `still`: the camera does not move, and what it sees is kept."""
+    """Time of each sample count over that of one. `still`: the camera does not move, and its surfaces are cached."""
     renderers = {samples: gs.Renderer() for samples in (1, 4, 8, 16)}
     taken: dict[int, list[float]] = {samples: [] for samples in renderers}
     camera = scene.camera
@@ -102,13 +102,13 @@ def measure_orbit(_: Scenes, rounds: int, folder: Path | None) -> dict[str, Any]
                 taken.append(time.perf_counter() - start)
     one, each = float(np.median(single)), float(np.median(whole)) / ORBIT
     click.echo(
-        f"chess board, {ORBIT_SIZE}: one command {one:.2f} s, a picture of --orbit {ORBIT} {each:.3f} s: {each / one:.2f} x"
+        f"chess board, {ORBIT_SIZE}: one command {one:.2f} s, an image of --orbit {ORBIT} {each:.3f} s: {each / one:.2f} x"
     )
     return {"single_s": one, "picture_s": each, "ratio": each / one}
 
 
 def measure_start(_: Scenes, rounds: int, folder: Path | None) -> dict[str, Any]:
-    """Process start to PNG of the chess board."""
+    """Time from process start to the PNG of the chess board."""
     assert folder is not None
     found = start_up(folder / "chess_board.glb", rounds)
     click.echo(f"glshadow render chess_board.glb: {found['median_s']:.2f} s; {found['where']}")

@@ -1,4 +1,4 @@
-"""A benchmark of several sections over the courtyard and the models: its command line."""
+"""Command line of a benchmark with several sections over the courtyard and the models."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ Section = Callable[[Scenes, int, Path | None], dict[str, Any]]
 
 
 def command(text: str | None, sections: Mapping[str, Section]) -> click.Command:
-    """`--section`, `--only`, `--repeats`, `--models` and `--json` of these; `text`: its help."""
+    """A command with `--section`, `--only`, `--repeats`, `--models` and `--json`; `text` is its help."""
 
     @click.command(help=text)
     @click.option("--models", "folder", type=click.Path(exists=True, path_type=Path), help="Folder of the 12 models.")
     @click.option("--repeats", default=9, show_default=True, help="Rounds per scene.")
-    @click.option("--section", "wanted", multiple=True, type=click.Choice(list(sections)), help="Only these.")
+    @click.option("--section", "wanted", multiple=True, type=click.Choice(list(sections)), help="Only these sections.")
     @click.option("--only", help="Only scenes whose name contains this.")
     @click.option("--json", "output", type=click.Path(path_type=Path), help="Write all figures there.")
     def main(folder: Path | None, repeats: int, wanted: tuple[str, ...], only: str | None, output: Path | None) -> None:

@@ -1,7 +1,7 @@
-"""What is done only where OpenGL runs on the CPU (`Caps.software`): each with and without, in turn; medians, and whether a value differs.
+"""Optimisations for OpenGL on the CPU only (`Caps.software`): each with and without, in turn; medians, and whether values differ.
 
-Each is measured in a scene and a stage of the frame where it is the only one: maps of fewer than 131,072 triangles are neither cut into
-pieces nor spared, the camera's pass is not spared.
+Each is measured in a scene and a stage of the frame where it is the only one: maps of fewer than 131,072 triangles are neither split
+nor culled, and the camera's pass is not culled.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ NEVER = 1 << 60
 
 @dataclass(frozen=True)
 class Shape:
-    """Something shaped for drivers on the CPU: a stage of a frame, in which everything else is the same."""
+    """An optimisation for drivers on the CPU, with a stage of a frame in which everything else is the same."""
 
     what: str
     where: str
     stage: str
     scene: Callable[[Path], gs.Scene]
     shadow: gs.Shadow
-    pieces: bool = True  # whether draws are cut, with which the driver begins early
+    pieces: bool = True  # whether draws are split, which makes the driver begin early
     turns: str = "light"
 
 
@@ -44,7 +44,7 @@ def _brain(folder: Path) -> gs.Scene:
 
 
 def _brains(folder: Path) -> gs.Scene:
-    """Four behind each other."""
+    """Four brains behind each other."""
     return list(sized(gs.load(folder / "brain_cortex.ply", up_axis="z")))[-1][1]
 
 
@@ -59,7 +59,7 @@ SHAPES = (
 
 
 def measure(shape: Shape, folder: Path, rounds: int) -> dict[str, object]:
-    """Medians in ms with and without, and whether pictures differ."""
+    """Medians in ms with and without, and whether images differ."""
     scene = shape.scene(folder)
     sun = gs.DirectionalLight(direction=(-0.5, -0.8, 0.3), shadow=shape.shadow)
     times: dict[bool, list[float]] = {True: [], False: []}
@@ -77,7 +77,7 @@ def measure(shape: Shape, folder: Path, rounds: int) -> dict[str, object]:
             for software, renderer in renderers.items():
                 frame = renderer.render(scene, camera, [light], SIZE, outputs=("visibility", "timings"), samples=1)
                 seen[software] = frame.visibility
-                if k >= 6:  # clusters are made, and what is hidden is known
+                if k >= 6:  # clusters exist, and hidden ones are known
                     times[software].append(1e3 * frame.timings[shape.stage])
             differing += int((np.nan_to_num(seen[True]) != np.nan_to_num(seen[False])).sum())
     runs.AT_ONCE = 1 << 16

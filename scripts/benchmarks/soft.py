@@ -1,7 +1,7 @@
-"""Lights that have a size: wrong points against rays, error against many rays, time against the hard frame, against as many hard frames,
-and against Embree asked for the same rays.
+"""Lights that have a size: wrong points and error against traced rays, and time against one hard frame, many hard frames, and Embree with
+the same rays.
 
-Times are medians of rounds that alternate in one process, read-back included, with one moving sun; ratios are what counts.
+Times are medians of alternating rounds in one process, read-back included, with one moving directional light; compare ratios only.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ import glshadow as gs
 from glshadow.gl.techniques.area import Area
 from glshadow.reference.points import count_points
 
-SMALL = (640, 360)  # of wrong points
-TRUTH = (320, 180)  # of errors
+SMALL = (640, 360)  # size for wrong points
+TRUTH = (320, 180)  # size for errors
 RAYS = {"courtyard": 4096}
-FEW_RAYS = 1024  # of the models: their truth is good to a tenth of what is measured
+FEW_RAYS = 1024  # for the models: enough for a tenth of the measured errors
 ANGLES = (0.53, 2.0, 5.0)
 COUNTS = (64, 256, 1024)
 LIMITS = {64: 0.0035, 256: 0.0015, 1024: 0.0006}
 
 
 def lights_of(scene: gs.Scene) -> dict[str, gs.Light]:
-    """Three suns, a sphere and a panel."""
+    """Three directional lights with a size, a sphere light and a rectangular area light."""
     sun = scene.lights[0] if isinstance(scene.lights[0], gs.DirectionalLight) else gs.DirectionalLight()
     suns: dict[str, gs.Light] = {f"sun {angle:g}": replace(sun, angle=angle, shadow=gs.Shadow()) for angle in ANGLES}
     low, high = scene.bounds
@@ -49,7 +49,7 @@ def _across(direction: Any) -> tuple[float, float, float]:
 
 
 def measure_wrong(scenes: Scenes, _rounds: int, _folder: Path | None) -> dict[str, Any]:
-    """Pixels whose count differs from that of rays in float64."""
+    """Pixels whose count differs from that of float64 rays."""
     results: dict[str, Any] = {}
     click.echo(f"{'scene':30s} {'light':10s} pixels, off by more than one point, by one; penumbra")
     with gs.Renderer() as renderer:
@@ -75,7 +75,7 @@ def measure_wrong(scenes: Scenes, _rounds: int, _folder: Path | None) -> dict[st
 
 
 def measure_error(scenes: Scenes, _rounds: int, _folder: Path | None) -> dict[str, Any]:
-    """Mean error against 4,096 rays (of the models 1,024), over pixels that face the light."""
+    """Mean error against 4,096 rays (for models 1,024), over pixels that face the light."""
     results: dict[str, Any] = {}
     click.echo(
         f"{'scene':30s} {'light':10s} mean error of {', '.join(map(str, COUNTS))} points; 95th percentile of 64; limit"
@@ -112,7 +112,7 @@ def measure_error(scenes: Scenes, _rounds: int, _folder: Path | None) -> dict[st
 
 
 def measure_time(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str, Any]:
-    """Soft frames over the hard frame of the same round."""
+    """Time of soft frames over the hard frame of the same round."""
     results: dict[str, Any] = {}
     click.echo(f"{'scene':30s} hard ms; times over it: sun {', '.join(f'{angle:g}' for angle in ANGLES)} degrees")
     for name, make in scenes:
@@ -142,7 +142,7 @@ def measure_time(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str,
 
 
 def measure_others(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str, Any]:
-    """Other filters under a sun of 2 degrees and a sphere: mean error, that in the penumbra, and time over the exact hard frame."""
+    """Other filters under a directional light of 2 degrees and a sphere light: mean error, penumbra error, time over the hard frame."""
     results: dict[str, Any] = {}
     filters = (
         gs.Pcf(1),
@@ -189,7 +189,7 @@ def measure_others(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[st
 
 
 def _moved(light: gs.Light, k: int, size: float) -> gs.Light:
-    """A little further on, as large as it is or a point; hard ones by the default filter."""
+    """The light moved slightly, with its size or as a point; hard ones with the default filter."""
     shadow = light.shadow if size else gs.Shadow()
     if isinstance(light, gs.DirectionalLight):
         x, y, z = light.direction
@@ -200,7 +200,7 @@ def _moved(light: gs.Light, k: int, size: float) -> gs.Light:
 
 
 def measure_frames(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str, Any]:
-    """One soft frame of 64 points over 64 exact hard frames."""
+    """Time of one soft frame with 64 points over 64 exact hard frames."""
     results: dict[str, Any] = {}
     for name, make in scenes:
         scene = make()
@@ -242,7 +242,7 @@ def timed_asking(taken: list[float]) -> Iterator[None]:
 
 
 def measure_embree(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[str, Any]:
-    """The passes that ask the penumbra, and Embree asked for the same rays, its tree built before."""
+    """Time of the penumbra passes, and of Embree with the same rays and its tree built before."""
     results: dict[str, Any] = {}
     for name, make in [each for each in scenes if each[0] == "courtyard"]:
         scene = make()
@@ -280,7 +280,7 @@ def measure_embree(scenes: Scenes, rounds: int, _folder: Path | None) -> dict[st
             "ours_ns": 1e9 * ours_each,
             "embree_ns": 1e9 * theirs_each,
         }
-        click.echo(f"{name}: {asked} pixels asked, {1e9 * ours_each:.0f} ns a point; Embree {1e9 * theirs_each:.0f} ns a ray: "
+        click.echo(f"{name}: {asked} pixels tested, {1e9 * ours_each:.0f} ns a point; Embree {1e9 * theirs_each:.0f} ns a ray: "
                    f"{ours_each / theirs_each:.2f} x")  # fmt: skip
     return results
 

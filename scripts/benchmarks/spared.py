@@ -1,6 +1,6 @@
-"""Maps of a moving light with and without clusters, and without telling the driver to begin early; and whether anything differs.
+"""Maps of a moving light with and without cluster culling, and without telling the driver to begin early; also compares the values.
 
-The three take turns in one process; medians. `cpu` is the time of all threads: on a machine that does other work too it is what counts.
+The three take turns in one process; medians. `cpu` is the time of all threads, which is meaningful on a busy machine.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ WAYS = {
 
 
 def subdivided(scene: gs.Scene, times: int) -> gs.Scene:
-    """The same surfaces in 4^times as many triangles, in the order of those they are parts of."""
+    """The same surfaces with 4^times as many triangles, in the original order."""
     nodes = []
     for node in scene.nodes:
         positions, triangles = node.mesh.positions, node.mesh.triangles
@@ -45,7 +45,7 @@ def subdivided(scene: gs.Scene, times: int) -> gs.Scene:
 
 
 def scenes(folder: Path | None, only: str | None) -> Iterator[tuple[str, gs.Scene]]:
-    """Courtyard, the same in 16 times as many triangles, the 12 models, four brains."""
+    """Courtyard, the same with 16 times as many triangles, the 12 models, four brains."""
     for name, times in (("courtyard", 0), ("courtyard x 16", 2)):
         if not only or only in name:
             yield name, subdivided(gs.scenes.courtyard(), times)
@@ -57,7 +57,7 @@ def scenes(folder: Path | None, only: str | None) -> Iterator[tuple[str, gs.Scen
 
 
 def compare(name: str, kind: str, scene: gs.Scene, light: gs.Light, rounds: int) -> None:
-    """One line."""
+    """Measure and print one line."""
     renderers = {way: gs.Renderer() for way in WAYS}
     spent: dict[str, list[list[float]]] = {way: [] for way in WAYS}
     differing = 0
@@ -66,9 +66,9 @@ def compare(name: str, kind: str, scene: gs.Scene, light: gs.Light, rounds: int)
         for way, renderer in renderers.items():
             occlusion.LEAST_TRIANGLES, runs.AT_ONCE = WAYS[way]
             start, cpu = time.perf_counter(), time.process_time()
-            lamp = replace(moved(light, k), shadow=gs.Shadow())
-            asked = ("image", "timings", "triangle", "shadow_maps") if k < 0 else ("image", "timings")
-            frame = frames[way] = renderer.render(scene, None, [lamp], SIZE, outputs=asked, samples=1)
+            caster = replace(moved(light, k), shadow=gs.Shadow())
+            outputs = ("image", "timings", "triangle", "shadow_maps") if k < 0 else ("image", "timings")
+            frame = frames[way] = renderer.render(scene, None, [caster], SIZE, outputs=outputs, samples=1)
             times = [time.perf_counter() - start, time.process_time() - cpu]
             if k >= 0:
                 spent[way].append([frame.timings["surface"], frame.timings["shadow"], *times])

@@ -1,6 +1,6 @@
-"""Pixels whose visibility differs from float64 rays through their own middles and samples, whatever triangle was drawn there: per million
-pixels of each model, under suns, a spot and a point light, and how much more than the truth they flicker in a turning camera. Models are
-drawn without their smooth normals: visibility is then that of their triangles.
+"""Pixels whose visibility differs from float64 rays through their own centres and samples, whatever triangle was drawn there: per million
+pixels of each model, under directional lights, a spot and a point light, and how much more than the reference they flicker with a rotating
+camera. Models are drawn without their smooth normals: visibility is then that of their triangles.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ FLICKER_SIZE = (320, 180)
 
 
 def suns(generator: np.random.Generator, count: int) -> list[gs.DirectionalLight]:
-    """From everywhere above."""
+    """Directional lights from random directions above."""
     found = []
     for _ in range(count):
         direction = generator.normal(size=3)
@@ -36,7 +36,7 @@ def suns(generator: np.random.Generator, count: int) -> list[gs.DirectionalLight
 
 
 def lamps(scene: gs.Scene) -> list[Any]:
-    """A point and a spot light above."""
+    """A point and a spot light above the scene."""
     low, high = scene.bounds
     middle, extent = 0.5 * (low + high), float(np.linalg.norm(high - low))
     place = middle + extent * np.array([-0.5, 0.7, 0.2])
@@ -47,14 +47,14 @@ def lamps(scene: gs.Scene) -> list[Any]:
 
 
 def turned(camera: Any, angle: float, share: float = 1.0) -> Any:
-    """The camera turned about its target by an angle (radians), at so much of its distance."""
+    """The camera rotated about its target by an angle (radians), at a share of its distance."""
     eye, target = np.array(camera.position), np.array(camera.target)
     matrix = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
     return replace(camera, position=tuple(target + share * matrix @ (eye - target)))
 
 
 class Truth:
-    """What float64 rays see of a scene, and which pixels are judged: not those where a texture cuts out what rays meet."""
+    """Visibility of a scene by float64 rays; pixels whose rays meet alpha-tested texels are not judged."""
 
     def __init__(self, scene: gs.Scene) -> None:
         self.scene = scene
@@ -64,11 +64,11 @@ class Truth:
         self.opaque = np.array(opaque)[self.node]
 
     def views(self, camera: Any, size: tuple[int, int], samples: int = 1) -> list[View]:
-        """One for each place in a pixel."""
+        """One view per sample position in a pixel."""
         return [View(self.scene, camera, size, tuple(place), tracer=self.tracer) for place in offsets(samples).tolist()]
 
     def visibility(self, views: list[View], light: Any) -> np.ndarray:
-        """Mean over the views (H, W); nan where it is not judged."""
+        """Mean over the views (H, W); NaN for pixels that are not judged."""
         found = []
         for view in views:
             sun = isinstance(light, gs.DirectionalLight)
@@ -97,7 +97,7 @@ def isolated(visibility: np.ndarray) -> np.ndarray:
 
 
 def wrong(scene: gs.Scene, name: str, count: int, samples: int, renderer: gs.Renderer) -> dict[str, float]:
-    """Per million judged pixels: wrong, isolated dark and light, and those that show another triangle."""
+    """Per million judged pixels: wrong, isolated dark and light, and pixels that show another triangle."""
     generator = np.random.default_rng(len(name) * 7919 + 3)
     truth, sums = Truth(scene), np.zeros(5)
     cameras = [scene.camera, turned(scene.camera, generator.uniform(1, 5), 0.8)]
@@ -120,7 +120,7 @@ def wrong(scene: gs.Scene, name: str, count: int, samples: int, renderer: gs.Ren
 
 
 def flicker(scene: gs.Scene, name: str, renderer: gs.Renderer, frames: int = 60) -> dict[str, float]:
-    """Isolated pixels that change from a frame to the next and back while a camera turns by 0.1 degree a frame, per million and frame."""
+    """Isolated pixels that change between frames and back while a camera turns by 0.1 degree per frame, per million and frame."""
     truth = Truth(scene)
     light = gs.DirectionalLight(direction=(-0.5, -0.6, 0.3))
     counts: dict[str, list[float]] = {"ours": [], "truth": []}
@@ -139,14 +139,14 @@ def flicker(scene: gs.Scene, name: str, renderer: gs.Renderer, frames: int = 60)
 
 
 def scenes(folder: Path, only: str | None) -> Iterator[tuple[str, gs.Scene]]:
-    """The models as their files place them."""
+    """The models as placed by their files."""
     for name, up in MODELS:
         if only is None or only in name:
             yield name, flat(gs.load(folder / name, up_axis=up))
 
 
 def flat(scene: gs.Scene) -> gs.Scene:
-    """Without normals of vertices; nodes go on sharing meshes."""
+    """The scene without vertex normals; nodes still share meshes."""
     meshes = {id(node.mesh): replace(node.mesh, normals=None) for node in scene.nodes}
     return replace(scene, nodes=tuple(replace(node, mesh=meshes[id(node.mesh)]) for node in scene.nodes))
 
@@ -158,11 +158,13 @@ def flat(scene: gs.Scene) -> gs.Scene:
     "count",
     default=8,
     show_default=True,
-    help="Suns for each of two cameras, beside a point and a spot light.",
+    help="Directional lights for each of two cameras, in addition to a point and a spot light.",
 )
-@click.option("--samples", type=click.Choice(["1", "4", "16"]), default="1", show_default=True, help="In each pixel.")
+@click.option(
+    "--samples", type=click.Choice(["1", "4", "16"]), default="1", show_default=True, help="Samples per pixel."
+)
 @click.option("--only", help="Only models whose name contains this.")
-@click.option("--flicker", "flickers", is_flag=True, help="A turning camera instead.")
+@click.option("--flicker", "flickers", is_flag=True, help="Measure flicker with a rotating camera instead.")
 @click.option("--json", "output", type=click.Path(path_type=Path), help="Write all figures there.")
 def main(folder: Path | None, count: int, samples: str, only: str | None, flickers: bool, output: Path | None) -> None:
     warnings.simplefilter("ignore", gs.GlshadowWarning)

@@ -1,7 +1,7 @@
-"""Measure everything anew and write the tables of docs/ and of the README.
+"""Measures everything again and writes the tables of docs/ and the README.
 
-The numbers that the tables show are kept in docs/numbers, with day, commit and machine. It takes an hour or more on a machine that does
-nothing else, and wants the 12 models. With --from-stored nothing is measured: the tables are made from the stored numbers.
+The tables' numbers are kept in docs/numbers, with day, commit and machine. It takes an hour or more on an idle machine and needs the
+12 models. With --from-stored nothing is measured: the tables are made from the stored numbers.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from scripts.pages.markdown import Numbers, Part, rounded
 
 
 def measured(part: Part, more: tuple[str, ...]) -> Any:
-    """What a part's benchmark writes; it prints as it goes.
+    """Run a part's benchmark, which prints as it goes; returns its results.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def circumstances() -> dict[str, str]:
     with gs.Renderer() as renderer:
         here = machine(renderer.info)
     git = ("git", "-C", str(ROOT), "rev-parse", "--short", "HEAD")
-    # without git, and in a checkout from an archive, there is none
+    # without git, and in a checkout from an archive, there is no commit
     commit = (
         subprocess.run(git, capture_output=True, text=True, check=False).stdout.strip() if shutil.which("git") else ""
     )
@@ -60,7 +60,7 @@ def circumstances() -> dict[str, str]:
 
 
 def store(part: Part, results: Any) -> None:
-    """Keep what the tables show of a part's results."""
+    """Store the numbers of a part's results that the tables show."""
     numbers: Numbers = {"measured": circumstances(), "results": rounded(part.condensed(results))}
     stored(part).write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
 

@@ -1,6 +1,6 @@
-"""Every technique on the courtyard: frame time over the floor, and error against rays.
+"""Measures every technique on the courtyard: frame time over the floor, and error against traced rays.
 
-The settings are the defaults, and those that plans, studies and the hard cases try. Times as in `scripts/bench frame`, errors as in
+Settings are the defaults, and those that plans, studies and the hard cases try. Times as in `scripts/bench frame`, errors as in
 `scripts/bench accuracy`.
 """
 

@@ -1,7 +1,7 @@
-"""Frame time of this checkout against another one's: both alive in a process of their own, frame by frame in turn.
+"""Frame time of this checkout against another one: each in a process of its own, alternating frame by frame.
 
 `--other FOLDER` is the other checkout. A row per scene, light and filter: the median of the ratios inside each round, this over other;
-lights move every frame. A second column compares the other checkout with itself: what the machine's noise is worth.
+lights move every frame. A second column compares the other checkout with itself, as a measure of the machine's noise.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class Checkout:
         self.process.wait()
 
     def ask(self, **job: Any) -> dict[str, float]:
-        """One job done; its answer."""
+        """Send one job; returns its answer."""
         assert self.process.stdin is not None
         assert self.process.stdout is not None
         self.process.stdin.write(json.dumps(job) + "\n")
@@ -85,7 +85,7 @@ class Checkout:
     "--other", type=click.Path(exists=True, file_okay=False, path_type=Path), required=True, help="A checkout."
 )
 @click.option("--models", "folder", type=click.Path(exists=True, path_type=Path), help="Folder of the 12 models.")
-@click.option("--rounds", default=15, show_default=True, help="Per scene, light and filter.")
+@click.option("--rounds", default=15, show_default=True, help="Rounds per scene, light and filter.")
 @click.option("--only", help="Only scenes whose name contains this.")
 @click.option("--json", "output", type=click.Path(path_type=Path), help="Write all figures there.")
 def main(other: Path, folder: Path | None, rounds: int, only: str | None, output: Path | None) -> None:
@@ -137,7 +137,7 @@ def main(other: Path, folder: Path | None, rounds: int, only: str | None, output
 
 
 def _spelled(light: Any) -> str:
-    """As Python that makes it, with what all versions know."""
+    """Python code that makes the light, with arguments that all versions have."""
     names = {"DirectionalLight": ("direction",), "SpotLight": ("position", "direction", "inner_angle", "outer_angle")}
     kind = type(light).__name__
     given = ", ".join(f"{name}={getattr(light, name)!r}" for name in names.get(kind, ("position",)))

@@ -1,9 +1,9 @@
-"""Light that slips through closed surfaces, and shadows that a plane casts on itself: the exact filter must show neither.
+"""Light leaks through closed surfaces, and self-shadowing of planes: the exact filter must show neither.
 
-Rays: ten million of each kind of light at edges and vertices of a sphere, a torus and a brain, by the filter's own GLSL; triple
-products of float32 on the same rays are the control. Leaks: whole pictures of a plane under a jittered sheet, at random orientations; the
+Rays: ten million per kind of light at edges and vertices of a sphere, a torus and a brain, by the filter's own GLSL; float32 triple
+products on the same rays are the control. Leaks: whole images of a plane under a jittered sheet, at random orientations; the
 control draws no shadow. Acne: three tessellations of one plane, light 60 to 0.1 degrees high, up to 1000 from the world's origin.
-The generators are those of tests/exact. Ends with exit code 1 if anything slips, leaks or shows acne, or if a control does not.
+The generators are those of tests/exact. Exit code 1 if there is any leak or acne, or if a control shows none.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ EXACT = gs.Shadow(filter=gs.Exact())
 
 @dataclass(frozen=True)
 class Row:
-    """One line: how many of `asked` rays or pixels are wrong, and how many the control gets wrong, which must be `expected`."""
+    """One line: wrong rays or pixels of those tested, and the control's wrong ones, which must be `expected`."""
 
     what: str
     light: str
@@ -54,7 +54,7 @@ class Row:
 
 
 def solids(folder: Path | None) -> Iterator[tuple[str, Solid]]:
-    """What rays are aimed at."""
+    """Targets of the rays."""
     yield "sphere", shapes.icosphere(6, 1.0)
     yield "torus", shapes.torus(1.0, 0.3, 256, 128)
     if folder:
@@ -63,7 +63,7 @@ def solids(folder: Path | None) -> Iterator[tuple[str, Solid]]:
 
 
 def rays(folder: Path | None, total: int) -> Iterator[Row]:
-    """Rays at edges and vertices; `total` for each kind of light."""
+    """Rays at edges and vertices; `total` per kind of light."""
     rng = np.random.default_rng(7)
     meshes = list(solids(folder))
     context = open_context("egl")
@@ -89,7 +89,7 @@ def rays(folder: Path | None, total: int) -> Iterator[Row]:
 
 
 def leaks(pixels: int) -> Iterator[Row]:
-    """Pictures under sheets; `pixels` for each kind of light, half of them under either sheet."""
+    """Images under sheets; `pixels` per kind of light, half of them under each sheet."""
     rng = np.random.default_rng(8)
     with gs.Renderer() as renderer:
         for cells in CELLS:
@@ -109,7 +109,7 @@ def leaks(pixels: int) -> Iterator[Row]:
 
 
 def acne() -> Iterator[Row]:
-    """Pictures of planes that are there three times."""
+    """Images of planes with three overlapping tessellations."""
     rng = np.random.default_rng(9)
     with gs.Renderer() as renderer:
         for elevation in sheets.ELEVATIONS:
@@ -125,12 +125,12 @@ def acne() -> Iterator[Row]:
 
 @click.command(help=__doc__)
 @click.option("--models", "folder", type=click.Path(exists=True, path_type=Path), help="Folder of the 12 models.")
-@click.option("--rays", "count", default=10_000_000, show_default=True, help="For each kind of light.")
-@click.option("--pixels", default=10_000_000, show_default=True, help="Under sheets, for each kind of light.")
+@click.option("--rays", "count", default=10_000_000, show_default=True, help="Rays per kind of light.")
+@click.option("--pixels", default=10_000_000, show_default=True, help="Pixels under sheets, per kind of light.")
 @click.option("--json", "output", type=click.Path(path_type=Path), help="Write all figures there.")
 def main(folder: Path | None, count: int, pixels: int, output: Path | None) -> None:
     folder = models_in(folder)
-    click.echo(f"{'':44s} {'light':12s} {'asked':>12s} {'wrong':>8s} {'control':>12s}")
+    click.echo(f"{'':44s} {'light':12s} {'tested':>12s} {'wrong':>8s} {'control':>12s}")
     rows = []
     for part in (rays(folder, count), leaks(pixels), acne()):
         for row in part:

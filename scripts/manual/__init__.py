@@ -1,1 +1,1 @@
-"""The documentation: pages whose code runs, a gallery of the examples, and the reference."""
+"""The documentation: pages whose code is run, a gallery of the examples, and the API reference."""

@@ -1,6 +1,6 @@
-"""The documentation as HTML: README, pages with the pictures that their own code makes, gallery, notebooks, API reference.
+"""Builds the documentation as HTML: README, pages with the images that their code makes, gallery, notebooks, API reference.
 
-Sphinx builds it, and what it warns of is an error: a link that leads nowhere, a page that is in no list.
+Sphinx warnings are errors: broken links, pages in no table of contents.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 GUIDES = ("tutorial", "arrays", "notebooks", "window", "programs", "pyrender", "page", "batch")
 """Pages for one who begins, in their order."""
 INVENTORY = "objects.inv"
-"""What Sphinx leaves in a folder of its pages: what has none is not replaced."""
+"""Files that Sphinx leaves in its output folder: a folder without them is not overwritten."""
 _SHOWS = re.compile(r"^<!-- shows: (\S+) -->$", re.MULTILINE)
 _EXAMPLE = re.compile(r"`examples/(\w+)\.py`")
 STYLE = """
@@ -58,25 +58,25 @@ SETTINGS = {
 
 
 def build(folder: Path, only: Sequence[str] = (), said: Callable[[str], None] = lambda _: None) -> None:
-    """Write the pages.
+    """Build the pages.
 
     Parameters
     ----------
     folder : Path
-        Where; what was there of an earlier build is replaced.
+        Output folder; an earlier build in it is replaced.
     only : sequence of str
-        Names of the guides, examples and notebooks that are run, when not all are; the others are pages without pictures, or left out.
+        Names of the guides, examples and notebooks to run; None runs all. The others become pages without images, or are left out.
     said : callable
-        Is told what is done.
+        Called with progress messages.
 
     Raises
     ------
     RuntimeError, ValueError
-        If an example, a page or a notebook fails; if something public has no words; if Sphinx warns: all that it says. If the folder
-        holds something else.
+        If an example, a page or a notebook fails; if a public name has no docstring; if Sphinx warns, with all its warnings; if the folder
+        contains anything else.
     """
     if folder.exists() and any(folder.iterdir()) and not (folder / INVENTORY).is_file():
-        raise ValueError(f"{folder} holds something else than these pages: name a folder that is empty, or not there")
+        raise ValueError(f"{folder} contains other files than these pages: name an empty or new folder")
     wanted = (lambda name: name in only) if only else lambda _: True
     with tempfile.TemporaryDirectory() as temporary:
         stage, made = Path(temporary) / "pages", Path(temporary) / "made"
@@ -118,7 +118,7 @@ def build(folder: Path, only: Sequence[str] = (), said: Callable[[str], None] = 
 
 
 def _run_page(page: Path, folder: Path) -> None:
-    """Run a page's blocks; the pictures that it shows are put beside it."""
+    """Run a page's blocks and copy the images that it shows."""
     text = page.read_text()
     folder.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as place:
@@ -132,7 +132,7 @@ def _run_page(page: Path, folder: Path) -> None:
 
 
 def _stage(page: Path, target: Path, names: set[str]) -> None:
-    """A page as Sphinx reads it: with its pictures, and links to what is built with it."""
+    """A page prepared for Sphinx, with its images and links."""
     target.parent.mkdir(exist_ok=True)
     up = "" if page.parent == ROOT else "../"
 
@@ -153,7 +153,7 @@ def _stage(page: Path, target: Path, names: set[str]) -> None:
 
 
 def _index(readme: Path, notebooks: Sequence[str]) -> str:
-    """The README, with the lists from which the pages' menu is made."""
+    """The README, with the lists for the menu."""
     listed = set(GUIDES) | {"README"}
     rows = re.findall(r"^\| \[[^]]+\]\((\w+)\.md\)", (readme.parent / "docs" / "README.md").read_text(), re.MULTILINE)
     more = [name for name in rows if name not in listed]
@@ -171,7 +171,7 @@ def _index(readme: Path, notebooks: Sequence[str]) -> str:
 
 
 def _reference() -> str:
-    """The page that leads to pdoc's."""
+    """The page that links to pdoc's pages."""
     rows = "".join(
         f'<tr><td><a href="reference/{name.replace(".", "/")}.html"><code>{name}</code></a></td><td>{what}</td></tr>\n'
         for name, what in reference.MODULES.items()

@@ -1,4 +1,4 @@
-"""The gallery: every example run in a folder of its own, a page each with its picture, what it prints, and its source."""
+"""The gallery: runs every example in its own folder, and writes a page with its image, output and source."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ THUMBNAIL = (320, 200)
 
 @dataclass(frozen=True)
 class Shown:
-    """An example that was run.
+    """An example and its output.
 
     Attributes
     ----------
     title, look, more : str
-        Its first sentence, what is to be looked at, and the rest of its docstring.
+        Its first sentence, what to look at, and the rest of its docstring.
     source : str
-        Without the docstring.
+        Source code without the docstring.
     picture : Path or None
     said : str
-        What it printed.
+        Its output.
     """
 
     name: str
@@ -43,12 +43,12 @@ class Shown:
 
 
 def run_example(path: Path, folder: Path) -> Shown:
-    """Run one in a folder.
+    """Run an example in a folder.
 
     Raises
     ------
     RuntimeError
-        If it fails, with what it said.
+        If it fails, with its output.
     """
     folder.mkdir(parents=True, exist_ok=True)
     command = [sys.executable, str(path)]
@@ -75,7 +75,7 @@ def run_example(path: Path, folder: Path) -> Shown:
 
 
 def write_gallery(shown: Sequence[Shown], folder: Path) -> None:
-    """Pages in Markdown, and pictures beside them."""
+    """Write pages in Markdown, with images next to them."""
     folder.mkdir(parents=True, exist_ok=True)
     cards = []
     for each in shown:
@@ -87,7 +87,7 @@ def write_gallery(shown: Sequence[Shown], folder: Path) -> None:
     pages = "\n".join(each.name for each in shown)
     text = "\n\n".join(cards)
     (folder / "index.md").write_text(
-        "# Gallery\n\nEvery example, run when these pages were built: its picture, what it prints, and all of its source. The files are in"
+        "# Gallery\n\nEvery example, run when these pages were built: its image, its output, and its source. The files are in"
         f" `examples/`.\n\n::::{{container}} cards\n\n{text}\n\n::::\n\n```{{toctree}}\n:hidden:\n\n{pages}\n```\n"
     )
 

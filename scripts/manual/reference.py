@@ -1,4 +1,4 @@
-"""The API reference: every public name with its docstring, by pdoc; a warning, or a public name without words, is an error."""
+"""Builds the API reference with pdoc: every public name with its docstring; a warning or a missing docstring is an error."""
 
 import warnings
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ from glshadow.public import MODULES
 
 
 def modules() -> list[pdoc.doc.Module]:
-    """What is documented, with the names that are imported when first asked for."""
+    """The documented modules, with their lazily imported names."""
     found = []
     for name in MODULES:
         module = import_module(name)

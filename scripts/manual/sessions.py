@@ -1,4 +1,4 @@
-"""What a page tells its reader to type: Python and shell blocks, run in their order in one folder."""
+"""Runs the Python and shell blocks of a documentation page, in order in one folder."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ELSEWHERE = {
     r"glshadow view": "needs a screen: tests/examples/test_pages_run.py gives it one",
     r"jupyter ": "a server: tests/view/test_explorer_live.py opens a page of one",
 }
-"""How a shell line begins that a session leaves out -> why, and where it is tried."""
+"""Start of a shell line that a session skips -> why, and where it is tested."""
 
 _BLOCK = re.compile(
     r"(?:<!-- file: (?P<file>\S+) -->\n)?^```(?P<language>python|sh|json)\n(?P<text>.*?)^```\n(?:\s*^```text\n(?P<said>.*?)^```)?",
@@ -27,14 +27,14 @@ _BLOCK = re.compile(
 
 @dataclass(frozen=True)
 class Block:
-    """A fenced block.
+    """A fenced code block.
 
     Attributes
     ----------
     said : str or None
-        What the page says that it prints.
+        The output that the page shows.
     file : str or None
-        Name under which it is to be kept, for what is no code.
+        File name under which a block that is not code is stored.
     """
 
     language: str
@@ -45,7 +45,7 @@ class Block:
 
 
 def blocks_of(page: str) -> Iterator[Block]:
-    """The blocks of a page that are to be run or kept."""
+    """The blocks of a page that are run or stored."""
     for found in _BLOCK.finditer(page):
         line = page.count("\n", 0, found.start("text"))
         yield Block(found["language"], found["text"], found["said"], found["file"], line)
@@ -62,7 +62,7 @@ def left_out(block: Block) -> list[str]:
 
 
 def _lines(block: Block) -> list[str]:
-    """One for each command, however many it takes on the page."""
+    """One line per command, even if it is continued on the page."""
     return [line for line in block.text.replace("\\\n", " ").splitlines() if line.strip()]
 
 
@@ -71,19 +71,19 @@ def _elsewhere(line: str) -> bool:
 
 
 def headless() -> dict[str, str]:
-    """The environment without a screen, in which `glshadow` is this one."""
+    """The environment without a screen, in which `glshadow` is this checkout's."""
     here = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     kept = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
     return kept | {"PATH": here}
 
 
 def run(block: Block, folder: Path) -> str:
-    """Run a block in a folder; returns what it prints on standard output.
+    """Run a block in a folder; returns its standard output.
 
     Raises
     ------
     RuntimeError
-        If it fails, with the last of what it said.
+        If it fails, with the end of its output.
     """
     if block.file is not None:
         (folder / block.file).write_text(block.text)
@@ -110,7 +110,7 @@ _TIME = re.compile(r"[\d.]+ (?:s|ms|x floor)\b")
 
 
 def alike(said: str, printed: str) -> bool:
-    """Whether words are the same and numbers nearly: another driver may move a pixel at an edge; times may be any."""
+    """Whether texts have the same words and nearly the same numbers: another driver may move a pixel at an edge; times may differ."""
     said, printed = _TIME.sub("T", said), _TIME.sub("T", printed)
     if _NUMBER.sub("#", said) != _NUMBER.sub("#", printed):
         return False

@@ -1,4 +1,4 @@
-"""The tables in docs/ and in the README: which there are, from which measurements, and where they stand."""
+"""The tables in docs/ and the README: their names, measurements and pages."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ PARTS: tuple[Part, ...] = (
     means.PART,
     peers.PART,
 )
-"""In the order in which they are measured."""
+"""In the order of measurement."""
 
 _BLOCK = re.compile(r"(<!-- table: ([\w ]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
 def stored(part: Part) -> Path:
-    """Where a part's numbers are kept."""
+    """File of a part's numbers."""
     return DOCS / "numbers" / f"{part.name}.json"
 
 
@@ -57,12 +57,12 @@ def blocks() -> Blocks:
 
 
 def rendered() -> dict[Path, str]:
-    """Text of each page that has a table, with the tables of today's numbers.
+    """Text of each page with tables, filled with the stored numbers.
 
     Raises
     ------
     ValueError
-        If a page asks for a table that there is not, or a table stands nowhere.
+        If a page names an unknown table, or a table is on no page.
     """
     tables, used, pages = blocks(), set(), {}
     for path in (ROOT / "README.md", *sorted(DOCS.glob("*.md"))):

@@ -1,4 +1,4 @@
-"""Tables of the error of real models, and of what coarse formats cost."""
+"""Tables of the errors of real models, and of the cost of coarse formats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tables of what the code declares and nobody measures: biases, fits, limits, public modules."""
+"""Tables of declarations in the code: biases, fits, limits, public modules."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from scripts.pages.markdown import Blocks, table
 
 
 def blocks() -> Blocks:
-    """From the declarations themselves."""
+    """Tables made from the declarations."""
     bounds = [(f"`{each.name}`", f"{each.default:,.9g}", each.metadata["help"]) for each in fields(Limits)]
     return {
         "biases": _family(BIASES),

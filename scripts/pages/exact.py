@@ -1,4 +1,4 @@
-"""Tables of the exact filter: its pixels against float64, its time against maps, the floor and Embree."""
+"""Tables of the exact filter: pixels against float64, time against maps, the floor and Embree."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from scripts.pages.markdown import NOT_MEASURED, Blocks, Numbers, Part, fixed, percent, short, span, table
 
-MAP = ", map "  # in the name of a load that differs in its map alone, of which Exact has none
+MAP = ", map "  # in the name of a load that differs only in its map, which Exact does not have
 LIGHTS = ("sun", "spot", "point")
 
 

@@ -1,4 +1,4 @@
-"""Tables of the hard cases: scenes with an exact answer, and which technique fails in which."""
+"""Tables of the hard cases: scenes with an exact answer, and the techniques that fail in them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scripts.pages.markdown import Blocks, table
 
 
 def blocks() -> Blocks:
-    """From the table that the tests check."""
+    """Tables from the results that the tests check."""
     cases = read_cases()
     return {
         "hard cases": table(
@@ -29,9 +29,9 @@ def _rows(cases: Cases) -> list[list[str]]:
 
 
 def _verdicts(cases: Cases, row: Row) -> tuple[str, str]:
-    asked = [(name, cell) for name, cell in zip(cases.techniques, row.cells, strict=True) if cell is not None]
-    failed = [f"{name} ({cell.note})" if cell.note else name for name, cell in asked if cell.verdict != "pass"]
-    return f"{len(asked) - len(failed)} of {len(asked)}", ", ".join(failed)
+    tested = [(name, cell) for name, cell in zip(cases.techniques, row.cells, strict=True) if cell is not None]
+    failed = [f"{name} ({cell.note})" if cell.note else name for name, cell in tested if cell.verdict != "pass"]
+    return f"{len(tested) - len(failed)} of {len(tested)}", ", ".join(failed)
 
 
 def _techniques(cases: Cases) -> list[list[str]]:

@@ -1,4 +1,4 @@
-"""Numbers as Markdown, and what a part of the measurements says of itself."""
+"""Numbers as Markdown, and the description of a measurement."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ NOT_MEASURED = "not measured"
 
 @dataclass(frozen=True)
 class Part:
-    """One benchmark and the tables made of it.
+    """One benchmark and its tables.
 
     Parameters
     ----------
     name : str
-        Of the file that keeps its numbers.
+        Name of the file with its numbers.
     command : tuple of str
         Arguments of scripts/bench.
     condensed : callable
-        What the benchmark writes -> the numbers that the tables show, and no others.
+        Reduces the benchmark's results to the numbers that the tables show.
     blocks : callable
-        These numbers -> tables by name.
+        Makes tables by name from these numbers.
     """
 
     name: str
@@ -42,17 +42,17 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def measured_line(part: Part, measured: dict[str, str]) -> str:
-    """When, on what and how a part was measured."""
+    """Date, machine and command of a part's measurement."""
     return f"*`scripts/bench {' '.join(part.command)}`, {measured['on']}, commit {measured['commit']}: {measured['machine']}.*"
 
 
 def fixed(value: float | None, places: int, unknown: str = NOT_MEASURED) -> str:
-    """A number with so many places behind the point."""
+    """A number with a fixed number of decimal places."""
     return unknown if value is None else f"{value:.{places}f}"
 
 
 def percent(value: float | None, places: int, unknown: str = NOT_MEASURED) -> str:
-    """A fraction in percent, without the sign; with more places where it would look like 0 and is not."""
+    """A fraction in percent, without the sign; with more places if it would otherwise look like 0."""
     if value is None:
         return unknown
     if value and not float(f"{100.0 * value:.{places}f}"):
@@ -67,7 +67,7 @@ def span(values: Sequence[float], places: int) -> str:
 
 
 def rounded(value: Any, digits: int = 4) -> Any:
-    """Every float in a JSON value to so many significant digits."""
+    """Rounds every float in a JSON value to significant digits."""
     if isinstance(value, dict):
         return {key: rounded(each, digits) for key, each in value.items()}
     if isinstance(value, list | tuple):
@@ -76,5 +76,5 @@ def rounded(value: Any, digits: int = 4) -> Any:
 
 
 def short(name: str) -> str:
-    """A model's name without folder and ending, in words."""
+    """A model's name without folder and suffix, with spaces."""
     return name.rpartition("/")[2].partition(".")[0].replace("_", " ")

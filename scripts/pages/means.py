@@ -1,4 +1,4 @@
-"""Table of what a map of means costs beside the map itself."""
+"""Table of the cost of a prefiltered shadow map, in addition to the map itself."""
 
 from __future__ import annotations
 

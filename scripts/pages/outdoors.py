@@ -1,4 +1,4 @@
-"""Table of the large scene: what several maps, one in perspective and none at all leave wrong, by distance."""
+"""Table of the large scene: error by distance with several maps, one perspective map and no map."""
 
 from __future__ import annotations
 

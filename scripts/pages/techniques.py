@@ -1,4 +1,4 @@
-"""Tables of the techniques: what each is, what it costs, how wrong it is, where it fails."""
+"""Tables of the techniques: description, cost, error, and known failures."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ def tried(kind: type[Filter]) -> tuple[Filter, ...]:
 
 
 def measured(kind: type[Filter]) -> tuple[Filter, ...]:
-    """The settings of a technique that the tables show: its default first, then those that are tried; none that is not tried at all."""
+    """The settings of a technique in the tables: its default first, then those that are tried; empty if the technique is never tried."""
     return tuple(dict.fromkeys((kind(), *tried(kind)))) if tried(kind) else ()
 
 
 def called(filter_: Filter) -> str:
-    """How Python makes it: `Disc()`, or `BabylonEsm(close=True)`."""
+    """Python code for a filter: `Disc()`, or `BabylonEsm(close=True)`."""
     values = [(item.name, getattr(filter_, item.name), item.default) for item in fields(filter_)]  # type: ignore[arg-type]
     return (
         f"{type(filter_).__name__}({', '.join(f'{name}={value!r}' for name, value, usual in values if value != usual)})"
@@ -30,7 +30,7 @@ def called(filter_: Filter) -> str:
 
 
 def where(kind: type[Filter]) -> str:
-    """Its files: its settings, and the GLSL of its name."""
+    """Files of a technique: its settings, and its GLSL."""
     snippets = sorted(path.relative_to(root()).as_posix() for path in root().rglob(f"{kind.spelling}.glsl"))
     return ", ".join([f"`{kind.__module__.replace('.', '/')}.py`", *(f"`glsl/{path}`" for path in snippets)])
 

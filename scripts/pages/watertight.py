@@ -1,4 +1,4 @@
-"""Table of light that slips, leaks, and shadows where there are none."""
+"""Table of light leaks and false shadows."""
 
 from __future__ import annotations
 

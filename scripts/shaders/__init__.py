@@ -1,1 +1,1 @@
-"""Every program text that settings can lead to, and whether it is valid GLSL."""
+"""Every shader that settings can lead to, and checks that it is valid GLSL."""

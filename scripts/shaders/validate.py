@@ -1,7 +1,7 @@
-"""`python -m scripts.shaders.validate`: every program text against the letter of its GLSL, by glslangValidator.
+"""`python -m scripts.shaders.validate`: checks every shader against its GLSL version with glslangValidator.
 
-A driver takes more than the standard allows. GLSL ES 1.00 is checked with the limits of WebGL 1 (webgl1.conf): only
-what its Appendix A obliges drivers to take, and its least number of attributes, varyings and uniform vectors.
+Drivers accept more than the standard. GLSL ES 1.00 is checked with the limits of WebGL 1 (webgl1.conf): only the features that its
+Appendix A requires of drivers, and the minimum number of attributes, varyings and uniform vectors.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from scripts.shaders.variants import distinct
 TOOL = "glslangValidator"
 MISSING = f"{TOOL} is missing, so no shader was validated (apt-get install glslang-tools)"
 _LIMITS = Path(__file__).with_name("webgl1.conf")
-_CANARY = "canary.frag"  # a broken file in each batch: a tool that does not complain of it checks nothing
+_CANARY = "canary.frag"  # an invalid file in each batch: a tool that does not report it checks nothing
 _DECLARATION = re.compile(r"\b(uniform|attribute|varying)\s+(?:\w+p\s+)?(\w+)\s+\w+\s*(?:\[\s*(\d+)\s*\])?\s*;")
-# Rows and columns that a variable takes in the packing of GLSL ES 1.00, Appendix A.7.
+# Rows and columns of a variable in the packing of GLSL ES 1.00, Appendix A.7.
 _SHAPES = {"float": (1, 1), "int": (1, 1), "bool": (1, 1), "vec2": (1, 2), "vec3": (1, 3), "vec4": (1, 4)}
 _SHAPES |= {"mat2": (2, 4), "mat3": (3, 3), "mat4": (4, 4)}
 
@@ -38,7 +38,7 @@ def limits() -> dict[str, int]:
 
 
 def complaints(texts: Mapping[str, Variant]) -> list[str]:
-    """What is wrong with the given texts (code -> what it is), with the snippets' names and lines; empty: nothing.
+    """Errors in the given texts (code -> variant), with the snippets' names and lines; empty: none.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def complaints(texts: Mapping[str, Variant]) -> list[str]:
 
 
 def _es_limits() -> str:
-    """A whole configuration file: what glslang does not read it takes for 0."""
+    """A complete configuration file: glslang takes missing values as 0."""
     lines = []
     ours = limits()
     for line in _run(["-c"], Path.cwd()).splitlines():
@@ -105,7 +105,7 @@ def _validate(texts: Mapping[str, Variant], folder: Path, options: list[str]) ->
 
 
 def _count(texts: Mapping[str, Variant], folder: Path) -> list[str]:
-    """Attributes, varyings and uniform vectors against the limits: glslang itself does not count them."""
+    """Attributes, varyings and uniform vectors against the limits, which glslang does not count."""
     if not texts:
         return []
     allowed = limits()
@@ -128,12 +128,12 @@ def _count(texts: Mapping[str, Variant], folder: Path) -> list[str]:
 
 
 def vectors(code: str, storage: str) -> int:
-    """Vectors of four that the variables of a preprocessed text take, packed as GLSL ES 1.00 Appendix A.7 does.
+    """Vectors of four that the variables of a preprocessed text use, packed as in GLSL ES 1.00 Appendix A.7.
 
     Parameters
     ----------
     storage : {"uniform", "attribute", "varying"}
-        Attributes are not packed: each takes at least one vector. Samplers take none.
+        Attributes are not packed: each uses at least one vector. Samplers use none.
     """
     shapes = []
     for kind, type_name, count in _DECLARATION.findall(code):

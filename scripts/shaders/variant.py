@@ -1,4 +1,4 @@
-"""Variant: one program text, a pass in a dialect with its slots filled."""
+"""Variant: one shader, a pass in a dialect with its slots filled."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from glshadow.lights import LIGHTS, Light
 from glshadow.shader.compose import Text, compose
 
 KINDS: tuple[type[Light], ...] = tuple(kind for kind in LIGHTS if not kind.wide)
-"""Kinds of lights that one direction leads to from each receiver; the first is at infinity."""
+"""Lights with a single direction from each receiver; the first is at infinity."""
 WIDE: tuple[type[Light], ...] = tuple(kind for kind in LIGHTS if kind.wide)
 ONE_VIEW = tuple(kind for kind in KINDS if kind.most_views == 1)
 PER_SAMPLE: dict[str, int | str] = {"GLS_PER_SAMPLE": 1, "GLS_LAST": 0}
@@ -18,7 +18,7 @@ PER_SAMPLE: dict[str, int | str] = {"GLS_PER_SAMPLE": 1, "GLS_LAST": 0}
 
 @dataclass(frozen=True)
 class Variant:
-    """A pass in a dialect with its slots filled; defines that its snippets do not know are left out."""
+    """A pass in a dialect with its slots filled; defines that its snippets do not declare are left out."""
 
     name: str
     dialect: str
@@ -27,7 +27,7 @@ class Variant:
 
     @property
     def label(self) -> str:
-        """For a report: pass, dialect, and what it is made of."""
+        """For a report: pass, dialect and slots."""
         parts = [self.name, self.dialect, *self.slots.values(), *(f"{k}={v}" for k, v in sorted(self.defines.items()))]
         return " ".join(parts)
 

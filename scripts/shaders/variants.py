@@ -1,4 +1,4 @@
-"""Every program text that settings can lead to: passes, their slots and defines, in each dialect."""
+"""Every shader that settings can lead to: passes with their slots and defines, in each dialect."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _METRIC_READS: tuple[tuple[str, Compare, bool], ...] = tuple((dialect, "metric",
 
 @dataclass(frozen=True)
 class Receiver:
-    """One way to ask a light's map."""
+    """One way to sample a light's map."""
 
     kind: type[Light]
     target: Target
@@ -61,10 +61,11 @@ class Receiver:
 
 
 def receivers() -> Iterator[Receiver]:
-    """Receivers in which every two settings meet.
+    """Receivers that together cover every pair of settings.
 
-    Bias and filter do not know each other: one hands a place and a depth to the other. So all biases go with the first filter and all
-    filters with the first bias, for every light and every way to read a map, whose uniforms add up; other biases meet other filters once.
+    Bias and filter are independent: one passes a position and a depth to the other. So all biases are combined with the first filter and
+    all filters with the first bias, for every light and every way to read a map, whose uniforms add up; other biases meet other filters
+    once.
     """
     for kind, target, bias, filter in product(KINDS, TARGETS, BIASES, MAPPED):
         alone = bias is BIASES[0] or filter is MAPPED[0]
@@ -74,7 +75,7 @@ def receivers() -> Iterator[Receiver]:
 
 
 def variants() -> Iterator[Variant]:
-    """Every text, some of them more than once."""
+    """Every variant, some of them more than once."""
     yield from _casters()
     yield from _packed()
     yield from _forward()
@@ -88,7 +89,7 @@ def variants() -> Iterator[Variant]:
 
 
 def distinct() -> dict[str, Variant]:
-    """Every different text once: its code and what it is."""
+    """Every different shader once: its code and variant."""
     found: dict[str, Variant] = {}
     for variant in variants():
         found.setdefault(variant.compose().code, variant)
@@ -105,7 +106,7 @@ def _casters() -> Iterator[Variant]:
 
 
 def _packed() -> Iterator[Variant]:
-    """One of several lights that share a texture."""
+    """Variants for lights that share a texture with others."""
     for kind, alpha in product(ONE_VIEW, (0, 1)):
         drawn: dict[str, int | str] = {"GLS_METRIC": 1, "GLS_CHANNELS": 1, "GLS_ALPHA": alpha}
         yield Variant("pass/caster.frag", "core330", {"metric": metric_slot(kind.projection)}, drawn)
@@ -124,7 +125,7 @@ def _forward() -> Iterator[Variant]:
         defines = {"GLS_DERIVATIVES": derived, "GLS_OUTPUT": output}
         yield Variant("pass/forward.frag", dialect, open_slots(kind), defines)
     for receiver in receivers():
-        # The longest text of each; a receiver knows nothing of what its pass writes.
+        # The longest text of each; a receiver does not depend on the outputs of its pass.
         longest = {**receiver.defines, "GLS_BOUNDED": 1, "GLS_OUTPUT": 2}
         yield Variant("pass/forward.frag", receiver.dialect, receiver.slots, longest)
     for dialect, kind in product(DIALECTS, KINDS):
@@ -147,7 +148,7 @@ def _surface() -> Iterator[Variant]:
 
 
 def _depths_read() -> Iterator[Variant]:
-    """A filter that reads depths, by every way to read them."""
+    """A filter that reads depths, for every way to read them."""
     reads: tuple[tuple[str, Compare], ...] = (("core330", "depth_taps_raw"), ("core330_gather", "depth_gather_raw"))
     for kind, target, reverse in product(KINDS, TARGETS, (False, True)):
         metric: tuple[tuple[str, Compare], ...] = (("core330", "metric"), ("es100", "metric"))
@@ -158,7 +159,7 @@ def _depths_read() -> Iterator[Variant]:
 
 
 def _means() -> Iterator[Variant]:
-    """Filters that ask means, and the passes that take them."""
+    """Moment filters, and the passes that make their maps."""
     target = Target.DEPTH32F
     yield Variant("pass/over.vert", "core330", {}, {})
     for filter in MOMENTS:
@@ -180,7 +181,7 @@ def _means() -> Iterator[Variant]:
 
 
 def _laid_out() -> Iterator[Variant]:
-    """A sun with several maps, or one in perspective; what is asked of a texel does not know where it lies."""
+    """Variants for a directional light with several maps, or one with perspective; texel filters do not depend on the layout."""
     kind, target, reads = KINDS[0], TARGETS[0], _DEPTH_READS[0]
     yield Variant("pass/depth_tiles.frag", "core330", {}, {"GLS_SIDE": 16})
     asked: tuple[tuple[Filter, Bias, Target, str, Compare], ...] = (
@@ -191,7 +192,7 @@ def _laid_out() -> Iterator[Variant]:
     )
     for (filter, bias, stored, dialect, compare), count, by_depth in product(asked, (1, 4), (0, 1)):
         slots = mapped_slots(kind, stored, bias, filter, compare, "cascades")
-        count = min(count, 2) if dialect == "es100" else count  # WebGL 1 promises 16 uniform vectors
+        count = min(count, 2) if dialect == "es100" else count  # WebGL 1 guarantees 16 uniform vectors
         defines = {**mapped_defines(kind, stored, bias, filter, False, True), "GLS_CASCADES": count}
         defines |= {"GLS_BY_DEPTH": by_depth, "GLS_OUTPUT": 2}
         yield Variant("pass/forward.frag", dialect, slots, defines)

@@ -1,4 +1,4 @@
-"""Every program text of lights whose shadow rays are tested against triangles."""
+"""Every shader of lights whose shadow rays are tested against triangles."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from scripts.shaders.variant import KINDS, PER_SAMPLE, WIDE, Variant
 
 
 def exact() -> Iterator[Variant]:
-    """Lists, silhouette edges, and what walks them."""
+    """Lists, silhouette edges, and the passes that walk them."""
     for kind in KINDS:
         defines = {
             key: value for key, value in exact_defines(kind.projection, 512, 16, False).items() if key != "GLS_HUGE"
@@ -60,7 +60,7 @@ def exact() -> Iterator[Variant]:
 
 
 def area() -> Iterator[Variant]:
-    """A light that has a size."""
+    """Variants for lights that have a size."""
     for kind in KINDS:
         defines = projection_defines(kind.projection)
         for silhouettes in (0, 1):

@@ -77,26 +77,26 @@ def test_truncated_journal_keeps_its_complete_lines(tmp_path: Path) -> None:
 
 
 WRONG: list[tuple[dict[str, Any] | str, str]] = [
-    ("{", "no JSON"), ("[1]", "must be an object"), ({"scene": "courtyard"}, "output is missing"),
+    ("{", "not JSON"), ("[1]", "must be an object"), ({"scene": "courtyard"}, "output is missing"),
     ({"output": "a.png"}, "scene is missing"),
-    ({"colour": 1}, "'colour': unknown; there are background, cameras"), ({"scene": "nowhere.glb"}, "no such file"),
+    ({"colour": 1}, "'colour': unknown; the keys are background, cameras"), ({"scene": "nowhere.glb"}, "file not found"),
     ({"output": "a.bmp"}, "must end in one of"), ({"output": "../a.png"}, "must stay in"), ({"output": "/a.png"}, "must stay in"),
-    ({"output": "a_{}.png"}, "there is one picture"), ({"orbit": 3}, "one field for the picture's number"),
-    *(({"orbit": 3, "output": each}, "one field for the picture's number") for each in (
+    ({"output": "a_{}.png"}, "there is only one image"), ({"orbit": 3}, "one field for the image's number"),
+    *(({"orbit": 3, "output": each}, "one field for the image's number") for each in (
         "{x}.png", "{0.foo}.png",
         "{0[a]}.png", "{0!s:{0:c}>{0}.0}tmp/evil.png", "{:c}.png", "{:.0e}.png", "{}{}.png", "{:999}.png", "{.png")),
-    ({"output": "a{{}}.png"}, "there is one picture"), ({"orbit": 3, "output": "../{}.png"}, "must stay in"),
+    ({"output": "a{{}}.png"}, "there is only one image"), ({"orbit": 3, "output": "../{}.png"}, "must stay in"),
     ({"orbit": 3, "output": "/{}.png"}, "must stay in"), ({"output": "x" * 300 + ".png"}, "bytes long"),
-    ({"output": "a\0.png"}, "without NUL"), ({"scene": "a\0.glb"}, "no such file"),
+    ({"output": "a\0.png"}, "without NUL"), ({"scene": "a\0.glb"}, "file not found"),
     ({"orbit": 100_001, "output": "{}.png"}, "orbit must be"),
     ({"size": [0, 3]}, "size must be"), ({"size": "big"}, "size must be"), ({"samples": 3}, "samples must be"),
     ({"lights": [{"kind": "lamp"}]}, r"lights\[0\].kind must be one of"), ({"lights": [{"kind": "point"}]}, r"lights\[0\]: .*position"),
     ({"lights": [{"kind": "sun", "colour": 3}]}, r"lights\[0\]: .*colour"), ({"lights": {}}, "lights must be a list"),
     ({"cameras": [{"fov_y": 300}]}, "fov_y must be"), ({"cameras": 1}, "cameras must be a list"), ({"cameras": [3]}, "must be an object"),
-    ({"shadow": {"filter": "pfc"}}, "is no filter"), ({"shadow": {"colour": 1}}, "'colour' unknown"),
+    ({"shadow": {"filter": "pfc"}}, "is not a filter"), ({"shadow": {"colour": 1}}, "'colour' unknown"),
     ({"shadow": {"target": "r9"}}, "target"),
     ({"background": [2, 0, 0]}, "background must be"), ({"ground": 1}, "ground must be"), ({"up_axis": "w"}, "up_axis must be"),
-    ({"orbit": 2, "cameras": [{}, {}], "output": "{}.png"}, "do not go together"),
+    ({"orbit": 2, "cameras": [{}, {}], "output": "{}.png"}, "cannot be combined"),
 ]  # fmt: skip
 
 
@@ -155,12 +155,12 @@ def test_all_lines_are_checked_before_any_work(tmp_path: Path) -> None:
     path.write_text(f"# a comment\n{good}\n\n{good}\nnothing\n" + "nothing\n" * 30)
     done = CliRunner().invoke(main, ["batch", str(path), "-o", str(tmp_path / "out")])
     assert done.exit_code in (1, 2)
-    assert "jobs.jsonl has 32 lines that are no jobs" in done.stderr
-    assert "line 4: output 'a.png' is also that of line 2" in done.stderr
+    assert "jobs.jsonl has 32 lines that are not jobs" in done.stderr
+    assert "line 4: output 'a.png' is already used by line 2" in done.stderr
     lines = done.stderr.splitlines()
     assert len(lines) == 22, "one line of output for each bad line"
-    assert lines[0] == "error: jobs.jsonl has 32 lines that are no jobs"
-    assert lines[2].startswith("  line 5: it is no JSON")
+    assert lines[0] == "error: jobs.jsonl has 32 lines that are not jobs"
+    assert lines[2].startswith("  line 5: the line is not JSON")
     assert lines[-1] == "  and 12 more"
     as_json = CliRunner().invoke(main, ["batch", str(path), "--json"])
     assert len(json.loads(as_json.stdout)["notes"]) == 21
@@ -185,25 +185,25 @@ def test_expanded_names_are_generated_lazily_and_limited(tmp_path: Path) -> None
         json.dumps({"scene": "courtyard", "output": long, "orbit": 100_000}) + "\n" + "y" * (3 << 20) + "\n"
     )
     tracemalloc.start()
-    with pytest.raises(gs.SettingsError, match="has 2 lines that are no jobs") as raised:
+    with pytest.raises(gs.SettingsError, match="has 2 lines that are not jobs") as raised:
         read_jobs(path)
     assert tracemalloc.get_traced_memory()[1] < 64 << 20
     tracemalloc.stop()
     assert "4095 in all" in raised.value.__notes__[0]
-    assert "line 2: it is longer than 1048576 characters" in raised.value.__notes__[1]
+    assert "line 2: the line is longer than 1048576 characters" in raised.value.__notes__[1]
     written(path, *({"output": f"{k}_{{}}.png", "orbit": 100_000} for k in range(11)))
-    with pytest.raises(gs.SettingsError, match="has 1 line that is no job") as raised:
+    with pytest.raises(gs.SettingsError, match="has 1 line that is not a job") as raised:
         read_jobs(path)
-    assert "line 11: 1100000 pictures up to here" in raised.value.__notes__[0]
+    assert "line 11: 1100000 images up to this line" in raised.value.__notes__[0]
 
 
 def test_output_names_are_compared_as_paths(tmp_path: Path) -> None:
     path = written(
         tmp_path / "jobs.jsonl", {"output": "a//b.png"}, {"output": "./a/b.png"}, {"output": "{:x}.png", "orbit": 11}
     )
-    with pytest.raises(gs.SettingsError, match="has 1 line that is no job") as raised:
+    with pytest.raises(gs.SettingsError, match="has 1 line that is not a job") as raised:
         read_jobs(path)
-    assert "line 2: output 'a/b.png' is also that of line 1" in raised.value.__notes__[0]
+    assert "line 2: output 'a/b.png' is already used by line 1" in raised.value.__notes__[0]
     assert list(gs.batch.Job("courtyard", "{:x}.png", orbit=11).names())[-2:] == ["9.png", "a.png"]
 
 
@@ -215,7 +215,7 @@ def test_symlink_out_of_the_folder_is_not_followed(tmp_path: Path) -> None:
     jobs = read_jobs(written(tmp_path / "jobs.jsonl", {"output": "link/sub/a.png"}, {"output": "b.png"}))
     done = run_batch(jobs, out, processes=1)
     assert (done.drawn, len(done.failed)) == (1, 1)
-    assert "a link leads there" in done.failed[0].reason
+    assert "by a link" in done.failed[0].reason
     assert list(elsewhere.iterdir()) == []
 
 

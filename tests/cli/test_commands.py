@@ -145,7 +145,7 @@ def test_orthographic_camera(folder):
 
 def test_fov_and_ortho_together_are_refused(folder):
     result = run("render", *SMALL, "--ortho", "4.5", "--fov", "30", code=2)
-    assert "--fov and --ortho do not go together" in result.output
+    assert "--fov and --ortho cannot be combined" in result.output
     assert "height must be a finite number in" in run("render", *SMALL, "--ortho", "-1", code=2).output
 
 
@@ -229,9 +229,9 @@ def test_usage_error(folder, arguments, words):
 
 def test_missing_file(folder):
     result = run("render", "nothing.glb", code=1)
-    assert result.stderr == "error: nothing.glb: there is no such file: nothing.glb\n"
+    assert result.stderr == "error: nothing.glb: file not found: nothing.glb\n"
     assert facts("render", "nothing.glb", code=1) == {
-        "error": "nothing.glb: there is no such file: nothing.glb", "kind": "SceneError", "warnings": [],
+        "error": "nothing.glb: file not found: nothing.glb", "kind": "SceneError", "warnings": [],
     }  # fmt: skip
     assert list(folder.iterdir()) == []
 
@@ -273,7 +273,7 @@ def test_repeated_warning_is_printed_once(folder, monkeypatch):
 def test_empty_view_is_refused(folder, command, camera):
     result = run(command, *SMALL, *camera, "-o", "x.png", code=1)
     last = result.stderr.splitlines()[-1]
-    assert last.startswith("error: nothing is in view: courtyard lies between (-12, ")
+    assert last.startswith("error: nothing is in view: courtyard is between (-12, ")
     assert "looks at" in last
     assert list(folder.iterdir()) == []
 

@@ -63,7 +63,7 @@ def test_changed_options_render_all_again(more: str) -> None:
     options = more.split()
     assert made("--orbit", "2", "-o", "v{}.png") == [True] * 2
     done = run("--orbit", "2", "-o", "v{}.png", *options)
-    assert "of another request are there: they are made anew" in done.stderr
+    assert "belong to another request: rendering them again" in done.stderr
     assert made("--orbit", "2", "-o", "v{}.png", *options) == [False] * 2
 
 
@@ -97,7 +97,7 @@ def test_interrupted_command_resumes(folder: Path, monkeypatch: pytest.MonkeyPat
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("--orbit", "2", "-o", "v.png"), "one field for the picture's number"),
+        (("--orbit", "2", "-o", "v.png"), "one field for the image's number"),
         (("--orbit", "2", "-o", "v{}{}.png"), "one field"),
         (("--orbit", "2", "-o", "v{name}.png"), "one field"),
         (("--orbit", "2", "-o", "v{:s}.png"), "one field"),
@@ -109,7 +109,7 @@ def test_interrupted_command_resumes(folder: Path, monkeypatch: pytest.MonkeyPat
         (("-o", "v{:03d}.png"), "needs --orbit"),
         (("--orbit", "0", "-o", "v{}.png"), "0 is not in the range"),
         (("--orbit", "100001", "-o", "v{}.png"), "is not in the range"),
-        (("--orbit", "2", "-o", "nowhere/v{}.png"), "there is no folder"),
+        (("--orbit", "2", "-o", "nowhere/v{}.png"), "folder not found"),
     ],
 )
 def test_bad_options_are_refused(folder: Path, arguments: tuple[str, ...], said: str) -> None:

@@ -46,7 +46,7 @@ def test_streams(tmp_path):
 def test_failure(tmp_path):
     done = run("-m", "glshadow", "render", "nothing.glb", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr == "error: nothing.glb: there is no such file: nothing.glb\n"
+    assert done.stderr == "error: nothing.glb: file not found: nothing.glb\n"
     assert run("-m", "glshadow", "render", "--size", "0x0", cwd=tmp_path).returncode == 2
 
 

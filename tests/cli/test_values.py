@@ -60,7 +60,7 @@ def test_light(text, light):
         ("sun:1,2,nan", "3 finite numbers"),
         ("sun:0,0,0", "zero vector"),
         ("sun:1,2,3:4", "sun:dx,dy,dz"),
-        ("sun:1,2,3:range=4", "a sun has no 'range'.*angle"),
+        ("sun:1,2,3:range=4", "a sun has no setting 'range'.*angle"),
         ("point:1,2,3:range=-4", "range must be a finite number in"),
         ("point:1,2,3:range=", "'' is not a finite number"),
         ("point:1,2,3:shadow=maybe", "on or off"),
@@ -68,10 +68,10 @@ def test_light(text, light):
         ("rect:0,3,0:0,-1,0", "rect:px,py,pz:dx,dy,dz:width,height"),
         ("rect:0,3,0:0,-1,0:2", "2 finite numbers"),
         ("rect:0,3,0:0,-1,0:2,0", "height must be"),
-        ("rect:0,3,0:0,-1,0:2,1:up=0,1,0", "up must not lie along direction"),
-        ("rect:0,3,0:0,-1,0:2,1:radius=1", "a rect has no 'radius'"),
+        ("rect:0,3,0:0,-1,0:2,1:up=0,1,0", "up must not be parallel to direction"),
+        ("rect:0,3,0:0,-1,0:2,1:radius=1", "a rect has no setting 'radius'"),
         ("sky:1,2,3", "sky"),
-        ("sky:angle=3", "a sky has no 'angle'"),
+        ("sky:angle=3", "a sky has no setting 'angle'"),
         ("spot:1,2,3", "spot:px,py,pz:dx,dy,dz"),
         ("spot:1,2,3:0,-1,0:95", "outer_angle"),
         ("spot:1,2,3:0,-1,0:20:30", "inner_angle must not be greater than outer_angle"),
@@ -117,7 +117,7 @@ def test_filter(text, filter_):
 
 @pytest.mark.parametrize("text", ["hard:1", "pcf:5", "pcf:", "pcf:-1", "pcf:1.5", "PCSS", ""])
 def test_filter_refused(text):
-    with pytest.raises(SettingsError, match=".*".join(kind.spelling for kind in FILTERS) + r"|\[0, 4\]|it is spelled"):
+    with pytest.raises(SettingsError, match=".*".join(kind.spelling for kind in FILTERS) + r"|\[0, 4\]|it is written"):
         values.shadow_filter(text)
 
 

@@ -243,7 +243,7 @@ def test_area_light_without_lists_is_sampled_point_by_point(
     used = frame.used[0]
     assert used.filter == light.shadow.filter
     assert used.why.startswith(
-        "asked for; 16 points of the light, one after another, for lists of 123 entries for its size, a buffer of this driver holds "
+        "requested; 16 points of the light, one after another, for lists of 123 entries for its size, a buffer of this driver holds "
     )
     assert [line for line in used.fallbacks if "blend" not in line] == []  # area lights have no tint
     np.testing.assert_array_equal(frame.visibility[0], expected.astype(np.float32))
@@ -287,4 +287,4 @@ def test_map_setting_on_an_area_light_gives_many_maps(scene: Scene) -> None:
     with Renderer("egl") as renderer:
         used = renderer.render(scene, None, [light], SIZE, samples=1).used[0]
     assert used.filter == gs.LightSamples()
-    assert used.why == "only a map has resolution; 64 points of the light, one after another"
+    assert used.why == "only a shadow map has resolution; 64 points of the light, one after another"

@@ -168,7 +168,7 @@ def test_bad_settings_are_refused() -> None:
     for wrong, said in (
         ({"radius": 1.0}, "RectLight has no radius"),
         ({"falloff": 2.0}, "RectLight has no falloff"),
-        ({"up": (0.0, 2.0, 0.0)}, "up must not lie along direction"),
+        ({"up": (0.0, 2.0, 0.0)}, "up must not be parallel to direction"),
         ({"width": 0.0}, "width"),
     ):
         with pytest.raises(gs.SettingsError, match=said):

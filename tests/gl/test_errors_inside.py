@@ -67,7 +67,7 @@ READ = "glshadow.gl.resources.read_means"
 def test_failed_formula_is_reported_and_keeps_the_cache(
     renderer: Renderer, scene: gs.Scene, where: str, error: Exception
 ) -> None:
-    match = rf"unexpected {type(error).__name__}: {error}; please report this, with what was given: scene box.*DirectionalLight\(.*64, 48"
+    match = rf"unexpected {type(error).__name__}: {error}; please report this, with the input: scene box.*DirectionalLight\(.*64, 48"
     assert kept_after(renderer, scene, where, error, gs.GlshadowError, match)
 
 

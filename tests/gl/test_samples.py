@@ -144,7 +144,7 @@ def test_alpha_and_visibility_match_as_many_rays(
 
 def test_measure_requires_equal_sample_counts(renderer: gs.Renderer, courtyard: gs.Scene) -> None:
     frame = renderer.render(courtyard, None, None, (64, 36), samples=4)
-    with pytest.raises(gs.SettingsError, match=r"the frame has 4, the truth 1; use trace\(..., samples=4\)"):
+    with pytest.raises(gs.SettingsError, match=r"the frame has 4, the reference 1; use trace\(..., samples=4\)"):
         gs.measure(frame, gs.trace(courtyard, size=(64, 36), samples=1))
 
 

@@ -27,7 +27,7 @@ def test_missing_settings_are_refused(name: str) -> None:
 
 
 def test_up_along_the_direction_is_refused() -> None:
-    with pytest.raises(gs.SettingsError, match="up must not lie along direction"):
+    with pytest.raises(gs.SettingsError, match="up must not be parallel to direction"):
         gs.RectLight(position=(0, 1, 0), direction=(0, 1, 0), up=(0, -2, 0))
 
 

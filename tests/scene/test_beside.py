@@ -137,9 +137,7 @@ def huge_library(folder: Path) -> Path:
     return folder / "a.obj"
 
 
-LIMIT = (
-    r"4.29497e\+09 bytes of the file and of those that it names; the limit is 2.14748e\+09.*Limits\(file_bytes=\.\.\.\)"
-)
+LIMIT = r"4.29497e\+09 bytes of the file and of the files that it references; the limit is 2.14748e\+09.*Limits\(file_bytes=\.\.\.\)"
 HUGE: dict[str, tuple[Callable[[Path], Path], str]] = {
     "buffer": (huge_buffer, rf"buffers\[0\]: {LIMIT}"),
     "texture of an OBJ": (huge_texture, f"the image 'a.png': {LIMIT}"),

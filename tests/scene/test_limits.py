@@ -55,12 +55,12 @@ def lit(count: int) -> Glb:
 @pytest.mark.parametrize(
     ("made", "limits", "said"),
     [
-        (costly.nodes(*[{"mesh": 0}] * 11), {"nodes": 10}, "the file's tree: 11 placed meshes, and nodes of the tree; the limit is 10"),
-        (costly.gpu_instances(11, True), {"nodes": 10}, "11 placed meshes"),
-        (costly.repeated(11), {"nodes": 10}, "11 placed meshes"),
-        (costly.amplified(3, 40), {"triangles": 100}, "node 'node2': 120 triangles of all placed meshes; the limit is 100"),
-        (lit(3), {"lights": 2}, "the scene: 3 placed lights; the limit is 2"),
-        (lit(3), {"draws": 2}, "the scene: 3 placed meshes times lights; the limit is 2"),
+        (costly.nodes(*[{"mesh": 0}] * 11), {"nodes": 10}, "hierarchy: 11 nodes with meshes, and nodes of the hierarchy; the limit is 10"),
+        (costly.gpu_instances(11, True), {"nodes": 10}, "11 nodes with meshes"),
+        (costly.repeated(11), {"nodes": 10}, "11 nodes with meshes"),
+        (costly.amplified(3, 40), {"triangles": 100}, "node 'node2': 120 triangles of all nodes; the limit is 100"),
+        (lit(3), {"lights": 2}, "the scene: 3 lights; the limit is 2"),
+        (lit(3), {"draws": 2}, "the scene: 3 nodes with meshes times lights; the limit is 2"),
         (costly.textured(costly.png(64)), {"texture_pixels": 4095}, r"images\[0\]: 4096 pixels of one decoded image; the limit is 4095"),
         (costly.textured(*[costly.png(64)] * 5), {"texture_pixels": 4096}, r"images\[4\]: one of 4 parts of all images: 5120 pixels"),
         (costly.nodes({"mesh": 0}), {"seconds": 1e-9}, "seconds of reading; the limit is 1e-09"),

@@ -36,7 +36,7 @@ MODELS = {
     "brain_cortex.ply": (608_752, 1, 1, (142.9, 164.7, 114.1), 0),
 }
 SMOOTH = {"bicycle.glb": False, "athlete_robot.stl": False, "demosthenes_bust.obj": False, "milk_truck.glb": True}
-WARNED = {"flight_helmet/flight_helmet.gltf": "1 of 6 placed meshes"}
+WARNED = {"flight_helmet/flight_helmet.gltf": "1 of 6 meshes"}
 
 
 def quiet_load(path, **options):
@@ -354,7 +354,7 @@ def test_gltf_camera_refused(tmp_path, kind, lens, message):
 
 
 def test_gltf_unknown_camera_is_left_out(tmp_path):
-    with pytest.warns(GlshadowWarning, match="is fisheye, which is not modelled"):
+    with pytest.warns(GlshadowWarning, match="is fisheye, which is not supported"):
         scene = load(gltf(tmp_path, cameras=[{"type": "fisheye", "fisheye": {}}]))
     assert scene.camera.fov_y == 50.0
 
@@ -473,7 +473,7 @@ def test_blend_without_transparency_is_opaque(pyrender, tmp_path):
     scene.add(pyrender.Mesh.from_trimesh(trimesh.creation.box()))
     assert load(scene).nodes[0].mesh.material.alpha_mode is AlphaMode.OPAQUE
     see_through = {"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.5]}, "alphaMode": "BLEND"}
-    with pytest.warns(GlshadowWarning, match="2 of 4 placed meshes are alpha blended"):
+    with pytest.warns(GlshadowWarning, match="2 of 4 meshes are alpha blended"):
         loaded = load(gltf(tmp_path, materials=[{"alphaMode": "BLEND"}, see_through]))
     modes = [node.mesh.material.alpha_mode for node in loaded.nodes[:2]]
     assert modes == [AlphaMode.OPAQUE, AlphaMode.BLEND]

@@ -159,7 +159,7 @@ def test_invalid_studies_are_refused(scene: gs.Scene, tmp_path: Path) -> None:
         run_study(scene, repeats=0)
     other = tmp_path / "shopping.txt"
     other.write_text("milk\n")
-    with pytest.raises(gs.SettingsError, match=r"shopping\.txt, line 1, is no record"):
+    with pytest.raises(gs.SettingsError, match=r"shopping\.txt, line 1, is not a journal record"):
         _study(scene, other)
     assert other.read_text() == "milk\n"
 

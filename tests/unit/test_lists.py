@@ -235,7 +235,7 @@ def test_exact_refuses_samples_and_names_the_new_setting(samples: object) -> Non
     with pytest.raises(SettingsError, match=rf"Exact takes no samples, got {samples!r}; .*samples=16.*--samples 16"):
         Exact(samples)
     with pytest.raises(
-        SettingsError, match=r"'16' is not understood; it is spelled exact\[:light_samples=N,dither\]; .*--samples 16"
+        SettingsError, match=r"'16' is not understood; it is written exact\[:light_samples=N,dither\]; .*--samples 16"
     ):
         parse("exact:16", FILTERS)
 
@@ -253,7 +253,7 @@ def test_exact_is_a_setting() -> None:
 )
 def test_exact_has_no_bias_and_no_target(settings: dict[str, object]) -> None:
     with pytest.raises(
-        SettingsError, match=r"Exact\(\) compares triangles, not depths: leave bias and target at None"
+        SettingsError, match=r"Exact\(\) tests triangles, not stored depths: leave bias and target at None"
     ) as caught:
         Shadow(filter=Exact(), **settings)  # type: ignore[arg-type]
     value = next(iter(settings.values()))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from glshadow.core.sampling import PICTURE, SAMPLES, grid, offsets, traced
+from glshadow.core.sampling import IMAGE_SAMPLES, SAMPLES, grid, offsets, traced
 from glshadow.errors import SettingsError
 
 
@@ -32,7 +32,7 @@ def test_one_sample_is_the_centre() -> None:
 @pytest.mark.parametrize("samples", [0, 2, 3, 5, 32, -4, True, None, "4", 4.5])
 def test_bad_sample_counts_are_refused(samples: object) -> None:
     with pytest.raises(SettingsError, match="samples must be one of 1, 4, 8, 16, got"):
-        PICTURE("samples", samples)
+        IMAGE_SAMPLES("samples", samples)
     with pytest.raises(SettingsError, match="samples must be"):
         traced("samples", samples)
 

@@ -42,7 +42,7 @@ def test_default_settings_are_derived() -> None:
 def test_map_setting_selects_a_map(given: dict[str, Any]) -> None:
     resolved = Shadow(**given).resolved()
     assert resolved.filter == Pcf(1)
-    assert resolved.why == f"only a map has {next(iter(given))}"
+    assert resolved.why == f"only a shadow map has {next(iter(given))}"
     assert Shadow(**given, faces=Faces.BACK, strength=0.5).resolved().filter == Pcf(1)
 
 
@@ -51,7 +51,7 @@ def test_other_reasons_for_the_filter() -> None:
     assert Shadow().resolved(without_map="OpenGL 3.3").why == "OpenGL 3.3"
     assert Shadow().resolved(without_map="OpenGL 3.3").filter == Pcf(1)
     assert Shadow(filter=Exact()).resolved(without_map="OpenGL 3.3").filter == Exact()
-    assert resolve_shadow(DirectionalLight(near=1.0)).why == "only a map has the light's near and far"
+    assert resolve_shadow(DirectionalLight(near=1.0)).why == "only a shadow map has the light's near and far"
     assert resolve_shadow(DirectionalLight(shadow=None)) is None
 
 

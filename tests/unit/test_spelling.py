@@ -52,16 +52,16 @@ def test_omitted_values_have_their_defaults() -> None:
     [
         (
             "magic",
-            "'magic' is no filter; there are: " + ".*".join(kind.spelling for kind in FILTERS),
+            "'magic' is not a filter; expected one of: " + ".*".join(kind.spelling for kind in FILTERS),
         ),
-        ("disc:1,2,3,4", r"'3' is not understood; it is spelled disc\["),
+        ("disc:1,2,3,4", r"'3' is not understood; it is written disc\["),
         ("disc:spin", "'spin' is not understood"),
-        ("pcf:", "'pcf:' is no filter"),
+        ("pcf:", "'pcf:' is not a filter"),
         ("exact:light_samples=3", r"light_samples must be an integer in \[16, 1024\]"),
         ("exact:lamps=64", "'lamps=64' is not understood"),
         ("exact:light_samples=64,light_samples=65", "is not understood"),
         ("pcf:nan", "'nan' is not understood"),
-        ("hard:1", "it is spelled hard$"),
+        ("hard:1", "it is written hard$"),
     ],
 )
 def test_input_that_cannot_be_parsed_is_named(text: str, said: str) -> None:
@@ -70,5 +70,5 @@ def test_input_that_cannot_be_parsed_is_named(text: str, said: str) -> None:
 
 
 def test_missing_value_is_named() -> None:
-    with pytest.raises(SettingsError, match=r"'constant' is not whole; it is spelled constant:WORLD"):
+    with pytest.raises(SettingsError, match=r"'constant' is incomplete; it is written constant:WORLD"):
         parse("constant", BIASES, "bias")

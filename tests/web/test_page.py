@@ -93,15 +93,15 @@ def test_command_writes_one_self_contained_file(tmp_path: Path) -> None:
 
 def test_bad_arguments_are_refused(tmp_path: Path) -> None:
     for filter_ in (gs.Exact(), gs.Evsm(), gs.Pcss()):
-        with pytest.raises(gs.SettingsError, match="cannot be asked in WebGL 1; these can: hard"):
+        with pytest.raises(gs.SettingsError, match="is not available in WebGL 1; available are: hard"):
             gs.export_page(SCENE, tmp_path, filter=filter_)
-    with pytest.raises(gs.SettingsError, match="no sun, spot or point light that casts"):
+    with pytest.raises(gs.SettingsError, match="no directional, spot or point light casts"):
         gs.export_page(SCENE, tmp_path, lights=[gs.SkyLight()])
     with pytest.raises(gs.SettingsError, match="target must be"):
         gs.export_page(SCENE, tmp_path, target="float")
-    with pytest.warns(gs.GlshadowWarning, match="shows one light of 2"):
+    with pytest.warns(gs.GlshadowWarning, match="shows only one light of 2"):
         gs.export_page(SCENE, tmp_path, lights=[LIGHTS["sun"], LIGHTS["point"]])
     blocked = tmp_path / "file"
     blocked.write_text("")
-    with pytest.raises(gs.ResourceError, match="cannot be made"):
+    with pytest.raises(gs.ResourceError, match="cannot be created"):
         gs.export_page(SCENE, blocked / "page")

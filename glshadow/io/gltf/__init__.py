@@ -1,4 +1,4 @@
-"""glTF 2.0 read from its JSON and buffers, so that what cannot be honoured is refused by name."""
+"""Reads glTF 2.0 from its JSON and buffers; unsupported features are refused by name."""
 
 from glshadow.io.gltf.read import read_gltf
 

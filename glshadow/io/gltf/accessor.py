@@ -1,4 +1,4 @@
-"""Accessors: typed, strided, sparse and normalised arrays of a glTF file, of which only the rows that are used are converted."""
+"""Accessors: typed, strided, sparse and normalised arrays of a glTF file; only rows that are used are converted."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ def read_accessor(document: Document, index: Any, types: tuple[str, ...], user: 
     types : tuple of str
         Allowed accessor types, such as ("VEC3",).
     user : str
-        What asks for it, for messages.
+        What refers to it, for messages.
 
     Returns
     -------
     (count, columns) array, bool
-        In the file's component type, sparse elements applied, read-only; whether integers are normalised.
+        In the file's component type, with sparse elements applied, read-only; whether integers are normalised.
 
     Raises
     ------
     SceneError
-        If it is of another type, runs past its buffer view, or is longer than the file may claim.
+        If it has another type, extends beyond its buffer view, or is longer than the file allows.
     """
     where = f"{user}: accessors[{index}]"
     accessor = document.item("accessors", index, user)
@@ -56,7 +56,7 @@ def _stored(
 ) -> NDArray[Any]:
     length = count(accessor, "count", where, least=1)
     offset = count(accessor, "byteOffset", where, default=0)
-    if "bufferView" not in accessor or "sparse" in accessor:  # else it is a view of the file's own bytes
+    if "bufferView" not in accessor or "sparse" in accessor:  # otherwise it is a view of the file's bytes
         document.budget.take(length * columns * dtype.itemsize, where)
     if "bufferView" in accessor:
         values = _strided(document, accessor["bufferView"], offset, length, dtype, columns, where)
@@ -125,7 +125,7 @@ def read_floats(document: Document, index: Any, types: tuple[str, ...], user: st
     stored, normalized = read_accessor(document, index, types, user)
     values = stored[rows]
     document.budget.take(8 * values.size, user)
-    with np.errstate(invalid="ignore"):  # a signalling NaN: refused later, with its count
+    with np.errstate(invalid="ignore"):  # a signalling NaN: refused later, where they are counted
         floats = values.astype(np.float64)
     if not normalized:
         return floats

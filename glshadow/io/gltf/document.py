@@ -1,4 +1,4 @@
-"""The container of glTF: JSON, binary chunk, buffers and files beside it, checked before they are used."""
+"""The glTF container: JSON, binary chunk, buffers and external files, checked before use."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from glshadow.io.limits import Budget
 
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 HEAD = 12  # bytes before the first chunk
-MOST_CHUNKS = 1000  # that are looked through; the binary one is the second
+MOST_CHUNKS = 1000  # that are searched; the binary chunk is the second
 SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
 
-DRACO = "KHR_draco_mesh_compression"  # with DracoPy; without, it is refused where it is met
+DRACO = "KHR_draco_mesh_compression"  # needs DracoPy; refused on use without it
 HONOURED = {
     DRACO,
     "EXT_mesh_gpu_instancing",
@@ -54,15 +54,15 @@ class Document:
     json : dict
         The top level object.
     folder : Path
-        Where the file is; nothing outside it is opened.
+        Folder of the file; nothing outside it is opened.
     binary : bytes, optional
         The BIN chunk.
     budget : Budget
-        What the file may still cost.
+        Remaining budget of the file.
     notes : list of str
-        What could not be honoured.
+        What was ignored or replaced.
     buffers, arrays, files : dict
-        Bytes of buffers and values of accessors by their number, bytes of files by their path and how many are asked for: read once.
+        Caches: bytes of buffers and values of accessors by index, bytes of files by path and length.
     """
 
     json: dict[str, Any]
@@ -75,14 +75,14 @@ class Document:
     files: dict[tuple[Path, int | None], bytes] = field(default_factory=dict)
 
     def items(self, kind: str) -> list[Any]:
-        """The top level array `kind`, empty if absent."""
+        """The top-level array `kind`, empty if absent."""
         value = self.json.get(kind, [])
         if not isinstance(value, list):
             raise SceneError(f"not valid glTF: {kind!r} must be an array, got {type(value).__name__}")
         return value
 
     def item(self, kind: str, index: Any, user: str) -> dict[str, Any]:
-        """Element `index` of the top level array `kind`, which `user` asks for."""
+        """Element `index` of the top-level array `kind`, which `user` refers to."""
         items = self.items(kind)
         if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < len(items):
             raise SceneError(f"{user} refers to {kind}[{index!r}], but the file has {len(items)} {kind}")
@@ -123,12 +123,12 @@ class Document:
         return data[offset : offset + length], count(view, "byteStride", where, default=0)
 
     def path(self, uri: Any, user: str) -> Path:
-        """The file beside the model that `uri` names.
+        """The file next to the model that `uri` names.
 
         Raises
         ------
         SceneError
-            If it is no relative path inside the model's folder, if a link leads out of that, or if there is no such file.
+            If it is not a relative path inside the model's folder, if a link leads out of it, or if the file does not exist.
         """
         if not isinstance(uri, str) or not uri:
             raise SceneError(f"{user}: an uri must be a text, got {uri!r}")
@@ -144,11 +144,13 @@ class Document:
         if not inside(path, self.folder):
             raise SceneError(f"{user}: the file {name!r} is a link out of the model's folder, which is not followed")
         if not path.is_file():
-            raise SceneError(f"{user}: the file {name!r} is missing; it belongs beside the model, in {self.folder}")
+            raise SceneError(
+                f"{user}: the file {name!r} is missing; it is expected next to the model, in {self.folder}"
+            )
         return path
 
     def resource(self, uri: Any, user: str, most: int | None = None) -> bytes:
-        """Bytes of a data: uri or of a file beside the model, of a longer file the first `most`."""
+        """Bytes of a data: uri or of a file next to the model; of a longer file the first `most`."""
         if not (isinstance(uri, str) and uri.startswith("data:")):
             path = self.path(uri, user)
             if (path, most) not in self.files:
@@ -176,28 +178,28 @@ def extensions(owner: dict[str, Any]) -> dict[str, Any]:
 
 
 def count(owner: dict[str, Any], key: str, name: str, *, default: int | None = None, least: int = 0) -> int:
-    """A whole number, at least `least`; `default` where it is absent."""
+    """An integer of at least `least`; `default` if it is absent."""
     value = owner.get(key, default)
     if isinstance(value, float) and value.is_integer():
         value = int(value)
     if not isinstance(value, int) or isinstance(value, bool) or value < least:
-        raise SceneError(f"not valid glTF: {name}.{key} must be a whole number of at least {least}, got {value!r}")
+        raise SceneError(f"not valid glTF: {name}.{key} must be an integer of at least {least}, got {value!r}")
     return value
 
 
 def refused(name: str) -> SceneError:
-    """The error for an extension that would have to be decoded."""
+    """The error for an extension that would need decoding."""
     advice = ADVICE.get(name, "save the model without it")
     return SceneError(f"it needs the glTF extension {name}, which is not supported: {advice}")
 
 
 def open_document(path: Path, budget: Budget) -> Document:
-    """Parse a .glb or .gltf file; its size is added to what the budget has read.
+    """Parse a .glb or .gltf file; its size is added to the budget's read bytes.
 
     Raises
     ------
     SceneError
-        If the container is cut off, it is not JSON, not glTF 2, or requires an extension that cannot be honoured.
+        If the container is truncated, it is not JSON, not glTF 2, or requires an unsupported extension.
     """
     size = path.stat().st_size
     with path.open("rb") as file:
@@ -217,13 +219,13 @@ def open_document(path: Path, budget: Budget) -> Document:
     if not str(version).startswith("2"):
         raise SceneError(f"it is glTF {version!r}; only glTF 2 is read, convert it first")
     for name in document.items("extensionsRequired"):
-        if name not in HONOURED and not str(name).startswith("KHR_materials_"):  # those change shading only
+        if name not in HONOURED and not str(name).startswith("KHR_materials_"):  # these affect shading only
             raise refused(str(name))
     return document
 
 
 def _check_head(head: bytes, size: int) -> None:
-    """Refuse what is no GLB container before all of it is read."""
+    """Refuse a file that is not a GLB container before it is read completely."""
     if size == 0:
         raise SceneError("the file is empty")
     if size < 20 or head[:4] != b"glTF":
@@ -240,7 +242,7 @@ def _check_head(head: bytes, size: int) -> None:
 
 
 def _chunks(data: bytes) -> tuple[bytes, memoryview | None]:
-    """JSON text and binary chunk of a GLB container: its first chunk, and the first of the binary kind."""
+    """JSON text and binary chunk of a GLB container: its first chunk, and the first chunk of the binary kind."""
     text, at = None, HEAD
     for _ in range(MOST_CHUNKS):
         if at + 8 > len(data):

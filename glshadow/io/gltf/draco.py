@@ -1,4 +1,4 @@
-"""KHR_draco_mesh_compression through DracoPy, where that is installed."""
+"""KHR_draco_mesh_compression through DracoPy, if it is installed."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ COMPONENT_TYPES = {"int8": 5120, "uint8": 5121, "int16": 5122, "uint16": 5123, "
 
 
 def decoded(document: Document, primitive: dict[str, Any], where: str) -> dict[str, Any]:
-    """The primitive as if it had never been compressed: decoded arrays are appended to the document as buffers.
+    """The primitive without compression: decoded arrays are appended to the document as buffers.
 
     Raises
     ------
     SceneError
-        If DracoPy is not installed and the primitive brings no plain data beside, or the data is broken.
+        If DracoPy is not installed and the primitive has no uncompressed data, or the data is broken.
     """
     if DRACO not in extensions(primitive):
         return primitive
@@ -46,7 +46,7 @@ def decoded(document: Document, primitive: dict[str, Any], where: str) -> dict[s
 
 
 def _append(document: Document, values: NDArray[Any], accessor: Any) -> int:
-    """Index of a new accessor over `values` (N, columns); `accessor` is the one that it stands in for."""
+    """Index of a new accessor over `values` (N, columns); `accessor` is the one that it replaces."""
     values = np.ascontiguousarray(values.reshape(len(values), -1))
     if values.dtype.name not in COMPONENT_TYPES:
         values = values.astype(np.float32)

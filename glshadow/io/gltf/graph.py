@@ -17,26 +17,26 @@ _STILL = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "sca
 
 
 class Graph:
-    """Nodes of a document: who is whose parent, and which of them the default scene shows.
+    """Nodes of a document: parents, and the nodes that the default scene shows.
 
     Attributes
     ----------
     nodes : list of dict
-        All of the file.
+        All nodes of the file.
     parents : dict
-        Number of the parent of each node that has one; nodes that the scene names stand by themselves.
+        Index of the parent of each node that has one; the scene's root nodes have none.
     placed : list of int
-        Visible nodes of the default scene, parents before their children.
+        Visible nodes of the default scene, parents before children.
 
     Raises
     ------
     SceneError
-        For cycles, nodes with two parents, indices that lead nowhere, and more nodes than allowed.
+        For cycles, nodes with two parents, indices out of range, and more nodes than allowed.
     """
 
     def __init__(self, document: Document) -> None:
         self._matrices: dict[int, Array] = {}
-        document.budget.limits.check("nodes", len(document.items("nodes")), "the file's tree")
+        document.budget.limits.check("nodes", len(document.items("nodes")), "the file's hierarchy")
         self.nodes = [document.item("nodes", index, "the file") for index in range(len(document.items("nodes")))]
         self.parents = _parents(self.nodes, document)
         scenes = document.items("scenes")
@@ -65,7 +65,7 @@ class Graph:
                 here = slice(start, start + len(level))
                 if start:
                     world[here] = world[[row[self.parents[node]] for node in level]] @ world[here]
-                else:  # below nothing, or below what is known
+                else:  # below no node, or below one whose matrix is known
                     for k, node in enumerate(level):
                         if node in self.parents:
                             world[k] = self._matrices[self.parents[node]] @ world[k]
@@ -75,7 +75,7 @@ class Graph:
         return [self._matrices[node] for node in nodes]
 
     def _levels(self, nodes: list[int]) -> list[list[int]]:
-        """Nodes whose matrix is still unknown, theirs above them included, by depth below what is known."""
+        """Nodes whose matrix is unknown, with their unknown ancestors, by depth below known ones."""
         depth: dict[int, int] = {}
         for node in nodes:
             path = []
@@ -103,7 +103,7 @@ def _visible(nodes: list[dict[str, Any]], roots: list[Any], document: Document) 
         index = stack.pop()
         node = nodes[index]
         if index in seen:
-            raise SceneError(f"nodes[{index}] has two places in the scene: not a tree, export it again")
+            raise SceneError(f"nodes[{index}] appears twice in the scene: not a tree, export it again")
         seen.add(index)
         if "extensions" in node:
             switch = extensions(node).get("KHR_node_visibility", {})
@@ -152,7 +152,7 @@ def _parents(nodes: list[dict[str, Any]], document: Document) -> dict[int, int]:
 
 
 def local_matrices(given: list[dict[str, Any]], numbers: list[int]) -> Array:
-    """parent_from_node (N, 4, 4) of nodes' matrices, or of their translations, rotations and scales; their numbers are for messages."""
+    """parent_from_node (N, 4, 4) of nodes' matrices, or of their translations, rotations and scales; the numbers are for messages."""
     result = np.tile(np.eye(4), (len(given), 1, 1))
     whole = [row for row, node in enumerate(given) if "matrix" in node]
     parts = [row for row, node in enumerate(given) if "matrix" not in node]
@@ -178,7 +178,7 @@ def local_matrices(given: list[dict[str, Any]], numbers: list[int]) -> Array:
 
 
 def _numbers(values: list[Any], size: int, names: list[str]) -> Array:
-    """Rows (N, size) of finite numbers; `names` say whose they are."""
+    """Rows (N, size) of finite numbers; `names` are their owners."""
     try:
         rows = np.asarray(values, dtype=np.float64)
         if rows.shape == (len(values), size) and np.isfinite(rows).all():
@@ -198,7 +198,7 @@ def compose(translation: ArrayLike, rotation: ArrayLike, scale: ArrayLike, names
     largest = np.abs(given).max(axis=1)
     bad = np.flatnonzero(~((largest > 0.0) & (largest < np.inf)))
     if len(bad):
-        raise SceneError(f"{names[bad[0] % len(names)]}: its rotation {given[bad[0]].tolist()} is no quaternion")
+        raise SceneError(f"{names[bad[0] % len(names)]}: its rotation {given[bad[0]].tolist()} is not a quaternion")
     quaternion = given / largest[:, None]  # first, so that no length overflows
     x, y, z, w = (quaternion / np.linalg.norm(quaternion, axis=1, keepdims=True)).T
     turn = np.array(
@@ -215,12 +215,12 @@ def compose(translation: ArrayLike, rotation: ArrayLike, scale: ArrayLike, names
 
 
 def instances(document: Document, node: dict[str, Any], index: int, world_from_node: Array) -> Array:
-    """world_from_instance matrices (N, 4, 4) of EXT_mesh_gpu_instancing; that of the node alone where it is absent.
+    """world_from_instance matrices (N, 4, 4) of EXT_mesh_gpu_instancing; the node's own matrix if it is absent.
 
     Raises
     ------
     SceneError
-        If its attributes differ in number, or hold what is not finite.
+        If the counts of its attributes differ, or values are not finite.
     """
     extension = extensions(node).get("EXT_mesh_gpu_instancing")
     if extension is None:

@@ -1,4 +1,4 @@
-"""Materials of glTF: base colour, its texture and the alpha mode; everything else is not modelled."""
+"""glTF materials: base colour, its texture and the alpha mode; other properties are not supported."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from glshadow.scene.mesh import Material
 
 @dataclass(frozen=True)
 class Surface:
-    """A material (`given`: BLEND where the file says so, even if nothing of it is transparent), the texture coordinates its texture
-    wants, and how they are turned (3, 3)."""
+    """A material (`given`: BLEND if the file says so, even if nothing is transparent), the texture coordinate set of its texture,
+    and its texture transform (3, 3)."""
 
     material: Material = WHITE
     given: Material = WHITE
@@ -90,7 +90,7 @@ class Surfaces:
         return self.images[source]
 
     def _image(self, index: Any, user: str) -> NDArray[np.uint8] | None:
-        """Decoded image; a missing or broken one costs its picture, not the scene, one beyond the limits costs the scene."""
+        """The decoded image. A missing or broken image is left out with a note; one beyond the limits raises an error."""
         where = f"images[{index}]"
         given = self.document.item("images", index, user)
         budget = self.document.budget
@@ -142,7 +142,7 @@ def _placement(info: dict[str, Any]) -> tuple[int, Array | None]:
 
 
 def texture_uv(stored: Array, transform: Array | None) -> NDArray[np.float32]:
-    """glTF's coordinates (V, 2), v down, as `Mesh.uv`: transformed, v up. Not finite where float32 cannot hold them."""
+    """glTF's coordinates (V, 2), v down, as `Mesh.uv`: transformed, v up. Not finite if float32 cannot represent them."""
     with np.errstate(all="ignore"):
         uv = stored if transform is None else stored @ transform[:2, :2].T + transform[:2, 2]
         return np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1).astype(np.float32)

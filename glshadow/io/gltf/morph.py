@@ -1,4 +1,4 @@
-"""Morph targets at rest: which weights a node gives them, and what they add to an attribute."""
+"""Morph targets at rest: their weights, and the changes to attributes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Weights = tuple[float, ...]
 
 
 def resting_weights(node: dict[str, Any], mesh: dict[str, Any], where: str) -> Weights:
-    """Weights of a mesh's targets: the node's before the mesh's; none where all are zero.
+    """Weights of a mesh's targets: the node's, otherwise the mesh's; empty if all are zero.
 
     Raises
     ------
@@ -36,7 +36,7 @@ def resting_weights(node: dict[str, Any], mesh: dict[str, Any], where: str) -> W
 def targets_of(
     document: Document, primitive: dict[str, Any], weights: Weights, where: str
 ) -> list[tuple[float, dict[str, Any]]]:
-    """(weight, attributes) of the targets that move anything."""
+    """(weight, attributes) of the targets with an effect."""
     targets = primitive.get("targets", [])
     if not isinstance(targets, list) or not all(isinstance(target, dict) for target in targets):
         raise SceneError(f"not valid glTF: {where}.targets must be an array of objects")
@@ -48,8 +48,8 @@ def targets_of(
 
 
 def moved(base: Array, weight: float, change: Array) -> Array:
-    """Values (N, columns) with a weighted change (N, as many or fewer columns) added."""
+    """Values (N, columns) with a weighted change (N, the same or fewer columns) added."""
     result = base.copy()
-    with np.errstate(all="ignore"):  # what overflows is refused with its vertices
+    with np.errstate(all="ignore"):  # overflows are refused with the vertices
         result[:, : change.shape[1]] += weight * change[:, : base.shape[1]]
     return result

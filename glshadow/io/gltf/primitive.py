@@ -1,4 +1,4 @@
-"""Primitives of glTF meshes as Meshes: each is made once per form, and shared."""
+"""glTF primitives as Meshes: each is made once per form, and shared."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from glshadow.io.imported import WHITE, linear_colors, tinted, usable_normals, u
 from glshadow.scene.mesh import Mesh
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
-_DRAWN_BYTES = 50  # that drawing takes for each triangle of a mesh: vertices, two lists of indices, a normal
+_DRAWN_BYTES = 50  # memory that drawing needs per triangle of a mesh: vertices, two index lists, a normal
 
 
 @dataclass(frozen=True, eq=False)
 class Form:
-    """What a node makes of its mesh.
+    """How a node poses its mesh.
 
     Parameters
     ----------
     weights : tuple of float
-        Of the morph targets.
+        Weights of the morph targets.
     skin : int, optional
-        Its number.
+        Index of the skin.
     joints : (J, 3, 4) float64, optional
         world_from_bind of the skin's joints.
     """
@@ -49,13 +49,13 @@ class Form:
 
 
 def is_surface(primitive: dict[str, Any]) -> bool:
-    """Whether it is made of triangles rather than of points or lines."""
+    """Whether it consists of triangles rather than points or lines."""
     return primitive.get("mode", TRIANGLES) in (TRIANGLES, STRIP, FAN)
 
 
 @dataclass
 class Primitives:
-    """Meshes of one document, by what they are made of; those that differ in their material share their arrays."""
+    """Meshes of one document by their primitives and forms; meshes that differ only in material share their arrays."""
 
     document: Document
     surfaces: Surfaces
@@ -63,7 +63,7 @@ class Primitives:
     bodies: dict[tuple[Any, ...], _Body] = field(default_factory=dict)
 
     def get(self, primitive: dict[str, Any], form: Form, where: str) -> Mesh:
-        """The triangles of a primitive; in world space if the form has joints and the primitive has them too.
+        """The triangles of a primitive; in world space if both the form and the primitive have joints.
 
         Raises
         ------
@@ -105,7 +105,7 @@ class Primitives:
 
 @dataclass(frozen=True)
 class _Vertices:
-    """The used vertices of a primitive, morphed: the rows of its accessors that triangles ask for."""
+    """The used vertices of a primitive with morph targets applied; reads only the accessor rows that triangles use."""
 
     document: Document
     attributes: dict[str, Any]
@@ -115,7 +115,7 @@ class _Vertices:
     where: str
 
     def read(self, name: str, types: tuple[str, ...]) -> Array | None:
-        """Values (N, columns) of an attribute; None where the primitive has none."""
+        """Values (N, columns) of an attribute; None if the primitive does not have it."""
         if name not in self.attributes:
             return None
         values = self._rows(self.attributes[name], name, types)
@@ -130,7 +130,7 @@ class _Vertices:
         return read_floats(self.document, accessor, types, where, self.rows)
 
     def joints(self, number: int, notes: list[str]) -> tuple[NDArray[np.int64], Array] | None:
-        """Joints (N, K), of `number`, and their weights (N, K); None where the primitive has none."""
+        """Joints (N, K), of `number`, and their weights (N, K); None if the primitive has none."""
         joints: list[NDArray[np.int64]] = []
         weights: list[Array] = []
         while f"JOINTS_{len(joints)}" in self.attributes and f"WEIGHTS_{len(joints)}" in self.attributes:
@@ -138,7 +138,7 @@ class _Vertices:
             for name in names:
                 self._check(self.attributes[name], ("VEC4",), f"{self.where}.{name}")
             self.document.item("accessors", self.attributes[names[1]], self.where)["normalized"] = (
-                True  # or it means nothing
+                True  # otherwise meaningless
             )
             where = f"{self.where}.{names[0]}"
             joints.append(read_whole(self.document, self.attributes[names[0]], ("VEC4",), where, self.rows))
@@ -164,13 +164,13 @@ class _Body:
     Parameters
     ----------
     vertices : _Vertices
-        For what depends on the material: texture coordinates.
+        For data that depends on the material: texture coordinates.
     positions, triangles, normals, colors
-        As of a Mesh.
+        As for a Mesh.
     tint : (4,) floats
-        Colour that all vertices share.
+        Colour shared by all vertices.
     clear : bool
-        Whether some vertex is transparent.
+        Whether any vertex is transparent.
     """
 
     vertices: _Vertices
@@ -212,18 +212,18 @@ def _body(document: Document, primitive: dict[str, Any], form: Form, where: str)
 
 
 def _colors(vertices: _Vertices) -> Array | None:
-    """COLOR_0 (N, 4), linear; integers are normalised even where the file forgets to say so."""
+    """COLOR_0 (N, 4), linear; integers are normalised even if the file does not say so."""
     if "COLOR_0" not in vertices.attributes:
         return None
     vertices.document.item("accessors", vertices.attributes["COLOR_0"], vertices.where)["normalized"] = True
     colors = vertices.read("COLOR_0", ("VEC3", "VEC4"))
     if colors is not None and vertices.targets:
-        colors = np.clip(colors, 0.0, 1.0)  # as glTF has it for colours that are morphed
+        colors = np.clip(colors, 0.0, 1.0)  # as glTF specifies for morphed colours
     return None if colors is None else linear_colors(colors, f"{vertices.where}.COLOR_0", vertices.document.notes)
 
 
 def _check_declared(document: Document, accessor: int, positions: Array, where: str) -> None:
-    """Note coordinates far outside the accessor's own min and max: the sign of bytes read from a wrong place."""
+    """Note coordinates far outside the accessor's own min and max: a sign of data read from a wrong offset."""
     given = document.item("accessors", accessor, where)
     try:
         low, high = (np.asarray(given[key], dtype=np.float64) for key in ("min", "max"))
@@ -241,7 +241,7 @@ def _check_declared(document: Document, accessor: int, positions: Array, where: 
     outside = int(((positions < low - slack) | (positions > high + slack)).any(axis=1).sum())
     if outside:
         document.notes.append(
-            f"{where}: {outside} of {len(positions)} vertices lie far outside the range {low.tolist()} to "
+            f"{where}: {outside} of {len(positions)} vertices are far outside the range {low.tolist()} to "
             f"{high.tolist()} that the file declares"
         )
 

@@ -1,4 +1,4 @@
-"""A glTF file as placed meshes, camera and lights."""
+"""Reads a glTF file as nodes, camera and lights."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node
 
-_PLACED_BYTES = 20  # that drawing takes for each placed triangle: a plane and the number of its node
+_PLACED_BYTES = 20  # memory that drawing needs per triangle of a node: a plane and the index of its node
 Named = tuple[str, int, dict[str, Any], Array]
 
 
 def read_gltf(path: Path, budget: Budget) -> Imported:
     """Read a .glb or .gltf file.
 
-    Nodes with several materials become several Nodes of one name; nodes of one mesh share its Mesh objects. Skins and morph
-    targets are at rest: joints where the file's nodes are, weights as the file gives them. A camera's znear and zfar are left
-    out: they are derived from the scene, so that nothing is cut away. Of an orthographic one counts ymag, as of a perspective
-    one yfov: what is seen to the sides follows from the picture's size.
+    Nodes with several materials become several Nodes with the same name; nodes with the same mesh share its Mesh objects. Skins and morph
+    targets are at rest: joints as placed by the file's nodes, weights as in the file. A camera's znear and zfar are ignored; the planes are
+    derived from the scene, so that nothing is clipped. Of an orthographic camera ymag is used, of a perspective one yfov; the width follows
+    from the image's size.
 
     Raises
     ------
     SceneError
-        If it is broken, needs what cannot be honoured, or costs more than `budget` allows.
+        If it is broken, needs unsupported features, or exceeds the `budget`.
     """
     document = open_document(path, budget)
     found = Imported(notes=document.notes)
@@ -55,7 +55,7 @@ def read_gltf(path: Path, budget: Budget) -> Imported:
         for mesh, skinned in meshes.of(node, f"node {name!r}"):
             if placements is None:
                 placements = instances(document, node, index, matrix)
-            places = np.eye(4)[None] if skinned else placements  # a skin's joints place it, and nothing else
+            places = np.eye(4)[None] if skinned else placements  # a skinned mesh is placed by its joints alone
             triangles += len(mesh.triangles) * len(places)
             budget.limits.check("triangles", triangles, f"node {name!r}")
             budget.take(_PLACED_BYTES * len(mesh.triangles) * len(places), f"node {name!r}")
@@ -81,7 +81,7 @@ def _why_empty(document: Document, named: list[Named], lost: Counter[str]) -> st
 
 
 def _named(graph: Graph) -> list[Named]:
-    """(unique name, index, node, world_from_node): glTF lets nodes share a name or have none."""
+    """(unique name, index, node, world_from_node): in glTF, nodes may share a name or have none."""
     result, seen = [], set()
     for index, matrix in zip(graph.placed, graph.matrices(graph.placed), strict=True):
         node = graph.nodes[index]
@@ -94,7 +94,7 @@ def _named(graph: Graph) -> list[Named]:
 
 
 class _Meshes:
-    """Meshes of a document, in the forms that nodes give them; `lost` counts what of them is not drawn."""
+    """Meshes of a document in the forms that nodes give them; `lost` counts what is not drawn."""
 
     def __init__(self, document: Document, graph: Graph) -> None:
         self._document, self._graph = document, graph
@@ -104,7 +104,7 @@ class _Meshes:
         self.lost: Counter[str] = Counter()
 
     def of(self, node: dict[str, Any], user: str) -> list[tuple[Mesh, bool]]:
-        """What a node draws, and whether its skin has placed it already."""
+        """The meshes of a node, and whether its skin has already placed them."""
         number = node["mesh"]
         mesh = self._document.item("meshes", number, user)
         form = self._form(node, mesh, user)
@@ -160,7 +160,7 @@ def _note(document: Document, lost: Counter[str]) -> None:
 
 
 def _camera(document: Document, named: list[Named]) -> Camera | None:
-    """The first camera of a kind that glTF knows which the scene places."""
+    """The first camera in the scene of a kind that glTF defines."""
     for name, _, node, matrix in named:
         if "camera" not in node:
             continue
@@ -171,12 +171,12 @@ def _camera(document: Document, named: list[Named]) -> Camera | None:
             return PerspectiveCamera.from_pose(matrix, float(np.degrees(_size(lens, "yfov", name))))
         if kind == "orthographic":
             return OrthographicCamera.from_pose(matrix, 2.0 * _size(lens, "ymag", name))
-        document.notes.append(f"camera {name!r} is {kind}, which is not modelled: left out")
+        document.notes.append(f"camera {name!r} is {kind}, which is not supported: left out")
     return None
 
 
 def _size(lens: dict[str, Any], key: str, name: str) -> float:
-    """A camera's number that has to be there, and must not be 0; glTF discourages negative ones, which mean the same."""
+    """A required number of a camera, not 0; negative values, which glTF discourages, mean the same as positive ones."""
     value = abs(as_float(lens.get(key)))
     if not 0.0 < value < np.inf:
         raise SceneError(

@@ -1,4 +1,4 @@
-"""Skins at rest: vertices where the joints of the file's nodes put them (glTF 2.0, 3.7.3)."""
+"""Skins at rest: vertices posed by the joints of the file's nodes (glTF 2.0, 3.7.3)."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from glshadow.io.gltf.accessor import read_floats
 from glshadow.io.gltf.document import Document
 from glshadow.io.gltf.graph import Graph
 
-BLOCK = 1 << 16  # vertices at a time: a matrix for each of their joints is 100 times what they take themselves
+BLOCK = 1 << 16  # vertices per block: a matrix for each of their joints takes 100 times their own memory
 
 
 def joint_matrices(document: Document, graph: Graph, index: Any, user: str) -> Array:
-    """world_from_bind (J, 3, 4): each joint's world matrix times its inverse bind matrix, the identity where the skin has none.
+    """world_from_bind (J, 3, 4): each joint's world matrix times its inverse bind matrix, which is the identity if the skin has none.
 
     Raises
     ------
     SceneError
-        If a joint is no node, a matrix is missing or not finite, or their product overflows.
+        If a joint is not a node, a matrix is missing or not finite, or their product overflows.
     """
     where = f"skins[{index}]"
     skin = document.item("skins", index, user)
@@ -42,7 +42,7 @@ def joint_matrices(document: Document, graph: Graph, index: Any, user: str) -> A
         bad = int((~np.isfinite(bind)).any(axis=(1, 2)).sum())
         if bad:
             raise SceneError(f"{where}: {bad} of {len(joints)} inverse bind matrices are not finite (NaN or infinite)")
-        bind[:, 3] = (0.0, 0.0, 0.0, 1.0)  # it has to be; exporters leave rounding here
+        bind[:, 3] = (0.0, 0.0, 0.0, 1.0)  # required; exporters leave rounding errors here
     with np.errstate(all="ignore"):
         matrices = (world @ bind)[:, :3]
     if not np.isfinite(matrices).all():
@@ -58,7 +58,7 @@ def influences(
     Raises
     ------
     SceneError
-        For weights that are not finite, and joints that the skin, of `count`, does not have.
+        For weights that are not finite, and joints out of the skin's range, `count`.
     """
     chosen, shares = np.concatenate(joints, axis=1), np.concatenate(weights, axis=1)
     bad = int((~np.isfinite(shares)).any(axis=1).sum())
@@ -86,9 +86,9 @@ def influences(
 def posed(
     positions: Array, normals: Array | None, chosen: NDArray[np.int64], shares: Array, joints: Array
 ) -> tuple[Array, Array | None]:
-    """Positions and normals (N, 3) moved by the weighted sum of their joints' matrices (J, 3, 4); normals of any length."""
+    """Positions and normals (N, 3) transformed by the weighted sum of their joints' matrices (J, 3, 4); normals of any length."""
     moved, turned = np.zeros_like(positions), None if normals is None else np.zeros_like(normals)
-    with np.errstate(all="ignore"):  # what overflows is refused with its vertices
+    with np.errstate(all="ignore"):  # overflows are refused with the vertices
         for start in range(0, len(positions), BLOCK):
             part = slice(start, start + BLOCK)
             matrix = np.einsum("nk,nkij->nij", shares[part], joints[chosen[part]])

@@ -1,4 +1,4 @@
-"""OBJ, PLY, STL and OFF, read block by block into arrays; nothing is taken on trust from a header."""
+"""Reads OBJ, PLY, STL and OFF block by block into arrays; every header is verified."""
 
 from glshadow.io.mesh_files.read import read_mesh_file
 

@@ -1,4 +1,4 @@
-"""Files that a mesh file names: only those in its folder, and every failure is noted."""
+"""Files that a mesh file references: only those in its folder; every failure is noted."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from glshadow.files import inside
 from glshadow.image import header, read
 from glshadow.io.limits import Budget
 
-MOST_NOTED = 20  # missing files named one by one; what is beyond is counted
+MOST_NOTED = 20  # missing files that are named one by one; further ones are only counted
 LONGEST = 4095  # characters of a path
 
 
 class Beside:
-    """Finds, reads and decodes them, each once.
+    """Finds, reads and decodes referenced files, each once.
 
     Parameters
     ----------
     folder : Path
         Nothing outside it is read.
     notes : list of str
-        Gets one for each file that is missing, cannot be decoded, or has another name than was asked for.
+        Gets a note for each file that is missing, cannot be decoded, or has a slightly different name.
     budget : Budget
     """
 
@@ -40,14 +40,14 @@ class Beside:
         self._missing = 0
 
     def text(self, name: str) -> bytes | None:
-        """Bytes of the file `name`; None if there is none."""
+        """Bytes of the file `name`; None if it does not exist."""
         path = self.path(name)
         if path is None:
             return None
         return self.budget.read(path, f"the file {name!r}")
 
     def picture(self, name: str) -> NDArray[np.uint8] | None:
-        """RGBA bytes (H, W, 4) of the image `name`; None if there is none, or it cannot be decoded."""
+        """RGBA bytes (H, W, 4) of the image `name`; None if it does not exist or cannot be decoded."""
         path = self.path(name)
         if path is None:
             return None
@@ -74,14 +74,14 @@ class Beside:
         self.notes.append(f"the image {name!r} cannot be decoded ({error}): drawn without it")
 
     def path(self, name: str) -> Path | None:
-        """The file that is meant: backslashes are slashes, a path on its author's machine is its last part, and where no name
-        fits exactly, one that differs by case only does."""
+        """The referenced file. Backslashes become slashes, an absolute path is reduced to its last part, and if no name
+        matches exactly, one that differs only by case is used."""
         if name not in self._found:
             self._found[name] = self._look(name)
         return self._found[name]
 
     def has(self, name: str) -> bool:
-        """Whether it is there; notes nothing."""
+        """Whether the file exists; adds no note."""
         return self._resolved(_local(name)) is not None
 
     def _look(self, name: str) -> Path | None:
@@ -99,7 +99,7 @@ class Beside:
             self._note(name, "is a link out of the model's folder")
             return None
         if found != local:
-            self.notes.append(f"the file {name!r} that it names is there as {found!r}: used")
+            self.notes.append(f"the file {name!r} that it names exists as {found!r}: used")
         return path
 
     def _note(self, name: str, reason: str) -> None:
@@ -110,7 +110,7 @@ class Beside:
             self.notes.append("more files that it names are missing: drawn without them")
 
     def _resolved(self, local: str) -> str | None:
-        """A path in the folder as it is really spelled; None if no file is there."""
+        """A path in the folder with the file system's case; None if no such file exists."""
         if not local or local.startswith(os.pardir) or "\0" in local or len(local) > LONGEST:
             return None
         found = ""
@@ -118,14 +118,14 @@ class Beside:
             if found in self._listed or not os.path.lexists(self.folder / found / part):
                 names = self._names(found)
                 if part not in names and part.casefold() not in names:
-                    self.budget.files.add(self.folder / local)  # missing: if it comes, the scene is another
+                    self.budget.files.add(self.folder / local)  # missing: if it appears later, the scene changes
                     return None
                 part = names.get(part) or names[part.casefold()]
             found = f"{found}/{part}" if found else part
         return found if (self.folder / found).is_file() else None
 
     def _names(self, folder: str) -> dict[str, str]:
-        """Names in a folder below the model's, by themselves and by what is left of them without case."""
+        """Names in a folder below the model's, by exact name and by lower case."""
         if folder not in self._listed:
             place = self.folder / folder
             names = sorted((entry.name for entry in place.iterdir()), reverse=True) if place.is_dir() else []
@@ -136,5 +136,5 @@ class Beside:
 def _local(name: str) -> str:
     wanted = name.strip().strip('"').replace("\\", "/")
     if wanted.startswith("/") or re.match(r"[A-Za-z]:", wanted):
-        wanted = wanted.rsplit("/", 1)[-1]  # a path on its author's machine
+        wanted = wanted.rsplit("/", 1)[-1]  # a path on the author's machine
     return os.path.normpath(wanted) if wanted else ""

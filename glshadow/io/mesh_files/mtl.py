@@ -12,14 +12,14 @@ from glshadow.io.mesh_files.beside import Beside
 from glshadow.io.mesh_files.soup import Part
 from glshadow.io.mesh_files.words import name_of, text_of
 
-MOST_LIBRARIES = 100  # of one file: more are a list of names, not of materials
+MOST_LIBRARIES = 100  # per file: more indicate a list of names rather than materials
 
-# option of a map: how many words follow it; of the NUMERIC ones up to so many
+# option of a map: number of its words; for NUMERIC ones at most that many
 OPTIONS = {"-blendu": 1, "-blendv": 1, "-boost": 1, "-bm": 1, "-cc": 1, "-clamp": 1, "-imfchan": 1, "-mm": 2}
 OPTIONS |= {"-o": 3, "-s": 3, "-t": 3, "-texres": 1, "-type": 1, "-colorspace": 1}
 NUMERIC = ("-o", "-s", "-t")
-WITHOUT_EFFECT = ("-blendu", "-blendv", "-boost", "-bm", "-cc", "-imfchan", "-texres")  # on a colour that is drawn here
-# what holds without them
+WITHOUT_EFFECT = ("-blendu", "-blendv", "-boost", "-bm", "-cc", "-imfchan", "-texres")  # on a colour, as drawn here
+# values that equal the default
 USUAL = {
     "-clamp": ["off"],
     "-mm": ["0", "1"],
@@ -30,7 +30,7 @@ USUAL = {
 
 @dataclass
 class Library:
-    """The materials that the MTL files of one OBJ define; their pictures are read when they are asked for."""
+    """The materials that the MTL files of one OBJ define; their textures are read on use."""
 
     beside: Beside
     notes: list[str]
@@ -38,7 +38,7 @@ class Library:
     files: set[str] = field(default_factory=set)
 
     def add(self, statement: str) -> None:
-        """Read what a line `mtllib` names: one file, whose name may have spaces, or several."""
+        """Read the files that a line `mtllib` names: one file, whose name may have spaces, or several."""
         if len(self.files) > MOST_LIBRARIES:
             return
         names = [statement] if self.beside.has(statement) else statement.split(None, MOST_LIBRARIES + 1)
@@ -71,7 +71,7 @@ class Library:
         if given is None:
             return Part(name)
         if "map_d" in given:
-            self.notes.append(f"{name!r}: map_d is not modelled: drawn opaque")
+            self.notes.append(f"{name!r}: map_d is not supported: drawn opaque")
         color = np.ones(3) if "kd" not in given else self._color(given["kd"], name)
         if "map_kd" not in given:
             return Part(name, of_mtl(color, _opacity(given), None))
@@ -86,7 +86,7 @@ class Library:
         return np.array(reflectance(np.resize(np.array(values, dtype=np.float64), 3), repr(name), self.notes))
 
     def _map(self, words: str, name: str) -> tuple[str, tuple[float, float], tuple[float, float]]:
-        """Name of the picture, which may have spaces, and what -s and -o do to texture coordinates: u' = s u + o."""
+        """Name of the texture, which may have spaces, and the effect of -s and -o on texture coordinates: u' = s u + o."""
         moved = {"-s": (1.0, 1.0), "-o": (0.0, 0.0)}
         left, rest = [], words.strip()
         while rest.startswith("-"):
@@ -106,12 +106,12 @@ class Library:
         if not self.beside.has(rest) and self.beside.has(rest.split(" ")[-1]):
             rest = rest.split(" ")[-1]
         if left:
-            self.notes.append(f"{name!r}: {', '.join(sorted(set(left)))} of its map_Kd not modelled: drawn without")
+            self.notes.append(f"{name!r}: {', '.join(sorted(set(left)))} of its map_Kd not supported: drawn without")
         return rest, moved["-s"], moved["-o"]
 
 
 def _usual(option: str, given: list[str]) -> bool:
-    """Whether an option says what holds without it."""
+    """Whether an option has its default value."""
     words = [word.lower() if _number(word) is None else f"{float(word):g}" for word in given]
     return option in USUAL and words == USUAL[option][: len(words)]
 

@@ -1,4 +1,4 @@
-"""Wavefront OBJ: lines are told apart by their key for a whole block at once; statements between them one by one."""
+"""Reads Wavefront OBJ: lines are classified by their key for a whole block at once; statements between them one by one."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from glshadow.io.mesh_files.words import (
 INDENT = re.compile(rb"^[ \t]+", re.MULTILINE)
 NO_INDEX = re.compile(rb"/(?=[/\s])")  # "1//2", "1/"
 NO_COLOR = -1.0
-# numbers that are read; a vertex of 6 has a colour, of 4 a weight, which is not read
+# numbers that are read; a vertex with 6 has a colour, one with 4 a weight, which is ignored
 WIDTHS = {
     "v": 6,
     "vt": 2,
@@ -43,10 +43,10 @@ WIDTHS = {
 
 @dataclass
 class Lines:
-    """What the file has so far.
+    """Content read so far.
 
-    `tables`: numbers of `v`, `vt` and `vn`, block by block; `indices` (3, C) from 0, -1 for none; `statements`: the materials in
-    use, each with the number of faces before it.
+    `tables`: numbers of `v`, `vt` and `vn`, block by block; `indices` (3, C) from 0, -1 for none; `statements`: each `usemtl`, with
+    the number of faces before it.
     """
 
     tables: dict[str, list[Array]] = field(default_factory=lambda: {"v": [], "vt": [], "vn": []})
@@ -60,19 +60,19 @@ class Lines:
 
 
 def read_obj(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> Soup:
-    """The polygons of an OBJ file; a part for each material, points and lines left out.
+    """Read the polygons of an OBJ file; a part per material. Points and lines are left out.
 
-    Vertex colours (`v x y z r g b`) are sRGB, as trimesh and Blender take them; values above 1 are bytes.
+    Vertex colours (`v x y z r g b`) are sRGB, as in trimesh and Blender; values above 1 are bytes.
 
     Raises
     ------
     SceneError
-        If numbers or indices cannot be read, or indices count back beyond the first element.
+        If numbers or indices cannot be read, or relative indices refer to elements before the first.
     """
     found = Lines()
     for block in blocks(text_of(data).replace(b"\\\n", b" ")):
         budget.check_time("its lines")
-        budget.take(8 * len(block), "its lines")  # numbers, indices and triangles of one byte of text (measured: 6)
+        budget.take(8 * len(block), "its lines")  # numbers, indices and triangles per byte of text (measured: 6)
         _read_block(INDENT.sub(b"", block), found)
     positions = _joined(found.tables["v"])
     indices = np.concatenate([np.zeros((3, 0), dtype=np.int64), *found.indices], axis=1)
@@ -89,14 +89,14 @@ def read_obj(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> S
 
 
 def _joined(tables: list[Array]) -> Array:
-    """Tables below each other, the narrower ones filled up with NO_COLOR."""
+    """Tables concatenated by rows; narrower ones are filled with NO_COLOR."""
     width = max((table.shape[1] for table in tables), default=3)
     wide = [np.pad(table, ((0, 0), (0, width - table.shape[1])), constant_values=NO_COLOR) for table in tables]
     return np.concatenate([np.zeros((0, width)), *wide])
 
 
 def _colors(vertices: Array, notes: list[str]) -> Array | None:
-    """Linear RGBA (V, 4) of vertices (V, 3 or 6): sRGB from 0 to 1, or bytes where one is larger; white where there is none."""
+    """Linear RGBA (V, 4) of vertices (V, 3 or 6): sRGB from 0 to 1, or bytes if a value is larger; white where there is none."""
     given = vertices[:, 3:]
     if given.shape[1] == 0:
         return None
@@ -146,7 +146,7 @@ def _read_block(block: bytes, found: Lines) -> None:
 
 
 def _corners(text: bytes, counts: Indices, before: dict[str, Indices]) -> Indices:
-    """Indices (3, C) into `v`, `vt` and `vn`, from 0, -1 for none, of the corners of faces with `counts` (N,) of them."""
+    """Indices (3, C) into `v`, `vt` and `vn`, from 0, -1 for none, of the corners of faces with `counts` (N,) corners."""
     total = int(counts.sum())
     found = np.zeros((3, total), dtype=np.int64)
     if b"/" in text:
@@ -166,7 +166,7 @@ def _corners(text: bytes, counts: Indices, before: dict[str, Indices]) -> Indice
         line = _line(text, counts, int((found[0] == 0).argmax()))
         raise SceneError(f"the face {line} uses index 0; indices of OBJ begin at 1")
     relative = found < 0
-    if relative.any():  # they count back from the line they are on
+    if relative.any():  # relative indices count back from their line
         totals = np.stack([np.repeat(before[key], counts) for key in WIDTHS])
         found = np.where(relative, totals + found + 1, found)
         beyond = relative & (found < 1)
@@ -179,7 +179,7 @@ def _corners(text: bytes, counts: Indices, before: dict[str, Indices]) -> Indice
 
 
 def _line(text: bytes, counts: Indices, corner: int) -> str:
-    """The line that a corner is on, as messages show it."""
+    """The line of a corner, for messages."""
     number = int(np.searchsorted(np.cumsum(counts), corner, side="right"))
     return shown(b"f " + text.split(b"\n")[number].strip())
 
@@ -187,7 +187,7 @@ def _line(text: bytes, counts: Indices, corner: int) -> str:
 def _read_statements(
     block: bytes, lines: tuple[NDArray[np.uint8], Indices, Indices], faces: Indices, found: Lines
 ) -> None:
-    """`usemtl`, `mtllib` and `o`; `faces` (L,): how many there are before the end of each line."""
+    """Read `usemtl`, `mtllib` and `o`; `faces` (L,): number of faces before the end of each line."""
     first, starts, ends = lines
     for number in np.flatnonzero(np.isin(first, np.frombuffer(b"umo", dtype=np.uint8))).tolist():
         key, _, rest = block[starts[number] : ends[number]].replace(b"\t", b" ").partition(b" ")
@@ -201,7 +201,7 @@ def _read_statements(
 
 
 def _assign_parts(soup: Soup, found: Lines, library: Library) -> None:
-    """A part for each material in use, named after it; one alone after the only object."""
+    """A part for each material in use, named after it; if there is only one part, named after the only object."""
     for statement in dict.fromkeys(found.libraries):
         library.add(statement)
     begins = [0, *(faces for faces, _ in found.materials), found.faces]

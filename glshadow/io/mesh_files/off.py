@@ -1,4 +1,4 @@
-"""OFF with its variants: counts on the first line, colours, normals, texture coordinates, polygons."""
+"""Reads OFF with its variants: counts on the first line, colours, normals, texture coordinates, polygons."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from glshadow.io.mesh_files.beside import Beside
 from glshadow.io.mesh_files.soup import Soup, Table
 from glshadow.io.mesh_files.words import COMMENT, Indices, all_numbers, blocks, per_line, rows, text_of
 
-# letters before OFF say what a vertex has: ST texture coordinates, C a colour, N a normal; 4 and n other dimensions than three
+# letters before OFF are vertex attributes: ST texture coordinates, C colour, N normal; 4 and n are other dimensions than three
 HEADER = re.compile(rb"\s*(?:([A-Za-z0-9]*?)OFF(?![A-Za-z])(?:[ \t]+(BINARY)\b)?)?")
 VARIANT = re.compile(rb"(ST)?(C)?(N)?\Z")
 COUNTS = re.compile(rb"\s*(\d{1,18})\s+(\d{1,18})(?:[ \t]+\d+)?")
-WIDEST = 12  # numbers of a vertex: place, normal, colour with alpha, texture coordinates
+WIDEST = 12  # numbers per vertex: position, normal, colour with alpha, texture coordinates
 
 
 def read_off(data: bytes, _: Beside, notes: list[str], budget: Budget) -> Soup:
-    """The polygons of an OFF file.
+    """Read the polygons of an OFF file.
 
-    Colours are sRGB: bytes where all of them are whole numbers and one is above 1, else numbers from 0 to 1.
+    Colours are sRGB: bytes if all of them are integers and one is above 1, otherwise numbers from 0 to 1.
 
     Raises
     ------
     SceneError
-        If it is no OFF file of three dimensions, or declares more than it holds.
+        If it is not a three-dimensional OFF file, or declares more than it contains.
     """
     text = COMMENT.sub(b"", text_of(data)) if b"#" in data else text_of(data)
     head = HEADER.match(text)
@@ -55,7 +55,7 @@ def read_off(data: bytes, _: Beside, notes: list[str], budget: Budget) -> Soup:
 
 @dataclass
 class _Numbers:
-    """All numbers (N,) behind the header, and how many each line that is not empty has (L,)."""
+    """All numbers (N,) after the header, and their count on each line that is not empty (L,)."""
 
     values: Array
     counts: Indices
@@ -70,7 +70,7 @@ def _lines(text: bytes) -> _Numbers:
 def _soup(lines: _Numbers, size: tuple[int, int], has_normal: bool, has_uv: bool, notes: list[str]) -> Soup:
     vertices, faces = size
     if len(lines.counts) < vertices + faces or (lines.counts[:vertices] < 3).any():
-        lines = _unwrapped(lines.values, size)  # numbers that go on over the ends of lines
+        lines = _unwrapped(lines.values, size)  # numbers that continue over the ends of lines
     of_vertices = lines.counts[:vertices]
     end = int(of_vertices.sum())
     width = min(int(of_vertices.max()), WIDEST) if vertices else 3
@@ -85,12 +85,12 @@ def _soup(lines: _Numbers, size: tuple[int, int], has_normal: bool, has_uv: bool
     with np.errstate(invalid="ignore"):  # NaN as a number of corners is refused below
         corners = values[starts].astype(np.int64)
     if not (corners == values[starts]).all() or (corners < 0).any() or (corners >= counts).any():
-        raise SceneError("a face does not have as many corners as it says; it is cut off or broken")
+        raise SceneError("a face does not have as many corners as it declares; it is cut off or broken")
     column = np.arange(len(values)) - np.repeat(starts, counts)
     of_face = np.repeat(corners, counts)
     indices = values[(column >= 1) & (column <= of_face)]
     if not (np.abs(indices) < 2**53).all() or (indices != np.floor(indices)).any():
-        raise SceneError("a face refers to a vertex that is not a whole number")
+        raise SceneError("a face refers to a vertex index that is not an integer")
     behind = counts - 1 - corners
     rest = rows(values[column > of_face], behind, 4 if behind.any() else 0)
     return Soup(
@@ -105,7 +105,7 @@ def _soup(lines: _Numbers, size: tuple[int, int], has_normal: bool, has_uv: bool
 
 
 def _unwrapped(values: Array, size: tuple[int, int]) -> _Numbers:
-    """The same numbers, three for each vertex, and for each face as many as it says."""
+    """The same numbers in lines: three per vertex, and for each face its declared count."""
     vertices, faces = size
     counts, at = [3] * vertices, 3 * vertices
     for _ in range(faces):
@@ -123,7 +123,7 @@ def _shown(values: Array, at: int) -> str:
 
 
 def _colors(columns: Array, where: str, notes: list[str]) -> Array | None:
-    """Linear RGBA of rows (N, K) with missing numbers NaN; fewer than three are an index into a table that is not there."""
+    """Linear RGBA of rows (N, K), with NaN for missing numbers. Fewer than three numbers are an index into a table that does not exist."""
     if columns.shape[1] < 3 or np.isnan(columns[:, :3]).any(axis=1).all():
         return None
     missing = np.isnan(columns[:, :3]).any(axis=1)

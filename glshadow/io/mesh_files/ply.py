@@ -1,4 +1,4 @@
-"""PLY, text and binary: vertices, faces, triangle strips, colours, normals, texture coordinates."""
+"""Reads PLY, text and binary: vertices, faces, triangle strips, colours, normals, texture coordinates."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ LONGEST = 1 << 20  # bytes of a header
 
 
 def read_ply(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> Soup:
-    """The polygons of a PLY file: its faces, then its strips.
+    """Read the polygons of a PLY file: its faces, then its strips.
 
-    Colours are sRGB: integers by the range of bytes or of 16 bits, others from 0 to 1.
+    Colours are sRGB: integers scaled by the range of 8 or 16 bits, others from 0 to 1.
 
     Raises
     ------
     SceneError
-        If its header cannot be read, or declares more than the file holds.
+        If its header cannot be read, or declares more than the file contains.
     """
     found = HEADER.match(data[:LONGEST])
     if found is None:
@@ -65,13 +65,13 @@ def read_ply(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> S
 
 
 def _as_text(field: Field) -> Field:
-    """In text, all numbers are of one kind once they are read."""
+    """In text, all numbers have the same type once they are read."""
     double = np.dtype(np.float64)
     return Field(field.name, double, None if field.length is None else double)
 
 
 def _elements(header: list[str]) -> tuple[list[Element], bool]:
-    """What the header declares, and whether the rows are text."""
+    """The header's elements, and whether the rows are text."""
     order: str | None = None
     found: list[tuple[str, int, list[Field]]] = []
     for line in header[1:-1]:
@@ -131,13 +131,13 @@ def _soup(columns: dict[str, Columns], declared: dict[str, dict[str, np.dtype[np
 def _stacked(columns: Columns, names: tuple[str, ...]) -> Array | None:
     """Columns (N, K) side by side; None if one is missing."""
     found = [columns.get(name) for name in names]
-    with np.errstate(invalid="ignore"):  # a signalling NaN is one all the same
+    with np.errstate(invalid="ignore"):  # signalling NaNs are handled like others
         plain = [column.astype(np.float64) for column in found if column is not None and not isinstance(column, Ragged)]
     return np.stack(plain, axis=1) if len(plain) == len(names) else None
 
 
 def _lists(columns: Columns) -> tuple[Indices, Indices]:
-    """Vertices of polygons or strips, and how many each has."""
+    """Vertex indices of polygons or strips, and the count of each."""
     found = next((columns[name] for name in INDICES if name in columns), None)
     if not isinstance(found, Ragged):
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
@@ -146,12 +146,12 @@ def _lists(columns: Columns) -> tuple[Indices, Indices]:
             whole = np.abs(found.values) < 2**53
             whole &= found.values == np.floor(found.values)
         if not whole.all():
-            raise SceneError("a face refers to a vertex that is not a whole number")
+            raise SceneError("a face refers to a vertex index that is not an integer")
     return found.values.astype(np.int64), found.counts
 
 
 def _add_strips(soup: Soup, values: Indices, counts: Indices) -> None:
-    """The triangles of strips; a negative index, and the end of a row, begin the next one."""
+    """Add the triangles of strips. A negative index, or the end of a row, begins a new strip."""
     if len(values) == 0:
         return
     values = np.insert(values, np.cumsum(counts)[:-1], -1)
@@ -184,14 +184,14 @@ def _colors(columns: Columns, kinds: dict[str, np.dtype[np.generic]], where: str
 
 
 def _most(kind: np.dtype[np.generic], colors: Array) -> float:
-    """The number that is full colour."""
+    """The value that stands for full colour."""
     if kind.kind == "f":
         return 255.0 if float(np.fmax.reduce(colors, axis=None, initial=0.0)) > 1.0 + 1e-6 else 1.0
     return 65535.0 if kind.itemsize == 2 else 255.0
 
 
 def _assign_pictures(soup: Soup, names: list[str], face: Columns, beside: Beside) -> None:
-    """The pictures that comments name: of all faces the first, or the one that `texnumber` says."""
+    """Assign the textures that comments name: the first one to all faces, or as `texnumber` says."""
     if not names:
         return
     pictures: list[NDArray[np.uint8] | None] = [beside.picture(name) for name in names]

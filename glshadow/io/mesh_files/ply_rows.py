@@ -1,4 +1,4 @@
-"""Rows of PLY elements from bytes: all at once where every list is as long as the first row's, else row by row."""
+"""Reads rows of PLY elements: all at once if every list is as long as the first row's, otherwise row by row."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from glshadow.io.limits import Budget
 from glshadow.io.mesh_files.words import Indices
 
 Bytes = NDArray[np.uint8]
-ROWS = 1 << 16  # read between two looks at the clock
+ROWS = 1 << 16  # rows between two checks of the time limit
 
 
 @dataclass(frozen=True)
@@ -27,13 +27,13 @@ class Field:
 
     @property
     def least(self) -> int:
-        """Bytes that a row has of it at least."""
+        """Minimum bytes per row."""
         return self.kind.itemsize if self.length is None else self.length.itemsize
 
 
 @dataclass(frozen=True)
 class Element:
-    """What the header says of one kind of row."""
+    """The header's declaration of one kind of row."""
 
     name: str
     count: int
@@ -42,7 +42,7 @@ class Element:
 
 @dataclass(frozen=True)
 class Ragged:
-    """Lists: their numbers one behind the other, and the length of each."""
+    """Lists: their concatenated numbers, and the length of each."""
 
     values: NDArray[Any]
     counts: Indices
@@ -52,12 +52,12 @@ Columns = dict[str, "NDArray[Any] | Ragged"]
 
 
 def read_elements(data: Bytes, elements: list[Element], budget: Budget) -> dict[str, Columns]:
-    """Columns of every element, by the names of both.
+    """Columns of every element, by element and property name.
 
     Raises
     ------
     SceneError
-        If the header declares more than there is.
+        If the header declares more than the file contains.
     """
     found: dict[str, Columns] = {}
     at = 0
@@ -77,7 +77,7 @@ def _short(element: Element) -> SceneError:
 
 
 def _alike(data: Bytes, at: int, element: Element) -> tuple[Columns, int] | None:
-    """Columns, and where they end; None where lists differ in length."""
+    """Columns, and their end; None if lists differ in length."""
     kinds: list[tuple[Any, ...]] = []
     end = at
     for number, field in enumerate(element.fields):
@@ -119,7 +119,7 @@ def _whole(length: float, element: Element) -> int:
 
 
 def _one_by_one(data: Bytes, at: int, element: Element, budget: Budget) -> tuple[Columns, int]:
-    """The same where the place of a row depends on all before it."""
+    """The same if the position of a row depends on all rows before it."""
     fields = element.fields
     readers = [
         None if field.length is None else struct.Struct(field.length.str.replace("|", "<")[0] + field.length.char)

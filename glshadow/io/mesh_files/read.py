@@ -1,4 +1,4 @@
-"""One mesh file -> placed meshes."""
+"""Reads one mesh file as nodes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from glshadow.io.mesh_files.soup import placed
 from glshadow.io.mesh_files.stl import read_stl
 
 READERS = {".obj": read_obj, ".off": read_off, ".ply": read_ply, ".stl": read_stl}
-MOST_NOTES = 50  # said one by one
+MOST_NOTES = 50  # reported one by one
 
 
 def read_mesh_file(path: Path, budget: Budget) -> Imported:
@@ -25,17 +25,17 @@ def read_mesh_file(path: Path, budget: Budget) -> Imported:
     ----------
     path : Path
     budget : Budget
-        What it may cost; the file's size is added to what was read.
+        Budget of the file; the file's size is added to its read bytes.
 
     Raises
     ------
     SceneError
-        If it is broken, declares more than it holds, or costs more than it may.
+        If it is broken, declares more than it contains, or exceeds the budget.
     """
     data = budget.read(path, "the file")
     notes: list[str] = []
     soup = READERS[path.suffix.lower()](data, Beside(path.parent, notes, budget), notes, budget)
-    del data  # half a gigabyte, where there are ten million facets
+    del data  # half a gigabyte for ten million facets
     nodes = placed(soup, notes, budget)
     if not nodes and notes and len(soup.counts):
         raise SceneError(f"nothing to render: {'; '.join(notes[:MOST_NOTES])}")

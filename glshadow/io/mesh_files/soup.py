@@ -1,4 +1,4 @@
-"""What every reader of mesh files hands over: polygons with their attributes; and the nodes made of them."""
+"""The common result of mesh file readers, polygons with attributes; and the nodes made from them."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from glshadow.scene.nodes import Node
 
 Indices = NDArray[np.int64]
 
-MOST_PARTS = 500  # nodes of one file that keep their names; each takes 1 ms to load and draw (measured)
-CROWDED = 4  # triangles for each vertex from which on some are likely to be there twice: a closed surface has two
+MOST_PARTS = 500  # largest count of named nodes of one file; each takes 1 ms to load and draw (measured)
+CROWDED = 4  # triangles per vertex from which duplicates are likely: a closed surface has two
 
 
 @dataclass(frozen=True)
 class Part:
-    """What makes a node of its own: a name and a material, and how the file's texture coordinates become the texture's."""
+    """Properties of a node: name and material, and the scale and offset of its texture coordinates."""
 
     name: str
     material: Material = WHITE
@@ -31,20 +31,20 @@ class Part:
     uv_offset: tuple[float, float] = (0.0, 0.0)
 
     def look(self) -> tuple[object, ...]:
-        """Equal for parts that are drawn alike but for their base colour."""
+        """Equal for parts that are drawn alike except for their base colour."""
         material = self.material
         return id(material.texture), material.alpha_mode, material.color[3], self.uv_scale, self.uv_offset
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows (N, K) and the one that each corner uses (C,), -1 for none; None: that of its vertex."""
+    """Rows (N, K) and the row of each corner (C,), -1 for none; None: the row of its vertex."""
 
     rows: Array
     of: Indices | None = None
 
     def checked(self, what: str, notes: list[str]) -> Table | None:
-        """The same without references beyond its rows; None where nothing refers to it."""
+        """The same without references beyond its rows; None if nothing refers to it."""
         if self.of is None:
             return self
         beyond = self.of >= len(self.rows)
@@ -54,7 +54,7 @@ class Table:
         return None if (of < 0).all() else Table(self.rows, of)
 
     def taken(self, vertex: Indices, corner: Indices) -> Array:
-        """Rows of new vertices, given the vertex and a corner of each; NaN where there is none."""
+        """Rows of new vertices, given the vertex and a corner of each; NaN if there is none."""
         if self.of is None:
             return np.asarray(self.rows[vertex])
         row = self.of[corner]
@@ -63,13 +63,13 @@ class Table:
 
 @dataclass
 class Soup:
-    """Polygons.
+    """Polygons with attributes.
 
     Parameters
     ----------
     positions : (V, 3)
     corners : (C,)
-        Vertex of every corner, polygon after polygon.
+        Vertex of every corner, polygon by polygon.
     counts : (P,)
         Corners of each polygon.
     parts : list of Part; part : (P,), optional
@@ -91,7 +91,7 @@ class Soup:
 
 
 def placed(soup: Soup, notes: list[str], budget: Budget) -> list[Node]:
-    """Nodes with one mesh for each part.
+    """Nodes, with one mesh for each part.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def placed(soup: Soup, notes: list[str], budget: Budget) -> list[Node]:
 
 
 def _once(soup: Soup, slots: Indices, polygon: Indices, notes: list[str]) -> tuple[Indices, Indices]:
-    """Triangles that repeat an earlier one are drawn over it, which shows nothing and takes time: out, where they must be many."""
+    """Remove triangles that repeat an earlier one, which costs time and shows nothing, if many are likely."""
     used = np.zeros(len(soup.positions), dtype=bool)
     used[soup.corners] = True
     if len(slots) <= CROWDED * np.count_nonzero(used):
@@ -132,7 +132,7 @@ def _once(soup: Soup, slots: Indices, polygon: Indices, notes: list[str]) -> tup
 
 
 def _merged(soup: Soup, polygon: Indices, notes: list[str]) -> Soup:
-    """At most about MOST_PARTS parts: above, those of one material become one, then their base colours those of their faces."""
+    """Limit parts to about MOST_PARTS: beyond, parts of one material are merged, and their base colours become face colours."""
     if soup.part is None:
         return soup
     used = np.unique(soup.part[polygon])
@@ -154,7 +154,7 @@ def _merged(soup: Soup, polygon: Indices, notes: list[str]) -> Soup:
     new[used] = [number.setdefault(key, len(number)) for key in keys]
     first = dict(zip(reversed(keys), reversed(parts), strict=True))
     notes.append(
-        f"its {len(used)} groups are more than {MOST_PARTS}: those that look alike are one, {len(number)} node(s) in all, "
+        f"its {len(used)} groups are more than {MOST_PARTS}: those that look alike are merged, into {len(number)} node(s), "
         "each named after its first"
     )
     face_colors = soup.face_colors
@@ -206,7 +206,7 @@ def _numbered(rows: Array) -> Indices:
 
 
 def _distinct(keys: list[Indices]) -> tuple[Indices, Indices]:
-    """Distinct tuples of non-negative keys (N,), in order: where each is first, and the number of each row's."""
+    """Distinct tuples of non-negative keys (N,), in order: the first index of each, and the number of each row's tuple."""
     key, size = keys[0], int(keys[0].max()) + 1
     for other in keys[1:]:
         width = int(other.max()) + 1
@@ -243,7 +243,7 @@ def _coordinates(part: Part, uv: Array | None, notes: list[str]) -> NDArray[np.f
     """Texture coordinates (V, 2) float32, with the material's scale and offset; None if none is usable."""
     if uv is None:
         return None
-    with np.errstate(over="ignore", invalid="ignore"):  # beyond float32: not usable
+    with np.errstate(over="ignore", invalid="ignore"):  # values beyond float32 are not usable
         turned = (uv * part.uv_scale + part.uv_offset).astype(np.float32)
     lost = np.logical_not(np.isfinite(turned).all(axis=1))
     if lost.all():

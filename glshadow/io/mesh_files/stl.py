@@ -1,4 +1,4 @@
-"""STL, binary and ASCII."""
+"""Reads STL, binary and ASCII."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from glshadow.io.mesh_files.words import blocks, name_of, text_of
 
 HEADER, FACET = 84, 50  # bytes
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-UNCOUNTED = (0, 2**32 - 1)  # what exporters leave in the header that write before they count
-LOOKED = 100_000  # bytes of the beginning that say whether it is text
+UNCOUNTED = (0, 2**32 - 1)  # placeholders in the header, left by exporters that write before they count
+LOOKED = 100_000  # bytes at the beginning that decide whether it is text
 
 STATEMENT = re.compile(
     rb"\bvertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)|(\bend[ \t]*(?:loop|facet)\b)|^[ \t]*(solid)\b([^\n]*)",
@@ -25,12 +25,12 @@ STATEMENT = re.compile(
 
 
 def read_stl(data: bytes, _: Beside, notes: list[str], budget: Budget) -> Soup:
-    """The facets of an STL file, which share no vertices; a part for each solid of a text.
+    """Read the facets of an STL file, which share no vertices; a text file gives a part per solid.
 
     Raises
     ------
     SceneError
-        If it is neither kind, or cut off.
+        If it is neither binary nor ASCII STL, or cut off.
     """
     if _is_text(data):
         return _text(text_of(data), notes, budget)
@@ -39,7 +39,7 @@ def read_stl(data: bytes, _: Beside, notes: list[str], budget: Budget) -> Soup:
 
 
 def _is_text(data: bytes) -> bool:
-    """Binary files, too, may begin with 'solid': only text has no zero bytes, and says 'facet' or 'solid' soon."""
+    """Whether it is ASCII. Binary files may also begin with 'solid': only text has no zero bytes and soon contains 'facet' or 'solid'."""
     if len(data) >= HEADER and len(data) == HEADER + FACET * _declared(data):
         return False
     head = data[:LOOKED].lower()
@@ -67,14 +67,14 @@ def _binary(data: bytes, notes: list[str], budget: Budget) -> Array:
             f"{len(data)}; export or download it again"
         )
     budget.limits.check("triangles", facets, "its facets")
-    budget.take(200 * facets, "its facets")  # 72 of coordinates, 12 of indices, twice while they are made
+    budget.take(200 * facets, "its facets")  # 72 of coordinates, 12 of indices, temporarily twice
     records = np.frombuffer(data, dtype=RECORD, count=facets, offset=HEADER)
-    with np.errstate(invalid="ignore"):  # a signalling NaN is one all the same
+    with np.errstate(invalid="ignore"):  # signalling NaNs are handled like others
         return records["corners"].reshape(-1, 3).astype(np.float64)
 
 
 def _whole(soup: Soup, notes: list[str]) -> Soup:
-    """Facets share no vertices: one with a coordinate that is not finite is left out alone."""
+    """Remove facets with coordinates that are not finite; since facets share no vertices, others are not affected."""
     good = np.isfinite(soup.positions).all(axis=1)
     if good.all():
         return soup
@@ -87,7 +87,7 @@ def _whole(soup: Soup, notes: list[str]) -> Soup:
 
 
 def _text(text: bytes, notes: list[str], budget: Budget) -> Soup:
-    """Corners are those of a loop, whatever stands before and behind it."""
+    """Facets of ASCII STL: the corners of each loop, whatever else is around it."""
     solids: list[str] = []
     tables, counts, part, corners = [], [], [], 0
     for block in blocks(text):
@@ -117,7 +117,7 @@ def _text(text: bytes, notes: list[str], budget: Budget) -> Soup:
 
 
 def _numbers(words: list[bytes]) -> Array:
-    """Words as numbers; NaN for those that are none."""
+    """Words as numbers; NaN for words that are not numbers."""
     try:
         return np.array(words, dtype=np.float64)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Text of mesh files as words and numbers, a block of lines at a time."""
+"""Splits the text of mesh files into words and numbers, a block of lines at a time."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from glshadow.errors import SceneError
 
 Indices = NDArray[np.int64]
 
-BLOCK = 1 << 22  # bytes of text that are words at one time: a word needs ten times its letters as an object
+BLOCK = 1 << 22  # bytes of text that are split at a time: a word takes ten times its length as an object
 NEWLINE = 10
 COMMENT = re.compile(rb"#[^\n]*")
 
 
 def text_of(data: bytes) -> bytes:
-    """The text with LF alone at the end of every line, the last one too, whatever ended them: CR LF, CR, or a mixture."""
+    """The text with LF at the end of every line, including the last, converted from CR LF, CR, or a mixture."""
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     return data if data.endswith(b"\n") else data + b"\n"
 
 
 def name_of(word: bytes) -> str:
-    """A name: UTF-8, or Latin-1 as older exporters wrote it."""
+    """A name: UTF-8, or Latin-1 as in older exporters."""
     try:
         return word.decode("utf-8")
     except UnicodeDecodeError:
@@ -34,12 +34,12 @@ def name_of(word: bytes) -> str:
 
 
 def shown(word: bytes) -> str:
-    """The word as messages show it."""
+    """The word as shown in messages."""
     return repr(word[:60].decode(errors="replace"))
 
 
 def blocks(text: bytes, start: int = 0) -> Iterator[bytes]:
-    """Whole lines of about BLOCK bytes together."""
+    """Whole lines, in blocks of about BLOCK bytes."""
     while start < len(text):
         end = text.find(b"\n", start + BLOCK) + 1 or len(text)
         yield text[start:end]
@@ -47,14 +47,14 @@ def blocks(text: bytes, start: int = 0) -> Iterator[bytes]:
 
 
 def first_letters(text: bytes) -> NDArray[np.bool_]:
-    """For each byte whether a word begins there."""
+    """For each byte whether a word starts there."""
     letter = np.frombuffer(text, dtype=np.uint8) > 32
     letter[1:] &= ~letter[:-1]
     return letter
 
 
 def per_line(text: bytes) -> Indices:
-    """Words of each line; every line must end in LF."""
+    """Word count of each line; every line must end in LF."""
     ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == NEWLINE)
     return np.diff(np.searchsorted(np.flatnonzero(first_letters(text)), ends), prepend=0)
 
@@ -65,7 +65,7 @@ def numbers(text: bytes, what: str) -> Array:
     Raises
     ------
     SceneError
-        Names the first that is no number.
+        Names the first word that is not a number.
     """
     words = text.split()
     try:
@@ -81,14 +81,14 @@ def whole_numbers(text: bytes, what: str) -> Indices:
     Raises
     ------
     SceneError
-        Names the first that is no whole number.
+        Names the first word that is not an integer.
     """
     words = text.split()
     try:
         return np.array(words, dtype=np.int64)
     except (ValueError, OverflowError):
         wrong = next((word for word in words if not _is(int, word)), max(words, key=len))
-        raise SceneError(f"{what}: {shown(wrong)} is not a whole number that can be an index") from None
+        raise SceneError(f"{what}: {shown(wrong)} is not an integer that can be an index") from None
 
 
 def _is(kind: type, word: bytes) -> bool:
@@ -100,13 +100,13 @@ def _is(kind: type, word: bytes) -> bool:
 
 
 def all_numbers(text: bytes, what: str, start: int = 0) -> Array:
-    """All words from byte `start` on as float64, block by block; comments from # on are left out."""
+    """All words from byte `start` on as float64, block by block; comments after # are skipped."""
     found = [numbers(COMMENT.sub(b"", block) if b"#" in block else block, what) for block in blocks(text, start)]
     return np.concatenate(found) if found else np.zeros(0)
 
 
 def rows(values: Array, counts: Indices, width: int) -> Array:
-    """Numbers of lines with `counts` (N,) of them as (N, width): more are dropped, missing ones are NaN."""
+    """Numbers of lines with `counts` (N,) of them as (N, width): extra ones are dropped, missing ones are NaN."""
     if len(counts) and (counts == counts[0]).all():
         table = values.reshape(len(counts), int(counts[0]))[:, :width]
         return (

@@ -1,4 +1,4 @@
-"""The filters that there are. A new one is named here, and everything else derives from this list."""
+"""All filters. A new filter is added here; command line, help, studies and tables are derived from this list."""
 
 from glshadow.shadows.filters.babylon_esm import BabylonEsm
 from glshadow.shadows.filters.disc import Disc
@@ -15,7 +15,7 @@ from glshadow.shadows.filters.pcss import Pcss
 from glshadow.shadows.filters.poisson import Poisson
 from glshadow.shadows.filters.vsm import Evsm, Vsm
 
-# From the plainest to the dearest: the order of help, tables and plans.
+# From the simplest to the most expensive: the order of help, tables and plans.
 FILTERS: tuple[type[Filter], ...] = (
     Hard, Poisson, Pcf, EdgePcf, Gaussian, Disc, BabylonEsm, Esm, Vsm, Evsm, Msm, Pcss, LightSamples, Exact,
 )  # fmt: skip

@@ -16,38 +16,38 @@ from glshadow.shadows.filters.moments import MomentFilter
 
 @dataclass(frozen=True)
 class BabylonEsm(MomentFilter):
-    """Babylon.js's ESM, blurred ESM, close ESM and blurred close ESM, to compare with: `Esm` is what the paper says.
+    """Babylon.js's ESM, blurred ESM, close ESM and blurred close ESM, for comparison; `Esm` follows the paper.
 
-    Its plain form darkens what casts: on the courtyard 20 % of the pixels. `close=True` is the form that is right away from contacts.
+    The plain form darkens the casters themselves: 20 % of the courtyard's pixels. `close=True` is correct away from contacts.
 
     Parameters
     ----------
     radius : int
-        0 to 16 texels. 0: not blurred. Babylon.js blurs by a box, `blurBoxOffset`, in a map smaller by `blurScale`.
+        0 to 16 texels. 0: not blurred. Babylon.js blurs with a box, `blurBoxOffset`, in a map that is smaller by `blurScale`.
     depth_scale : float
-        1 to 87; its `depthScale`.
+        1 to 87; Babylon.js's `depthScale`.
     close : bool
-        Its close ESM: exp(-depth_scale (metric - mean of stored metrics)). Else 1 - exp(depth_scale metric) * mean of exp(-depth_scale
-        stored metric), which is dark wherever the receiver is what is stored.
+        Babylon.js's close ESM: exp(-depth_scale (metric - mean of stored metrics)). Otherwise 1 - exp(depth_scale metric) * mean of
+        exp(-depth_scale stored metric), which is dark wherever the receiver itself is stored.
 
     References
     ----------
-    Babylon.js 9.34, `shadowMapFragment` and `shadowsFragmentFunctions`; readings of the real one are part of the tests.
+    Babylon.js 9.34, `shadowMapFragment` and `shadowsFragmentFunctions`; the tests compare with readings of Babylon.js itself.
     """
 
-    depth_scale: float = setting(number(1.0, MOST), 50.0, help="1 to 87")
+    depth_scale: float = setting(number(1.0, MOST), 50.0, help="exponent, 1 to 87")
     close: bool = setting(flag(), False)
 
     spelling = "babylonesm"
     snippet = "filter/babylonesm.glsl"
     encoding = "moments/babylonesm.glsl"
     channels = 1
-    summary = "Babylon.js's exponential maps; `close`: its other one"
+    summary = "Babylon.js's exponential shadow maps; `close`: its close ESM"
     source = "Babylon.js"
-    fails = "what casts is dark itself; close: light near contacts, and wherever blurred depth is no depth"
+    fails = "casters are dark themselves; close: light leaks near contacts and where blurring mixes depths"
 
     def defines(self) -> Mapping[str, int | str]:
-        """Radius, scale and form."""
+        """Defines for radius, scale and form."""
         return {**super().defines(), "GLS_EXPONENT": repr(self.depth_scale), "GLS_CLOSE": int(self.close)}
 
     def encoded(self, depth: Array) -> Array:
@@ -55,7 +55,7 @@ class BabylonEsm(MomentFilter):
         return (depth if self.close else np.exp(-np.minimum(MOST, self.depth_scale * depth)))[:, None]
 
     def lit(self, depth: Array, means: Array, deviation: Array, extent: Array) -> Array:
-        """As there."""
+        """Visibility as Babylon.js computes it."""
         metric, stored = np.clip(depth, 0.0, 1.0), means[:, 0]
         if self.close:
             return np.clip(np.exp(np.minimum(MOST, -self.depth_scale * (metric - stored))), 0.0, 1.0)
@@ -63,10 +63,10 @@ class BabylonEsm(MomentFilter):
 
     @classmethod
     def variants(cls) -> tuple[Self, ...]:
-        """Both forms."""
+        """One filter of each form."""
         return (cls(), cls(close=True))
 
     @classmethod
     def studied(cls) -> tuple[Self, ...]:
-        """The one that is right somewhere."""
+        """The close form, which is correct away from contacts."""
         return (cls(close=True),)

@@ -1,4 +1,4 @@
-"""Disc: percentage closer filtering over a round area."""
+"""Disc: percentage closer filtering over a disc."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Disc(Filter):
     taps : int
         8 to 64.
     rotate : bool
-        Turn the spiral from pixel to pixel: noise instead of the faint rings of few taps.
+        Rotate the spiral from pixel to pixel: noise instead of the faint rings of few taps.
 
     References
     ----------
@@ -38,8 +38,8 @@ class Disc(Filter):
     gradient noise, Jimenez 2014, "Next Generation Post Processing in Call of Duty: Advanced Warfare", SIGGRAPH course.
     """
 
-    radius_texels: float = setting(number(0.5, 16.0, unit="texels"), 2.0, help="0.5 to 16")
-    taps: int = setting(whole(8, MAX_TAPS), 16, help=f"8 to {MAX_TAPS}")
+    radius_texels: float = setting(number(0.5, 16.0, unit="texels"), 2.0, help="radius in texels, 0.5 to 16")
+    taps: int = setting(whole(8, MAX_TAPS), 16, help=f"comparisons, 8 to {MAX_TAPS}")
     rotate: bool = setting(flag(), False)
 
     spelling = "disc"
@@ -47,11 +47,11 @@ class Disc(Filter):
     snippet = "filter/disc.glsl"
     summary = "mean over TAPS comparisons in a disc"
     source = "Vogel 1979, Castano 2013"
-    fails = "edges widen to 2 RADIUS_TEXELS + 1 texels; rings where taps are few, noise where they are turned"
+    fails = "edges widen to 2 RADIUS_TEXELS + 1 texels; rings with few taps, noise if rotated"
 
     @property
     def radius(self) -> float:
-        """That of the disc."""
+        """The disc's radius in texels."""
         return self.radius_texels
 
     @property
@@ -65,7 +65,7 @@ class Disc(Filter):
         return self.radius_texels + 1.0
 
     def defines(self) -> Mapping[str, int | str]:
-        """Radius, taps and rotation."""
+        """Defines for radius, taps and rotation."""
         return {
             "GLS_DISC_RADIUS": repr(self.radius_texels),
             "GLS_DISC_TAPS": self.taps,
@@ -73,7 +73,7 @@ class Disc(Filter):
         }
 
     def visibility(self, position: Array, compare: Compare) -> Array:
-        """The mean, not rotated; the plane is evaluated in the middle of each tap's 2 x 2 texels."""
+        """The mean without rotation; the plane is evaluated in the middle of each tap's 2 x 2 texels."""
 
         def terms() -> Iterator[tuple[Array, NDArray[np.int64], Array]]:
             for offset in disc(self.taps) * self.radius_texels:
@@ -87,10 +87,10 @@ class Disc(Filter):
 
     @classmethod
     def variants(cls) -> tuple[Self, ...]:
-        """Both ways, few taps and many."""
+        """With and without rotation, with few taps and many."""
         return (cls(), cls(0.5, 8), cls(3.0, MAX_TAPS), cls(rotate=True))
 
     @classmethod
     def extremes(cls) -> tuple[Self, ...]:
-        """As usual, and as large as the largest box with as many taps."""
+        """The default, and a disc of the largest box filter's size with as many taps."""
         return (cls(), cls(4.0, MAX_TAPS))

@@ -1,4 +1,4 @@
-"""EdgePcf: percentage closer filtering where an edge is."""
+"""EdgePcf: percentage closer filtering at shadow edges only."""
 
 from __future__ import annotations
 
@@ -18,36 +18,36 @@ from glshadow.shadows.filters.square import SquareFilter
 
 @dataclass(frozen=True)
 class EdgePcf(SquareFilter, StudiedFilter):
-    """`Pcf` where five blocks of its texels, the corners and the middle, do not agree; else what they say.
+    """`Pcf` where five blocks of its texels (corners and middle) disagree; otherwise the result of the blocks.
 
     Parameters
     ----------
     radius : int
-        2 to 4 texels. Below, five blocks are more than half of all.
+        2 to 4 texels. With less, five blocks are more than half of all texels.
 
     References
     ----------
     Isidoro 2006, "Shadow Mapping: GPU-based Tips and Techniques", Game Developers Conference.
     """
 
-    radius: int = setting(whole(2, MAX_RADIUS, unit="texels"), MAX_RADIUS, help=f"2 to {MAX_RADIUS}")
+    radius: int = setting(whole(2, MAX_RADIUS, unit="texels"), MAX_RADIUS, help=f"radius in texels, 2 to {MAX_RADIUS}")
 
     spelling = "edgepcf"
     snippet = "filter/edgepcf.glsl"
-    summary = "pcf:RADIUS where five of its blocks disagree, else what they say"
+    summary = "pcf:RADIUS where five of its blocks disagree, else their common result"
     source = "Isidoro 2006"
     fails = "as pcf; features thinner than the gaps between the five blocks"
 
     def defines(self) -> Mapping[str, int | str]:
-        """The radius."""
+        """Define for the radius."""
         return {"GLS_PCF_RADIUS": self.radius}
 
     def weights(self, fraction: Array) -> Array:
-        """A box, where all is asked."""
+        """Box weights, where all texels are read."""
         return box_weights(fraction, self.radius)
 
     def visibility(self, position: Array, compare: Compare) -> Array:
-        """The mean of all texels, or what those of the five blocks agree on."""
+        """The mean of all texels, or the common result of the five blocks."""
         whole_ = super().visibility(position, compare)
         base = np.floor(position - 0.5)
         middle = 2 * (self.radius // 2)
@@ -62,5 +62,5 @@ class EdgePcf(SquareFilter, StudiedFilter):
 
     @classmethod
     def variants(cls) -> tuple[Self, ...]:
-        """The smallest and the largest."""
+        """The smallest and the largest radius."""
         return (cls(2), cls(MAX_RADIUS))

@@ -12,7 +12,7 @@ from glshadow.core.spaces import Array
 from glshadow.shadows.filters.moments import MomentFilter
 
 MOST = 87.0
-"""ln of what float32 holds is 88.7."""
+"""Largest exponent: ln of the largest float32 is 88.7."""
 
 
 @dataclass(frozen=True)
@@ -22,27 +22,27 @@ class Esm(MomentFilter):
     Parameters
     ----------
     radius : int
-        0 to 16: texels around the receiver that count, (2 radius + 1)^2.
+        0 to 16: texels around the receiver that are averaged, (2 radius + 1)^2.
     exponent : float
-        1 to 87, over the depth from near to far: a caster's shadow is dark from some 3 / exponent of that behind it.
+        1 to 87, over the depth from near to far: a shadow is dark from about 3 / exponent of that behind the caster.
 
     References
     ----------
     Annen, Mertens, Seidel, Flerackers, Kautz 2008, "Exponential Shadow Maps", Graphics Interface.
     """
 
-    exponent: float = setting(number(1.0, MOST), 80.0, help="1 to 87")
+    exponent: float = setting(number(1.0, MOST), 80.0, help="exponent, 1 to 87")
 
     spelling = "esm"
     snippet = "filter/esm.glsl"
     encoding = "moments/esm.glsl"
     channels = 1
-    summary = "mean of exp(EXPONENT depth) over a square, sampled once"
+    summary = "mean of exp(EXPONENT depth) over a square, one sample"
     source = "Annen et al. 2008"
-    fails = "light near every contact; light where a far caster lies beside a near one"
+    fails = "light leaks near every contact, and where a far caster is beside a near one"
 
     def defines(self) -> Mapping[str, int | str]:
-        """Radius and exponent."""
+        """Defines for radius and exponent."""
         return {**super().defines(), "GLS_EXPONENT": repr(self.exponent)}
 
     def encoded(self, depth: Array) -> Array:
@@ -50,5 +50,5 @@ class Esm(MomentFilter):
         return np.exp(self.exponent * depth)[:, None]
 
     def lit(self, depth: Array, means: Array, deviation: Array, extent: Array) -> Array:
-        """Their quotient."""
+        """The quotient of stored mean and exp(c depth), at most 1."""
         return np.minimum(means[:, 0] * np.exp(-self.exponent * depth), 1.0)

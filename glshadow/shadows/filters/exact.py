@@ -1,4 +1,4 @@
-"""Exact: the triangles themselves are asked."""
+"""Exact: shadow rays tested against the scene's triangles."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ from glshadow.shadows.filters.filter import Filter, Needs
 
 @dataclass(frozen=True, init=False, repr=False)
 class Exact(Filter):
-    """No map: each receiver asks the triangles themselves, sorted by where they lie seen from the light. Needs no bias.
+    """Tests each receiver's shadow ray against the triangles between it and the light. No shadow map, no bias.
 
-    The lists of triangles are built on the GPU where OpenGL 4.3 is, else on the CPU (`Used.why` says so); the picture is the same.
+    Triangles are sorted into per-cell lists as seen from the light. The lists are built on the GPU with OpenGL 4.3, otherwise on the CPU
+    (`Used.why` reports it); the image is the same.
 
-    A light that has a size is asked at many points of it: the share of the light that is seen, without noise.
+    For a light that has a size, many of its points are tested: the visible share of the light, without noise.
 
     Parameters
     ----------
     light_samples : int
         Points of a light that has a size, 16 to 1024.
     dither : bool
-        Turn them from pixel to pixel: noise instead of the steps of few points.
+        Rotate the points from pixel to pixel: noise instead of the steps of few points.
 
     References
     ----------
@@ -37,14 +38,12 @@ class Exact(Filter):
     dither: bool = setting(flag(), False)
 
     spelling = "exact"
-    elsewhere = (
-        "antialiasing belongs to the picture, all lights and silhouettes at once: render(..., samples=16), --samples 16"
-    )
+    elsewhere = "antialiasing is set for the whole image: render(..., samples=16), --samples 16"
     terse = True
     needs = Needs.TRIANGLES
-    summary = "no map: tests shadow rays against the triangles"
+    summary = "shadow rays tested against the triangles, no map"
     source = "Wyman, Hoetzlein, Lefohn 2015"
-    fails = "long lists where hundreds of slivers share a cell; without OpenGL 4.3 the CPU builds the lists"
+    fails = "slow where hundreds of slivers share a cell; without OpenGL 4.3 the CPU builds the lists"
 
     def __repr__(self) -> str:
         usual = type(self)()
@@ -57,12 +56,12 @@ class Exact(Filter):
 
     @property
     def points_of_light(self) -> int:
-        """As many as was said."""
+        """`light_samples`."""
         return self.light_samples
 
     @property
     def dithers(self) -> bool:
-        """As was said."""
+        """`dither`."""
         return self.dither
 
     def __init__(self, samples: Any = None, *, light_samples: int = 64, dither: bool = False) -> None:
@@ -74,5 +73,5 @@ class Exact(Filter):
 
     @classmethod
     def soft(cls) -> tuple[Self, ...]:
-        """Fewer points than usual, and more."""
+        """Fewer light samples than the default, and more."""
         return (cls(light_samples=16), cls(light_samples=256))

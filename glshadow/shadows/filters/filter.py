@@ -1,4 +1,4 @@
-"""Filter: what every technique says of itself, so that nothing else needs to know which there are."""
+"""Filter: the base class of all shadow techniques, with every property that other modules need."""
 
 from __future__ import annotations
 
@@ -14,34 +14,34 @@ from glshadow.core.spelling import Spelled
 from glshadow.errors import SettingsError
 
 Compare = Callable[[NDArray[np.int64], Array], Array]
-"""(texel (N, 2), from the corner of its tile; place (N, 2) where the receiver's plane is evaluated, texels from the receiver) -> outcome
-(K, N) of the comparison, 1 = lit, in K versions."""
+"""(texel (N, 2), from the corner of its tile; position (N, 2) where the receiver's plane is evaluated, texels from the receiver) ->
+result (K, N) of the comparison, 1 = lit, in K versions."""
 
 
 class Needs(Enum):
-    """What a filter asks of a light; `glshadow.gl.techniques` has what provides it."""
+    """What a filter needs for a light; `glshadow.gl.techniques` provides it."""
 
-    COMPARISON = "comparison"  # whether a receiver lies before or behind what a shadow map stores
-    MOMENTS = "moments"  # means of something of depth, taken before it is asked
-    TRIANGLES = "triangles"  # the triangles themselves: no map
+    COMPARISON = "comparison"  # whether a receiver is in front of or behind what a shadow map stores
+    MOMENTS = "moments"  # prefiltered means of functions of depth
+    TRIANGLES = "triangles"  # the scene's triangles: no shadow map
 
 
 class Filter(Spelled):
-    """How one receiver is answered for. Each technique is one subclass, in a file of its own.
+    """Shadow technique for one receiver. Each technique is a subclass in a file of its own.
 
     Attributes
     ----------
     needs : Needs
     snippet : str
-        What fills the slot <filter> of a light with a map; none for filters without one.
+        GLSL file for the slot <filter> of a light with a shadow map; empty for filters without one.
     encoding, channels : str, int
-        What a map of means stores of a depth, and in how many numbers; none for filters that compare.
+        What a prefiltered map stores of a depth, and in how many channels; empty for filters that compare.
     summary : str
-        In a few words, for help and tables.
+        A short description for help and tables.
     source : str
-        Who published it.
+        Authors and year of publication.
     fails : str
-        Where it fails, in a few words, for tables.
+        Known artefacts, for tables.
     """
 
     needs: ClassVar[Needs]
@@ -54,12 +54,12 @@ class Filter(Spelled):
 
     @property
     def radius(self) -> float:
-        """Half the width of its soft edge, in texels: by how much measured errors belong to the edge."""
+        """Half the width of the soft edge, in texels: within it, measured errors belong to the edge."""
         return 0.0
 
     @property
     def points_of_light(self) -> int:
-        """How many points of a light that has a size it asks; 0: it knows only points."""
+        """Number of sample points on a light that has a size. 0: the filter supports only point lights."""
         return 0
 
     @property
@@ -69,22 +69,22 @@ class Filter(Spelled):
 
     @property
     def dithers(self) -> bool:
-        """Whether a light's points are to be turned from pixel to pixel."""
+        """Whether the light's sample points are rotated from pixel to pixel."""
         return False
 
     @property
     def reads_depths(self) -> bool:
-        """Whether it must know what a map stores, not only how it compares."""
+        """Whether it reads stored depths, not only the results of comparisons."""
         return False
 
     @property
     def of_a_point(self) -> Filter:
-        """How each of these points is asked."""
+        """The filter for each sample point of the light."""
         return self
 
     @property
     def slack_texels(self) -> float:
-        """How far, in texels per axis, the map's sample may lie from where the plane is evaluated."""
+        """How far, in texels per axis, the sampled texel may be from where the plane is evaluated."""
         return 0.0
 
     @property
@@ -94,7 +94,7 @@ class Filter(Spelled):
 
     @property
     def has_map(self) -> bool:
-        """Whether resolution, bias, target and clip mean anything to it."""
+        """Whether the filter uses a shadow map, and thus resolution, bias, target and clip."""
         return self.needs is not Needs.TRIANGLES
 
     def defines(self) -> Mapping[str, int | str]:
@@ -102,7 +102,7 @@ class Filter(Spelled):
         return {}
 
     def visibility(self, position: Array, compare: Compare) -> Array:
-        """The float64 twin of its snippet.
+        """Visibility: the float64 twin of its snippet.
 
         Parameters
         ----------
@@ -114,11 +114,11 @@ class Filter(Spelled):
         -------
         (K, N) float64
         """
-        raise SettingsError(f"{self} has no comparison of depths")
+        raise SettingsError(f"{self} does not compare depths")
 
     @classmethod
     def variants(cls) -> tuple[Self, ...]:
-        """Settings that together make every program text it has."""
+        """Settings that together cover every variant of its shader."""
         return (cls(),)
 
     @classmethod
@@ -133,17 +133,17 @@ class Filter(Spelled):
 
     @classmethod
     def soft(cls) -> tuple[Self, ...]:
-        """Settings that a study and a plan try besides, for lights that have a size."""
+        """Settings that studies and plans also try, for lights that have a size."""
         return ()
 
     @classmethod
     def extremes(cls) -> tuple[Self, ...]:
-        """Settings of which the hard cases demand that they show no artefact."""
+        """Settings that must not show an artefact in the hard cases."""
         return (cls(),)
 
 
 class StudiedFilter(Filter):
-    """Base of filters that a study shows and a plan does not need: another one is as right for less. See `fails`."""
+    """Base of filters for studies only: plans leave them out because another filter is as accurate at lower cost. See `fails`."""
 
     @classmethod
     def rungs(cls) -> tuple[Self, ...]:
@@ -152,7 +152,7 @@ class StudiedFilter(Filter):
 
     @classmethod
     def studied(cls) -> tuple[Self, ...]:
-        """As usual."""
+        """The default settings."""
         return (cls(),)
 
     @classmethod
@@ -162,16 +162,16 @@ class StudiedFilter(Filter):
 
 
 class SizeFilter(Filter):
-    """Base of filters that are made for lights that have a size: what is done for all lights leaves them out."""
+    """Base of filters for lights that have a size; tables and tests for all lights leave them out."""
 
     @property
     def obeys_size(self) -> bool:
-        """In one way or another."""
+        """Always true."""
         return True
 
     @classmethod
     def variants(cls) -> tuple[Self, ...]:
-        """None that go with every light, bias and dialect."""
+        """None: no variant works with every light, bias and dialect."""
         return ()
 
     @classmethod
@@ -181,12 +181,12 @@ class SizeFilter(Filter):
 
     @classmethod
     def extremes(cls) -> tuple[Self, ...]:
-        """None: the hard cases' lights are points."""
+        """None: the hard cases use point lights."""
         return ()
 
 
 def weighted(compare: Compare, terms: Any) -> Array:
-    """Sum of weight (N,) x comparison over terms (weight, texel, place)."""
+    """Sum of weight (N,) x comparison over terms (weight, texel, position)."""
     total: Any = 0.0
     for weight, texel, place in terms:
         total = total + weight * compare(texel, place)

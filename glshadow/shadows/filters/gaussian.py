@@ -1,4 +1,4 @@
-"""Gaussian: percentage closer filtering under a bell."""
+"""Gaussian: percentage closer filtering with bell-shaped weights."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ BELLS = {1: (1, 2, 1), 2: (1, 3, 4, 3, 1), 3: (1, 5, 12, 16, 12, 5, 1)}
 
 @dataclass(frozen=True)
 class Gaussian(SquareFilter, StudiedFilter):
-    """Percentage closer filtering whose comparisons count less towards the border: softer edges than a box of the same reach.
+    """Percentage closer filtering with lower weights towards the border: softer edges than a box of the same reach.
 
     Parameters
     ----------
@@ -33,20 +33,20 @@ class Gaussian(SquareFilter, StudiedFilter):
     first two PCF at medium and high quality.
     """
 
-    radius: int = setting(whole(1, max(BELLS), unit="texels"), 2, help="1 to 3")
+    radius: int = setting(whole(1, max(BELLS), unit="texels"), 2, help="radius in texels, 1 to 3")
 
     spelling = "gaussian"
     snippet = "filter/gaussian.glsl"
-    summary = "mean over (2 RADIUS + 1)^2 comparisons under a bell"
+    summary = "mean over (2 RADIUS + 1)^2 comparisons with bell-shaped weights"
     source = "Castano 2013"
-    fails = "edges widen to some 1.5 RADIUS + 1 texels; creases read the neighbouring wall"
+    fails = "edges widen to about 1.5 RADIUS + 1 texels; creases read the neighbouring wall"
 
     def defines(self) -> Mapping[str, int | str]:
-        """The radius."""
+        """Define for the radius."""
         return {"GLS_GAUSSIAN_RADIUS": self.radius}
 
     def weights(self, fraction: Array) -> Array:
-        """A bell."""
+        """Bell-shaped weights."""
         return bell_weights(fraction, self.radius)
 
     @classmethod
@@ -56,7 +56,7 @@ class Gaussian(SquareFilter, StudiedFilter):
 
     @classmethod
     def extremes(cls) -> tuple[Self, ...]:
-        """The largest."""
+        """The largest radius."""
         return (cls(max(BELLS)),)
 
 

@@ -1,4 +1,4 @@
-"""Hard: one nearest texel decides."""
+"""Hard: a comparison with the nearest texel."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from glshadow.shadows.filters.filter import Compare, Filter, Needs
 
 @dataclass(frozen=True)
 class Hard(Filter):
-    """One nearest texel, lit or not.
+    """A comparison with the nearest texel: lit or not.
 
     References
     ----------
@@ -22,20 +22,20 @@ class Hard(Filter):
     spelling = "hard"
     needs = Needs.COMPARISON
     snippet = "filter/hard.glsl"
-    summary = "one texel decides"
+    summary = "one comparison with the nearest texel"
     source = "Williams 1978"
-    fails = "staircases of a texel"
+    fails = "stair-stepped edges, one texel per step"
 
     @property
     def slack_texels(self) -> float:
-        """The nearest centre lies up to half a texel away."""
+        """The nearest texel centre is up to half a texel away."""
         return 0.5
 
     @property
     def reach_texels(self) -> float:
-        """As far as that."""
+        """The nearest texel centre."""
         return 0.5
 
     def visibility(self, position: Array, compare: Compare) -> Array:
-        """The outcome of the nearest texel."""
+        """The result for the nearest texel."""
         return compare(np.floor(position).astype(np.int64), np.zeros_like(position))

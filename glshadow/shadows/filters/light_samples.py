@@ -1,4 +1,4 @@
-"""LightSamples: a light that has a size as many maps, one for each of its points."""
+"""LightSamples: one shadow map for each sample point of a light that has a size."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ def _of_a_map(name: str, value: Any) -> Filter:
     if isinstance(value, Filter) and value.has_map and not value.points_of_light:
         return value
     raise SettingsError(
-        f"{name} must be a filter that has a map and knows only points, such as Pcf(1), got {shown(value)}"
+        f"{name} must be a filter for point lights that uses a shadow map, such as Pcf(1), got {shown(value)}"
     )
 
 
 @dataclass(frozen=True)
 class LightSamples(SizeFilter):
-    """The mean of as many shadow maps as the light has points: what every renderer can do, at their price. Also without OpenGL 4.3.
+    """The mean of one shadow map per sample point of the light: works with every renderer, at the cost of that many maps.
 
     Parameters
     ----------
     count : int
         Points of a light that has a size, 1 to 1024.
     of : Filter
-        How each map is asked.
+        Filter of each shadow map.
 
     References
     ----------
@@ -38,64 +38,64 @@ class LightSamples(SizeFilter):
     """
 
     count: int = setting(whole(1, 1024), 64, help="points of the light, 1 to 1024")
-    of: Filter = setting(_of_a_map, Pcf(1), help="how each map is asked", kw_only=True)
+    of: Filter = setting(_of_a_map, Pcf(1), help="filter of each map", kw_only=True)
 
     spelling = "lightsamples"
-    summary = "mean of COUNT maps, one for each point of a light that has a size"
+    summary = "mean of COUNT shadow maps, one per sample point of a light that has a size"
     source = "Haeberli, Akeley 1990"
-    fails = "costs COUNT maps; bands where points are few"
+    fails = "costs COUNT maps; bands with few points"
 
     @property
     def points_of_light(self) -> int:
-        """As many as was said."""
+        """`count`."""
         return self.count
 
     @property
     def of_a_point(self) -> Filter:
-        """As each map is asked."""
+        """`of`."""
         return self.of
 
     @property
     def needs(self) -> Needs:  # type: ignore[override]
-        """What each map is asked for."""
+        """Needs of the filter of each map."""
         return self.of.needs
 
     @property
     def encoding(self) -> str:  # type: ignore[override]
-        """That of each map."""
+        """Encoding of each map."""
         return self.of.encoding
 
     @property
     def channels(self) -> int:  # type: ignore[override]
-        """Those of each map."""
+        """Channels of each map."""
         return self.of.channels
 
     @property
     def snippet(self) -> str:  # type: ignore[override]
-        """That of each map."""
+        """Snippet of each map's filter."""
         return self.of.snippet
 
     @property
     def radius(self) -> float:
-        """That of each map."""
+        """Radius of each map's filter."""
         return self.of.radius
 
     @property
     def slack_texels(self) -> float:
-        """That of each map."""
+        """Slack of each map's filter."""
         return self.of.slack_texels
 
     @property
     def reach_texels(self) -> float:
-        """That of each map."""
+        """Reach of each map's filter."""
         return self.of.reach_texels
 
     def defines(self) -> Mapping[str, int | str]:
-        """Those of each map."""
+        """Defines of each map's filter."""
         return self.of.defines()
 
     def visibility(self, position: Array, compare: Compare) -> Array:
-        """That of each map."""
+        """Visibility of each map's filter."""
         return self.of.visibility(position, compare)
 
     @classmethod

@@ -1,4 +1,4 @@
-"""MomentFilter: base of filters that ask the mean of something of depth, taken over a square of texels before it is asked."""
+"""MomentFilter: base of the prefiltered shadow maps, which store means of functions of depth over a square of texels."""
 
 from __future__ import annotations
 
@@ -15,86 +15,88 @@ from glshadow.shadows.filters.filter import Needs, StudiedFilter
 MAX_RADIUS = 16
 
 MIP_LEVELS = 3
-"""Mip maps above a map's own: as many as its guard band keeps free of what lies beside it."""
+"""Mip maps above level 0: as many as its guard band keeps free of neighbouring tiles."""
 
 FLOAT_ROUNDING = 2.0**-22
-"""Of a stored mean, relative: a few roundings of float32, its own and those of the sums that made it."""
+"""Relative error of a stored mean: a few float32 roundings, its own and those of the sums that made it."""
 
 HALF_ROUNDING = 2.0**-9
-"""The same of float16, to which each pass rounds, by llvmpipe downwards."""
+"""The same for float16, to which each pass rounds; llvmpipe rounds down."""
 
 
 @dataclass(frozen=True)
 class MomentFilter(StudiedFilter):
-    """Base.
+    """Base of prefiltered (moment) shadow map filters.
 
     Attributes
     ----------
     encoding : str
-        What fills the slot <encoding> of pass/moments.frag.
+        GLSL file for the slot <encoding> of pass/moments.frag.
     """
 
     radius: int = setting(
-        whole(0, MAX_RADIUS, unit="texels"), 1, help=f"0 to {MAX_RADIUS}: of the square, (2 RADIUS + 1)^2"
+        whole(0, MAX_RADIUS, unit="texels"), 1, help=f"0 to {MAX_RADIUS}: radius of the square, (2 RADIUS + 1)^2"
     )
 
     _: KW_ONLY
-    mip_maps: bool = setting(flag(), False, help="also over a pixel, where it is larger than a texel: calm from afar")
+    mip_maps: bool = setting(flag(), False, help="mip maps, which filter pixels larger than a texel: stable from afar")
 
     needs = Needs.MOMENTS
     encoding: ClassVar[str] = ""
 
     @property
     def reach_texels(self) -> float:
-        """The hardware's bilinear filter reads means of a square beside the receiver."""
+        """The hardware's bilinear filter reads means of a square next to the receiver."""
         return self.radius + 1.0 + (1.5 * (2.0**MIP_LEVELS - 1.0) if self.mip_maps else 0.0)
 
     @property
     def precision(self) -> str:
-        """As moderngl calls it."""
+        """The texture format as moderngl names it."""
         return "f4"
 
     def defines(self) -> Mapping[str, int | str]:
-        """Radius and mip maps."""
+        """Defines for radius and mip maps."""
         return {"GLS_MOMENT_RADIUS": self.radius, "GLS_MIP_LEVELS": MIP_LEVELS if self.mip_maps else 0}
 
     def encoded(self, depth: Array) -> Array:
-        """What a map stores (N, components) of depths (N,) from 0 at near to 1 at far; the float64 twin of <encoding>."""
+        """What a map stores (N, components) for depths (N,) from 0 at near to 1 at far; the float64 twin of <encoding>."""
         raise NotImplementedError
 
     def lit(self, depth: Array, means: Array, deviation: Array, extent: Array) -> Array:
-        """The float64 twin of <filter>.
+        """Visibility of receivers; the float64 twin of <filter>.
 
         Parameters
         ----------
         depth : (N,) float64
-            Of receivers.
+            Depth of receivers.
         means : (N, components) float64
-            Of what is stored around them.
+            Means of what is stored around them.
         deviation, extent : (N,) float64
-            How their own plane's depth spreads over the kernel: standard deviation, and the most that it differs.
+            Spread of the receiver plane's own depth over the kernel: standard deviation, and largest difference.
         """
         raise NotImplementedError
 
     @classmethod
     def variants(cls) -> tuple[Self, ...]:
-        """One of each shape of code."""
+        """One filter for each variant of the shader."""
         return (cls(),)
 
 
 @dataclass(frozen=True)
 class BoundFilter(MomentFilter):
-    """Base of those that ask a bound: some light bleeds, and a share may be taken for that."""
+    """Base of filters that use a bound. Light bleeds; a setting reduces that."""
 
-    bleeding: float = setting(number(0.0, 1.0, below=True), 0.0, help="0 to 1: share taken for light that bleeds")
+    bleeding: float = setting(
+        number(0.0, 1.0, below=True), 0.0, help="0 to 1: share of light removed to reduce light bleeding"
+    )
     half: bool = setting(flag(), False)
 
     def defines(self) -> Mapping[str, int | str]:
-        """Also what is taken for bleeding."""
+        """Defines of a moment filter, with the light bleeding reduction."""
         return {**super().defines(), "GLS_BLEEDING": repr(self.bleeding)}
 
     def unbled(self, share: Array) -> Array:
-        """What is left of a share of light, stretched."""
+        """Share of light after light bleeding reduction: the rest is rescaled to 0..1."""
         return np.asarray(np.clip((share - self.bleeding) / (1.0 - self.bleeding), 0.0, 1.0))
 
 
@@ -106,7 +108,7 @@ def spread(radius: int, slope: Array) -> tuple[Array, Array]:
 
 
 def chebyshev(mean: Array, square: Array, x: Any, least_variance: Any) -> Array:
-    """The greatest share at or beyond x that mean and mean square allow."""
+    """Chebyshev's bound: the largest share at or beyond x for a given mean and mean square."""
     beyond = x - mean
     variance = np.maximum(square - mean**2, least_variance)
     share = variance / (variance + beyond**2)

@@ -13,23 +13,23 @@ from glshadow.core.spaces import Array
 from glshadow.shadows.filters.moments import BoundFilter
 
 BIASES = {"f4": 3e-6, "nu2": 6e-5}
-"""Share of an even distribution that is mixed in, by format: keeps rounded moments those of some distribution (Peters, Klein 2015)."""
+"""Share of a uniform distribution that is mixed in, by format, so that rounded moments stay valid (Peters, Klein 2015)."""
 
 
 @dataclass(frozen=True)
 class Msm(BoundFilter):
-    """Moment shadow map: the least shadow that four moments of what is stored allow.
+    """Moment shadow map: the least shadow that is consistent with four moments of the stored depths.
 
     Parameters
     ----------
     radius : int
-        0 to 16: texels around the receiver that count, (2 radius + 1)^2.
+        0 to 16: texels around the receiver that are averaged, (2 radius + 1)^2.
     bleeding : float
-        0 to 1: a share that is taken for light that bleeds, and the rest stretched.
+        0 to 1: share of the light that is removed to reduce light bleeding; the rest is rescaled.
     half : bool
-        16 bits a moment instead of 32.
+        16 bits per moment instead of 32.
     hausdorff : bool
-        Also that no depth lies beyond near and far (the paper's Hausdorff problem): a little more shadow. Else the Hamburger problem.
+        Also require depths between near and far (the paper's Hausdorff problem): slightly more shadow. Otherwise the Hamburger problem.
 
     References
     ----------
@@ -42,7 +42,7 @@ class Msm(BoundFilter):
     snippet = "filter/msm.glsl"
     encoding = "moments/msm.glsl"
     channels = 4
-    summary = "the least shadow that four moments over a square allow"
+    summary = "the least shadow consistent with four moments over a square"
     source = "Peters, Klein 2015"
     fails = "light bleeds where three depths meet; light near contacts"
 
@@ -52,12 +52,12 @@ class Msm(BoundFilter):
         return "nu2" if self.half else "f4"
 
     def defines(self) -> Mapping[str, int | str]:
-        """Radius, problem, format, and what goes with it."""
+        """Defines for radius, problem and format."""
         more = {"GLS_HALF": int(self.half), "GLS_HAUSDORFF": int(self.hausdorff)}
         return {**super().defines(), **more, "GLS_MOMENT_BIAS": repr(BIASES[self.precision])}
 
     def encoded(self, depth: Array) -> Array:
-        """Four powers of x from -1 to 1, as they are or turned."""
+        """Four powers of x from -1 to 1, plain or transformed for 16 bits."""
         x = 2.0 * depth - 1.0
         if not self.half:
             return np.stack([x, x**2, x**3, x**4], axis=-1)
@@ -65,7 +65,7 @@ class Msm(BoundFilter):
         return np.stack([*odd, 4.0 * (x**2 - x**4), 0.5 * (x**2 + x**4)], axis=-1)
 
     def lit(self, depth: Array, means: Array, deviation: Array, extent: Array) -> Array:
-        """One less the least share before the receiver, its depth less the plane's deviation."""
+        """One minus the least share in front of the receiver, whose depth is reduced by the plane's deviation."""
         bias = BIASES[self.precision]
         moments = (1.0 - bias) * self._powers(means) + bias * np.array([0.0, 0.375, 0.0, 0.375])
         shadow = np.clip(least_before(moments, 2.0 * (depth - deviation) - 1.0, self.hausdorff), 0.0, 1.0)
@@ -90,7 +90,7 @@ class Msm(BoundFilter):
 
 
 def least_before(moments: Array, x: Array, bounded: bool = False) -> Array:
-    """The least share before x of any distribution with these moments.
+    """The least share before x over all distributions with these moments.
 
     Parameters
     ----------
@@ -98,12 +98,12 @@ def least_before(moments: Array, x: Array, bounded: bool = False) -> Array:
         Means of the first four powers.
     x : (N,) float64
     bounded : bool
-        Only distributions on -1 to 1.
+        Restrict to distributions on -1 to 1.
 
     References
     ----------
-    Peters, Klein 2015: the extreme distribution has x and two more depths, roots of the orthogonal polynomials' kernel; where one of them
-    lies beyond an end, x, one more and both ends. Markov, Krein, Nudel'man 1977.
+    Peters, Klein 2015: the extreme distribution has x and two more depths, roots of the orthogonal polynomials' kernel. If one of them is
+    beyond an end, it has x, one more and both ends. Markov, Krein, Nudel'man 1977.
     """
     b1, b2, b3, b4 = moments.T
     hankel = np.stack(

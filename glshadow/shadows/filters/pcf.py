@@ -30,7 +30,7 @@ class Pcf(SquareFilter):
     Reeves, Salesin, Cook 1987, "Rendering Antialiased Shadows with Depth Maps", SIGGRAPH.
     """
 
-    radius: int = setting(whole(0, MAX_RADIUS, unit="texels"), 1, help=f"0 to {MAX_RADIUS}")
+    radius: int = setting(whole(0, MAX_RADIUS, unit="texels"), 1, help=f"radius in texels, 0 to {MAX_RADIUS}")
 
     spelling = "pcf"
     snippet = "filter/pcf.glsl"
@@ -39,11 +39,11 @@ class Pcf(SquareFilter):
     fails = "edges widen to 2 RADIUS + 1 texels; creases read the neighbouring wall"
 
     def defines(self) -> Mapping[str, int | str]:
-        """The radius."""
+        """Define for the radius."""
         return {"GLS_PCF_RADIUS": self.radius}
 
     def weights(self, fraction: Array) -> Array:
-        """A box."""
+        """Box weights."""
         return box_weights(fraction, self.radius)
 
     @classmethod
@@ -58,7 +58,7 @@ class Pcf(SquareFilter):
 
     @classmethod
     def extremes(cls) -> tuple[Self, ...]:
-        """The smallest and the largest."""
+        """The smallest and the largest radius."""
         return (cls(0), cls(MAX_RADIUS))
 
 

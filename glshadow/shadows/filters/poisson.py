@@ -1,4 +1,4 @@
-"""Poisson: percentage closer filtering at a few scattered places."""
+"""Poisson: percentage closer filtering at a few scattered positions."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ PLACES = np.array(
 
 @dataclass(frozen=True)
 class Poisson(StudiedFilter):
-    """The mean of four nearest comparisons at scattered places: a Poisson disc of four points.
+    """The mean of four nearest comparisons at scattered positions: a Poisson disc of four points.
 
     Parameters
     ----------
     radius_texels : float
-        0.5 to 16. 1 is Babylon.js's.
+        0.5 to 16. Babylon.js uses 1.
     rotate : bool
-        Turn the four from pixel to pixel: noise instead of four copies of each edge.
+        Rotate the four from pixel to pixel: noise instead of four copies of each edge.
 
     References
     ----------
-    Cook 1986, "Stochastic Sampling in Computer Graphics"; the places are those of Babylon.js. Rotation as in `Disc`.
+    Cook 1986, "Stochastic Sampling in Computer Graphics"; the positions are those of Babylon.js. Rotation as in `Disc`.
     """
 
-    radius_texels: float = setting(number(0.5, 16.0, unit="texels"), 1.0, help="0.5 to 16")
+    radius_texels: float = setting(number(0.5, 16.0, unit="texels"), 1.0, help="radius in texels, 0.5 to 16")
     rotate: bool = setting(flag(), False)
 
     spelling = "poisson"
@@ -42,11 +42,11 @@ class Poisson(StudiedFilter):
     snippet = "filter/poisson.glsl"
     summary = "mean over four nearest comparisons, scattered"
     source = "Cook 1986, Babylon.js"
-    fails = "five greys: steps along every edge, noise where the four are turned"
+    fails = "five grey levels: steps along every edge, noise if rotated"
 
     @property
     def radius(self) -> float:
-        """The farthest of the four."""
+        """Distance of the farthest of the four positions."""
         return 1.22 * self.radius_texels
 
     @property
@@ -60,11 +60,11 @@ class Poisson(StudiedFilter):
         return 1.22 * self.radius_texels + 0.5
 
     def defines(self) -> Mapping[str, int | str]:
-        """Radius and rotation."""
+        """Defines for radius and rotation."""
         return {"GLS_POISSON_RADIUS": repr(self.radius_texels), "GLS_POISSON_ROTATE": int(self.rotate)}
 
     def visibility(self, position: Array, compare: Compare) -> Array:
-        """The mean, not rotated."""
+        """The mean without rotation."""
 
         def terms() -> Iterator[tuple[Array, NDArray[np.int64], Array]]:
             for offset in PLACES * self.radius_texels:
@@ -75,5 +75,5 @@ class Poisson(StudiedFilter):
 
     @classmethod
     def variants(cls) -> tuple[Self, ...]:
-        """Both ways."""
+        """With and without rotation."""
         return (cls(), cls(3.0), cls(rotate=True))

@@ -13,7 +13,7 @@ from glshadow.shadows.filters.filter import Compare, Filter, Needs, weighted
 
 
 class SquareFilter(Filter):
-    """Base; an heir has a field `radius`, the taps beside the middle one."""
+    """Base of square filters; a subclass has a field `radius`, the taps on each side of the middle one."""
 
     needs = Needs.COMPARISON
 
@@ -29,7 +29,7 @@ class SquareFilter(Filter):
 
     @abstractmethod
     def weights(self, fraction: Array) -> Array:
-        """Of the 2 radius + 2 texels that a row of taps reads, sum 1.
+        """Weights of the 2 radius + 2 texels that a row of taps reads; sum 1.
 
         Parameters
         ----------

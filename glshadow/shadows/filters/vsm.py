@@ -1,4 +1,4 @@
-"""Vsm and Evsm: variance shadow maps, of depth and of bent depth."""
+"""Vsm and Evsm: variance shadow maps, of depth and of exponentially warped depth."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from glshadow.core.spaces import Array
 from glshadow.shadows.filters.moments import FLOAT_ROUNDING, HALF_ROUNDING, BoundFilter, chebyshev
 
 EXPONENTS = {"f4": 42.0, "f2": 5.54}
-"""Greatest c whose exp(2 c) the format holds: ln(FLT_MAX) / 2 = 44.4, ln(65504) / 2 = 5.545."""
+"""Greatest c such that the format can store exp(2 c): ln(FLT_MAX) / 2 = 44.4, ln(65504) / 2 = 5.545."""
 
 
 class VarianceFilter(BoundFilter):
-    """Base: Chebyshev's inequality."""
+    """Base of filters that use Chebyshev's inequality."""
 
     @property
     def precision(self) -> str:
@@ -26,26 +26,26 @@ class VarianceFilter(BoundFilter):
 
     @property
     def rounding(self) -> float:
-        """Of a stored mean, relative."""
+        """Relative error of a stored mean."""
         return HALF_ROUNDING if self.half else FLOAT_ROUNDING
 
     def defines(self) -> Mapping[str, int | str]:
-        """Also rounding."""
+        """Defines of a bound filter, with the rounding."""
         return {**super().defines(), "GLS_ROUNDING": repr(self.rounding)}
 
 
 @dataclass(frozen=True)
 class Vsm(VarianceFilter):
-    """Variance shadow map: the most light that mean and variance of what is stored allow.
+    """Variance shadow map: the most light that is consistent with mean and variance of the stored depths.
 
     Parameters
     ----------
     radius : int
-        0 to 16: texels around the receiver that count, (2 radius + 1)^2.
+        0 to 16: texels around the receiver that are averaged, (2 radius + 1)^2.
     bleeding : float
-        0 to 1: a share that is taken for light that bleeds, and the rest stretched.
+        0 to 1: share of the light that is removed to reduce light bleeding; the rest is rescaled.
     half : bool
-        Half floats: half the memory; only for casters far from what they shade, some 3 % of the depth from near to far.
+        Half floats: half the memory; only for casters far from what they shadow, about 3 % of the depth from near to far.
 
     References
     ----------
@@ -58,7 +58,7 @@ class Vsm(VarianceFilter):
     channels = 2
     summary = "Chebyshev's bound from mean and variance over a square"
     source = "Donnelly, Lauritzen 2006"
-    fails = "light bleeds where casters lie behind each other; light near every contact"
+    fails = "light bleeding where casters overlap; light leaks near every contact"
 
     def encoded(self, depth: Array) -> Array:
         """x, x^2 of x from -1 to 1."""
@@ -71,60 +71,60 @@ class Vsm(VarianceFilter):
 
     @classmethod
     def variants(cls) -> tuple[Self, ...]:
-        """As usual, and with less bleeding."""
+        """The default, and one with less light bleeding."""
         return (cls(), cls(3, 0.25), cls(mip_maps=True))
 
 
 @dataclass(frozen=True)
 class Evsm(VarianceFilter):
-    """Exponential variance shadow map: `Vsm` of depth bent by exp, which parts casters from each other.
+    """Exponential variance shadow map: `Vsm` of depth warped by exp, which separates casters from each other.
 
     Parameters
     ----------
     radius, bleeding
         As in `Vsm`.
     half : bool
-        Half floats: half the memory, exponent 5.54 instead of 42, which bends little.
+        Half floats: half the memory, but an exponent of 5.54 instead of 42, which warps little.
     components : {4, 2}
-        4: bent both ways, the smaller share; 2: one way.
+        4: warped both ways, using the smaller share; 2: one way.
 
     References
     ----------
     Lauritzen, McCool 2008, "Layered Variance Shadow Maps", Graphics Interface, section 5. Pettineo 2013, "A Sampling of Shadow Techniques".
     """
 
-    components: int = setting(one_of(4, 2), 4, help="4 or 2")
+    components: int = setting(one_of(4, 2), 4, help="channels, 4 or 2")
 
     spelling = "evsm"
     snippet = "filter/evsm.glsl"
     encoding = "moments/evsm.glsl"
-    summary = "the same of depth bent by exp, one way or both"
+    summary = "vsm of depth warped by exp, one way or both"
     source = "Lauritzen, McCool 2008"
-    fails = "light bleeds, less than with vsm; half floats: much as vsm"
+    fails = "light bleeding, less than vsm; half floats: about as much as vsm"
 
     @property
     def channels(self) -> int:  # type: ignore[override]
-        """As many."""
+        """`components`."""
         return self.components
 
     @property
     def exponent(self) -> float:
-        """As great as the format allows."""
+        """The largest exponent that the format can store."""
         return EXPONENTS[self.precision]
 
     def defines(self) -> Mapping[str, int | str]:
-        """Also exponent and components."""
+        """Defines of a variance filter, with exponent and components."""
         more: dict[str, int | str] = {"GLS_EXPONENT": repr(self.exponent), "GLS_COMPONENTS": self.components}
         return {**super().defines(), **more}
 
     def encoded(self, depth: Array) -> Array:
-        """Bent both ways, with squares."""
+        """Depth warped both ways, with squares."""
         x = 2.0 * depth - 1.0
         away, back = np.exp(self.exponent * x), -np.exp(-self.exponent * x)
         return np.stack([away, away**2, back, back**2], axis=-1)[:, : self.components]
 
     def lit(self, depth: Array, means: Array, deviation: Array, extent: Array) -> Array:
-        """The smaller of the bounds; see glsl/filter/evsm.glsl for what is taken off."""
+        """The smaller of the two bounds; see glsl/filter/evsm.glsl for the corrections."""
         x, c = np.clip(2.0 * depth - 1.0, -1.0, 1.0), self.exponent
         away = np.exp(c * x)
         found = self.unbled(chebyshev(means[:, 0], means[:, 1], away, self.rounding * away**2))
@@ -136,10 +136,10 @@ class Evsm(VarianceFilter):
 
     @classmethod
     def variants(cls) -> tuple[Self, ...]:
-        """Both counts of components, both formats."""
+        """Both component counts, both formats."""
         return (cls(), cls(3, 0.1, components=2), cls(half=True), cls(mip_maps=True))
 
     @classmethod
     def studied(cls) -> tuple[Self, ...]:
-        """Both counts of components."""
+        """Both component counts."""
         return (cls(), cls(components=2))
