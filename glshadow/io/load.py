@@ -16,10 +16,12 @@ from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError, warn
 from glshadow.io.imported import Imported
 from glshadow.io.limits import Budget, Limits
+from glshadow.io.mesh_files import SUFFIXES
 from glshadow.scene.checks import check_scene
 from glshadow.scene.nodes import Node, Scene
 
-FORMATS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
+GLTF = (".glb", ".gltf")
+FORMATS = (*GLTF, *SUFFIXES)
 
 # world_from_file rotations that turn the named axis up; proper rotations, so that nothing is mirrored
 TURNS = {
@@ -145,11 +147,11 @@ def _read_file(path: Path, budget: Budget) -> Imported:
         raise SceneError(f"file not found: {path}")
     if path.stat().st_size == 0:
         raise SceneError("nothing to render: the file is empty (0 bytes)")
-    if suffix in (".glb", ".gltf"):
+    if suffix in GLTF:
         from glshadow.io.gltf import read_gltf
 
         return read_gltf(path, budget)
-    from glshadow.io.mesh_files import read_mesh_file
+    from glshadow.io.mesh_files.read import read_mesh_file
 
     return read_mesh_file(path, budget)
 

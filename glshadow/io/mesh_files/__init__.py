@@ -1,5 +1,3 @@
-"""Reads OBJ, PLY, STL and OFF block by block into arrays; every header is verified."""
+"""Mesh files without a scene: OBJ, PLY, STL and OFF."""
 
-from glshadow.io.mesh_files.read import read_mesh_file
-
-__all__ = ["read_mesh_file"]
+SUFFIXES = (".obj", ".ply", ".stl", ".off")

@@ -7,6 +7,7 @@ from pathlib import Path
 from glshadow.errors import SceneError
 from glshadow.io.imported import Imported, blended
 from glshadow.io.limits import Budget
+from glshadow.io.mesh_files import SUFFIXES
 from glshadow.io.mesh_files.beside import Beside
 from glshadow.io.mesh_files.obj import read_obj
 from glshadow.io.mesh_files.off import read_off
@@ -14,7 +15,7 @@ from glshadow.io.mesh_files.ply import read_ply
 from glshadow.io.mesh_files.soup import placed
 from glshadow.io.mesh_files.stl import read_stl
 
-READERS = {".obj": read_obj, ".off": read_off, ".ply": read_ply, ".stl": read_stl}
+READERS = dict(zip(SUFFIXES, (read_obj, read_ply, read_stl, read_off), strict=True))
 MOST_NOTES = 50  # reported one by one
 
 
