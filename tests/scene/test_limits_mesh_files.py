@@ -13,7 +13,7 @@ from PIL import Image
 from glshadow.errors import GlshadowWarning, SceneError
 from glshadow.io.limits import Budget, Limits
 from glshadow.io.load import load
-from glshadow.io.mesh_files import read_mesh_file
+from glshadow.io.mesh_files.read import read_mesh_file
 
 # of load and one frame of 96 x 64, with the interpreter and its imports; measured: 2.2 times the plain file's, .29 GB at most
 TIMES, MEMORY = 5.0, 1 << 30

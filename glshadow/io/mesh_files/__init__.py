@@ -1,3 +1,3 @@
-"""Mesh files without a scene: OBJ, PLY, STL and OFF."""
+"""Reads OBJ, PLY, STL and OFF block by block into arrays; every header is verified."""
 
 SUFFIXES = (".obj", ".ply", ".stl", ".off")
