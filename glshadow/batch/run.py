@@ -6,6 +6,7 @@ import contextlib
 import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
@@ -225,15 +226,18 @@ def _work(pipe: Connection, folder: Path, backend: Any) -> None:
     import signal
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process handles Ctrl-C
-    try:
-        drawer = Drawer(backend)
-    except GlshadowError as error:
-        pipe.send(("refused", str(error)))
-        return
-    pipe.send(("ready", None))
-    while (job := pipe.recv()) is not None:
-        pipe.send(("done", outcome(drawer, job, folder)))
-    drawer.release()
+    with suppress(
+        BrokenPipeError, ConnectionResetError, EOFError
+    ):  # the parent process was killed: no one receives the result
+        try:
+            drawer = Drawer(backend)
+        except GlshadowError as error:
+            pipe.send(("refused", str(error)))
+            return
+        pipe.send(("ready", None))
+        while (job := pipe.recv()) is not None:
+            pipe.send(("done", outcome(drawer, job, folder)))
+        drawer.release()
 
 
 def outcome(drawer: Drawer, job: Job, folder: Path, batch: str = "") -> Drawn | str:

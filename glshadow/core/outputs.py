@@ -78,9 +78,9 @@ def checked_outputs(outputs: Any) -> tuple[str, ...]:
     SettingsError
         For a name that is not in the table, or no names at all.
     """
-    wanted = outputs
-    if isinstance(outputs, str):
-        wanted = NAMES if outputs == ALL else (outputs,)
+    wanted = (outputs,) if isinstance(outputs, str) else outputs
+    if isinstance(wanted, list | tuple) and ALL in wanted:
+        wanted = NAMES
     try:
         names: tuple[str, ...] = several(one_of(*NAMES), "outputs")("outputs", wanted)
     except SettingsError:

@@ -18,6 +18,7 @@ from glshadow.io.imported import Imported
 from glshadow.io.limits import Budget, Limits
 from glshadow.io.mesh_files import SUFFIXES
 from glshadow.scene.checks import check_scene
+from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene
 
 GLTF = (".glb", ".gltf")
@@ -43,9 +44,10 @@ def load(
 
     Parameters
     ----------
-    source : path, trimesh.Trimesh, trimesh.Scene, pyrender.Scene or Scene
-        Files: .glb, .gltf, .obj, .ply, .stl, .off. Coordinates are not changed, matrices are composed in float64, and nodes with the same
-        geometry share one Mesh. Shading normals are used if the source has them; otherwise shading is flat.
+    source : path, trimesh.Trimesh, trimesh.Scene, pyrender.Scene, Scene, or meshes and nodes
+        One Mesh or Node, or a list of them, is a scene too. Files: .glb, .gltf, .obj, .ply, .stl, .off. Coordinates are not changed,
+        matrices are composed in float64, and nodes with the same geometry share one Mesh. Shading normals are used if the source has
+        them; otherwise shading is flat.
     ground : bool or "catcher"
         Put a plane under the model to receive its shadow, see `Scene.with_ground`; "catcher": a shadow catcher, which shows only the
         shadow, see `Node`.
@@ -123,6 +125,9 @@ def _reader(source: Any, budget: Budget) -> tuple[str, str, Callable[[], Importe
     if isinstance(source, Scene):
         given = Imported(list(source.nodes), source.camera, list(source.lights))
         return source.name, source.name, lambda: given, False
+    if isinstance(source, Mesh | Node) or (isinstance(source, list | tuple) and source):
+        placed = Scene(source if isinstance(source, list | tuple) else [source])  # type: ignore[arg-type]
+        return "scene", "scene", lambda: Imported(list(placed.nodes), None, None), False
     libraries = {str(parent.__module__).partition(".")[0] for parent in type(source).__mro__}
     kind = f"{str(type(source).__module__).partition('.')[0]}.{type(source).__name__}"
     if "trimesh" in libraries:
@@ -134,7 +139,7 @@ def _reader(source: Any, budget: Budget) -> tuple[str, str, Callable[[], Importe
 
         return kind, "scene", lambda: read_pyrender(source), False
     raise SceneError(
-        f"load takes a path ({' '.join(FORMATS)}), a trimesh.Trimesh, a trimesh.Scene, a pyrender.Scene or a Scene, "
+        f"load takes a path ({' '.join(FORMATS)}), a trimesh.Trimesh, a trimesh.Scene, a pyrender.Scene, a Scene, or meshes and nodes, "
         f"got {type(source).__name__}"
     )
 

@@ -79,6 +79,7 @@ def test_default_is_four_samples(renderer: gs.Renderer, scene: gs.Scene, frame: 
 def test_single_output_name_is_accepted(renderer: gs.Renderer, scene: gs.Scene) -> None:
     frame = renderer.render(scene, size=SIZE, outputs="depth")
     assert set(frame.outputs) == {"depth"}
+    assert len(renderer.render(scene, size=SIZE, outputs=["all"]).outputs) == len(NAMES)
     with pytest.raises(gs.SettingsError, match=r"or .all., got 'deep'"):
         renderer.render(scene, size=SIZE, outputs="deep")
 
