@@ -62,7 +62,10 @@ def on_cluster(jobs: Sequence[Job], folder: Path, address: str, backend: Any) ->
             future = next(completed)
             job = futures[future]
             fault = future.exception() if future.status == "error" else None
-            yield job, future.result() if fault is None else f"{type(fault).__name__}: {fault}"
+            yield (
+                job,
+                _result(future, library, client, address) if fault is None else f"{type(fault).__name__}: {fault}",
+            )
             future.release()
 
 
@@ -81,8 +84,21 @@ def _await_result(completed: Any, client: Any, address: str) -> None:
         time.sleep(_POLL_S)
         if time.monotonic() - since > ANSWERS_S:
             since = time.monotonic()
-            if not client.nthreads():
-                warn(f"the Dask scheduler at {address} has no worker left: waiting for one")
+            _warn_without_workers(client, address)
+
+
+def _result(future: Any, library: Any, client: Any, address: str) -> Any:
+    """The result of a future that was ready; if its worker was lost with it, that of the job's next run."""
+    while True:
+        try:
+            return future.result(timeout=ANSWERS_S)
+        except (TimeoutError, library.TimeoutError):
+            _warn_without_workers(client, address)
+
+
+def _warn_without_workers(client: Any, address: str) -> None:
+    if not client.nthreads():
+        warn(f"the Dask scheduler at {address} has no worker left: waiting for one")
 
 
 def _drawn(job: Job, folder: Path, backend: str, batch: str) -> Drawn | str:

@@ -441,6 +441,30 @@ def test_cluster_without_workers_is_reported(tmp_path: Path, monkeypatch: pytest
     assert "has no worker: waiting for one" in said[0]
 
 
+def test_result_that_was_lost_with_its_worker_is_waited_for_aloud(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Between a job's end and the fetching of its result the last worker may go."""
+    from glshadow.batch import cluster
+
+    library = pytest.importorskip("distributed")
+    monkeypatch.setattr(cluster, "ANSWERS_S", 0.0)
+
+    class Fake:
+        left = 2
+
+        def result(self, timeout: float) -> str:
+            self.left -= 1
+            if self.left >= 0:
+                raise TimeoutError
+            return "drawn"
+
+        def nthreads(self) -> dict[str, int]:
+            return {"worker": 1} if self.left == 0 else {}
+
+    with pytest.warns(gs.GlshadowWarning, match="has no worker left") as said:
+        assert cluster._result(Fake(), library, Fake(), "tcp://there") == "drawn"
+    assert len(said) == 2
+
+
 def test_missing_scheduler_and_missing_opengl_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
     jobs = read_jobs(written(tmp_path / "jobs.jsonl", {"output": "a.png"}))

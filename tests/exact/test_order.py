@@ -245,7 +245,7 @@ def test_area_light_without_lists_is_sampled_point_by_point(
     assert used.why.startswith(
         "requested; 16 points of the light, one after another, for lists of 123 entries for its size, a buffer of this driver holds "
     )
-    assert [line for line in used.fallbacks if "blend" not in line] == []  # area lights have no tint
+    assert [line for line in used.fallbacks if "translucent" not in line] == []  # area lights have no tint
     np.testing.assert_array_equal(frame.visibility[0], expected.astype(np.float32))
     np.testing.assert_array_equal(again.visibility, frame.visibility)
     assert again.used[0] == replace(used, draws=0)
@@ -277,7 +277,7 @@ def test_area_light_without_any_lists_uses_as_many_maps(
         assert used.filter == gs.LightSamples()
         assert used.why.startswith("Exact() needs ")
         assert used.why.endswith("; 64 points of the light, one after another")
-        assert [line for line in used.fallbacks if "blend" not in line] == []  # area lights have no tint
+        assert [line for line in used.fallbacks if "translucent" not in line] == []  # area lights have no tint
     np.testing.assert_array_equal(frame.visibility, expected.visibility)
 
 

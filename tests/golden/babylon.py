@@ -11,6 +11,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -56,6 +57,11 @@ class Config:
     view: dict[int, Array]
     projection: dict[int, Array]
     transform: dict[int, Array]
+
+    @property
+    def shadow_view(self) -> Any:
+        """What `metric_uniform` reads of a ShadowView."""
+        return SimpleNamespace(projection=PROJECTIONS[self.kind], clip=self.clip, near=self.near, far=self.far)
 
     @property
     def has_metric(self) -> bool:

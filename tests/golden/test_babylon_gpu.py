@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -57,8 +56,7 @@ class Caster:
             {"metric": metric_slot(PROJECTIONS[config.kind])},
             {"GLS_METRIC": int(metric), "GLS_PACKED": int(target is Target.RGBA8), "GLS_CLIP_BIAS": int(biased)},
         )
-        view = SimpleNamespace(projection=PROJECTIONS[config.kind], clip=config.clip, near=config.near, far=config.far)
-        program.set(u_metric=metric_uniform(cast(Any, view), config.bias))
+        program.set(u_metric=metric_uniform(config.shadow_view, config.bias))
         return program
 
     def store(self, reading: Reading, target: Target, dialect: str = "core330", quad: Array | None = None) -> Array:

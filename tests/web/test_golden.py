@@ -7,7 +7,6 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -80,7 +79,7 @@ def _add_readings(path: Path, readings: list[Reading]) -> None:
                 "resolution": 1,
                 "clip": (zoom @ clip).T.ravel().tolist(),
                 "view": view.T.ravel().tolist(),
-                "metric": list(metric_uniform(cast(Any, reading.config), reading.config.bias)),
+                "metric": list(metric_uniform(reading.config.shadow_view, reading.config.bias)),
             }
         )
     triangles = np.concatenate(corners).astype("<f4")
