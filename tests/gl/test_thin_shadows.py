@@ -181,10 +181,11 @@ def test_edge_grids_shrink_with_the_memory_limit(monkeypatch: pytest.MonkeyPatch
 
 
 def mean_of_four(renderer: gs.Renderer, scene: gs.Scene, light: Light, size: tuple[int, int]) -> NDArray[np.float32]:
-    """Visibility (H, W) that 4 samples should have: the mean of 2 x 2 pixels of one sample each, at the same places."""
+    """Visibility (H, W) that 4 samples should have: the mean of 2 x 2 pixels of one sample each, at the same places; 0 for background."""
     width, height = size
     fine = renderer.render(scene, None, [light], (2 * width, 2 * height), samples=1).visibility[0]
-    return np.asarray(np.nanmean(fine.reshape(height, 2, width, 2), axis=(1, 3)))
+    blocks = fine.reshape(height, 2, width, 2)
+    return np.asarray(np.nansum(blocks, axis=(1, 3)) / np.maximum((~np.isnan(blocks)).sum(axis=(1, 3)), 1))
 
 
 def sheet(corner: tuple[float, ...], side: tuple[float, ...], other: tuple[float, ...]) -> gs.Mesh:
@@ -226,7 +227,7 @@ MISSED: dict[str, tuple[gs.Scene, Light]] = {
 def test_every_shadow_edge_is_found(renderer: gs.Renderer, case: str) -> None:
     scene, light = MISSED[case]
     size = (48, 36)
-    found = renderer.render(scene, None, [light], size, samples=4).visibility[0]
+    found = np.nan_to_num(renderer.render(scene, None, [light], size, samples=4).visibility[0])
     expected = mean_of_four(renderer, scene, light, size)
     assert ((expected > 0.0) & (expected < 1.0)).sum() > 8
     assert (np.abs(found - expected) > 0.01).sum() == 0
@@ -255,6 +256,6 @@ def crossing_bodies(seed: int) -> tuple[gs.Scene, Light]:
 def test_shadows_of_bodies_that_cross(renderer: gs.Renderer, seed: int) -> None:
     scene, light = crossing_bodies(seed)
     size = (48, 36)
-    found = renderer.render(scene, None, [light], size, samples=4).visibility[0]
+    found = np.nan_to_num(renderer.render(scene, None, [light], size, samples=4).visibility[0])
     wrong = np.abs(found - mean_of_four(renderer, scene, light, size)) > 0.26
-    assert wrong.sum() == 0
+    assert wrong.sum() == 0  # more than one sample
