@@ -190,8 +190,8 @@ struct Block { // of cells that an item may overlap
 Block block(Footprint f, float scale, float cells, float spread) { // scale: fine cells along a side of one
     Block b;
     float margin = spread / scale + MARGIN;
-    b.first = ivec2(max(floor(f.least / scale - margin), 0.0));
-    b.last = ivec2(min(floor(f.most / scale + margin), cells - 1.0));
+    b.first = ivec2(clamp(floor(f.least / scale - margin), 0.0, cells));
+    b.last = max(ivec2(clamp(floor(f.most / scale + margin), -1.0, cells - 1.0)), b.first - 1); // no cells: the one before the first
     vec2 corner = vec2(b.first);
     if (f.crosses) { // direction of a cell's corner = ((cell - u_cells.zw) / u_cells.xy, -1)
         vec2 step = scale / u_cells.xy, start = (corner * scale - u_cells.zw) / u_cells.xy;

@@ -41,8 +41,9 @@ PixelFootprint pixel_footprint(vec3 position, vec3 normal, vec3 eye, vec3 ray) {
 #endif
     f.open = !(foreshortened < MOST_FORESHORTENED);
     float grown = 1.0 / (1.0 - min(foreshortened, MOST_FORESHORTENED));
-    f.right = right * (u_sampled.x * grown);
-    f.up = up * (u_sampled.y * grown);
+    vec2 reach = u_sampled.xy * grown + abs(u_sampled.zw) * (grown - 1.0); // the plane is seen foreshortened from the sample shown on
+    f.right = right * reach.x;
+    f.up = up * reach.y;
     uint mixed = texelFetch(u_mixed, ivec2(gl_FragCoord.xy), 0).r;
     f.mixed = mixed == MIXED;
     f.off = off_plane(mixed) * f.pixel * grown;

@@ -1,6 +1,7 @@
 // Collects the pixels whose samples may differ: those that see several surfaces (pass/fill.frag), and those whose samples may see the light
-// differently. GLS_MARKED: the latter are marked already. GLS_NEIGHBORS: also those with a neighbour of another visibility. Drawn for each
-// light over all surfaces; no pixel is collected twice, and the requests of each light are kept.
+// differently. GLS_MARKED: the latter are marked already. GLS_NEIGHBORS: also those with a neighbour of another visibility; GLS_MARKED without
+// it: only if neither of the two is marked or sees several surfaces. Drawn for each light over all surfaces; no pixel is collected twice, and
+// the requests of each light are kept.
 #ifndef GLS_MARKED
 #define GLS_MARKED 0
 #endif
@@ -23,6 +24,7 @@ uniform usampler2D u_mixed;
 uniform sampler2D u_visibility; // NaN where there is no surface; 2 more: marked
 uniform int u_light;
 const float DIFFERS = 0.3; // of visibility; in a penumbra wider than three pixels the centre's value is the mean
+const ivec2 NEIGHBOR[4] = ivec2[4](ivec2(-1, 0), ivec2(0, -1), ivec2(0, 1), ivec2(1, 0));
 
 vec4 unmarked(vec4 visibility) {
     return visibility - (GLS_MARKED == 1 ? 2.0 * step(1.5, visibility) : vec4(0.0));
@@ -34,15 +36,23 @@ void main() {
 #if GLS_MARKED
     differs = differs || texelFetch(u_visibility, pixel, 0).r >= 1.5;
 #endif
-#if GLS_NEIGHBORS
+    bool mixed = texelFetch(u_mixed, pixel, 0).r == MIXED;
+#if GLS_NEIGHBORS || GLS_MARKED
     vec2 texel = 1.0 / vec2(textureSize(u_visibility, 0));
     // four pixels at a time, around a corner of this one; clamped at the border of the image
-    vec4 below = unmarked(textureGather(u_visibility, vec2(pixel) * texel));
-    vec4 above = unmarked(textureGather(u_visibility, vec2(pixel + 1) * texel));
+    vec4 below = textureGather(u_visibility, vec2(pixel) * texel), above = textureGather(u_visibility, vec2(pixel + 1) * texel);
     vec4 others = vec4(below.x, below.z, above.x, above.z); // left, down, up, right
-    differs = differs || any(greaterThan(abs(others - below.y), vec4(DIFFERS))); // false for NaN
+#if GLS_NEIGHBORS
+    differs = differs || any(greaterThan(abs(unmarked(others) - unmarked(below).y), vec4(DIFFERS))); // false for NaN
+#else
+    // Where two surfaces cross, a shadow begins, but not at a silhouette edge, and samples may see only one of them.
+    vec4 change = abs(others - below.y) * step(others, vec4(1.5)); // 0 to marked pixels
+    int tests = !differs && !mixed && any(greaterThan(change, vec4(DIFFERS))) ? 4 : 0;
+    for (int i = 0; i < tests; i++) {
+        differs = differs || change[i] > DIFFERS && texelFetch(u_mixed, pixel + NEIGHBOR[i], 0).r != MIXED;
+    }
 #endif
-    bool mixed = texelFetch(u_mixed, pixel, 0).r == MIXED;
+#endif
     int height = textureSize(u_visibility, 0).y;
     ivec2 word = request_at(pixel, u_light, height);
 #if GLS_FIRST

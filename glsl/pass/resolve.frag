@@ -132,6 +132,15 @@ layout(location = 1) out float o_visibility;
 layout(location = 2) out vec4 o_linear;
 #endif
 
+#if GLS_MARKS
+bool light_ends_in(PixelFootprint f) { // whether the light shines on some of the footprint's corners but not on all
+    vec3 rise = f.right + f.up, fall = f.right - f.up;
+    bvec4 shone_on = bvec4(light_shines_on(f.middle - rise), light_shines_on(f.middle - fall), light_shines_on(f.middle + fall),
+                           light_shines_on(f.middle + rise));
+    return any(shone_on) && !all(shone_on);
+}
+#endif
+
 vec3 towards_w(vec3 towards_l) {
 #if GLS_SUN
     return v_towards_w;
@@ -293,7 +302,8 @@ void main() {
     const bool darkened = true;
 #endif
     PixelFootprint sampled = pixel_footprint(position, normal, eye, ray);
-    o_visibility += darkened && samples_differ(sampled, cosine, lit) ? 2.0 : 0.0; // read by pass/collect.frag
+    bool differ = darkened && samples_differ(sampled, cosine, lit) || !sampled.mixed && light_ends_in(sampled);
+    o_visibility += differ ? 2.0 : 0.0; // read by pass/collect.frag
 #endif
 #endif
 #endif

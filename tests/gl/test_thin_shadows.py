@@ -178,3 +178,84 @@ def test_edge_grids_shrink_with_the_memory_limit(monkeypatch: pytest.MonkeyPatch
     assert grids[2] == 0
     np.testing.assert_array_equal(pictures[1], pictures[0])
     np.testing.assert_array_equal(pictures[2], pictures[0])
+
+
+def mean_of_four(renderer: gs.Renderer, scene: gs.Scene, light: Light, size: tuple[int, int]) -> NDArray[np.float32]:
+    """Visibility (H, W) that 4 samples should have: the mean of 2 x 2 pixels of one sample each, at the same places; 0 for background."""
+    width, height = size
+    fine = renderer.render(scene, None, [light], (2 * width, 2 * height), samples=1).visibility[0]
+    blocks = fine.reshape(height, 2, width, 2)
+    return np.asarray(np.nansum(blocks, axis=(1, 3)) / np.maximum((~np.isnan(blocks)).sum(axis=(1, 3)), 1))
+
+
+def sheet(corner: tuple[float, ...], side: tuple[float, ...], other: tuple[float, ...]) -> gs.Mesh:
+    return gs.Mesh(*shapes.rectangle(corner, side, other))
+
+
+def triangle(*corners: tuple[float, ...]) -> gs.Mesh:
+    return gs.Mesh(corners, [[0, 1, 2]])
+
+
+GROUND = sheet((-20, 0, 20), (40, 0, 0), (0, 0, -40))
+ABOVE = gs.OrthographicCamera(position=(0, 9, 0), target=(0, 0, 0), up=(0, 0, -1), height=3)
+OBLIQUE = gs.PerspectiveCamera(position=(-2, 4, 1), target=(-1.207751, -1.079034, -1.809782), fov_y=60)
+# where no silhouette edge was found, with what should find it
+MISSED: dict[str, tuple[gs.Scene, Light]] = {
+    # a sheet that crosses the ground and is seen edge-on: the shadow starts where they cross
+    "crossing": (
+        gs.Scene((GROUND, sheet((0.03, -0.5, 1), (0, 0, -2), (0, 1, 0))), ABOVE),
+        gs.DirectionalLight(direction=(1, -1, 0.1)),
+    ),
+    # the first sheet's edges lie beside a face of the point light's cube, in the plane of which their rows are
+    "beside a face": (
+        gs.Scene((GROUND, sheet((-1, 1, -3), (0, 4, 0), (0, 0, 2)), sheet((-0.3, 2, 0.4), (0.7, 0, 0.1), (0, 0, -0.5))), ABOVE),
+        gs.PointLight(position=(0, 3, 0)),
+    ),
+    # seen so obliquely that the samples behind the one that is shown lie farther away than those before it
+    "foreshortened": (
+        gs.Scene((triangle((0, 2, 1), (3, -3, 0), (-1, 2, -3)), triangle((-1, 2, -3), (0, -2, -1), (1, -1, 1))), OBLIQUE),
+        gs.DirectionalLight(direction=(0.6834, -0.3464, -0.6426)),
+    ),
+    "cone": (
+        gs.Scene((GROUND,), ABOVE),
+        gs.SpotLight(position=(0.2, 3, 0.1), direction=(0, -1, 0), inner_angle=20, outer_angle=25),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", list(MISSED))
+def test_every_shadow_edge_is_found(renderer: gs.Renderer, case: str) -> None:
+    scene, light = MISSED[case]
+    size = (48, 36)
+    found = np.nan_to_num(renderer.render(scene, None, [light], size, samples=4).visibility[0])
+    expected = mean_of_four(renderer, scene, light, size)
+    assert ((expected > 0.0) & (expected < 1.0)).sum() > 8
+    assert (np.abs(found - expected) > 0.01).sum() == 0
+
+
+def crossing_bodies(seed: int) -> tuple[gs.Scene, Light]:
+    """Boxes with missing faces and loose triangles with corners on a lattice, which cross each other; no face holds the light."""
+    rng = np.random.default_rng(seed)
+    nodes = [sheet((-9, -3, 9), (18, 0, 0), (0, 0, -18))]
+    for _ in range(rng.integers(3, 7)):
+        if rng.random() < 0.6:
+            positions, triangles = shapes.box(rng.integers(1, 3, 3).astype(float))
+            positions, triangles = positions + rng.integers(-2, 3, 3), triangles[: -rng.integers(1, 6)]
+        else:
+            positions, triangles = rng.integers(-3, 4, (18, 3)), np.arange(18).reshape(6, 3)
+        nodes.append(gs.Mesh(positions, triangles))
+    position = rng.normal(size=3) * 2.0 + (0, 2, 6)
+    orthographic = gs.OrthographicCamera(tuple(position), (0, 0, 0), height=8)
+    camera = gs.PerspectiveCamera(tuple(position), (0, 0, 0), fov_y=60) if seed % 2 else orthographic
+    place = tuple(rng.normal(size=3) * 2.0 + (0, 2, 0))
+    light = gs.PointLight(position=place) if seed % 3 else gs.DirectionalLight(direction=tuple(-np.array(place)))
+    return gs.Scene(nodes, camera), light
+
+
+@pytest.mark.parametrize("seed", [4, 9, 44, 53, 58, 86])
+def test_shadows_of_bodies_that_cross(renderer: gs.Renderer, seed: int) -> None:
+    scene, light = crossing_bodies(seed)
+    size = (48, 36)
+    found = np.nan_to_num(renderer.render(scene, None, [light], size, samples=4).visibility[0])
+    wrong = np.abs(found - mean_of_four(renderer, scene, light, size)) > 0.26
+    assert wrong.sum() == 0  # more than one sample
