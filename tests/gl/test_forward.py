@@ -89,6 +89,8 @@ def _compile(context: GLContext, code: str, stage: str) -> str:
             context.ctx.compute_shader(code).release()
         elif stage == "vert":
             context.ctx.program(code, other_fragment).release()
+        elif stage == "geom":
+            context.ctx.program(other_vertex, other_fragment, geometry_shader=code).release()
         else:
             context.ctx.program(other_vertex, code).release()
     except moderngl.Error as error:
