@@ -156,7 +156,7 @@ def test_every_repr_is_one_short_line(scene: gs.Scene, frame: gs.Frame, truth: g
         assert len(repr(value)) < (2000 if isinstance(value, gs.Used) else 300), repr(value)
     assert repr(material) == "Material((0.5, 0.25, 1, 1), texture 8 x 16, MASK below 0.3, double-sided)"
     assert repr(mesh).startswith("Mesh(1 triangle, 3 vertices, normals, uv, from (0, 0, 0) to (1, 1, 1), Material(")
-    assert repr(node) == r"Node('a\x1bb', 1 triangle, origin at (0, 0, 0), casts nothing)"
+    assert repr(node) == r"Node('a\x1bb', 1 triangle, origin at (0, 0, 0), casts no shadow)"
     assert repr(many).startswith("Scene('many', 500 nodes, 500 triangles, 1 light, from (0, 0, 0) to (1, 1, 1): ")
     assert repr(many).endswith(", ...)")
     assert repr(frame) == "Frame('box', 96 x 54, 2 lights, outputs image, visibility)"

@@ -79,7 +79,7 @@ def checked_outputs(outputs: Any) -> tuple[str, ...]:
         For a name that is not in the table, or no names at all.
     """
     wanted = (outputs,) if isinstance(outputs, str) else outputs
-    if isinstance(wanted, list | tuple) and ALL in wanted:
+    if isinstance(wanted, list | tuple) and any(isinstance(each, str) and each == ALL for each in wanted):
         wanted = NAMES
     try:
         names: tuple[str, ...] = several(one_of(*NAMES), "outputs")("outputs", wanted)

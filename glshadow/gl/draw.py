@@ -15,7 +15,7 @@ from glshadow.gl.driver.clock import Clock
 from glshadow.gl.driver.targets import clear_outputs
 from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.camera import draw_surface, nothing_in_view
-from glshadow.gl.passes.primary import find_primary
+from glshadow.gl.passes.primary import count_surface, find_primary
 from glshadow.gl.passes.resolve import Share, resolve
 from glshadow.gl.passes.translucent import untinted
 from glshadow.gl.resources import ResourceCache
@@ -98,12 +98,14 @@ def _draw_camera(cache: ResourceCache, frame: FrameContext, samples: int, clock:
     if cache.seen == key:
         return
     cache.seen = None
-    with clock("surface"), cache.covered:
+    with clock("surface"):
         draw_surface(
             frame.context, frame.programs, frame.scene, frame.camera_view, frame.targets.fine.framebuffer, samples
         )
     with clock("surface"):
         cache.primary_fallback = find_primary(frame, frame.targets.fine, frame.targets.samples)
+        with cache.covered:
+            count_surface(frame, frame.targets.fine)
     if frame.targets.samples > 1:
         with clock("samples"):
             cache.samples(frame).fill(frame)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -69,7 +69,7 @@ class Node(Settings):
 def _nodes(name: str, value: Any) -> tuple[Node, ...]:
     """Check a scene's nodes: a mesh becomes a node without transform, and names are made unique."""
     several_nodes = several(instance(Node), "Node or Mesh", 10**8)
-    if isinstance(value, Iterable) and not isinstance(value, str | bytes):
+    if isinstance(value, tuple | list):
         value = tuple(Node(each) if isinstance(each, Mesh) else each for each in value)
     nodes: tuple[Node, ...] = several_nodes(name, value)
     return nodes if len({node.name for node in nodes}) == len(nodes) else _numbered(nodes)

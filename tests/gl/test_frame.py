@@ -120,7 +120,7 @@ def test_pickled_frame_omits_its_scene(renderer: gs.Renderer) -> None:
     np.testing.assert_array_equal(again.image, frame.image)
     assert repr(again) == repr(frame)
     assert again.lights == frame.lights
-    with pytest.raises(gs.GlshadowError, match=r"keep scene .* beside it"):
+    with pytest.raises(gs.GlshadowError, match=r"keep scene .* separately"):
         _ = again.scene.nodes
     assert pickle.loads(pickle.dumps(again)).scene.name == scene.name
 

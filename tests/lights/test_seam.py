@@ -125,7 +125,7 @@ def test_added_light_on_the_command_line(name: str) -> None:
     text = f"{name}:{place}:{other}:intensity=2:range=9:shadow=off"
     assert values.light(text) == replace(type(light)(position=light.place[:3], **{light.by_place[1]: getattr(light, light.by_place[1])}),
                                          intensity=2.0, range=9.0, shadow=None)  # fmt: skip
-    with pytest.raises(gs.SettingsError, match=f"a {name} has no 'angle'"):
+    with pytest.raises(gs.SettingsError, match=f"a {name} has no setting 'angle'"):
         values.light(f"{name}:{place}:{other}:angle=3")
     with pytest.raises(gs.SettingsError, match=f"moon.*{light.usage}"):
         values.light("moon:1,2,3")

@@ -69,7 +69,7 @@ def test_given_number_of_points_is_kept(renderer: gs.Renderer) -> None:
 
 
 def test_sky_in_a_pack_is_refused() -> None:
-    with pytest.raises(gs.SettingsError, match="suns and spots"):
+    with pytest.raises(gs.SettingsError, match="directional or spot lights"):
         gs.PackedShadow([gs.SkyLight()])
 
 

@@ -63,7 +63,7 @@ def test_frames_are_compared_by_their_image(picture: NDArray[np.uint8]) -> None:
 
 
 def test_incomparable_images_are_refused(picture: NDArray[np.uint8]) -> None:
-    with pytest.raises(gs.SettingsError, match="one size"):
+    with pytest.raises(gs.SettingsError, match="the same size"):
         gs.flip(picture, picture[:-1])
     with pytest.raises(gs.SettingsError, match=r"reference must be \(H, W, 3\) uint8"):
         gs.flip(picture, picture.astype(np.float32))

@@ -21,8 +21,8 @@ def solid(positions, triangles):
     return gs.Scene((gs.Node(gs.Mesh(positions, triangles), np.eye(4), "solid"),))
 
 
-def test_edge_on_surface_at_the_clear_depth_is_background(renderer):
-    """The eye lies in the plane of a needle's cap: its fragments have no depth, and the driver gives them the clear depth."""
+def test_edge_on_surface_shows_what_rays_hit(renderer):
+    """The eye lies in the plane of a needle's cap, whose fragments have no depth; one ray runs through the needle to its far end."""
     half = 9236.691467016617
     scene = solid(*shapes.box((2 * half, 2e-8 * half, 2e-8 * half)))
     camera = gs.PerspectiveCamera(
@@ -31,9 +31,11 @@ def test_edge_on_surface_at_the_clear_depth_is_background(renderer):
         fov_y=75.27758405774615,
         near=2.002e-5 * half,  # a derived one would show the sides from inside
     )
-    with pytest.warns(gs.GlshadowWarning, match="nothing is in view"):
-        frame = renderer.render(scene, camera, (), (17, 63), outputs=("depth",), samples=1)
-    assert not np.isfinite(frame.depth).any()
+    frame = renderer.render(scene, camera, (), (17, 63), outputs=("depth", "triangle"), samples=1)
+    truth = gs.trace(scene, camera, gs.DirectionalLight(), (17, 63), samples=1)
+    assert np.argwhere(truth.triangle >= 0).tolist() == [[31, 8]]
+    np.testing.assert_array_equal(frame.triangle, truth.triangle)
+    assert frame.depth[31, 8] == np.float32(2.0 * half)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
@@ -123,7 +125,7 @@ def test_position_beyond_the_coordinate_limit_is_refused():
     positions, triangles = shapes.box((1e10, 1e10, 1e10))
     matrix = np.eye(4)
     matrix[0, 3] = 1e25
-    with pytest.raises(gs.SceneError, match=r"it lies 1e\+25 from the origin"):
+    with pytest.raises(gs.SceneError, match=r"it is 1e\+25 from the origin"):
         gs.load(gs.Scene((gs.Node(gs.Mesh(positions, triangles), np.eye(4), "box"),)).moved({"box": matrix}))
 
 

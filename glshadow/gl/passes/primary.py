@@ -81,6 +81,21 @@ def find_primary(frame: FrameContext, targets: SurfaceTargets, samples: int = 1)
     return ""
 
 
+def count_surface(frame: FrameContext, targets: SurfaceTargets) -> None:
+    """Draw, for an occlusion query, where the depth buffer holds a surface; writes nothing."""
+    ctx, camera = frame.context.ctx, camera_uniforms(frame.scene, frame.camera_view, np.eye(3), np.zeros(3))
+    program = frame.programs.get(
+        "pass/resolve.vert", "pass/nothing.frag", defines={"GLS_SURFACE": targets.surface.components}
+    )
+    program.set(**camera)
+    targets.depth_alone.depth_mask = False
+    targets.depth_alone.use()
+    ctx.enable_only(moderngl.DEPTH_TEST)
+    ctx.depth_func = "!="
+    program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
+    targets.depth_alone.depth_mask = True
+
+
 def _rest(value: Any) -> Any:
     """What float32 cuts off of a vector or matrix."""
     exact = np.asarray(value, dtype=np.float64)
