@@ -21,7 +21,10 @@ lights = {
 
 with gs.Renderer() as renderer:
     outputs = ("image", "visibility", "triangle")
-    frames = {name: renderer.render(scene, camera, [light], SIZE, outputs=outputs, samples=1) for name, light in lights.items()}
+    frames = {
+        name: renderer.render(scene, camera, [light], SIZE, outputs=outputs, samples=1)
+        for name, light in lights.items()
+    }
 
 truth = gs.trace(scene, camera, [sun], SIZE, light_samples=144, surface=frames["Exact()"].triangle)
 greys = [np.nan_to_num(truth.visibility[0])]
