@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from glshadow.core.spaces import Array
@@ -21,6 +23,15 @@ def square(count: int) -> Array:
     """Points (count, 2) of the square from -1 to 1, each for an equal area: a golden-ratio lattice."""
     i = np.arange(count)
     return np.stack([(2.0 * i + 1.0) / count, 2.0 * ((i + 0.5) * GOLDEN_SHARE % 1.0)], axis=-1) - 1.0
+
+
+def disc_rings(count: int, samples: int, generator: np.random.Generator) -> Iterator[Array]:
+    """Points (count, 2) of the unit disc, `samples` times: in rings of equal area, a golden angle apart (Vogel 1979), random in each."""
+    turn = generator.uniform(0.0, 2.0 * np.pi, count)
+    for ring in range(samples):
+        radius = np.sqrt((ring + generator.uniform(size=count)) / samples)
+        angle = turn + ring * GOLDEN_ANGLE
+        yield radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
 def hemisphere(count: int) -> Array:

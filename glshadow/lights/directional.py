@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from glshadow.core.sample_patterns import GOLDEN_ANGLE, disc
+from glshadow.core.sample_patterns import disc, disc_rings
 from glshadow.core.setting import instance, number, optional, setting
 from glshadow.core.spaces import (
     FARTHEST,
@@ -127,14 +127,11 @@ class DirectionalLight(DistantLight):
         return np.broadcast_to(aims, (len(receivers), count, 3))
 
     def aims(self, points: Array, samples: int, generator: np.random.Generator) -> Iterator[tuple[Array, Array]]:
-        """Directions in rings of equal solid angle, a golden angle apart (Vogel 1979), random within each ring."""
+        """Directions in rings of equal solid angle, see `disc_rings`."""
         towards, distance = self.to_light(points)
-        turn = generator.uniform(0.0, 2.0 * np.pi, len(points))
         u, v = perpendicular(towards)
-        for ring in range(samples):
-            radius = np.sqrt((ring + generator.uniform(size=len(points))) / samples)
-            angle = turn + ring * GOLDEN_ANGLE
-            point = self.cap_tangents(np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1))
+        for each in disc_rings(len(points), samples, generator):
+            point = self.cap_tangents(each)
             aim = towards + (u * point[:, :1] + v * point[:, 1:])
             yield aim / np.sqrt(np.einsum("ij,ij->i", aim, aim))[:, None], distance
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from glshadow.core.sample_patterns import GOLDEN_ANGLE, ball, disc
+from glshadow.core.sample_patterns import ball, disc, disc_rings
 from glshadow.core.setting import number, optional, setting, vector
 from glshadow.core.spaces import (
     FARTHEST,
@@ -203,14 +203,11 @@ class SphereLight(LocalLight):
         return np.asarray(np.asarray(self.position) + offsets - receivers[:, None])
 
     def aims(self, points: Array, samples: int, generator: np.random.Generator) -> Iterator[tuple[Array, Array]]:
-        """Points in rings of equal area of the disc, a golden angle apart (Vogel 1979), random within each ring."""
+        """Points in rings of equal area of the disc that faces each receiver, see `disc_rings`."""
         towards, distance = self.to_light(points)
-        turn = generator.uniform(0.0, 2.0 * np.pi, len(points))
         u, v = perpendicular(towards)
-        for ring in range(samples):
-            radius = np.sqrt((ring + generator.uniform(size=len(points))) / samples)
-            angle = turn + ring * GOLDEN_ANGLE
-            point = self.radius * np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+        for each in disc_rings(len(points), samples, generator):
+            point = self.radius * each
             yield unit_and_length(towards * distance[:, None] + (u * point[:, :1] + v * point[:, 1:]))
 
     def area_points(self, count: int, axes: Array) -> Array:

@@ -194,9 +194,9 @@ def _inset(request: FitRequest) -> int:
 
 
 def _widened(request: FitRequest) -> float:
-    """What a window grows by for two guard bands: one is answered for, one only read."""
-    room = request.resolution - 4 * request.guard
-    return request.resolution / room if room > 0 else 1.0
+    """What a window grows by for two guard bands: the filter is exact within one, and only reads the other."""
+    inner = request.resolution - 4 * request.guard
+    return request.resolution / inner if inner > 0 else 1.0
 
 
 def _along_view(light: DistantLight, camera: Camera) -> Array:

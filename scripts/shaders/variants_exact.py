@@ -29,7 +29,7 @@ def exact() -> Iterator[Variant]:
         slots = exact_slots(kind)
         for masked, huge, dialect in product((False, True), (False, True), ("core330", "core400")):
             defines = exact_defines(kind.projection, 512, 16, masked, huge)
-            # how rays run and whether meshes are smooth is no concern of what is asked along them: once for each pass
+            # the projection of the camera and smooth meshes do not change the code of the tests: one variant of each
             for number, per_sample in product((0, 1), ({}, PER_SAMPLE)):
                 each = {**defines, "GLS_ORTHO": number, "GLS_ROUNDED": number, "GLS_SURFACE": 1 + number, **per_sample}
                 yield Variant("pass/resolve.frag", dialect, slots, each)

@@ -9,6 +9,7 @@ import moderngl
 import numpy as np
 
 from glshadow.errors import ResourceError
+from glshadow.gl.driver.program import Program
 from glshadow.gl.driver.targets import SurfaceTargets
 from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.camera import Rays, draw_surface
@@ -65,10 +66,7 @@ def find_primary(frame: FrameContext, targets: SurfaceTargets, samples: int = 1)
     targets.depth_alone.use()
     draw_over(context, program, camera_view)
     program.unbind()
-    program = frame.programs.get(
-        "pass/resolve.vert", "pass/nothing.frag", defines={"GLS_SURFACE": targets.surface.components}
-    )
-    program.set(**camera)
+    program = _background(frame, targets)
     targets.framebuffer.use()
     ctx.depth_func = "=="
     program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
@@ -83,17 +81,22 @@ def find_primary(frame: FrameContext, targets: SurfaceTargets, samples: int = 1)
 
 def count_surface(frame: FrameContext, targets: SurfaceTargets) -> None:
     """Draw, for an occlusion query, where the depth buffer holds a surface; writes nothing."""
-    ctx, camera = frame.context.ctx, camera_uniforms(frame.scene, frame.camera_view, np.eye(3), np.zeros(3))
-    program = frame.programs.get(
-        "pass/resolve.vert", "pass/nothing.frag", defines={"GLS_SURFACE": targets.surface.components}
-    )
-    program.set(**camera)
+    ctx, program = frame.context.ctx, _background(frame, targets)
     targets.depth_alone.depth_mask = False
     targets.depth_alone.use()
     ctx.enable_only(moderngl.DEPTH_TEST)
     ctx.depth_func = "!="
     program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
     targets.depth_alone.depth_mask = True
+
+
+def _background(frame: FrameContext, targets: SurfaceTargets) -> Program:
+    """A program that covers the image at the far plane and writes that there is no surface."""
+    program = frame.programs.get(
+        "pass/resolve.vert", "pass/nothing.frag", defines={"GLS_SURFACE": targets.surface.components}
+    )
+    program.set(**camera_uniforms(frame.scene, frame.camera_view, np.eye(3), np.zeros(3)))
+    return program
 
 
 def _rest(value: Any) -> Any:
