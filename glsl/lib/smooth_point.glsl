@@ -19,20 +19,21 @@ struct SmoothPoint {
 // lowest direction to the light; axes: from world axes
 SmoothPoint smooth_point(int triangle, vec3 position, vec3 face, float side, float cosine, mat3 corners, mat3 axes, float rounding) {
     uvec4 bits = texelFetch(u_smooth, triangle);
-    vec3 e = corners[1] - corners[0], f = corners[2] - corners[0], p = position - corners[0];
-    float area = dot(cross(e, f), face);
-    vec2 share = vec2(dot(cross(p, f), face), dot(cross(e, p), face)) / (area == 0.0 ? 1.0 : area);
-    vec3 weight = clamp(vec3(1.0 - share.x - share.y, share), 0.0, 1.0);
-    weight /= weight.x + weight.y + weight.z;
-    mat3 normals = axes * mat3(unpack_octahedral(bits.x), unpack_octahedral(bits.y), unpack_octahedral(bits.z));
-    normals *= (bits.w & 2u) != 0u ? -side : side;
-    vec3 below = max(-vec3(dot(p, normals[0]), dot(position - corners[1], normals[1]), dot(position - corners[2], normals[2])), 0.0);
-    float moved = float(bits.w >> 16u) / 65535.0 * clamp(1.0 - cosine / SMOOTH_FADE, 0.0, 1.0);
-    vec3 offset = normals * (weight * below) * moved;
-    SmoothPoint found;
-    found.smooth_ = bits.w != 0u;
-    found.lifted = found.smooth_ && dot(offset, face) > rounding;
-    found.position = found.lifted ? position + offset : position;
-    found.normal = found.smooth_ ? normalize(normals * weight) : face;
+    SmoothPoint found = SmoothPoint(position, face, bits.w != 0u, false);
+    for (uint turn = bits.w & 1u; turn != 0u; turn >>= 1u) { // a loop, since llvmpipe skips no `if`
+        vec3 e = corners[1] - corners[0], f = corners[2] - corners[0], p = position - corners[0];
+        float area = dot(cross(e, f), face);
+        vec2 share = vec2(dot(cross(p, f), face), dot(cross(e, p), face)) / (area == 0.0 ? 1.0 : area);
+        vec3 weight = clamp(vec3(1.0 - share.x - share.y, share), 0.0, 1.0);
+        weight /= weight.x + weight.y + weight.z;
+        mat3 normals = axes * mat3(unpack_octahedral(bits.x), unpack_octahedral(bits.y), unpack_octahedral(bits.z));
+        normals *= (bits.w & 2u) != 0u ? -side : side;
+        vec3 below = max(-vec3(dot(p, normals[0]), dot(position - corners[1], normals[1]), dot(position - corners[2], normals[2])), 0.0);
+        float moved = float(bits.w >> 16u) / 65535.0 * clamp(1.0 - cosine / SMOOTH_FADE, 0.0, 1.0);
+        vec3 offset = normals * (weight * below) * moved;
+        found.lifted = dot(offset, face) > rounding;
+        found.position = found.lifted ? position + offset : position;
+        found.normal = normalize(normals * weight);
+    }
     return found;
 }

@@ -40,6 +40,8 @@ for line in sys.stdin:
             light = scene.lights[0]
         light = replace(light, shadow=gs.Shadow(filter=eval(job["filter"], {"gs": gs})))
         answer = {}
+    elif not job:
+        answer = {"code": gs.__file__}
     else:
         name = "direction" if isinstance(light, gs.DirectionalLight) else "position"
         old = np.asarray(getattr(light, name))
@@ -58,8 +60,16 @@ class Checkout:
     def __init__(self, folder: Path) -> None:
         environment = {**os.environ, "PYTHONPATH": str(folder)}
         self.process = subprocess.Popen(
-            [sys.executable, "-c", WORKER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment
+            [sys.executable, "-P", "-c", WORKER],  # -P: or the working directory's code would come first
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=environment,
         )
+        used = Path(self.ask()["code"]).resolve()
+        if not used.is_relative_to(folder.resolve()):
+            self.process.kill()
+            raise click.ClickException(f"{folder} is no checkout: its code would come from {used}")
 
     def __enter__(self) -> Self:
         return self
@@ -70,13 +80,13 @@ class Checkout:
         self.process.kill()
         self.process.wait()
 
-    def ask(self, **job: Any) -> dict[str, float]:
+    def ask(self, **job: Any) -> dict[str, Any]:
         """Send one job; returns its answer."""
         assert self.process.stdin is not None
         assert self.process.stdout is not None
         self.process.stdin.write(json.dumps(job) + "\n")
         self.process.stdin.flush()
-        answer: dict[str, float] = json.loads(self.process.stdout.readline())
+        answer: dict[str, Any] = json.loads(self.process.stdout.readline())
         return answer
 
 
