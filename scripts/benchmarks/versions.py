@@ -47,7 +47,7 @@ for line in sys.stdin:
         old = np.asarray(getattr(light, name))
         moved = replace(light, **{name: tuple(old + 1e-3 * job["k"] * np.abs(old).max() * np.array([1.0, 0.0, -0.5]))})
         start = time.perf_counter()
-        renderer.render(scene, None, [moved], (1280, 720), outputs=("image",))
+        renderer.render(scene, None, [moved], (1280, 720), outputs=("image",), samples=1)
         answer = {"ms": 1e3 * (time.perf_counter() - start)}
     print(json.dumps(answer), flush=True)
 """
