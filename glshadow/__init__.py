@@ -25,6 +25,7 @@ from glshadow.errors import (
 )
 from glshadow.io.limits import Limits
 from glshadow.lights import DirectionalLight, Light, PointLight, RectLight, SkyLight, SpotLight
+from glshadow.scene.capsules import Lines, Points
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 from glshadow.scene.nodes import Node, Scene
 from glshadow.scoring.error import Measurement, measure
@@ -138,6 +139,7 @@ __all__ = [
     "IntrinsicsCamera",
     "Light",
     "Limits",
+    "Lines",
     "Lispsm",
     "Material",
     "Measurement",
@@ -150,6 +152,7 @@ __all__ = [
     "PackedShadow",
     "PerspectiveCamera",
     "PointLight",
+    "Points",
     "PyrenderRenderer",
     "ReceiverPlaneBias",
     "RectLight",

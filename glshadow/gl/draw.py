@@ -16,11 +16,12 @@ from glshadow.gl.driver.targets import clear_outputs
 from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.camera import draw_surface, nothing_in_view
 from glshadow.gl.passes.primary import count_surface, find_primary
+from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.passes.resolve import Share, resolve
 from glshadow.gl.passes.translucent import untinted
 from glshadow.gl.resources import ResourceCache
 from glshadow.gl.techniques import LightPass
-from glshadow.gl.techniques.technique import open_receiver
+from glshadow.gl.techniques.technique import Technique, open_receiver
 from glshadow.lights import DirectionalLight
 
 _EVERY_SAMPLE = "all {} samples of every pixel are shaded: collecting those that differ needs OpenGL 4.3, {} has {:.1f}"
@@ -113,6 +114,13 @@ def _draw_camera(cache: ResourceCache, frame: FrameContext, samples: int, clock:
     cache.seen = key
 
 
+def _marked(frame: FrameContext, technique: Technique) -> Receiver:
+    """The receiver of a multisampled frame. Balls and tubes have no edges to mark: every sample is shaded."""
+    if frame.scene.capsules:
+        return replace(technique.receiver(frame), marks={}, collected={"GLS_EVERY": 1, "GLS_NEIGHBORS": 0})
+    return technique.marking_receiver(frame)
+
+
 def _shares(frame: FrameContext, lights: Sequence[LightPass], look: Look) -> tuple[Share, ...]:
     """Each light's contribution to the image; without lights that of a single black one."""
     if not lights:
@@ -120,7 +128,7 @@ def _shares(frame: FrameContext, lights: Sequence[LightPass], look: Look) -> tup
         return (Share(dark, open_receiver(frame, dark), 0, 1, look.ambient, look.linear_background),)
     several = frame.targets.samples > 1
     return tuple(
-        Share(each.light, each.technique.marking_receiver(frame) if several else each.technique.receiver(frame),
+        Share(each.light, _marked(frame, each.technique) if several else each.technique.receiver(frame),
               each.number, len(lights), look.ambient, look.linear_background, each.tint)
         for each in lights
     )  # fmt: skip

@@ -16,6 +16,7 @@ from glshadow.core.spaces import Array, Bools, cofactors, world_positions
 from glshadow.errors import ReferenceUnavailable, SceneError
 from glshadow.geometry.smooth import sides, unit_vectors
 from glshadow.geometry.welding import welded
+from glshadow.scene.capsules import refuse_capsules
 from glshadow.scene.mesh import AlphaMode, Material
 from glshadow.scene.nodes import Scene
 
@@ -44,6 +45,7 @@ class Rays:
     """
 
     def __init__(self, scene: Scene, origin: Array) -> None:
+        refuse_capsules(scene, "the traced reference")
         self.scene = scene
         self.origin = np.asarray(origin, dtype=np.float64)
         nodes = scene.nodes

@@ -159,6 +159,15 @@ class Mesh:
                 raise SceneError(f"colors must be numbers from 0 to 1 (linear RGBA), {bad} of {len(array)} are not")
             object.__setattr__(self, name, array)
 
+    @property
+    def count(self) -> int:
+        """Number of elements that are drawn: of triangles."""
+        return len(self.triangles)
+
+    def bounds_for(self, matrix: Array) -> Array:
+        """Bounds in mesh space, of a node with this matrix; the same for all."""
+        return self.bounds
+
     @cached_property
     def bounds(self) -> Array:
         """(2, 3) least and greatest corner of the vertices that triangles use; SceneError if there are no triangles."""

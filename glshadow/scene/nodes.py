@@ -17,6 +17,7 @@ from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError
 from glshadow.lights import Light, as_lights
 from glshadow.scene import summary
+from glshadow.scene.capsules import Capsules
 from glshadow.scene.box import box_corners, check_place, default_camera, default_sun
 from glshadow.scene.mesh import Material, Mesh
 
@@ -32,11 +33,12 @@ def _affine(name: str, value: Any) -> Array:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Node(Settings):
-    """A mesh with a transform; instances share the Mesh object.
+    """A mesh, points or lines with a transform; instances share the Mesh object.
 
     Parameters
     ----------
     mesh : Mesh
+        Triangles, or `Points` or `Lines`.
     world_from_mesh : (4, 4) float64
     name : str
         Name; nodes of a scene with the same name get a number appended.
@@ -125,8 +127,8 @@ class Scene(Settings):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not any(len(node.mesh.triangles) for node in self.nodes):
-            raise SceneError(f"{self.name}: nothing to render, it has no triangles")
+        if not any(node.mesh.count for node in self.nodes):
+            raise SceneError(f"{self.name}: nothing to render, it has no triangles, points or lines")
         check_place(self.corners, f"{self.name}: ")
         low, high = self.extent
         if (low == high).all():
@@ -138,15 +140,15 @@ class Scene(Settings):
 
     @cached_property
     def drawn(self) -> NDArray[np.int64]:
-        """(N,) indices of the nodes that have triangles."""
-        counts = np.fromiter((len(node.mesh.triangles) for node in self.nodes), dtype=np.int64, count=len(self.nodes))
+        """(N,) indices of the nodes that have triangles, points or lines."""
+        counts = np.fromiter((node.mesh.count for node in self.nodes), dtype=np.int64, count=len(self.nodes))
         return np.flatnonzero(counts)
 
     @cached_property
     def boxes(self) -> tuple[Array, Array]:
-        """Mesh bounds (N, 2, 3) and world_from_mesh (N, 4, 4) of the nodes that have triangles."""
+        """Mesh bounds (N, 2, 3) and world_from_mesh (N, 4, 4) of the nodes that are drawn."""
         nodes = [self.nodes[i] for i in self.drawn.tolist()]
-        bounds = np.concatenate([node.mesh.bounds for node in nodes]).reshape(-1, 2, 3)
+        bounds = np.concatenate([node.mesh.bounds_for(node.world_from_mesh) for node in nodes]).reshape(-1, 2, 3)
         return bounds, np.concatenate([node.world_from_mesh for node in nodes]).reshape(-1, 4, 4)
 
     @cached_property
@@ -197,7 +199,7 @@ class Scene(Settings):
             Make the plane a shadow catcher, see `Node`.
         """
         low, high = self.bounds.copy()
-        low[1] = min(_lowest(node) for node in self.nodes if len(node.mesh.triangles))
+        low[1] = min(_lowest(node) for node in self.nodes if node.mesh.count)
         size = float(np.linalg.norm(high - low))
         half = 1.5 * size
         x, y, z = 0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])
@@ -217,6 +219,8 @@ def _around(corners: Array) -> Array:
 
 def _lowest(node: Node) -> float:
     """Least world y of a node's triangles; from its vertices if the node is rotated, because its box would be too large."""
+    if isinstance(node.mesh, Capsules):
+        return node.mesh.lowest(node.world_from_mesh)
     row = node.world_from_mesh[1]
     used = node.mesh.positions[np.unique(node.mesh.triangles)]
     return float((used @ row[:3]).min() + row[3])

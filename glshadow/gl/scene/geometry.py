@@ -19,6 +19,7 @@ from glshadow.gl.driver.buffers import BufferTexture, texture_buffer
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import R32UI, RGBA32F, RGBA32UI
 from glshadow.gl.driver.targets import release
+from glshadow.gl.scene.capsules import CAPSULE, GpuCapsules
 from glshadow.gl.scene.meshes import Meshes, face_normals
 from glshadow.gl.scene.world import WorldTriangles
 from glshadow.scene.box import box_corners
@@ -56,6 +57,10 @@ class GpuScene:
         Places the float32 vertices: world_from_mesh times the translation to the mesh's origin.
     origin : (3,) float64
         World point that the planes are relative to: the median corner, where most of the scene is even if one triangle lies far away.
+    round : (N,) bool
+        Nodes of points or lines, whose elements are capsules.
+    capsules : int
+        0: there are no such nodes; 1: all elements are balls; 2: some are tubes.
     color : (3,) floats or None
         The base colour, where all nodes share one and none has a texture or vertex colours.
     textured : bool
@@ -105,6 +110,8 @@ class GpuScene:
         self.casts: NDArray[np.bool_] = casts & ~blended
         self.blends: NDArray[np.bool_] = casts & blended
         self.closed: NDArray[np.bool_] = np.array([gpu.closed for gpu in on_gpu])[self.mesh_number]
+        self.round: NDArray[np.bool_] = np.array([isinstance(gpu, GpuCapsules) for gpu in on_gpu])[self.mesh_number]
+        self.capsules = max(1 + gpu.tubes if isinstance(gpu, GpuCapsules) else 0 for gpu in on_gpu)
         counts = np.array([gpu.count for gpu in on_gpu])[self.mesh_number]
         self.count = int(counts.sum())
         self.first = np.concatenate([[0], np.cumsum(counts)[:-1]])
@@ -156,6 +163,8 @@ class GpuScene:
                     chosen = slice(k, min(k + _AT_ONCE, count))
                     rows = self.first[group][:, None] + np.arange(chosen.start, chosen.stop)
                     planes[rows] = self._planes_of(group, chosen)
+            for node in np.flatnonzero(self.round).tolist():
+                planes[self.first[node] : self.first[node] + self.meshes[node].count, 0] = CAPSULE
             self._planes = texture_buffer(self._context, planes, RGBA32F)
             self._context.check_errors(f"uploading the planes of {self.count} triangles")
         return self._planes
@@ -197,8 +206,11 @@ class GpuScene:
         for group in self._groups():
             meshes, of_node = self._different(group)
             points = np.stack([mesh.positions.take(mesh.triangles[::step, 0], axis=0) for mesh in meshes])
-            corners.append(_placed(self.world_from_mesh[group], points[of_node]).reshape(-1, 3))
-        return np.concatenate(corners)
+            corners.append(_placed(self.world_from_mesh[group], points[of_node]))
+        for node in np.flatnonzero(self.round).tolist():
+            points = self.nodes[node].mesh.positions[::step]
+            corners.append(_placed(self.world_from_mesh[[node]], points[None])[0])
+        return np.concatenate([each.reshape(-1, 3) for each in corners])
 
     def _copies(self, matrices: Array) -> NDArray[np.bool_]:
         copies = np.zeros(len(self.nodes), dtype=bool)
@@ -217,9 +229,12 @@ class GpuScene:
         return copies
 
     def _groups(self) -> Iterator[NDArray[np.int64]]:
-        """Batches of nodes with equally many triangles; instances follow each other."""
+        """Batches of nodes with equally many triangles; instances follow each other. Nodes of points or lines are left out."""
         counts = np.array([gpu.count for gpu in self._on_gpu])[self.mesh_number]
         order = np.lexsort((self.mesh_number, counts))
+        order = order[~self.round[order]]
+        if len(order) == 0:
+            return
         starts = np.flatnonzero(np.diff(counts[order])) + 1
         for group in np.split(order, starts):
             most = max(1, _AT_ONCE // int(counts[group[0]]))

@@ -17,6 +17,7 @@ from glshadow.geometry.welding import welded
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.program import Program
 from glshadow.gl.driver.shared import Shared
+from glshadow.scene.capsules import Capsules
 from glshadow.scene.mesh import AlphaMode, Mesh
 
 _SRGB8_ALPHA8 = 0x8C43
@@ -302,9 +303,16 @@ class Meshes:
         """The GPU side of a mesh, uploaded at its first use."""
         gpu = self._meshes.get(mesh)
         if gpu is None:
-            gpu = self._meshes[mesh] = GpuMesh(self._context, mesh, self._shapes, self._textures)
+            gpu = self._meshes[mesh] = self._made(mesh)
             self._uploaded.append(gpu)
         return gpu
+
+    def _made(self, mesh: Mesh) -> GpuMesh:
+        if isinstance(mesh, Capsules):
+            from glshadow.gl.scene.capsules import GpuCapsules
+
+            return GpuCapsules(self._context, mesh)
+        return GpuMesh(self._context, mesh, self._shapes, self._textures)
 
     def sweep(self) -> None:
         """Free what belonged to meshes that are gone; a finaliser of the mesh could not: the context may not be current there."""

@@ -14,6 +14,8 @@ from glshadow.geometry.adjacency import NONE
 from glshadow.gl.driver.buffers import BufferTexture, texture_buffer
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import R8, RGBA32F, RGBA32UI
+from glshadow.gl.scene.capsules import radii_of, stored
+from glshadow.scene.capsules import Capsules
 
 if TYPE_CHECKING:
     from glshadow.gl.scene.geometry import GpuScene
@@ -27,9 +29,10 @@ _SOLID = np.full((1, 1, 4), 255, dtype=np.uint8)  # the image of materials witho
 _TOGETHER = 2**15  # vertices transformed per batch, so that intermediate results stay in the CPU cache
 
 
-def _placed(scene: GpuScene) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
-    """Vertices (V, 4) of all nodes, one after the other, as `_round` has them, and triangles (T, 4): three vertices and the node."""
-    meshes = [node.mesh for node in scene.nodes]
+def _placed(scene: GpuScene) -> tuple[NDArray[np.float32], NDArray[np.uint32], NDArray[np.int64]]:
+    """Vertices (V, 4) of all nodes, one after the other, as `_round` has them, triangles (T, 4): three vertices and the node, and the
+    first vertex of each node (N + 1,)."""
+    meshes = [stored(node.mesh) for node in scene.nodes]
     vertices = np.cumsum([0, *(len(mesh.positions) for mesh in meshes)])
     triangles = np.append(scene.first, scene.count)
     places = np.zeros((vertices[-1], 4), dtype=np.float32)
@@ -56,7 +59,12 @@ def _placed(scene: GpuScene) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
         np.add(np.concatenate([mesh.triangles for mesh in meshes[first:end]]), vertices[owner, None], out=faces[:, :3],
                casting="unsafe")  # fmt: skip
         faces[:, 3] = owner
-    return places, corners
+    for node in np.flatnonzero(scene.round).tolist():
+        mesh = scene.nodes[node].mesh
+        assert isinstance(mesh, Capsules)
+        radii = radii_of(mesh, scene.world_from_mesh[node])
+        places[vertices[node + 1] - len(radii) : vertices[node + 1]] = np.stack([radii, *np.zeros((3, len(radii)))], axis=1)
+    return places, corners, vertices
 
 
 def _round(places: NDArray[np.float32], points: Array) -> None:
@@ -115,6 +123,8 @@ class WorldTriangles:
         Largest coordinate of the triangles that are not huge: all but those that reach HUGE times as far as the nearest body.
     huge : bool
         Whether there are huge triangles.
+    first_vertex : (N + 1,) int64
+        Of each node.
     mask_shift : (N,) int64
         Per alpha-tested node the shift from a triangle's index to 1 + its index among masked triangles; may be 0.
     masks, alphas : BufferTexture or None
@@ -123,7 +133,8 @@ class WorldTriangles:
     """
 
     def __init__(self, context: GLContext, scene: GpuScene) -> None:
-        self._arrays: tuple[NDArray[np.float32], NDArray[np.uint32]] | None = _placed(scene)
+        *arrays, self.first_vertex = _placed(scene)
+        self._arrays: tuple[NDArray[np.float32], NDArray[np.uint32]] | None = tuple(arrays)
         self.count = scene.count
         nearest = float(np.abs(scene.corners - scene.origin).max(axis=(1, 2)).min())
         self.reach, self.huge = _reach(*self._arrays, nearest)
