@@ -66,8 +66,9 @@ def draw_frame(cache: ResourceCache, request: FrameRequest) -> Drawn:
         clear_outputs(context, frame.targets, look.linear_background, look.background is None)
         shares = _shares(frame, lights, look)
         used = [each.technique.finalize(each.used) for each in lights if each.used]
-        for share in shares:
-            resolve(frame, share)
+        if not _every_sample(frame):
+            for share in shares:
+                resolve(frame, share)
     if frame.targets.samples > 1:
         with clock("samples"):
             cache.samples(frame).shade(
@@ -114,9 +115,14 @@ def _draw_camera(cache: ResourceCache, frame: FrameContext, samples: int, clock:
     cache.seen = key
 
 
+def _every_sample(frame: FrameContext) -> bool:
+    """Whether all samples of all surfaces are shaded, and no pixel as a whole."""
+    return frame.targets.samples > 1 and frame.scene.capsules > 0
+
+
 def _marked(frame: FrameContext, technique: Technique) -> Receiver:
     """The receiver of a multisampled frame. Balls and tubes have no edges to mark: every sample is shaded."""
-    if frame.scene.capsules:
+    if _every_sample(frame):
         return replace(technique.receiver(frame), marks={}, collected={"GLS_EVERY": 1, "GLS_NEIGHBORS": 0})
     return technique.marking_receiver(frame)
 

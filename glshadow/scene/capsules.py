@@ -13,7 +13,7 @@ from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 
-SAMPLED = 1024  # points whose nearest neighbours give the default radius
+SAMPLED = 256  # points whose nearest neighbours give the default radius
 TUBE_SHARE = 1.0 / 400.0
 """Default radius of lines, as a share of the diagonal of their bounds."""
 _BESIDE = 64  # points before and after, along one axis, that are tried first
@@ -135,7 +135,7 @@ class Points(Capsules):
         In the node's coordinate system.
     radius : float or (V,) floats, optional
         In the units of the positions. A node's matrix scales it by the cube root of its determinant's size, so that balls stay balls.
-        None: half the median distance between a point and its nearest neighbour elsewhere, of 1,024 points spread over all.
+        None: half the median distance between a point and its nearest neighbour elsewhere, of 256 points spread over all.
     colors : (V, 3) or (V, 4), optional
         Linear, each from 0 to 1; multiplied with the material's colour. Alpha is ignored: points are opaque.
     material : Material

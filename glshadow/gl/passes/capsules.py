@@ -151,11 +151,13 @@ def _check(view: ShadowView, settings: CasterSettings) -> None:
 def _draw(context: GLContext, program: Program, scene: GpuScene, node: int) -> None:
     world = scene.world
     program.bind(**world.textures)
-    first, count = int(scene.first[node]), scene.meshes[node].count
+    gpu = scene.meshes[node]
+    assert isinstance(gpu, GpuCapsules)
+    first, count, corners = int(scene.first[node]), gpu.count, 6 if gpu.tubes else 3  # pass/capsule.vert
     program.set(u_marks=int(scene.packed_first[node, 0]) & ~TRIANGLES, u_first_vertex=int(world.first_vertex[node]))
     array = program.vertex_array()
     for start in range(0, count, _AT_ONCE):
         program.set(u_first=first + start)
-        array.render(moderngl.TRIANGLES, vertices=6 * min(_AT_ONCE, count - start))
+        array.render(moderngl.TRIANGLES, vertices=corners * min(_AT_ONCE, count - start))
         if context.caps.software and count > _AT_ONCE:
             context.gl.call("glFlush")
