@@ -16,6 +16,7 @@ from glshadow.scene.mesh import AlphaMode, Material, Mesh
 SAMPLED = 256  # points whose nearest neighbours give the default radius
 TUBE_SHARE = 1.0 / 400.0
 """Default radius of lines, as a share of the diagonal of their bounds."""
+WHITE = Material()
 _BESIDE = 64  # points before and after, along one axis, that are tried first
 
 
@@ -147,12 +148,14 @@ class Points(Capsules):
         For wrong shapes, values out of range, coordinates that are not finite, and points that all coincide and have no radius.
     """
 
+    element = "point"
+
     def __init__(
         self,
         positions: ArrayLike,
         radius: ArrayLike | None = None,
         colors: ArrayLike | None = None,
-        material: Material = Material(),  # noqa: B008: frozen
+        material: Material = WHITE,
     ) -> None:
         points = _positions("Points", positions)
         number = np.arange(len(points), dtype=np.int32)
@@ -185,13 +188,15 @@ class Lines(Capsules):
         For wrong shapes, indices or values out of range, and coordinates that are not finite.
     """
 
+    element = "line segment"
+
     def __init__(
         self,
         positions: ArrayLike,
         segments: ArrayLike | None = None,
         radius: ArrayLike | None = None,
         colors: ArrayLike | None = None,
-        material: Material = Material(),  # noqa: B008: frozen
+        material: Material = WHITE,
     ) -> None:
         points = _positions("Lines", positions)
         super().__init__(points, _segments(segments, len(points)), radius, colors, material)
@@ -283,4 +288,6 @@ def refuse_capsules(scene: Any, what: str) -> None:
     for node in scene.nodes:
         if isinstance(node.mesh, Capsules) and node.mesh.count:
             kind = type(node.mesh).__name__.lower()
-            raise SceneError(f"{scene.name}: {what} does not support {kind}, as {node.label} has: leave them out, or replace them by triangles")
+            raise SceneError(
+                f"{scene.name}: {what} does not support {kind}, as {node.label} has: leave them out, or replace them by triangles"
+            )

@@ -35,7 +35,10 @@ def check_scene(nodes: list[Node], *, stored: bool) -> list[str]:
     nodes = [node for node in nodes if node.mesh.count]
     if not nodes:
         raise SceneError("nothing to render: it has no triangles, points or lines")
-    boxes = np.stack([node.mesh.bounds_for(node.world_from_mesh) for node in nodes]), np.stack([node.world_from_mesh for node in nodes])
+    boxes = (
+        np.stack([node.mesh.bounds_for(node.world_from_mesh) for node in nodes]),
+        np.stack([node.world_from_mesh for node in nodes]),
+    )
     corners = box_corners(*boxes)
     with np.errstate(invalid="ignore"):  # infinite corners: see check_place
         size = float(np.ptp(corners.reshape(-1, 3), axis=0).max())

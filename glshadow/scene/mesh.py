@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -158,6 +158,8 @@ class Mesh:
                 bad = int((~((array >= 0.0) & (array <= 1.0))).any(axis=1).sum())
                 raise SceneError(f"colors must be numbers from 0 to 1 (linear RGBA), {bad} of {len(array)} are not")
             object.__setattr__(self, name, array)
+
+    element: ClassVar[str] = "triangle"  # its elements' name, in the singular
 
     @property
     def count(self) -> int:

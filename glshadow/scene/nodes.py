@@ -17,8 +17,8 @@ from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError
 from glshadow.lights import Light, as_lights
 from glshadow.scene import summary
-from glshadow.scene.capsules import Capsules
 from glshadow.scene.box import box_corners, check_place, default_camera, default_sun
+from glshadow.scene.capsules import Capsules
 from glshadow.scene.mesh import Material, Mesh
 
 

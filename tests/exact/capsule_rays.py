@@ -88,7 +88,9 @@ def normals(elements: Elements, number: Array, points: Array, ray: Array) -> Arr
     axis = b - a
     length2 = _dot(axis, axis)
     share = np.clip(_dot(points - a, axis) / np.where(length2 > 0.0, length2, 1.0), 0.0, 1.0)
-    found = np.where((elements.radius[number] > 0.0)[:, None], points - a - share[:, None] * axis, np.cross(axis, c - a))
+    found = np.where(
+        (elements.radius[number] > 0.0)[:, None], points - a - share[:, None] * axis, np.cross(axis, c - a)
+    )
     found /= np.linalg.norm(found, axis=1, keepdims=True)
     return np.where((_dot(found, ray) > 0.0)[:, None], -found, found)
 
@@ -104,7 +106,12 @@ def _gap(a: Array, b: Array, start: Array, end: Array) -> Array:
         return np.asarray(np.linalg.norm(p - origin - share[:, None] * along, axis=1))
 
     origin = np.broadcast_to(a, start.shape)
-    for each in (from_point(start, origin, d), from_point(end, origin, d), from_point(origin, start, e), from_point(origin + d, start, e)):
+    for each in (
+        from_point(start, origin, d),
+        from_point(end, origin, d),
+        from_point(origin, start, e),
+        from_point(origin + d, start, e),
+    ):
         best = np.minimum(best, each)
     dd, de, ee, w = _dot(d, d), _dot(d, e), _dot(e, e), origin - start
     det = dd * ee - de**2

@@ -9,6 +9,7 @@ import glshadow as gs
 from tests.exact.capsule_rays import Elements, elements_of, entry, visible
 
 SIZE = (64, 48)
+UP = np.array([0.0, 1.6, 0.0])
 ROUNDING = 2e-5
 """Of the scene's size. float32 rays, ends and distances are each some 2^-24 of the largest distance off, which is up to ten times the
 scene; where a ray grazes a surface the point moves by the root of that, and a shadow's border with it."""
@@ -20,14 +21,18 @@ def _ground(half: float = 20.0) -> gs.Node:
 
 
 def _visibility(renderer: gs.Renderer, scene: gs.Scene, light: gs.Light, size: tuple[int, int] = SIZE) -> gs.Frame:
-    return renderer.render(scene, lights=[light], size=size, samples=1, outputs=("visibility", "triangle", "position", "normal"))
+    return renderer.render(
+        scene, lights=[light], size=size, samples=1, outputs=("visibility", "triangle", "position", "normal")
+    )
 
 
 def test_vertical_shadows_of_balls_are_discs(renderer: gs.Renderer) -> None:
     places = np.array([[k % 5 * 1.3 - 2.6, 0.4 + 0.2 * (k % 3), k // 5 * 1.3 - 2.6] for k in range(25)])
     radius = np.linspace(0.1, 0.5, 25)
     scene = gs.Scene(
-        [gs.Points(places, radius), _ground()], camera=gs.PerspectiveCamera((7.0, 6.0, 9.0), (0.0, 0.0, 0.0)), name="discs"
+        [gs.Points(places, radius), _ground()],
+        camera=gs.PerspectiveCamera((7.0, 6.0, 9.0), (0.0, 0.0, 0.0)),
+        name="discs",
     )
     frame = _visibility(renderer, scene, gs.DirectionalLight(direction=(0.0, -1.0, 0.0)), (320, 200))
     floor = frame.triangle >= 25
@@ -44,7 +49,9 @@ def test_vertical_shadows_of_balls_are_discs(renderer: gs.Renderer) -> None:
 def test_shadow_of_a_tube_is_a_stadium(renderer: gs.Renderer) -> None:
     a, b, radius = np.array([-2.0, 1.0, -1.0]), np.array([1.5, 1.0, 2.0]), 0.3
     scene = gs.Scene(
-        [gs.Lines([a, b], radius=radius), _ground()], camera=gs.PerspectiveCamera((6.0, 5.0, -7.0), (0.0, 0.0, 0.0)), name="stadium"
+        [gs.Lines([a, b], radius=radius), _ground()],
+        camera=gs.PerspectiveCamera((6.0, 5.0, -7.0), (0.0, 0.0, 0.0)),
+        name="stadium",
     )
     frame = _visibility(renderer, scene, gs.DirectionalLight(direction=(0.0, -1.0, 0.0)), (320, 200))
     origins, rays = scene.camera.rays((320, 200))
@@ -74,7 +81,7 @@ def test_normals_and_positions_are_those_of_the_ball(renderer: gs.Renderer) -> N
 @pytest.mark.parametrize("kind", ["directional", "spot", "point"])
 def test_equal_balls_at_one_place_look_like_one(renderer: gs.Renderer, kind: str) -> None:
     rng = np.random.default_rng(3)
-    places = rng.uniform(-1.0, 1.0, (12, 3)) + (0.0, 1.5, 0.0)
+    places = rng.uniform(-1.0, 1.0, (12, 3)) + UP
     camera = gs.PerspectiveCamera((3.0, 3.0, 4.0), (0.0, 1.0, 0.0))
     once = gs.Scene([gs.Points(places, 0.3), _ground()], camera=camera)
     thrice = gs.Scene([gs.Points(np.concatenate([places] * 3), 0.3), _ground()], camera=camera)
@@ -104,17 +111,21 @@ def _light(kind: str) -> gs.Light:
 def _random_scene(seed: int) -> tuple[gs.Scene, gs.Light]:
     rng = np.random.default_rng(seed)
     count = int(rng.integers(2, 14))
-    places = rng.uniform(-1.5, 1.5, (count, 3)) + (0.0, 1.6, 0.0)
+    places = rng.uniform(-1.5, 1.5, (count, 3)) + UP
     radius = 10.0 ** rng.uniform(-2.0, -0.3, count)
     turn = np.eye(4)
     angle, scale = rng.uniform(0.0, 6.0), float(rng.uniform(0.5, 1.3))
-    turn[:3, :3] = scale * np.array([[np.cos(angle), 0.0, np.sin(angle)], [0.0, 1.0, 0.0], [-np.sin(angle), 0.0, np.cos(angle)]])
+    turn[:3, :3] = scale * np.array(
+        [[np.cos(angle), 0.0, np.sin(angle)], [0.0, 1.0, 0.0], [-np.sin(angle), 0.0, np.cos(angle)]]
+    )
     nodes = [gs.Node(gs.Points(places, radius), turn, "balls")]
     if seed % 2:
-        ends = rng.uniform(-1.5, 1.5, (6, 3)) + (0.0, 1.6, 0.0)
-        nodes.append(gs.Node(gs.Lines(ends, rng.integers(0, 6, (5, 2)), 10.0 ** rng.uniform(-2.0, -0.7, 5)), name="tubes"))
+        ends = rng.uniform(-1.5, 1.5, (6, 3)) + UP
+        nodes.append(
+            gs.Node(gs.Lines(ends, rng.integers(0, 6, (5, 2)), 10.0 ** rng.uniform(-2.0, -0.7, 5)), name="tubes")
+        )
     if seed % 3:
-        corners = rng.uniform(-1.5, 1.5, (9, 3)) + (0.0, 1.6, 0.0)
+        corners = rng.uniform(-1.5, 1.5, (9, 3)) + UP
         nodes.append(gs.Node(gs.Mesh(corners, np.arange(9).reshape(3, 3)), name="triangles"))
     nodes.insert(int(rng.integers(0, len(nodes) + 1)), _ground(6.0))
     eye = (*rng.uniform(-4.0, 4.0, 1), rng.uniform(1.0, 6.0), rng.uniform(4.0, 7.0))

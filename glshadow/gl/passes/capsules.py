@@ -145,7 +145,9 @@ def _check(view: ShadowView, settings: CasterSettings) -> None:
     elif view.warp is not None:
         why = "a fit with perspective"
     if why:
-        raise SettingsError(f"{why}: not available for points and lines; use the default, another bias or fit, or Exact()")
+        raise SettingsError(
+            f"{why}: not available for points and lines; use the default, another bias or fit, or Exact()"
+        )
 
 
 def _draw(context: GLContext, program: Program, scene: GpuScene, node: int) -> None:

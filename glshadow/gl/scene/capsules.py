@@ -20,7 +20,7 @@ CAPSULE = 2.0
 
 
 class GpuCapsules(GpuMesh):
-    """Points or lines as a node's mesh: what passes over triangles ask of a mesh, and no triangles.
+    """Points or lines as a node's mesh: the interface of a mesh, without triangles.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ def stored(mesh: Mesh) -> Stored:
     if not isinstance(mesh, Capsules):
         return Stored(mesh.positions, mesh.triangles)
     count, radii = len(mesh.positions), len(mesh.radius)
-    elements = np.empty((mesh.count, 3), dtype=np.int32)
+    elements = np.zeros((mesh.count, 3), dtype=np.int32)
     elements[:, :2] = mesh.ends
     elements[:, 2] = count if radii == 1 else np.arange(count, count + radii)
     return Stored(np.concatenate([mesh.positions, np.zeros((radii, 3))]), elements)
@@ -92,7 +92,9 @@ def radii_of(mesh: Capsules, world_from_mesh: Array) -> Array:
     return np.asarray(mesh.radius * radius_scale(world_from_mesh))
 
 
-def surface_points(mesh: Capsules, world_from_mesh: Array, element: NDArray[np.int64], points: Array) -> tuple[Array, Array]:
+def surface_points(
+    mesh: Capsules, world_from_mesh: Array, element: NDArray[np.int64], points: Array
+) -> tuple[Array, Array]:
     """Nearest points (K, 3) of elements' surfaces to world points, and the unit normals there."""
     ends = mesh.positions[mesh.ends[element]] @ world_from_mesh[:3, :3].T + world_from_mesh[:3, 3]
     along = ends[:, 1] - ends[:, 0]

@@ -63,7 +63,9 @@ def _placed(scene: GpuScene) -> tuple[NDArray[np.float32], NDArray[np.uint32], N
         mesh = scene.nodes[node].mesh
         assert isinstance(mesh, Capsules)
         radii = radii_of(mesh, scene.world_from_mesh[node])
-        places[vertices[node + 1] - len(radii) : vertices[node + 1]] = np.stack([radii, *np.zeros((3, len(radii)))], axis=1)
+        places[vertices[node + 1] - len(radii) : vertices[node + 1]] = np.stack(
+            [radii, *np.zeros((3, len(radii)))], axis=1
+        )
     return places, corners, vertices
 
 
@@ -133,11 +135,11 @@ class WorldTriangles:
     """
 
     def __init__(self, context: GLContext, scene: GpuScene) -> None:
-        *arrays, self.first_vertex = _placed(scene)
-        self._arrays: tuple[NDArray[np.float32], NDArray[np.uint32]] | None = tuple(arrays)
+        places, corners, self.first_vertex = _placed(scene)
+        self._arrays: tuple[NDArray[np.float32], NDArray[np.uint32]] | None = (places, corners)
         self.count = scene.count
         nearest = float(np.abs(scene.corners - scene.origin).max(axis=(1, 2)).min())
-        self.reach, self.huge = _reach(*self._arrays, nearest)
+        self.reach, self.huge = _reach(places, corners, nearest)
         self._context = context
         self._neighbours: BufferTexture | None = None
         self._shapes, self._first = [gpu.shape for gpu in scene.meshes], np.append(scene.first, scene.count)

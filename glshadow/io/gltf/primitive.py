@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from glshadow.core.setting import shown
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
+from glshadow.io.clouds import lines_of, linked, points_of
 from glshadow.io.gltf.accessor import Rows, read_accessor, read_floats, read_whole
 from glshadow.io.gltf.document import Document, as_object
 from glshadow.io.gltf.draco import decoded
@@ -78,6 +80,18 @@ class Primitives:
                 self.bodies[shape] = _body(self.document, decoded(self.document, primitive, where), form, where)
             self.made[key] = self._dressed(self.bodies[shape], primitive.get("material"), where)
             self.document.budget.take(_DRAWN_BYTES * len(self.made[key].triangles), where)
+        return self.made[key]
+
+    def get_loose(self, primitive: dict[str, Any], form: Form, where: str) -> Mesh | None:
+        """The points or lines of a primitive, see `loose_mesh`."""
+        key = ("loose", json.dumps(primitive, sort_keys=True), *form.key)
+        if key not in self.made:
+            self.document.budget.check_time(where)
+            loose = loose_mesh(self.document, self.surfaces, primitive, form, where)
+            if loose is None:
+                return None
+            self.document.budget.take(_DRAWN_BYTES * loose.count, where)
+            self.made[key] = loose
         return self.made[key]
 
     def _dressed(self, body: _Body, material: Any, where: str) -> Mesh:
@@ -270,3 +284,35 @@ def _triangles(document: Document, primitive: dict[str, Any], vertices: int, whe
     strip = np.stack([indices[:-2], indices[1:-1], indices[2:]], axis=1)
     strip[1::2] = strip[1::2][:, [0, 2, 1]]  # every second triangle of a strip is wound the other way
     return strip
+
+
+def loose_mesh(
+    document: Document, surfaces: Surfaces, primitive: dict[str, Any], form: Form, where: str
+) -> Mesh | None:
+    """The points (mode 0) or lines (1 to 3) of a primitive with their colours, of the material only the base colour; None: it has none."""
+    attributes = as_object(primitive.get("attributes", {}), f"{where}.attributes")
+    mode = primitive.get("mode", TRIANGLES)
+    if mode not in (0, 1, 2, 3):
+        raise SceneError(f"{where}: mode must be an integer from 0 to 6, got {shown(mode)}")
+    if "POSITION" not in attributes:
+        raise SceneError(f"{where} has no POSITION: there is nothing to draw")
+    count = len(read_accessor(document, attributes["POSITION"], ("VEC3",), f"{where}.POSITION")[0])
+    vertices = _Vertices(
+        document, attributes, targets_of(document, primitive, form.weights, where), count, slice(None), where
+    )
+    positions = vertices.read("POSITION", ("VEC3",))
+    assert positions is not None
+    if form.joints is not None:
+        followed = vertices.joints(len(form.joints), document.notes)
+        if followed is not None:
+            positions, _ = posed(positions, None, *followed, form.joints)
+    indices = np.arange(count)
+    if "indices" in primitive:
+        indices = read_whole(document, primitive["indices"], ("SCALAR",), f"{where}.indices")[:, 0]
+        if indices.size and indices.max() >= count:
+            raise SceneError(f"{where}: index {indices.max()} is out of range, it has {count} vertices")
+    colors, material = _colors(vertices), surfaces.get(primitive.get("material"), where).given
+    if mode == 0:
+        own = None if colors is None else colors[indices]
+        return points_of(positions[indices], own, where, document.notes, material)
+    return lines_of(positions, linked(indices, mode), colors, where, document.notes, material)

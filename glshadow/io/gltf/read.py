@@ -56,9 +56,9 @@ def read_gltf(path: Path, budget: Budget) -> Imported:
             if placements is None:
                 placements = instances(document, node, index, matrix)
             places = np.eye(4)[None] if skinned else placements  # a skinned mesh is placed by its joints alone
-            triangles += len(mesh.triangles) * len(places)
+            triangles += mesh.count * len(places)
             budget.limits.check("triangles", triangles, f"node {name!r}")
-            budget.take(_PLACED_BYTES * len(mesh.triangles) * len(places), f"node {name!r}")
+            budget.take(_PLACED_BYTES * mesh.count * len(places), f"node {name!r}")
             budget.limits.check("nodes", len(found.nodes) + len(places), f"node {name!r}")
             titles = [name] if len(places) == 1 else [f"{name}[{copy}]" for copy in range(len(places))]
             found.nodes += [Node(mesh, place, title) for title, place in zip(titles, places, strict=True)]
@@ -68,16 +68,14 @@ def read_gltf(path: Path, budget: Budget) -> Imported:
     _note(document, meshes.lost)
     found.notes += blended(found.nodes)
     if not found.nodes:
-        raise SceneError(f"nothing to render: {_why_empty(document, named, meshes.lost)}")
+        raise SceneError(f"nothing to render: {_why_empty(document, named)}")
     return found
 
 
-def _why_empty(document: Document, named: list[Named], lost: Counter[str]) -> str:
-    if lost["points or lines"]:
-        return "it holds only points or lines, and no triangles"
+def _why_empty(document: Document, named: list[Named]) -> str:
     if not named:
         return "its scene has no nodes" if document.items("scenes") else "it has no scene"
-    return "no node of its scene has a mesh with triangles"
+    return "no node of its scene has a mesh with triangles, points or lines"
 
 
 def _named(graph: Graph) -> list[Named]:
@@ -134,7 +132,9 @@ class _Meshes:
             where = f"{title} primitive {number}"
             primitive = as_object(given, where)
             if not is_surface(primitive):
-                self.lost["points or lines"] += 1
+                loose = self._primitives.get_loose(primitive, form, where)
+                if loose is not None:
+                    made.append((loose, form.joints is not None and is_skinned(primitive)))
                 continue
             skinned = form.joints is not None and is_skinned(primitive)
             self.lost["skins without joints"] += form.joints is not None and not skinned
@@ -146,10 +146,6 @@ def _note(document: Document, lost: Counter[str]) -> None:
     if lost["skins without joints"]:
         document.notes.append(
             f"{lost['skins without joints']} primitive(s) of skinned nodes have no joints: drawn where their node is"
-        )
-    if lost["points or lines"]:
-        document.notes.append(
-            f"{lost['points or lines']} primitive(s) of points or lines left out: only triangles are drawn"
         )
     centre = extensions(document.json).get("CESIUM_RTC")
     if centre is not None:

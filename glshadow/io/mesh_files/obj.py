@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
-from glshadow.io.imported import srgb_colors
+from glshadow.io.imported import WHITE, srgb_colors
 from glshadow.io.limits import Budget
 from glshadow.io.mesh_files.beside import Beside
+from glshadow.io.mesh_files.loose import ObjLoose
 from glshadow.io.mesh_files.mtl import Library
 from glshadow.io.mesh_files.soup import Part, Soup, Table
 from glshadow.io.mesh_files.words import (
@@ -60,7 +61,7 @@ class Lines:
 
 
 def read_obj(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> Soup:
-    """Read the polygons of an OBJ file; a part per material. Points and lines are left out.
+    """Read the polygons of an OBJ file; a part per material; and its points and lines.
 
     Vertex colours (`v x y z r g b`) are sRGB, as in trimesh and Blender; values above 1 are bytes.
 
@@ -69,10 +70,11 @@ def read_obj(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> S
     SceneError
         If numbers or indices cannot be read, or relative indices refer to elements before the first.
     """
-    found = Lines()
+    found, loose = Lines(), ObjLoose()
     for block in blocks(text_of(data).replace(b"\\\n", b" ")):
         budget.check_time("its lines")
         budget.take(8 * len(block), "its lines")  # numbers, indices and triangles per byte of text (measured: 6)
+        loose.read(block, found.totals["v"])
         _read_block(INDENT.sub(b"", block), found)
     positions = _joined(found.tables["v"])
     indices = np.concatenate([np.zeros((3, 0), dtype=np.int64), *found.indices], axis=1)
@@ -84,7 +86,9 @@ def read_obj(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> S
         uv=Table(_joined(found.tables["vt"]), indices[1]),
         normals=Table(_joined(found.tables["vn"]), indices[2]),
     )
-    _assign_parts(soup, found, Library(beside, notes))
+    library = Library(beside, notes)
+    _assign_parts(soup, found, library)
+    soup.loose = loose.made(lambda name: library.part(name).material if name else WHITE)
     return soup
 
 

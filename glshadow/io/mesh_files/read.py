@@ -9,6 +9,7 @@ from glshadow.io.imported import Imported, blended
 from glshadow.io.limits import Budget
 from glshadow.io.mesh_files import SUFFIXES
 from glshadow.io.mesh_files.beside import Beside
+from glshadow.io.mesh_files.loose import loose_nodes
 from glshadow.io.mesh_files.obj import read_obj
 from glshadow.io.mesh_files.off import read_off
 from glshadow.io.mesh_files.ply import read_ply
@@ -38,10 +39,11 @@ def read_mesh_file(path: Path, budget: Budget) -> Imported:
     soup = READERS[path.suffix.lower()](data, Beside(path.parent, notes, budget), notes, budget)
     del data  # half a gigabyte for ten million facets
     nodes = placed(soup, notes, budget)
+    nodes += loose_nodes(soup.positions, soup.colors, soup.loose, notes, budget)
     if not nodes and notes and len(soup.counts):
         raise SceneError(f"nothing to render: {'; '.join(notes[:MOST_NOTES])}")
     if not nodes and len(soup.positions):
-        raise SceneError("nothing to render: it holds only points or lines, and no triangles")
+        raise SceneError("nothing to render: it has vertices, but no triangles, points or lines")
     if len(notes) > MOST_NOTES:
         notes[MOST_NOTES:] = [f"{len(notes) - MOST_NOTES} more of such notes"]
     return Imported(nodes, notes=notes + blended(nodes))
