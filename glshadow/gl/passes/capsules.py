@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,11 +17,11 @@ from glshadow.gl.driver.targets import SurfaceTargets
 from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.scene.capsules import GpuCapsules
 from glshadow.gl.scene.geometry import TRIANGLES, GpuScene
+from glshadow.gl.scene.runs import Generated
 from glshadow.shader.slots import metric_slot
 from glshadow.shadows.metric import Target
 from glshadow.shadows.view import ShadowView
 
-_AT_ONCE = 1 << 16  # elements after which a CPU driver is flushed, see `gl.scene.runs`
 _MARGIN = 1.0 / 32.0  # pixels
 
 
@@ -157,9 +156,5 @@ def _draw(context: GLContext, program: Program, scene: GpuScene, node: int) -> N
     assert isinstance(gpu, GpuCapsules)
     first, count, corners = int(scene.first[node]), gpu.count, 6 if gpu.tubes else 3  # pass/capsule.vert
     program.set(u_marks=int(scene.packed_first[node, 0]) & ~TRIANGLES, u_first_vertex=int(world.first_vertex[node]))
-    array = program.vertex_array()
-    for start in range(0, count, _AT_ONCE):
-        program.set(u_first=first + start)
-        array.render(moderngl.TRIANGLES, vertices=corners * min(_AT_ONCE, count - start))
-        if context.caps.software and count > _AT_ONCE:
-            context.gl.call("glFlush")
+    draw = Generated(context, scene.count, corners)
+    draw(program.vertex_array(), count, lambda start: program.set(u_first=first + start))
