@@ -49,20 +49,26 @@ def _radiance(name: str, value: Any) -> NDArray[np.float32]:
     if isinstance(value, EnvironmentMap):
         return value.radiance
     if isinstance(value, str | os.PathLike):
-        from glshadow.radiance import read_radiance  # a map given as a file: read when given
+        from glshadow.radiance import rows_of_file  # a map given as a file: read when given
 
-        array: Any = read_radiance(value)
+        rows = rows_of_file(value)
     else:
-        array = numbers_in(value)
-        if array is None or array.ndim != 3 or array.shape[2] not in (3, 4) or not array.size:
-            raise refuse(name, _ALLOWED, value)
-    step = max(_TOGETHER // array.shape[1], 1)
-    parts = [_checked(name, array[first : first + step, :, :3]) for first in range(0, len(array), step)]
-    image = np.concatenate(parts)
+        rows = _rows_of(name, value)
+    image = np.concatenate([_checked(name, part) for part in rows])
     if len(image) > MOST_ROWS:
         image = fewer_rows(image.astype(np.float64), MOST_ROWS).astype(np.float32)
     image.flags.writeable = False
     return image
+
+
+def _rows_of(name: str, value: Any) -> Iterator[NDArray[Any]]:
+    """The rows of an image given as numbers, some at a time."""
+    array = numbers_in(value)
+    if array is None or array.ndim != 3 or array.shape[2] not in (3, 4) or not array.size:
+        raise refuse(name, _ALLOWED, value)
+    step = max(_TOGETHER // array.shape[1], 1)
+    for first in range(0, len(array), step):
+        yield array[first : first + step, :, :3]
 
 
 def _checked(name: str, rows: NDArray[Any]) -> NDArray[np.float32]:
@@ -132,7 +138,7 @@ class EnvironmentMap(Settings):
     @cached_property
     def _luminous(self) -> Array:
         """Luminance of each texel, times its solid angle."""
-        return (self._texels @ LUMINANCE) * solid_angles(self._texels.shape)[:, None]
+        return np.asarray((self._texels @ LUMINANCE) * solid_angles(self._texels.shape)[:, None])
 
     @cached_property
     def _bright(self) -> NDArray[np.int64]:
