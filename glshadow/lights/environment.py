@@ -112,11 +112,11 @@ class EnvironmentLight(DistantLight):
 
     def hard_lights(self, count: int) -> tuple[Light, ...]:
         """Hard directional lights, at most `count`, whose colours are what each stands for; see `EnvironmentMap.directions`."""
-        found = self.image.directions(count)
-        aims = found.aims @ self.axes
+        aims, shares = self.image.directions(count)
+        aims = aims @ self.axes
         return tuple(
             DirectionalLight(direction=tuple((-aim).tolist()), color=tuple(share.tolist()), shadow=self.shadow)
-            for aim, share in zip(aims, found.shares, strict=True)
+            for aim, share in zip(aims, shares, strict=True)
         )
 
     def extremes(self) -> tuple[Light, ...]:
@@ -125,7 +125,7 @@ class EnvironmentLight(DistantLight):
 
     def to_points(self, receivers: Array, count: int) -> Array:
         """Directions of the hard lights, the same for every receiver."""
-        aims = self.image.directions(count).aims @ self.axes
+        aims = self.image.directions(count)[0] @ self.axes
         return np.broadcast_to(aims, (len(receivers), *aims.shape))
 
     def aims(self, points: Array, samples: int, generator: np.random.Generator) -> Iterator[tuple[Array, Array]]:

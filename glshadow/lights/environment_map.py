@@ -37,6 +37,7 @@ ROWS, COLUMNS = 128, 256
 BRIGHT = 16.0
 """A texel is bright above this multiple of the mean luminance."""
 MOST_BRIGHT = 64
+Directions = tuple[Array, Array]
 _TOGETHER = 1 << 22  # texels checked at once
 STEP_DEGREES = 0.05
 """More directions within one bright texel than its width divided by this would not be seen as steps of a penumbra."""
@@ -79,14 +80,6 @@ def _checked(name: str, rows: NDArray[Any]) -> NDArray[np.float32]:
     if bad := [what for what, where in found.items() if where.any()]:
         raise SettingsError(f"{name} must be {_ALLOWED}; some of its texels are {' and some '.join(bad)}")
     return image if image.shape[1] <= MOST_COLUMNS else fewer_columns(image, MOST_COLUMNS).astype(np.float32)
-
-
-@dataclass(frozen=True)
-class _Directions:
-    """Directions (N, 3) in the map's frame, and the light (N, 3) that each stands for; the luminance of all light is 1."""
-
-    aims: Array
-    shares: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,22 +205,23 @@ class EnvironmentMap(Settings):
 
     # -- directions
 
-    def directions(self, count: int) -> _Directions:
-        """At most `count` directions that stand for the map, cached.
+    def directions(self, count: int) -> Directions:
+        """At most `count` directions (N, 3) in the map's frame that stand for it, and the light (N, 3) that each stands for. Cached.
 
         Every bright texel that holds a share 1 / count of the light or more has directions of its own, spread over the texel: for half its
         share of them, but no more than its width needs. The others are a lattice: equal shares of the luminance that is left, those of a
-        uniform dome as of SkyLight. Together they have the map's light in each channel.
+        uniform dome as of SkyLight. Together they have the map's light in each channel,
+        whose luminance is 1.
         """
-        cached: dict[int, _Directions] = self.__dict__.setdefault("_cached", {})
+        cached: dict[int, Directions] = self.__dict__.setdefault("_cached", {})
         if count not in cached:
             cached[count] = self._chosen(count)
         return cached[count]
 
-    def _chosen(self, count: int) -> _Directions:
+    def _chosen(self, count: int) -> Directions:
         total = self._luminous.sum()
         if not total > 0.0:
-            return _Directions(np.array([[0.0, 1.0, 0.0]]), np.zeros((1, 3)))
+            return np.array([[0.0, 1.0, 0.0]]), np.zeros((1, 3))
         share = self._luminous.ravel()[self._bright] / total
         bright, share = self._bright[share * count >= 1.0], share[share * count >= 1.0]
         height, width = self._texels.shape[:2]
@@ -245,11 +239,11 @@ class EnvironmentMap(Settings):
         rest = self._without(bright)
         if left > 0 and rest.any():
             found = self._lattice(rest, left)
-            aims.append(found.aims)
-            shares.append(found.shares)
-        return _Directions(np.concatenate(aims), np.concatenate(shares) / total)
+            aims.append(found[0])
+            shares.append(found[1])
+        return np.concatenate(aims), np.concatenate(shares) / total
 
-    def _lattice(self, rest: Array, count: int) -> _Directions:
+    def _lattice(self, rest: Array, count: int) -> Directions:
         flux = rest * solid_angles(rest.shape)[:, None, None]
         # upwards from the nadir, and against the columns: the spiral of SkyLight
         points = Inversion((flux @ LUMINANCE)[::-1])
@@ -259,7 +253,7 @@ class EnvironmentMap(Settings):
         aims = directions_within(row, 1.0 - up, column, across, *rest.shape[:2])
         colors = rest[row, column] / (rest[row, column] @ LUMINANCE)[:, None]
         found, wanted = colors.sum(axis=0), flux.sum(axis=(0, 1))
-        return _Directions(aims, colors * (wanted / np.where(found > 0.0, found, 1.0)))
+        return aims, colors * (wanted / np.where(found > 0.0, found, 1.0))
 
     def random_directions(self, count: int, samples: int, generator: np.random.Generator) -> Iterator[Array]:
         """Directions (count, 3) in the map's frame, `samples` times: a random one in each of `samples` equal shares of the luminance."""

@@ -79,6 +79,9 @@
 #ifndef GLS_WIDE
 #define GLS_WIDE 0 // 1: the light has no single direction, see light/rect.glsl
 #endif
+#ifndef GLS_PRECOMPUTED
+#define GLS_PRECOMPUTED 0 // 1: <shadow> is receiver/precomputed.glsl
+#endif
 #ifndef GLS_PER_CHANNEL
 #define GLS_PER_CHANNEL 0 // 1: what a surface receives differs by channel, see light/environment.glsl
 #endif
