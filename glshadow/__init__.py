@@ -24,7 +24,16 @@ from glshadow.errors import (
     ShaderError,
 )
 from glshadow.io.limits import Limits
-from glshadow.lights import DirectionalLight, Light, PointLight, RectLight, SkyLight, SpotLight
+from glshadow.lights import (
+    DirectionalLight,
+    EnvironmentLight,
+    EnvironmentMap,
+    Light,
+    PointLight,
+    RectLight,
+    SkyLight,
+    SpotLight,
+)
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 from glshadow.scene.nodes import Node, Scene
 from glshadow.scoring.error import Measurement, measure
@@ -128,6 +137,8 @@ __all__ = [
     "ContextError",
     "Cookie",
     "DirectionalLight",
+    "EnvironmentLight",
+    "EnvironmentMap",
     "Explorer",
     "Faces",
     "Fit",
