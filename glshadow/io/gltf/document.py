@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from glshadow.errors import SceneError
 from glshadow.files import inside
 from glshadow.io.limits import Budget
+from glshadow.io.model_file import ModelFile, model_file
 
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 HEAD = 12  # bytes before the first chunk
@@ -53,8 +54,8 @@ class Document:
     ----------
     json : dict
         The top level object.
-    folder : Path
-        Folder of the file; nothing outside it is opened.
+    folder : Path, optional
+        Folder of the file; nothing outside it is opened. None, for data in memory: nothing at all.
     binary : bytes, optional
         The BIN chunk.
     budget : Budget
@@ -66,7 +67,7 @@ class Document:
     """
 
     json: dict[str, Any]
-    folder: Path
+    folder: Path | None
     binary: memoryview | None = None
     budget: Budget = field(default_factory=Budget)
     notes: list[str] = field(default_factory=list)
@@ -139,6 +140,10 @@ class Document:
                 f"{user}: the uri {uri[:80]!r} leaves the model's folder; only files in it (or below) and data: are "
                 "read"
             )
+        if self.folder is None:
+            raise SceneError(
+                f"{user}: it names the file {name!r}, and data in memory has no folder: load it by its path, or as .glb"
+            )
         path = self.folder / local
         self.budget.files.add(path)
         if not inside(path, self.folder):
@@ -193,7 +198,7 @@ def refused(name: str) -> SceneError:
     return SceneError(f"it needs the glTF extension {name}, which is not supported: {advice}")
 
 
-def open_document(path: Path, budget: Budget) -> Document:
+def open_document(source: Path | ModelFile, budget: Budget) -> Document:
     """Parse a .glb or .gltf file; its size is added to the budget's read bytes.
 
     Raises
@@ -201,20 +206,19 @@ def open_document(path: Path, budget: Budget) -> Document:
     SceneError
         If the container is truncated, it is not JSON, not glTF 2, or requires an unsupported extension.
     """
-    size = path.stat().st_size
-    with path.open("rb") as file:
-        head = file.read(HEAD)
+    file = model_file(source)
+    size, head = file.size, file.head(HEAD)
     binary = None
-    if head[:4] == b"glTF" or path.suffix.lower() == ".glb":
+    if head[:4] == b"glTF" or file.suffix == ".glb":
         _check_head(head, size)
-        text, binary = _chunks(budget.read(path, "the file"))
+        text, binary = _chunks(file.read(budget))
     else:
-        text = budget.read(path, "the file")
+        text = file.read(budget)
     try:
         parsed = json.loads(text.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
         raise SceneError(f"not valid glTF: its JSON cannot be read ({error})") from error
-    document = Document(as_object(parsed, "the top level"), path.parent, binary, budget)
+    document = Document(as_object(parsed, "the top level"), file.folder, binary, budget)
     version = as_object(document.json.get("asset", {}), "asset").get("version", "2.0")
     if not str(version).startswith("2"):
         raise SceneError(f"it is glTF {version!r}; only glTF 2 is read, convert it first")
