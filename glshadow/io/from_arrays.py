@@ -37,4 +37,4 @@ def read_arrays(vertices: Numbers, faces: Numbers) -> Imported:
         if faces.dtype.kind == "f" and not (faces == np.floor(faces)).all():
             raise SceneError("faces must be integers: indices of vertices")
         faces = fans(faces)
-    return Imported([Node(Mesh(vertices, faces), np.eye(4), "mesh")])  # type: ignore[arg-type]
+    return Imported([Node(Mesh(vertices, faces), np.eye(4), "mesh")])

@@ -137,10 +137,11 @@ def _mesh(builder: Builder, arrays: _Arrays, part: Values | slice, texture: Valu
     if texture is not None and arrays.uv is not None:
         uv = arrays.uv.reshape(-1, 3, 2)[part].reshape(-1, 2)
         corners, triangles = triangles.ravel(), np.arange(triangles.size).reshape(-1, 3)
-        positions, normals, colors = (None if each is None else each[corners] for each in (positions, normals, colors))
+        positions = positions[corners]
+        normals, colors = (None if each is None else each[corners] for each in (normals, colors))
         material = Material(color=material.color, texture=_rgba(texture), alpha_mode=material.alpha_mode)
     return builder.mesh(
-        positions,  # type: ignore[arg-type]
+        positions,
         triangles,
         name=name,
         normals=normals,
