@@ -1,7 +1,7 @@
 """Lens distortion: where a real lens images a direction, and which direction it images at a point.
 
-Points are (..., 2) in the plane at distance 1 of the camera, x right, y down. `distorted` is the model as OpenCV defines it; `undistorted` is
-its inverse by Newton's method, within the field where the model is one to one.
+Points are (..., 2) in the plane at distance 1 of the camera, x right, y down. `distorted` is the model as OpenCV defines it;
+`undistorted` is its inverse by Newton's method, within the field where the model is one to one.
 
 References
 ----------
@@ -189,7 +189,8 @@ class BrownDistortion(Distortion):
 class FisheyeDistortion(Distortion):
     """OpenCV's fisheye model: `gs.FisheyeDistortion(*D)` with its four coefficients.
 
-    A direction at the angle t from the axis is imaged at t (1 + k1 t^2 + k2 t^4 + k3 t^6 + k4 t^8) from the principal point, in focal lengths.
+    A direction at the angle t from the axis is imaged at t (1 + k1 t^2 + k2 t^4 + k3 t^6 + k4 t^8) focal lengths from the principal
+    point.
 
     Parameters
     ----------
