@@ -42,7 +42,7 @@ def read_mesh_file(source: Path | ModelFile, budget: Budget) -> Imported:
     del data  # half a gigabyte for ten million facets
     nodes = placed(soup, notes, budget)
     nodes += loose_nodes(soup.positions, soup.colors, soup.loose, notes, budget)
-    if not nodes and notes and len(soup.counts):
+    if not nodes and notes and (len(soup.counts) or soup.loose):
         raise SceneError(f"nothing to render: {'; '.join(notes[:MOST_NOTES])}")
     if not nodes and len(soup.positions):
         raise SceneError("nothing to render: it has vertices, but no triangles, points or lines")
