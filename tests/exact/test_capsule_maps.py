@@ -83,7 +83,9 @@ def test_cascades_agree_with_exact(renderer: Renderer) -> None:
 @pytest.mark.parametrize(
     "light",
     [
-        gs.DirectionalLight(direction=(-0.6, -1.0, 0.3), angle=6.0, shadow=gs.Shadow(filter=gs.Exact(light_samples=16))),
+        gs.DirectionalLight(
+            direction=(-0.6, -1.0, 0.3), angle=6.0, shadow=gs.Shadow(filter=gs.Exact(light_samples=16))
+        ),
         gs.PointLight(position=(0.6, 4.2, 0.4), radius=0.3, shadow=gs.Shadow(filter=gs.Exact(light_samples=16))),
     ],
     ids=["directional", "point"],
@@ -170,3 +172,37 @@ def test_nodes_that_do_not_cast_or_receive(renderer: Renderer) -> None:
     facing = frame.normal[balls] @ np.array([0.6, 1.0, -0.3])
     sure = np.abs(facing) > 1e-3
     assert np.array_equal(frame.visibility[0][balls][sure], (facing > 0.0)[sure])
+
+
+@pytest.mark.parametrize("kind", LIGHTS)
+def test_stored_depths_are_those_of_balls_and_tubes(renderer: Renderer, kind: str) -> None:
+    scene = replace(_scene(), nodes=_scene().nodes[:2])
+    light = replace(LIGHTS[kind], shadow=gs.Shadow(filter=gs.Hard(), resolution=128, target=gs.Target.DEPTH32F))
+    frame = renderer.render(scene, lights=[light], size=SIZE, samples=1, outputs=("shadow_maps",))
+    elements = elements_of(scene)
+    compared = 0
+    for view, stored in zip(frame.used[0].views, frame.shadow_maps[0], strict=True):
+        side = view.resolution
+        middle = 2.0 * (np.arange(side) + 0.5) / side - 1.0
+        x, y = (each.ravel() for each in np.meshgrid(middle, middle[::-1]))
+        ends = [np.stack([x, y, np.full(side**2, z), np.ones(side**2)], axis=1) for z in (0.25, 0.75)]
+        inverse = np.linalg.inv(view.clip_from_world)
+        first, last = ((point @ inverse.T)[:, :3] / (point @ inverse.T)[:, 3:] for point in ends)
+        ray = first - last if view.clip.reversed else last - first
+        start = first - 100.0 * ray if light.at_infinity else np.broadcast_to(light.position, first.shape)
+        ray = ray if light.at_infinity else first - start
+        near = np.min([entry(elements, k, start, ray) for k in range(len(elements.radius))], axis=0)
+        hit = np.isfinite(near)
+        points = start + np.where(hit, near, 1.0)[:, None] * ray
+        clip = np.c_[points, np.ones(len(points))] @ view.clip_from_world.T
+        depth = clip[:, 2] / clip[:, 3]
+        expected = np.where(hit, depth if view.clip.zero_to_one else 0.5 * depth + 0.5, view.clip.clear_depth).reshape(
+            side, side
+        )
+        sure = ~_near_a_border(hit.reshape(side, side).astype(np.float32), 1)
+        # where two surfaces cross, or one is seen edge-on, the depth changes by more than a texel's share of it
+        steep = np.abs(np.gradient(expected)).max(axis=0) > 0.02
+        off = np.abs(stored - expected) > 2e-5
+        assert not (off & sure & ~steep).any()
+        compared += int((sure & ~steep & hit.reshape(side, side)).sum())
+    assert compared > 300
