@@ -110,6 +110,8 @@ class Capsules(Mesh):
         if self.count == 0:
             raise SceneError(f"{type(self).__name__} without elements have no bounds")
         largest = float(self.radius.max()) * radius_scale(matrix)
+        if largest == 0.0:
+            raise SceneError(f"{type(self).__name__} cannot be flattened: a node's matrix has the determinant 0")
         inverse = np.linalg.pinv(matrix[:3, :3])
         margin = largest * np.linalg.norm(inverse, axis=1)
         columns = [self.used[:, axis] for axis in range(3)]
