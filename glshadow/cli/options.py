@@ -308,11 +308,15 @@ def refuse_blank(frame: Frame) -> float:
 
 
 def scene_facts(scene: Scene) -> dict[str, Any]:
-    """Facts about the scene for the JSON report."""
+    """Facts about the scene for the JSON report; counts of points and line segments only where there are any."""
+    loose: dict[str, int] = {}
+    for mesh in (node.mesh for node in scene.nodes if node.mesh.element != "triangle"):
+        loose[f"{mesh.element}s"] = loose.get(f"{mesh.element}s", 0) + mesh.count
     return {
         "name": scene.name,
         "nodes": len(scene.nodes),
         "triangles": sum(len(node.mesh.triangles) for node in scene.nodes),
+        **loose,
         "bounds": scene.bounds,
     }
 
