@@ -1,5 +1,11 @@
 // Whether a capsule lies between a receiver and the light. Included by exact/lists.glsl. A capsule is convex: a ray that starts on its surface and meets it
 // lies on one side of its start, that of the point where the ray is nearest to the axis. Only inside it both sides count.
+#ifndef GLS_CAPSULES
+#define GLS_CAPSULES 0 // 1: the scene has balls; 2: also tubes
+#endif
+#ifndef GLS_SUN
+#define GLS_SUN 0
+#endif
 Capsule capsule_of(Facet f) {
     return Capsule(f.a, f.b, f.c.x);
 }

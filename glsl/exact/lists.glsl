@@ -1,4 +1,7 @@
 // Slot <candidates>: the links of the receiver's fine cell, then those of its coarse cell. See pass/lists.comp.
+#ifndef GLS_CAPSULES
+#define GLS_CAPSULES 0 // 1: the scene has balls; 2: also tubes
+#endif
 #ifndef GLS_CELLS
 #define GLS_CELLS 512
 #endif

@@ -1,4 +1,13 @@
 // Links a capsule into the per-cell lists of lib/cells.glsl: the box around its projection, and for a tube the strip along it.
+#ifndef GLS_CAPSULES
+#define GLS_CAPSULES 0 // 1: the scene has balls; 2: also tubes
+#endif
+#ifndef GLS_CELLS
+#define GLS_CELLS 512 // along a side of the fine grid
+#endif
+#ifndef GLS_SUN
+#define GLS_SUN 0
+#endif
 const float WIDER = 1.00001; // rounding, relative
 
 // Bounds of a ball's projection along one axis, as tangents: x across, w > r along the view, both of its centre.

@@ -1,5 +1,8 @@
 // Triangle lists of one light, one invocation per triangle: writes its facet, and links it into the list of every cell that it may
 // overlap.
+#ifndef GLS_CAPSULES
+#define GLS_CAPSULES 0 // 1: the scene has balls; 2: also tubes
+#endif
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif
