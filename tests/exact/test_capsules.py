@@ -173,3 +173,22 @@ def test_random_scenes_agree_with_rays(renderer: gs.Renderer, seed: int) -> None
     other, mistaken, compared = wrong_pixels(renderer, seed)
     assert compared > 20
     assert (other, mistaken) == (0, 0)
+
+
+def test_every_ball_of_a_large_cloud_has_its_number(renderer: gs.Renderer) -> None:
+    """More balls than one draw call takes."""
+    count = 270
+    x, z = np.meshgrid(np.arange(count), np.arange(count), indexing="ij")
+    places = np.stack([x.ravel(), 0.0 * x.ravel(), z.ravel()], axis=1)
+    camera = gs.OrthographicCamera((262.0, 10.0, 262.0), (262.0, 0.0, 262.0), up=(0.0, 0.0, -1.0), height=12.0)
+    scene = gs.Scene([gs.Points(places, 0.4)], camera=camera, name="cloud")
+    frame = renderer.render(
+        scene, size=SIZE, samples=1, outputs=("triangle", "visibility"), lights=[_light("directional")]
+    )
+    origins, _ = camera.rays(SIZE)
+    across = np.rint(origins[..., ::2]).astype(int)
+    away = np.linalg.norm(origins[..., ::2] - across, axis=-1)
+    number = np.where((away < 0.4) & (across < count).all(axis=-1), count * across[..., 0] + across[..., 1], -1)
+    sure = np.abs(away - 0.4) > 1e-4  # float32 at 270 units
+    assert number.max() > 1 << 16
+    assert np.array_equal(frame.triangle[sure], number[sure])
