@@ -173,13 +173,19 @@ def _nearest_mean(grid: _Grid, value: NDArray[Any]) -> NDArray[Any]:
 def _smooth(grid: _Grid, value: NDArray[Any]) -> NDArray[np.float32]:
     """Mean of bilinear reads at all samples."""
     planes = value if value.ndim == 3 else value[..., None]
-    total = np.zeros((*grid.centres.shape[:2], planes.shape[2]))
+    width, flat = planes.shape[1], planes.reshape(-1, planes.shape[2])
+    total = np.zeros((*grid.centres.shape[:2], planes.shape[2]), dtype=np.float32)
     for places in grid.parts:
         column, row = np.moveaxis(np.floor(places - 0.5).astype(np.int64), -1, 0)
-        x, y = np.moveaxis(places - 0.5 - np.floor(places - 0.5), -1, 0)[..., None]
-        upper = planes[row, column] * (1.0 - x) + planes[row, column + 1] * x
-        lower = planes[row + 1, column] * (1.0 - x) + planes[row + 1, column + 1] * x
-        total += upper * (1.0 - y) + lower * y
+        x, y = np.moveaxis((places - 0.5 - np.floor(places - 0.5)).astype(np.float32), -1, 0)[..., None]
+        first = row * width + column
+        for step, weight in (
+            (0, (1.0 - x) * (1.0 - y)),
+            (1, x * (1.0 - y)),
+            (width, (1.0 - x) * y),
+            (width + 1, x * y),
+        ):
+            total += weight * np.take(flat, first + step, axis=0)
     result = (total / len(grid.parts)).astype(np.float32)
     return result if value.ndim == 3 else result[..., 0]
 
