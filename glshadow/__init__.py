@@ -25,7 +25,16 @@ from glshadow.errors import (
     ShaderError,
 )
 from glshadow.io.limits import Limits
-from glshadow.lights import DirectionalLight, Light, PointLight, RectLight, SkyLight, SpotLight
+from glshadow.lights import (
+    DirectionalLight,
+    EnvironmentLight,
+    EnvironmentMap,
+    Light,
+    PointLight,
+    RectLight,
+    SkyLight,
+    SpotLight,
+)
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 from glshadow.scene.nodes import Node, Scene
 from glshadow.scoring.error import Measurement, measure
@@ -137,6 +146,8 @@ __all__ = [
     "Cookie",
     "DirectionalLight",
     "Distortion",
+    "EnvironmentLight",
+    "EnvironmentMap",
     "Explorer",
     "Faces",
     "FisheyeDistortion",

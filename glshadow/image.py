@@ -72,7 +72,7 @@ def header(source: str | os.PathLike[str] | bytes) -> Header:
     if data.startswith(MAGIC_JPEG):
         width, height = _jpeg_size(data)
         return Header((width, height), width * height * (3 + data.count(SCAN)))
-    with _opened(source) as (reader, _):
+    with opened(source) as (reader, _):
         spec = reader.spec()
         pixels = max(spec.width * spec.height * spec.depth, spec.tile_width * spec.tile_height)
         return Header((spec.width, spec.height * spec.depth), pixels * max(4, spec.pixel_bytes(True)))
@@ -123,7 +123,7 @@ def read(source: str | os.PathLike[str] | bytes) -> NDArray[np.uint8]:
     SettingsError
         If it is neither a path nor bytes.
     """
-    with _opened(source) as (reader, name):
+    with opened(source) as (reader, name):
         spec = reader.spec()
         if spec.width * spec.height > LARGEST_IMAGE or spec.depth > 1:
             raise SceneError(
@@ -136,7 +136,7 @@ def read(source: str | os.PathLike[str] | bytes) -> NDArray[np.uint8]:
 
 
 @contextmanager
-def _opened(source: str | os.PathLike[str] | bytes) -> Iterator[tuple[Any, str]]:
+def opened(source: str | os.PathLike[str] | bytes) -> Iterator[tuple[Any, str]]:
     """OpenImageIO's reader of an image, and the image's name in messages."""
     with undisturbed():
         import OpenImageIO as oiio
