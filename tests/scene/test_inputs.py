@@ -64,10 +64,10 @@ def off_bytes(folder: Path) -> bytes:
     return ("OFF\n4 4 6\n" + "\n".join(rows) + "\n").encode()
 
 
-def stl_bytes(folder: Path) -> bytes:
-    """Binary, and its header begins as that of a text file does."""
+def stl_bytes(folder: Path, header: bytes = b"solid but binary") -> bytes:
+    """Binary; its header may begin as that of a text file does, or of another format."""
     body = b"".join(struct.pack("<12fH", 0, 0, 0, *CORNERS[row].ravel(), 0) for row in FACES)
-    return b"solid but binary".ljust(80) + struct.pack("<I", 4) + body
+    return header.ljust(80) + struct.pack("<I", 4) + body
 
 
 def stl_text(folder: Path) -> bytes:
@@ -91,6 +91,7 @@ MADE = {
     "off": off_bytes,
     "stl": stl_bytes,
     "text.stl": stl_text,
+    "named.stl": lambda folder: stl_bytes(folder, b"OFF, as exported"),
 }
 
 
