@@ -14,6 +14,7 @@ from glshadow.core.srgb import linear_from_srgb
 from glshadow.errors import SceneError
 from glshadow.lights import Light
 from glshadow.scene.mesh import AlphaMode, Material
+from glshadow.scene.motion import Motion, moved
 from glshadow.scene.nodes import Node
 
 WIDEST_CONE = 89.0  # degrees from the axis; SpotLight needs less than 90
@@ -31,12 +32,25 @@ class Imported:
         None: the source has none, the default light applies.
     notes : list of str
         What was ignored or replaced; each becomes a GlshadowWarning that names the file.
+    motion : Motion, optional
+        How its nodes move.
     """
 
     nodes: list[Node] = field(default_factory=list)
     camera: Camera | None = None
     lights: list[Light] | None = None
     notes: list[str] = field(default_factory=list)
+    motion: Motion | None = None
+
+    def at(self, seconds: float) -> None:
+        """Place what moves where it is at a time of the chosen animation."""
+        if self.motion is None:
+            return
+        pose = self.motion.source.pose(self.motion.animation, seconds)
+        for number, (mesh, matrix) in pose.nodes.items():
+            self.nodes[number] = moved(self.nodes[number], mesh, matrix)
+        self.camera, self.lights = pose.camera, list(pose.lights) or None
+        self.motion = replace(self.motion, camera=pose.camera, lights=pose.lights)
 
 
 def fans(polygons: ArrayLike) -> NDArray[np.int64]:

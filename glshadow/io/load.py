@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from glshadow.core.cameras import Camera
-from glshadow.core.setting import as_path, flag, instance, one_of, optional, refuse, text
+from glshadow.core.setting import as_path, flag, instance, number, one_of, optional, refuse, text
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError, warn
 from glshadow.io.imported import Imported
 from glshadow.io.limits import Budget, Limits
 from glshadow.io.mesh_files import SUFFIXES
-from glshadow.scene.checks import check_scene
+from glshadow.scene.checks import check_scene, visible
 from glshadow.scene.mesh import Mesh
+from glshadow.scene.motion import moved, turned_camera
 from glshadow.scene.nodes import Node, Scene
 
 GLTF = (".glb", ".gltf")
@@ -39,6 +39,8 @@ def load(
     up_axis: str | None = None,
     name: str | None = None,
     limits: Limits | None = None,
+    time: float | None = None,
+    animation: str | int | None = None,
 ) -> Scene:
     """Load a scene from a file or another library's object.
 
@@ -58,6 +60,11 @@ def load(
         Name of the scene; None: the file's name without its suffix.
     limits : Limits, optional
         What a file may cost, checked before memory is allocated; None: the defaults of `Limits`. Objects in memory are not limited.
+    time : float, optional
+        Seconds of the file's animation, see `Scene.at`. None: the pose of the file's nodes; if nothing can be seen of that, the beginning
+        of the animation, with a warning.
+    animation : str or int, optional
+        Name of the animation, or its number from 0; None: the first.
 
     Returns
     -------
@@ -81,16 +88,26 @@ def load(
     ground, up_axis = _ground("ground", ground), optional(one_of(*TURNS), "y")("up_axis", up_axis)
     name = optional(text(), "the file's name")("name", name)
     limits = optional(instance(Limits), "the defaults")("limits", limits)
-    return read_scene(source, Budget(limits or Limits()), ground, up_axis, name)
+    time = optional(number(unit="s"), "the file's pose")("time", time)
+    return read_scene(source, Budget(limits or Limits()), ground, up_axis, name, time, animation)
 
 
 def read_scene(
-    source: Any, budget: Budget, ground: bool | str = False, up_axis: str | None = None, name: str | None = None
+    source: Any,
+    budget: Budget,
+    ground: bool | str = False,
+    up_axis: str | None = None,
+    name: str | None = None,
+    time: float | None = None,
+    animation: str | int | None = None,
 ) -> Scene:
     """As `load`, with checked arguments; afterwards `budget.files` has the files that were read."""
+    if isinstance(source, Scene) and time is not None:
+        source, time = source.at(time, animation), None
     label, title, read, stored = _reader(source, budget)
     try:
         found = read()
+        _place(found, time, animation)
         notes = found.notes + check_scene(found.nodes, stored=stored)
     except SceneError as error:
         raise SceneError(f"{label}: {error}") from error
@@ -103,6 +120,23 @@ def read_scene(
         warn(f"{label}: {note}", stacklevel=4)  # the caller of `load`
     scene = _turned(found, TURNS[up_axis or "y"], name or title)
     return scene.with_ground(ground == "catcher") if ground else scene
+
+
+def _place(found: Imported, time: float | None, animation: str | int | None) -> None:
+    """Choose an animation, and place what it moves where it is at a time."""
+    motion = found.motion
+    if motion is None:
+        if time is not None or animation is not None:
+            found.notes.append("it has no animation: it looks the same at all times")
+        return
+    found.motion = motion = motion.of(animation)
+    if time is not None:
+        if not 0.0 <= time <= motion.duration:
+            found.notes.append(f"{time:g} s is outside its animation, which lasts {motion.duration:g} s: it stands still")
+        found.at(min(max(time, 0.0), motion.duration))
+    elif not motion.names and not visible(found.nodes):
+        found.at(0.0)
+        found.notes.append("nothing can be seen of the pose of its nodes: it is shown at the beginning of its animation")
 
 
 def _ground(name: str, value: Any) -> bool | str:
@@ -123,7 +157,7 @@ def _reader(source: Any, budget: Budget) -> tuple[str, str, Callable[[], Importe
             raise SceneError(str(error)) from None
         return path.name or str(path), path.stem, lambda: _read_file(path, budget), True
     if isinstance(source, Scene):
-        given = Imported(list(source.nodes), source.camera, list(source.lights))
+        given = Imported(list(source.nodes), source.camera, list(source.lights), motion=source.motion)
         return source.name, source.name, lambda: given, False
     if isinstance(source, Mesh | Node) or (isinstance(source, list | tuple) and source):
         placed = Scene(source if isinstance(source, list | tuple) else [source])  # type: ignore[arg-type]
@@ -162,21 +196,24 @@ def _read_file(path: Path, budget: Budget) -> Imported:
 
 
 def _turned(found: Imported, turn: Array, name: str) -> Scene:
-    camera, lights, nodes = found.camera, found.lights, found.nodes
+    camera, lights, nodes, motion = found.camera, found.lights, found.nodes, found.motion
     if not np.array_equal(turn, np.eye(3)):
         matrix = np.eye(4)
         matrix[:3, :3] = turn
-        nodes = [Node(node.mesh, matrix @ node.world_from_mesh, node.name) for node in nodes]
-        camera = None if camera is None else _turned_camera(camera, turn)
+        nodes = [moved(node, node.mesh, matrix @ node.world_from_mesh) for node in nodes]
+        camera = None if camera is None else turned_camera(camera, turn)
         lights = None if lights is None else [light.turned(turn, np.zeros(3)) for light in lights]
-    return Scene(tuple(nodes), camera, None if lights is None else tuple(lights), name)  # type: ignore[arg-type]
-
-
-def _turn(turn: Array, vector: tuple[float, float, float]) -> Any:
-    return tuple((turn @ np.asarray(vector)).tolist())
-
-
-def _turned_camera(camera: Camera, turn: Array) -> Camera:
-    return replace(
-        camera, position=_turn(turn, camera.position), target=_turn(turn, camera.target), up=_turn(turn, camera.up)
+        if motion is not None:
+            motion = replace(motion, turn=turn @ motion.turn)
+    scene = Scene(tuple(nodes), camera, None if lights is None else tuple(lights), name)  # type: ignore[arg-type]
+    if motion is None:
+        return scene
+    names = motion.names or tuple(node.name for node in scene.nodes)
+    follows = dict(zip(map(id, found.lights or ()), scene.lights, strict=False))
+    motion = replace(
+        motion,
+        names=names,
+        camera=camera if motion.camera is found.camera else motion.camera,
+        lights=tuple(follows.get(id(light), light) for light in motion.lights),
     )
+    return replace(scene, motion=motion)
