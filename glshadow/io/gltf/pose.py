@@ -157,7 +157,8 @@ class Hierarchy:
         local = self.local.copy()
         rows = np.flatnonzero(changed & self.composed)
         if len(rows):
-            local[rows] = compose(*(parts[name][rows] for name in STILL), [names[row] for row in rows])
+            translation, rotation, scale = (parts[name][rows] for name in STILL)
+            local[rows] = compose(translation, rotation, scale, [names[row] for row in rows])
         world = local
         with np.errstate(all="ignore"):
             for level in self.levels:
