@@ -46,7 +46,7 @@ from glshadow.shadows.metric import Target
 from glshadow.shadows.shadow import Faces, Shadow
 
 if TYPE_CHECKING:
-    from glshadow import batch, image, overlay, scenes, study
+    from glshadow import batch, image, overlay, scenes, study, video
     from glshadow.derive.used import Used
     from glshadow.frame import Frame
     from glshadow.gl.foreign import shaders
@@ -96,6 +96,7 @@ _MODULES = {
     "scenes": "glshadow.scenes",
     "shaders": "glshadow.gl.foreign.shaders",
     "study": "glshadow.study",
+    "video": "glshadow.video",
 }
 
 
@@ -189,5 +190,6 @@ __all__ = [
     "show",
     "study",
     "trace",
+    "video",
 ]  # fmt: skip
 __all__ += _filters.__all__

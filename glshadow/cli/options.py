@@ -113,6 +113,9 @@ scene_options = _all(
            help="Put a shadow catcher under the model: only its shadow is visible. With --background none for compositing."),
     option("Model", "--up-axis", type=click.Choice(["x", "y", "z"]),
            help="Up axis of the file. Default: y; STL and PLY files often use z."),
+    option("Model", "--time", metavar="S", read=values.seconds,
+           help="Seconds of the file's animation. Default: the pose of its nodes."),
+    option("Model", "--animation", metavar="NAME|N", help="Which animation of the file, by name or by number from 0. Default: the first."),
     option("Camera", "--eye", metavar="X,Y,Z", read=vector,
            help="Position of the camera. Default: the file's camera, or one that frames the model."),
     option("Camera", "--target", metavar="X,Y,Z", read=vector,
@@ -184,6 +187,8 @@ class Request:
     far: float | None
     lights: tuple[Light, ...]
     sky: float | None = None
+    time: float | None = None
+    animation: str | None = None
     size: tuple[int, int] = DEFAULT_SIZE
     backend: Any = "auto"
     device: int | None = None
@@ -211,15 +216,22 @@ class Request:
 
     def load(self) -> Scene:
         """The scene, with the requested ground."""
-        if self.model is None and self.up_axis is None:
+        if self.model is None and self.up_axis is None and self.time is None and self.animation is None:
             from glshadow.scenes import courtyard
 
             return courtyard().with_ground(self.catcher) if self.ground or self.catcher else courtyard()
         if self.model is None:
-            raise click.UsageError("--up-axis needs a MODEL")
+            raise click.UsageError("--up-axis, --time and --animation need a MODEL")
         from glshadow.io.load import load
 
-        return load(self.model, ground="catcher" if self.catcher else self.ground, up_axis=self.up_axis)
+        animation = int(self.animation) if self.animation and self.animation.isdecimal() else self.animation
+        ground = "catcher" if self.catcher else self.ground
+        return load(self.model, ground=ground, up_axis=self.up_axis, time=self.time, animation=animation)
+
+    @property
+    def looks(self) -> bool:
+        """Whether the options say where the camera is, or where it looks."""
+        return self.eye is not None or self.target is not None
 
     def camera(self, scene: Scene) -> Camera:
         """The scene's camera, changed by the given options."""

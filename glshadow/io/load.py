@@ -132,11 +132,15 @@ def _place(found: Imported, time: float | None, animation: str | int | None) -> 
     found.motion = motion = motion.of(animation)
     if time is not None:
         if not 0.0 <= time <= motion.duration:
-            found.notes.append(f"{time:g} s is outside its animation, which lasts {motion.duration:g} s: it stands still")
+            found.notes.append(
+                f"{time:g} s is outside its animation, which lasts {motion.duration:g} s: it stands still"
+            )
         found.at(min(max(time, 0.0), motion.duration))
     elif not motion.names and not visible(found.nodes):
         found.at(0.0)
-        found.notes.append("nothing can be seen of the pose of its nodes: it is shown at the beginning of its animation")
+        found.notes.append(
+            "nothing can be seen of the pose of its nodes: it is shown at the beginning of its animation"
+        )
 
 
 def _ground(name: str, value: Any) -> bool | str:

@@ -203,7 +203,7 @@ class Scene(Settings):
         )
 
     def changed(self, nodes: Mapping[int, Node], **settings: Any) -> Scene:
-        """The scene with some nodes replaced, by index, by nodes of the same names with as many triangles; what it knows of the others is kept.
+        """The scene with some nodes replaced, by index, by checked nodes of the same names with as many triangles.
 
         Parameters
         ----------
@@ -289,9 +289,7 @@ class Scene(Settings):
 
     def _lowest(self, model: bool = False) -> float:
         """Least world y of all nodes, or of the model's alone."""
-        return min(
-            _lowest(node) for node in self.nodes if len(node.mesh.triangles) and not (model and node.ground)
-        )
+        return min(_lowest(node) for node in self.nodes if len(node.mesh.triangles) and not (model and node.ground))
 
 
 def _ground(bounds: Array, lowest: float, catches: bool) -> Node:

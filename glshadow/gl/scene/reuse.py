@@ -70,7 +70,9 @@ class Before:
         self.planes = self.rounded = self.owners = self.world = None
 
 
-def write_rows(texture: BufferTexture, rows: NDArray[np.generic], first: NDArray[np.int64], nodes: NDArray[np.int64]) -> None:
+def write_rows(
+    texture: BufferTexture, rows: NDArray[np.generic], first: NDArray[np.int64], nodes: NDArray[np.int64]
+) -> None:
     """Write the rows of some nodes, given in ascending order, into a buffer; node k has the rows from first[k] to first[k + 1]."""
     if len(nodes) == 0:
         return

@@ -89,9 +89,7 @@ def _blocks(starts: list[int]) -> Iterator[tuple[int, int]]:
     yield first, len(starts) - 1
 
 
-def _tops(
-    places: NDArray[np.float32], corners: NDArray[np.uint32], vertices: NDArray[np.int64]
-) -> NDArray[np.float32]:
+def _tops(places: NDArray[np.float32], corners: NDArray[np.uint32], vertices: NDArray[np.int64]) -> NDArray[np.float32]:
     """Largest coordinate of each node's used vertices; `vertices`: each node's first, and the end."""
     top = np.abs(places[:, 0])
     for k in (1, 2):

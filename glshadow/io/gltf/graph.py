@@ -249,9 +249,7 @@ def instances(document: Document, node: dict[str, Any], index: int, world_from_n
         raise SceneError(f"{where}: its attributes must have one count, got {sorted(counts)}")
     number = counts.pop()
     document.budget.limits.check("nodes", number, where)
-    translation, rotation, scale = (
-        given.get(key.upper(), np.tile(still, (number, 1))) for key, still in STILL.items()
-    )
+    translation, rotation, scale = (given.get(key.upper(), np.tile(still, (number, 1))) for key, still in STILL.items())
     with np.errstate(all="ignore"):
         matrices = np.asarray(world_from_node @ compose(translation, rotation, scale, [where]))
     check_finite(matrices, [where])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -162,7 +163,9 @@ class Hierarchy:
         world = local
         with np.errstate(all="ignore"):
             for level in self.levels:
-                above = np.where((self.parents[level] < 0)[:, None, None], self.above[level], world[self.parents[level]])
+                above = np.where(
+                    (self.parents[level] < 0)[:, None, None], self.above[level], world[self.parents[level]]
+                )
                 world[level] = above @ local[level]
         check_finite(world, names)
         return world
@@ -191,7 +194,7 @@ def hierarchy(graph: Graph, animated: set[int]) -> Hierarchy:
     world = dict(zip(still, graph.matrices(still), strict=True))
     return Hierarchy(
         rows,
-        tuple(slice(int(a), int(b)) for a, b in zip(sizes[:-1], sizes[1:], strict=True)),
+        tuple(slice(int(a), int(b)) for a, b in pairwise(sizes)),
         np.array([-1 if node is None else rows.get(node, -1) for node in over], dtype=np.int64),
         np.array([world[node] if node in world else np.eye(4) for node in over]).reshape(-1, 4, 4),
         local_matrices(given, order) if order else np.zeros((0, 4, 4)),

@@ -35,9 +35,9 @@ def read_gltf(path: Path, budget: Budget) -> Imported:
     """Read a .glb or .gltf file.
 
     Nodes with several materials become several Nodes with the same name; nodes with the same mesh share its Mesh objects. Skins and morph
-    targets are at rest: joints as placed by the file's nodes, weights as in the file; its animations are kept as the scene's motion. A camera's znear and zfar are ignored; the planes are
-    derived from the scene, so that nothing is clipped. Of an orthographic camera ymag is used, of a perspective one yfov; the width follows
-    from the image's size.
+    targets are at rest: joints as placed by the file's nodes, weights as in the file; its animations are kept as the scene's motion.
+    A camera's znear and zfar are ignored; the planes are derived from the scene, so that nothing is clipped. Of an orthographic camera
+    ymag is used, of a perspective one yfov; the width follows from the image's size.
 
     Raises
     ------
