@@ -87,7 +87,9 @@ def write(path: str | os.PathLike[str], images: Iterable[Pixels], fps: float = 3
             return _write_frames(part, checked, fps)
         try:
             return _write_mp4(part, checked, fps)
-        except ValueError as error:
+        except GlshadowError:
+            raise
+        except ValueError as error:  # of PyAV
             raise OSError(str(error)) from error
 
 

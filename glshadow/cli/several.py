@@ -15,7 +15,7 @@ from glshadow.cli.bar import Bar
 from glshadow.cli.options import Request, refuse_blank, scene_facts, warn_fallbacks
 from glshadow.cli.orbit import kept_beside, make_all, pattern, request_of
 from glshadow.cli.running import Work
-from glshadow.errors import SceneError
+from glshadow.errors import SceneError, SettingsError
 from glshadow.journal import digest_of
 from glshadow.numbered import MOST_IMAGES
 from glshadow.video import SUFFIXES, video_path, write
@@ -69,10 +69,13 @@ def is_video(path: Path) -> bool:
 
 def check_output(path: Path, fps: float) -> None:
     """Check where the images go, before anything is loaded."""
-    if is_video(path):
-        video_path("-o", path, fps)
-    else:
+    if not is_video(path):
         pattern(path)
+        return
+    try:
+        video_path("-o", path, fps)
+    except SettingsError as error:
+        raise click.UsageError(str(error)) from None
 
 
 def orbit_shots(wanted: Request, count: int) -> Shots:

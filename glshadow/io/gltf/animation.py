@@ -175,11 +175,11 @@ def _target(target: dict[str, Any], where: str) -> tuple[Any, str]:
         if match is None:
             raise SceneError(f"{where}: KHR_animation_pointer to {str(pointer)[:60]!r}, which stays as it is")
         number, path = int(match[1]), match[2]
-    if path not in KINDS:
+    if not isinstance(path, str) or path not in KINDS:
         raise SceneError(f"{where}: it animates {str(path)[:40]!r}, which is unknown")
     if number is None:
         raise SceneError(f"{where}: no node is named")
-    return number, str(path)
+    return number, path
 
 
 def read_animations(document: Document) -> dict[str, Animation]:
