@@ -12,7 +12,6 @@ import pytest
 import glshadow as gs
 from glshadow.gl.scene import geometry, meshes, world
 
-
 SIZE = (96, 64)
 SHADOWS = (gs.Shadow(), gs.Shadow(filter=gs.Pcf(1)))
 
@@ -35,7 +34,7 @@ def sphere(normals: bool) -> gs.Mesh:
     u, v = np.meshgrid(np.linspace(0, 2 * np.pi, 13), np.linspace(0.01, np.pi - 0.01, 7))
     points = np.stack([np.sin(v) * np.cos(u), np.cos(v), np.sin(v) * np.sin(u)], axis=-1).reshape(-1, 3)
     corner = (np.arange(6)[:, None] * 13 + np.arange(12)).reshape(-1, 1)
-    triangles = np.concatenate([corner + (0, 1, 13), corner + (1, 14, 13)])
+    triangles = np.concatenate([corner + np.array([0, 1, 13]), corner + np.array([1, 14, 13])])
     return gs.Mesh(points, triangles, normals=points if normals else None)
 
 

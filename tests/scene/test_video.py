@@ -142,7 +142,7 @@ def test_what_cannot_be_written(tmp_path: Path, name: str, given: Any, fps: floa
 def test_too_many_pixels_in_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(video, "MOST_PIXELS", 64 * 48 * 4)
     video.write(tmp_path / "a.gif", images(4), FPS)
-    with pytest.raises(SettingsError, match="more than 12,288 pixels: use .mp4, fewer images or a smaller size"):
+    with pytest.raises(SettingsError, match=r"more than 12,288 pixels: use \.mp4, fewer images or a smaller size"):
         video.write(tmp_path / "b.gif", images(5), FPS)
     assert [path.name for path in tmp_path.iterdir()] == ["a.gif"]
 
