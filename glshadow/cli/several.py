@@ -117,7 +117,7 @@ def render_several(
     shots_of: Callable[[], Shots],
     options: dict[str, Any],
     finish: Callable[[Frame], Frame],
-    asked: tuple[Any, ...],
+    decisive: tuple[Any, ...],
 ) -> None:
     """Render the images of a command into files of a name pattern, or into a video.
 
@@ -127,8 +127,8 @@ def render_several(
         Further arguments of `Renderer.render`.
     finish : function
         Draws overlays.
-    asked : tuple
-        What decides what images show, besides the scene, the cameras and the lights.
+    decisive : tuple
+        What decides what the images show, besides the scene, the cameras and the lights.
     """
     with work.stage("load", f"loading {wanted.name}"):
         shots = shots_of()
@@ -155,7 +155,7 @@ def render_several(
         else:
             name = pattern(path)
             files = [name(number) for number in range(shots.count)]
-            request = request_of(shots.scene, shots.facts(), *asked, renderer.info["renderer"])
+            request = request_of(shots.scene, shots.facts(), *decisive, renderer.info["renderer"])
             rows = make_all(work, files, kept_beside(path), request, draw, wanted.name)
             made = sum(row["made"] for row in rows)
     work.say(f"{path}: {made} of {shots.count} images rendered, {work.timings['render']:.2f} s")
