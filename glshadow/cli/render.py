@@ -23,6 +23,7 @@ from glshadow.cli.options import (
 )
 from glshadow.cli.orbit import named_after, refuse_field, refuse_video
 from glshadow.cli.running import Work
+from glshadow.core.outputs import FLOATS, STORED
 from glshadow.core.sampling import DEFAULT_SAMPLES
 from glshadow.numbered import MOST_IMAGES
 
@@ -41,6 +42,7 @@ Examples:
   glshadow render --light spot:6,6,6:-1,-1,-1:35:20:color=1,0.9,0.7 --overlay lights,map
   glshadow render --bias none --filter hard --resolution 512    (shadow acne)
   glshadow render model.glb -o model.exr --json
+  glshadow render model.glb -o model.npz --outputs image,depth,node
   glshadow render model.glb --catcher --background none -o cutout.png
   glshadow render model.glb --orbit 36 -o view_{:03d}.png
   glshadow render model.glb --orbit 120 -o turn.mp4
@@ -68,6 +70,14 @@ Examples:
     default=str(DEFAULT_SAMPLES),
     show_default=True,
     help="Samples per pixel, 1, 4, 8 or 16, for smooth edges of surfaces and shadows.",
+)
+@option(
+    "Image",
+    "--outputs",
+    metavar="LIST",
+    read=values.outputs,
+    help="Outputs that .npz and .exr hold, separated by commas, or all: see the image page of the documentation. Default: of .npz all but "
+    "depth_metric, shadow_maps and timings, of .exr all floats.",
 )
 @option(
     "Image",
@@ -107,6 +117,7 @@ def command(
     debug: bool,
     overlay: tuple[str, ...],
     samples: int,
+    outputs: tuple[str, ...] | None,
     orbit: int | None,
     animate: float | None,
     max_wrong: float | None,
@@ -144,11 +155,13 @@ def command(
             )
         if wanted.background is None and overlay:
             raise click.UsageError("--overlay needs an opaque background: not with --background none")
+        if outputs is not None and path.suffix.lower() not in (".npz", ".exr"):
+            raise click.UsageError("--outputs needs -o with .npz or .exr: other files hold the image alone")
         if not several:
             if wanted.output is not None:
                 refuse_field(path)
                 refuse_video(path)
-            _render(work, wanted, path, overlay, samples, budget)
+            _render(work, wanted, path, overlay, outputs, samples, budget)
             return
         from glshadow.cli.several import ORBIT_FPS, Shots, animation_shots, check_output, orbit_shots, render_several
 
@@ -160,24 +173,31 @@ def command(
             assert animate is not None
             return animation_shots(wanted, animate)
 
-        drawn = {"outputs": _outputs(path, overlay, False), "samples": samples, **budget, **wanted.look}
+        drawn = {"outputs": _outputs(path, overlay, outputs, False), "samples": samples, **budget, **wanted.look}
         render_several(
             work,
             wanted,
             path,
             shots,
             drawn,
-            lambda frame: _overlaid(frame, overlay) if overlay else frame,
-            (wanted.size, samples, budget, wanted.look, overlay),
+            lambda frame: _kept(_overlaid(frame, overlay) if overlay else frame, path, outputs),
+            (wanted.size, samples, budget, wanted.look, overlay, outputs),
         )
 
 
 def _render(
-    work: Work, wanted: Request, path: Path, overlay: tuple[str, ...], samples: int, budget: dict[str, Any]
+    work: Work,
+    wanted: Request,
+    path: Path,
+    overlay: tuple[str, ...],
+    chosen: tuple[str, ...] | None,
+    samples: int,
+    budget: dict[str, Any],
 ) -> None:
     with work.stage("load", f"loading {wanted.name}"):
         scene = wanted.load()
     camera, lights = wanted.camera(scene), wanted.lit(scene)
+    outputs = _outputs(path, overlay, chosen, work.as_json)
     with work.stage("open", "opening OpenGL"):
         from glshadow.renderer import Renderer
 
@@ -185,8 +205,8 @@ def _render(
     with renderer:
         with work.stage("render", f"rendering {wanted.name}"):
             frame = renderer.render(
-                scene, camera, lights, wanted.size, outputs=_outputs(path, overlay, work.as_json), samples=samples, **budget, **wanted.look,
-            )  # fmt: skip
+                scene, camera, lights, wanted.size, outputs=outputs, samples=samples, **budget, **wanted.look
+            )
         info = renderer.info
     covered = refuse_blank(frame)
     warn_fallbacks(work, frame.used)
@@ -194,7 +214,7 @@ def _render(
         with work.stage("overlay", "drawing overlays"):
             frame = _overlaid(frame, overlay)
     with work.stage("write", f"writing {path.name}"):
-        frame.save(path)
+        _kept(frame, path, chosen).save(path)
     facts = scene_facts(scene)
     work.say(
         f"{path}: {wanted.size[0]}x{wanted.size[1]}, {facts['triangles']} triangles, {_counted(len(lights), 'light')}, "
@@ -209,11 +229,19 @@ def _overlaid(frame: Frame, overlay: tuple[str, ...]) -> Frame:
     return replace(frame, outputs={**frame.outputs, "image": draw(frame, overlay)})
 
 
-def _outputs(path: Path, overlay: tuple[str, ...], timed: bool) -> tuple[str, ...]:
-    outputs = ["alpha"]  # to check whether anything is in view
-    outputs += (
-        ["linear", "depth", "visibility", "normal", "position", "node"] if path.suffix.lower() == ".exr" else ["image"]
-    )
+def _stored(path: Path, chosen: tuple[str, ...] | None) -> tuple[str, ...]:
+    """Outputs that a file holds."""
+    return chosen or {".exr": FLOATS, ".npz": STORED}.get(path.suffix.lower(), ("image",))
+
+
+def _kept(frame: Frame, path: Path, chosen: tuple[str, ...] | None) -> Frame:
+    """The frame with the outputs that its file holds, without those that only checks and overlays need."""
+    names = _stored(path, chosen)
+    return replace(frame, outputs={name: value for name, value in frame.outputs.items() if name in names})
+
+
+def _outputs(path: Path, overlay: tuple[str, ...], chosen: tuple[str, ...] | None, timed: bool) -> tuple[str, ...]:
+    outputs = ["alpha", *_stored(path, chosen)]  # alpha: to check whether anything is in view
     if overlay:
         from glshadow.overlay import required_outputs
 
