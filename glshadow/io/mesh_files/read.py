@@ -13,13 +13,14 @@ from glshadow.io.mesh_files.obj import read_obj
 from glshadow.io.mesh_files.off import read_off
 from glshadow.io.mesh_files.ply import read_ply
 from glshadow.io.mesh_files.soup import placed
-from glshadow.io.mesh_files.stl import read_stl
+from glshadow.io.mesh_files.stl import is_binary_stl, read_stl
+from glshadow.io.mesh_files.words import without_mark
 
 READERS = dict(zip(SUFFIXES, (read_obj, read_ply, read_stl, read_off), strict=True))
 MOST_NOTES = 50  # reported one by one
 
 
-def read_mesh_file(path: Path, budget: Budget) -> Imported:
+def read_mesh_file(path: Path, budget: Budget, smooth: float | None = None) -> Imported:
     """Read a .obj, .ply, .stl or .off file.
 
     Parameters
@@ -27,6 +28,8 @@ def read_mesh_file(path: Path, budget: Budget) -> Imported:
     path : Path
     budget : Budget
         Budget of the file; the file's size is added to its read bytes.
+    smooth : float, optional
+        Crease angle in degrees for faces without normals; None: flat, or as smoothing groups of OBJ say.
 
     Raises
     ------
@@ -35,10 +38,12 @@ def read_mesh_file(path: Path, budget: Budget) -> Imported:
     """
     data = budget.read(path, "the file")
     notes: list[str] = []
+    if not is_binary_stl(data):
+        data = without_mark(data)
     soup = READERS[path.suffix.lower()](data, Beside(path.parent, notes, budget), notes, budget)
     del data  # half a gigabyte for ten million facets
-    nodes = placed(soup, notes, budget)
-    if not nodes and notes and len(soup.counts):
+    nodes = placed(soup, notes, budget, smooth)
+    if not nodes and notes:
         raise SceneError(f"nothing to render: {'; '.join(notes[:MOST_NOTES])}")
     if not nodes and len(soup.positions):
         raise SceneError("nothing to render: it holds only points or lines, and no triangles")
