@@ -45,7 +45,11 @@ def _is_closed(
         return False
     if across.max() >= TURNED:  # or NONE
         return False
-    if not _turned_outward(positions, triangles, representatives(corners[:, :2].T.ravel(), corners[:, 1:].T.ravel(), len(positions))[corners[:, 0]]):
+    if not _turned_outward(
+        positions,
+        triangles,
+        representatives(corners[:, :2].T.ravel(), corners[:, 1:].T.ravel(), len(positions))[corners[:, 0]],
+    ):
         return False
     return not _inside_out(positions[triangles])
 

@@ -15,7 +15,9 @@ Indices = NDArray[np.int64]
 MOST_AROUND = 8
 """Polygons at one edge up to which those that belong together are found; more meet at a crease."""
 _RIGHT = 0.5 * np.pi  # radians; where more than two polygons meet, front and back of a sheet are kept apart
-_ROUNDING = 1e-5  # relative error of an angle in a file of float32: an edge of just the crease angle is a crease, everywhere
+_ROUNDING = (
+    1e-5  # relative error of an angle in a file of float32: an edge of just the crease angle is a crease, everywhere
+)
 _FLAT = 1e-6  # radians between smooth and flat normals below which nothing is smooth
 
 
@@ -78,11 +80,12 @@ def smooth_normals(
 
 def _around(counts: Indices, polygon: Indices) -> tuple[Indices, Indices]:
     """The corners (C,) that follow and precede each corner in its polygon."""
-    starts = np.cumsum(counts) - counts
-    place = np.arange(len(polygon)) - starts[polygon]
+    base = (np.cumsum(counts) - counts)[polygon]
+    place = np.arange(len(polygon)) - base
     size = counts[polygon]
-    base = starts[polygon]
-    return base + (place + 1) % size, base + (place - 1) % size
+    following: Indices = base + np.where(place + 1 < size, place + 1, 0)
+    previous: Indices = base + np.where(place > 0, place, size) - 1
+    return following, previous
 
 
 def _faces(
@@ -92,7 +95,7 @@ def _faces(
     starts = np.cumsum(counts) - counts
     relative = places - places[starts[polygon]]  # so that a polygon far from the origin keeps its precision
     areas = np.cross(relative, relative[following])
-    faces = np.stack([np.bincount(polygon, column, len(counts)) for column in areas.T], axis=1)
+    faces = np.stack([np.bincount(polygon, column, len(counts)).astype(np.float64) for column in areas.T], axis=1)
     ahead, behind = places[following] - places, places[previous] - places
     across = np.linalg.norm(np.cross(ahead, behind), axis=1)
     return unit_vectors(faces), np.arctan2(across, np.einsum("ij,ij->i", ahead, behind))

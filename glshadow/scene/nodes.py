@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +66,14 @@ class Node(Settings):
         return f"Node {shown(self.name)}" if isinstance(self.name, str) else "Node"
 
 
+def _cameras(name: str, value: Any) -> dict[str, Camera]:
+    if not isinstance(value, Mapping) or not all(
+        isinstance(key, str) and isinstance(camera, Camera) for key, camera in value.items()
+    ):
+        raise refuse(name, "a mapping from names to cameras", value)
+    return dict(value)
+
+
 def _nodes(name: str, value: Any) -> tuple[Node, ...]:
     """Check a scene's nodes: a mesh becomes a node without transform, and names are made unique."""
     several_nodes = several(instance(Node), "Node or Mesh", 10**8)
@@ -106,6 +114,8 @@ class Scene(Settings):
         At least one, with at least one triangle. A mesh gets no transform. Nodes with the same name are numbered: "wheel", "wheel 2".
     camera, lights : optional
         From the file. None is replaced by a default that frames the scene: see `default_camera` and `default_sun`.
+    cameras : mapping from name to Camera
+        All cameras of the file.
 
     Raises
     ------
@@ -119,6 +129,18 @@ class Scene(Settings):
     camera: Camera = setting(optional(instance(Camera), "frames the scene"), None, help="the camera")
     lights: tuple[Light, ...] = setting(optional(as_lights, "one directional light"), None, help="the lights")
     name: str = setting(text(), "scene", help="name in messages and files")
+    cameras: Mapping[str, Camera] = setting(_cameras, factory=dict, help="all cameras of the file, by name")
+
+    if TYPE_CHECKING:  # what may be given, and is converted
+
+        def __init__(
+            self,
+            nodes: Sequence[Node | Mesh],
+            camera: Camera | None = None,
+            lights: Light | Sequence[Light] | None = None,
+            name: str = "scene",
+            cameras: Mapping[str, Camera] = ...,
+        ) -> None: ...
 
     __repr__ = summary.scene_line
     _repr_html_ = summary.scene_html

@@ -8,6 +8,7 @@ import json
 import os
 import re
 import struct
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,9 +19,11 @@ from numpy.typing import NDArray
 from glshadow.errors import SceneError
 from glshadow.files import inside
 from glshadow.io.limits import Budget
+from glshadow.io.mesh_files.words import without_mark
 
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 HEAD = 12  # bytes before the first chunk
+LONGEST_INTEGER = 300  # digits; a float holds 308
 MOST_CHUNKS = 1000  # that are searched; the binary chunk is the second
 SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
 
@@ -204,17 +207,15 @@ def open_document(path: Path, budget: Budget) -> Document:
     size = path.stat().st_size
     with path.open("rb") as file:
         head = file.read(HEAD)
-    binary = None
+    binary, notes = None, []
     if head[:4] == b"glTF" or path.suffix.lower() == ".glb":
-        _check_head(head, size)
-        text, binary = _chunks(budget.read(path, "the file"))
+        length = _check_head(head, size)
+        if length < size:
+            notes.append(f"{size - length} byte(s) behind the {length} that its header declares are ignored")
+        text, binary = _chunks(budget.read(path, "the file", length))
     else:
         text = budget.read(path, "the file")
-    try:
-        parsed = json.loads(text.decode("utf-8-sig"))
-    except (ValueError, RecursionError) as error:
-        raise SceneError(f"not valid glTF: its JSON cannot be read ({error})") from error
-    document = Document(as_object(parsed, "the top level"), path.parent, binary, budget)
+    document = Document(as_object(_parsed(text, notes), "the top level"), path.parent, binary, budget, notes)
     version = as_object(document.json.get("asset", {}), "asset").get("version", "2.0")
     if not str(version).startswith("2"):
         raise SceneError(f"it is glTF {version!r}; only glTF 2 is read, convert it first")
@@ -224,8 +225,37 @@ def open_document(path: Path, budget: Budget) -> Document:
     return document
 
 
-def _check_head(head: bytes, size: int) -> None:
-    """Refuse a file that is not a GLB container before it is read completely."""
+def _parsed(text: bytes, notes: list[str]) -> Any:
+    """JSON with or without a byte order mark; of a key that an object repeats, the last value counts, with a note."""
+    repeated: list[str] = []
+
+    def kept(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        found = dict(pairs)
+        if len(found) < len(pairs):
+            repeated.extend(key for key, count in Counter(key for key, _ in pairs).items() if count > 1)
+        return found
+
+    try:
+        parsed = json.loads(without_mark(text).decode("utf-8"), object_pairs_hook=kept, parse_int=_integer)
+    except UnicodeDecodeError as error:
+        raise SceneError(f"not valid glTF: its JSON is not UTF-8 (byte {error.start})") from error
+    except json.JSONDecodeError as error:
+        raise SceneError(f"not valid glTF: its JSON cannot be read ({error})") from error
+    except RecursionError as error:
+        raise SceneError("not valid glTF: its JSON is nested too deeply") from error
+    if repeated:
+        names = ", ".join(repr(key[:40]) for key in list(dict.fromkeys(repeated))[:8])
+        notes.append(f"its JSON repeats keys of one object ({names}): the last value of each counts")
+    return parsed
+
+
+def _integer(digits: str) -> int | float:
+    """An integer; one that no field of glTF can hold becomes a float, which is refused wherever an integer is needed."""
+    return int(digits) if len(digits) <= LONGEST_INTEGER else float(digits)
+
+
+def _check_head(head: bytes, size: int) -> int:
+    """Refuse a file that is not a GLB container before it is read completely; returns the declared length."""
     if size == 0:
         raise SceneError("the file is empty")
     if size < 20 or head[:4] != b"glTF":
@@ -235,10 +265,11 @@ def _check_head(head: bytes, size: int) -> None:
     version, length = struct.unpack_from("<II", head, 4)
     if version != 2:
         raise SceneError(f"it is GLB version {version}; only version 2 is read, convert it first")
-    if length != size:
+    if length > size or length < HEAD + 8:
         raise SceneError(
             f"broken GLB: its header declares {length} bytes, the file has {size}; export or download it again"
         )
+    return int(length)
 
 
 def _chunks(data: bytes) -> tuple[bytes, memoryview | None]:

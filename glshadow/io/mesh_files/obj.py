@@ -88,6 +88,7 @@ def read_obj(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> S
     for statement in dict.fromkeys(found.libraries):
         library.add(statement)
     assign(soup, found.statements, library)
+    library.note_left_out()
     return soup
 
 

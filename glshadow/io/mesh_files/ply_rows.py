@@ -170,9 +170,7 @@ def _length(stored: float) -> int | None:
     return int(stored) if 0 <= stored < 2**53 and stored == int(stored) else None
 
 
-def _one_by_one(
-    data: Bytes, at: int, element: Element, notes: list[str], budget: Budget
-) -> tuple[Columns, int, int]:
+def _one_by_one(data: Bytes, at: int, element: Element, notes: list[str], budget: Budget) -> tuple[Columns, int, int]:
     """The same if the position of a row depends on all rows before it; ends before the first row that is not whole."""
     fields = element.fields
     readers = [

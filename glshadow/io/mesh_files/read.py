@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from glshadow.errors import SceneError
-from glshadow.io.imported import Imported, blended
+from glshadow.io.imported import Imported, blended, shortened
 from glshadow.io.limits import Budget
 from glshadow.io.mesh_files import SUFFIXES
 from glshadow.io.mesh_files.beside import Beside
@@ -17,7 +17,6 @@ from glshadow.io.mesh_files.stl import is_binary_stl, read_stl
 from glshadow.io.mesh_files.words import without_mark
 
 READERS = dict(zip(SUFFIXES, (read_obj, read_ply, read_stl, read_off), strict=True))
-MOST_NOTES = 50  # reported one by one
 
 
 def read_mesh_file(path: Path, budget: Budget, smooth: float | None = None) -> Imported:
@@ -44,9 +43,7 @@ def read_mesh_file(path: Path, budget: Budget, smooth: float | None = None) -> I
     del data  # half a gigabyte for ten million facets
     nodes = placed(soup, notes, budget, smooth)
     if not nodes and notes:
-        raise SceneError(f"nothing to render: {'; '.join(notes[:MOST_NOTES])}")
+        raise SceneError(f"nothing to render: {'; '.join(shortened(notes))}")
     if not nodes and len(soup.positions):
         raise SceneError("nothing to render: it holds only points or lines, and no triangles")
-    if len(notes) > MOST_NOTES:
-        notes[MOST_NOTES:] = [f"{len(notes) - MOST_NOTES} more of such notes"]
-    return Imported(nodes, notes=notes + blended(nodes))
+    return Imported(nodes, notes=shortened(notes) + blended(nodes))

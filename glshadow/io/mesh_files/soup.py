@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,9 @@ from glshadow.scene.nodes import Node
 
 Indices = NDArray[np.int64]
 
-MOST_PARTS = 500  # largest count of nodes of one file that differ by material; each takes 1 ms to load and draw (measured)
+MOST_PARTS = (
+    500  # largest count of nodes of one file that differ by material; each takes 1 ms to load and draw (measured)
+)
 MOST_NAMED = 5000  # the same if the file has names for them
 CORNER_BYTES = 400  # memory per corner of what computes smooth normals (measured: 350)
 CROWDED = 4  # triangles per vertex from which duplicates are likely: a closed surface has two
@@ -101,11 +104,14 @@ class Soup:
     def only(self, kept: NDArray[np.bool_]) -> Soup:
         """The polygons that `kept` (P,) selects."""
         corner = np.repeat(kept, self.counts)
-        per_polygon = ("counts", "part", "face_colors", "smoothing")
-        chosen = {name: value[kept] for name in per_polygon if (value := getattr(self, name)) is not None}
-        tables = {name: table for name in ("normals", "uv") if (table := getattr(self, name)) is not None}
-        reduced = {name: Table(each.rows, None if each.of is None else each.of[corner]) for name, each in tables.items()}
-        return replace(self, corners=self.corners[corner], **chosen, **reduced)
+        chosen: dict[str, Any] = {"corners": self.corners[corner]}
+        for name in ("counts", "part", "face_colors", "smoothing"):
+            value = getattr(self, name)
+            chosen[name] = None if value is None else value[kept]
+        for name in ("normals", "uv"):
+            table = getattr(self, name)
+            chosen[name] = table if table is None or table.of is None else Table(table.rows, table.of[corner])
+        return replace(self, **chosen)
 
 
 def placed(soup: Soup, notes: list[str], budget: Budget, smooth: float | None = None) -> list[Node]:
@@ -150,7 +156,7 @@ def _sound(soup: Soup, notes: list[str]) -> Soup:
             f"{polygons - int(kept.sum())} of {polygons} faces left out: a face refers to vertex {wrong}, but there are "
             f"{len(soup.positions)}, counted from 0"
         )
-    finite = np.isfinite(soup.positions).all(axis=1)
+    finite = np.asarray(np.isfinite(soup.positions).all(axis=1))
     if finite.all() or finite[soup.corners].all():
         return soup
     kept = _all_of(soup, finite[soup.corners])

@@ -77,8 +77,8 @@ def _binary(data: bytes, notes: list[str], budget: Budget) -> NDArray[np.void]:
         facets = declared
     elif facets and facets >= LEAST_SHARE * declared:
         notes.append(
-            f"its header declares {declared} facets, {HEADER + FACET * declared} bytes, but the file has {len(data)}: the {facets} that are "
-            "there are drawn; it is cut off"
+            f"its header declares {declared} facets, {HEADER + FACET * declared} bytes, but the file has {len(data)}: the {facets} that "
+            "are there are drawn; it is cut off"
         )
     elif declared or len(data) != HEADER:
         raise SceneError(
