@@ -89,7 +89,11 @@ def test_stl(tmp_path, data, note):
 
 def test_truncated_stl(tmp_path):
     """Its whole facets are drawn; without any, or with far fewer than declared, it is refused."""
-    scene = loaded(tmp_path / "plate.stl", binary_stl(count=3), "declares 3 facets, 234 bytes, but the file has 184: the 2 that are there")
+    scene = loaded(
+        tmp_path / "plate.stl",
+        binary_stl(count=3),
+        "declares 3 facets, 234 bytes, but the file has 184: the 2 that are there",
+    )
     assert area(scene) == (6.0, 6.0)
     for data in (binary_stl(count=3)[:130], binary_stl(count=201)):
         with pytest.raises(SceneError, match=f"but the file has {len(data)}; export or download it again"):

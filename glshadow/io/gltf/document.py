@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import base64
 import binascii
-import json
 import os
 import re
 import struct
-from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,29 +14,19 @@ from urllib.parse import unquote
 
 from numpy.typing import NDArray
 
+from glshadow.core.strict_json import strict_json
 from glshadow.errors import SceneError
 from glshadow.files import inside
+from glshadow.io.gltf.features import can_be_required, notes_on
 from glshadow.io.limits import Budget
 from glshadow.io.mesh_files.words import without_mark
 
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 HEAD = 12  # bytes before the first chunk
-LONGEST_INTEGER = 300  # digits; a float holds 308
 MOST_CHUNKS = 1000  # that are searched; the binary chunk is the second
 SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
 
 DRACO = "KHR_draco_mesh_compression"  # needs DracoPy; refused on use without it
-HONOURED = {
-    DRACO,
-    "EXT_mesh_gpu_instancing",
-    "EXT_texture_webp",
-    "KHR_animation_pointer",
-    "KHR_lights_punctual",
-    "KHR_mesh_quantization",
-    "KHR_node_visibility",
-    "KHR_texture_transform",
-    "KHR_xmp_json_ld",
-}
 ADVICE = {
     "EXT_meshopt_compression": "decompress it first, for example with `gltf-transform copy in.glb out.glb`",
     "KHR_meshopt_compression": "decompress it first, for example with `gltf-transform copy in.glb out.glb`",
@@ -207,7 +195,7 @@ def open_document(path: Path, budget: Budget) -> Document:
     size = path.stat().st_size
     with path.open("rb") as file:
         head = file.read(HEAD)
-    binary, notes = None, []
+    binary, notes, used = None, [], dict[str, None]()
     if head[:4] == b"glTF" or path.suffix.lower() == ".glb":
         length = _check_head(head, size)
         if length < size:
@@ -215,43 +203,32 @@ def open_document(path: Path, budget: Budget) -> Document:
         text, binary = _chunks(budget.read(path, "the file", length))
     else:
         text = budget.read(path, "the file")
-    document = Document(as_object(_parsed(text, notes), "the top level"), path.parent, binary, budget, notes)
+    document = Document(as_object(_parsed(text, used), "the top level"), path.parent, binary, budget, notes)
     version = as_object(document.json.get("asset", {}), "asset").get("version", "2.0")
     if not str(version).startswith("2"):
         raise SceneError(f"it is glTF {version!r}; only glTF 2 is read, convert it first")
     for name in document.items("extensionsRequired"):
-        if name not in HONOURED and not str(name).startswith("KHR_materials_"):  # these affect shading only
+        if not can_be_required(str(name)):
             raise refused(str(name))
+    notes += notes_on(used)
+    if len(document.items("scenes")) > 1:
+        notes.append(f"it has {len(document.items('scenes'))} scenes: the default one is drawn")
     return document
 
 
-def _parsed(text: bytes, notes: list[str]) -> Any:
-    """JSON with or without a byte order mark; of a key that an object repeats, the last value counts, with a note."""
-    repeated: list[str] = []
+def _parsed(text: bytes, used: dict[str, None]) -> Any:
+    """JSON with or without a byte order mark; `used` gets the names of the extensions in it."""
 
-    def kept(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        found = dict(pairs)
-        if len(found) < len(pairs):
-            repeated.extend(key for key, count in Counter(key for key, _ in pairs).items() if count > 1)
-        return found
+    def note(found: dict[str, Any]) -> None:
+        if isinstance(found.get("extensions"), dict):
+            used.update(dict.fromkeys(found["extensions"]))
 
     try:
-        parsed = json.loads(without_mark(text).decode("utf-8"), object_pairs_hook=kept, parse_int=_integer)
+        return strict_json(without_mark(text).decode("utf-8"), note)
     except UnicodeDecodeError as error:
         raise SceneError(f"not valid glTF: its JSON is not UTF-8 (byte {error.start})") from error
-    except json.JSONDecodeError as error:
+    except ValueError as error:
         raise SceneError(f"not valid glTF: its JSON cannot be read ({error})") from error
-    except RecursionError as error:
-        raise SceneError("not valid glTF: its JSON is nested too deeply") from error
-    if repeated:
-        names = ", ".join(repr(key[:40]) for key in list(dict.fromkeys(repeated))[:8])
-        notes.append(f"its JSON repeats keys of one object ({names}): the last value of each counts")
-    return parsed
-
-
-def _integer(digits: str) -> int | float:
-    """An integer; one that no field of glTF can hold becomes a float, which is refused wherever an integer is needed."""
-    return int(digits) if len(digits) <= LONGEST_INTEGER else float(digits)
 
 
 def _check_head(head: bytes, size: int) -> int:

@@ -176,12 +176,6 @@ def _note(document: Document, lost: Counter[str]) -> None:
         document.notes.append(
             f"{lost['points or lines']} primitive(s) of points or lines left out: only triangles are drawn"
         )
-    centre = extensions(document.json).get("CESIUM_RTC")
-    if centre is not None:
-        document.notes.append(
-            f"its CESIUM_RTC centre {as_object(centre, 'CESIUM_RTC').get('center')} is left out: drawn about its own "
-            "origin"
-        )
 
 
 def _cameras(document: Document, named: list[Named]) -> dict[str, Camera]:
