@@ -58,7 +58,9 @@ def smooth_normals(
     first, second, several = _across(vertex, following)
     a, b = faces[polygon[first]], faces[polygon[second]]
     bend = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ij,ij->i", a, b))
-    smooth = a.any(axis=1) & b.any(axis=1)
+    smooth = (
+        a.any(axis=1) & b.any(axis=1) & (bend < np.pi * (1.0 - _ROUNDING))
+    )  # not the two sides of one sheet, at its border
     if crease_rad is not None:
         smooth &= bend < crease_rad * (1.0 - _ROUNDING)
     if groups is not None:

@@ -266,7 +266,7 @@ def _triangles(document: Document, primitive: dict[str, Any], vertices: int, whe
         indices = np.arange(vertices)
     if mode == TRIANGLES:
         rest = len(indices) % 3
-        if rest:
+        if 0 < rest < len(indices):
             document.notes.append(
                 f"{where}: {len(indices)} indices are not a multiple of 3, as triangles need: the last {rest} left out"
             )
