@@ -14,7 +14,7 @@ def prism(sides, caps=False):
     """Side faces of a right prism, and its two caps; axis y."""
     angle = np.arange(sides) * 2 * np.pi / sides
     ring = np.stack([np.cos(angle), np.zeros(sides), np.sin(angle)], axis=1)
-    places = np.concatenate([ring, ring + (0, 1, 0)])
+    places = np.concatenate([ring, ring + np.array([0, 1, 0])])
     k = np.arange(sides)
     walls = np.stack([k, k + sides, (k + 1) % sides + sides, (k + 1) % sides], axis=1).ravel()
     counts = [4] * sides
