@@ -15,16 +15,17 @@ from glshadow.io.mesh_files.ply import read_ply
 from glshadow.io.mesh_files.soup import placed
 from glshadow.io.mesh_files.stl import is_binary_stl, read_stl
 from glshadow.io.mesh_files.words import without_mark
+from glshadow.io.model_file import ModelFile, model_file
 
 READERS = dict(zip(SUFFIXES, (read_obj, read_ply, read_stl, read_off), strict=True))
 
 
-def read_mesh_file(path: Path, budget: Budget, smooth: float | None = None) -> Imported:
+def read_mesh_file(source: Path | ModelFile, budget: Budget, smooth: float | None = None) -> Imported:
     """Read a .obj, .ply, .stl or .off file.
 
     Parameters
     ----------
-    path : Path
+    source : Path or ModelFile
     budget : Budget
         Budget of the file; the file's size is added to its read bytes.
     smooth : float, optional
@@ -35,11 +36,12 @@ def read_mesh_file(path: Path, budget: Budget, smooth: float | None = None) -> I
     SceneError
         If it is broken, declares more than it contains, or exceeds the budget.
     """
-    data = budget.read(path, "the file")
+    file = model_file(source)
+    data = file.read(budget)
     notes: list[str] = []
     if not is_binary_stl(data):
         data = without_mark(data)
-    soup = READERS[path.suffix.lower()](data, Beside(path.parent, notes, budget), notes, budget)
+    soup = READERS[file.suffix](data, Beside(file.folder, notes, budget), notes, budget)
     del data  # half a gigabyte for ten million facets
     nodes = placed(soup, notes, budget, smooth)
     if not nodes and notes:
