@@ -372,7 +372,7 @@ def test_nothing_outside_the_folder_is_read_for_an_obj(tmp_path, models):
 
 
 @pytest.mark.parametrize(
-    ("source", "pattern"), [("nowhere.glb", "file not found"), ("scene.fbx", ".glb, .gltf"), (5, "int")]
+    ("source", "pattern"), [("nowhere.glb", "file not found"), ("scene.xyz", ".glb, .gltf"), (5, "int")]
 )
 def test_non_models_are_refused(source, pattern, tmp_path):
     if source == "nowhere.glb":
