@@ -21,6 +21,7 @@ _ROUNDING = (
 _FLAT = 1e-6  # radians between smooth and flat normals below which nothing is smooth
 
 
+@np.errstate(all="ignore")  # overflows: such coordinates cannot be drawn, which is said later
 def smooth_normals(
     positions: Array, corners: Indices, counts: Indices, crease_rad: float | None, groups: Indices | None = None
 ) -> tuple[Array, Indices] | None:
@@ -54,12 +55,12 @@ def smooth_normals(
     vertex = welded(positions)[corners]
     polygon = np.repeat(np.arange(len(counts)), counts)
     following, previous = _around(counts, polygon)
-    faces, angles = _faces(positions[corners], counts, polygon, following, previous)
+    faces, angles = _faces(np.ascontiguousarray(positions.T), corners, counts, polygon, following, previous)
     first, second, several = _across(vertex, following)
-    a, b = faces[polygon[first]], faces[polygon[second]]
-    bend = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ij,ij->i", a, b))
+    a, b = faces[:, polygon[first]], faces[:, polygon[second]]
+    bend = np.arctan2(_length(_cross(a, b)), _dot(a, b))
     smooth = (
-        a.any(axis=1) & b.any(axis=1) & (bend < np.pi * (1.0 - _ROUNDING))
+        a.any(axis=0) & b.any(axis=0) & (bend < np.pi * (1.0 - _ROUNDING))
     )  # not the two sides of one sheet, at its border
     if crease_rad is not None:
         smooth &= bend < crease_rad * (1.0 - _ROUNDING)
@@ -71,13 +72,13 @@ def smooth_normals(
     first, second = first[smooth], second[smooth]
     root = representatives(
         np.concatenate([first, following[first]]), np.concatenate([following[second], second]), len(corners)
-    ).astype(np.int64)
-    weighted = faces[polygon] * angles[:, None]
-    total = np.stack([np.bincount(root, column, len(corners)) for column in weighted.T], axis=1)
+    )
+    first_of = root == np.arange(len(corners), dtype=np.int32)
+    of = (np.cumsum(first_of) - 1)[root]
+    total = np.stack([np.bincount(of, angles * column[polygon]).astype(np.float64) for column in faces], axis=1)
     lost = ~total.any(axis=1)
-    total[lost] = faces[polygon[lost]]
-    first_of = root == np.arange(len(corners))
-    return unit_vectors(total[first_of]), (np.cumsum(first_of) - 1)[root]
+    total[lost] = faces.T[polygon[first_of][lost]]
+    return unit_vectors(total), of
 
 
 def _around(counts: Indices, polygon: Indices) -> tuple[Indices, Indices]:
@@ -91,16 +92,44 @@ def _around(counts: Indices, polygon: Indices) -> tuple[Indices, Indices]:
 
 
 def _faces(
-    places: Array, counts: Indices, polygon: Indices, following: Indices, previous: Indices
+    places: Array, corners: Indices, counts: Indices, polygon: Indices, following: Indices, previous: Indices
 ) -> tuple[Array, Array]:
-    """Unit normals (P, 3) of polygons, zero without area; and the angle (C,) at each corner."""
+    """Unit normals (3, P) of polygons, zero without area; and the angle (C,) at each corner. `places`: (3, V)."""
+    if (counts == 3).all():
+        a, b, c = (places[:, corners[k::3]] for k in range(3))
+        ab, ac, bc = b - a, c - a, c - b
+        areas = _cross(ab, ac)
+        across = _length(areas)
+        angles = np.stack(
+            [np.arctan2(across, _dot(ab, ac)), np.arctan2(across, -_dot(ab, bc)), np.arctan2(across, _dot(ac, bc))],
+            axis=1,
+        )
+        return areas / np.where(across > 0.0, across, 1.0), angles.ravel()
     starts = np.cumsum(counts) - counts
-    relative = places - places[starts[polygon]]  # so that a polygon far from the origin keeps its precision
-    areas = np.cross(relative, relative[following])
-    faces = np.stack([np.bincount(polygon, column, len(counts)).astype(np.float64) for column in areas.T], axis=1)
-    ahead, behind = places[following] - places, places[previous] - places
-    across = np.linalg.norm(np.cross(ahead, behind), axis=1)
-    return unit_vectors(faces), np.arctan2(across, np.einsum("ij,ij->i", ahead, behind))
+    points = places[:, corners]
+    relative = points - points[:, starts[polygon]]  # so that a polygon far from the origin keeps its precision
+    parts = _cross(relative, relative[:, following])
+    areas = np.stack([np.bincount(polygon, column, len(counts)).astype(np.float64) for column in parts])
+    size = _length(areas)
+    ahead = points[:, following] - points
+    behind = -ahead[:, previous]
+    return areas / np.where(size > 0.0, size, 1.0), np.arctan2(_length(_cross(ahead, behind)), _dot(ahead, behind))
+
+
+# vectors are (3, N) here: numpy reduces and multiplies columns several times as fast as rows of three
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+def _dot(a: Array, b: Array) -> Array:
+    found: Array = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return found
+
+
+def _length(a: Array) -> Array:
+    return np.sqrt(_dot(a, a))
 
 
 def _across(vertex: Indices, following: Indices) -> tuple[Indices, Indices, NDArray[np.bool_]]:
