@@ -4,6 +4,7 @@ import json
 import pickle
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from click.testing import CliRunner
 import glshadow as gs
 from glshadow.cli import main
 from glshadow.errors import GlshadowWarning, SceneError, SettingsError
+from glshadow.io.from_pyrender import read_pyrender
 from glshadow.io.load import load
 
 from .glb import Glb
@@ -119,6 +121,29 @@ def test_command_line(three, tmp_path):
     assert refused.exit_code != 0
     assert "it has 0: 'A', 1: 'B', 2: 'C'" in refused.output
     assert "--camera needs a MODEL" in CliRunner().invoke(main, ["render", "--camera", "A"]).output
+
+
+class Node:
+    def __init__(self, x, yfov, name=None):
+        self.name, self.camera = name, SimpleNamespace(yfov=yfov, name=None)
+        self.pose = np.eye(4)
+        self.pose[0, 3] = x
+
+
+def test_cameras_of_pyrender():
+    """All of them by name, and the main one; with stand-ins for its scene."""
+    nodes = [Node(0.0, 1.0, "A"), Node(1.0, 0.5), Node(2.0, 0.7, "A")]
+    scene = SimpleNamespace(mesh_nodes=[], light_nodes=[], camera_nodes=nodes, main_camera_node=nodes[1],
+                            get_pose=lambda node: node.pose)  # fmt: skip
+    found = read_pyrender(scene)
+    assert {name: camera.position[0] for name, camera in found.cameras.items()} == {
+        "A": 0.0,
+        "camera1": 1.0,
+        "A.2": 2.0,
+    }
+    assert found.camera == found.cameras["camera1"]
+    scene.main_camera_node, scene.camera_nodes = None, []
+    assert (read_pyrender(scene).camera, read_pyrender(scene).cameras) == (None, {})
 
 
 # --- smooth normals in memory ---
