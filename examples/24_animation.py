@@ -1,4 +1,4 @@
-"""A glTF file's animation: frames at any times, and a video of them. Look at: the shadow swings with the pendulum, and the posts stand still."""
+"""A glTF file's animation: frames at any times, and a video of them. Look at: the pendulum and its shadow swing, the posts stand."""
 
 import base64
 import json

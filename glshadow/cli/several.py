@@ -100,11 +100,11 @@ def animation_shots(wanted: Request, fps: float) -> Shots:
         )
     times = [number / fps for number in range(count)]
     scene = scene.framed(times)
-    camera = wanted.camera(scene)
+    camera, placed = wanted.camera(scene), wanted.eye is not None or wanted.target is not None
 
     def at(number: int) -> Shot:
         now = scene.at(times[number])
-        followed = camera if now.camera == scene.camera or wanted.looks else wanted.camera(now)
+        followed = camera if now.camera == scene.camera or placed else wanted.camera(now)
         return now, followed, wanted.lit(now)
 
     return Shots(scene, count, at, fps, moves=True)

@@ -89,6 +89,14 @@ def height(text: str) -> float:
     return OrthographicCamera(height=number(text)).height
 
 
+def degrees(text: str) -> float:
+    """Crease angle."""
+    value = number(text)
+    if not 0.0 <= value <= 180.0:
+        raise SettingsError(f"{text!r} is not an angle from 0 to 180 degrees")
+    return value
+
+
 def plane(text: str) -> float:
     """Distance of the camera's near or far plane."""
     value = number(text)

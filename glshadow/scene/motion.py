@@ -30,14 +30,14 @@ class Pose:
     ----------
     nodes : dict
         Number of a node, in the order of the source -> its mesh and world_from_mesh (4, 4).
-    camera : Camera, optional
-        None: the source has none.
+    cameras : dict
+        All cameras of the source by name.
     lights : tuple of Light
         All lights of the source.
     """
 
     nodes: Mapping[int, tuple[Mesh, Array]]
-    camera: Camera | None = None
+    cameras: Mapping[str, Camera] = field(default_factory=dict)
     lights: tuple[Light, ...] = ()
 
 
@@ -63,7 +63,7 @@ class Motion:
         The chosen animation.
     names : tuple of str
         Names of the source's nodes in the scene.
-    camera, lights : optional
+    cameras, lights : optional
         Of the source as they are in the scene now. A scene with other ones keeps those.
     turn : (3, 3) float64
         Rotation of the source's axes to the scene's.
@@ -72,7 +72,7 @@ class Motion:
     source: Animated
     animation: str
     names: tuple[str, ...] = ()
-    camera: Camera | None = None
+    cameras: Mapping[str, Camera] = field(default_factory=dict)
     lights: tuple[Light, ...] = ()
     turn: Array = field(default_factory=lambda: np.eye(3))
 
@@ -114,16 +114,19 @@ class Motion:
             node, matrix = scene.nodes[index], turn @ matrix if turned else matrix
             if node.mesh is not mesh or not np.array_equal(node.world_from_mesh, matrix):
                 nodes[index] = moved(node, mesh, matrix)
-        camera, lights = pose.camera, pose.lights
+        cameras, lights = dict(pose.cameras), pose.lights
         if turned:
-            camera = None if camera is None else turned_camera(camera, self.turn)
+            cameras = {name: turned_camera(each, self.turn) for name, each in cameras.items()}
             lights = tuple(light.turned(self.turn, np.zeros(3)) for light in lights)
-        follows = dict(zip(map(id, self.lights), lights, strict=True))
-        seen = camera if camera is not None and scene.camera is self.camera else scene.camera
+        follows: dict[int, Any] = {id(self.cameras[name]): each for name, each in cameras.items()}
+        follows |= zip(map(id, self.lights), lights, strict=True)
+        seen = follows.get(id(scene.camera), scene.camera)
         lit = tuple(follows.get(id(light), light) for light in scene.lights)
-        if not nodes and seen == scene.camera and lit == scene.lights and self is scene.motion:
+        every = {name: follows.get(id(each), each) for name, each in scene.cameras.items()}
+        if not nodes and self is scene.motion and (seen, lit, every) == (scene.camera, scene.lights, scene.cameras):
             return scene  # nothing has moved
-        return scene.changed(nodes, camera=seen, lights=lit, motion=replace(self, camera=camera, lights=lights))
+        motion = replace(self, cameras=cameras, lights=lights)
+        return scene.changed(nodes, camera=seen, lights=lit, cameras=every, motion=motion)
 
 
 def posed(scene: Scene, seconds: Any, animation: str | int | None) -> Scene:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,6 +67,14 @@ class Node(Settings):
         return f"Node {shown(self.name)}" if isinstance(self.name, str) else "Node"
 
 
+def _cameras(name: str, value: Any) -> dict[str, Camera]:
+    if not isinstance(value, Mapping) or not all(
+        isinstance(key, str) and isinstance(camera, Camera) for key, camera in value.items()
+    ):
+        raise refuse(name, "a mapping from names to cameras", value)
+    return dict(value)
+
+
 def _nodes(name: str, value: Any) -> tuple[Node, ...]:
     """Check a scene's nodes: a mesh becomes a node without transform, and names are made unique."""
     several_nodes = several(instance(Node), "Node or Mesh", 10**8)
@@ -109,6 +117,8 @@ class Scene(Settings):
         From the file. None is replaced by a default that frames the scene: see `default_camera` and `default_sun`.
     motion : Motion, optional
         How a loaded scene moves, see `at`.
+    cameras : mapping from name to Camera
+        All cameras of the file.
 
     Raises
     ------
@@ -122,7 +132,20 @@ class Scene(Settings):
     camera: Camera = setting(optional(instance(Camera), "frames the scene"), None, help="the camera")
     lights: tuple[Light, ...] = setting(optional(as_lights, "one directional light"), None, help="the lights")
     name: str = setting(text(), "scene", help="name in messages and files")
+    cameras: Mapping[str, Camera] = setting(_cameras, factory=dict, help="all cameras of the file, by name")
     motion: Motion | None = setting(optional(instance(Motion), "nothing moves"), None, help="how the scene moves")
+
+    if TYPE_CHECKING:  # what may be given, and is converted
+
+        def __init__(
+            self,
+            nodes: Sequence[Node | Mesh],
+            camera: Camera | None = None,
+            lights: Light | Sequence[Light] | None = None,
+            name: str = "scene",
+            cameras: Mapping[str, Camera] = ...,
+            motion: Motion | None = None,
+        ) -> None: ...
 
     __repr__ = summary.scene_line
     _repr_html_ = summary.scene_html
@@ -208,7 +231,7 @@ class Scene(Settings):
         Parameters
         ----------
         **settings
-            Camera, lights and motion, checked.
+            Camera, lights, cameras and motion, checked.
         """
         made = copy(self)
         kept = made.__dict__
@@ -274,7 +297,7 @@ class Scene(Settings):
             lowest = min(scene._lowest(model=True) for scene in scenes)
             catches = any(node.ground and node.catches for node in self.nodes)
             made = replace(self, nodes=(*bare, _ground(bounds, lowest, catches)))
-        own = self.motion is not None and self.motion.camera is not None
+        own = self.motion is not None and self.motion.cameras
         return made if own else made.changed({}, camera=default_camera(bounds))
 
     def with_ground(self, catches: bool = False) -> Scene:

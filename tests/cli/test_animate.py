@@ -165,7 +165,7 @@ def test_nothing_in_view_is_an_error(folder: Path) -> None:
         (("--animate", "8", "-o", "nowhere/a.gif"), "folder not found"),
         (("-o", "a.mp4",), "is a video: that needs render --orbit N or --animate FPS"),
         (("--orbit", "2", "-o", "a.gif", "--background", "none"), "a GIF's image has none"),
-        (("--time", "1",), "--up-axis, --time and --animation need a MODEL"),
+        (("--time", "1"), "--time needs a MODEL"),
     ],
 )  # fmt: skip
 def test_bad_options_are_refused(folder: Path, arguments: tuple[str, ...], said: str) -> None:

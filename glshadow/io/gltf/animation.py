@@ -13,6 +13,7 @@ from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.io.gltf.accessor import COLUMNS, read_floats
 from glshadow.io.gltf.document import Document, as_object, count, extensions
+from glshadow.io.limits import OverLimit
 
 STEP, LINEAR, CUBIC = "STEP", "LINEAR", "CUBICSPLINE"
 KINDS = {"translation": "VEC3", "rotation": "VEC4", "scale": "VEC3", "weights": "SCALAR"}
@@ -112,8 +113,8 @@ class _Reader:
             self.document.budget.check_time(where)
             try:
                 track = self._track(as_object(each, f"{where}: a channel"), samplers, where)
-            except _Beyond as error:
-                raise SceneError(str(error)) from None
+            except OverLimit:  # the file is refused, not only a channel left out
+                raise
             except SceneError as error:
                 self.left_out[str(error)] += 1
             else:
@@ -154,16 +155,9 @@ class _Reader:
             if normalized:
                 accessor["normalized"] = True
             length = count(accessor, "count", where, least=1)
-            try:  # before any of it is made
-                self.document.budget.take(8 * length * COLUMNS[kind], where)
-            except SceneError as error:
-                raise _Beyond(str(error)) from None
+            self.document.budget.take(8 * length * COLUMNS[kind], where)  # before any of it is made
             self.stored[index, kind] = read_floats(self.document, index, (kind,), where)
         return self.stored[index, kind]
-
-
-class _Beyond(SceneError):
-    """A limit was exceeded: the file is refused, not only a channel left out."""
 
 
 def _target(target: dict[str, Any], where: str) -> tuple[Any, str]:

@@ -81,7 +81,7 @@ class Movement:
         for k, place in enumerate(places):
             self.parts[first + k] = Part(node, mesh, place, None if local is None else local[k], skin)
 
-    def motion(self, graph: Graph, camera: CameraAt | None, lights: Sequence[LightAt]) -> Motion | None:
+    def motion(self, graph: Graph, cameras: dict[str, CameraAt], lights: Sequence[LightAt]) -> Motion | None:
         """The motion of the scene; None if the file has no animation."""
         if not self.animations:
             return None
@@ -91,11 +91,11 @@ class Movement:
             skin = self.skins[index]
             still = np.stack(graph.matrices(skin.joints))
             skins[index] = (skin, still, np.array([rows.get(joint, -1) for joint in skin.joints], dtype=np.int64))
-        moving = Moving(self.animations, self.hierarchy, self.weights, self.parts, skins, camera, tuple(lights))
+        moving = Moving(self.animations, self.hierarchy, self.weights, self.parts, skins, cameras, tuple(lights))
         return Motion(
             moving,
             next(iter(self.animations)),
-            camera=None if camera is None else camera[1],
+            cameras={name: camera for name, (_, camera, _) in cameras.items()},
             lights=tuple(light for _, light, _ in lights),
         )
 

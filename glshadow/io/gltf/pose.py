@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,8 @@ from glshadow.io.imported import usable_normals
 from glshadow.lights import Light
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.motion import Pose
+
+T = TypeVar("T", Camera, Light)
 
 
 @dataclass(eq=False)
@@ -221,8 +223,8 @@ class Moving:
         Number of a node of the scene, in the reader's order -> what moves it.
     skins : dict
         Index of a skin -> its joints, the matrices of those that do not move, and the rows of those that do (-1: it does not).
-    camera, lights : optional
-        The node, what the file's camera or light is at rest, and a function that places it by a node's matrix.
+    cameras, lights : optional
+        The node, what the file's camera or light is at rest, and a function that places it by a node's matrix; cameras by name.
     """
 
     animations: dict[str, Animation]
@@ -230,7 +232,7 @@ class Moving:
     weights: dict[int, Weights]
     parts: dict[int, Part] = field(default_factory=dict)
     skins: dict[int, tuple[Bound, Array, NDArray[np.int64]]] = field(default_factory=dict)
-    camera: tuple[int, Camera, Callable[[Array], Camera]] | None = None
+    cameras: Mapping[str, tuple[int, Camera, Callable[[Array], Camera]]] = field(default_factory=dict)
     lights: Sequence[tuple[int, Light, Callable[[Array], Light]]] = ()
 
     @property
@@ -269,8 +271,10 @@ class Moving:
             if part.local is not None:
                 matrix = world[rows[part.node]] @ part.local
             nodes[number] = (mesh, matrix)
-        camera, *lights = (
-            None if each is None else each[2](world[rows[each[0]]]) if each[0] in rows else each[1]
-            for each in (self.camera, *self.lights)
-        )
-        return Pose(nodes, camera, tuple(lights))  # type: ignore[arg-type]
+
+        def place(at: tuple[int, T, Callable[[Array], T]]) -> T:
+            node, rest, make = at
+            return make(world[rows[node]]) if node in rows else rest
+
+        cameras = {name: place(each) for name, each in self.cameras.items()}
+        return Pose(nodes, cameras, tuple(map(place, self.lights)))

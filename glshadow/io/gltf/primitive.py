@@ -225,6 +225,16 @@ def _body(document: Document, primitive: dict[str, Any], form: Form, where: str)
     vertices = _Vertices(document, attributes, targets_of(document, primitive, form.weights, where), count, rows, where)
     positions = vertices.read("POSITION", ("VEC3",))
     assert positions is not None
+    lost = np.asarray(~np.isfinite(positions).all(axis=1))
+    if lost.any():
+        message = (
+            f"{where}: {int(lost.sum())} of {len(lost)} vertices have coordinates that are not finite (NaN or infinite)"
+        )
+        whole = np.arange(count)[rows][_without(document, triangles, np.asarray(lost[triangles].any(axis=1)), message)]
+        rows, triangles = used_vertices(whole, count)
+        vertices = replace(vertices, rows=rows)
+        positions = vertices.read("POSITION", ("VEC3",))
+        assert positions is not None
     if not vertices.targets:
         _check_declared(document, attributes["POSITION"], positions, where)
     normals = vertices.read("NORMAL", ("VEC3",))
@@ -281,26 +291,50 @@ def _check_declared(document: Document, accessor: int, positions: Array, where: 
 
 
 def _triangles(document: Document, primitive: dict[str, Any], vertices: int, where: str) -> NDArray[np.int64]:
+    """Triangles (T, 3) whose vertices exist; notes how many others there are."""
     mode = primitive.get("mode", TRIANGLES)
     if "indices" in primitive:
         indices = read_whole(document, primitive["indices"], ("SCALAR",), f"{where}.indices")[:, 0]
-        if indices.max() >= vertices:
-            raise SceneError(
-                f"{where}: index {indices.max()} is out of range, it has {vertices} vertices "
-                f"({int((indices >= vertices).sum())} of {len(indices)} indices are)"
-            )
     else:
         document.budget.take(8 * vertices, where)
         indices = np.arange(vertices)
     if mode == TRIANGLES:
-        if len(indices) % 3:
-            raise SceneError(f"{where}: {len(indices)} indices are not a multiple of 3, as triangles need")
-        return indices.reshape(-1, 3)
+        rest = len(indices) % 3
+        if 0 < rest < len(indices):
+            document.notes.append(
+                f"{where}: {len(indices)} indices are not a multiple of 3, as triangles need: the last {rest} left out"
+            )
+        triangles = indices[: len(indices) - rest].reshape(-1, 3)
+    else:
+        document.budget.take(24 * len(indices), where)
+        triangles = _strip(indices, fan=mode == FAN)
+    if len(triangles) == 0:
+        raise SceneError(f"{where}: {len(indices)} indices are too few for a triangle")
+    beyond = triangles >= vertices
+    if not beyond.any():
+        return triangles
+    message = (
+        f"{where}: index {triangles.max()} is out of range, it has {vertices} vertices "
+        f"({int((indices >= vertices).sum())} of {len(indices)} indices are)"
+    )
+    return _without(document, triangles, np.asarray(beyond.any(axis=1)), message)
+
+
+def _strip(indices: NDArray[np.int64], fan: bool) -> NDArray[np.int64]:
     if len(indices) < 3:
-        raise SceneError(f"{where}: a strip or fan needs 3 indices, got {len(indices)}")
-    document.budget.take(24 * len(indices), where)
-    if mode == FAN:
+        return np.zeros((0, 3), dtype=np.int64)
+    if fan:
         return np.stack([indices[1:-1], indices[2:], np.full(len(indices) - 2, indices[0])], axis=1)
     strip = np.stack([indices[:-2], indices[1:-1], indices[2:]], axis=1)
     strip[1::2] = strip[1::2][:, [0, 2, 1]]  # every second triangle of a strip is wound the other way
     return strip
+
+
+def _without(
+    document: Document, triangles: NDArray[np.int64], broken: NDArray[np.bool_], message: str
+) -> NDArray[np.int64]:
+    """Triangles that are not broken, with a note; an error if there are none."""
+    if broken.all():
+        raise SceneError(message)
+    document.notes.append(f"{message}: {int(broken.sum())} of {len(triangles)} triangles left out")
+    return triangles[~broken]

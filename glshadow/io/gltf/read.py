@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,7 +14,7 @@ import numpy as np
 from glshadow.core.cameras import OrthographicCamera, PerspectiveCamera
 from glshadow.core.setting import as_float, shown
 from glshadow.core.spaces import Array
-from glshadow.errors import SceneError
+from glshadow.errors import GlshadowError, SceneError
 from glshadow.io.gltf.document import Document, as_object, extensions, open_document
 from glshadow.io.gltf.graph import Graph, instances
 from glshadow.io.gltf.material import Surfaces
@@ -21,8 +23,8 @@ from glshadow.io.gltf.movement import CameraAt, LightAt, Movement, movement
 from glshadow.io.gltf.pose import Deformer
 from glshadow.io.gltf.primitive import Form, Primitives, is_skinned, is_surface
 from glshadow.io.gltf.skin import bound
-from glshadow.io.imported import WIDEST_CONE, Imported, blended
-from glshadow.io.limits import Budget
+from glshadow.io.imported import WIDEST_CONE, Imported, blended, shortened
+from glshadow.io.limits import Budget, OverLimit
 from glshadow.io.model_file import ModelFile
 from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.scene.mesh import Mesh
@@ -56,10 +58,8 @@ def read_gltf(source: Path | ModelFile, budget: Budget) -> Imported:
         if "mesh" not in node:
             continue
         budget.check_time(f"node {name!r}")
-        placements = None
-        for mesh, skinned in meshes.of(node, index, f"node {name!r}"):
-            if placements is None:
-                placements = instances(document, node, index, matrix)
+        made, placements = meshes.of(node, index, f"node {name!r}", matrix)
+        for mesh, skinned in made:
             places = np.eye(4)[None] if skinned else placements  # a skinned mesh is placed by its joints alone
             triangles += len(mesh.triangles) * len(places)
             budget.limits.check("triangles", triangles, f"node {name!r}")
@@ -70,10 +70,11 @@ def read_gltf(source: Path | ModelFile, budget: Budget) -> Imported:
                 kept = None if skinned else partial(instances, document, node, index, np.eye(4))
                 moves.add(len(found.nodes), index, meshes.deformer(mesh), places, kept, *meshes.posed_by(node, mesh))
             found.nodes += [Node(mesh, place, title) for title, place in zip(titles, places, strict=True)]
-    camera, lights = _camera(document, named), _lights(document, named)
-    found.camera = None if camera is None else camera[1]
+    cameras, lights = _cameras(document, named), _lights(document, named)
+    found.cameras = {name: camera for name, (_, camera, _) in cameras.items()}
+    found.camera = next(iter(found.cameras.values()), None)
     found.lights = [light for _, light, _ in lights] or None
-    found.motion = moves.motion(graph, camera, lights)
+    found.motion = moves.motion(graph, cameras, lights)
     budget.limits.check("draws", len(found.nodes) * len(found.lights or ()), "the scene")
     _note(document, meshes.lost)
     found.notes += blended(found.nodes)
@@ -83,6 +84,8 @@ def read_gltf(source: Path | ModelFile, budget: Budget) -> Imported:
 
 
 def _why_empty(document: Document, named: list[Named], lost: Counter[str]) -> str:
+    if lost["broken"]:
+        return "; ".join(shortened(document.notes))
     if lost["points or lines"]:
         return "it holds only points or lines, and no triangles"
     if not named:
@@ -112,9 +115,30 @@ class _Meshes:
         self._made: dict[tuple[Any, ...], list[tuple[Mesh, bool]]] = {}
         self._joints: dict[int, Array] = {}
         self.lost: Counter[str] = Counter()
+        self._noted: set[str] = set()
 
-    def of(self, node: dict[str, Any], index: int, user: str) -> list[tuple[Mesh, bool]]:
-        """The meshes of a node, and whether its skin has already placed them."""
+    def of(self, node: dict[str, Any], index: int, user: str, matrix: Array) -> tuple[list[tuple[Mesh, bool]], Array]:
+        """The meshes of a node, and whether its skin has already placed them; its placements. A broken node has no meshes, and a note."""
+        with self._lenient(user):
+            made = self._of(node, index, user)
+            return made, instances(self._document, node, index, matrix) if made else matrix[None]
+        return [], matrix[None]
+
+    @contextmanager
+    def _lenient(self, what: str) -> Iterator[None]:
+        """Turn an error into a note that this is left out; each error once."""
+        try:
+            yield
+        except OverLimit:
+            raise
+        except SceneError as error:
+            self.lost["broken"] += 1
+            note = str(error) if what in str(error) else f"{what}: {error}"
+            if note not in self._noted:
+                self._noted.add(note)
+                self._document.notes.append(f"{note}: left out")
+
+    def _of(self, node: dict[str, Any], index: int, user: str) -> list[tuple[Mesh, bool]]:
         number = node["mesh"]
         mesh = self._document.item("meshes", number, user)
         form = self._form(node, index, mesh, user)
@@ -153,13 +177,14 @@ class _Meshes:
         self._document.budget.limits.check("nodes", len(primitives), title)
         for number, given in enumerate(primitives):
             where = f"{title} primitive {number}"
-            primitive = as_object(given, where)
-            if not is_surface(primitive):
-                self.lost["points or lines"] += 1
-                continue
-            skinned = form.joints is not None and is_skinned(primitive)
-            self.lost["skins without joints"] += form.joints is not None and not skinned
-            made.append((self._primitives.get(primitive, form, where), skinned))
+            with self._lenient(where):
+                primitive = as_object(given, where)
+                if not is_surface(primitive):
+                    self.lost["points or lines"] += 1
+                    continue
+                skinned = form.joints is not None and is_skinned(primitive)
+                made.append((self._primitives.get(primitive, form, where), skinned))
+                self.lost["skins without joints"] += form.joints is not None and not skinned
         return made
 
 
@@ -172,30 +197,33 @@ def _note(document: Document, lost: Counter[str]) -> None:
         document.notes.append(
             f"{lost['points or lines']} primitive(s) of points or lines left out: only triangles are drawn"
         )
-    centre = extensions(document.json).get("CESIUM_RTC")
-    if centre is not None:
-        document.notes.append(
-            f"its CESIUM_RTC centre {as_object(centre, 'CESIUM_RTC').get('center')} is left out: drawn about its own "
-            "origin"
-        )
 
 
-def _camera(document: Document, named: list[Named]) -> CameraAt | None:
-    """The first camera in the scene of a kind that glTF defines."""
+def _cameras(document: Document, named: list[Named]) -> dict[str, CameraAt]:
+    """The cameras of the scene by the names of their nodes; kinds that glTF does not define, and broken ones behind the first, are left
+    out with a note."""
+    found: dict[str, CameraAt] = {}
     for name, index, node, matrix in named:
         if "camera" not in node:
             continue
-        camera = document.item("cameras", node["camera"], f"node {name!r}")
-        kind = camera.get("type")
-        lens = as_object(camera.get(str(kind), {}), f"node {name!r}: its camera")
-        if kind == "perspective":
-            perspective = partial(PerspectiveCamera.from_pose, fov_y=float(np.degrees(_size(lens, "yfov", name))))
-            return index, perspective(matrix), perspective
-        if kind == "orthographic":
-            orthographic = partial(OrthographicCamera.from_pose, height=2.0 * _size(lens, "ymag", name))
-            return index, orthographic(matrix), orthographic
-        document.notes.append(f"camera {name!r} is {kind}, which is not supported: left out")
-    return None
+        try:
+            camera = document.item("cameras", node["camera"], f"node {name!r}")
+            kind = camera.get("type")
+            lens = as_object(camera.get(str(kind), {}), f"node {name!r}: its camera")
+            if kind == "perspective":
+                fov_y = float(np.degrees(_size(lens, "yfov", name)))
+                perspective = partial(PerspectiveCamera.from_pose, fov_y=fov_y)
+                found[name] = index, perspective(matrix), perspective
+            elif kind == "orthographic":
+                orthographic = partial(OrthographicCamera.from_pose, height=2.0 * _size(lens, "ymag", name))
+                found[name] = index, orthographic(matrix), orthographic
+            else:
+                document.notes.append(f"camera {name!r} is {kind}, which is not supported: left out")
+        except GlshadowError as error:
+            if not found:  # another view than the file's would be drawn
+                raise
+            document.notes.append(f"camera {name!r}: {error}: left out")
+    return found
 
 
 def _size(lens: dict[str, Any], key: str, name: str) -> float:
