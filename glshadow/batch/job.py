@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
@@ -29,6 +28,7 @@ from glshadow.core.setting import (
     whole,
 )
 from glshadow.core.spelling import parse
+from glshadow.core.strict_json import strict_json
 from glshadow.derive.look import BACKGROUND, look_of
 from glshadow.errors import GlshadowError, SceneError, SettingsError
 from glshadow.image import FRAME_SUFFIXES
@@ -160,7 +160,7 @@ def read_jobs(path: str | os.PathLike[str]) -> list[Job]:
     wrong: list[str] = []
     taken: dict[bytes, int] = {}  # hashes: a million long names would take gigabytes
     try:
-        with path.open(encoding="utf-8") as file:
+        with path.open(encoding="utf-8-sig") as file:
             for number, line in _lines(file):
                 try:
                     job = parse_job(line, path.parent)
@@ -214,8 +214,8 @@ def parse_job(line: str, base: Path) -> Job:
     if len(line) > MOST_LINE:
         raise SettingsError(f"the line is longer than {MOST_LINE} characters")
     try:
-        given = json.loads(line)
-    except (ValueError, RecursionError) as error:
+        given = strict_json(line)
+    except ValueError as error:
         raise SettingsError(f"the line is not JSON: {error}") from None
     if not isinstance(given, dict):
         raise SettingsError(f"the line must be an object, got {shown(given)}")

@@ -76,8 +76,16 @@ def test_truncated_journal_keeps_its_complete_lines(tmp_path: Path) -> None:
     assert (again.drawn, again.kept, again.failed) == (1, 1, ())
 
 
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+def test_jobs_with_a_byte_order_mark(tmp_path: Path, mark: str) -> None:
+    path = written(tmp_path / "jobs.jsonl", {"output": "a.png"}, {"output": "b.png"})
+    path.write_text(mark + path.read_text(), encoding="utf-8")
+    assert [job.output for job in read_jobs(path)] == ["a.png", "b.png"]
+
+
 WRONG: list[tuple[dict[str, Any] | str, str]] = [
-    ("{", "not JSON"), ("[1]", "must be an object"), ({"scene": "courtyard"}, "output is missing"),
+    ("{", "not JSON"), ('{"a": 1, "a": 2}', "the key 'a' more than once"), ('{"a": ' + "9" * 5000 + "}", "an integer of 5000 digits$"),
+    ("[1]", "must be an object"), ({"scene": "courtyard"}, "output is missing"),
     ({"output": "a.png"}, "scene is missing"),
     ({"colour": 1}, "'colour': unknown; the keys are background, cameras"), ({"scene": "nowhere.glb"}, "file not found"),
     ({"output": "a.bmp"}, "must end in one of"), ({"output": "../a.png"}, "must stay in"), ({"output": "/a.png"}, "must stay in"),
