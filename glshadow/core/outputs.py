@@ -53,7 +53,7 @@ OUTPUTS = (
            ("visibility",)),
     Output("linear", Of.MEAN, np.float32, "(H, W, 3)", "light before clamping; (H, W, 4) premultiplied over a transparent background",
            "background, decoded", ("R", "G", "B", "A")),
-    Output("alpha", Of.MEAN, np.float32, "(H, W)", "share of the samples that see a surface; on a catcher, its shadow's share", "0",
+    Output("alpha", Of.MEAN, np.float32, "(H, W)", "share of the samples that see a surface, what blends by its alpha; on a catcher, its shadow's share", "0",
            ("A",)),
     Output("depth", Of.CENTRE, np.float32, "(H, W)", "distance along the camera's view direction", "infinity", ("Z",)),
     Output("depth_metric", Of.CENTRE, np.float32, "(H, W)", "(s z + min_z) / (min_z + max_z) of the camera", "1", ("depth_metric",)),

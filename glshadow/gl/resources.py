@@ -14,6 +14,7 @@ from glshadow.gl.driver.program import Programs
 from glshadow.gl.driver.queries import AnySamples
 from glshadow.gl.driver.targets import CameraTargets, SurfaceTargets
 from glshadow.gl.frame_context import FrameContext
+from glshadow.gl.layers import Layers, opaque_scene
 from glshadow.gl.passes.atlases import Atlases
 from glshadow.gl.passes.camera import CameraView, draw_surface, view_scene
 from glshadow.gl.passes.primary import find_primary
@@ -59,6 +60,7 @@ class ResourceCache:
         self._samplers = Samplers.make(ctx)
         self.atlases = Atlases(context)
         self.cookies = Cookies(context)
+        self.layers = Layers(context, self.meshes)
         self._targets: Kept[CameraTargets] = Kept()
         self._samples: Kept[Samples] = Kept()
         self.camera_view: tuple[Any, CameraView] | None = None
@@ -70,10 +72,10 @@ class ResourceCache:
         """The context of one frame; `pattern`: columns and rows of pixels that are drawn for each pixel of the image."""
         context, scene, camera, size = self.context, request.scene, request.camera, request.size
         lights, samples, outputs = len(request.lights), request.look.samples, request.outputs
-        gpu = self.scene.get(weakref.ref(scene), lambda: GpuScene(context, self.meshes, scene))
+        gpu = self.scene.get(weakref.ref(scene), lambda: opaque_scene(context, self.meshes, scene))
         key = (camera, size, gpu.identity)
         if self.camera_view is None or self.camera_view[0] != key:
-            self.camera_view = (key, view_scene(scene, gpu, camera, size, context.caps.clip_control))
+            self.camera_view = (key, view_scene(gpu, camera, size, context.caps.clip_control))
         channels = 4 if gpu.textured else 2 if gpu.smooth else 1
         several = samples > 1
         shape = (
@@ -127,5 +129,5 @@ class ResourceCache:
     def release(self) -> None:
         """Free the GPU memory, dependent resources first."""
         for thing in (self.scene, self._targets, self._samples, self.programs, self.meshes, self._samplers, self.covered,
-                      self.atlases, self.cookies, self._idle, self._idle_color, self.techniques, self.translucent_maps):  # fmt: skip
+                      self.atlases, self.cookies, self._idle, self._idle_color, self.techniques, self.translucent_maps, self.layers):  # fmt: skip
             thing.release()

@@ -41,7 +41,7 @@ def trace(
     viewer points away from the light. A point of a smooth mesh is moved by its vertex normals, see `geometry.smooth`, and is unlit if
     the interpolated normal points away. Surfaces are two-sided. A node that does not receive is never in shadow; one that does not cast
     shadows nothing. MASK materials have no surface where alpha is below the cutoff (alpha sampled bilinearly at the finest level);
-    BLEND materials are visible but cast no shadow; a light with `shadow=None` is never blocked. Outside a spot's cone and behind a
+    what blends is neither seen nor a caster; a light with `shadow=None` is never blocked. Outside a spot's cone and behind a
     RectLight visibility is 0; range and strength do not affect it (see `Truth.reached`).
 
     Parameters

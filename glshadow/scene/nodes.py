@@ -61,6 +61,16 @@ class Node(Settings):
     __repr__ = summary.node_line
 
     @property
+    def drawn(self) -> bool:
+        """Whether it has triangles, and an alpha that is not 0 everywhere; a shadow catcher's alpha does not count."""
+        return len(self.mesh.triangles) > 0 and (self.catches or not self.mesh.unseen)
+
+    @property
+    def blends(self) -> bool:
+        """Whether what is behind it is seen through it; a shadow catcher's alpha does not count."""
+        return self.mesh.blends and not self.catches
+
+    @property
     def label(self) -> str:
         """Name of the node in messages."""
         return f"Node {shown(self.name)}" if isinstance(self.name, str) else "Node"
@@ -125,8 +135,11 @@ class Scene(Settings):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not any(len(node.mesh.triangles) for node in self.nodes):
-            raise SceneError(f"{self.name}: nothing to render, it has no triangles")
+        if not any(node.drawn for node in self.nodes):
+            some = any(len(node.mesh.triangles) for node in self.nodes)
+            raise SceneError(
+                f"{self.name}: nothing to render, {'the alpha of all of it is 0' if some else 'it has no triangles'}"
+            )
         check_place(self.corners, f"{self.name}: ")
         low, high = self.extent
         if (low == high).all():
@@ -138,13 +151,17 @@ class Scene(Settings):
 
     @cached_property
     def drawn(self) -> NDArray[np.int64]:
-        """(N,) indices of the nodes that have triangles."""
-        counts = np.fromiter((len(node.mesh.triangles) for node in self.nodes), dtype=np.int64, count=len(self.nodes))
-        return np.flatnonzero(counts)
+        """(N,) indices of the nodes that are drawn, opaque or not: see `Node.drawn`."""
+        return np.flatnonzero(np.fromiter((node.drawn for node in self.nodes), dtype=bool, count=len(self.nodes)))
+
+    @cached_property
+    def blending(self) -> NDArray[np.bool_]:
+        """(N,) which of the drawn nodes are composited over what is behind them."""
+        return np.array([self.nodes[i].blends for i in self.drawn.tolist()])
 
     @cached_property
     def boxes(self) -> tuple[Array, Array]:
-        """Mesh bounds (N, 2, 3) and world_from_mesh (N, 4, 4) of the nodes that have triangles."""
+        """Mesh bounds (N, 2, 3) and world_from_mesh (N, 4, 4) of the drawn nodes."""
         nodes = [self.nodes[i] for i in self.drawn.tolist()]
         bounds = np.concatenate([node.mesh.bounds for node in nodes]).reshape(-1, 2, 3)
         return bounds, np.concatenate([node.world_from_mesh for node in nodes]).reshape(-1, 4, 4)
@@ -197,7 +214,7 @@ class Scene(Settings):
             Make the plane a shadow catcher, see `Node`.
         """
         low, high = self.bounds.copy()
-        low[1] = min(_lowest(node) for node in self.nodes if len(node.mesh.triangles))
+        low[1] = min(_lowest(node) for node in self.nodes if node.drawn)
         size = float(np.linalg.norm(high - low))
         half = 1.5 * size
         x, y, z = 0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])

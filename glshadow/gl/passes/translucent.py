@@ -60,9 +60,9 @@ class Tint:
         }
 
 
-def untinted(scene: GpuScene, light: Light) -> tuple[str, ...]:
+def untinted(casters: GpuScene | None, light: Light) -> tuple[str, ...]:
     """The fallback of a light that translucent casters should colour and do not."""
-    if light.shadow is None or not light.wide or not scene.blends.any():
+    if light.shadow is None or not light.wide or casters is None or not casters.tints.any():
         return ()
     return (UNTINTED.format(type(light).__name__),)
 
@@ -77,23 +77,22 @@ class TranslucentMap:
         self._size = (0, 0)
         self._owned: list[Any] = []
 
-    def tint(self, frame: FrameContext, light: Light) -> Tint | None:
-        """The maps that colour the light; None: nothing does."""
-        scene = frame.scene
-        if light.shadow is None or light.wide or not scene.blends.any():
+    def tint(self, frame: FrameContext, light: Light, casters: GpuScene | None) -> Tint | None:
+        """The maps that colour the light on the frame's receivers; None: nothing does."""
+        if light.shadow is None or light.wide or casters is None or not casters.tints.any():
             return None
-        key = (scene.identity, light.geometry, light.planes, frame.camera_view)
+        key = (casters.identity, light.geometry, light.planes, frame.camera_view)
         if key != self._key:
             self._key = None
-            self._tint = self._drawn(frame, light)
+            self._tint = self._drawn(frame, light, casters)
             self._key = key
         return self._tint
 
-    def _drawn(self, frame: FrameContext, light: Light) -> Tint | None:
-        scene, camera_view, ctx = frame.scene, frame.camera_view, frame.context.ctx
+    def _drawn(self, frame: FrameContext, light: Light, scene: GpuScene) -> Tint | None:
+        camera_view, ctx = frame.camera_view, frame.context.ctx
         clip = ClipSpace(frame.caps.clip_control, reversed=False)
         request = FitRequest(
-            light, scene.corners, scene.boxes, camera_view.receivers, scene.corners[scene.blends].reshape(-1, 3),
+            light, scene.corners, scene.boxes, camera_view.receivers, scene.corners[scene.tints].reshape(-1, 3),
             camera_view.camera, camera_view.size, camera_view.near, camera_view.far, clip, RESOLUTION, _GUARD,
         )  # fmt: skip
         found = around(request, camera_view.receivers).views
@@ -105,7 +104,7 @@ class TranslucentMap:
         matrices = [pack_matrices(view.clip_from_world @ scene.world_from_origin) for view in views]
         framebuffer.use()
         frame.context.gl.clip_control(clip.zero_to_one) if frame.caps.clip_control else None
-        nodes, hidden = np.flatnonzero(scene.blends), [None] * len(scene.nodes)
+        nodes, hidden = np.flatnonzero(scene.tints), [None] * len(scene.nodes)
         # first the nearest depth, then the product of all colours
         for depth in (True, False):
             framebuffer.depth_mask = depth
@@ -119,7 +118,7 @@ class TranslucentMap:
                 ctx.depth_func = "<="
                 ctx.depth_clamp_range = (0.0, 1.0)
                 ctx.blend_func = moderngl.ZERO, moderngl.SRC_COLOR
-                draw_nodes(ctx, scene, nodes, hidden, self._begin(frame, clip_from_mesh))
+                draw_nodes(ctx, scene, nodes, hidden, self._begin(frame, scene, clip_from_mesh))
         ctx.enable_only(moderngl.NOTHING)
         ctx.blend_func = moderngl.ONE, moderngl.ONE
         ctx.depth_clamp_range = None
@@ -127,10 +126,8 @@ class TranslucentMap:
         return Tint(views, colors, depths)
 
     def _begin(
-        self, frame: FrameContext, clip_from_mesh: NDArray[np.float32]
+        self, frame: FrameContext, scene: GpuScene, clip_from_mesh: NDArray[np.float32]
     ) -> Callable[[int], tuple[Callable[[int], None], moderngl.VertexArray]]:
-        scene = frame.scene
-
         def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
             gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
             program = frame.programs.get(
@@ -177,9 +174,11 @@ class TranslucentMaps(dict[int, TranslucentMap]):
         super().__init__()
         self._context = context
 
-    def tint(self, frame: FrameContext, number: int, light: Light) -> Tint | None:
+    def tint(self, frame: FrameContext, number: int, light: Light, casters: GpuScene | None) -> Tint | None:
         """The maps of one light."""
-        return self.setdefault(number, TranslucentMap(self._context)).tint(frame, light)
+        if casters is None:
+            return None
+        return self.setdefault(number, TranslucentMap(self._context)).tint(frame, light, casters)
 
     def release(self) -> None:
         """Release all maps."""

@@ -18,7 +18,7 @@ from glshadow.io.gltf.material import Surfaces
 from glshadow.io.gltf.morph import resting_weights
 from glshadow.io.gltf.primitive import Form, Primitives, is_skinned, is_surface
 from glshadow.io.gltf.skin import joint_matrices
-from glshadow.io.imported import WIDEST_CONE, Imported, blended
+from glshadow.io.imported import WIDEST_CONE, Imported
 from glshadow.io.limits import Budget
 from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.scene.mesh import Mesh
@@ -66,7 +66,6 @@ def read_gltf(path: Path, budget: Budget) -> Imported:
     found.lights = _lights(document, named) or None
     budget.limits.check("draws", len(found.nodes) * len(found.lights or ()), "the scene")
     _note(document, meshes.lost)
-    found.notes += blended(found.nodes)
     if not found.nodes:
         raise SceneError(f"nothing to render: {_why_empty(document, named, meshes.lost)}")
     return found

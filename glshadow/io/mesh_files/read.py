@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from glshadow.errors import SceneError
-from glshadow.io.imported import Imported, blended
+from glshadow.io.imported import Imported
 from glshadow.io.limits import Budget
 from glshadow.io.mesh_files import SUFFIXES
 from glshadow.io.mesh_files.beside import Beside
@@ -44,4 +44,4 @@ def read_mesh_file(path: Path, budget: Budget) -> Imported:
         raise SceneError("nothing to render: it holds only points or lines, and no triangles")
     if len(notes) > MOST_NOTES:
         notes[MOST_NOTES:] = [f"{len(notes) - MOST_NOTES} more of such notes"]
-    return Imported(nodes, notes=notes + blended(nodes))
+    return Imported(nodes, notes=notes)
