@@ -44,7 +44,7 @@ class Drawn:
 
 def draw_frame(cache: ResourceCache, request: FrameRequest) -> Drawn:
     """Draw a frame; the context must be current."""
-    context, look, outputs, count = cache.context, request.look, request.outputs, len(request.lights)
+    context, look, outputs = cache.context, request.look, request.outputs
     blending = cache.layers.scene(request.scene)
     # without atomics all samples are shaded, as pixels of a larger image
     pattern = (1, 1) if context.caps.compute else grid(look.samples)
@@ -70,7 +70,7 @@ def draw_frame(cache: ResourceCache, request: FrameRequest) -> Drawn:
                 frame, shares, look.linear_background, look.background is None, "visibility" in outputs
             )
     with clock("read"):
-        results = cache.read(frame, outputs, count, look, pattern)
+        results = cache.read(frame, outputs, [(each.light, each.tint) for each in lights], look, pattern)
         if "shadow_maps" in outputs:
             results["shadow_maps"] = tuple(each.technique.stored() for each in lights)
     layered = blending is not None and cache.layers.composite(frame, request, blending, results, clock)

@@ -93,7 +93,9 @@ class Layers:
         size, channels = tiles[0][2:], 4 if scene.textured else 2 if scene.smooth else 1
         shape = (size, block, channels, len(request.lights))
         targets = self._targets.get(shape, lambda: LayerTargets(self._context, *shape))
-        whole = replace(frame, scene=scene, camera_view=view, atlases=self._atlases, targets=targets.opaque, measured=False)
+        whole = replace(
+            frame, scene=scene, camera_view=view, atlases=self._atlases, targets=targets.opaque, measured=False
+        )
         lights: list[LightPass] | None = None
         found = False
         for tile in tiles:
@@ -133,9 +135,7 @@ class Layers:
         """Draw the opaque surfaces, and let the layer before the first be the near plane."""
         gl, view = part.context.gl, part.camera_view
         opaque, before = targets.opaque.fine, targets.layers[1].fine
-        draw_surface(
-            part.context, part.programs, part.scene, view, opaque.framebuffer, request.look.samples
-        )
+        draw_surface(part.context, part.programs, part.scene, view, opaque.framebuffer, request.look.samples)
         find_primary(part, opaque, request.look.samples)
         before.framebuffer.use()
         before.framebuffer.clear(depth=1.0 - view.clip.clear_depth)

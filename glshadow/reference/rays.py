@@ -109,7 +109,7 @@ class Rays:
     def seen(self) -> Bools:
         """Triangles (T,) that cameras see: with a non-zero area, of a node that is drawn and does not blend."""
         opaque = np.array([node.drawn and not node.blends for node in self.scene.nodes])[self.node]
-        return self.solid & opaque
+        return np.asarray(self.solid & opaque)
 
     @cached_property
     def receives(self) -> Bools:

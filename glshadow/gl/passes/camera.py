@@ -241,7 +241,7 @@ def draw_surface(
         if gpu.texture is not None:
             program.bind(u_texture=gpu.texture)
         if peel is not None:
-            _set_transparency(program, gpu, material)
+            set_transparency(program, gpu, material)
 
         def place(i: int) -> None:
             program.write("u_clip_from_mesh", clip_from_mesh[i])
@@ -259,7 +259,7 @@ def draw_surface(
         program = _program(programs, scene, gpu, samples, rays, peel, GLS_INSTANCED=1)
         program.set(u_color=material.color, u_cutoff=gpu.cutoff)
         if peel is not None:
-            _set_transparency(program, gpu, material)
+            set_transparency(program, gpu, material)
         program.write("u_side", sides[nodes[0]])
         program.set(u_hidden=hidden[nodes[0]] is not None)
         array = gpu.vertex_array(program, "numbered")
@@ -312,11 +312,9 @@ def _program(
     return program
 
 
-def _set_transparency(program: Program, gpu: GpuMesh, material: Material) -> None:
+def set_transparency(program: Program, gpu: GpuMesh, material: Material) -> None:
     """Uniforms of lib/peel.glsl for a material."""
-    program.set(
-        u_least_alpha=float(material.alpha_mode is not AlphaMode.BLEND), u_transmission=material.transmission
-    )
+    program.set(u_least_alpha=float(material.alpha_mode is not AlphaMode.BLEND), u_transmission=material.transmission)
     if gpu.transmission is not None:
         program.bind(u_transmission_map=gpu.transmission)
 

@@ -106,8 +106,8 @@ def read_centres(
         results["triangle"] = triangle
         added = scene.scene_triangles
         if added.any():  # some nodes of the scene are not drawn, or blend
-            owners = np.frombuffer(scene.owners.buffer.read(), np.uint32)
-            results["triangle"] = np.where(seen, triangle + added[owners[triangle]], -1).astype(np.int32)
+            added = added[np.frombuffer(scene.owners.buffer.read(), np.uint32)]
+            results["triangle"] = np.where(seen, triangle + added[triangle], -1).astype(np.int32)
     if "node" in outputs:
         owners = scene.scene_numbers[np.frombuffer(scene.owners.buffer.read(), np.uint32)]
         results["node"] = np.where(seen, owners[triangle], -1).astype(np.int32)

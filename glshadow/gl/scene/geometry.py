@@ -161,7 +161,7 @@ class GpuScene:
         scene = self.scene()
         assert scene is not None
         counts = [len(node.mesh.triangles) for node in scene.nodes]
-        return np.cumsum([0, *counts])[self.scene_numbers] - self.first
+        return np.asarray(np.cumsum([0, *counts])[self.scene_numbers] - self.first)
 
     @property
     def planes(self) -> BufferTexture:
