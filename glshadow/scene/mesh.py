@@ -67,7 +67,7 @@ class Material(Settings):
         Whether both sides are meant to be visible. (Both are always drawn; culling is only used where it makes no difference.)
     transmission : float
         Share of the light that passes through a thin wall, tinted by the base colour, instead of being scattered: glass.
-    transmission_texture : (H, W, 4) uint8, optional
+    transmission_map : (H, W, 4) uint8, optional
         Multiplied with `transmission` by its red channel, which is linear; at the same texture coordinates as `texture`.
 
     Raises
@@ -84,7 +84,7 @@ class Material(Settings):
     cutoff: float = setting(number(), 0.5, help="alpha below which fragments of a MASK material are discarded")
     double_sided: bool = setting(flag(), False, help="both sides are meant to be visible")
     transmission: float = setting(number(0.0, 1.0), 0.0, help="share of the light that passes through, tinted")
-    transmission_texture: NDArray[np.uint8] | None = setting(optional(_pixels, "none"), None, help="its red channel")
+    transmission_map: NDArray[np.uint8] | None = setting(optional(_pixels, "none"), None, help="its red channel")
 
     __repr__ = summary.material_line
 

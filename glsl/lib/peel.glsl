@@ -4,15 +4,15 @@
 #ifndef GLS_REVERSED
 #define GLS_REVERSED 1 // 1: depth is 1 at the near plane
 #endif
-#ifndef GLS_TEXTURED
-#define GLS_TEXTURED 0
+#ifndef GLS_TRANSMISSION_MAP
+#define GLS_TRANSMISSION_MAP 0
 #endif
 uniform usampler2D u_peeled; // the layer before; 0 before the first
 uniform sampler2D u_peeled_depth; // window depth; the near plane's before the first
 uniform sampler2D u_opaque_depth; // of the nearest opaque surface
 uniform float u_least_alpha; // 0: alpha blends; 1: it does not
 uniform float u_transmission;
-#if GLS_TEXTURED
+#if GLS_TRANSMISSION_MAP
 uniform sampler2D u_transmission_map; // linear, red
 #endif
 layout(location = 1) out vec4 o_kept;
@@ -27,14 +27,6 @@ bool is_next(uint surface) {
     bool behind = nearer(before, gl_FragCoord.z)
         || before == gl_FragCoord.z && triangle_of(surface) > triangle_of(texelFetch(u_peeled, pixel, 0).r);
     return behind && !nearer(texelFetch(u_opaque_depth, pixel, 0).r, gl_FragCoord.z);
-}
-
-float transmission_at(vec2 uv) {
-#if GLS_TEXTURED
-    return u_transmission * texture(u_transmission_map, uv).r;
-#else
-    return u_transmission;
-#endif
 }
 
 vec4 kept_of(vec4 color, float transmission) { // rgb: share of the light from behind that is seen; a: weight of the surface's own light

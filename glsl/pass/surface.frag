@@ -137,13 +137,10 @@ bool exists(out uvec4 surface) { // false: discarded by the alpha test
 #endif
 #endif
 #if GLS_PEEL
-    float transmission = transmission_at(
-#if GLS_TEXTURED
-        v_uv
-#else
-        vec2(0.0)
+    float transmission = u_transmission;
+#if GLS_TRANSMISSION_MAP
+    transmission *= texture(u_transmission_map, v_uv).r;
 #endif
-    );
     kept = kept_of(color, transmission);
     if (kept.a <= 0.0) return false;
     color.rgb *= 1.0 - transmission; // what is transmitted is not scattered

@@ -12,6 +12,9 @@
 #ifndef GLS_BEHIND
 #define GLS_BEHIND 0
 #endif
+#ifndef GLS_TRANSMISSION_MAP
+#define GLS_TRANSMISSION_MAP 0 // needs GLS_TEXTURED
+#endif
 uniform vec4 u_color; // linear factor, alpha straight
 uniform float u_least_alpha; // 0: alpha blends; 1: it does not
 uniform float u_transmission;
@@ -24,6 +27,8 @@ uniform sampler2D u_before; // the layer before
 #if GLS_TEXTURED
 in vec2 v_uv;
 uniform sampler2D u_texture; // sRGB format: decoded before it is filtered
+#endif
+#if GLS_TRANSMISSION_MAP
 uniform sampler2D u_transmission_map; // linear, red
 #endif
 #if GLS_COLORED
@@ -47,7 +52,7 @@ void main() {
     exists = exists && gl_FragCoord.z > texelFetch(u_before, ivec2(gl_FragCoord.xy), 0).a;
 #endif
     float transmission = u_transmission;
-#if GLS_TEXTURED
+#if GLS_TRANSMISSION_MAP
     transmission *= texture(u_transmission_map, v_uv).r;
 #endif
     if (!exists) discard;

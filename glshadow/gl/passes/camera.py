@@ -233,7 +233,7 @@ def draw_surface(
 
     def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
         gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
-        kind = (gpu.smooth, gpu.textured, gpu.colored, gpu.cut_out)
+        kind = (gpu.smooth, gpu.textured, gpu.colored, gpu.cut_out, gpu.transmission is not None)
         if kind not in of_kind:
             of_kind[kind] = _program(programs, scene, gpu, samples, rays, peel)
         program = of_kind[kind]
@@ -299,7 +299,8 @@ def _program(
         **more,
     }
     if peel is not None:
-        program = programs.get("pass/surface.vert", "pass/surface.frag", defines=defines | peel.defines)
+        peeled = peel.defines | {"GLS_TRANSMISSION_MAP": int(gpu.transmission is not None)}
+        program = programs.get("pass/surface.vert", "pass/surface.frag", defines=defines | peeled)
         program.bind(**peel.textures)
         return program
     if rays is None:

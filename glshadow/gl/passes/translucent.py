@@ -233,6 +233,7 @@ class LayersOfColor:
                     "GLS_COLORED": int(gpu.colored),
                     "GLS_ALPHA": int(gpu.cut_out),
                     "GLS_BEHIND": int(before is not None),
+                    "GLS_TRANSMISSION_MAP": int(gpu.transmission is not None),
                 },
             )
             program.set(u_color=material.color, u_cutoff=gpu.cutoff)

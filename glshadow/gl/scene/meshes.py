@@ -164,7 +164,7 @@ class GpuMesh:
     ) -> None:
         ctx, material = context.ctx, mesh.material
         self._ctx, self._shapes, self._textures = ctx, shapes, textures
-        self._mapped = material.transmission_texture if material.transmission > 0.0 and mesh.uv is not None else None
+        self._mapped = material.transmission_map if material.transmission > 0.0 and mesh.uv is not None else None
         self.textured = mesh.uv is not None and (material.texture is not None or self._mapped is not None)
         self.texture: moderngl.Texture | None = None
         self._pixels = (_WHITE if material.texture is None else material.texture) if self.textured else None
@@ -172,8 +172,8 @@ class GpuMesh:
             pixels = self._pixels
             self.texture = textures.take(lambda: color_texture(context, pixels), pixels)
         self.transmission: moderngl.Texture | None = None
-        if self.textured and material.transmission > 0.0:
-            mapped = self._mapped = _WHITE if self._mapped is None else self._mapped
+        if self._mapped is not None:
+            mapped = self._mapped
             self.transmission = textures.take(lambda: color_texture(context, mapped, linear=True), mapped, mapped)
         self._key = (mesh.positions, mesh.triangles)
         self.shape = shapes.take(lambda: Shape(context, mesh), *self._key)
