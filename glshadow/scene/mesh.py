@@ -66,7 +66,7 @@ class Material(Settings):
     double_sided : bool
         Whether both sides are meant to be visible. (Both are always drawn; culling is only used where it makes no difference.)
     transmission : float
-        Share of the light that passes through a thin wall, tinted by the base colour, instead of being scattered: glass.
+        Share of the light that passes through a thin wall, tinted by the base colour, instead of being scattered.
     transmission_map : (H, W, 4) uint8, optional
         Multiplied with `transmission` by its red channel, which is linear; at the same texture coordinates as `texture`.
 

@@ -22,7 +22,13 @@ ALL = ("image", "visibility", "linear", "alpha", "depth", "triangle", "node", "n
 OPAQUE = tuple(name for name in ALL if name not in ("image", "linear", "alpha", "transmittance"))
 ROUNDING = 2e-6
 """Relative: a few roundings of float32 for each of 20 layers."""
-COLORS = ((0.8, 0.2, 0.1, 0.3), (0.1, 0.7, 0.3, 0.6), (0.2, 0.1, 0.9, 0.45), (0.9, 0.9, 0.2, 0.15), (0.3, 0.6, 0.6, 0.8))
+COLORS = (
+    (0.8, 0.2, 0.1, 0.3),
+    (0.1, 0.7, 0.3, 0.6),
+    (0.2, 0.1, 0.9, 0.45),
+    (0.9, 0.9, 0.2, 0.15),
+    (0.3, 0.6, 0.6, 0.8),
+)
 
 
 @pytest.fixture(scope="module")
@@ -78,9 +84,7 @@ def test_panes_over_a_plane(renderer: gs.Renderer, count: int, white: float, sam
 
 @pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
 @pytest.mark.parametrize("camera", [PLAN, EYE], ids=["orthographic", "perspective"])
-def test_order_in_the_scene_does_not_matter(
-    renderer: gs.Renderer, camera: gs.Camera, order: tuple[int, ...]
-) -> None:
+def test_order_in_the_scene_does_not_matter(renderer: gs.Renderer, camera: gs.Camera, order: tuple[int, ...]) -> None:
     panes = [pane(color, 2.0 - 0.3 * k) for k, color in enumerate(COLORS[:3])]
     first = plain(renderer, [ground(), *panes], camera)
     frame = plain(renderer, [ground(), *(panes[k] for k in order)], camera)
@@ -90,7 +94,9 @@ def test_order_in_the_scene_does_not_matter(
 
 def test_intersecting_panes_are_sorted_per_pixel(renderer: gs.Renderer) -> None:
     rise = 0.5
-    turned = gs.Mesh(*shapes.rectangle((-2, 1 - 2 * rise, 2), (4, 4 * rise, 0), (0, 0, -4)), material=material(COLORS[0]))
+    turned = gs.Mesh(
+        *shapes.rectangle((-2, 1 - 2 * rise, 2), (4, 4 * rise, 0), (0, 0, -4)), material=material(COLORS[0])
+    )
     frame = plain(renderer, [ground(), gs.Node(turned), pane(COLORS[1], 1.0)])
     inside = frame.linear[18:46, 18:46]
     left = np.broadcast_to(over((COLORS[1], COLORS[0]), 1.0), (28, 14, 3))
@@ -133,7 +139,9 @@ def test_edge_has_the_mean_of_its_samples(renderer: gs.Renderer, samples: int) -
 @pytest.mark.parametrize("samples", [1, 4])
 def test_pane_before_an_opaque_edge(renderer: gs.Renderer, samples: int) -> None:
     """Behind a pane the mean over samples of the opaque edge is that without it, seen through the pane."""
-    box = gs.Node(gs.Mesh(*shapes.box((1.7, 0.6, 1.3), (0.1, 0.3, 0.05)), material=gs.Material(color=(0.1, 0.4, 0.2, 1.0))))
+    box = gs.Node(
+        gs.Mesh(*shapes.box((1.7, 0.6, 1.3), (0.1, 0.3, 0.05)), material=gs.Material(color=(0.1, 0.4, 0.2, 1.0)))
+    )
     color = COLORS[0]
     bare = plain(renderer, [ground(), box], EYE, samples=samples)
     frame = plain(renderer, [ground(), box, pane(color, 3.0, 8.0)], EYE, samples=samples)
@@ -150,7 +158,11 @@ def test_alpha_0_equals_absent(renderer: gs.Renderer, light: gs.Light, samples: 
     box = gs.Node(gs.Mesh(*shapes.box((1.0, 1.0, 1.0), (0.0, 0.5, 0.0))), name="box")
     helper = gs.Node(gs.Mesh(*shapes.box((90.0, 90.0, 90.0)), material=material((1.0, 0.0, 0.0, 0.0))), name="helper")
     empty = np.zeros((2, 2, 4), dtype=np.uint8)
-    card = replace(pane(COLORS[0], 1.0, 3.0).mesh, uv=np.array([[0, 0], [1, 0], [1, 1], [0, 1]]), material=material(COLORS[0], texture=empty))
+    card = replace(
+        pane(COLORS[0], 1.0, 3.0).mesh,
+        uv=np.array([[0, 0], [1, 0], [1, 1], [0, 1]]),
+        material=material(COLORS[0], texture=empty),
+    )
     vertices = replace(pane(COLORS[0], 2.0, 3.0).mesh, colors=np.zeros((4, 4)))
     bare = gs.Scene((pane((1, 1, 1, 1), 0.0, 6.0, alpha_mode=gs.AlphaMode.OPAQUE), box))
     scene = gs.Scene((*bare.nodes, helper, gs.Node(card, name="card"), gs.Node(vertices, name="vertices")))
@@ -222,7 +234,9 @@ def test_transparent_background(renderer: gs.Renderer, samples: int) -> None:
     np.testing.assert_array_equal(frame.image[18:46, 18:46, :3], np.broadcast_to(straight, (28, 28, 3)))
     np.testing.assert_array_equal(frame.image[18:46, 18:46, 3], np.rint(255.0 * expected[3]))
     color = plain(renderer, [pane(COLORS[0], 0.0), pane(COLORS[1], 1.0)], background=(1.0, 0.0, 0.0), samples=samples)
-    np.testing.assert_allclose(color.linear, frame.linear[..., :3] + (1.0 - frame.linear[..., 3:]) * (1.0, 0.0, 0.0), atol=1e-6)
+    np.testing.assert_allclose(
+        color.linear, frame.linear[..., :3] + (1.0 - frame.linear[..., 3:]) * (1.0, 0.0, 0.0), atol=1e-6
+    )
     np.testing.assert_allclose(color.alpha, frame.alpha, atol=1e-6)
 
 
@@ -234,7 +248,9 @@ def gs_srgb(linear: Array) -> Array:
 def test_pane_half_in_the_shadow_of_a_box(renderer: gs.Renderer, samples: int) -> None:
     """A light of slope 1: the shadow of an edge at height 2.5, x = -1 falls on the pane at height 1 up to x = .5, a border of pixels."""
     light = gs.DirectionalLight(direction=(1.0, -1.0, 0.0))
-    caster = gs.Node(gs.Mesh(*shapes.box((3.0, 0.5, 9.0), (-2.5, 2.25, 0.0)), material=gs.Material(color=(0.0, 0.0, 0.0, 1.0))))
+    caster = gs.Node(
+        gs.Mesh(*shapes.box((3.0, 0.5, 9.0), (-2.5, 2.25, 0.0)), material=gs.Material(color=(0.0, 0.0, 0.0, 1.0)))
+    )
     color, up = COLORS[0], np.sqrt(0.5)
     pixels = (ground(0.0), caster, pane(color, 1.0, 3.9))
     frame = renderer.render(gs.Scene(pixels), PLAN, [light], SIZE, ambient=0.0, outputs=("linear",), samples=samples)
@@ -259,8 +275,12 @@ def test_lower_pane_gets_the_light_of_the_upper_one(renderer: gs.Renderer) -> No
     """Seen beside the upper pane, which lets tinted light through; neither tints itself, nor what is above it."""
     light = gs.DirectionalLight(direction=(1.0, -1.0, 0.0), intensity=0.5)
     upper, lower = pane(COLORS[0], 3.0, 2.0, x=-3.0), pane(COLORS[1], 1.0, 3.0)
-    frame = renderer.render(gs.Scene((ground(0.0), upper, lower)), PLAN, [light], SIZE, ambient=0.0, outputs=("linear",), samples=1)
-    alone = renderer.render(gs.Scene((ground(0.0), lower)), PLAN, [light], SIZE, ambient=0.0, outputs=("linear",), samples=1)
+    frame = renderer.render(
+        gs.Scene((ground(0.0), upper, lower)), PLAN, [light], SIZE, ambient=0.0, outputs=("linear",), samples=1
+    )
+    alone = renderer.render(
+        gs.Scene((ground(0.0), lower)), PLAN, [light], SIZE, ambient=0.0, outputs=("linear",), samples=1
+    )
     ratio = frame.linear[28:36, 23:43] / alone.linear[28:36, 23:43]
     alpha, color = COLORS[0][3], np.asarray(COLORS[0][:3])
     through = (1.0 - alpha) * (1.0 - alpha + alpha * color)
@@ -282,7 +302,9 @@ def test_transmittance_is_the_product(renderer: gs.Renderer, count: int, samples
     np.testing.assert_allclose(frame.transmittance[:2, 32, 32], np.broadcast_to(through**count, (2, 3)), rtol=1e-5)
     np.testing.assert_array_equal(frame.transmittance[2][4:60, 4:60], 1.0)
     assert np.isnan(frame.transmittance[:, 0, 0]).all()
-    bare = renderer.render(gs.Scene((ground(side=7.0),)), PLAN, lights, SIZE, outputs=("transmittance",), samples=samples)
+    bare = renderer.render(
+        gs.Scene((ground(side=7.0),)), PLAN, lights, SIZE, outputs=("transmittance",), samples=samples
+    )
     assert (bare.transmittance[:, 4:60, 4:60] == 1.0).all()
 
 
@@ -301,7 +323,9 @@ def test_transparent_texels_are_not_there(renderer: gs.Renderer) -> None:
     image = np.full((1, 8, 4), 255, dtype=np.uint8)
     image[:, :4, 3] = 0
     mesh = replace(
-        pane((1, 1, 1, 1), 1.0).mesh, uv=np.array([[0, 0], [1, 0], [1, 1], [0, 1]]), material=material((0.5, 0.5, 0.5, 1.0), texture=image)
+        pane((1, 1, 1, 1), 1.0).mesh,
+        uv=np.array([[0, 0], [1, 0], [1, 1], [0, 1]]),
+        material=material((0.5, 0.5, 0.5, 1.0), texture=image),
     )
     frame = plain(renderer, [ground(), gs.Node(mesh)])
     np.testing.assert_array_equal(frame.linear[18:46, 18:29], 1.0)
@@ -316,7 +340,9 @@ def test_transmission(renderer: gs.Renderer, mode: gs.AlphaMode) -> None:
     frame = plain(renderer, [ground(0.5), glass])
     np.testing.assert_allclose(frame.linear[32, 32], 0.25 * color + 0.75 * color * 0.5, rtol=2e-3)
     sun = gs.DirectionalLight(direction=(0.0, -1.0, 0.0))
-    lit = renderer.render(gs.Scene((ground(), glass)), PLAN, [sun], SIZE, outputs=("transmittance", "visibility"), samples=1)
+    lit = renderer.render(
+        gs.Scene((ground(), glass)), PLAN, [sun], SIZE, outputs=("transmittance", "visibility"), samples=1
+    )
     np.testing.assert_allclose(lit.transmittance[0, 32, 32], 0.75 * color, rtol=1e-5)
     assert lit.visibility[0, 32, 32] == 1.0
 
@@ -327,7 +353,9 @@ def test_transmission_map(renderer: gs.Renderer) -> None:
     mesh = replace(
         pane((1, 1, 1, 1), 1.0).mesh,
         uv=np.array([[0, 0], [1, 0], [1, 1], [0, 1]]),
-        material=material((0.5, 0.5, 0.5, 1.0), transmission=1.0, transmission_map=image, alpha_mode=gs.AlphaMode.OPAQUE),
+        material=material(
+            (0.5, 0.5, 0.5, 1.0), transmission=1.0, transmission_map=image, alpha_mode=gs.AlphaMode.OPAQUE
+        ),
     )
     frame = plain(renderer, [ground(0.2), gs.Node(mesh)])
     np.testing.assert_allclose(frame.linear[18:46, 18:29], 0.5, rtol=2e-3)
@@ -336,7 +364,9 @@ def test_transmission_map(renderer: gs.Renderer) -> None:
 
 def test_catcher_does_not_blend(renderer: gs.Renderer) -> None:
     catcher = replace(pane(COLORS[0], 0.0, 20.0), catches=True)
-    frame = renderer.render(gs.Scene((catcher,)), PLAN, [SUN], SIZE, outputs=("node", "alpha"), background=None, samples=1)
+    frame = renderer.render(
+        gs.Scene((catcher,)), PLAN, [SUN], SIZE, outputs=("node", "alpha"), background=None, samples=1
+    )
     assert (frame.node == 0).all()
     np.testing.assert_allclose(frame.alpha, 0.0, atol=1e-6)
 
@@ -381,15 +411,22 @@ def test_parts_of_the_image_join(renderer: gs.Renderer, monkeypatch: pytest.Monk
         gs.PointLight(position=(1.0, 5.0, 1.0), radius=0.5, shadow=gs.Shadow(filter=gs.Exact(light_samples=16))),
         gs.RectLight(position=(0.0, 5.0, 0.0)),
         gs.SkyLight(),
-        gs.DirectionalLight(direction=(0.4, -1.0, 0.2), angle=5.0, shadow=gs.Shadow(filter=gs.LightSamples(8, of=gs.Pcf(1)))),
+        gs.DirectionalLight(
+            direction=(0.4, -1.0, 0.2), angle=5.0, shadow=gs.Shadow(filter=gs.LightSamples(8, of=gs.Pcf(1)))
+        ),
         replace(SUN, shadow=gs.Shadow(filter=gs.Pcf(1), fit=gs.Cascades(2))),
-        gs.SpotLight(position=(0.0, 6.0, 0.0), direction=(0.0, -1.0, 0.0), outer_angle=40.0, shadow=gs.Shadow(filter=gs.Evsm())),
+        gs.SpotLight(
+            position=(0.0, 6.0, 0.0), direction=(0.0, -1.0, 0.0), outer_angle=40.0, shadow=gs.Shadow(filter=gs.Evsm())
+        ),
     ],
     ids=["soft", "panel", "sky", "map many times", "cascades", "moments"],
 )
 def test_layers_are_shaded_as_opaque_surfaces(renderer: gs.Renderer, light: gs.Light) -> None:
     """Panes of alpha .5 over black, of which the lower is seen beside the upper, against the same panes drawn opaque."""
-    box = gs.Node(gs.Mesh(*shapes.box((0.8, 0.8, 0.8), (0.2, 3.0, 0.0)), material=gs.Material(color=(0.5, 0.5, 0.5, 1.0))), name="box")
+    box = gs.Node(
+        gs.Mesh(*shapes.box((0.8, 0.8, 0.8), (0.2, 3.0, 0.0)), material=gs.Material(color=(0.5, 0.5, 0.5, 1.0))),
+        name="box",
+    )
     frames = []
     for alpha in (1.0, 0.5):
         panes = (pane((0.8, 0.8, 0.8, alpha), 1.0, 3.0, x=-0.2), pane((0.8, 0.8, 0.8, alpha), 0.5, 3.0, x=3.1))

@@ -35,7 +35,9 @@ def loaded(tmp_path: Path, material: dict[str, Any], uv: bool = False, **top: An
     """A white floor, and a pane above it with a material."""
     glb = Glb(materials=[material], **top)
     floor = glb.add([[4 * x, 0, 4 * z] for x, _, z in SQUARE])
-    attributes = {"POSITION": glb.add(SQUARE)} | ({"TEXCOORD_0": glb.add([[0, 1], [1, 1], [1, 0], [0, 0]])} if uv else {})
+    attributes = {"POSITION": glb.add(SQUARE)} | (
+        {"TEXCOORD_0": glb.add([[0, 1], [1, 1], [1, 0], [0, 0]])} if uv else {}
+    )
     faces = glb.add([0, 1, 2, 0, 2, 3], "uint16")
     meshes = [glb.mesh({"attributes": {"POSITION": floor}, "indices": faces}),
               glb.mesh({"attributes": attributes, "indices": faces, "material": 0})]  # fmt: skip
@@ -130,7 +132,10 @@ def test_odd_transmission_factors(tmp_path: Path, given: object) -> None:
 def test_blending_panes_need_no_warning(tmp_path: Path) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        scene = loaded(tmp_path, {"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 0.5], "metallicFactor": 0}})
+        scene = loaded(
+            tmp_path,
+            {"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 0.5], "metallicFactor": 0}},
+        )
     assert [node.blends for node in scene.nodes] == [False, True]
 
 

@@ -67,13 +67,13 @@ class Surfaces:
             info = as_object(block[names[1]], f"{where}.{names[1]}")
             texture = self._texture(info.get("index"), where)
             uv_set, transform = _placement(info)
-        transmission, info = transmission_of(given, where, self.document.notes)
+        transmission, mapped = transmission_of(given, where, self.document.notes)
         transmission_map = None
-        if info is not None:
+        if mapped is not None:
             if texture is None:
-                uv_set, transform = _placement(info)
-            if texture is None or _same_place(_placement(info), (uv_set, transform)):
-                transmission_map = self._texture(info.get("index"), where)
+                uv_set, transform = _placement(mapped)
+            if texture is None or _same_place(_placement(mapped), (uv_set, transform)):
+                transmission_map = self._texture(mapped.get("index"), where)
             else:
                 self.document.notes.append(
                     f"{where}: its transmissionTexture has other coordinates than its base colour: drawn without it"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from glshadow.io.gltf.document import as_object, extensions
 NAME = "KHR_materials_transmission"
 
 
-def transmission_of(given: Mapping[str, Any], where: str, notes: list[str]) -> tuple[float, dict[str, Any] | None]:
+def transmission_of(given: dict[str, Any], where: str, notes: list[str]) -> tuple[float, dict[str, Any] | None]:
     """Factor, clipped to 0..1, and textureInfo of a glTF material; 0 if it has none.
 
     Raises
