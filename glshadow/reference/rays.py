@@ -65,8 +65,7 @@ class Rays:
         self.normals[~self.solid] = (0.0, 1.0, 0.0)
 
     def __getstate__(self) -> dict[str, Any]:
-        # Embree objects cannot be pickled
-        return {k: v for k, v in self.__dict__.items() if k not in ("_drawn", "_casting")}
+        return {k: v for k, v in self.__dict__.items() if k not in ("_drawn", "_casting")}  # Embree's cannot be pickled
 
     @cached_property
     def round_normals(self) -> Array | None:
@@ -108,8 +107,7 @@ class Rays:
     @cached_property
     def seen(self) -> Bools:
         """Triangles (T,) that cameras see: with a non-zero area, of a node that is drawn and does not blend."""
-        opaque = np.array([node.drawn and not node.blends for node in self.scene.nodes])[self.node]
-        return np.asarray(self.solid & opaque)
+        return np.asarray(self.solid & np.array([n.drawn and not n.blends for n in self.scene.nodes])[self.node])
 
     @cached_property
     def receives(self) -> Bools:
@@ -315,8 +313,7 @@ class _Embree:
         self.numbers = numbers.astype(np.int32)
         self.scale = 2.0 ** -np.floor(np.log2(size))
         self.scene = EmbreeScene(robust=True)  # watertight: shared edges are decided consistently
-        if len(numbers):
-            TriangleMesh(self.scene, np.ascontiguousarray(corners[numbers] * self.scale, dtype=np.float32))
+        TriangleMesh(self.scene, np.ascontiguousarray(corners[numbers] * self.scale, dtype=np.float32))
 
     def first(self, starts: Array, directions: Array, length: Array) -> Ints:
         """Index of the first triangle within `length` (N,) times the direction (N, 3) of each ray, or -1."""

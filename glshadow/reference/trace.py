@@ -88,6 +88,8 @@ def trace(
     for offset in offsets(samples).tolist():
         part = hits if samples == 1 else _surfaces(rays, camera, size, tuple(offset))
         seen[part.rows] += 1.0
+        if len(part.rows) == 0:
+            continue
         for number, source in enumerate(sources):
             mean, variance = source.visibility(
                 rays, part.triangle[part.rows], part.points, part.normals, light_samples, generator

@@ -27,6 +27,9 @@
 #ifndef GLS_PEEL
 #define GLS_PEEL 0 // 1: draws a layer of blended surfaces: the nearest fragments behind those of the layer before, see lib/peel.glsl
 #endif
+#ifndef GLS_TRANSMISSION_MAP
+#define GLS_TRANSMISSION_MAP 0
+#endif
 #include "lib/direction.glsl"
 #include "lib/color_packing.glsl"
 #include "lib/surface_number.glsl"

@@ -3,5 +3,5 @@
 #include "lib/layered.glsl"
 
 void main() {
-    if (is_layered(ivec2(gl_FragCoord.xy) / BLOCK)) discard;
+    if (is_layered(pixel_of(ivec2(gl_FragCoord.xy)))) discard;
 }
