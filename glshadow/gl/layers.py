@@ -207,6 +207,8 @@ class Layers:
         release(self._scene, self._targets, self._techniques, self._tints, self._atlases, self._any)
 
 
+_STEP = 64  # pixels: sides of parts are multiples of this, so that targets are kept while the camera moves a little
+
 Tile = tuple[int, int, int, int]
 """First column from the left, first row from below, width, height; pixels."""
 
@@ -218,26 +220,29 @@ def _tiles(view: CameraView, scene: GpuScene, block: tuple[int, int], limit: int
         return []
     columns, rows = view.size
     per = block[0] * block[1]
-    width = max(1, min(columns, limit // block[0], MOST_SAMPLES // per))
-    height = max(1, min(rows, limit // block[1], MOST_SAMPLES // (per * width)))
     low, high = _rectangle(view, scene.corners[seen].reshape(-1, 3))
-    tiles = []
-    for y in range(0, rows, height):
-        for x in range(0, columns, width):
-            if x < high[0] and y < high[1] and x + width > low[0] and y + height > low[1]:
-                tiles.append((min(x, columns - width), min(y, rows - height), width, height))
-    return tiles
+    if (low >= high).any():
+        return []
+    wide, tall = (-(-int(side) // _STEP) * _STEP for side in high - low)
+    width = max(1, min(columns, wide, limit // block[0], MOST_SAMPLES // per))
+    height = max(1, min(rows, tall, limit // block[1], MOST_SAMPLES // (per * width)))
+    return [
+        (min(x, columns - width), min(y, rows - height), width, height)
+        for y in range(int(low[1]), int(high[1]), height)
+        for x in range(int(low[0]), int(high[0]), width)
+    ]
 
 
 def _rectangle(view: CameraView, points: Array) -> tuple[Array, Array]:
-    """Lower left and upper right corner, in pixels, of a rectangle that contains the images of the hulls of points (N, 3)."""
+    """Lower left and upper right corner, whole pixels of the image, of a rectangle that contains what is seen of the hulls of points (N, 3)."""
     size = np.array(view.size, dtype=np.float64)
     clip = np.concatenate([points, np.ones((len(points), 1))], axis=1) @ view.view.clip_from_world.T
     least = 0.5 * view.near if view.camera.is_perspective else 0.5
     if clip[:, 3].min() < least:  # reaches beside or behind the eye
         return np.zeros(2), size
     places = 0.5 * (clip[:, :2] / clip[:, 3:] + 1.0) * size
-    return places.min(axis=0) - 1.0, places.max(axis=0) + 1.0
+    low, high = np.floor(places.min(axis=0)) - 1.0, np.ceil(places.max(axis=0)) + 1.0
+    return np.maximum(low, 0.0), np.minimum(high, size)
 
 
 def _cropped(view: CameraView, scene: GpuScene, tile: Tile) -> CameraView:
