@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from glshadow.core.cameras import Camera, Window
+from glshadow.core.camera import Camera, Window
 from glshadow.core.spaces import Triple
 
 

@@ -177,7 +177,7 @@ class Layers:
             program.set(u_far_z=part.camera_view.far_z)
             program.bind(u_kept=targets.kept, u_through=targets.through, u_light=targets.opaque.linear)
             framebuffer.use()
-            draw_over(part.context, program, part.camera_view, added=not product, multiplied=bool(product))
+            draw_over(part.context, program, part.camera_view, added=1 - product, multiplied=bool(product))
 
     def _mean(
         self, part: FrameContext, targets: LayerTargets, request: FrameRequest, lights: Sequence[LightPass]
@@ -234,7 +234,7 @@ def _tiles(view: CameraView, scene: GpuScene, block: tuple[int, int], limit: int
 
 
 def _rectangle(view: CameraView, points: Array) -> tuple[Array, Array]:
-    """Lower left and upper right corner, whole pixels of the image, of a rectangle that contains what is seen of the hulls of points (N, 3)."""
+    """Lower left and upper right corner, in whole pixels, of a rectangle that contains what is seen of the hulls of points (N, 3)."""
     size = np.array(view.size, dtype=np.float64)
     clip = np.concatenate([points, np.ones((len(points), 1))], axis=1) @ view.view.clip_from_world.T
     least = 0.5 * view.near if view.camera.is_perspective else 0.5

@@ -70,7 +70,7 @@ def tint(renderer: gs.Renderer, scene: gs.Scene, light: gs.Light) -> tuple[Array
 def test_receiver_behind_is_tinted(renderer: gs.Renderer, name: str, filter: gs.Filter | None) -> None:
     scene = gs.Scene((ground(), node("red", RED, -1.5, 1.0, z=-0.3), node("blue", BLUE, -1.5, 2.0, z=0.3)))
     light = replace(LIGHTS[name], shadow=gs.Shadow(filter=filter))
-    seen, frame = tint(renderer, scene, light)
+    seen, _ = tint(renderer, scene, light)
     known = ~np.isnan(seen[..., 0])
     for expected in (np.ones(3), through(RED), through(BLUE), through(RED) * through(BLUE)):
         near = np.abs(seen - expected).max(axis=-1) < 5e-3

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import glshadow as gs
+
 from .glb import Glb
 
 DOWN = gs.DirectionalLight(direction=(0.0, -1.0, 0.0))
