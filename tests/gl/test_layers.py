@@ -197,6 +197,16 @@ def test_opaque_outputs_do_not_know_what_blends(renderer: gs.Renderer, filter: s
     assert (first.linear != second.linear).any()
 
 
+@pytest.mark.parametrize("camera", [PLAN, EYE], ids=["orthographic", "perspective"])
+def test_opaque_surface_hides_panes_behind_it(renderer: gs.Renderer, camera: gs.Camera) -> None:
+    bare, frame = (
+        plain(renderer, [ground(0.3), *panes], camera)
+        for panes in ((), [pane(c, -0.5 - k, 20.0) for k, c in enumerate(COLORS)])
+    )
+    for name in ("linear", "image", "alpha"):
+        np.testing.assert_array_equal(getattr(frame, name), getattr(bare, name), err_msg=name)
+
+
 def test_what_blends_comes_first_in_the_scene(renderer: gs.Renderer) -> None:
     """Triangles and nodes keep their numbers in the scene, and the reference counts alike."""
     scene = gs.Scene((pane(COLORS[0], 1.0), ground(), pane(COLORS[0], 2.0, name="other")), EYE, (SUN,))
