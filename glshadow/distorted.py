@@ -156,7 +156,7 @@ def _resampled(grid: _Grid, name: str, value: Any) -> Any:
         return _encoded(_smooth(grid, value))
     if name in _SMOOTH:
         return _smooth(grid, value)
-    layers = value.ndim == 3 and value.shape[1:] == grid.size[::-1]
+    layers = value.ndim == 4 or (value.ndim == 3 and value.shape[1:] == grid.size[::-1])
     planes = np.moveaxis(value, 0, -1) if layers else value
     found = _nearest_mean(grid, planes) if name in _MEANS else planes[_nearest(grid.centres)]
     return np.ascontiguousarray(np.moveaxis(found, -1, 0) if layers else found)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from glshadow.errors import SceneError
 from glshadow.io.builder import Builder
-from glshadow.io.imported import Imported, blended, reflectance
+from glshadow.io.imported import Imported, reflectance
 from glshadow.scene.mesh import AlphaMode, Material
 from glshadow.scene.nodes import Node
 
@@ -57,7 +57,6 @@ def read_open3d(source: Any) -> Imported:
         mesh = _mesh(builder, arrays, part, texture, name)
         if mesh is not None:
             found.nodes.append(Node(mesh, np.eye(4), name))
-    found.notes += blended(found.nodes)
     return found
 
 

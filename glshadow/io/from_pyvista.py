@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.io.builder import Builder
-from glshadow.io.imported import Imported, blended
+from glshadow.io.imported import Imported
 from glshadow.io.limits import Budget, Limits
 from glshadow.io.polygons import triangulated
 from glshadow.scene.mesh import Mesh
@@ -43,7 +43,6 @@ def read_pyvista(source: Any) -> Imported:
             found.nodes.append(Node(mesh, np.eye(4), name))
     if not found.nodes:
         raise SceneError("nothing to render: it has no polygons")
-    found.notes += blended(found.nodes)
     return found
 
 
