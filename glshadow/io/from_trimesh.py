@@ -11,7 +11,7 @@ from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.io.builder import Builder
 from glshadow.io.clouds import chained, lines_of, points_of
-from glshadow.io.imported import Imported, blended, srgb_colors
+from glshadow.io.imported import Imported, srgb_colors
 from glshadow.scene.capsules import Points
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node
@@ -53,7 +53,6 @@ def read_trimesh(source: Any) -> Imported:
                 f"nothing to render: a trimesh.{type(source).__name__} has no triangles, points or lines in space"
             )
         found.nodes = [Node(mesh, np.eye(4), "points" if isinstance(mesh, Points) else "lines")]
-    found.notes += blended(found.nodes)
     return found
 
 

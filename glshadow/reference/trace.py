@@ -18,6 +18,7 @@ from glshadow.lights import Lights
 from glshadow.reference.aimed import AimedLight
 from glshadow.reference.rays import Ints, Rays, dot
 from glshadow.reference.truth import Truth
+from glshadow.scene.capsules import refuse_capsules
 from glshadow.scene.nodes import Scene
 
 SAMPLES = whole(1, 1 << 16)
@@ -41,7 +42,7 @@ def trace(
     viewer points away from the light. A point of a smooth mesh is moved by its vertex normals, see `geometry.smooth`, and is unlit if
     the interpolated normal points away. Surfaces are two-sided. A node that does not receive is never in shadow; one that does not cast
     shadows nothing. MASK materials have no surface where alpha is below the cutoff (alpha sampled bilinearly at the finest level);
-    BLEND materials are visible but cast no shadow; a light with `shadow=None` is never blocked. Outside a spot's cone and behind a
+    what blends is neither seen nor a caster; a light with `shadow=None` is never blocked. Outside a spot's cone and behind a
     RectLight visibility is 0; range and strength do not affect it (see `Truth.reached`).
 
     Parameters
@@ -88,6 +89,8 @@ def trace(
     for offset in offsets(samples).tolist():
         part = hits if samples == 1 else _surfaces(rays, camera, size, tuple(offset))
         seen[part.rows] += 1.0
+        if len(part.rows) == 0:
+            continue
         for number, source in enumerate(sources):
             mean, variance = source.visibility(
                 rays, part.triangle[part.rows], part.points, part.normals, light_samples, generator
@@ -137,6 +140,7 @@ def _rays_of(scene: Scene, camera: Camera) -> Rays:
     origin = np.clip(np.asarray(camera.position), *scene.extent)
     rays = _rays.get(scene)
     if rays is None or not np.array_equal(rays.origin, origin):
+        refuse_capsules(scene, "the traced reference")
         rays = Rays(scene, origin)
         _rays[scene] = rays
     return rays

@@ -32,9 +32,11 @@ def check_scene(nodes: list[Node], *, stored: bool) -> list[str]:
     SceneError
         If nothing is visible, or the size is outside the range that float32 can draw.
     """
-    nodes = [node for node in nodes if node.mesh.count]
+    some = any(node.mesh.count for node in nodes)
+    nodes = [node for node in nodes if node.drawn]
     if not nodes:
-        raise SceneError("nothing to render: it has no triangles, points or lines")
+        why = "the alpha of all of it is 0" if some else "it has no triangles, points or lines"
+        raise SceneError(f"nothing to render: {why}")
     boxes = (
         np.stack([node.mesh.bounds_for(node.world_from_mesh) for node in nodes]),
         np.stack([node.world_from_mesh for node in nodes]),
@@ -61,6 +63,12 @@ def check_scene(nodes: list[Node], *, stored: bool) -> list[str]:
             "map over them: something is far away from the rest; remove it, or aim the camera and use ViewFit"
         )
     return notes
+
+
+def visible(nodes: list[Node]) -> bool:
+    """Whether any triangle has an area."""
+    nodes = [node for node in nodes if len(node.mesh.triangles)]
+    return bool(nodes) and _any_area(nodes)
 
 
 def _thin(corners: Array) -> bool:

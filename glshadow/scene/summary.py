@@ -26,6 +26,8 @@ def material_line(material: Material) -> str:
         parts.append(f"MASK below {material.cutoff:.4g}")
     elif material.alpha_mode.value == "BLEND":
         parts.append("BLEND")
+    if material.transmission > 0.0:
+        parts.append(f"transmission {material.transmission:.4g}")
     return f"Material({', '.join(parts + ['double-sided'] * material.double_sided)})"
 
 
@@ -99,3 +101,11 @@ def _point(point: Array) -> str:
 
 def _box(bounds: Array) -> str:
     return f"from {_point(bounds[0])} to {_point(bounds[1])}"
+
+
+def element_counts(scene: Scene) -> dict[str, int]:
+    """Counts of triangles, and of points and line segments if a scene has any, by these names."""
+    counts = {"triangles": 0}
+    for mesh in (node.mesh for node in scene.nodes):
+        counts[f"{mesh.element}s"] = counts.get(f"{mesh.element}s", 0) + mesh.count
+    return counts

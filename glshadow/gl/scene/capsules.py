@@ -34,7 +34,8 @@ class GpuCapsules(GpuMesh):
         self.origin = np.zeros(3)
         self.count, self.tubes = mesh.count, mesh.tubes
         self.textured = self.closed = self.smooth = self.cut_out = False
-        self.texture, self.cutoff = None, 0.0
+        self.texture = self.transmission = None
+        self.transmits, self.cutoff = False, 0.0
         self.colored = mesh.colors is not None
         self.vertex_colors: BufferTexture | None = None
         if mesh.colors is not None:
