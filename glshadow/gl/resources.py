@@ -83,6 +83,7 @@ class ResourceCache:
             max(lights, 1) if several else lights,
             several or "visibility" in outputs,
             pattern != (1, 1) or not outputs.isdisjoint(("linear", "alpha")),
+            gpu.features.emits,
         )
         targets = self._targets.get(shape, lambda: CameraTargets(context, *shape))
         self.atlases.begin()

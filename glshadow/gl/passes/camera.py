@@ -25,6 +25,7 @@ from glshadow.gl.scene.drawing import draw_nodes
 from glshadow.gl.scene.geometry import GpuScene, pack_matrices
 from glshadow.gl.scene.meshes import GpuMesh
 from glshadow.gl.scene.runs import Whole
+from glshadow.scene.mesh import Material
 from glshadow.scene.nodes import Scene
 from glshadow.shadows.view import ShadowView, camera_view
 
@@ -214,20 +215,19 @@ def draw_surface(
     if rays is None:
         framebuffer.clear(depth=camera_view.clip.clear_depth)
     # back faces of a closed mesh are invisible from outside
-    hidden = ["back" if unseen else None for unseen in (scene.closed & camera_view.outside).tolist()]
-    of_kind: dict[tuple[bool, ...], Program] = {}  # one look-up per kind, not per mesh
+    unseen = scene.closed & camera_view.outside | scene.culls
+    hidden = ["back" if each else None for each in unseen.tolist()]
+    of_kind: dict[tuple[Any, ...], Program] = {}  # one look-up per kind, not per mesh
 
     sides = np.where(scene.mirrored, -1.0, 1.0).astype(np.float32)[:, None]
 
     def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
         gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
-        kind = (gpu.smooth, gpu.textured, gpu.colored, gpu.cut_out)
+        kind = (gpu.smooth, gpu.textured, gpu.colored, gpu.cut_out, *gpu.paint.defines.items())
         if kind not in of_kind:
             of_kind[kind] = _program(programs, scene, gpu, samples, rays)
         program = of_kind[kind]
-        program.set(u_color=material.color, u_cutoff=gpu.cutoff)
-        if gpu.texture is not None:
-            program.bind(u_texture=gpu.texture)
+        _set_material(program, scene, gpu, material)
 
         def place(i: int) -> None:
             program.write("u_clip_from_mesh", clip_from_mesh[i])
@@ -243,14 +243,14 @@ def draw_surface(
     def crowd(nodes: NDArray[np.int64]) -> None:
         gpu, material = scene.meshes[nodes[0]], scene.nodes[nodes[0]].mesh.material
         program = _program(programs, scene, gpu, samples, rays, GLS_INSTANCED=1)
-        program.set(u_color=material.color, u_cutoff=gpu.cutoff)
+        _set_material(program, scene, gpu, material)
         program.write("u_side", sides[nodes[0]])
         program.set(u_hidden=hidden[nodes[0]] is not None)
         array = gpu.vertex_array(program, "numbered")
         most = context.caps.max_texture_buffer_size // _INSTANCE_TEXELS
         for some in np.split(nodes, range(most, len(nodes), most)):
             instances = texture_buffer(context, _instances(scene, clip_from_mesh, some), RGBA32UI)
-            program.bind(u_instances=instances, u_texture=gpu.texture)
+            program.bind(u_instances=instances)
             whole.instances(array, len(some), lambda first: program.set(u_first_instance=first))
             instances.release()
 
@@ -267,7 +267,18 @@ def _instances(scene: GpuScene, clip_from_mesh: NDArray[np.float32], nodes: NDAr
     data[:, :4] = clip_from_mesh[nodes].view(np.uint32)
     data[:, 4:, :3] = scene.packed_normals[nodes].view(np.uint32)
     data[:, 4, 3] = scene.packed_first[nodes, 0]
+    data[:, 5, 3] = np.where(np.array(scene.mirrored)[nodes], np.float32(-1.0), np.float32(1.0)).view(np.uint32)
     return data
+
+
+def _set_material(program: Program, scene: GpuScene, gpu: GpuMesh, material: Material) -> None:
+    program.set(u_color=material.color, u_cutoff=gpu.cutoff)
+    if gpu.texture is not None:
+        program.bind(u_texture=gpu.texture)
+    if scene.features.any:
+        program.set(u_metallic_roughness=(0.0, 1.0))
+        program.set(**gpu.paint.uniforms)
+        program.bind(**gpu.paint.textures)
 
 
 def _program(
@@ -280,6 +291,8 @@ def _program(
         "GLS_COLORED": int(gpu.colored),
         "GLS_ALPHA": int(gpu.cut_out),
         "GLS_LOD": f"{0.5 * math.log2(samples):.1f}",
+        **scene.features.defines,
+        **gpu.paint.defines,
         **more,
     }
     if rays is None:

@@ -68,6 +68,7 @@ def resolve(frame: FrameContext, share: Share, per_sample: PerSample | None = No
             **_common_defines(frame, light, receiver, per_sample),
             "GLS_SURFACE": targets.surface.components,
             "GLS_COLORS": colors_of(scene),
+            **scene.features.defines,
             "GLS_FIRST": int(first),
             "GLS_LAST": int(last and per_sample is None),
             "GLS_HEMISPHERE": int(first and (share.ambient[0] != share.ambient[1]).any()),
@@ -154,6 +155,8 @@ def _draw_per_sample(program: Program, frame: FrameContext, per_sample: PerSampl
     program.set(**per_sample.uniforms, u_samples=targets.fine.surface.size)
     fine = {"u_surface": targets.fine.surface, "u_camera_depth": (targets.fine.depth, frame.samplers.plain)}
     program.bind(**fine, u_pixels=per_sample.pixels)
+    if targets.fine.emission is not None:
+        program.bind(u_emission=targets.fine.emission)
     frame.context.ctx.enable_only(moderngl.NOTHING)
     with blended(frame.context):
         program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
