@@ -27,6 +27,7 @@ from glshadow.io.limits import Limits
 from glshadow.lights import DirectionalLight, Light, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 from glshadow.scene.nodes import Node, Scene
+from glshadow.scene.texture import Sampler, Texture
 from glshadow.scoring.error import Measurement, measure
 from glshadow.scoring.score import Score
 from glshadow.shadows import filters as _filters
@@ -156,6 +157,7 @@ __all__ = [
     "ReferenceUnavailable",
     "Renderer",
     "ResourceError",
+    "Sampler",
     "Scene",
     "SceneError",
     "SceneFit",
@@ -169,6 +171,7 @@ __all__ = [
     "SlopeScaledBias",
     "SpotLight",
     "Target",
+    "Texture",
     "Truth",
     "Used",
     "ViewFit",
