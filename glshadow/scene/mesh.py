@@ -41,8 +41,8 @@ class AlphaMode(Enum):
     BLEND = "BLEND"
 
 
-MATTE = 1.0 - 0.5 / 255.0
-"""Least roughness that counts as 1: the surface buffer stores it in 8 bits."""
+ROUGHEST = 1.0 - 0.5 / 254.0
+"""Least roughness that counts as 1: the surface buffer stores it in 254 steps."""
 MOST = 65408.0
 """Largest emission that the surface buffer stores."""
 MAPS = ("metallic_roughness_map", "normal_map", "occlusion_map", "emission_map")
@@ -69,8 +69,10 @@ class Material(Settings):
         How `texture` is placed and filtered.
     cull_back_faces : bool
         Whether the camera sees through triangles from behind, as glTF demands of what is not double-sided. They cast shadows as others do.
-    metallic, roughness : float
-        From 0 to 1. What is not metallic and of roughness 1 reflects by Lambert's law, all else by Lambert's law and GGX.
+    metallic : float
+        From 0 to 1.
+    roughness : float or None
+        From 0 to 1. None: matte, reflects by Lambert's law alone (of a metal: 1). All else also by GGX.
     metallic_roughness_map : Texture or pixels, optional
         Factors of roughness (green) and metallic (blue).
     normal_map : Texture or pixels, optional
@@ -102,7 +104,7 @@ class Material(Settings):
     sampler: Sampler = setting(sampler_rule, Sampler(), help="how the texture is placed and filtered")
     cull_back_faces: bool = setting(flag(), False, help="the camera sees through triangles from behind")
     metallic: float = setting(number(0.0, 1.0), 0.0, help="share of a metal")
-    roughness: float = setting(number(0.0, 1.0), 1.0, help="1: matte")
+    roughness: float | None = setting(optional(number(0.0, 1.0), "matte"), None, help="of the surface's reflection")
     metallic_roughness_map: Texture | None = setting(_MAP, None, help="roughness (green) and metallic (blue)")
     normal_map: Texture | None = setting(_MAP, None, help="shading normals in tangent space")
     normal_scale: float = setting(number(-MOST, MOST), 1.0, help="factor of the normal map's red and green")
@@ -115,8 +117,14 @@ class Material(Settings):
     @property
     def matte(self) -> bool:
         """Whether it reflects by Lambert's law alone."""
-        rough = self.metallic == 0.0 and self.roughness >= MATTE
-        return self.unlit or (rough and self.metallic_roughness_map is None)
+        plain = self.metallic == 0.0 and self.metallic_roughness_map is None
+        return self.unlit or (plain and self.roughness is None)
+
+    @property
+    def rough(self) -> bool:
+        """Whether it is not matte, but as rough as can be, and not metallic: its reflection is a simpler formula."""
+        plain = self.metallic == 0.0 and self.metallic_roughness_map is None
+        return not self.unlit and plain and self.roughness is not None and self.roughness >= ROUGHEST
 
     @property
     def emits(self) -> bool:

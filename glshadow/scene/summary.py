@@ -25,6 +25,12 @@ def material_line(material: Material) -> str:
         parts.append(f"MASK below {material.cutoff:.4g}")
     elif material.alpha_mode.value == "BLEND":
         parts.append("BLEND")
+    if not material.matte:
+        parts.append(
+            f"metallic {material.metallic:.4g}, roughness {1.0 if material.roughness is None else material.roughness:.4g}"
+        )
+    parts += ["unlit"] * material.unlit + ["emissive"] * any(material.emission)
+    parts += ["back faces culled"] * material.cull_back_faces
     return f"Material({', '.join(parts + ['double-sided'] * material.double_sided)})"
 
 

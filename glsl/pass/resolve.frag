@@ -63,7 +63,10 @@
 #define GLS_MATERIAL 0 // 1: the surface buffer's fourth channel holds a material
 #endif
 #ifndef GLS_GLOSSY
-#define GLS_GLOSSY 0 // 1: some are not matte
+#define GLS_GLOSSY 0 // 1: some are neither matte nor rough
+#endif
+#ifndef GLS_ROUGH
+#define GLS_ROUGH 0 // 1: none is, and some are rough: not metallic, of roughness 1
 #endif
 #ifndef GLS_OCCLUDED
 #define GLS_OCCLUDED 0 // 1: some have an occlusion map
@@ -113,7 +116,7 @@
 #if GLS_MATERIAL
 #include "lib/material_packing.glsl"
 #endif
-#if GLS_GLOSSY
+#if GLS_GLOSSY || GLS_ROUGH
 #include "lib/reflection.glsl"
 #endif
 #if GLS_EMITS
@@ -142,6 +145,9 @@ flat in vec3 v_forward_l;
 flat in mat3 v_axes_l;
 flat in vec3 v_towards_w;
 flat in vec3 v_radiance; // these two include the base colour if all nodes share one
+#if GLS_ROUGH
+flat in vec3 v_light; // without the base colour
+#endif
 flat in vec3 v_ambient;
 flat in vec3 v_ambient_below;
 #if GLS_WEAK
@@ -199,7 +205,8 @@ void main() {
 #if GLS_COLORS == 2
     vec3 color = unpack_color(surface.b);
 #elif GLS_COLORS == 1
-    vec3 color = texelFetch(u_colors, int(texelFetch(u_owners, triangle).r)).rgb;
+    vec4 colors = texelFetch(u_colors, int(texelFetch(u_owners, triangle).r)); // with GLS_ROUGH, w: 0 for what is matte
+    vec3 color = colors.rgb;
 #else
     const vec3 color = vec3(1.0); // included in v_ambient and v_radiance
 #endif
@@ -293,18 +300,18 @@ void main() {
 #else
     const bool bent = false;
 #endif
-#if GLS_GLOSSY
+#if GLS_GLOSSY || GLS_ROUGH
     vec3 shown = lit_normal;
 #endif
 #if GLS_SURFACE > 1
     if (surface.g != 0u && !bent) { // an interpolated normal, flipped to the same side
         vec3 shading = unpack_direction(surface.g);
 #if GLS_BUMPED
-        float turned = dot(shading, towards_w(lit_normal)) < 0.0 ? -1.0 : 1.0;
+        float turned = dot(shading, lit_normal * v_axes_l) < 0.0 ? -1.0 : 1.0;
 #else
         float turned = dot(shading, normal_w) * side < 0.0 ? -1.0 : 1.0;
 #endif
-#if GLS_GLOSSY
+#if GLS_GLOSSY || GLS_ROUGH
         shown = normalize(v_axes_l * shading) * turned;
 #endif
 #if GLS_WIDE
@@ -337,7 +344,11 @@ void main() {
 #if GLS_OCCLUDED && GLS_FIRST
     ambient *= material.w;
 #endif
+#if GLS_ROUGH
+    vec3 passed = cookie_at(position) * transmitted(position, normal), radiance = v_radiance * passed;
+#else
     vec3 radiance = v_radiance * cookie_at(position) * transmitted(position, normal);
+#endif
     vec3 light = ambient + radiance * (max(lambert, 0.0) * arriving.w * share);
 #if GLS_CATCHES
     vec3 unshadowed = ambient + radiance * (facing > 0.0 ? max(lambert, 0.0) * arriving.w : 0.0);
@@ -365,23 +376,37 @@ void main() {
     const bool catcher = false;
 #endif
     vec3 sent = color * light;
-#if GLS_GLOSSY && !(GLS_WIDE && GLS_SUN)
-    bool matte = material.y == 1.0 && material.z == 0.0;
-    for (int turn = matte ? 0 : 1; turn > 0; turn--) { // a loop, since llvmpipe skips no `if`
+#if (GLS_GLOSSY || GLS_ROUGH) && !(GLS_WIDE && GLS_SUN) // a sky is reflected as ambient light is
 #if GLS_ORTHO
-        vec3 to_eye = -v_forward_l;
+    vec3 to_eye = -v_forward_l;
 #else
-        vec3 to_eye = normalize(-ray);
+    vec3 to_eye = normalize(-ray);
 #endif
 #if GLS_WIDE // as if all of it came from its middle, or from just above the horizon
-        float below = max(0.02 - dot(shown, arriving.xyz), 0.0);
-        vec3 middle = normalize(arriving.xyz + below * shown);
-        vec3 lobes = reflected(color, material.z, material.y, shown, to_eye, middle) * (max(lambert, 0.0) / dot(shown, middle));
+    vec3 middle = normalize(arriving.xyz + max(0.02 - dot(shown, arriving.xyz), 0.0) * shown);
 #else
-        vec3 lobes = reflected(color, material.z, material.y, shown, to_eye, arriving.xyz);
+    vec3 middle = arriving.xyz;
+#endif
+#if GLS_GLOSSY
+    for (int turn = material.y > 1.0 ? 0 : 1; turn > 0; turn--) { // not what is matte; a loop, since llvmpipe skips no `if`
+        vec3 lobes = reflected(color, material.z, material.y, shown, to_eye, middle);
+#if GLS_WIDE
+        lobes *= max(lambert, 0.0) / dot(shown, middle);
 #endif
         sent = color * ambient + radiance * lobes * (arriving.w * share);
     }
+#else
+#if GLS_COLORS == 2
+    bool rough = material.y <= 1.0;
+#elif GLS_COLORS == 1
+    bool rough = colors.w > 0.0;
+#else
+    const bool rough = true;
+#endif
+    vec2 lobes = reflected_roughly(shown, to_eye, middle);
+    vec3 both = (color * v_radiance * lobes.x + v_light * lobes.y) * passed;
+    sent = rough ? color * ambient + both * (max(lambert, 0.0) * arriving.w * share) : sent;
+#endif
 #endif
 #if GLS_CATCHES
     sum += catcher ? vec3(dot(light, LUMINANCE), dot(unshadowed, LUMINANCE), 0.0) : sent;

@@ -7,6 +7,9 @@
 #ifndef GLS_MATERIAL
 #define GLS_MATERIAL 0 // 1: some materials of the scene are not matte, or have an occlusion map
 #endif
+#ifndef GLS_GLOSSY
+#define GLS_GLOSSY 0 // 1: some are neither matte nor of roughness 1
+#endif
 #ifndef GLS_EMITS
 #define GLS_EMITS 0 // 1: some emit light
 #endif
@@ -217,6 +220,19 @@ vec3 mapped_normal() { // the side that it is on follows in pass/resolve.frag
 }
 #endif
 
+#if GLS_GLOSSY && GLS_SMOOTH
+float normal_change() { // of the smooth normal, from one pixel to the next
+#if GLS_CONSERVATIVE
+    vec3 normal = normalize(v_normal_w), to_right = weights_beside(hit, u_right_l), to_up = weights_beside(hit, u_up_l);
+    vec3 right = normalize(t_normal_w[0] * to_right.x + t_normal_w[1] * to_right.y + t_normal_w[2] * to_right.z) - normal;
+    vec3 up = normalize(t_normal_w[0] * to_up.x + t_normal_w[1] * to_up.y + t_normal_w[2] * to_up.z) - normal;
+#else
+    vec3 normal = normalize(v_normal_w), right = dFdx(normal), up = dFdy(normal);
+#endif
+    return sqrt(max(dot(right, right), dot(up, up)));
+}
+#endif
+
 bool exists(out uvec4 surface, out uint emission) { // false: discarded by the alpha test
     uint triangle = uint(v_triangle);
 #if GLS_NORMAL_MAP
@@ -257,9 +273,13 @@ bool exists(out uvec4 surface, out uint emission) { // false: discarded by the a
 #endif
     surface.b = pack_color(color.rgb);
 #if GLS_MATERIAL
-    vec4 material = vec4(1.0, u_metallic_roughness.yx, 1.0); // alpha, roughness, metallic, occlusion
+    vec4 material = vec4(1.0, u_metallic_roughness.yx, 1.0); // alpha, roughness (more than 1: matte), metallic, occlusion
 #if GLS_METALLIC_ROUGHNESS_MAP
     material.yz *= map_at(u_metallic_roughness_map, u_metallic_roughness_map_place, u_metallic_roughness_map_offset).gb;
+#endif
+#if GLS_GLOSSY && GLS_SMOOTH
+    // rougher where the normal changes from pixel to pixel: a highlight smaller than a pixel would flicker
+    material.y = material.y > 1.0 ? material.y : min(material.y + exp2(GLS_LOD) * normal_change(), 1.0);
 #endif
 #if GLS_OCCLUSION_MAP
     material.w += u_occlusion_strength * (map_at(u_occlusion_map, u_occlusion_map_place, u_occlusion_map_offset).r - 1.0);

@@ -96,7 +96,9 @@ def sphere(folder: Path, name: str, material: dict[str, Any], textures: list[Arr
     )
     glb, points = Glb(), points.reshape(-1, 3)
     uv = np.stack([8.0 * u, 4.0 * v], axis=-1).reshape(-1, 2)
-    attributes = {"POSITION": points, "NORMAL": points, "TEXCOORD_0": uv}
+    # three.js derives tangents that are not orthonormal, and so another surface, where the file has none
+    along = np.stack([np.cos(phi), np.zeros_like(phi), -np.sin(phi), np.ones_like(phi)], axis=-1).reshape(-1, 4)
+    attributes = {"POSITION": points, "NORMAL": points, "TEXCOORD_0": uv, "TANGENT": along}
     bounds = {"min": [-1.0] * 3, "max": [1.0] * 3}
     primitive: dict[str, Any] = {
         "attributes": {key: glb.add(each, **(bounds if key == "POSITION" else {})) for key, each in attributes.items()},

@@ -10,14 +10,19 @@ from glshadow.gl.scene.paint import FACE_NORMALS, MAP, Features
 from glshadow.shader.slots import exact_defines, exact_slots, open_slots
 from scripts.shaders.variant import KINDS, PER_SAMPLE, Variant
 
-_FEATURES = tuple(Features(*each) for each in product((False, True), repeat=4) if any(each))
+_FEATURES = tuple(
+    Features(*shine, *each)
+    for shine in ((False, False), (True, False), (False, True))
+    for each in product((False, True), repeat=3)
+    if any((*shine, *each))
+)
 _MAPS = ("GLS_METALLIC_ROUGHNESS_MAP", "GLS_OCCLUSION_MAP")
 
 
 def materials() -> Iterator[Variant]:
     """The camera pass by features of the scene and maps of a material; passes that read its surface buffer."""
     for features in _FEATURES:
-        scene: dict[str, int | str] = {**features.defines, "GLS_SURFACE": 4}
+        scene: dict[str, int | str] = {**features.defines(4), "GLS_SURFACE": 4}
         for defines in _drawn(features):
             yield from _camera_pass({**scene, **defines})
         yield from _read(features, {**scene, "GLS_COLORS": 2})
@@ -60,3 +65,11 @@ def _read(features: Features, scene: dict[str, int | str]) -> Iterator[Variant]:
         exact = exact_defines(KINDS[0].projection, 512, 16, False)
         seen: dict[str, int | str] = {"GLS_ROUNDED": rounded, "GLS_CATCHES": catches, "GLS_SUN": 1}
         yield Variant("pass/resolve.frag", "core330", exact_slots(KINDS[0]), {**exact, **scene, **seen})
+    for channels, colors in ((1, 0), (1, 1), (2, 0), (2, 1)) if features == Features(rough=True) else ():
+        few = {**features.defines(channels), "GLS_SURFACE": channels, "GLS_COLORS": colors}
+        for kind, more in product(KINDS, ({}, {"GLS_ORTHO": 1}, {**PER_SAMPLE, "GLS_LAST": 0})):
+            yield Variant(
+                "pass/resolve.frag", "core330", open_slots(kind), {**few, "GLS_SUN": int(kind.at_infinity), **more}
+            )
+    for orthographic in (0, 1):
+        yield Variant("pass/resolve.vert", "core330", {}, {"GLS_ORTHO": orthographic, "GLS_ROUGH": int(features.rough)})

@@ -223,7 +223,7 @@ def test_sphere_equals_the_twin(renderer: gs.Renderer, metallic: float, roughnes
         expected = color * np.maximum((normals * towards).sum(axis=1), 0.0)[:, None]
     else:
         ones = np.ones(len(points))
-        rounded = np.rint([metallic * 255.0, roughness * 255.0]) / 255.0
+        rounded = np.rint([metallic * 255.0, roughness * 254.0]) / (255.0, 254.0)
         stored = (np.rint(np.sqrt(color) * (2047, 2047, 1023)) / (2047, 2047, 1023)) ** 2
         expected = reflected(
             np.tile(stored, (len(points), 1)), rounded[0] * ones, rounded[1] * ones, normals, to_eye, towards
@@ -269,7 +269,9 @@ def test_metallic_roughness_map(renderer: gs.Renderer) -> None:
     pixels = texels((7, 128, 64))
     light = gs.DirectionalLight(direction=(-0.3, 0.2, -1.0))
     mapped = gs.Material((0.8, 0.4, 0.2, 1.0), metallic=0.5, roughness=0.8, metallic_roughness_map=pixels)
-    plain = gs.Material((0.8, 0.4, 0.2, 1.0), metallic=0.5 * 64 / 255, roughness=0.8 * 128 / 255)
+    plain = gs.Material(
+        (0.8, 0.4, 0.2, 1.0), metallic=0.5 * 64 / 255, roughness=0.8 * 128 / 255
+    )  # roughness in 254 steps
     np.testing.assert_allclose(drawn(renderer, square(mapped), light), drawn(renderer, square(plain), light), atol=1e-6)
 
 

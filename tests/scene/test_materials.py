@@ -136,17 +136,18 @@ def test_factors(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("material", "expected"),
     [
-        ({}, (0.0, 1.0)),  # nothing said of reflection
+        ({}, (0.0, None)),  # nothing said of reflection
         ({"pbrMetallicRoughness": {}}, (1.0, 1.0)),  # the specification's defaults
         ({"pbrMetallicRoughness": {"metallicFactor": 0}}, (0.0, 1.0)),
         ({"pbrMetallicRoughness": {"metallicFactor": 7, "roughnessFactor": -1}}, (1.0, 0.0)),
-        ({"pbrMetallicRoughness": {"roughnessFactor": 0.3}, "extensions": {"KHR_materials_unlit": {}}}, (0.0, 1.0)),
+        ({"pbrMetallicRoughness": {"roughnessFactor": 0.3}, "extensions": {"KHR_materials_unlit": {}}}, (0.0, None)),
     ],
 )
-def test_defaults(tmp_path: Path, material: dict[str, Any], expected: tuple[float, float]) -> None:
+def test_defaults(tmp_path: Path, material: dict[str, Any], expected: tuple[float, float | None]) -> None:
     found = loaded(tmp_path, material).material
     assert (found.metallic, found.roughness) == expected
-    assert found.matte == (expected == (0.0, 1.0))
+    assert found.matte == (expected[1] is None)
+    assert found.rough == (expected == (0.0, 1.0))
     assert found.unlit == ("extensions" in material)
     assert found.cull_back_faces, "what is not doubleSided"
 

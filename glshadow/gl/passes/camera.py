@@ -24,6 +24,7 @@ from glshadow.gl.driver.program import Program, Programs
 from glshadow.gl.scene.drawing import draw_nodes
 from glshadow.gl.scene.geometry import GpuScene, pack_matrices
 from glshadow.gl.scene.meshes import GpuMesh
+from glshadow.gl.scene.paint import MATTE
 from glshadow.gl.scene.runs import Whole
 from glshadow.scene.mesh import Material
 from glshadow.scene.nodes import Scene
@@ -275,8 +276,8 @@ def _set_material(program: Program, scene: GpuScene, gpu: GpuMesh, material: Mat
     program.set(u_color=material.color, u_cutoff=gpu.cutoff)
     if gpu.texture is not None:
         program.bind(u_texture=gpu.texture)
-    if scene.features.any:
-        program.set(u_metallic_roughness=(0.0, 1.0))
+    if scene.features.any or scene.features.rough:
+        program.set(u_metallic_roughness=(0.0, MATTE))
         program.set(**gpu.paint.uniforms)
         program.bind(**gpu.paint.textures)
 
@@ -285,13 +286,13 @@ def _program(
     programs: Programs, scene: GpuScene, gpu: GpuMesh, samples: int, rays: Rays | None, **more: int
 ) -> Program:
     defines: dict[str, int | str] = {
-        "GLS_SURFACE": 4 if scene.textured else 2 if scene.smooth else 1,
+        "GLS_SURFACE": scene.channels,
         "GLS_SMOOTH": int(gpu.smooth),
         "GLS_TEXTURED": int(gpu.textured),
         "GLS_COLORED": int(gpu.colored),
         "GLS_ALPHA": int(gpu.cut_out),
         "GLS_LOD": f"{0.5 * math.log2(samples):.1f}",
-        **scene.features.defines,
+        **scene.features.defines(scene.channels),
         **gpu.paint.defines,
         **more,
     }

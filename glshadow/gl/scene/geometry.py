@@ -64,6 +64,8 @@ class GpuScene:
     textured : bool
         Whether some base colour varies within a triangle, by a texture or vertex colours, or its materials need `features`.
     features : Features
+    channels : int
+        Of the surface buffer.
     culls : (N,) bool
         Whether the camera sees through triangles from behind.
     selective : bool
@@ -146,12 +148,20 @@ class GpuScene:
         self._albedo: moderngl.Texture | None = None
         self._planes: BufferTexture | None = None
         self._owners: BufferTexture | None = None
-        colors = np.array([mesh.material.color for mesh in different], dtype=np.float32)[self.mesh_number]
-        self.colors = texture_buffer(context, colors, RGBA32F)
-        context.check_errors(f"uploading {len(colors)} colours")
         self.features = Features.of(gpu.paint for gpu in on_gpu)
         self.textured = self.features.any or any(gpu.textured or gpu.colored for gpu in on_gpu)
-        one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())
+        self.channels = 4 if self.textured else 2 if self.smooth else 1
+        colors = np.array([mesh.material.color for mesh in different], dtype=np.float32)[self.mesh_number]
+        matte = np.array([gpu.paint.matte for gpu in on_gpu])[self.mesh_number]
+        if self.features.rough:
+            colors[:, 3] = np.where(matte, 0.0, 1.0)
+        self.colors = texture_buffer(context, colors, RGBA32F)
+        context.check_errors(f"uploading {len(colors)} colours")
+        one = (
+            not self.textured
+            and bool((colors[:, :3] == colors[0, :3]).all())
+            and (not self.features.rough or not matte.any())
+        )
         self.color: tuple[float, float, float] | None = tuple(float(c) for c in colors[0, :3]) if one else None  # type: ignore[assignment]
 
     @property

@@ -17,6 +17,8 @@ from glshadow.scene.texture import Sampler, Texture
 
 VERTEX_TANGENTS, FACE_TANGENTS, FACE_NORMALS = 1, 2, 3
 """GLS_NORMAL_MAP: tangents of vertices; of triangles; these, and normals of triangles."""
+MATTE = 2.0
+"""The roughness of what is matte, for pass/surface.frag."""
 FACTOR, MAP, UNLIT = 1, 2, 3
 """GLS_EMISSION."""
 
@@ -26,7 +28,7 @@ class Paint:
 
     Attributes
     ----------
-    matte, emits : bool
+    matte, rough, emits : bool
         See Material.
     bumped, occluded : bool
         Whether it has a normal map, an occlusion map.
@@ -44,7 +46,7 @@ class Paint:
         material = mesh.material
         self._textures = textures
         self._held: list[tuple[NDArray[np.uint8], Sampler, bool]] = []
-        self.matte, self.emits = material.matte, material.emits
+        self.matte, self.rough, self.emits = material.matte, material.rough, material.emits
         self.defines: dict[str, int] = {}
         self.uniforms: dict[str, Any] = {}
         self.textures: dict[str, moderngl.Texture] = {}
@@ -63,7 +65,8 @@ class Paint:
             self.of_vertices["a_sets"] = np.concatenate(sets, axis=1)
             self.defines["GLS_SETS"] = 1
         if not self.matte:
-            self.uniforms["u_metallic_roughness"] = (material.metallic, material.roughness)
+            roughness = 1.0 if material.roughness is None else material.roughness
+            self.uniforms["u_metallic_roughness"] = (material.metallic, roughness)
         if self.occluded:
             self.uniforms["u_occlusion_strength"] = material.occlusion_strength
         if self.emits:
@@ -110,9 +113,13 @@ def _placed(texture: Texture, mesh: Mesh) -> NDArray[np.float32] | None:
 
 @dataclass(frozen=True)
 class Features:
-    """What the materials of a scene need beyond a base colour: see the attributes of Paint. `glossy`: some are not matte."""
+    """What the materials of a scene need beyond a base colour: see the attributes of Paint.
+
+    `glossy`: some are neither matte nor rough; `rough`: none is, and some are rough.
+    """
 
     glossy: bool = False
+    rough: bool = False
     occluded: bool = False
     emits: bool = False
     bumped: bool = False
@@ -121,22 +128,23 @@ class Features:
     def of(cls, paints: Iterable[Paint]) -> Features:
         """Those of meshes."""
         paints = tuple(paints)
+        glossy = any(not (each.matte or each.rough) for each in paints)
         return cls(
-            any(not each.matte for each in paints), any(each.occluded for each in paints),
+            glossy, not glossy and any(each.rough for each in paints), any(each.occluded for each in paints),
             any(each.emits for each in paints), any(each.bumped for each in paints),
         )  # fmt: skip
 
     @property
     def any(self) -> bool:
-        """Whether there is any: the surface buffer then has four channels."""
+        """Whether any needs four channels of the surface buffer."""
         return self.glossy or self.occluded or self.emits or self.bumped
 
-    @property
-    def defines(self) -> dict[str, int | str]:
-        """Defines of the camera pass and of passes that read its surface buffer; empty if there are none."""
+    def defines(self, channels: int) -> dict[str, int | str]:
+        """Defines of the camera pass and of passes that read its surface buffer, which has as many channels; empty if nothing is needed."""
         each = {
-            "GLS_MATERIAL": self.glossy or self.occluded,
+            "GLS_MATERIAL": channels == 4 and (self.glossy or self.rough or self.occluded),
             "GLS_GLOSSY": self.glossy,
+            "GLS_ROUGH": self.rough,
             "GLS_OCCLUDED": self.occluded,
             "GLS_EMITS": self.emits,
             "GLS_BUMPED": self.bumped,

@@ -97,7 +97,7 @@ class Surfaces:
             double_sided=given.get("doubleSided") is True,
             cull_back_faces=given.get("doubleSided") is not True,
             metallic=_share(block, "metallicFactor", 1.0, where) if metal else 0.0,
-            roughness=_share(block, "roughnessFactor", 1.0, where) if metal else 1.0,
+            roughness=_share(block, "roughnessFactor", 1.0, where) if metal else None,
             normal_scale=_number(infos.get("normal_map", {}), "scale", 1.0, where),
             occlusion_strength=_share(infos.get("occlusion_map", {}), "strength", 1.0, where),
             emission=_emission(given, extended, where),  # type: ignore[arg-type]
