@@ -1,6 +1,5 @@
 // Emitted light in 32 bits: an exponent of 2 for all three channels, and 9 bits of the square root of each channel below it, which keeps
-// precision in dark tones: within 0.2 % of the brightest channel. From 2^-15 to 65408. Twin: glshadow.lights.reflection.pack_emission
-// Needs core330.
+// precision in dark tones: within 0.2 % of the brightest channel. From 2^-15 to 65408. Needs core330.
 
 uint pack_emission(vec3 light) {
     float top = clamp(max(light.r, max(light.g, light.b)), 0.0, 65408.0);

@@ -213,29 +213,29 @@ def test_sphere_equals_the_twin(renderer: gs.Renderer, metallic: float, roughnes
     camera = gs.PerspectiveCamera((1.0, 0.5, 3.0), (0, 0, 0), fov_y=40.0) if name == "perspective" else FRONT
     outputs = ("linear", "triangle", "position")
     frame = renderer.render(sphere(material), camera, [light], (96, 96), ambient=0.0, outputs=outputs, samples=1)
-    seen = frame.triangle >= 0
-    points = frame.position[seen]
-    normals = points / np.linalg.norm(points, axis=1, keepdims=True)
-    _, directions = camera.rays((96, 96))
-    to_eye = -directions[seen] / np.linalg.norm(directions[seen], axis=1, keepdims=True)
+    spot = np.where((frame.triangle >= 0)[..., None], frame.position, np.nan)
+    normal = spot / np.linalg.norm(spot, axis=-1, keepdims=True)
+    # from pixel to pixel: NaN at the border
+    change = np.max([np.linalg.norm(np.gradient(normal, axis=axis), axis=-1) for axis in (0, 1)], axis=0)
+    seen = ~np.isnan(change)
+    points, normals = spot[seen], normal[seen]
+    directions = camera.rays((96, 96))[1][seen]
+    to_eye = -directions / np.linalg.norm(directions, axis=1, keepdims=True)
     towards = light.to_light(points)[0]
-    if material.matte:
-        expected = color * np.maximum((normals * towards).sum(axis=1), 0.0)[:, None]
-    else:
-        ones = np.ones(len(points))
-        rounded = np.rint([metallic * 255.0, roughness * 254.0]) / (255.0, 254.0)
-        stored = (np.rint(np.sqrt(color) * (2047, 2047, 1023)) / (2047, 2047, 1023)) ** 2
-        expected = reflected(
-            np.tile(stored, (len(points), 1)), rounded[0] * ones, rounded[1] * ones, normals, to_eye, towards
-        )
+    stored = (np.rint(np.sqrt(color) * (2047, 2047, 1023)) / (2047, 2047, 1023)) ** 2
+    metal = np.full(len(points), np.rint(metallic * 255.0) / 255.0)
+    rougher = 0.0 if material.rough else change[seen]
+    rough = np.minimum(np.rint((roughness + rougher) * 254.0) / 254.0, 1.0) * np.ones(len(points))
+    expected = reflected(np.tile(stored, (len(points), 1)), metal, rough, normals, to_eye, towards)
     expected *= (light.intensity * light.strength(points))[:, None]
     gap = np.abs(frame.linear[seen] - expected)
-    # vertex normals are interpolated over facets of 2 degrees and stored by 16 bits: 2e-4 radians off the sphere's, in a lobe that is at
-    # least 2e-3 radians wide
-    loose = 0.3 if roughness < 0.1 else 0.03 if roughness < 0.3 else 0.01
-    facing = (normals * towards).sum(axis=1) > 0.02
-    assert (gap[facing] <= 2e-3 + loose * expected[facing]).mean() > 0.999
-    assert gap[facing].mean() < 2e-3 + 0.1 * loose * expected.mean()
+    # Vertex normals are interpolated over facets of 2 degrees and stored by 16 bits: 2e-4 radians off the sphere's. The roughness grows by
+    # differences of a quad of pixels, here by central ones: a few per cent of its growth, a fifth of a lobe that it doubles.
+    loose = 0.2 if roughness < 0.1 else 0.06 if roughness < 0.3 else 0.02
+    facing = ((normals * towards).sum(axis=1) > 0.02) & ((normals * to_eye).sum(axis=1) > 0.3)
+    assert facing.sum() > 2000
+    assert (gap[facing] <= 2e-3 + loose * expected[facing]).mean() > 0.99
+    assert gap[facing].mean() < 2e-3 + 0.1 * loose * expected[facing].mean()
 
 
 @pytest.mark.parametrize("roughness", [0.3, 0.5, 1.0])
