@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
+from glshadow.core.distortion import BrownDistortion, Distortion, FisheyeDistortion
 from glshadow.core.orbit import orbit
 from glshadow.core.spaces import ClipSpace
 from glshadow.derive.packed import PackedShadow
@@ -24,7 +25,16 @@ from glshadow.errors import (
     ShaderError,
 )
 from glshadow.io.limits import Limits
-from glshadow.lights import DirectionalLight, Light, PointLight, RectLight, SkyLight, SpotLight
+from glshadow.lights import (
+    DirectionalLight,
+    EnvironmentLight,
+    EnvironmentMap,
+    Light,
+    PointLight,
+    RectLight,
+    SkyLight,
+    SpotLight,
+)
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 from glshadow.scene.nodes import Node, Scene
 from glshadow.scene.texture import Sampler, Texture
@@ -49,9 +59,11 @@ from glshadow.shadows.shadow import Faces, Shadow
 if TYPE_CHECKING:
     from glshadow import batch, image, overlay, scenes, study
     from glshadow.derive.used import Used
+    from glshadow.distorted import render_distorted
     from glshadow.frame import Frame
     from glshadow.gl.foreign import shaders
     from glshadow.gl.foreign.shaders import Caster, ShadowMap
+    from glshadow.io.colmap import ColmapImage, read_colmap
     from glshadow.io.load import load
     from glshadow.offscreen import PyrenderRenderer
     from glshadow.once import render
@@ -69,6 +81,7 @@ __version__ = "0.1.0"  # here only: pyproject.toml reads it
 
 # Imported on first access: OpenGL, file loading and ray tracing take time to import, and not every program needs them.
 _LAZY = {
+    "ColmapImage": "glshadow.io.colmap",
     "Compared": "glshadow.ui.compare",
     "Comparison": "glshadow.ui.compare",
     "Explorer": "glshadow.ui.explore",
@@ -86,7 +99,9 @@ _LAZY = {
     "export_page": "glshadow.web.export",
     "flip": "glshadow.scoring.flip",
     "load": "glshadow.io.load",
+    "read_colmap": "glshadow.io.colmap",
     "render": "glshadow.once",
+    "render_distorted": "glshadow.distorted",
     "show": "glshadow.ui.window",
     "trace": "glshadow.reference.trace",
 }
@@ -118,19 +133,25 @@ def __dir__() -> list[str]:
 __all__ = [
     "AlphaMode",
     "Bias",
+    "BrownDistortion",
     "Camera",
     "Cascades",
     "Caster",
     "ClipBias",
     "ClipSpace",
+    "ColmapImage",
     "Compared",
     "Comparison",
     "ConstantBias",
     "ContextError",
     "Cookie",
     "DirectionalLight",
+    "Distortion",
+    "EnvironmentLight",
+    "EnvironmentMap",
     "Explorer",
     "Faces",
+    "FisheyeDistortion",
     "Fit",
     "Flip",
     "Frame",
@@ -186,7 +207,9 @@ __all__ = [
     "measure",
     "orbit",
     "overlay",
+    "read_colmap",
     "render",
+    "render_distorted",
     "scenes",
     "shaders",
     "show",

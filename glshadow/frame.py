@@ -197,7 +197,11 @@ class Frame:
         show(self.image)
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write the frame: .png, .jpg and .tif the image; .exr all float outputs as named channels.
+        """Write the frame: .png, .jpg and .tif the image; .exr all float outputs as named channels; .npz all outputs as arrays.
+
+        An .npz has the arrays under the names of the outputs (of several shadow maps `shadow_maps_0` and so on, without timings), the
+        names of the scene's nodes as `nodes`, `near` and `far`, the pose `R`, `t` and, of a perspective camera, the intrinsic matrix `K`
+        as `Camera.opencv` and `Camera.K` give them. `np.load` reads it without pickle.
 
         Raises
         ------
@@ -206,10 +210,26 @@ class Frame:
         GlshadowError
             If the file cannot be written.
         """
-        from glshadow import image
+        from glshadow import archive, image
 
         path = as_path("path", path)
+        if path.suffix.lower() == ".npz":
+            archive.write(path, self._arrays())
+            return
         image.write(path, self._channels() if path.suffix.lower() == ".exr" else self.image)
+
+    def _arrays(self) -> dict[str, NDArray[Any]]:
+        """Everything that plain arrays hold, by name."""
+        arrays = {name: value for name, value in self.outputs.items() if isinstance(value, np.ndarray)}
+        if "shadow_maps" in self.outputs:
+            arrays |= {f"shadow_maps_{number}": views for number, views in enumerate(self.shadow_maps)}
+        arrays["R"], arrays["t"] = self.camera.opencv()
+        if self.camera.is_perspective:
+            arrays["K"] = self.camera.K(self.size)
+        arrays["near"], arrays["far"] = np.array(self.near), np.array(self.far)
+        if isinstance(self.scene, Scene):
+            arrays["nodes"] = np.array([node.name for node in self.scene.nodes], dtype=str)
+        return arrays
 
     def _channels(self) -> dict[str, NDArray[np.float32]]:
         """Channels named as compositors expect: R G B A premultiplied, Z, N.X N.Y N.Z, P.X P.Y P.Z."""

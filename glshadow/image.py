@@ -22,6 +22,7 @@ __all__ = ["Header", "header", "read", "write"]
 Pixels = NDArray[Any]
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
+FRAME_SUFFIXES = (*SUFFIXES, ".npz")  # what a frame is saved as
 FLOAT_SUFFIXES = (".exr", ".tif", ".tiff")
 # pixels: 16384 x 16384, the largest texture of common drivers; checked before memory is allocated
 LARGEST_IMAGE = 1 << 28
@@ -71,7 +72,7 @@ def header(source: str | os.PathLike[str] | bytes) -> Header:
     if data.startswith(MAGIC_JPEG):
         width, height = _jpeg_size(data)
         return Header((width, height), width * height * (3 + data.count(SCAN)))
-    with _opened(source) as (reader, _):
+    with opened(source) as (reader, _):
         spec = reader.spec()
         pixels = max(spec.width * spec.height * spec.depth, spec.tile_width * spec.tile_height)
         return Header((spec.width, spec.height * spec.depth), pixels * max(4, spec.pixel_bytes(True)))
@@ -122,7 +123,7 @@ def read(source: str | os.PathLike[str] | bytes) -> NDArray[np.uint8]:
     SettingsError
         If it is neither a path nor bytes.
     """
-    with _opened(source) as (reader, name):
+    with opened(source) as (reader, name):
         spec = reader.spec()
         if spec.width * spec.height > LARGEST_IMAGE or spec.depth > 1:
             raise SceneError(
@@ -135,7 +136,7 @@ def read(source: str | os.PathLike[str] | bytes) -> NDArray[np.uint8]:
 
 
 @contextmanager
-def _opened(source: str | os.PathLike[str] | bytes) -> Iterator[tuple[Any, str]]:
+def opened(source: str | os.PathLike[str] | bytes) -> Iterator[tuple[Any, str]]:
     """OpenImageIO's reader of an image, and the image's name in messages."""
     with undisturbed():
         import OpenImageIO as oiio
@@ -181,16 +182,21 @@ def _rgba(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return result
 
 
-def image_path(name: str, value: Any) -> Path:
+def image_path(name: str, value: Any, suffixes: tuple[str, ...] = SUFFIXES) -> Path:
     """Check a path for writing an image: a known suffix, in an existing folder."""
     path = as_path(name, value)
-    if path.suffix.lower() not in SUFFIXES:
+    if path.suffix.lower() not in suffixes:
         raise SettingsError(
-            f"{path}: an image file must end in one of {', '.join(SUFFIXES)}, got {path.suffix or 'no ending'!r}"
+            f"{path}: an image file must end in one of {', '.join(suffixes)}, got {path.suffix or 'no ending'!r}"
         )
     if not path.parent.is_dir():
         raise SettingsError(f"{path}: folder not found: {str(path.parent)!r}")
     return path
+
+
+def frame_path(name: str, value: Any) -> Path:
+    """Check a path for saving a frame: that of an image, or .npz."""
+    return image_path(name, value, FRAME_SUFFIXES)
 
 
 def write(path: str | os.PathLike[str], image: Pixels | Mapping[str, Pixels]) -> None:

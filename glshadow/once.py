@@ -9,7 +9,7 @@ from glshadow.arguments import DEFAULT_SIZE, as_scene
 from glshadow.core.cameras import Camera
 from glshadow.core.setting import optional
 from glshadow.frame import Frame
-from glshadow.image import image_path
+from glshadow.image import frame_path
 from glshadow.lights import Lights
 from glshadow.renderer import Renderer, RenderOptions
 
@@ -38,7 +38,7 @@ def render(
     **options
         Further arguments of Renderer.render.
     """
-    target = optional(image_path, "not saved")("path", path)
+    target = optional(frame_path, "not saved")("path", path)
     scene = as_scene(scene, ground)
     with Renderer() as renderer:
         frame = renderer.render(scene, camera, lights, size, **options)

@@ -1,8 +1,8 @@
-"""Products of settings, of which every run takes a few cells that hold every pair of values, and `scripts/test --all` takes all."""
+"""Which cells of a test every run takes, and which only `scripts/test --all`: of products of settings a cover of all pairs of values."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from enum import Enum
 from itertools import combinations, product
 from typing import Any
@@ -47,3 +47,17 @@ def every_pair(**settings: Sequence[Any]) -> pytest.MarkDecorator:
 
 def _named(value: Any) -> str:
     return str(value.value if isinstance(value, Enum) else value)
+
+
+def mostly(values: Iterable[Any], *rare: Any) -> list[Any]:
+    """Values for `parametrize`; the `rare` ones, which cost much and differ little from others, are marked `exhaustive`.
+
+    Raises
+    ------
+    ValueError
+        If a rare one is none of the values.
+    """
+    values = list(values)
+    if unknown := [each for each in rare if each not in values]:
+        raise ValueError(f"{unknown} are not among {values}")
+    return [pytest.param(each, marks=pytest.mark.exhaustive if each in rare else ()) for each in values]

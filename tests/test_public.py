@@ -20,6 +20,7 @@ INNER = {
     "FitRequest": "what the passes request of a fit",
     "Fitted": "what the fit returns",
     "Cascade": "what tells a ShadowView of several from its neighbours",
+    "LightTable": "a texture of a light's snippet",
     "Gizmo": "how an overlay draws a light",
     "Needs": "how a filter chooses its source",
     "Rays": "rays that a Truth traces when it is measured",

@@ -63,13 +63,11 @@ class Drawer:
                 lights = tuple(
                     replace(each, shadow=job.shadow) if each.shadow == own else each for each in lights or ()
                 )
-            exr = job.output.lower().endswith(".exr")
-            wanted = ("linear", "alpha", "depth", "normal", "position", "visibility", "node") if exr else ("image",)
             images = []
             for camera, name in zip(cameras, job.names(), strict=True):
                 path = _inside(folder, name)
                 frame = self._renderer.render(
-                    scene, camera, lights, job.size, background=job.background, outputs=wanted, samples=job.samples
+                    scene, camera, lights, job.size, background=job.background, outputs=job.stored, samples=job.samples
                 )
                 frame.save(path)
                 images.append(digest_of_file(path))

@@ -13,6 +13,7 @@ from typing import Any, TextIO
 
 from glshadow.arguments import DEFAULT_SIZE, pixels
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
+from glshadow.core.outputs import FLOATS, STORED, checked_outputs
 from glshadow.core.sampling import DEFAULT_SAMPLES, IMAGE_SAMPLES
 from glshadow.core.setting import (
     Settings,
@@ -30,7 +31,7 @@ from glshadow.core.setting import (
 from glshadow.core.spelling import parse
 from glshadow.derive.look import BACKGROUND, look_of
 from glshadow.errors import GlshadowError, SettingsError
-from glshadow.image import SUFFIXES
+from glshadow.image import FRAME_SUFFIXES
 from glshadow.lights import LIGHTS, DirectionalLight, Light, as_lights
 from glshadow.numbered import MOST_IMAGES, has_field, numbered
 from glshadow.shadows.bias import BIASES
@@ -55,6 +56,10 @@ def _background(name: str, value: Any) -> Any:
     return look_of(0.0, value, 1).background
 
 
+def _outputs(name: str, value: Any) -> tuple[str, ...]:
+    return checked_outputs(value)
+
+
 @dataclass(frozen=True)
 class Job(Settings):
     """One image, or one scene from several cameras.
@@ -65,7 +70,7 @@ class Job(Settings):
         Path of a model, or the name of a built-in scene: courtyard, outdoors, street, landscape:1 to 3.
     output : str
         Path of the image, relative to the folder of the batch: .png .jpg .tif .exr. For several images it has one field for the number,
-        such as view_{:03d}.png.
+        such as view_{:03d}.png; or .npz.
     cameras : tuple of Camera
         Empty: the scene's own.
     orbit : int
@@ -74,6 +79,8 @@ class Job(Settings):
         None: the scene's own.
     shadow : Shadow, optional
         For every light that casts shadows and has no shadow settings of its own.
+    outputs : tuple of str, optional
+        Outputs that .npz and .exr hold; None: as for `glshadow render`.
     size, samples, background, ground, up_axis
         As for `render` and `load`.
 
@@ -95,6 +102,7 @@ class Job(Settings):
     background: tuple[float, float, float] | None = setting(_background, BACKGROUND)
     ground: bool = setting(flag(), False)
     up_axis: str | None = setting(optional(one_of("x", "y", "z"), "y"), None)
+    outputs: tuple[str, ...] | None = setting(optional(_outputs, "those of the file's format"), None)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -105,8 +113,10 @@ class Job(Settings):
                 f"Job output {shown(self.output)} has a field for a number, but there is only one image"
             )
         path = as_path("Job output", self._name(self.pictures - 1))
-        if path.suffix.lower() not in SUFFIXES:
-            raise SettingsError(f"Job output must end in one of {', '.join(SUFFIXES)}, got {shown(self.output)}")
+        if path.suffix.lower() not in FRAME_SUFFIXES:
+            raise SettingsError(f"Job output must end in one of {', '.join(FRAME_SUFFIXES)}, got {shown(self.output)}")
+        if self.outputs is not None and path.suffix.lower() not in (".npz", ".exr"):
+            raise SettingsError(f"Job outputs need an output that ends in .npz or .exr, got {shown(self.output)}")
         if path.is_absolute() or ".." in path.parts:
             raise SettingsError(f"Job output must stay in the batch's folder, got {shown(self.output)}")
         object.__setattr__(self, "output", Path(self.output).as_posix())  # ./a.png is a.png
@@ -123,6 +133,11 @@ class Job(Settings):
     def pictures(self) -> int:
         """Number of images."""
         return self.orbit or max(len(self.cameras), 1)
+
+    @property
+    def stored(self) -> tuple[str, ...]:
+        """Outputs that the files hold."""
+        return self.outputs or {".exr": FLOATS, ".npz": STORED}.get(Path(self.output).suffix.lower(), ("image",))
 
     def names(self) -> Iterator[str]:
         """Names of the images, relative to the folder of the batch, one at a time."""

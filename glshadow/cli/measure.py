@@ -42,7 +42,7 @@ def command(as_json: bool, debug: bool, **options: Any) -> None:
     """
     with Work(as_json, debug) as work:
         wanted = request(**options)
-        if wanted.output and wanted.output.suffix.lower() == ".exr":
+        if wanted.output and wanted.output.suffix.lower() in (".exr", ".npz"):
             raise click.UsageError("-o of measure is an 8-bit image: use .png, .jpg or .tif")
         _measure(work, wanted)
 

@@ -135,7 +135,7 @@ scene_options = _all(
 
 picture_options = _all(
     option("Image", "-o", "--output", metavar="FILE", read=values.picture,
-           help="The image to write: .png .jpg .tif, or .exr with all float outputs as channels."),
+           help="The image to write: .png .jpg .tif, or .exr with all float outputs as channels, or .npz with arrays."),
     size_option,
     driver_options,
     scene_options,

@@ -24,6 +24,7 @@ from glshadow.cli.options import (
 )
 from glshadow.cli.orbit import kept_beside, make_all, named_after, pattern, refuse_field, request_of
 from glshadow.cli.running import Work
+from glshadow.core.outputs import FLOATS, STORED
 from glshadow.core.sampling import DEFAULT_SAMPLES
 from glshadow.numbered import MOST_IMAGES
 
@@ -42,6 +43,7 @@ Examples:
   glshadow render --light spot:6,6,6:-1,-1,-1:35:20:color=1,0.9,0.7 --overlay lights,map
   glshadow render --bias none --filter hard --resolution 512    (shadow acne)
   glshadow render model.glb -o model.exr --json
+  glshadow render model.glb -o model.npz --outputs image,depth,node
   glshadow render model.glb --catcher --background none -o cutout.png
   glshadow render model.glb --orbit 36 -o view_{:03d}.png
 """
@@ -66,6 +68,14 @@ Examples:
     default=str(DEFAULT_SAMPLES),
     show_default=True,
     help="Samples per pixel, 1, 4, 8 or 16, for smooth edges of surfaces and shadows.",
+)
+@option(
+    "Image",
+    "--outputs",
+    metavar="LIST",
+    read=values.outputs,
+    help="Outputs that .npz and .exr hold, separated by commas, or all: see the image page of the documentation. Default: of .npz all but "
+    "depth_metric, shadow_maps and timings, of .exr all floats.",
 )
 @option(
     "Image",
@@ -96,6 +106,7 @@ def command(
     debug: bool,
     overlay: tuple[str, ...],
     samples: int,
+    outputs: tuple[str, ...] | None,
     orbit: int | None,
     max_wrong: float | None,
     max_ms: float | None,
@@ -120,20 +131,29 @@ def command(
             raise click.UsageError("--background none needs alpha, and JPEG has none: use .png, .tif or .exr")
         if wanted.background is None and overlay:
             raise click.UsageError("--overlay needs an opaque background: not with --background none")
+        if outputs is not None and path.suffix.lower() not in (".npz", ".exr"):
+            raise click.UsageError("--outputs needs -o with .npz or .exr: other files hold the image alone")
         if orbit is None:
             if wanted.output is not None:
                 refuse_field(path)
-            _render(work, wanted, path, overlay, samples, budget)
+            _render(work, wanted, path, overlay, outputs, samples, budget)
         else:
-            _render_orbit(work, wanted, path, overlay, samples, orbit, budget)
+            _render_orbit(work, wanted, path, overlay, outputs, samples, orbit, budget)
 
 
 def _render(
-    work: Work, wanted: Request, path: Path, overlay: tuple[str, ...], samples: int, budget: dict[str, Any]
+    work: Work,
+    wanted: Request,
+    path: Path,
+    overlay: tuple[str, ...],
+    chosen: tuple[str, ...] | None,
+    samples: int,
+    budget: dict[str, Any],
 ) -> None:
     with work.stage("load", f"loading {wanted.name}"):
         scene = wanted.load()
     camera, lights = wanted.camera(scene), wanted.lit(scene)
+    outputs = _outputs(path, overlay, chosen, work.as_json)
     with work.stage("open", "opening OpenGL"):
         from glshadow.renderer import Renderer
 
@@ -141,8 +161,8 @@ def _render(
     with renderer:
         with work.stage("render", f"rendering {wanted.name}"):
             frame = renderer.render(
-                scene, camera, lights, wanted.size, outputs=_outputs(path, overlay, work.as_json), samples=samples, **budget, **wanted.look,
-            )  # fmt: skip
+                scene, camera, lights, wanted.size, outputs=outputs, samples=samples, **budget, **wanted.look
+            )
         info = renderer.info
     covered = refuse_blank(frame)
     warn_fallbacks(work, frame.used)
@@ -150,7 +170,7 @@ def _render(
         with work.stage("overlay", "drawing overlays"):
             frame = _overlaid(frame, overlay)
     with work.stage("write", f"writing {path.name}"):
-        frame.save(path)
+        _kept(frame, path, chosen).save(path)
     facts = scene_facts(scene)
     work.say(
         f"{path}: {wanted.size[0]}x{wanted.size[1]}, {facts['triangles']} triangles, {_counted(len(lights), 'light')}, "
@@ -164,6 +184,7 @@ def _render_orbit(
     wanted: Request,
     path: Path,
     overlay: tuple[str, ...],
+    chosen: tuple[str, ...] | None,
     samples: int,
     count: int,
     budget: dict[str, Any],
@@ -178,9 +199,9 @@ def _render_orbit(
         from glshadow.renderer import Renderer
 
         renderer = Renderer(wanted.driver)
-    options = (wanted.size, samples, budget, wanted.look, overlay, renderer.info["renderer"])
+    options = (wanted.size, samples, budget, wanted.look, overlay, chosen, renderer.info["renderer"])
     asked = request_of(scene, cameras, lights, *options)
-    outputs = _outputs(path, overlay, False)
+    outputs = _outputs(path, overlay, chosen, False)
 
     def draw(numbers: Sequence[int]) -> Iterator[tuple[int, Frame]]:
         views = (cameras[number] for number in numbers)
@@ -191,7 +212,7 @@ def _render_orbit(
             if place == 0:
                 refuse_blank(frame)
             warn_fallbacks(work, frame.used)
-            yield number, _overlaid(frame, overlay) if overlay else frame
+            yield number, _kept(_overlaid(frame, overlay) if overlay else frame, path, chosen)
 
     with renderer, work.stage("render", f"rendering {wanted.name}"):
         files = [name(number) for number in range(count)]
@@ -207,11 +228,19 @@ def _overlaid(frame: Frame, overlay: tuple[str, ...]) -> Frame:
     return replace(frame, outputs={**frame.outputs, "image": draw(frame, overlay)})
 
 
-def _outputs(path: Path, overlay: tuple[str, ...], timed: bool) -> tuple[str, ...]:
-    outputs = ["alpha"]  # to check whether anything is in view
-    outputs += (
-        ["linear", "depth", "visibility", "normal", "position", "node"] if path.suffix.lower() == ".exr" else ["image"]
-    )
+def _stored(path: Path, chosen: tuple[str, ...] | None) -> tuple[str, ...]:
+    """Outputs that a file holds."""
+    return chosen or {".exr": FLOATS, ".npz": STORED}.get(path.suffix.lower(), ("image",))
+
+
+def _kept(frame: Frame, path: Path, chosen: tuple[str, ...] | None) -> Frame:
+    """The frame with the outputs that its file holds, without those that only checks and overlays need."""
+    names = _stored(path, chosen)
+    return replace(frame, outputs={name: value for name, value in frame.outputs.items() if name in names})
+
+
+def _outputs(path: Path, overlay: tuple[str, ...], chosen: tuple[str, ...] | None, timed: bool) -> tuple[str, ...]:
+    outputs = ["alpha", *_stored(path, chosen)]  # alpha: to check whether anything is in view
     if overlay:
         from glshadow.overlay import required_outputs
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from glshadow.core.spaces import CLIP_SPACES
 from glshadow.core.spelling import number, numbers, parse, vector
 from glshadow.errors import SettingsError
-from glshadow.image import image_path
+from glshadow.image import frame_path
 from glshadow.shadows.bias import BIASES, Bias
 from glshadow.shadows.filters import FILTERS, Filter
 from glshadow.shadows.fits import FITS, Fit
@@ -175,10 +175,17 @@ def overlays(text: str) -> tuple[str, ...]:
     return names
 
 
+def outputs(text: str) -> tuple[str, ...]:
+    """Names of outputs, separated by commas."""
+    from glshadow.core.outputs import checked_outputs
+
+    return checked_outputs([name.strip() for name in text.split(",")])
+
+
 def picture(text: str) -> Path:
     """A file that an image can be written to."""
     try:
-        path = image_path("-o", text)
+        path = frame_path("-o", text)
         if path.is_dir():
             raise SettingsError(f"{text!r} is a folder")
     except OSError as error:

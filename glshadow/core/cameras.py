@@ -1,115 +1,29 @@
-"""Cameras: a pose, a window and a depth range.
-
-A ray goes through every pixel. It meets the window at (x, y), in view axes::
-
-    perspective, intrinsics    from the eye, through (x, y, -1)           window edges are tangents: coordinates at distance 1
-    orthographic               from (x, y, 0), along (0, 0, -1)           window edges are world units
-"""
+"""The kinds of cameras: perspective, calibrated in pixels, and orthographic."""
 
 from __future__ import annotations
 
-from dataclasses import Field, dataclass, fields
-from functools import cached_property
-from typing import Any, ClassVar, overload
+from dataclasses import dataclass
+from typing import ClassVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from glshadow.core.setting import Settings, as_floats, number, optional, refuse, setting, vector
-from glshadow.core.spaces import FARTHEST, NEAREST, Array, Triple, look_at, unit
-from glshadow.errors import SettingsError
+from glshadow.core.calibration import intrinsics, pose_from_opencv
+from glshadow.core.camera import PLACE, Camera, Window, placed, window_of
+from glshadow.core.setting import number, optional, setting, vector
+from glshadow.core.spaces import FARTHEST, NEAREST, Array, Triple
 
-Window = tuple[float, float, float, float]
+__all__ = ["Camera", "IntrinsicsCamera", "OrthographicCamera", "PerspectiveCamera", "Window", "pixel_rays"]
 
 # Beyond this, the window's edges could not be told apart in float32.
 LEAST_FOV, MOST_ASPECT, MOST_SHIFT = 1e-6, 1e3, 1e6
 LEAST_HEIGHT = 1e-16  # 2 / height times the farthest coordinate stays inside float32's 1e38
 LEAST_FOCAL, MOST_PIXELS = 1e-6, 1e12
 
-_PLACE = vector(3, -FARTHEST, FARTHEST)
 _AHEAD = optional(number(NEAREST, FARTHEST), "derived from the scene")
 _ALONG = optional(number(-FARTHEST, FARTHEST), "derived from the scene")
 _PRINCIPAL = vector(2, -MOST_SHIFT, MOST_SHIFT)
 _PIXEL_ASPECT = number(1.0 / MOST_ASPECT, MOST_ASPECT)
-
-
-class Camera(Settings):
-    """Base of all cameras.
-
-    Attributes
-    ----------
-    is_perspective : bool
-        Whether all rays start at one eye point; otherwise they are parallel.
-    position, target, up, near, far
-        As of PerspectiveCamera.
-    """
-
-    is_perspective: ClassVar[bool] = True
-    _lens: ClassVar[tuple[str, ...]] = ()
-    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]  # every subclass is a frozen dataclass
-
-    position: Triple
-    target: Triple
-    up: Triple
-    near: float | None
-    far: float | None
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.near is not None and self.far is not None and not self.near < self.far:
-            raise SettingsError(f"near must be less than far, got near={self.near}, far={self.far}")
-        _ = self.view_from_world  # position == target or a zero up fails here, when built
-
-    @cached_property
-    def view_from_world(self) -> Array:
-        """(4, 4) float64, read-only."""
-        matrix = look_at(self.position, self.target, self.up)
-        matrix.flags.writeable = False
-        return matrix
-
-    def window(self, size: tuple[int, int]) -> Window:
-        """Edges left, right, bottom, top of the image for a size in pixels: tangents, or world units if orthographic."""
-        raise NotImplementedError
-
-    def rays(self, size: tuple[int, int], offset: tuple[float, float] = (0.5, 0.5)) -> tuple[Array, Array]:
-        """World rays through every pixel: origin + direction * depth is the world point at that view depth.
-
-        Parameters
-        ----------
-        size : (2,) ints
-            Width and height.
-        offset : (2,) floats
-            Where in the pixel, from its top left corner; (0.5, 0.5) is the centre.
-
-        Returns
-        -------
-        origins, directions : (H, W, 3) float64
-            Row 0 at the top; read-only if all entries share one value. Directions have the component 1 along the view.
-        """
-        left, right, bottom, top = self.window(size)
-        x = left + (np.arange(size[0]) + offset[0]) / size[0] * (right - left)
-        y = top - (np.arange(size[1]) + offset[1]) / size[1] * (top - bottom)
-        axes = self.view_from_world[:3, :3]
-        across: Array = x[None, :, None] * axes[0] + y[:, None, None] * axes[1]
-        eye = np.asarray(self.position)
-        if self.is_perspective:
-            return np.broadcast_to(eye, across.shape), across - axes[2]
-        return eye + across, np.broadcast_to(-axes[2], across.shape)
-
-    @property
-    def lens(self) -> dict[str, float]:
-        """Lens settings, without the pose: fov_y, height, or the intrinsics; for reports."""
-        return {name: getattr(self, name) for name in self._lens}
-
-    def __str__(self) -> str:
-        """Pose and lens, for messages."""
-        eye, target = ("(" + ", ".join(f"{x:.6g}" for x in point) + ")" for point in (self.position, self.target))
-        return f"at {eye} looks at {target} with {', '.join(f'{name} {value:g}' for name, value in self.lens.items())}"
-
-    def through(self, kind: type[Camera], **lens: float) -> Camera:
-        """The same view with another lens: a `kind` of camera with `lens`, and all other settings that both kinds have."""
-        common = {each.name for each in fields(kind)} & {each.name for each in fields(self)}
-        return kind(**{**{name: getattr(self, name) for name in common}, **lens})
 
 
 @dataclass(frozen=True)
@@ -132,8 +46,8 @@ class PerspectiveCamera(Camera):
 
     _lens: ClassVar[tuple[str, ...]] = ("fov_y",)
 
-    position: Triple = setting(_PLACE, (0.0, 0.0, 1.0))
-    target: Triple = setting(_PLACE, (0.0, 0.0, 0.0))
+    position: Triple = setting(PLACE, (0.0, 0.0, 1.0))
+    target: Triple = setting(PLACE, (0.0, 0.0, 0.0))
     up: Triple = setting(vector(3), (0.0, 1.0, 0.0))
     fov_y: float = setting(number(LEAST_FOV, 180.0, below=True, unit="degrees"), 50.0)
     near: float | None = setting(_AHEAD, None)
@@ -146,7 +60,7 @@ class PerspectiveCamera(Camera):
         cls, pose: ArrayLike, fov_y: float = 50.0, near: float | None = None, far: float | None = None
     ) -> PerspectiveCamera:
         """Camera from its world_from_view matrix (4, 4), as trimesh, pyrender and glTF store it (looks along -z)."""
-        return cls(*_placed(pose), fov_y, near, far)
+        return cls(*placed(pose), fov_y, near, far)
 
     @overload
     @classmethod
@@ -206,7 +120,7 @@ class PerspectiveCamera(Camera):
         width, height = vector(2, 1.0)("size", size)
         given = IntrinsicsCamera(fx, fy, cx, cy)
         return cls(
-            *_placed(pose),
+            *placed(pose),
             float(np.degrees(2.0 * np.arctan2(0.5 * height, given.fy))),
             near,
             far,
@@ -214,9 +128,41 @@ class PerspectiveCamera(Camera):
             given.fy / given.fx,
         )
 
+    @classmethod
+    def from_opencv(
+        cls,
+        K: ArrayLike,
+        R: ArrayLike,
+        t: ArrayLike,
+        size: tuple[int, int],
+        center: float = 0.0,
+        near: float | None = None,
+        far: float | None = None,
+    ) -> PerspectiveCamera:
+        """Camera of an intrinsic matrix and a pose as OpenCV and COLMAP write them; `K(size, center)` and `opencv()` give them back.
+
+        Parameters
+        ----------
+        K : (3, 3) array_like
+            [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], pixels; cy counts downwards.
+        R : (3, 3) array_like, or a Rodrigues vector (3,)
+        t : (3,) array_like
+            R @ point + t is a world point in camera axes: x right, y down, z forward.
+        size : (2,) ints
+            Width and height in pixels of the image that K belongs to: an image of another size shows the same view.
+        center : float
+            Coordinates of the first pixel's centre in K: 0.0 as in OpenCV; 0.5 as in COLMAP, where (0, 0) is the image's corner.
+
+        Raises
+        ------
+        SettingsError
+            If K is no intrinsic matrix or has a skew, R is not a rotation, or another argument is not allowed.
+        """
+        return cls.from_intrinsics(*intrinsics(K, center), size, pose_from_opencv(R, t), near, far)
+
     def window(self, size: tuple[int, int]) -> Window:
         """Edges left, right, bottom, top of the image as tangents (coordinates at distance 1) for a size in pixels."""
-        return _window(2.0 * np.tan(np.radians(self.fov_y) / 2.0), self.principal, self.pixel_aspect, size)
+        return window_of(2.0 * np.tan(np.radians(self.fov_y) / 2.0), self.principal, self.pixel_aspect, size)
 
 
 @dataclass(frozen=True)
@@ -239,8 +185,8 @@ class IntrinsicsCamera(Camera):
     fy: float = setting(number(LEAST_FOCAL, MOST_PIXELS, unit="pixels"))
     cx: float = setting(number(-MOST_PIXELS, MOST_PIXELS, unit="pixels"))
     cy: float = setting(number(-MOST_PIXELS, MOST_PIXELS, unit="pixels"))
-    position: Triple = setting(_PLACE, (0.0, 0.0, 1.0))
-    target: Triple = setting(_PLACE, (0.0, 0.0, 0.0))
+    position: Triple = setting(PLACE, (0.0, 0.0, 1.0))
+    target: Triple = setting(PLACE, (0.0, 0.0, 0.0))
     up: Triple = setting(vector(3), (0.0, 1.0, 0.0))
     near: float | None = setting(_AHEAD, None)
     far: float | None = setting(_AHEAD, None)
@@ -257,7 +203,20 @@ class IntrinsicsCamera(Camera):
         far: float | None = None,
     ) -> IntrinsicsCamera:
         """Camera from its world_from_view matrix (4, 4) and its intrinsics."""
-        return cls(fx, fy, cx, cy, *_placed(pose), near, far)
+        return cls(fx, fy, cx, cy, *placed(pose), near, far)
+
+    @classmethod
+    def from_opencv(
+        cls,
+        K: ArrayLike,
+        R: ArrayLike,
+        t: ArrayLike,
+        center: float = 0.0,
+        near: float | None = None,
+        far: float | None = None,
+    ) -> IntrinsicsCamera:
+        """Camera of an intrinsic matrix and a pose as OpenCV and COLMAP write them: see `PerspectiveCamera.from_opencv`."""
+        return cls.from_pose(pose_from_opencv(R, t), *intrinsics(K, center), near, far)
 
     def window(self, size: tuple[int, int]) -> Window:
         """Edges left, right, bottom, top of the image as tangents (coordinates at distance 1) for a size in pixels."""
@@ -285,8 +244,8 @@ class OrthographicCamera(Camera):
     is_perspective: ClassVar[bool] = False
     _lens: ClassVar[tuple[str, ...]] = ("height",)
 
-    position: Triple = setting(_PLACE, (0.0, 0.0, 1.0))
-    target: Triple = setting(_PLACE, (0.0, 0.0, 0.0))
+    position: Triple = setting(PLACE, (0.0, 0.0, 1.0))
+    target: Triple = setting(PLACE, (0.0, 0.0, 0.0))
     up: Triple = setting(vector(3), (0.0, 1.0, 0.0))
     height: float = setting(number(LEAST_HEIGHT, FARTHEST), 2.0)
     near: float | None = setting(_ALONG, None)
@@ -299,28 +258,11 @@ class OrthographicCamera(Camera):
         cls, pose: ArrayLike, height: float = 2.0, near: float | None = None, far: float | None = None
     ) -> OrthographicCamera:
         """Camera from its world_from_view matrix (4, 4); `height` is twice glTF's and pyrender's ymag."""
-        return cls(*_placed(pose), height, near, far)
+        return cls(*placed(pose), height, near, far)
 
     def window(self, size: tuple[int, int]) -> Window:
         """Edges left, right, bottom, top of the image in world units for a size in pixels."""
-        return _window(self.height, self.principal, self.pixel_aspect, size)
-
-
-def _window(height: float, principal: tuple[float, float], pixel_aspect: float, size: tuple[int, int]) -> Window:
-    width = height * size[0] / size[1] * pixel_aspect
-    left, top = -principal[0] * width, principal[1] * height
-    return (float(left), float(left + width), float(top - height), float(top))
-
-
-def _placed(pose: ArrayLike) -> tuple[Triple, Triple, Triple]:
-    """Position, target and up of a world_from_view matrix (4, 4); its scale is ignored."""
-    matrix = as_floats(pose, (4, 4))
-    if matrix is None or not np.isfinite(matrix).all():
-        raise refuse("pose", "a finite (4, 4) matrix", pose)
-    position = np.array(_PLACE("pose position", matrix[:3, 3]))
-    forward, up = -unit("pose z axis", matrix[:3, 2]), unit("pose y axis", matrix[:3, 1])
-    target = position + forward * max(1.0, float(np.abs(position).max()) * 1e-3)  # far enough to survive float64
-    return tuple(position.tolist()), tuple(target.tolist()), tuple(up.tolist())
+        return window_of(self.height, self.principal, self.pixel_aspect, size)
 
 
 def pixel_rays(camera: Camera, size: tuple[int, int], offset: tuple[float, float] = (0.5, 0.5)) -> Array:

@@ -68,6 +68,10 @@ OUTPUTS = (
 NAMES = tuple(each.name for each in OUTPUTS)
 CENTRES = tuple(each.name for each in OUTPUTS if each.of is Of.CENTRE)
 ALL = "all"
+FLOATS = ("linear", "depth", "visibility", "normal", "position", "node", "alpha")
+"""Outputs that an .exr holds by default."""
+STORED = tuple(each.name for each in OUTPUTS if each.name not in ("depth_metric", "shadow_maps", "timings"))
+"""Outputs that an .npz holds by default."""
 
 
 def checked_outputs(outputs: Any) -> tuple[str, ...]:

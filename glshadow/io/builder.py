@@ -46,6 +46,8 @@ class Builder:
         visual: Any = None,
         colors: ArrayLike | None = None,
         face_colors: ArrayLike | None = None,
+        uv: ArrayLike | None = None,
+        material: Material | None = None,
     ) -> Mesh | None:
         """A Mesh, or None if there are no triangles.
 
@@ -58,6 +60,10 @@ class Builder:
         colors, face_colors : (V, 3 or 4), (T, 3 or 4), optional
             sRGB bytes or floats in 0..1, straight alpha, used instead of the visual's. With face colours, each triangle gets vertices of
             its own.
+        uv : (V, 2), optional
+            Texture coordinates, v up; kept also without a texture, for materials that are given later.
+        material : Material, optional
+            Used instead of the visual's.
         """
         positions, polygons = np.asarray(vertices, dtype=np.float64), np.asarray(faces)
         if len(positions) == 0 or polygons.ndim != 2 or len(polygons) == 0:
@@ -66,7 +72,11 @@ class Builder:
         if triangles.min() < 0 or triangles.max() >= len(positions):
             worst = int(triangles.max() if triangles.max() >= len(positions) else triangles.min())
             raise SceneError(f"{name}: a face refers to vertex {worst}, but there are {len(positions)}")
-        material, uv = self._visual(visual, len(positions), name)
+        found, own_uv = self._visual(visual, len(positions), name)
+        material = found if material is None else material
+        uv = own_uv if uv is None else self._coordinates(uv, len(positions), name)
+        if uv is None and material.texture is not None:
+            material = replace(material, texture=None)
         kept_normals: NDArray[Any] | None = usable_normals(positions, triangles, normals)
         kind = getattr(visual, "kind", None)
         if kind == "face" and colors is None and face_colors is None:
@@ -113,12 +123,17 @@ class Builder:
         material = self._material(visual.material, name)
         if material.texture is None:
             return material, None
-        with np.errstate(over="ignore"):  # values beyond float32 are not usable, see the note below
-            uv = None if visual.uv is None else np.asarray(visual.uv, dtype=np.float32)
+        uv = self._coordinates(visual.uv, vertices, name)
+        return (replace(material, texture=None), None) if uv is None else (material, uv)
+
+    def _coordinates(self, given: Any, vertices: int, name: str) -> NDArray[np.float32] | None:
+        """Texture coordinates (V, 2); None, with a note, if they are not usable."""
+        with np.errstate(over="ignore"):  # values beyond float32 are not usable
+            uv = None if given is None else np.asarray(given, dtype=np.float32)
         if uv is None or uv.ndim != 2 or len(uv) != vertices or not np.isfinite(uv[:, :2]).all():
             self.notes.append(f"{name} has a texture but no usable texture coordinates: drawn without it")
-            return replace(material, texture=None), None
-        return material, uv[:, :2]
+            return None
+        return uv[:, :2]
 
     def _material(self, given: Any, name: str) -> Material:
         if hasattr(given, "baseColorFactor"):  # PBRMaterial

@@ -14,15 +14,13 @@ from glshadow.core.cameras import Camera
 from glshadow.core.setting import as_path, flag, instance, one_of, optional, refuse, text
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError, warn
+from glshadow.io.from_arrays import array_pair, read_arrays
 from glshadow.io.imported import Imported
 from glshadow.io.limits import Budget, Limits
-from glshadow.io.mesh_files import SUFFIXES
+from glshadow.io.model_file import FORMATS, GLTF, NAMES, ModelFile, from_stream, in_memory, on_disk
 from glshadow.scene.checks import check_scene
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene
-
-GLTF = (".glb", ".gltf")
-FORMATS = (*GLTF, *SUFFIXES)
 
 # world_from_file rotations that turn the named axis up; proper rotations, so that nothing is mirrored
 TURNS = {
@@ -39,13 +37,15 @@ def load(
     up_axis: str | None = None,
     name: str | None = None,
     limits: Limits | None = None,
+    format: str | None = None,
 ) -> Scene:
     """Load a scene from a file or another library's object.
 
     Parameters
     ----------
-    source : path, trimesh.Trimesh, trimesh.Scene, pyrender.Scene, Scene, or meshes and nodes
-        One Mesh or Node, or a list of them, is a scene too. Files: .glb, .gltf, .obj, .ply, .stl, .off. Coordinates are not changed,
+    source : path, bytes, file object, (vertices, faces), another library's object, Scene, or meshes and nodes
+        One Mesh or Node, or a list of them, is a scene too. Files: .glb, .gltf, .obj, .ply, .stl, .off. Objects: trimesh.Trimesh,
+        trimesh.Scene, pyrender.Scene, PyVista's datasets and MultiBlock, Open3D's TriangleMesh. Coordinates are not changed,
         matrices are composed in float64, and nodes with the same geometry share one Mesh. Shading normals are used if the source has
         them; otherwise shading is flat.
     ground : bool or "catcher"
@@ -58,6 +58,8 @@ def load(
         Name of the scene; None: the file's name without its suffix.
     limits : Limits, optional
         What a file may cost, checked before memory is allocated; None: the defaults of `Limits`. Objects in memory are not limited.
+    format : {None, "glb", "gltf", "obj", "ply", "stl", "off"}
+        Format of a file; None: by its suffix, of bytes and file objects by their beginning.
 
     Returns
     -------
@@ -81,14 +83,20 @@ def load(
     ground, up_axis = _ground("ground", ground), optional(one_of(*TURNS), "y")("up_axis", up_axis)
     name = optional(text(), "the file's name")("name", name)
     limits = optional(instance(Limits), "the defaults")("limits", limits)
-    return read_scene(source, Budget(limits or Limits()), ground, up_axis, name)
+    format = optional(one_of(*NAMES), "recognised")("format", format)
+    return read_scene(source, Budget(limits or Limits()), ground, up_axis, name, format)
 
 
 def read_scene(
-    source: Any, budget: Budget, ground: bool | str = False, up_axis: str | None = None, name: str | None = None
+    source: Any,
+    budget: Budget,
+    ground: bool | str = False,
+    up_axis: str | None = None,
+    name: str | None = None,
+    format: str | None = None,
 ) -> Scene:
     """As `load`, with checked arguments; afterwards `budget.files` has the files that were read."""
-    label, title, read, stored = _reader(source, budget)
+    label, title, read, stored = _reader(source, budget, None if format is None else f".{format}")
     try:
         found = read()
         notes = found.notes + check_scene(found.nodes, stored=stored)
@@ -114,51 +122,80 @@ def _ground(name: str, value: Any) -> bool | str:
         raise refuse(name, 'True, False or "catcher"', value) from None
 
 
-def _reader(source: Any, budget: Budget) -> tuple[str, str, Callable[[], Imported], bool]:
+def _reader(source: Any, budget: Budget, suffix: str | None) -> tuple[str, str, Callable[[], Imported], bool]:
     """The source's name in messages, its scene's name, a function that reads it, and whether it was stored in a file."""
-    if isinstance(source, (str, os.PathLike)):
-        try:
-            path = as_path("source", source)
-        except SettingsError as error:
-            raise SceneError(str(error)) from None
-        return path.name or str(path), path.stem, lambda: _read_file(path, budget), True
+    stored = _stored_reader(source, budget, suffix)
+    if stored is not None:
+        return *stored, True
+    if suffix is not None:
+        raise SceneError(f"format names that of a file, of bytes or of a file object, got {type(source).__name__}")
+    if (pair := array_pair(source)) is not None:
+        return "(vertices, faces)", "scene", lambda: read_arrays(*pair), False
     if isinstance(source, Scene):
         given = Imported(list(source.nodes), source.camera, list(source.lights))
         return source.name, source.name, lambda: given, False
     if isinstance(source, Mesh | Node) or (isinstance(source, list | tuple) and source):
         placed = Scene(source if isinstance(source, list | tuple) else [source])  # type: ignore[arg-type]
         return "scene", "scene", lambda: Imported(list(placed.nodes), None, None), False
-    libraries = {str(parent.__module__).partition(".")[0] for parent in type(source).__mro__}
     kind = f"{str(type(source).__module__).partition('.')[0]}.{type(source).__name__}"
-    if "trimesh" in libraries:
-        from glshadow.io.from_trimesh import read_trimesh
-
-        return kind, "scene", lambda: read_trimesh(source), False
-    if "pyrender" in libraries:
-        from glshadow.io.from_pyrender import read_pyrender
-
-        return kind, "scene", lambda: read_pyrender(source), False
+    read = _library_reader(source, budget)
+    if read is not None:
+        return kind, "scene", read, False
     raise SceneError(
-        f"load takes a path ({' '.join(FORMATS)}), a trimesh.Trimesh, a trimesh.Scene, a pyrender.Scene, a Scene, or meshes and nodes, "
-        f"got {type(source).__name__}"
+        f"load takes a path, bytes or a file object ({' '.join(FORMATS)}), (vertices, faces), a trimesh.Trimesh, a trimesh.Scene, "
+        "a pyrender.Scene, a PyVista dataset, an Open3D TriangleMesh, a Scene, or meshes and nodes, got "
+        f"{type(source).__name__}"
     )
 
 
-def _read_file(path: Path, budget: Budget) -> Imported:
-    suffix = path.suffix.lower()
-    if suffix not in FORMATS:
-        raise SceneError(f"a model file must end in one of {', '.join(FORMATS)}, got {path.suffix or 'no ending'!r}")
-    if not path.is_file():
-        raise SceneError(f"file not found: {path}")
-    if path.stat().st_size == 0:
-        raise SceneError("nothing to render: the file is empty (0 bytes)")
-    if suffix in GLTF:
+def _stored_reader(source: Any, budget: Budget, suffix: str | None) -> tuple[str, str, Callable[[], Imported]] | None:
+    """The same for a path, bytes or a file object; None for everything else."""
+    if isinstance(source, (str, os.PathLike)):
+        try:
+            path = as_path("source", source)
+        except SettingsError as error:
+            raise SceneError(str(error)) from None
+        return path.name or str(path), path.stem, lambda: _read_file(on_disk(path, suffix), budget)
+    if isinstance(source, bytes | bytearray | memoryview):
+        return "bytes", "scene", lambda: _read_file(in_memory(bytes(source), suffix), budget)
+    if callable(getattr(source, "read", None)) and not isinstance(source, type):
+        name = getattr(source, "name", None)
+        named = Path(name) if isinstance(name, str) and name else Path("a file object")
+        title = named.stem if named.suffix.lower() in FORMATS else "scene"
+        return named.name, title, lambda: _read_file(from_stream(source, suffix, budget), budget)
+    return None
+
+
+def _library_reader(source: Any, budget: Budget) -> Callable[[], Imported] | None:
+    """A function that reads another library's object, known by its class's module; None for everything else."""
+    libraries = {str(parent.__module__).partition(".")[0] for parent in type(source).__mro__}
+    if "trimesh" in libraries:
+        from glshadow.io.from_trimesh import read_trimesh
+
+        return lambda: read_trimesh(source)
+    if "pyrender" in libraries:
+        from glshadow.io.from_pyrender import read_pyrender
+
+        return lambda: read_pyrender(source)
+    if "pyvista" in libraries:
+        from glshadow.io.from_pyvista import read_pyvista
+
+        return lambda: read_pyvista(source, budget)
+    if "open3d" in libraries:
+        from glshadow.io.from_open3d import read_open3d
+
+        return lambda: read_open3d(source)
+    return None
+
+
+def _read_file(file: ModelFile, budget: Budget) -> Imported:
+    if file.suffix in GLTF:
         from glshadow.io.gltf import read_gltf
 
-        return read_gltf(path, budget)
+        return read_gltf(file, budget)
     from glshadow.io.mesh_files.read import read_mesh_file
 
-    return read_mesh_file(path, budget)
+    return read_mesh_file(file, budget)
 
 
 def _turned(found: Imported, turn: Array, name: str) -> Scene:

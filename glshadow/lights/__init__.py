@@ -7,13 +7,15 @@ from typing import Any
 
 from glshadow.core.setting import refuse, several
 from glshadow.lights.directional import DirectionalLight
+from glshadow.lights.environment import EnvironmentLight
+from glshadow.lights.environment_map import EnvironmentMap
 from glshadow.lights.light import BRIGHTEST_RADIANCE, Gizmo, Light
 from glshadow.lights.point import PointLight
 from glshadow.lights.rect import RectLight
 from glshadow.lights.sky import SkyLight
 from glshadow.lights.spot import SpotLight
 
-LIGHTS: tuple[type[Light], ...] = (DirectionalLight, SpotLight, PointLight, RectLight, SkyLight)
+LIGHTS: tuple[type[Light], ...] = (DirectionalLight, SpotLight, PointLight, RectLight, SkyLight, EnvironmentLight)
 """All kinds of light. A new kind is added here."""
 
 Lights = Iterable[Light] | Light | None
@@ -49,6 +51,6 @@ def traced_points(lights: Iterable[Light]) -> int:
 
 
 __all__ = [
-    "BRIGHTEST_RADIANCE", "LIGHTS", "DirectionalLight", "Gizmo", "Light", "Lights", "PointLight", "RectLight", "SkyLight", "SpotLight",
-    "as_lights", "traced_points",
+    "BRIGHTEST_RADIANCE", "LIGHTS", "DirectionalLight", "EnvironmentLight", "EnvironmentMap", "Gizmo", "Light", "Lights", "PointLight",
+    "RectLight", "SkyLight", "SpotLight", "as_lights", "traced_points",
 ]  # fmt: skip

@@ -4,15 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from glshadow.core.setting import setting
+from glshadow.core.setting import refuse, setting
 from glshadow.core.spaces import Array, Bools, Triple, direction, rigid_inverse, view_axes
 from glshadow.geometry.fitting import minimum_rectangle
 from glshadow.lights.light import Gizmo, Light
 from glshadow.shadows.view import Projection, ShadowView
+
+
+def downward(name: str, value: Any) -> Triple:
+    """Check a direction from the zenith down: its largest component is negative, whichever axis is up."""
+    kept: Triple = direction(name, value)  # type: ignore[assignment]  # of a vector of three
+    if not max(kept, key=abs) < 0.0:
+        raise refuse(name, "a direction from the zenith down, its largest component below 0, such as (0, -1, 0)", value)
+    return kept
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,6 +13,7 @@ import numpy as np
 from glshadow.core.setting import Settings, instance, number, optional, setting, shown, vector
 from glshadow.core.spaces import Array, Bools, ClipSpace, Triple, view_axes
 from glshadow.errors import SettingsError
+from glshadow.lights.table import LightTable
 from glshadow.shadows.cookie import Cookie
 from glshadow.shadows.filters import Filter
 from glshadow.shadows.shadow import Shadow
@@ -91,6 +92,9 @@ class Light(Settings, ABC):
         cannot represent it.
     weighted : bool
         Whether its sample points are weighted by the cosine at the receiver (Lambert's law).
+    per_channel : bool
+        Whether its irradiance and its shadow differ by channel. It is then also `wide` and `weighted`, its hard lights are weighted by
+        their colours, and visibility is the share of the luminance.
     sized_by : str
         The setting that gives it a size: degrees at infinity, else world units. Empty if it has no size to change.
     fixed : bool
@@ -120,6 +124,7 @@ class Light(Settings, ABC):
     at_infinity: ClassVar[bool] = False
     wide: ClassVar[bool] = False
     weighted: ClassVar[bool] = False
+    per_channel: ClassVar[bool] = False
     sized_by: ClassVar[str] = ""
     fixed: ClassVar[bool] = False
     beside_geometry: ClassVar[frozenset[str]] = frozenset({"color", "intensity", "shadow"})
@@ -216,7 +221,7 @@ class Light(Settings, ABC):
 
         Returns
         -------
-        (...) float64
+        (...) float64; of a light that differs by channel (..., 3)
         """
         towards, _ = self.to_light(points)
         return np.asarray(np.maximum((towards * normals).sum(axis=-1), 0.0) * self.strength(points))
@@ -225,6 +230,11 @@ class Light(Settings, ABC):
     def projected(self) -> tuple[Cookie, Array] | None:
         """The projected image and the (4, 4) matrix from world points to (u, v, -, w), v up. None: the light projects no image."""
         return None
+
+    @property
+    def tables(self) -> Mapping[str, LightTable]:
+        """Textures of the snippet, by the names of their uniforms."""
+        return {}
 
     # -- size
 
@@ -241,7 +251,8 @@ class Light(Settings, ABC):
     def hard_lights(self, count: int) -> tuple[Light, ...]:
         """Hard lights at `count` points of this light, each for an equal share. Their mean visibility is the visible share of the light.
 
-        Those of a `weighted` light are weighted by the cosine at the receiver. A light without size gives itself.
+        Those of a `weighted` light are weighted by the cosine at the receiver, those of a light that differs by channel also by their
+        color, which is what each stands for. A light without size gives itself.
         """
         return (self,)
 

@@ -4,26 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from glshadow.core.sample_patterns import GOLDEN_ANGLE, hemisphere
-from glshadow.core.setting import refuse, setting
-from glshadow.core.spaces import Array, ClipSpace, Triple, direction
+from glshadow.core.setting import setting
+from glshadow.core.spaces import Array, ClipSpace, Triple
 from glshadow.lights.directional import DirectionalLight
-from glshadow.lights.distant import DistantLight
+from glshadow.lights.distant import DistantLight, downward
 from glshadow.lights.light import Light
 from glshadow.shadows.filters import Filter, LightSamples
 from glshadow.shadows.view import ShadowView
-
-
-def _down(name: str, value: Any) -> Triple:
-    """Check a direction from the zenith down: its largest component is negative, whichever axis is up."""
-    kept: Triple = direction(name, value)  # type: ignore[assignment]  # of a vector of three
-    if not max(kept, key=abs) < 0.0:
-        raise refuse(name, "a direction from the zenith down, its largest component below 0, such as (0, -1, 0)", value)
-    return kept
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +39,7 @@ class SkyLight(DistantLight):
     Liu, Jordan 1963, "The long-term average performance of flat-plate solar-energy collectors", Solar Energy 7: the isotropic sky.
     """
 
-    direction: Triple = setting(_down, (0.0, -1.0, 0.0), help="direction from the zenith down")
+    direction: Triple = setting(downward, (0.0, -1.0, 0.0), help="direction from the zenith down")
 
     spelling: ClassVar[str] = "sky"
     usage: ClassVar[str] = "sky"

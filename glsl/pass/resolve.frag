@@ -104,8 +104,14 @@
 #ifndef GLS_WIDE
 #define GLS_WIDE 0 // 1: the light has no single direction, see light/rect.glsl
 #endif
+#ifndef GLS_PRECOMPUTED
+#define GLS_PRECOMPUTED 0 // 1: <shadow> is receiver/precomputed.glsl
+#endif
+#ifndef GLS_PER_CHANNEL
+#define GLS_PER_CHANNEL 0 // 1: what a surface receives differs by channel, see light/environment.glsl
+#endif
 #ifndef GLS_WEIGHED
-#define GLS_WEIGHED 0 // 1, with GLS_ALONE: visibility and its weight by Lambert's law
+#define GLS_WEIGHED 0 // 1, with GLS_ALONE: visibility and its weight by Lambert's law; 2: both for each channel of the light
 #endif
 #if GLS_EXACT
 #include "lib/surface_point.glsl"
@@ -155,7 +161,10 @@ uniform float u_strength;
 #endif
 
 #if GLS_ALONE
-#if GLS_WEIGHED
+#if GLS_WEIGHED == 2
+layout(location = 0) out vec4 o_seen;
+layout(location = 1) out vec4 o_unshadowed;
+#elif GLS_WEIGHED
 layout(location = 0) out vec2 o_seen;
 #else
 layout(location = 0) out float o_seen;
@@ -282,12 +291,18 @@ void main() {
     lit = light_shines_on(position) ? lit : 0.0;
 #endif
 #if GLS_ALONE
-#if GLS_WEIGHED
+#if GLS_WEIGHED == 2
+    o_unshadowed = vec4(v_radiance * max(cosine, 0.0), 0.0);
+    o_seen = o_unshadowed * lit;
+#elif GLS_WEIGHED
     o_seen = vec2(lit, 1.0) * max(cosine, 0.0);
 #else
     o_seen = lit;
 #endif
 #else
+#if GLS_PER_CHANNEL
+    vec3 shading_normal = lit_normal;
+#endif
     float lambert = cosine;
     float height = normal_w.y * side;
 #if GLS_ROUNDED
@@ -314,7 +329,9 @@ void main() {
 #if GLS_GLOSSY || GLS_ROUGH
         shown = normalize(v_axes_l * shading) * turned;
 #endif
-#if GLS_WIDE
+#if GLS_PER_CHANNEL
+        shading_normal = normalize(v_axes_l * shading) * turned;
+#elif GLS_WIDE
         lambert = light_received(position, normalize(v_axes_l * shading) * turned).x;
 #else
         lambert = dot(shading, towards_w(arriving.xyz)) * inversesqrt(dot(shading, shading));
@@ -349,8 +366,23 @@ void main() {
 #else
     vec3 radiance = v_radiance * cookie_at(position) * transmitted(position, normal);
 #endif
+#if GLS_PER_CHANNEL
+    vec3 irradiance = light_irradiance(position, shading_normal) * (facing > 0.0 ? 1.0 : 0.0);
+#if GLS_PRECOMPUTED
+    vec3 open_to = channel_visibility();
+#else
+    vec3 open_to = vec3(lit);
+#endif
+#if GLS_WEAK
+    open_to = 1.0 - u_strength * (1.0 - open_to);
+#endif
+    vec3 light = ambient + radiance * irradiance * open_to;
+#else
     vec3 light = ambient + radiance * (max(lambert, 0.0) * arriving.w * share);
-#if GLS_CATCHES
+#endif
+#if GLS_CATCHES && GLS_PER_CHANNEL
+    vec3 unshadowed = ambient + radiance * irradiance;
+#elif GLS_CATCHES
     vec3 unshadowed = ambient + radiance * (facing > 0.0 ? max(lambert, 0.0) * arriving.w : 0.0);
 #endif
 #if GLS_VISIBILITY
@@ -376,7 +408,7 @@ void main() {
     const bool catcher = false;
 #endif
     vec3 sent = color * light;
-#if (GLS_GLOSSY || GLS_ROUGH) && !(GLS_WIDE && GLS_SUN) // a sky is reflected as ambient light is
+#if (GLS_GLOSSY || GLS_ROUGH) && !(GLS_WIDE && GLS_SUN) && !GLS_PER_CHANNEL // a sky is reflected as ambient light is
 #if GLS_ORTHO
     vec3 to_eye = -v_forward_l;
 #else

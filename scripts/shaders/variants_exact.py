@@ -91,13 +91,17 @@ def area() -> Iterator[Variant]:
             wide: dict[str, int | str] = {
                 "GLS_SUN": int(kind.at_infinity),
                 "GLS_SURFACE": channels,
-                "GLS_WEIGHED": int(kind.weighted),
+                "GLS_WEIGHED": 2 if kind.per_channel else int(kind.weighted),
                 "GLS_ROUNDED": channels - 1,
             }
             yield Variant("pass/resolve.frag", "core330", slots, {**wide, **more})
-    yield Variant(
-        "pass/resolve.frag", "core330", open_slots(KINDS[0]), {"GLS_SUN": 1, "GLS_ALONE": 1, "GLS_WEIGHED": 1}
-    )
+        if kind.per_channel:
+            for catches, weak in ((1, 0), (0, 1)):
+                more = {"GLS_CATCHES": catches, "GLS_WEAK": weak}
+                yield Variant("pass/resolve.frag", "core330", precomputed_slots(kind), {**wide, **more})
+    for weighed in (1, 2):
+        alone = {"GLS_SUN": 1, "GLS_ALONE": 1, "GLS_WEIGHED": weighed}
+        yield Variant("pass/resolve.frag", "core330", open_slots(KINDS[0]), alone)
     for stage in (0, 1):
         yield Variant("pass/resolve.vert", "core330", {}, {"GLS_STAGE": stage})
     for point in (0, 1):

@@ -80,14 +80,14 @@ def check(renderer: Renderer, seed: int) -> int:
 
 @pytest.mark.filterwarnings("ignore:nothing is in view")
 def test_no_shadow_is_missing(renderer: Renderer) -> None:
-    assert sum(check(renderer, seed) for seed in range(100)) > 100_000
+    assert sum(check(renderer, seed) for seed in range(40)) > 40_000
 
 
 @pytest.mark.slow
 @pytest.mark.exhaustive
 @pytest.mark.filterwarnings("ignore:nothing is in view")
-def test_no_shadow_is_missing_in_400_more(renderer: Renderer) -> None:
-    assert sum(check(renderer, seed) for seed in range(100, 500)) > 400_000
+def test_no_shadow_is_missing_in_460_more(renderer: Renderer) -> None:
+    assert sum(check(renderer, seed) for seed in range(40, 500)) > 460_000
 
 
 @pytest.mark.parametrize("low", [1e-2, 1e-3, 1e-5, 1e-6, 1e-7, 1e-8, 0.0, -1e-8])

@@ -12,6 +12,8 @@ import glshadow as gs
 from glshadow.reference.points import count_points
 from glshadow.scenes import shapes
 
+from ..pairwise import mostly
+
 SIZE = (160, 120)
 OUTPUTS = ("visibility", "triangle", "image")
 LIGHTS: dict[str, gs.Light] = {
@@ -154,7 +156,7 @@ def test_scale_changes_nothing(renderer: gs.Renderer, scale: float) -> None:
     assert (gap > 1.5).sum() <= AT_EDGES
 
 
-@pytest.mark.parametrize("name", list(LIGHTS))
+@pytest.mark.parametrize("name", mostly(LIGHTS, "spot", "point"))
 def test_more_light_samples_are_closer_to_many_rays(renderer: gs.Renderer, scene: gs.Scene, name: str) -> None:
     errors, truth = {}, None
     for count in (16, 64, 256):
@@ -189,7 +191,7 @@ def test_half_plane_under_a_directional_light(renderer: gs.Renderer) -> None:
         assert gap.mean() < 0.4 * count**-0.75
 
 
-@pytest.mark.parametrize("samples", [4, 16])
+@pytest.mark.parametrize("samples", mostly([4, 16], 16))
 def test_multisampling_and_light_samples_combine(renderer: gs.Renderer, scene: gs.Scene, samples: int) -> None:
     lights = [LIGHTS["sun"], gs.DirectionalLight(direction=(0.5, -1.0, 0.3))]
     frame = renderer.render(scene, None, lights, SIZE, outputs=OUTPUTS, samples=samples)
@@ -227,7 +229,7 @@ def test_single_map_is_hard_for_area_lights(renderer: gs.Renderer, scene: gs.Sce
 
 
 @pytest.mark.usefixtures("built_on_the_gpu")
-@pytest.mark.parametrize("name", [*LIGHTS, "panel"])
+@pytest.mark.parametrize("name", mostly([*LIGHTS, "panel"], "spot", "point"))
 def test_dither_turns_steps_into_noise(renderer: gs.Renderer, scene: gs.Scene, name: str) -> None:
     """The same visibility on average, a different set of points in each pixel, and the same image every time."""
     rect = gs.RectLight(position=(2.5, 3.0, 1.5), direction=(-2.5, -2.5, -1.5), width=0.8, height=0.4)

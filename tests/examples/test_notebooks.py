@@ -8,15 +8,14 @@ from typing import Any
 
 import pytest
 
+from ..pairwise import mostly
 from .test_notebook import executed_notebook
 
 NOTEBOOKS = Path(__file__).parents[2] / "examples"
 OTHERS = ("bias_exercise", "depth_metrics", "soft_light", "speed_against_error")
 
 
-@pytest.fixture(
-    scope="module", params=[OTHERS[0], *(pytest.param(name, marks=pytest.mark.exhaustive) for name in OTHERS[1:])]
-)
+@pytest.fixture(scope="module", params=mostly(OTHERS, *OTHERS[:1], *OTHERS[2:]))
 def executed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, dict[str, Any]]:
     folder = tmp_path_factory.mktemp(request.param)
     return request.param, executed_notebook(NOTEBOOKS / f"{request.param}.ipynb", folder)

@@ -29,6 +29,7 @@ from glshadow.shadows.shadow import Shadow
 from scripts.shaders.variant import KINDS, Variant
 from scripts.shaders.variants import BIASES, MAPPED, distinct, receivers, variants
 
+from ..pairwise import mostly
 from .small_scene import BACKGROUND, CAMERA, SIZE, Forward, light_of, on_gpu, small_scene, views_of
 
 OTHER_STAGE = {
@@ -66,7 +67,11 @@ def texts() -> dict[str, dict[str, Variant]]:
     return groups
 
 
-@pytest.mark.parametrize("group", sorted({f"{v.name} {v.dialect}" for v in variants()}))
+GROUPS = sorted({f"{v.name} {v.dialect}" for v in variants()})
+
+
+# those of the two largest passes without textureGather are their gathering ones in all but a few lines
+@pytest.mark.parametrize("group", mostly(GROUPS, "pass/resolve.frag core330", "pass/forward.frag core330"))
 def test_every_shader_compiles(glcontext: GLContext, group: str) -> None:
     if "gather" in group and not glcontext.caps.texture_gather:
         pytest.skip("optional: this driver has no textureGather")

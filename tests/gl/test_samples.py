@@ -16,6 +16,7 @@ from glshadow.scenes import shapes
 
 from ..exact.test_casters import LIGHTS as LEAF_LIGHTS
 from ..exact.test_casters import leaf, leaves, placed, scene_of
+from ..pairwise import mostly
 
 SIZE = (320, 180)
 LIGHTS: dict[str, Light] = {
@@ -70,7 +71,7 @@ def ball(normals: bool = True) -> gs.Scene:
 # -- against shading every sample
 
 
-@pytest.mark.parametrize("samples", SAMPLES[1:])
+@pytest.mark.parametrize("samples", mostly(SAMPLES[1:], 8))
 @pytest.mark.parametrize("which", ["courtyard", "masked", "ball"])
 def test_image_equals_that_of_shading_every_sample(
     renderer: gs.Renderer, older: gs.Renderer, courtyard: gs.Scene, masked: gs.Scene, which: str, samples: int
@@ -106,7 +107,7 @@ def test_shading_every_sample_equals_a_box_mean_in_numpy(older: gs.Renderer) -> 
 # -- against rays
 
 
-@pytest.mark.parametrize("name", list(LIGHTS))
+@pytest.mark.parametrize("name", mostly(LIGHTS, "sun", "spot"))
 def test_more_samples_are_closer_to_the_traced_mean(renderer: gs.Renderer, courtyard: gs.Scene, name: str) -> None:
     light = LIGHTS[name]
     # its shadows are thinner than the pixels of a small image

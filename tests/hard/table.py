@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from glshadow import DirectionalLight, PointLight, RectLight, SkyLight, SpotLight
+from glshadow import DirectionalLight, EnvironmentLight, PointLight, RectLight, SkyLight, SpotLight
 from glshadow.shadows.filters import (
     BabylonEsm,
     Disc,
@@ -132,6 +132,14 @@ ELSEWHERE: tuple[Elsewhere, ...] = (
         PASS,
         "tests/exact/test_panels.py: 1, and 1/2 beside a wall",
         (SkyLight,),
+    ),
+    Elsewhere(
+        31,
+        "image of the surroundings: a dome, a sun, two suns of two colours",
+        "exact, environment light",
+        PASS,
+        "tests/lights/test_environment.py: as the sky, as the sun, each alone in the other's shadow",
+        (EnvironmentLight,),
     ),
     Elsewhere(32, RAMP, "Pcf of 0, 1, 2, 4", PASS, "test_sizes.py: width, plateaus, centre", (Pcf,)),
     Elsewhere(32, RAMP, "Poisson", PASS, "tests/filters/test_poisson.py: five levels, place by place", (Poisson,)),

@@ -11,8 +11,10 @@ import pytest
 
 import glshadow as gs
 from glshadow.lights import LIGHTS, Light
+from glshadow.lights.environment_map import LUMINANCE
 
 SIZE = (96, 54)
+SURROUNDINGS = np.random.default_rng(5).random((12, 24, 3)) ** 6
 OUTPUTS = ("linear", "triangle", "position", "normal", "node", "visibility")
 EXAMPLES: dict[type[Light], Light] = {
     gs.DirectionalLight: gs.DirectionalLight(direction=(-0.5, -0.9, 0.2), angle=4.0),
@@ -22,6 +24,7 @@ EXAMPLES: dict[type[Light], Light] = {
     gs.PointLight: gs.PointLight(position=(1.5, 3.0, 1.0), range=10.0, falloff=2.0, intensity=6.0, radius=0.3),
     gs.RectLight: gs.RectLight(position=(1.5, 3.5, 1.0), direction=(-1.0, -2.0, -0.5), width=1.5, range=20.0),
     gs.SkyLight: gs.SkyLight(direction=(0.2, -1.0, 0.1)),
+    gs.EnvironmentLight: gs.EnvironmentLight(SURROUNDINGS, turn=20.0, direction=(0.2, -1.0, 0.1)),
 }
 each_light = pytest.mark.parametrize("light", EXAMPLES.values(), ids=lambda light: light.spelling)
 
@@ -44,7 +47,9 @@ def test_snippet_equals_its_twin(renderer: gs.Renderer, light: Light) -> None:
     known = frame.triangle >= 0
     points, normals = frame.position[known].astype(np.float64), frame.normal[known].astype(np.float64)
     colors = np.array([node.mesh.material.color[:3] for node in scene.nodes])[frame.node[known]]
-    expected = colors * np.array([1.0, 0.6, 0.2]) * bare.intensity * bare.irradiance(points, normals)[:, None]
+    given = bare.irradiance(points, normals)
+    given = given if light.per_channel else given[:, None]
+    expected = colors * np.array([1.0, 0.6, 0.2]) * bare.intensity * given
     # a form factor is a float32 sum of angles between corners seen near each other, divided by their sines
     np.testing.assert_allclose(frame.linear[known], expected, atol=2e-4 if light.wide else 5e-6)
     assert expected.max() > 0.05
@@ -59,7 +64,9 @@ def test_sample_points_have_equal_weights(light: Light, rng: np.random.Generator
     """Directions to hard lights, to the sample points of the penumbra pass and to random points have about the same mean."""
     receiver = np.array([[0.4, 0.1, -0.3]])
     middle, distance = light.to_light(receiver)
-    hard = np.concatenate([each.to_light(receiver)[0] for each in light.hard_lights(256)]).mean(axis=0)
+    points = light.hard_lights(256)
+    weights = [float(LUMINANCE @ each.color) for each in points] if light.per_channel else None
+    hard = np.average(np.concatenate([each.to_light(receiver)[0] for each in points]), axis=0, weights=weights)
     traced = np.concatenate([aim for aim, _ in light.aims(receiver, 256, rng)]).mean(axis=0)
     size = light.source_radius / (1.0 if light.at_infinity else float(distance[0])) if light.source_radius else 1.0
     np.testing.assert_allclose(traced, hard, atol=0.1 * size)

@@ -17,6 +17,7 @@ from glshadow.io.limits import Budget, Limits
 from glshadow.io.load import load
 
 from ..pace import pace
+from ..pairwise import mostly
 from . import costly
 from .glb import Glb
 
@@ -26,7 +27,13 @@ MEMORY = 1_400_000_000
 """Bytes: six million triangles, the maximum of a group, of 200 each, and Python with its libraries."""
 
 
-@pytest.mark.parametrize("name", costly.GROUPS)
+LIKE_OTHERS = (
+    "6,000 nodes of 1,000 triangles", "1e5 GPU instances in one place", "20,000 materials of 1,000 triangles", "PNG of 8192 x 8192",
+    "PNG of 16384 x 16384",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", mostly(costly.GROUPS, *LIKE_OTHERS))
 def test_costs_little_or_names_its_limit(tmp_path: Path, name: str) -> None:
     make, wanted = costly.GROUPS[name]
     path = make().save(tmp_path / "costly.glb")

@@ -87,6 +87,8 @@ def resolve(frame: FrameContext, share: Share, per_sample: PerSample | None = No
     program.bind(**_surface(frame), **receiver.textures)
     if light.projected is not None:
         program.bind(u_cookie=frame.cookies.get(light.projected[0]))
+    if light.tables:
+        program.bind(**{name: frame.cookies.get_table(table) for name, table in light.tables.items()})
     if share.tint is not None:
         program.bind(u_tint=share.tint.colors, u_tint_depth=(share.tint.depths, frame.samplers.plain))
     if per_sample is not None:
@@ -100,11 +102,12 @@ def resolve(frame: FrameContext, share: Share, per_sample: PerSample | None = No
 
 
 def count_seen(
-    frame: FrameContext, light: Light, receiver: Receiver, per_sample: PerSample | None, weighed: bool = False
+    frame: FrameContext, light: Light, receiver: Receiver, per_sample: PerSample | None, weights: int = 0
 ) -> None:
     """Add 1 to the bound framebuffer wherever a light without size is visible: for the image, or for samples of some pixels.
 
-    `weighed`: add the cosine at the surface instead of 1, and in a second channel the cosine wherever it is positive.
+    `weights` 1: add the cosine at the surface instead of 1, and in a second channel the cosine wherever it is positive. 2: add these times
+    the light's colour, to two colours of the framebuffer.
     """
     targets = frame.targets
     program = frame.programs.get(
@@ -115,17 +118,20 @@ def count_seen(
         defines={
             **_common_defines(frame, light, receiver, per_sample),
             "GLS_ALONE": 1,
-            "GLS_WEIGHED": int(weighed),
+            "GLS_WEIGHED": weights,
         },
     )
     none = np.zeros(3)
     share = Share(light, receiver, 0, 1, np.zeros((2, 3)), none)
     _set(program, frame, share, (0.0, 0.0) if per_sample else targets.aside)
+    if weights == 2:  # without the base colour
+        program.set(u_radiance=light.color)
     program.bind(**_surface(frame), **receiver.textures)
+    colors = 2 if weights == 2 else 1
     if per_sample is not None:
-        _draw_per_sample(program, frame, per_sample)
+        _draw_per_sample(program, frame, per_sample, colors)
     else:
-        draw_over(frame.context, program, frame.camera_view, added=True)
+        draw_over(frame.context, program, frame.camera_view, added=colors)
     program.unbind()
 
 
@@ -150,7 +156,7 @@ def _surface(frame: FrameContext) -> dict[str, Any]:
     return {**vertices, **surface_textures(frame.samplers, frame.scene, frame.targets)}
 
 
-def _draw_per_sample(program: Program, frame: FrameContext, per_sample: PerSample) -> None:
+def _draw_per_sample(program: Program, frame: FrameContext, per_sample: PerSample, colors: int = 1) -> None:
     targets = frame.targets
     program.set(**per_sample.uniforms, u_samples=targets.fine.surface.size)
     fine = {"u_surface": targets.fine.surface, "u_camera_depth": (targets.fine.depth, frame.samplers.plain)}
@@ -158,7 +164,7 @@ def _draw_per_sample(program: Program, frame: FrameContext, per_sample: PerSampl
     if targets.fine.emission is not None:
         program.bind(u_emission=targets.fine.emission)
     frame.context.ctx.enable_only(moderngl.NOTHING)
-    with blended(frame.context):
+    with blended(frame.context, colors):
         program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
 
 

@@ -53,7 +53,7 @@ class Accumulated(Technique):
         points = self.light.hard_lights(shadow.filter.points_of_light)
         self._points = points if shadow.filter.has_map else tuple(point.without_cone() for point in points)
         one.expect(self._points)
-        self._weighted = self.light.weighted
+        self._weights = 2 if self.light.per_channel else int(self.light.weighted)
 
     def update(self, frame: FrameContext) -> Used:
         """Update the technique for the first sample point, unless the counts are still valid.
@@ -125,22 +125,23 @@ class Accumulated(Technique):
         return self._counts_receiver(frame, self._sample_counts)
 
     def _count(self, frame: FrameContext, counts: Counts, per_sample: PerSample | None) -> None:
-        components = 2 if self._weighted else 1
-        counts.use(frame, per_sample, components, "f4")
-        self._context.gl.clear_floats(0, (0.0,) * 4)
+        components, textures = ((1, 1), (2, 1), (4, 2))[self._weights]
+        counts.use(frame, per_sample, components, "f4", textures)
+        for number in range(textures):
+            self._context.gl.clear_floats(number, (0.0,) * 4)
         for point in self._points:
             self._update(frame, point)
             receiver = self._one.receiver(replace(frame, atlases=self._atlases))
-            counts.use(frame, per_sample, components, "f4")
-            count_seen(frame, point, receiver, per_sample, self._weighted)
+            counts.use(frame, per_sample, components, "f4", textures)
+            count_seen(frame, point, receiver, per_sample, self._weights)
 
     def _counts_receiver(self, frame: FrameContext, counts: Counts) -> Receiver:
         return replace(
             open_receiver(frame, self.light),
             slots=precomputed_slots(self.light),
-            defines={"GLS_WEIGHED": int(self._weighted)},
+            defines={"GLS_WEIGHED": self._weights},
             uniforms={"u_points": float(len(self._points))},
-            textures={"u_counts": counts.texture},
+            textures=dict(zip(("u_counts", "u_unshadowed"), counts.textures, strict=False)),
         )
 
     def release(self) -> None:

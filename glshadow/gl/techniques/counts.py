@@ -17,31 +17,39 @@ class Counts:
 
     Attributes
     ----------
-    texture, framebuffer
-        Read by shaders; drawn to by passes.
+    textures, framebuffer
+        Read by shaders; drawn to by passes. The second texture is that of a light that differs by channel.
     """
 
     def __init__(self, context: GLContext) -> None:
         self._context = context
         self._shape: Hashable = None
-        self.texture: moderngl.Texture
+        self.textures: tuple[moderngl.Texture, ...]
         self.framebuffer: moderngl.Framebuffer
 
-    def use(self, frame: FrameContext, per_sample: PerSample | None, components: int, dtype: str) -> None:
+    @property
+    def texture(self) -> moderngl.Texture:
+        """The first texture."""
+        return self.textures[0]
+
+    def use(
+        self, frame: FrameContext, per_sample: PerSample | None, components: int, dtype: str, textures: int = 1
+    ) -> None:
         """Bind the counts as render target: for the image, with its depth test, or for collected samples."""
         size, whose = (
             (frame.targets.depth.size, frame.targets.identity)
             if per_sample is None
             else (per_sample.framebuffer.size, -1)
         )
-        shape = (size, whose, components, dtype)
+        shape = (size, whose, components, dtype, textures)
         if self._shape != shape:
-            old = () if self._shape is None else (self.framebuffer, self.texture)
+            old = () if self._shape is None else (self.framebuffer, *self.textures)
             self._shape = None
-            self.texture = self._context.ctx.texture(size, components, dtype=dtype)
-            self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self.textures = tuple(self._context.ctx.texture(size, components, dtype=dtype) for _ in range(textures))
+            for texture in self.textures:
+                texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
             self.framebuffer = self._context.ctx.framebuffer(
-                [self.texture], None if per_sample else frame.targets.depth
+                list(self.textures), None if per_sample else frame.targets.depth
             )
             self.framebuffer.depth_mask = False
             succeed(self.framebuffer, *old)
@@ -54,4 +62,4 @@ class Counts:
     def release(self) -> None:
         """Free the GPU memory."""
         if self._shape is not None:
-            release(self.framebuffer, self.texture)
+            release(self.framebuffer, *self.textures)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
-from glshadow.io.gltf.document import Document, as_object, count, extensions, refused
+from glshadow.io.gltf.document import Document, as_object, count
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
@@ -70,11 +70,6 @@ def _stored(
 def _strided(
     document: Document, view: Any, offset: int, length: int, dtype: np.dtype[Any], columns: int, where: str
 ) -> NDArray[Any]:
-    for name in ("EXT_meshopt_compression", "KHR_meshopt_compression"):
-        described = document.item("bufferViews", view, where)
-        buffer = document.item("buffers", described.get("buffer"), where)
-        if name in extensions(described) and "uri" not in buffer and document.binary is None:
-            raise refused(name)
     data, stride = document.view(view, where)
     element = dtype.itemsize * columns
     stride = stride or element

@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 
 from glshadow.errors import SceneError
 from glshadow.files import inside
+from glshadow.io.gltf import meshopt
 from glshadow.io.limits import Budget
+from glshadow.io.model_file import ModelFile, model_file
 
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 HEAD = 12  # bytes before the first chunk
@@ -28,20 +30,23 @@ DRACO = "KHR_draco_mesh_compression"  # needs DracoPy; refused on use without it
 HONOURED = {
     DRACO,
     "EXT_mesh_gpu_instancing",
+    *meshopt.NAMES,  # needs meshopt; refused on use without it
     "EXT_texture_webp",
     "KHR_animation_pointer",
     "KHR_lights_punctual",
     "KHR_mesh_quantization",
     "KHR_node_visibility",
+    "KHR_texture_basisu",  # needs opengl_basisu; drawn without these textures where it is missing
     "KHR_texture_transform",
     "KHR_xmp_json_ld",
 }
 ADVICE = {
-    "EXT_meshopt_compression": "decompress it first, for example with `gltf-transform copy in.glb out.glb`",
-    "KHR_meshopt_compression": "decompress it first, for example with `gltf-transform copy in.glb out.glb`",
+    **dict.fromkeys(
+        meshopt.NAMES,
+        "`pip install 'glshadow[gltf]'`, or decompress it first, for example with `gltf-transform copy in.glb out.glb`",
+    ),
     "KHR_draco_mesh_compression": "`pip install DracoPy`, or decompress it first, for example with `gltf-transform "
     "copy in.glb out.glb`",
-    "KHR_texture_basisu": "convert its textures to PNG or JPEG first",
 }
 
 
@@ -53,24 +58,25 @@ class Document:
     ----------
     json : dict
         The top level object.
-    folder : Path
-        Folder of the file; nothing outside it is opened.
+    folder : Path, optional
+        Folder of the file; nothing outside it is opened. None, for data in memory: nothing at all.
     binary : bytes, optional
         The BIN chunk.
     budget : Budget
         Remaining budget of the file.
     notes : list of str
         What was ignored or replaced.
-    buffers, arrays, files : dict
-        Caches: bytes of buffers and values of accessors by index, bytes of files by path and length.
+    buffers, views, arrays, files : dict
+        Caches: bytes of buffers and of compressed buffer views and values of accessors by index, bytes of files by path and length.
     """
 
     json: dict[str, Any]
-    folder: Path
+    folder: Path | None
     binary: memoryview | None = None
     budget: Budget = field(default_factory=Budget)
     notes: list[str] = field(default_factory=list)
     buffers: dict[int, memoryview] = field(default_factory=dict)
+    views: dict[int, memoryview] = field(default_factory=dict)
     arrays: dict[int, NDArray[Any]] = field(default_factory=dict)
     files: dict[tuple[Path, int | None], bytes] = field(default_factory=dict)
 
@@ -107,7 +113,7 @@ class Document:
             return memoryview(self.resource(buffer["uri"], f"buffers[{index}]", length))
         if index == 0 and self.binary is not None:
             return self.binary
-        for name in ("EXT_meshopt_compression", "KHR_meshopt_compression"):
+        for name in meshopt.NAMES:
             if name in extensions(buffer):
                 raise refused(name)
         raise SceneError(f"buffers[{index}] has neither an uri nor a binary chunk: there is no data to read")
@@ -116,11 +122,37 @@ class Document:
         """Bytes of a buffer view and its byteStride (0: packed)."""
         where = f"bufferViews[{index}]"
         view = self.item("bufferViews", index, user)
+        name = next((each for each in meshopt.NAMES if each in extensions(view)), None)
+        if name is not None and not self._has_data(view.get("buffer"), where):
+            return self._decompressed(index, view, name, where), count(view, "byteStride", where, default=0)
         data = self.buffer(view.get("buffer"), where)
         offset, length = count(view, "byteOffset", where, default=0), count(view, "byteLength", where, least=1)
         if offset + length > len(data):
             raise SceneError(f"{where} covers bytes {offset} to {offset + length}, but its buffer has {len(data)}")
         return data[offset : offset + length], count(view, "byteStride", where, default=0)
+
+    def _has_data(self, index: Any, user: str) -> bool:
+        """Whether a buffer has bytes of its own, next to its compressed form."""
+        return "uri" in self.item("buffers", index, user) or (index == 0 and self.binary is not None)
+
+    def _decompressed(self, index: int, view: dict[str, Any], name: str, where: str) -> memoryview:
+        """Bytes of a compressed buffer view."""
+        if index not in self.views:
+            if not meshopt.is_installed():
+                raise refused(name)
+            block = as_object(extensions(view)[name], f"{where}.{name}")
+            offset, length = count(block, "byteOffset", where, default=0), count(block, "byteLength", where, least=1)
+            number, stride = count(block, "count", where, least=1), count(block, "byteStride", where, least=1)
+            data = self.buffer(block.get("buffer"), where)
+            if offset + length > len(data):
+                raise SceneError(f"{where} covers bytes {offset} to {offset + length}, but its buffer has {len(data)}")
+            if number * stride != count(view, "byteLength", where, least=1):
+                raise SceneError(f"{where}: {number} elements of {stride} bytes are not its {view['byteLength']} bytes")
+            mode, kind = block.get("mode"), block.get("filter", "NONE")
+            self.views[index] = meshopt.decompressed(
+                data[offset : offset + length], number, stride, mode, kind, self.budget, where
+            )
+        return self.views[index]
 
     def path(self, uri: Any, user: str) -> Path:
         """The file next to the model that `uri` names.
@@ -138,6 +170,10 @@ class Document:
             raise SceneError(
                 f"{user}: the uri {uri[:80]!r} leaves the model's folder; only files in it (or below) and data: are "
                 "read"
+            )
+        if self.folder is None:
+            raise SceneError(
+                f"{user}: it names the file {name!r}, and data in memory has no folder: load it by its path, or as .glb"
             )
         path = self.folder / local
         self.budget.files.add(path)
@@ -193,7 +229,7 @@ def refused(name: str) -> SceneError:
     return SceneError(f"it needs the glTF extension {name}, which is not supported: {advice}")
 
 
-def open_document(path: Path, budget: Budget) -> Document:
+def open_document(source: Path | ModelFile, budget: Budget) -> Document:
     """Parse a .glb or .gltf file; its size is added to the budget's read bytes.
 
     Raises
@@ -201,20 +237,19 @@ def open_document(path: Path, budget: Budget) -> Document:
     SceneError
         If the container is truncated, it is not JSON, not glTF 2, or requires an unsupported extension.
     """
-    size = path.stat().st_size
-    with path.open("rb") as file:
-        head = file.read(HEAD)
+    file = model_file(source)
+    size, head = file.size, file.head(HEAD)
     binary = None
-    if head[:4] == b"glTF" or path.suffix.lower() == ".glb":
+    if head[:4] == b"glTF" or file.suffix == ".glb":
         _check_head(head, size)
-        text, binary = _chunks(budget.read(path, "the file"))
+        text, binary = _chunks(file.read(budget))
     else:
-        text = budget.read(path, "the file")
+        text = file.read(budget)
     try:
         parsed = json.loads(text.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
         raise SceneError(f"not valid glTF: its JSON cannot be read ({error})") from error
-    document = Document(as_object(parsed, "the top level"), path.parent, binary, budget)
+    document = Document(as_object(parsed, "the top level"), file.folder, binary, budget)
     version = as_object(document.json.get("asset", {}), "asset").get("version", "2.0")
     if not str(version).startswith("2"):
         raise SceneError(f"it is glTF {version!r}; only glTF 2 is read, convert it first")

@@ -13,6 +13,7 @@ from glshadow import image
 from glshadow.core.setting import as_float, as_floats
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
+from glshadow.io.gltf.basisu import is_ktx2, ktx2_header, read_ktx2
 from glshadow.io.gltf.document import Document, as_object, extensions
 from glshadow.io.imported import WHITE, alpha_mode, reflectance, solid
 from glshadow.scene.mesh import MOST, Material
@@ -117,7 +118,8 @@ class Surfaces:
     def _texture(self, index: Any, user: str) -> NDArray[np.uint8] | None:
         texture = self.document.item("textures", index, user)
         webp = as_object(extensions(texture).get("EXT_texture_webp", {}), user)
-        source = webp.get("source", texture.get("source"))
+        basis = as_object(extensions(texture).get("KHR_texture_basisu", {}), user)
+        source = webp.get("source", texture.get("source", basis.get("source")))
         if source is None:
             known = ", ".join(extensions(texture)) or "none"
             self.document.notes.append(
@@ -142,13 +144,13 @@ class Surfaces:
         if isinstance(source, Path):
             budget.announce(source, where)
         try:
-            header = image.header(source)
+            header = ktx2_header(source) if is_ktx2(source) else image.header(source)
         except SceneError as error:
             self._note(error)
             return None
         budget.take_image(header, where)
         try:
-            return image.read(source)
+            return read_ktx2(source) if is_ktx2(source) else image.read(source)
         except SceneError as error:
             self._note(error)
             return None

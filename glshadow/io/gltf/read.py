@@ -20,6 +20,7 @@ from glshadow.io.gltf.primitive import Form, Primitives, is_skinned, is_surface
 from glshadow.io.gltf.skin import joint_matrices
 from glshadow.io.imported import WIDEST_CONE, Imported, blended
 from glshadow.io.limits import Budget
+from glshadow.io.model_file import ModelFile
 from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node
@@ -28,7 +29,7 @@ _PLACED_BYTES = 20  # memory that drawing needs per triangle of a node: a plane 
 Named = tuple[str, int, dict[str, Any], Array]
 
 
-def read_gltf(path: Path, budget: Budget) -> Imported:
+def read_gltf(source: Path | ModelFile, budget: Budget) -> Imported:
     """Read a .glb or .gltf file.
 
     Nodes with several materials become several Nodes with the same name; nodes with the same mesh share its Mesh objects. Skins and morph
@@ -41,7 +42,7 @@ def read_gltf(path: Path, budget: Budget) -> Imported:
     SceneError
         If it is broken, needs unsupported features, or exceeds the `budget`.
     """
-    document = open_document(path, budget)
+    document = open_document(source, budget)
     found = Imported(notes=document.notes)
     graph = Graph(document)
     named = _named(graph)

@@ -23,15 +23,16 @@ class Beside:
 
     Parameters
     ----------
-    folder : Path
-        Nothing outside it is read.
+    folder : Path, optional
+        Nothing outside it is read; None, for data in memory: nothing at all.
     notes : list of str
         Gets a note for each file that is missing, cannot be decoded, or has a slightly different name.
     budget : Budget
     """
 
-    def __init__(self, folder: Path, notes: list[str], budget: Budget) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path | None, notes: list[str], budget: Budget) -> None:
+        self.nowhere = folder is None
+        self.folder = Path() if folder is None else folder
         self.notes = notes
         self.budget = budget
         self._found: dict[str, Path | None] = {}
@@ -82,10 +83,13 @@ class Beside:
 
     def has(self, name: str) -> bool:
         """Whether the file exists; adds no note."""
-        return self._resolved(_local(name)) is not None
+        return not self.nowhere and self._resolved(_local(name)) is not None
 
     def _look(self, name: str) -> Path | None:
         local = _local(name)
+        if self.nowhere:
+            self._note(name, "cannot be found, as data in memory has no folder")
+            return None
         if local.startswith(os.pardir):
             self._note(name, "is outside the model's folder")
             return None

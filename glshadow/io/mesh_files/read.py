@@ -14,17 +14,18 @@ from glshadow.io.mesh_files.off import read_off
 from glshadow.io.mesh_files.ply import read_ply
 from glshadow.io.mesh_files.soup import placed
 from glshadow.io.mesh_files.stl import read_stl
+from glshadow.io.model_file import ModelFile, model_file
 
 READERS = dict(zip(SUFFIXES, (read_obj, read_ply, read_stl, read_off), strict=True))
 MOST_NOTES = 50  # reported one by one
 
 
-def read_mesh_file(path: Path, budget: Budget) -> Imported:
+def read_mesh_file(source: Path | ModelFile, budget: Budget) -> Imported:
     """Read a .obj, .ply, .stl or .off file.
 
     Parameters
     ----------
-    path : Path
+    source : Path or ModelFile
     budget : Budget
         Budget of the file; the file's size is added to its read bytes.
 
@@ -33,9 +34,10 @@ def read_mesh_file(path: Path, budget: Budget) -> Imported:
     SceneError
         If it is broken, declares more than it contains, or exceeds the budget.
     """
-    data = budget.read(path, "the file")
+    file = model_file(source)
+    data = file.read(budget)
     notes: list[str] = []
-    soup = READERS[path.suffix.lower()](data, Beside(path.parent, notes, budget), notes, budget)
+    soup = READERS[file.suffix](data, Beside(file.folder, notes, budget), notes, budget)
     del data  # half a gigabyte for ten million facets
     nodes = placed(soup, notes, budget)
     if not nodes and notes and len(soup.counts):
