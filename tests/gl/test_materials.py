@@ -12,6 +12,7 @@ import pytest
 import glshadow as gs
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import srgb_from_linear
+from glshadow.geometry.tangents import face_tangents
 from glshadow.lights.reflection import reflected
 from glshadow.scenes import shapes
 
@@ -303,3 +304,38 @@ def test_plain_scene_needs_nothing_more(renderer: gs.Renderer) -> None:
         features = cache.scene._thing.features if hasattr(cache.scene, "_thing") else None
         assert features is None or not features.any
         assert all("GLS_MATERIAL" not in str(key) for key in cache.programs._programs)
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_edges_of_triangles_have_the_same_mapped_normal(renderer: gs.Renderer, smooth: bool) -> None:
+    """A turned plane of small triangles: the pixels that are drawn again for their exact rays are shaded like all others."""
+    texel = tilted(0.5, -0.2)
+    mapped = texel[0, 0, :3] / 127.5 - 1.0
+    mapped /= np.linalg.norm(mapped)
+    count = 40
+    v, u = np.meshgrid(np.linspace(0.0, 1.0, count + 1), np.linspace(0.0, 1.0, count + 1), indexing="ij")
+    uv = np.stack([u, v], axis=-1).reshape(-1, 2)
+    # every triangle has another tangent
+    uv, places = uv + np.random.default_rng(3).uniform(-0.3, 0.3, uv.shape) / count, uv
+    positions = np.concatenate([3.0 * places - 1.5, np.zeros((len(uv), 1))], axis=1)
+    a = (np.arange(count)[:, None] * (count + 1) + np.arange(count)).ravel()
+    b, c, d = a + 1, a + count + 2, a + count + 1
+    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    turn = np.eye(4)
+    turn[:2, :2] = [[0.6, -0.8], [0.8, 0.6]]
+    normals = np.tile([0.0, 0.0, 1.0], (len(uv), 1)) if smooth else None
+    material = gs.Material(normal_map=texel, metallic_roughness_map=texels((255, 255, 255)), roughness=0.9)
+    scene = gs.Scene((gs.Node(gs.Mesh(positions, triangles, normals, uv, material=material), turn),))
+    light = gs.DirectionalLight(direction=(0.3, -0.4, -1.0), shadow=None)
+    found = drawn(renderer, scene, light)
+    shown = renderer.render(scene, FRONT, [], SIZE, samples=1, outputs=("triangle",)).triangle
+    tangents, _ = face_tangents(positions[triangles], uv.astype(np.float32).astype(np.float64)[triangles])
+    third = np.cross([0.0, 0.0, 1.0], tangents[:, :3]) * tangents[:, 3:]
+    normal = mapped[0] * tangents[:, :3] + mapped[1] * third + mapped[2] * np.array([0.0, 0.0, 1.0])
+    flat = normal @ turn[:3, :3].T
+    rough = np.full(len(flat), np.rint(0.9 * 254.0) / 254.0)
+    shape = flat.shape
+    up, towards = np.broadcast_to([0.0, 0.0, 1.0], shape), np.broadcast_to(light.to_light(np.zeros(3))[0], shape)
+    expected = reflected(np.ones(shape), 0.0 * rough, rough, flat, up, towards)
+    assert np.ptp(expected) > 0.2
+    assert np.abs(found - expected[shown]).max() < PACKED
