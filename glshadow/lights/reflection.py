@@ -66,13 +66,20 @@ def albedo(roughness: Array, cosine: Array) -> Array:
 
 @cache
 def albedo_table() -> Array:
-    """(TABLE, TABLE) float64: the albedo by roughness and by the cosine to the eye, both from 0 to 1.
+    """(TABLE, TABLE) float64: the albedo by roughness and by the cosine to the eye, both from 0 to 1."""
+    return np.asarray(split_albedo_table().sum(axis=-1))
+
+
+@cache
+def split_albedo_table() -> Array:
+    """(TABLE, TABLE, 2) float64: factor of the reflectance at normal incidence and what is added to it (Karis 2013); the sum is the albedo.
 
     An integral over half vectors by the visible share of the distribution: with the normals that the eye sees (Heitz 2018), what is left to
     average is the light's shadowing given the eye's.
     """
     cosine = np.maximum(np.linspace(0.0, 1.0, TABLE), 1e-3)[:, None, None]
-    table = np.ones((TABLE, TABLE))
+    grazing = (1.0 - cosine[:, 0, 0]) ** 5
+    table = np.tile(np.stack([1.0 - grazing, grazing], axis=-1), (TABLE, 1, 1))
     middle = (np.arange(_POINTS) + 0.5) / _POINTS
     # the wide tail of the distribution is at the rim of the disc, where the radii are therefore dense
     inwards = 1.0 - middle
@@ -85,7 +92,9 @@ def albedo_table() -> Array:
         toward = half[0] * np.sqrt(1.0 - cosine**2) + half[2] * cosine
         down = 2.0 * toward * half[2] - cosine  # the light's cosine
         eye, light = _lambda(alpha, cosine), _lambda(alpha, np.maximum(down, 1e-9))
-        table[i] = np.where(down > 0.0, weight * (1.0 + eye) / (1.0 + eye + light), 0.0).mean(axis=(1, 2))
+        share = np.where(down > 0.0, weight * (1.0 + eye) / (1.0 + eye + light), 0.0)
+        added = share * (1.0 - np.clip(toward, 0.0, 1.0)) ** 5
+        table[i] = np.stack([(share - added).mean(axis=(1, 2)), added.mean(axis=(1, 2))], axis=-1)
     return table
 
 

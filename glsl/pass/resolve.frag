@@ -440,6 +440,33 @@ void main() {
     sent = rough ? color * ambient + both * (max(lambert, 0.0) * arriving.w * share) : sent;
 #endif
 #endif
+#if (GLS_GLOSSY || GLS_ROUGH) && GLS_PER_CHANNEL
+#if GLS_ORTHO
+    vec3 to_eye = -v_forward_l;
+#else
+    vec3 to_eye = normalize(-ray);
+#endif
+#if GLS_GLOSSY
+    bool reflects = material.y <= 1.0;
+    float roughness = max(min(material.y, 1.0), LEAST_ROUGHNESS), metallic = material.z;
+    vec3 bare = radiance;
+#else
+#if GLS_COLORS == 2
+    bool reflects = material.y <= 1.0;
+#elif GLS_COLORS == 1
+    bool reflects = colors.w > 0.0;
+#else
+    const bool reflects = true;
+#endif
+    const float roughness = 1.0, metallic = 0.0;
+    vec3 bare = v_light * passed;
+#endif
+    float cos_eye = max(dot(shown, to_eye), 0.0);
+    vec3 clear = light_reflectance(vec3(DIELECTRIC), roughness, cos_eye); // of the part that is not metal
+    vec3 both = color * radiance * irradiance * open_to * ((1.0 - metallic) * (1.0 - clear));
+    both += bare * mix(clear, light_reflectance(color, roughness, cos_eye), metallic) * light_reflection(reflect(-to_eye, shown), roughness) * share;
+    sent = reflects ? color * ambient + both : sent;
+#endif
 #if GLS_CATCHES
     sum += catcher ? vec3(dot(light, LUMINANCE), dot(unshadowed, LUMINANCE), 0.0) : sent;
 #else

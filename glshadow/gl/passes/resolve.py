@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import moderngl
@@ -17,6 +19,7 @@ from glshadow.gl.passes.screen import blended, camera_uniforms, draw_over, surfa
 from glshadow.gl.passes.translucent import Tint
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.lights import BRIGHTEST_RADIANCE, Light
+from glshadow.lights.table import LightTable
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +91,7 @@ def resolve(frame: FrameContext, share: Share, per_sample: PerSample | None = No
     if light.projected is not None:
         program.bind(u_cookie=frame.cookies.get(light.projected[0]))
     if light.tables:
-        program.bind(**{name: frame.cookies.get_table(table) for name, table in light.tables.items()})
+        program.bind(**{name: partial(_table, frame, made) for name, made in light.tables.items()})
     if share.tint is not None:
         program.bind(u_tint=share.tint.texture)
     if per_sample is not None:
@@ -99,6 +102,10 @@ def resolve(frame: FrameContext, share: Share, per_sample: PerSample | None = No
         targets.framebuffer(targets.image if last else targets.sums[share.number % 2], share.number).use()
         draw_over(frame.context, program, frame.camera_view)
     program.unbind()
+
+
+def _table(frame: FrameContext, made: Callable[[], LightTable]) -> moderngl.Texture:
+    return frame.cookies.get_table(made())
 
 
 def count_seen(
