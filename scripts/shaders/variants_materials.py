@@ -7,8 +7,8 @@ from itertools import product
 
 from glshadow.core.sampling import SAMPLES, grid
 from glshadow.gl.scene.paint import FACE_NORMALS, MAP, Features
-from glshadow.shader.slots import exact_defines, exact_slots, open_slots
-from scripts.shaders.variant import KINDS, PER_SAMPLE, Variant
+from glshadow.shader.slots import exact_defines, exact_slots, open_slots, precomputed_slots
+from scripts.shaders.variant import KINDS, PER_SAMPLE, WIDE, Variant
 
 _FEATURES = tuple(
     Features(*shine, *each)
@@ -71,5 +71,13 @@ def _read(features: Features, scene: dict[str, int | str]) -> Iterator[Variant]:
             yield Variant(
                 "pass/resolve.frag", "core330", open_slots(kind), {**few, "GLS_SUN": int(kind.at_infinity), **more}
             )
+    for kind in WIDE:
+        for slots, weighed in ((open_slots(kind), 0), (precomputed_slots(kind), 2 if kind.per_channel else 0)):
+            for first, more in product((0, 1), ({}, {"GLS_ORTHO": 1}, {**PER_SAMPLE, "GLS_LAST": 0})):
+                wide: dict[str, int | str] = {**scene, "GLS_FIRST": first, "GLS_WEIGHED": weighed}
+                yield Variant("pass/resolve.frag", "core330", slots, {**wide, "GLS_SUN": int(kind.at_infinity), **more})
+                for channels, colors in ((1, 0), (1, 1), (2, 0), (2, 1)) if features == Features(rough=True) else ():
+                    few = {**features.defines(channels), "GLS_SURFACE": channels, "GLS_COLORS": colors}
+                    yield Variant("pass/resolve.frag", "core330", slots, {**wide, **few, **more})
     for orthographic in (0, 1):
         yield Variant("pass/resolve.vert", "core330", {}, {"GLS_ORTHO": orthographic, "GLS_ROUGH": int(features.rough)})
