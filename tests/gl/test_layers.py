@@ -452,21 +452,21 @@ def test_layers_are_shaded_as_opaque_surfaces(renderer: gs.Renderer, light: gs.L
 
 
 def test_each_layer_has_its_own_soft_shadow(renderer: gs.Renderer) -> None:
-    """Two panes behind each other, in the penumbra of a box, composited from images of each alone."""
+    """Panes behind each other, in the penumbra of a box, composited from images of each alone."""
     light = gs.PointLight(position=(1.0, 5.0, 1.0), radius=0.5, shadow=gs.Shadow(filter=gs.Exact(light_samples=16)))
     box = gs.Node(
         gs.Mesh(*shapes.box((0.8, 0.8, 0.8), (0.2, 3.0, 0.0)), material=gs.Material(color=(0.0, 0.0, 0.0, 1.0))),
         name="box",
     )
-    upper, lower = (replace(pane((0.8, 0.8, 0.8, 0.5), height), casts=False) for height in (1.5, 0.5))
-    both, above, below = (
+    panes = tuple(replace(pane((0.8, 0.8, 0.8, 0.5), height), casts=False) for height in (1.7, 1.0, 0.3))
+    together, *alone = (
         renderer.render(
-            gs.Scene((ground(0.0), box, *panes)), PLAN, [light], SIZE, ambient=0.0, outputs=("linear",), samples=1
+            gs.Scene((ground(0.0), box, *some)), PLAN, [light], SIZE, ambient=0.0, outputs=("linear",), samples=1
         ).linear
-        for panes in ((upper, lower), (upper,), (lower,))
+        for some in (panes, *((each,) for each in panes))
     )
-    assert len(np.unique(np.round(above[18:46, 18:46], 3))) > 10
-    np.testing.assert_allclose(both, above + 0.5 * below, atol=1e-6)
+    assert len(np.unique(np.round(alone[0][18:46, 18:46], 3))) > 10
+    np.testing.assert_allclose(together, alone[0] + 0.5 * alone[1] + 0.25 * alone[2], atol=1e-6)
 
 
 def test_pane_on_an_equal_opaque_mesh(renderer: gs.Renderer) -> None:
