@@ -21,7 +21,7 @@ class Journal:
     Raises
     ------
     SettingsError
-        If the file holds anything else, or is a folder, a device or a pipe.
+        If the file holds anything else, or is a link, a folder, a device or a pipe.
     GlshadowError
         If it cannot be read.
     """
@@ -29,10 +29,13 @@ class Journal:
     def __init__(self, path: str | os.PathLike[str] | None) -> None:
         self.path = None if path is None else Path(path)
         self.records: dict[str, dict[str, Any]] = {}
-        if self.path is None or not self.path.exists():
+        if self.path is None:
             return
-        if not self.path.is_file():
-            raise SettingsError(f"{self.path} is a folder, a device or a pipe, where a journal must be a file")
+        if self.path.is_symlink() or (self.path.exists() and not self.path.is_file()):
+            kind = "a link" if self.path.is_symlink() else "a folder, a device or a pipe"
+            raise SettingsError(f"{self.path} is {kind}, where a journal must be a file")
+        if not self.path.exists():
+            return
         try:
             data = self.path.read_bytes()
             whole = data.rfind(b"\n") + 1

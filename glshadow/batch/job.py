@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
@@ -29,8 +28,9 @@ from glshadow.core.setting import (
     whole,
 )
 from glshadow.core.spelling import parse
+from glshadow.core.strict_json import strict_json
 from glshadow.derive.look import BACKGROUND, look_of
-from glshadow.errors import GlshadowError, SettingsError
+from glshadow.errors import GlshadowError, SceneError, SettingsError
 from glshadow.image import FRAME_SUFFIXES
 from glshadow.lights import LIGHTS, DirectionalLight, Light, as_lights
 from glshadow.numbered import MOST_IMAGES, has_field, numbered
@@ -160,7 +160,7 @@ def read_jobs(path: str | os.PathLike[str]) -> list[Job]:
     wrong: list[str] = []
     taken: dict[bytes, int] = {}  # hashes: a million long names would take gigabytes
     try:
-        with path.open(encoding="utf-8") as file:
+        with path.open(encoding="utf-8-sig") as file:
             for number, line in _lines(file):
                 try:
                     job = parse_job(line, path.parent)
@@ -210,12 +210,12 @@ def _take(job: Job, number: int, taken: dict[bytes, int]) -> None:
 
 
 def parse_job(line: str, base: Path) -> Job:
-    """Parse one line; paths of models are relative to `base`."""
+    """Parse one line; paths of models, and of lights' images, are relative to `base`."""
     if len(line) > MOST_LINE:
         raise SettingsError(f"the line is longer than {MOST_LINE} characters")
     try:
-        given = json.loads(line)
-    except (ValueError, RecursionError) as error:
+        given = strict_json(line)
+    except ValueError as error:
         raise SettingsError(f"the line is not JSON: {error}") from None
     if not isinstance(given, dict):
         raise SettingsError(f"the line must be an object, got {shown(given)}")
@@ -227,6 +227,10 @@ def parse_job(line: str, base: Path) -> Job:
     for needed in ("scene", "output"):
         if needed not in given:
             raise SettingsError(f"{needed} is missing")
+    lights = given.get("lights")
+    for light in lights if isinstance(lights, list) else ():
+        if isinstance(light, dict) and isinstance(light.get("image"), str):
+            light["image"] = str(base / light["image"])
     for name, read in READ.items():
         if name in given and not (given[name] is None and name != "cameras"):
             given[name] = read(name, given[name])
@@ -252,7 +256,7 @@ def _made(kinds: Mapping[str, Callable[..., Any]], usual: str) -> Callable[[str,
             raise SettingsError(f"{name}: cookies are not supported in a batch")
         try:
             return kinds[kind](**rest)
-        except (TypeError, SettingsError) as error:
+        except (TypeError, SettingsError, SceneError) as error:
             raise SettingsError(f"{name}: {str(error).replace('__init__() ', '')}") from None
 
     return rule

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array
 from glshadow.geometry.adjacency import TURNED, neighbours
+from glshadow.geometry.parts import representatives
 from glshadow.geometry.welding import welded_corners
 
 _AT_ONCE = 1 << 14  # triangles per block: their data stays in the cache
@@ -44,31 +45,13 @@ def _is_closed(
         return False
     if across.max() >= TURNED:  # or NONE
         return False
-    if not _turned_outward(positions, triangles, _parts(corners, len(positions))[corners[:, 0]]):
+    if not _turned_outward(
+        positions,
+        triangles,
+        representatives(corners[:, :2].T.ravel(), corners[:, 1:].T.ravel(), len(positions))[corners[:, 0]],
+    ):
         return False
     return not _inside_out(positions[triangles])
-
-
-def _parts(corners: NDArray[np.int32], count: int) -> NDArray[np.int32]:
-    """For each of `count` vertices a representative of its connected part; two sides of each triangle (T, 3) connect vertices.
-
-    Every vertex points to a lower neighbour, if it has one, and then to the root of that. Edges between different roots, a few per cent,
-    are processed in the next round.
-    roots, a few per cent of them, are left for the next round.
-    """
-    root = np.arange(count, dtype=np.int32)
-    start, end = corners[:, :2].T.ravel(), corners[:, 1:].T.ravel()
-    low, high = np.minimum(start, end), np.maximum(start, end)
-    while len(low):
-        root[high] = low
-        above = root[root]
-        while not np.array_equal(above, root):
-            root, above = above, above[above]
-        low, high = root[low], root[high]
-        apart = low != high
-        low, high = low[apart], high[apart]
-        low, high = np.minimum(low, high), np.maximum(low, high)
-    return root
 
 
 def _inside_out(corners: Array) -> bool:

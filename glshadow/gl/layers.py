@@ -33,6 +33,7 @@ from glshadow.gl.passes.screen import draw_over
 from glshadow.gl.passes.translucent import TranslucentMaps
 from glshadow.gl.scene.geometry import GpuScene, pack_matrices
 from glshadow.gl.scene.meshes import Meshes
+from glshadow.gl.scene.reuse import Before
 from glshadow.gl.shares import shares_of
 from glshadow.gl.techniques import LightPass, Techniques
 from glshadow.scene.nodes import Scene
@@ -42,11 +43,11 @@ MOST_SAMPLES = 1 << 20
 """Samples of the image whose layers are held at a time: up to 160 MB of targets."""
 
 
-def opaque_scene(context: GLContext, meshes: Meshes, scene: Scene) -> GpuScene:
-    """The scene without the nodes that blend, if there are others: all outputs but the image describe it."""
+def opaque_scene(context: GLContext, meshes: Meshes, scene: Scene, before: Before | None = None) -> GpuScene:
+    """The scene without the nodes that blend, if there are others: all outputs but the image describe it. `before`: see `GpuScene`."""
     blending = scene.blending
     chosen = np.flatnonzero(~blending) if blending.any() and not blending.all() else slice(None)
-    return GpuScene(context, meshes, scene, chosen)
+    return GpuScene(context, meshes, scene, before, chosen)
 
 
 class Layers:
@@ -75,7 +76,7 @@ class Layers:
             meshes = [id(scene.nodes[i].mesh) for i in scene.drawn.tolist()]
             place = {mesh: k for k, mesh in enumerate(dict.fromkeys(meshes))}
             order = np.argsort([place[mesh] for mesh in meshes], kind="stable")
-            return GpuScene(self._context, self._meshes, scene, order)
+            return GpuScene(self._context, self._meshes, scene, chosen=order)
 
         return self._scene.get(weakref.ref(scene), make)
 

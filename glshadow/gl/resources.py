@@ -12,7 +12,7 @@ from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.kept import Kept
 from glshadow.gl.driver.program import Programs
 from glshadow.gl.driver.queries import AnySamples
-from glshadow.gl.driver.targets import CameraTargets, SurfaceTargets
+from glshadow.gl.driver.targets import CameraTargets, SurfaceTargets, released_on_error
 from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.layers import Layers, opaque_scene
 from glshadow.gl.passes.atlases import Atlases
@@ -73,7 +73,9 @@ class ResourceCache:
         """The context of one frame; `pattern`: columns and rows of pixels that are drawn for each pixel of the image."""
         context, scene, camera, size = self.context, request.scene, request.camera, request.size
         lights, samples, outputs = len(request.lights), request.look.samples, request.outputs
-        gpu = self.scene.get(weakref.ref(scene), lambda: opaque_scene(context, self.meshes, scene))
+        before = self.scene.thing.leave() if self.scene.thing and self.scene.differs(weakref.ref(scene)) else None
+        with released_on_error([before] if before else []):
+            gpu = self.scene.get(weakref.ref(scene), lambda: opaque_scene(context, self.meshes, scene, before))
         key = (camera, size, gpu.identity)
         if self.camera_view is None or self.camera_view[0] != key:
             self.camera_view = (key, view_scene(gpu, camera, size, context.caps.clip_control))

@@ -61,8 +61,8 @@ def read_open3d(source: Any) -> Imported:
 
 
 def _legacy(mesh: Any) -> _Arrays:
-    """Textures of the legacy interface have row 0 at v = 0: its readers turn images upside down."""
-    textures = tuple(np.asarray(each)[::-1] for each in getattr(mesh, "textures", ()))
+    """Textures of the legacy interface have row 0 at v = 0: its readers turn images upside down. Some are empty."""
+    textures = [np.asarray(each) for each in getattr(mesh, "textures", ())]
     return _Arrays(
         np.asarray(mesh.vertices, dtype=np.float64),
         np.asarray(mesh.triangles),
@@ -70,7 +70,7 @@ def _legacy(mesh: Any) -> _Arrays:
         _filled(mesh.vertex_colors),
         uv=_filled(mesh.triangle_uvs),
         picks=_filled(mesh.triangle_material_ids),
-        textures=tuple(each if each.ndim >= 2 else None for each in textures),
+        textures=tuple(each[::-1] if each.ndim >= 2 else None for each in textures),
     )
 
 

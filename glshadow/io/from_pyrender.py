@@ -53,7 +53,7 @@ def read_pyrender(scene: Any, made: Made | None = None) -> Imported:
             if mesh is not None:
                 titles = [name] if len(poses) == 1 else [f"{name}[{k}]" for k in range(len(poses))]
                 found.nodes += [Node(mesh, pose @ own, title) for title, own in zip(titles, poses, strict=True)]
-    found.camera = _camera(scene, found.notes)
+    found.camera, found.cameras = _cameras(scene, found.notes)
     placed = sorted(scene.light_nodes, key=_order(scene))
     found.lights = [_light(node.light, np.asarray(scene.get_pose(node)), found.notes) for node in placed] or None
     return found
@@ -150,10 +150,23 @@ def _texture(builder: Builder, texture: Any, name: str) -> NDArray[np.uint8] | N
     return result
 
 
-def _camera(scene: Any, notes: list[str]) -> Camera | None:
-    node = scene.main_camera_node
-    if node is None:
-        return None
+def _cameras(scene: Any, notes: list[str]) -> tuple[Camera | None, dict[str, Camera]]:
+    """The main camera, and all of them by the names of their nodes, made unique."""
+    nodes = sorted(getattr(scene, "camera_nodes", ()), key=_order(scene))
+    main = scene.main_camera_node
+    found: dict[str, Camera] = {}
+    chosen = None
+    for number, node in enumerate([main] if main is not None and main not in nodes else nodes):
+        camera = _camera(scene, node, notes)
+        if camera is None:
+            continue
+        name = str(node.name or getattr(node.camera, "name", None) or f"camera{number}")
+        found[name if name not in found else f"{name}.{number}"] = camera
+        chosen = camera if node is main else chosen
+    return chosen, found
+
+
+def _camera(scene: Any, node: Any, notes: list[str]) -> Camera | None:
     camera, pose = node.camera, np.asarray(scene.get_pose(node), dtype=np.float64)
     if hasattr(camera, "yfov"):
         return PerspectiveCamera.from_pose(pose, float(np.degrees(camera.yfov)))

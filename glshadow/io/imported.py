@@ -9,13 +9,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from glshadow.core.cameras import Camera
+from glshadow.core.setting import shown
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import linear_from_srgb
 from glshadow.errors import SceneError
 from glshadow.lights import Light
 from glshadow.scene.mesh import AlphaMode, Material
+from glshadow.scene.motion import Motion, moved
 from glshadow.scene.nodes import Node
 
+MOST_NOTES = 50  # reported one by one
+MOST_LISTED = 12  # cameras in an error
+LONGEST = 9  # digits of a camera's number
+ALMOST_CLEAR = 25  # alpha, of 255, up to which a texel counts as clear; as far from 255 it counts as opaque
+MOST_BETWEEN = 0.1  # share of other texels that the soft edges of a binary mask may have
 WIDEST_CONE = 89.0  # degrees from the axis; SpotLight needs less than 90
 
 
@@ -31,12 +38,55 @@ class Imported:
         None: the source has none, the default light applies.
     notes : list of str
         What was ignored or replaced; each becomes a GlshadowWarning that names the file.
+    cameras : dict
+        All cameras by name, in the source's order.
+    motion : Motion, optional
+        How its nodes move.
     """
 
     nodes: list[Node] = field(default_factory=list)
     camera: Camera | None = None
     lights: list[Light] | None = None
     notes: list[str] = field(default_factory=list)
+    cameras: dict[str, Camera] = field(default_factory=dict)
+    motion: Motion | None = None
+
+    def at(self, seconds: float) -> None:
+        """Place what moves where it is at a time of the chosen animation."""
+        if self.motion is None:
+            return
+        pose = self.motion.source.pose(self.motion.animation, seconds)
+        for number, (mesh, matrix) in pose.nodes.items():
+            self.nodes[number] = moved(self.nodes[number], mesh, matrix)
+        self.cameras, self.lights = dict(pose.cameras), list(pose.lights) or None
+        self.camera = next(iter(self.cameras.values()), None)
+        self.motion = replace(self.motion, cameras=pose.cameras, lights=pose.lights)
+
+    def camera_named(self, wanted: str | int) -> Camera:
+        """A camera by its name or number, also where the number is text.
+
+        Raises
+        ------
+        SceneError
+            Lists the cameras that there are.
+        """
+        if isinstance(wanted, str) and wanted in self.cameras:
+            return self.cameras[wanted]
+        number = int(wanted) if isinstance(wanted, int) or (wanted.isdecimal() and len(wanted) < LONGEST) else -1
+        if 0 <= number < len(self.cameras):
+            return list(self.cameras.values())[number]
+        if not self.cameras:
+            raise SceneError(f"there is no camera {shown(wanted)}: it has no cameras")
+        names = list(self.cameras)[:MOST_LISTED]
+        more = ", ..." if len(self.cameras) > len(names) else ""
+        known = ", ".join(f"{place}: {shown(name)}" for place, name in enumerate(names))
+        raise SceneError(f"there is no camera {shown(wanted)}; it has {known}{more}")
+
+
+def shortened(notes: list[str]) -> list[str]:
+    """The first notes, and how many more there are."""
+    rest = len(notes) - MOST_NOTES
+    return notes if rest <= 0 else [*notes[:MOST_NOTES], f"{rest} more of such notes"]
 
 
 def fans(polygons: ArrayLike) -> NDArray[np.int64]:
@@ -167,6 +217,23 @@ def of_mtl(diffuse: Array, opacity: float, texture: NDArray[np.uint8] | None) ->
         texture=texture,
         alpha_mode=AlphaMode.BLEND if blend else AlphaMode.OPAQUE,
     )
+
+
+def cut(material: Material, mask: NDArray[np.uint8]) -> Material:
+    """The material with the alpha of a mask (H, W): cut out where it is binary but for a few texels at its edges, otherwise blended."""
+    base = np.full((1, 1, 4), 255, dtype=np.uint8) if material.texture is None else material.texture
+    height, width = max((base.shape[:2], mask.shape), key=np.prod)
+    pixels = _resized(base, height, width).copy()
+    pixels[..., 3] = _resized(mask, height, width)
+    between = float(((mask > ALMOST_CLEAR) & (mask < 255 - ALMOST_CLEAR)).mean())
+    binary = between <= MOST_BETWEEN and material.alpha_mode is AlphaMode.OPAQUE
+    return replace(material, texture=pixels, alpha_mode=AlphaMode.MASK if binary else AlphaMode.BLEND)
+
+
+def _resized(pixels: NDArray[np.uint8], height: int, width: int) -> NDArray[np.uint8]:
+    """An image of another size, by its nearest pixels."""
+    rows, columns = (np.arange(new) * old // new for new, old in ((height, pixels.shape[0]), (width, pixels.shape[1])))
+    return pixels if pixels.shape[:2] == (height, width) else pixels[rows[:, None], columns]
 
 
 def alpha_mode(name: object) -> AlphaMode:

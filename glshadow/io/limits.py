@@ -15,6 +15,10 @@ IMAGES = 4
 """Limit on all images of a file together, in multiples of the largest allowed image."""
 
 
+class OverLimit(SceneError):
+    """A file costs more than is allowed: not a reason to leave a part of it out, but to stop."""
+
+
 @dataclass(frozen=True)
 class Limits(Settings):
     """What loading one file may cost; checked before memory is allocated.
@@ -59,7 +63,7 @@ class Limits(Settings):
         allowed = getattr(self, limit)
         if value > allowed:
             unit = next(each.metadata["help"] for each in fields(self) if each.name == limit)
-            raise SceneError(
+            raise OverLimit(
                 f"{what}: {value:g} {unit}; the limit is {allowed:g}; if you trust the file, raise it with "
                 f"glshadow.load(..., limits=glshadow.Limits({limit}=...))"
             )

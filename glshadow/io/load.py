@@ -10,16 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from glshadow.core.cameras import Camera
-from glshadow.core.setting import as_path, flag, instance, one_of, optional, refuse, text
+from glshadow.core.setting import as_int, as_path, flag, instance, number, one_of, optional, refuse, text
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError, warn
 from glshadow.io.from_arrays import array_pair, read_arrays
-from glshadow.io.imported import Imported
+from glshadow.io.imported import Imported, shortened
 from glshadow.io.limits import Budget, Limits
 from glshadow.io.model_file import FORMATS, GLTF, NAMES, ModelFile, from_stream, in_memory, on_disk
-from glshadow.scene.checks import check_scene
+from glshadow.io.smoothed import smoothed
+from glshadow.scene.checks import check_scene, visible
 from glshadow.scene.mesh import Mesh
+from glshadow.scene.motion import moved, turned_camera
 from glshadow.scene.nodes import Node, Scene
 
 # world_from_file rotations that turn the named axis up; proper rotations, so that nothing is mirrored
@@ -36,8 +37,12 @@ def load(
     ground: bool | str = False,
     up_axis: str | None = None,
     name: str | None = None,
+    camera: str | int | None = None,
+    smooth: float | None = None,
     limits: Limits | None = None,
     format: str | None = None,
+    time: float | None = None,
+    animation: str | int | None = None,
 ) -> Scene:
     """Load a scene from a file or another library's object.
 
@@ -47,7 +52,7 @@ def load(
         One Mesh or Node, or a list of them, is a scene too. Files: .glb, .gltf, .obj, .ply, .stl, .off. Objects: trimesh.Trimesh,
         trimesh.Scene, pyrender.Scene, PyVista's datasets and MultiBlock, Open3D's TriangleMesh. Coordinates are not changed,
         matrices are composed in float64, and nodes with the same geometry share one Mesh. Shading normals are used if the source has
-        them; otherwise shading is flat.
+        them; otherwise shading is flat, see `smooth`.
     ground : bool or "catcher"
         Put a plane under the model to receive its shadow, see `Scene.with_ground`; "catcher": a shadow catcher, which shows only the
         shadow, see `Node`.
@@ -56,10 +61,22 @@ def load(
         maps, often use "z".
     name : str, optional
         Name of the scene; None: the file's name without its suffix.
+    camera : str or int, optional
+        Name of one of the source's cameras, or its number, from 0; None: the first, or pyrender's main camera. All of them are in
+        `Scene.cameras`.
+    smooth : float, optional
+        Crease angle in degrees: meshes without normals get smooth ones, except at edges where triangles meet at this angle or more; 30
+        suits most models, 0 keeps all edges. None: flat, or as the smoothing groups of an OBJ file say. glTF files stay as they are: there,
+        a mesh without normals is flat.
     limits : Limits, optional
         What a file may cost, checked before memory is allocated; None: the defaults of `Limits`. Objects in memory are not limited.
     format : {None, "glb", "gltf", "obj", "ply", "stl", "off"}
         Format of a file; None: by its suffix, of bytes and file objects by their beginning.
+    time : float, optional
+        Seconds of the file's animation, see `Scene.at`. None: the pose of the file's nodes; if nothing can be seen of that, the beginning
+        of the animation, with a warning.
+    animation : str or int, optional
+        Name of the animation, or its number from 0; None: the first.
 
     Returns
     -------
@@ -70,21 +87,26 @@ def load(
     Raises
     ------
     SceneError
-        If the file is missing, broken or empty, needs unsupported features, or exceeds its limits; the message names file
-        and cause.
+        If the file is missing, nothing of it can be drawn, it needs unsupported features, has no such camera, or exceeds its limits; the
+        message names file and cause.
     SettingsError
         If `up_axis` or another argument is not allowed.
 
     Warns
     -----
     GlshadowWarning
-        If something is not drawn as intended: alpha blending, missing textures, lost precision.
+        If something is not drawn as intended: broken parts, missing textures, lost precision.
     """
     ground, up_axis = _ground("ground", ground), optional(one_of(*TURNS), "y")("up_axis", up_axis)
     name = optional(text(), "the file's name")("name", name)
     limits = optional(instance(Limits), "the defaults")("limits", limits)
     format = optional(one_of(*NAMES), "recognised")("format", format)
-    return read_scene(source, Budget(limits or Limits()), ground, up_axis, name, format)
+    camera = optional(_camera, "the first")("camera", camera)
+    smooth = optional(number(0.0, 180.0), "flat")("smooth", smooth)
+    time = optional(number(unit="s"), "the file's pose")("time", time)
+    return read_scene(
+        source, Budget(limits or Limits()), ground, up_axis, name, format, camera, smooth, time, animation
+    )
 
 
 def read_scene(
@@ -94,11 +116,22 @@ def read_scene(
     up_axis: str | None = None,
     name: str | None = None,
     format: str | None = None,
+    camera: str | int | None = None,
+    smooth: float | None = None,
+    time: float | None = None,
+    animation: str | int | None = None,
 ) -> Scene:
     """As `load`, with checked arguments; afterwards `budget.files` has the files that were read."""
-    label, title, read, stored = _reader(source, budget, None if format is None else f".{format}")
+    if isinstance(source, Scene) and time is not None:
+        source, time = source.at(time, animation), None
+    label, title, read, stored = _reader(source, budget, None if format is None else f".{format}", smooth)
     try:
         found = read()
+        if not stored:
+            smoothed(found, smooth)
+        _place(found, time, animation)
+        if camera is not None:
+            found.camera = found.camera_named(camera)
         notes = found.notes + check_scene(found.nodes, stored=stored)
     except SceneError as error:
         raise SceneError(f"{label}: {error}") from error
@@ -107,10 +140,40 @@ def read_scene(
     except Exception as error:  # any other error in a reader means that the file is broken; the message must name it
         cause = f"{type(error).__name__}: {error}"
         raise SceneError(f"{label} cannot be read ({cause}); it is broken or not of its format") from error
-    for note in notes:
+    for note in shortened(notes):
         warn(f"{label}: {note}", stacklevel=4)  # the caller of `load`
     scene = _turned(found, TURNS[up_axis or "y"], name or title)
     return scene.with_ground(ground == "catcher") if ground else scene
+
+
+def _place(found: Imported, time: float | None, animation: str | int | None) -> None:
+    """Choose an animation, and place what it moves where it is at a time."""
+    motion = found.motion
+    if motion is None:
+        if time is not None or animation is not None:
+            found.notes.append("it has no animation: it looks the same at all times")
+        return
+    found.motion = motion = motion.of(animation)
+    if time is not None:
+        if not 0.0 <= time <= motion.duration:
+            found.notes.append(
+                f"{time:g} s is outside its animation, which lasts {motion.duration:g} s: it stands still"
+            )
+        found.at(min(max(time, 0.0), motion.duration))
+    elif not motion.names and not visible(found.nodes):
+        found.at(0.0)
+        found.notes.append(
+            "nothing can be seen of the pose of its nodes: it is shown at the beginning of its animation"
+        )
+
+
+def _camera(name: str, value: Any) -> str | int:
+    if isinstance(value, str) and value:
+        return value
+    index = as_int(value)
+    if index is None or index < 0:
+        raise refuse(name, "the name or the number of a camera", value)
+    return index
 
 
 def _ground(name: str, value: Any) -> bool | str:
@@ -122,9 +185,11 @@ def _ground(name: str, value: Any) -> bool | str:
         raise refuse(name, 'True, False or "catcher"', value) from None
 
 
-def _reader(source: Any, budget: Budget, suffix: str | None) -> tuple[str, str, Callable[[], Imported], bool]:
+def _reader(
+    source: Any, budget: Budget, suffix: str | None, smooth: float | None
+) -> tuple[str, str, Callable[[], Imported], bool]:
     """The source's name in messages, its scene's name, a function that reads it, and whether it was stored in a file."""
-    stored = _stored_reader(source, budget, suffix)
+    stored = _stored_reader(source, budget, suffix, smooth)
     if stored is not None:
         return *stored, True
     if suffix is not None:
@@ -132,13 +197,15 @@ def _reader(source: Any, budget: Budget, suffix: str | None) -> tuple[str, str, 
     if (pair := array_pair(source)) is not None:
         return "(vertices, faces)", "scene", lambda: read_arrays(*pair), False
     if isinstance(source, Scene):
-        given = Imported(list(source.nodes), source.camera, list(source.lights))
+        given = Imported(
+            list(source.nodes), source.camera, list(source.lights), cameras=dict(source.cameras), motion=source.motion
+        )
         return source.name, source.name, lambda: given, False
     if isinstance(source, Mesh | Node) or (isinstance(source, list | tuple) and source):
-        placed = Scene(source if isinstance(source, list | tuple) else [source])  # type: ignore[arg-type]
+        placed = Scene(source if isinstance(source, list | tuple) else [source])
         return "scene", "scene", lambda: Imported(list(placed.nodes), None, None), False
     kind = f"{str(type(source).__module__).partition('.')[0]}.{type(source).__name__}"
-    read = _library_reader(source, budget)
+    read = _library_reader(source)
     if read is not None:
         return kind, "scene", read, False
     raise SceneError(
@@ -148,25 +215,27 @@ def _reader(source: Any, budget: Budget, suffix: str | None) -> tuple[str, str, 
     )
 
 
-def _stored_reader(source: Any, budget: Budget, suffix: str | None) -> tuple[str, str, Callable[[], Imported]] | None:
+def _stored_reader(
+    source: Any, budget: Budget, suffix: str | None, smooth: float | None
+) -> tuple[str, str, Callable[[], Imported]] | None:
     """The same for a path, bytes or a file object; None for everything else."""
     if isinstance(source, (str, os.PathLike)):
         try:
             path = as_path("source", source)
         except SettingsError as error:
             raise SceneError(str(error)) from None
-        return path.name or str(path), path.stem, lambda: _read_file(on_disk(path, suffix), budget)
+        return path.name or str(path), path.stem, lambda: _read_file(on_disk(path, suffix), budget, smooth)
     if isinstance(source, bytes | bytearray | memoryview):
-        return "bytes", "scene", lambda: _read_file(in_memory(bytes(source), suffix), budget)
+        return "bytes", "scene", lambda: _read_file(in_memory(bytes(source), suffix), budget, smooth)
     if callable(getattr(source, "read", None)) and not isinstance(source, type):
         name = getattr(source, "name", None)
         named = Path(name) if isinstance(name, str) and name else Path("a file object")
         title = named.stem if named.suffix.lower() in FORMATS else "scene"
-        return named.name, title, lambda: _read_file(from_stream(source, suffix, budget), budget)
+        return named.name, title, lambda: _read_file(from_stream(source, suffix, budget), budget, smooth)
     return None
 
 
-def _library_reader(source: Any, budget: Budget) -> Callable[[], Imported] | None:
+def _library_reader(source: Any) -> Callable[[], Imported] | None:
     """A function that reads another library's object, known by its class's module; None for everything else."""
     libraries = {str(parent.__module__).partition(".")[0] for parent in type(source).__mro__}
     if "trimesh" in libraries:
@@ -180,7 +249,7 @@ def _library_reader(source: Any, budget: Budget) -> Callable[[], Imported] | Non
     if "pyvista" in libraries:
         from glshadow.io.from_pyvista import read_pyvista
 
-        return lambda: read_pyvista(source, budget)
+        return lambda: read_pyvista(source)
     if "open3d" in libraries:
         from glshadow.io.from_open3d import read_open3d
 
@@ -188,32 +257,41 @@ def _library_reader(source: Any, budget: Budget) -> Callable[[], Imported] | Non
     return None
 
 
-def _read_file(file: ModelFile, budget: Budget) -> Imported:
+def _read_file(file: ModelFile, budget: Budget, smooth: float | None) -> Imported:
     if file.suffix in GLTF:
         from glshadow.io.gltf import read_gltf
 
-        return read_gltf(file, budget)
+        found = read_gltf(file, budget)
+        if smooth is not None and any(node.mesh.normals is None for node in found.nodes):
+            found.notes.append(f"smooth={smooth:g} is left out: in glTF, meshes without normals are flat")
+        return found
     from glshadow.io.mesh_files.read import read_mesh_file
 
-    return read_mesh_file(file, budget)
+    return read_mesh_file(file, budget, smooth)
 
 
 def _turned(found: Imported, turn: Array, name: str) -> Scene:
-    camera, lights, nodes = found.camera, found.lights, found.nodes
+    nodes, motion = found.nodes, found.motion
+    turned: dict[int, Any] = {}  # cameras and lights by the id of what they were
     if not np.array_equal(turn, np.eye(3)):
         matrix = np.eye(4)
         matrix[:3, :3] = turn
-        nodes = [Node(node.mesh, matrix @ node.world_from_mesh, node.name) for node in nodes]
-        camera = None if camera is None else _turned_camera(camera, turn)
-        lights = None if lights is None else [light.turned(turn, np.zeros(3)) for light in lights]
-    return Scene(tuple(nodes), camera, None if lights is None else tuple(lights), name)  # type: ignore[arg-type]
-
-
-def _turn(turn: Array, vector: tuple[float, float, float]) -> Any:
-    return tuple((turn @ np.asarray(vector)).tolist())
-
-
-def _turned_camera(camera: Camera, turn: Array) -> Camera:
-    return replace(
-        camera, position=_turn(turn, camera.position), target=_turn(turn, camera.target), up=_turn(turn, camera.up)
+        nodes = [moved(node, node.mesh, matrix @ node.world_from_mesh) for node in nodes]
+        seen = [each for each in (found.camera, *found.cameras.values()) if each is not None]
+        turned = {id(each): turned_camera(each, turn) for each in seen}
+        turned |= {id(each): each.turned(turn, np.zeros(3)) for each in found.lights or ()}
+        if motion is not None:
+            motion = replace(motion, turn=turn @ motion.turn)
+    camera = turned.get(id(found.camera), found.camera)
+    cameras = {title: turned.get(id(each), each) for title, each in found.cameras.items()}
+    lights = None if found.lights is None else [turned.get(id(each), each) for each in found.lights]
+    scene = Scene(nodes, camera, lights, name, cameras)
+    if motion is None:
+        return scene
+    motion = replace(
+        motion,
+        names=motion.names or tuple(node.name for node in scene.nodes),
+        cameras={title: turned.get(id(each), each) for title, each in motion.cameras.items()},
+        lights=tuple(turned.get(id(each), each) for each in motion.lights),
     )
+    return replace(scene, motion=motion)

@@ -13,6 +13,7 @@ from glshadow.core.setting import shown
 from glshadow.errors import SceneError
 from glshadow.io.limits import Budget
 from glshadow.io.mesh_files import SUFFIXES
+from glshadow.io.mesh_files.words import without_mark
 
 GLTF = (".glb", ".gltf")
 FORMATS = (*GLTF, *SUFFIXES)
@@ -81,13 +82,13 @@ class ModelFile:
         with self.path.open("rb") as file:
             return file.read(count)
 
-    def read(self, budget: Budget) -> bytes:
-        """The content, checked against the limits before a file is read."""
+    def read(self, budget: Budget, most: int | None = None) -> bytes:
+        """The content, or its first `most` bytes, checked against the limits before a file is read."""
         if self.path is not None:
-            return budget.read(self.path, "the file")
+            return budget.read(self.path, "the file", most)
         budget.limits.check("file_bytes", budget.read_bytes + len(self.data), "the file")
         budget.read_bytes += len(self.data)
-        return self.data
+        return self.data[:most]
 
 
 def model_file(source: Path | ModelFile) -> ModelFile:
@@ -189,7 +190,7 @@ def recognised(data: bytes) -> str | None:
         return ".glb"
     if len(data) >= 84 and len(data) == 84 + 50 * struct.unpack_from("<I", data, 80)[0]:
         return ".stl"  # binary; its 80 bytes of header may begin with anything
-    text = data[:65536].removeprefix(b"\xef\xbb\xbf").lstrip()
+    text = without_mark(data[:65536]).lstrip()
     if text.startswith(b"{"):
         return ".gltf"
     if b"<COLLADA" in text[:1000]:

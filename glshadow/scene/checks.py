@@ -59,6 +59,12 @@ def check_scene(nodes: list[Node], *, stored: bool) -> list[str]:
     return notes
 
 
+def visible(nodes: list[Node]) -> bool:
+    """Whether any triangle has an area."""
+    nodes = [node for node in nodes if len(node.mesh.triangles)]
+    return bool(nodes) and _any_area(nodes)
+
+
 def _thin(corners: Array) -> bool:
     """Whether the bounds themselves are needle-shaped: a small surface is then no sign of an outlier."""
     sides = np.sort(np.ptp(corners.reshape(-1, 3), axis=0))

@@ -10,6 +10,7 @@ import numpy as np
 
 from glshadow.core.outputs import OUTPUTS, Output
 from glshadow.core.spelling import Spelled
+from glshadow.io.gltf.features import CORE, EXTENSIONS, Feature
 from glshadow.io.limits import Limits
 from glshadow.public import MODULES
 from glshadow.shadows.bias import BIASES
@@ -23,12 +24,20 @@ def blocks() -> Blocks:
     return {
         "biases": _family(BIASES),
         "fits": _family(FITS),
+        "glTF": table(("glTF 2.0", "how", "remark"), _features(CORE)),
+        "glTF extensions": table(
+            ("extension", "how", "remark"), [(f"`{name}`", *rest) for name, *rest in _features(EXTENSIONS)]
+        ),
         "limits": table(("limit", "default", "what it bounds"), bounds),
         "outputs": table(
             ("output", "type, shape", "what it holds", "of", "without a surface", "EXR channels"), map(_output, OUTPUTS)
         ),
         "public": table(("module", "what it is for"), [(f"`{name}`", purpose) for name, purpose in MODULES.items()]),
     }
+
+
+def _features(features: dict[str, Feature]) -> list[tuple[str, str, str]]:
+    return [(name, feature.how, feature.remark) for name, feature in features.items()]
 
 
 def _family(kinds: Iterable[type[Spelled]]) -> str:

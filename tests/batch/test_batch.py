@@ -76,8 +76,16 @@ def test_truncated_journal_keeps_its_complete_lines(tmp_path: Path) -> None:
     assert (again.drawn, again.kept, again.failed) == (1, 1, ())
 
 
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+def test_jobs_with_a_byte_order_mark(tmp_path: Path, mark: str) -> None:
+    path = written(tmp_path / "jobs.jsonl", {"output": "a.png"}, {"output": "b.png"})
+    path.write_text(mark + path.read_text(), encoding="utf-8")
+    assert [job.output for job in read_jobs(path)] == ["a.png", "b.png"]
+
+
 WRONG: list[tuple[dict[str, Any] | str, str]] = [
-    ("{", "not JSON"), ("[1]", "must be an object"), ({"scene": "courtyard"}, "output is missing"),
+    ("{", "not JSON"), ('{"a": 1, "a": 2}', "the key 'a' more than once"), ('{"a": ' + "9" * 5000 + "}", "an integer of 5000 digits$"),
+    ("[1]", "must be an object"), ({"scene": "courtyard"}, "output is missing"),
     ({"output": "a.png"}, "scene is missing"),
     ({"colour": 1}, "'colour': unknown; the keys are background, cameras"), ({"scene": "nowhere.glb"}, "file not found"),
     ({"output": "a.bmp"}, "must end in one of"), ({"output": "../a.png"}, "must stay in"), ({"output": "/a.png"}, "must stay in"),
@@ -91,6 +99,8 @@ WRONG: list[tuple[dict[str, Any] | str, str]] = [
     ({"orbit": 100_001, "output": "{}.png"}, "orbit must be"),
     ({"size": [0, 3]}, "size must be"), ({"size": "big"}, "size must be"), ({"samples": 3}, "samples must be"),
     ({"lights": [{"kind": "lamp"}]}, r"lights\[0\].kind must be one of"), ({"lights": [{"kind": "point"}]}, r"lights\[0\]: .*position"),
+    ({"lights": [{"kind": "environment", "image": "nowhere.hdr"}]}, r"lights\[0\]: .*nowhere.hdr: image file not found"),
+    ({"lights": [{"kind": "environment", "image": [[[-1, 0, 0]]]}]}, r"lights\[0\]: .*negative"),
     ({"lights": [{"kind": "sun", "colour": 3}]}, r"lights\[0\]: .*colour"), ({"lights": {}}, "lights must be a list"),
     ({"cameras": [{"fov_y": 300}]}, "fov_y must be"), ({"cameras": 1}, "cameras must be a list"), ({"cameras": [3]}, "must be an object"),
     ({"shadow": {"filter": "pfc"}}, "is not a filter"), ({"shadow": {"colour": 1}}, "'colour' unknown"),

@@ -87,9 +87,17 @@ def test_stl(tmp_path, data, note):
     assert area(scene) == (6.0, 6.0)
 
 
-def test_truncated_stl_is_refused(tmp_path):
-    with pytest.raises(SceneError, match="declares 3 facets, 234 bytes, but the file has 184"):
-        loaded(tmp_path / "plate.stl", binary_stl(count=3))
+def test_truncated_stl(tmp_path):
+    """Its whole facets are drawn; without any, or with far fewer than declared, it is refused."""
+    scene = loaded(
+        tmp_path / "plate.stl",
+        binary_stl(count=3),
+        "declares 3 facets, 234 bytes, but the file has 184: the 2 that are there",
+    )
+    assert area(scene) == (6.0, 6.0)
+    for data in (binary_stl(count=3)[:130], binary_stl(count=201)):
+        with pytest.raises(SceneError, match=f"but the file has {len(data)}; export or download it again"):
+            loaded(tmp_path / "plate.stl", data)
 
 
 def test_stl_loop_of_more_than_three_corners(tmp_path):

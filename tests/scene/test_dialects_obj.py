@@ -85,14 +85,14 @@ def test_obj_material_groups_become_nodes(tmp_path):
 @pytest.mark.parametrize(
     ("text", "pattern"),
     [
-        (PLATE + "f 1 2 9\n", "vertex 8, but there are 4, counted from 0"),
+        (CORNERS + "f 1 2 9\n", "vertex 8, but there are 4, counted from 0"),
         (PLATE + "f 1 0 2\n", "'f 1 0 2' uses index 0"),
         (PLATE + "f 1 2 -5\n", "'f 1 2 -5' counts back beyond the first of 4"),
         (PLATE + "f 1 2 x\n", "'x' is not an integer"),
         (PLATE + "f 1 2 99999999999999999999\n", "'99999999999999999999' is not an integer"),
         (PLATE + "f 1 2 /3\n", "a corner without a vertex"),
         (PLATE + "v 0 0 zero\n", "'v': 'zero' is not a number"),
-        ("v 0 0\n" + PLATE, "1 of 4 vertices have coordinates that are not finite"),
+        ("v 0 0\n" + PLATE, "1 of 5 vertices have coordinates that are not finite"),
     ],
 )
 def test_broken_obj(tmp_path, text, pattern):
@@ -169,7 +169,10 @@ def test_map_scale_and_offset(pictures):
     [
         ("map_Kd -clamp on plain.png", "-clamp of its map_Kd not supported"),
         ("map_Kd -t 0.5 0 0 plain.png", "-t of its map_Kd"),
-        ("map_d plain.png", "map_d is not supported"),
+        ("map_d -clamp on plain.png", "-clamp of its map_d not supported"),
+        ("map_Kd plain.png\nmap_d -s 2 2 plain.png", "its map_d is placed as its map_Kd is"),
+        ("d 0", "has an opacity of 0: drawn opaque"),
+        ("disp plain.png\nmap_Pr plain.png", "disp, map_Pr of its materials: not drawn"),
         ("Kd 1 red 1", "is not three numbers"),
         ("Kd 2 1 1", "is clipped to 0..1"),
         ("map_Kd gone.png", "'gone.png' that it names is missing"),

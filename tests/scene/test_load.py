@@ -35,7 +35,7 @@ MODELS = {
     "terrain_jacksboro.ply": (275_772, 1, 1, (29_905, 31_783, 840), 0),
     "brain_cortex.ply": (608_752, 1, 1, (142.9, 164.7, 114.1), 0),
 }
-SMOOTH = {"bicycle.glb": False, "athlete_robot.stl": False, "demosthenes_bust.obj": False, "milk_truck.glb": True}
+SMOOTH = {"bicycle.glb": False, "athlete_robot.stl": False, "demosthenes_bust.obj": True, "milk_truck.glb": True}
 
 
 def quiet_load(path, **options):

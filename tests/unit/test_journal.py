@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from glshadow.errors import GlshadowError
+from glshadow.errors import GlshadowError, SettingsError
 from glshadow.journal import Journal
 
 
@@ -58,3 +58,14 @@ def test_truncated_line_is_dropped(tmp_path: Path) -> None:
     path.write_text('{"key":"a"}\n{"key":"b')
     assert set(Journal(path).records) == {"a"}
     assert path.read_text() == '{"key":"a"}\n'
+
+
+@pytest.mark.parametrize("target", ["elsewhere.txt", "gone.txt", "folder"])
+def test_link_is_refused(tmp_path: Path, target: str) -> None:
+    """Lines would be appended to whatever file it leads to."""
+    (tmp_path / "elsewhere.txt").write_text("")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "j.jsonl").symlink_to(tmp_path / target)
+    with pytest.raises(SettingsError, match=r"j\.jsonl is a link, where a journal must be a file"):
+        Journal(tmp_path / "j.jsonl")
+    assert not (tmp_path / "gone.txt").exists()

@@ -210,6 +210,11 @@ class GLContext:
         """
         self.gl.check(what)
 
+    @property
+    def largest_side(self) -> int:
+        """Largest side of textures and framebuffers, in pixels."""
+        return min(self.caps.max_texture_size, self.caps.max_renderbuffer_size, *self.caps.max_viewport)
+
     def check_size(self, size: tuple[int, int], what: str) -> None:
         """Raise if a texture or framebuffer is larger than the driver's limits.
 
@@ -219,7 +224,7 @@ class GLContext:
             If a side is over the limit; the message names it.
         """
         width, height = size
-        limit = min(self.caps.max_texture_size, self.caps.max_renderbuffer_size, *self.caps.max_viewport)
+        limit = self.largest_side
         if not (1 <= width <= limit and 1 <= height <= limit):
             raise SettingsError(
                 f"{what} must be 1 to {limit} pixels wide and high on this driver ({self.caps.renderer}), "

@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array
+from glshadow.errors import warn
 from glshadow.geometry.adjacency import neighbours
 from glshadow.geometry.clusters import Clusters, make_clusters
 from glshadow.geometry.welding import welded
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.program import Program
 from glshadow.gl.driver.shared import Shared
+from glshadow.gl.scene.shrunk import shrunk
 from glshadow.scene.mesh import AlphaMode, Mesh
 
 _SRGB8_ALPHA8 = 0x8C43
@@ -292,9 +294,18 @@ def _first_copies(triangles: NDArray[np.int32], others: NDArray[np.int32], verti
 def color_texture(
     context: GLContext, pixels: NDArray[np.uint8], what: str = "a base colour texture", linear: bool = False
 ) -> moderngl.Texture:
-    """sRGB pixels (H, W, 4) as a texture that is read as linear light; `linear`: they are linear already."""
+    """sRGB pixels (H, W, 4) as a texture that is read as linear light; scaled down, with a warning, if the driver holds no such size.
+
+    `linear`: they are linear already.
+    """
     height, width = pixels.shape[:2]
-    context.check_size((width, height), what)
+    if max(width, height) > context.largest_side:
+        pixels = shrunk(pixels, context.largest_side)
+        warn(
+            f"{what} of {width} x {height} pixels is scaled down to {pixels.shape[1]} x {pixels.shape[0]}: this driver's textures are at "
+            f"most {context.largest_side} wide and high"
+        )
+        height, width = pixels.shape[:2]
     # v points up: row 0 of the file is the top
     stored = None if linear else _SRGB8_ALPHA8
     texture = context.ctx.texture((width, height), 4, pixels[::-1].tobytes(), internal_format=stored)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import binascii
-import json
 import os
 import re
 import struct
@@ -15,10 +14,13 @@ from urllib.parse import unquote
 
 from numpy.typing import NDArray
 
+from glshadow.core.strict_json import strict_json
 from glshadow.errors import SceneError
 from glshadow.files import inside
 from glshadow.io.gltf import meshopt
+from glshadow.io.gltf.features import can_be_required, notes_on
 from glshadow.io.limits import Budget
+from glshadow.io.mesh_files.words import without_mark
 from glshadow.io.model_file import ModelFile, model_file
 
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
@@ -27,19 +29,6 @@ MOST_CHUNKS = 1000  # that are searched; the binary chunk is the second
 SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
 
 DRACO = "KHR_draco_mesh_compression"  # needs DracoPy; refused on use without it
-HONOURED = {
-    DRACO,
-    "EXT_mesh_gpu_instancing",
-    *meshopt.NAMES,  # needs meshopt; refused on use without it
-    "EXT_texture_webp",
-    "KHR_animation_pointer",
-    "KHR_lights_punctual",
-    "KHR_mesh_quantization",
-    "KHR_node_visibility",
-    "KHR_texture_basisu",  # needs opengl_basisu; drawn without these textures where it is missing
-    "KHR_texture_transform",
-    "KHR_xmp_json_ld",
-}
 ADVICE = {
     **dict.fromkeys(
         meshopt.NAMES,
@@ -239,28 +228,44 @@ def open_document(source: Path | ModelFile, budget: Budget) -> Document:
     """
     file = model_file(source)
     size, head = file.size, file.head(HEAD)
-    binary = None
+    binary, notes, used = None, [], dict[str, None]()
     if head[:4] == b"glTF" or file.suffix == ".glb":
-        _check_head(head, size)
-        text, binary = _chunks(file.read(budget))
+        length = _check_head(head, size)
+        if length < size:
+            notes.append(f"{size - length} byte(s) behind the {length} that its header declares are ignored")
+        text, binary = _chunks(file.read(budget, length))
     else:
         text = file.read(budget)
-    try:
-        parsed = json.loads(text.decode("utf-8-sig"))
-    except (ValueError, RecursionError) as error:
-        raise SceneError(f"not valid glTF: its JSON cannot be read ({error})") from error
-    document = Document(as_object(parsed, "the top level"), file.folder, binary, budget)
+    document = Document(as_object(_parsed(text, used), "the top level"), file.folder, binary, budget, notes)
     version = as_object(document.json.get("asset", {}), "asset").get("version", "2.0")
     if not str(version).startswith("2"):
         raise SceneError(f"it is glTF {version!r}; only glTF 2 is read, convert it first")
     for name in document.items("extensionsRequired"):
-        if name not in HONOURED and not str(name).startswith("KHR_materials_"):  # these affect shading only
+        if not can_be_required(str(name)):
             raise refused(str(name))
+    notes += notes_on(used)
+    if len(document.items("scenes")) > 1:
+        notes.append(f"it has {len(document.items('scenes'))} scenes: the default one is drawn")
     return document
 
 
-def _check_head(head: bytes, size: int) -> None:
-    """Refuse a file that is not a GLB container before it is read completely."""
+def _parsed(text: bytes, used: dict[str, None]) -> Any:
+    """JSON with or without a byte order mark; `used` gets the names of the extensions in it."""
+
+    def note(found: dict[str, Any]) -> None:
+        if isinstance(found.get("extensions"), dict):
+            used.update(dict.fromkeys(found["extensions"]))
+
+    try:
+        return strict_json(without_mark(text).decode("utf-8"), note)
+    except UnicodeDecodeError as error:
+        raise SceneError(f"not valid glTF: its JSON is not UTF-8 (byte {error.start})") from error
+    except ValueError as error:
+        raise SceneError(f"not valid glTF: its JSON cannot be read ({error})") from error
+
+
+def _check_head(head: bytes, size: int) -> int:
+    """Refuse a file that is not a GLB container before it is read completely; returns the declared length."""
     if size == 0:
         raise SceneError("the file is empty")
     if size < 20 or head[:4] != b"glTF":
@@ -270,10 +275,11 @@ def _check_head(head: bytes, size: int) -> None:
     version, length = struct.unpack_from("<II", head, 4)
     if version != 2:
         raise SceneError(f"it is GLB version {version}; only version 2 is read, convert it first")
-    if length != size:
+    if length > size or length < HEAD + 8:
         raise SceneError(
             f"broken GLB: its header declares {length} bytes, the file has {size}; export or download it again"
         )
+    return int(length)
 
 
 def _chunks(data: bytes) -> tuple[bytes, memoryview | None]:

@@ -16,6 +16,7 @@ from glshadow.io.gltf.document import Document, as_object
 from glshadow.io.gltf.draco import decoded
 from glshadow.io.gltf.material import Surfaces, texture_uv
 from glshadow.io.gltf.morph import Weights, moved, targets_of
+from glshadow.io.gltf.pose import Deformer
 from glshadow.io.gltf.skin import influences, posed
 from glshadow.io.imported import WHITE, linear_colors, tinted, usable_normals, used_vertices
 from glshadow.scene.mesh import Mesh
@@ -36,16 +37,19 @@ class Form:
         Index of the skin.
     joints : (J, 3, 4) float64, optional
         world_from_bind of the skin's joints.
+    deforms : bool
+        Whether animations change the weights, or move the joints.
     """
 
     weights: Weights = ()
     skin: int | None = None
     joints: Array | None = None
+    deforms: bool = False
 
     @property
     def key(self) -> tuple[Any, ...]:
         """Equal for equal forms of one file."""
-        return (self.weights, self.skin)
+        return (self.weights, self.skin, self.deforms)
 
 
 def is_surface(primitive: dict[str, Any]) -> bool:
@@ -55,12 +59,16 @@ def is_surface(primitive: dict[str, Any]) -> bool:
 
 @dataclass
 class Primitives:
-    """Meshes of one document by their primitives and forms; meshes that differ only in material share their arrays."""
+    """Meshes of one document by their primitives and forms; meshes that differ only in material share their arrays.
+
+    `deformers`: what deforms a mesh, by the mesh's id.
+    """
 
     document: Document
     surfaces: Surfaces
     made: dict[tuple[Any, ...], Mesh] = field(default_factory=dict)
     bodies: dict[tuple[Any, ...], _Body] = field(default_factory=dict)
+    deformers: dict[int, Deformer] = field(default_factory=dict)
 
     def get(self, primitive: dict[str, Any], form: Form, where: str) -> Mesh:
         """The triangles of a primitive; in world space if both the form and the primitive have joints.
@@ -78,7 +86,22 @@ class Primitives:
                 self.bodies[shape] = _body(self.document, decoded(self.document, primitive, where), form, where)
             self.made[key] = self._dressed(self.bodies[shape], primitive.get("material"), where)
             self.document.budget.take(_DRAWN_BYTES * len(self.made[key].triangles), where)
+            if form.deforms:
+                self._keep_undeformed(self.made[key], primitive, self.bodies[shape].vertices, form)
         return self.made[key]
+
+    def _keep_undeformed(self, mesh: Mesh, primitive: dict[str, Any], vertices: _Vertices, form: Form) -> None:
+        """Keep what poses of a mesh at other times are made from, if an animation deforms it."""
+        still = replace(vertices, targets=[])
+        influences = None if form.joints is None else still.joints(len(form.joints), [])
+        each = [still.changes(target) for target in primitive.get("targets", ())]
+        if not each and influences is None:
+            return
+        positions = still.read("POSITION", ("VEC3",))
+        assert positions is not None
+        normals = still.read("NORMAL", ("VEC3",))
+        resting = (form.weights if each else (), None if influences is None else form.joints)
+        self.deformers[id(mesh)] = Deformer(mesh, resting, positions, normals, tuple(each), influences)
 
     def _dressed(self, body: _Body, material: Any, where: str) -> Mesh:
         surface = self.surfaces.get(material, where)
@@ -128,6 +151,17 @@ class _Vertices:
         where = f"{self.where}.{name}"
         self._check(accessor, types, where)
         return read_floats(self.document, accessor, types, where, self.rows)
+
+    def changes(self, target: dict[str, Any]) -> tuple[Array | None, Array | None]:
+        """A morph target's changes of positions and normals; notes changes of colours and texture coordinates, which stay."""
+        if still := sorted(set(target) - {"POSITION", "NORMAL", "TANGENT"}):
+            note = f"{self.where}: animated morph targets change {', '.join(still)}, which stay as they are at rest"
+            self.document.notes += [note] * (note not in self.document.notes)
+        position, normal = (
+            self._rows(target[name], f"targets.{name}", ("VEC3",)) if name in target else None
+            for name in ("POSITION", "NORMAL")
+        )
+        return position, normal
 
     def joints(self, number: int, notes: list[str]) -> tuple[NDArray[np.int64], Array] | None:
         """Joints (N, K), of `number`, and their weights (N, K); None if the primitive has none."""
@@ -191,6 +225,16 @@ def _body(document: Document, primitive: dict[str, Any], form: Form, where: str)
     vertices = _Vertices(document, attributes, targets_of(document, primitive, form.weights, where), count, rows, where)
     positions = vertices.read("POSITION", ("VEC3",))
     assert positions is not None
+    lost = np.asarray(~np.isfinite(positions).all(axis=1))
+    if lost.any():
+        message = (
+            f"{where}: {int(lost.sum())} of {len(lost)} vertices have coordinates that are not finite (NaN or infinite)"
+        )
+        whole = np.arange(count)[rows][_without(document, triangles, np.asarray(lost[triangles].any(axis=1)), message)]
+        rows, triangles = used_vertices(whole, count)
+        vertices = replace(vertices, rows=rows)
+        positions = vertices.read("POSITION", ("VEC3",))
+        assert positions is not None
     if not vertices.targets:
         _check_declared(document, attributes["POSITION"], positions, where)
     normals = vertices.read("NORMAL", ("VEC3",))
@@ -247,26 +291,50 @@ def _check_declared(document: Document, accessor: int, positions: Array, where: 
 
 
 def _triangles(document: Document, primitive: dict[str, Any], vertices: int, where: str) -> NDArray[np.int64]:
+    """Triangles (T, 3) whose vertices exist; notes how many others there are."""
     mode = primitive.get("mode", TRIANGLES)
     if "indices" in primitive:
         indices = read_whole(document, primitive["indices"], ("SCALAR",), f"{where}.indices")[:, 0]
-        if indices.max() >= vertices:
-            raise SceneError(
-                f"{where}: index {indices.max()} is out of range, it has {vertices} vertices "
-                f"({int((indices >= vertices).sum())} of {len(indices)} indices are)"
-            )
     else:
         document.budget.take(8 * vertices, where)
         indices = np.arange(vertices)
     if mode == TRIANGLES:
-        if len(indices) % 3:
-            raise SceneError(f"{where}: {len(indices)} indices are not a multiple of 3, as triangles need")
-        return indices.reshape(-1, 3)
+        rest = len(indices) % 3
+        if 0 < rest < len(indices):
+            document.notes.append(
+                f"{where}: {len(indices)} indices are not a multiple of 3, as triangles need: the last {rest} left out"
+            )
+        triangles = indices[: len(indices) - rest].reshape(-1, 3)
+    else:
+        document.budget.take(24 * len(indices), where)
+        triangles = _strip(indices, fan=mode == FAN)
+    if len(triangles) == 0:
+        raise SceneError(f"{where}: {len(indices)} indices are too few for a triangle")
+    beyond = triangles >= vertices
+    if not beyond.any():
+        return triangles
+    message = (
+        f"{where}: index {triangles.max()} is out of range, it has {vertices} vertices "
+        f"({int((indices >= vertices).sum())} of {len(indices)} indices are)"
+    )
+    return _without(document, triangles, np.asarray(beyond.any(axis=1)), message)
+
+
+def _strip(indices: NDArray[np.int64], fan: bool) -> NDArray[np.int64]:
     if len(indices) < 3:
-        raise SceneError(f"{where}: a strip or fan needs 3 indices, got {len(indices)}")
-    document.budget.take(24 * len(indices), where)
-    if mode == FAN:
+        return np.zeros((0, 3), dtype=np.int64)
+    if fan:
         return np.stack([indices[1:-1], indices[2:], np.full(len(indices) - 2, indices[0])], axis=1)
     strip = np.stack([indices[:-2], indices[1:-1], indices[2:]], axis=1)
     strip[1::2] = strip[1::2][:, [0, 2, 1]]  # every second triangle of a strip is wound the other way
     return strip
+
+
+def _without(
+    document: Document, triangles: NDArray[np.int64], broken: NDArray[np.bool_], message: str
+) -> NDArray[np.int64]:
+    """Triangles that are not broken, with a note; an error if there are none."""
+    if broken.all():
+        raise SceneError(message)
+    document.notes.append(f"{message}: {int(broken.sum())} of {len(triangles)} triangles left out")
+    return triangles[~broken]

@@ -90,12 +90,10 @@ class Beside:
         if self.nowhere:
             self._note(name, "cannot be found, as data in memory has no folder")
             return None
-        if local.startswith(os.pardir):
-            self._note(name, "is outside the model's folder")
-            return None
-        found = self._resolved(local)
+        found = None if _leaves(local) else self._resolved(local)
         if found is None:
-            self._note(name, "is missing")
+            outside = _leaves(local) or _is_absolute(name)
+            self._note(name, "is outside the model's folder" if outside else "is missing")
             return None
         path = self.folder / found
         self.budget.files |= {path, self.folder / local}
@@ -115,7 +113,7 @@ class Beside:
 
     def _resolved(self, local: str) -> str | None:
         """A path in the folder with the file system's case; None if no such file exists."""
-        if not local or local.startswith(os.pardir) or "\0" in local or len(local) > LONGEST:
+        if not local or _leaves(local) or "\0" in local or len(local) > LONGEST:
             return None
         found = ""
         for part in Path(local).parts:
@@ -137,8 +135,21 @@ class Beside:
         return self._listed[folder]
 
 
+def _plain(name: str) -> str:
+    return name.strip().strip('"').replace("\\", "/")
+
+
+def _is_absolute(name: str) -> bool:
+    return _plain(name).startswith("/") or re.match(r"[A-Za-z]:", _plain(name)) is not None
+
+
+def _leaves(local: str) -> bool:
+    """Whether a normal relative path leads out of the folder that it begins in."""
+    return local.split("/", 1)[0] == os.pardir
+
+
 def _local(name: str) -> str:
-    wanted = name.strip().strip('"').replace("\\", "/")
-    if wanted.startswith("/") or re.match(r"[A-Za-z]:", wanted):
+    wanted = _plain(name)
+    if _is_absolute(name):
         wanted = wanted.rsplit("/", 1)[-1]  # a path on the author's machine
     return os.path.normpath(wanted) if wanted else ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,8 @@ from glshadow.io.imported import srgb_colors
 from glshadow.io.limits import Budget
 from glshadow.io.mesh_files.beside import Beside
 from glshadow.io.mesh_files.mtl import Library
-from glshadow.io.mesh_files.soup import Part, Soup, Table
+from glshadow.io.mesh_files.obj_parts import Statement, assign
+from glshadow.io.mesh_files.soup import Soup, Table
 from glshadow.io.mesh_files.words import (
     COMMENT,
     NEWLINE,
@@ -45,8 +46,8 @@ WIDTHS = {
 class Lines:
     """Content read so far.
 
-    `tables`: numbers of `v`, `vt` and `vn`, block by block; `indices` (3, C) from 0, -1 for none; `statements`: each `usemtl`, with
-    the number of faces before it.
+    `tables`: numbers of `v`, `vt` and `vn`, block by block; `indices` (3, C) from 0, -1 for none; `statements`: the number of faces
+    before each `usemtl`, `o`, `g` and `s`, with the name that follows.
     """
 
     tables: dict[str, list[Array]] = field(default_factory=lambda: {"v": [], "vt": [], "vn": []})
@@ -54,13 +55,12 @@ class Lines:
     indices: list[Indices] = field(default_factory=list)
     counts: list[Indices] = field(default_factory=list)
     faces: int = 0
-    materials: list[tuple[int, str]] = field(default_factory=list)
+    statements: list[Statement] = field(default_factory=list)
     libraries: list[str] = field(default_factory=list)
-    objects: set[str] = field(default_factory=set)
 
 
 def read_obj(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> Soup:
-    """Read the polygons of an OBJ file; a part per material. Points and lines are left out.
+    """Read the polygons of an OBJ file; a part per object, group and material. Points and lines are left out.
 
     Vertex colours (`v x y z r g b`) are sRGB, as in trimesh and Blender; values above 1 are bytes.
 
@@ -84,7 +84,11 @@ def read_obj(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> S
         uv=Table(_joined(found.tables["vt"]), indices[1]),
         normals=Table(_joined(found.tables["vn"]), indices[2]),
     )
-    _assign_parts(soup, found, Library(beside, notes))
+    library = Library(beside, notes)
+    for statement in dict.fromkeys(found.libraries):
+        library.add(statement)
+    assign(soup, found.statements, library)
+    library.note_left_out()
     return soup
 
 
@@ -187,32 +191,11 @@ def _line(text: bytes, counts: Indices, corner: int) -> str:
 def _read_statements(
     block: bytes, lines: tuple[NDArray[np.uint8], Indices, Indices], faces: Indices, found: Lines
 ) -> None:
-    """Read `usemtl`, `mtllib` and `o`; `faces` (L,): number of faces before the end of each line."""
+    """Read the statements between elements; `faces` (L,): number of faces before the end of each line."""
     first, starts, ends = lines
-    for number in np.flatnonzero(np.isin(first, np.frombuffer(b"umo", dtype=np.uint8))).tolist():
+    for number in np.flatnonzero(np.isin(first, np.frombuffer(b"umogs", dtype=np.uint8))).tolist():
         key, _, rest = block[starts[number] : ends[number]].replace(b"\t", b" ").partition(b" ")
-        name = rest.strip()
-        if key == b"usemtl":
-            found.materials.append((int(faces[number]), name_of(name)))
+        if key in (b"usemtl", b"o", b"g", b"s"):
+            found.statements.append((int(faces[number]), key.decode(), name_of(rest.strip())))
         elif key == b"mtllib":
-            found.libraries.append(name_of(name))
-        elif key == b"o":
-            found.objects.add(name_of(name))
-
-
-def _assign_parts(soup: Soup, found: Lines, library: Library) -> None:
-    """A part for each material in use, named after it; if there is only one part, named after the only object."""
-    for statement in dict.fromkeys(found.libraries):
-        library.add(statement)
-    begins = [0, *(faces for faces, _ in found.materials), found.faces]
-    names = ["", *(name for _, name in found.materials)]
-    number: dict[str, int] = {}
-    used = [
-        number.setdefault(name, len(number)) if b > a else 0
-        for name, a, b in zip(names, begins[:-1], begins[1:], strict=True)
-    ]
-    soup.parts = [library.part(name) for name in number] or [Part("mesh")]
-    if len(number) > 1:
-        soup.part = np.repeat(np.array(used, dtype=np.int64), np.diff(begins))
-    only = found.objects.pop() if len(found.objects) == 1 else "mesh"
-    soup.parts = [replace(part, name=only) if len(number) <= 1 or not part.name else part for part in soup.parts]
+            found.libraries.append(name_of(rest.strip()))

@@ -13,7 +13,7 @@ from glshadow.io.imported import srgb_colors
 from glshadow.io.limits import Budget
 from glshadow.io.mesh_files.beside import Beside
 from glshadow.io.mesh_files.soup import Soup, Table
-from glshadow.io.mesh_files.words import COMMENT, Indices, all_numbers, blocks, per_line, rows, text_of
+from glshadow.io.mesh_files.words import COMMENT, Indices, all_numbers, rows, text_of, words_per_line
 
 # letters before OFF are vertex attributes: ST texture coordinates, C colour, N normal; 4 and n are other dimensions than three
 HEADER = re.compile(rb"\s*(?:([A-Za-z0-9]*?)OFF(?![A-Za-z])(?:[ \t]+(BINARY)\b)?)?")
@@ -62,9 +62,7 @@ class _Numbers:
 
 
 def _lines(text: bytes) -> _Numbers:
-    counts = [per_line(block) for block in blocks(text)]
-    found = np.concatenate([np.zeros(0, dtype=np.int64), *counts])
-    return _Numbers(all_numbers(text, "a line"), found[found > 0])
+    return _Numbers(all_numbers(text, "a line"), words_per_line(text))
 
 
 def _soup(lines: _Numbers, size: tuple[int, int], has_normal: bool, has_uv: bool, notes: list[str]) -> Soup:

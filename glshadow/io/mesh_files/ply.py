@@ -13,9 +13,9 @@ from glshadow.errors import SceneError
 from glshadow.io.imported import WHITE, srgb_colors
 from glshadow.io.limits import Budget
 from glshadow.io.mesh_files.beside import Beside
-from glshadow.io.mesh_files.ply_rows import Columns, Element, Field, Ragged, read_elements
+from glshadow.io.mesh_files.ply_rows import Columns, Element, Field, Ragged, read_elements, without_surplus
 from glshadow.io.mesh_files.soup import Part, Soup, Table
-from glshadow.io.mesh_files.words import Indices, all_numbers, name_of, text_of
+from glshadow.io.mesh_files.words import Indices, all_numbers, name_of, text_of, words_per_line
 
 TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4"}
 TYPES |= {"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4", "int64": "i8"}
@@ -29,7 +29,8 @@ COLORS = (
     ("r", "g", "b", "a"),
 )
 PICTURE = re.compile(r"comment\s+TextureFile\s+(.+)", re.IGNORECASE)
-HEADER = re.compile(rb"ply[ \t]*(\r\n|\r|\n)(?:.*?\1)?end_header[ \t]*(?:\1|\Z)", re.DOTALL)
+HEADER = re.compile(rb"ply[ \t]*(\r\n|\r|\n)(?:.*?\1)?end_header[ \t]*(?:\1|(?P<rest>\r\n|\n)|\Z)", re.DOTALL)
+STATEMENTS = ("format", "element", "property", "end_header", "ply")
 LONGEST = 1 << 20  # bytes of a header
 
 
@@ -38,24 +39,29 @@ def read_ply(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> S
 
     Colours are sRGB: integers scaled by the range of 8 or 16 bits, others from 0 to 1.
 
+    Of a file that is cut off, what is there is read.
+
     Raises
     ------
     SceneError
-        If its header cannot be read, or declares more than the file contains.
+        If its header cannot be read.
     """
     found = HEADER.match(data[:LONGEST])
     if found is None:
         raise SceneError("not a PLY file: it must begin with 'ply' and have a header that ends with 'end_header'")
     header = name_of(text_of(found.group())).splitlines()
-    elements, text = _elements(header)
+    elements, text = _elements(header, notes)
     # as float64 and int64, from numbers of four bytes or two letters (measured: 6)
     budget.take(8 * len(data), "its numbers")
     if text:
-        values = all_numbers(text_of(data[found.end() :]), "a row")
+        body = text_of(data[found.end() :])
+        values, misread = without_surplus(all_numbers(body, "a row"), words_per_line(body), elements, notes)
         rows = [replace(element, fields=tuple(_as_text(field) for field in element.fields)) for element in elements]
-        columns = read_elements(values.view(np.uint8), rows, budget)
+        columns = read_elements(values.view(np.uint8), rows, notes, budget)
+        for element, name in misread:
+            del columns[element][name]
     else:
-        columns = read_elements(np.frombuffer(data, dtype=np.uint8)[found.end() :], elements, budget)
+        columns = read_elements(np.frombuffer(data, dtype=np.uint8)[found.end() :], elements, notes, budget)
     declared = {element.name: {field.name: field.kind for field in element.fields} for element in elements}
     soup = _soup(columns, declared, notes)
     _assign_pictures(
@@ -70,8 +76,8 @@ def _as_text(field: Field) -> Field:
     return Field(field.name, double, None if field.length is None else double)
 
 
-def _elements(header: list[str]) -> tuple[list[Element], bool]:
-    """The header's elements, and whether the rows are text."""
+def _elements(header: list[str], notes: list[str]) -> tuple[list[Element], bool]:
+    """The header's elements, and whether the rows are text. A line with an unknown first word is skipped with a note."""
     order: str | None = None
     found: list[tuple[str, int, list[Field]]] = []
     for line in header[1:-1]:
@@ -88,8 +94,10 @@ def _elements(header: list[str]) -> tuple[list[Element], bool]:
                     found[-1][2].append(Field(name, _kind(order, kind)))
                 case []:
                     pass
-                case [word, *_] if word not in ("comment", "obj_info"):
+                case [word, *_] if word in STATEMENTS:
                     raise ValueError
+                case [word, *_] if word not in ("comment", "obj_info"):
+                    notes.append(f"the line {line[:60]!r} of its header is not a statement of PLY: skipped")
         except (KeyError, ValueError, IndexError):
             raise SceneError(f"the line {line[:60]!r} of its header cannot be understood") from None
     if order not in ORDERS or any(count < 0 for _, count, _ in found):

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.errors import SceneError
+from glshadow.core.spaces import Array
 from glshadow.io.limits import Budget
 from glshadow.io.mesh_files.words import Indices
 
@@ -51,33 +51,88 @@ class Ragged:
 Columns = dict[str, "NDArray[Any] | Ragged"]
 
 
-def read_elements(data: Bytes, elements: list[Element], budget: Budget) -> dict[str, Columns]:
-    """Columns of every element, by element and property name.
-
-    Raises
-    ------
-    SceneError
-        If the header declares more than the file contains.
-    """
+def read_elements(data: Bytes, elements: list[Element], notes: list[str], budget: Budget) -> dict[str, Columns]:
+    """Columns of every element, by element and property name; of a file that is cut off, its whole rows, with a note."""
     found: dict[str, Columns] = {}
     at = 0
     for element in elements:
         least = sum(field.least for field in element.fields)
-        if least * element.count > len(data) - at:
-            raise _short(element)
-        if element.count and least:
-            found[element.name], at = _alike(data, at, element) or _one_by_one(data, at, element, budget)
+        if not (element.count and least):
+            continue
+        there = replace(element, count=min(element.count, (len(data) - at) // least))
+        columns = _alike(data, at, there) if there.count else None
+        if columns is None:
+            columns = _one_by_one(data, at, there, notes, budget)
+        found[element.name], rows, at = columns
+        if rows < element.count:
+            notes.append(
+                f"its header declares more than the file can hold: {element.count} rows of {element.name!r}, of which {rows} are there; "
+                "it is cut off or broken"
+            )
+            break  # what follows would be read from the wrong place
     return found
 
 
-def _short(element: Element) -> SceneError:
-    return SceneError(
-        f"its header declares more than the file can hold: {element.count} rows of {element.name!r}; it is cut off or broken"
-    )
+def without_surplus(
+    values: Array, counts: Indices, elements: list[Element], notes: list[str]
+) -> tuple[Array, set[tuple[str, str]]]:
+    """The numbers of a text file without those behind the end of each row, where every row is a line.
+
+    Also the properties, as names of element and property, that hold something else: VCGLIB declares colours of corners as numbers,
+    but writes them as a list.
+
+    Parameters
+    ----------
+    values : (N,)
+        All numbers after the header.
+    counts : (L,)
+        Numbers on each line that is not empty.
+    """
+    ends = np.cumsum(counts)
+    starts = ends - counts
+    line, surplus = 0, np.zeros(len(values), dtype=bool)
+    misread: set[tuple[str, str]] = set()
+    for element in elements:
+        if not element.fields:
+            continue
+        rows = slice(line, line + element.count)
+        line += element.count
+        at = starts[rows].copy()
+        last, scalars = at.copy(), []  # what follows the last list
+        for field in element.fields:
+            if field.length is None:
+                at += 1
+                scalars.append(field.name)
+                continue
+            inside = at < ends[rows]
+            with np.errstate(invalid="ignore"):  # NaN is not a length: not a row per line
+                length = values[np.where(inside, at, 0)]
+                length = np.where(inside & (length >= 0.0) & (length < len(values)), length, len(values))
+            at += 1 + length.astype(np.int64)
+            last, scalars = at.copy(), []
+        if (at > ends[rows]).any():
+            return values, set()  # rows go on over the ends of lines, or the file is broken
+        behind = ends[rows] - at
+        if behind.any():
+            _mark(surplus, at, behind)
+            notes.append(
+                f"{int((behind > 0).sum())} rows of {element.name!r} are longer than its header says: {int(behind.sum())} surplus words "
+                "skipped"
+            )
+            if scalars and (values[last] == ends[rows] - last - 1).all():
+                notes.append(f"{', '.join(scalars)} of {element.name!r} are lists there, against its header: left out")
+                misread |= {(element.name, name) for name in scalars}
+    return (values[~surplus] if surplus.any() else values), misread
 
 
-def _alike(data: Bytes, at: int, element: Element) -> tuple[Columns, int] | None:
-    """Columns, and their end; None if lists differ in length."""
+def _mark(marked: NDArray[np.bool_], starts: Indices, counts: Indices) -> None:
+    """Mark runs of `counts` entries that begin at `starts`."""
+    inside = np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
+    marked[np.repeat(starts, counts) + inside] = True
+
+
+def _alike(data: Bytes, at: int, element: Element) -> tuple[Columns, int, int] | None:
+    """Columns, the number of rows, and their end; None if lists differ in length."""
     kinds: list[tuple[Any, ...]] = []
     end = at
     for number, field in enumerate(element.fields):
@@ -85,11 +140,15 @@ def _alike(data: Bytes, at: int, element: Element) -> tuple[Columns, int] | None
             kinds.append((f"{number}", field.kind))
             end += field.kind.itemsize
             continue
-        length = _length(data, end, field.length, element)
-        kinds += [(f"{number}n", field.length), (f"{number}", field.kind, (length,))]
+        if end + field.length.itemsize > len(data):
+            return None
+        length = _length(np.frombuffer(data, dtype=field.length, count=1, offset=end)[0].item())
+        if length is None:
+            return None
         end += field.length.itemsize + length * field.kind.itemsize
         if end > len(data):
-            raise _short(element)
+            return None
+        kinds += [(f"{number}n", field.length), (f"{number}", field.kind, (length,))]
     if (end - at) * element.count > len(data) - at:
         return None
     rows = np.frombuffer(data, dtype=np.dtype(kinds), count=element.count, offset=at)
@@ -103,23 +162,16 @@ def _alike(data: Bytes, at: int, element: Element) -> tuple[Columns, int] | None
         if (counts != values.shape[1]).any():
             return None
         columns[field.name] = Ragged(values.reshape(-1), counts.astype(np.int64))
-    return columns, at + rows.nbytes
+    return columns, element.count, at + rows.nbytes
 
 
-def _length(data: Bytes, at: int, kind: np.dtype[Any], element: Element) -> int:
-    if at + kind.itemsize > len(data):
-        raise _short(element)
-    return _whole(np.frombuffer(data, dtype=kind, count=1, offset=at)[0].item(), element)
+def _length(stored: float) -> int | None:
+    """The length of a list; None if it cannot be one."""
+    return int(stored) if 0 <= stored < 2**53 and stored == int(stored) else None
 
 
-def _whole(length: float, element: Element) -> int:
-    if not 0 <= length < 2**53 or length != int(length):
-        raise SceneError(f"a row of {element.name!r} has a list of {length} numbers; it is cut off or broken")
-    return int(length)
-
-
-def _one_by_one(data: Bytes, at: int, element: Element, budget: Budget) -> tuple[Columns, int]:
-    """The same if the position of a row depends on all rows before it."""
+def _one_by_one(data: Bytes, at: int, element: Element, notes: list[str], budget: Budget) -> tuple[Columns, int, int]:
+    """The same if the position of a row depends on all rows before it; ends before the first row that is not whole."""
     fields = element.fields
     readers = [
         None if field.length is None else struct.Struct(field.length.str.replace("|", "<")[0] + field.length.char)
@@ -129,21 +181,30 @@ def _one_by_one(data: Bytes, at: int, element: Element, budget: Budget) -> tuple
     view = data.data
     starts = np.zeros(element.count, dtype=np.int64)
     lengths = np.zeros((len(fields), element.count), dtype=np.int64)
+    rows = 0
     for row in range(element.count):
         if row % ROWS == 0:
             budget.check_time(f"its rows of {element.name!r}")
-        starts[row] = at
+        starts[row] = end = at
         for number, reader in enumerate(readers):
             if reader is None:
-                at += sizes[number]
+                end += sizes[number]
                 continue
-            if at + reader.size > len(data):
-                raise _short(element)
-            length = _whole(reader.unpack_from(view, at)[0], element)
+            if end + reader.size > len(data):
+                end = len(data) + 1
+                break
+            stored = reader.unpack_from(view, end)[0]
+            length = _length(stored)
+            if length is None:
+                notes.append(f"a row of {element.name!r} has a list of {stored:g} numbers; it is cut off or broken")
+                end = len(data) + 1
+                break
             lengths[number, row] = length
-            at += reader.size + length * sizes[number]
-        if at > len(data):
-            raise _short(element)
+            end += reader.size + length * sizes[number]
+        if end > len(data):
+            break
+        at, rows = end, row + 1
+    starts, lengths = starts[:rows], lengths[:, :rows]
     columns: Columns = {}
     for number, field in enumerate(fields):
         if field.length is None:
@@ -155,7 +216,7 @@ def _one_by_one(data: Bytes, at: int, element: Element, budget: Budget) -> tuple
         places = np.repeat(starts, counts) + inside * field.kind.itemsize
         columns[field.name] = Ragged(_gathered(data, places, field.kind), counts)
         starts = starts + counts * field.kind.itemsize
-    return columns, at
+    return columns, rows, at
 
 
 def _gathered(data: Bytes, places: Indices, kind: np.dtype[Any]) -> NDArray[Any]:

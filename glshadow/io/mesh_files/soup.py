@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
+from glshadow.geometry.creases import smooth_normals
 from glshadow.io.imported import WHITE, tinted, usable_normals, used_only
 from glshadow.io.limits import Budget
 from glshadow.io.polygons import triangulated
@@ -17,7 +19,11 @@ from glshadow.scene.nodes import Node
 
 Indices = NDArray[np.int64]
 
-MOST_PARTS = 500  # largest count of named nodes of one file; each takes 1 ms to load and draw (measured)
+MOST_PARTS = (
+    500  # largest count of nodes of one file that differ by material; each takes 1 ms to load and draw (measured)
+)
+MOST_NAMED = 5000  # the same if the file has names for them
+CORNER_BYTES = 400  # memory per corner of what computes smooth normals (measured: 350)
 CROWDED = 4  # triangles per vertex from which duplicates are likely: a closed surface has two
 
 
@@ -77,6 +83,10 @@ class Soup:
     colors : (V, 4), optional; face_colors : (P, 4), optional
         Linear RGBA; they are multiplied.
     normals, uv : Table of 3, Table of 2 columns, optional
+    smoothing : (P,), optional
+        Smoothing group of each polygon, 0 for none.
+    named : bool
+        Whether the file names the parts as objects or groups.
     """
 
     positions: Array
@@ -88,32 +98,97 @@ class Soup:
     face_colors: Array | None = None
     normals: Table | None = None
     uv: Table | None = None
+    smoothing: Indices | None = None
+    named: bool = False
+
+    def only(self, kept: NDArray[np.bool_]) -> Soup:
+        """The polygons that `kept` (P,) selects."""
+        corner = np.repeat(kept, self.counts)
+        chosen: dict[str, Any] = {"corners": self.corners[corner]}
+        for name in ("counts", "part", "face_colors", "smoothing"):
+            value = getattr(self, name)
+            chosen[name] = None if value is None else value[kept]
+        for name in ("normals", "uv"):
+            table = getattr(self, name)
+            chosen[name] = table if table is None or table.of is None else Table(table.rows, table.of[corner])
+        return replace(self, **chosen)
 
 
-def placed(soup: Soup, notes: list[str], budget: Budget) -> list[Node]:
+def placed(soup: Soup, notes: list[str], budget: Budget, smooth: float | None = None) -> list[Node]:
     """Nodes, with one mesh for each part.
+
+    Parameters
+    ----------
+    smooth : float, optional
+        Crease angle in degrees, for polygons without normals; None: the soup's smoothing groups.
 
     Raises
     ------
     SceneError
-        For indices out of range, vertices that are not finite, and more triangles than the limit.
+        For more triangles than the limit.
     """
     budget.check_time("its vertices and faces")
+    soup = _sound(soup, notes)
     if len(soup.corners) == 0:
         return []
-    low, high = int(soup.corners.min()), int(soup.corners.max())
-    if low < 0 or high >= len(soup.positions):
-        wrong = high if high >= len(soup.positions) else low
-        raise SceneError(f"a face refers to vertex {wrong}, but there are {len(soup.positions)}, counted from 0")
     textured = any(part.material.texture is not None for part in soup.parts)
     soup.uv = soup.uv.checked("texture coordinates", notes) if soup.uv is not None and textured else None
     soup.normals = None if soup.normals is None else soup.normals.checked("normals", notes)
+    soup.normals = _smoothed(soup, smooth, budget)
     slots, polygon = triangulated(soup.positions, soup.corners, soup.counts, notes, budget)
     if len(slots) == 0:
         return []
     slots, polygon = _once(soup, slots, polygon, notes)
     soup = _merged(soup, polygon, notes)
     return [Node(mesh, np.eye(4), part.name) for part, mesh in _meshes(soup, slots, polygon, notes)]
+
+
+def _sound(soup: Soup, notes: list[str]) -> Soup:
+    """The polygons whose vertices exist and are finite; notes how many others there are."""
+    if len(soup.corners) == 0:
+        return soup
+    low, high, polygons = int(soup.corners.min()), int(soup.corners.max()), len(soup.counts)
+    if low < 0 or high >= len(soup.positions):
+        wrong = high if high >= len(soup.positions) else low
+        kept = _all_of(soup, (soup.corners >= 0) & (soup.corners < len(soup.positions)))
+        soup = soup.only(kept)
+        notes.append(
+            f"{polygons - int(kept.sum())} of {polygons} faces left out: a face refers to vertex {wrong}, but there are "
+            f"{len(soup.positions)}, counted from 0"
+        )
+    finite = np.asarray(np.isfinite(soup.positions).all(axis=1))
+    if finite.all() or finite[soup.corners].all():
+        return soup
+    kept = _all_of(soup, finite[soup.corners])
+    used = np.unique(soup.corners)
+    notes.append(
+        f"{int((~kept).sum())} of {polygons} faces left out: {int((~finite[used]).sum())} of {len(soup.positions)} vertices have "
+        "coordinates that are not finite (NaN or infinite)"
+    )
+    return soup.only(kept)
+
+
+def _all_of(soup: Soup, corner: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which polygons (P,) fulfil a condition (C,) at all of their corners."""
+    polygon = np.repeat(np.arange(len(soup.counts)), soup.counts)
+    return np.asarray(np.bincount(polygon[~corner], minlength=len(soup.counts)) == 0)
+
+
+def _smoothed(soup: Soup, smooth: float | None, budget: Budget) -> Table | None:
+    """The normals of a soup; where it has none, those that follow from the crease angle or the smoothing groups."""
+    groups = soup.smoothing if smooth is None else None
+    given = soup.normals
+    if smooth is None and groups is None:
+        return given
+    if given is not None and (given.of is None or (given.of >= 0).all()):
+        return given
+    budget.take(CORNER_BYTES * len(soup.corners), "its smooth normals")
+    crease_rad = None if smooth is None else float(np.radians(smooth))
+    found = smooth_normals(soup.positions, soup.corners, soup.counts, crease_rad, groups)
+    if found is None or given is None or given.of is None:
+        return given if found is None else Table(*found)
+    rows, of = found
+    return Table(np.concatenate([given.rows, rows]), np.where(given.of < 0, len(given.rows) + of, given.of))
 
 
 def _once(soup: Soup, slots: Indices, polygon: Indices, notes: list[str]) -> tuple[Indices, Indices]:
@@ -136,12 +211,13 @@ def _merged(soup: Soup, polygon: Indices, notes: list[str]) -> Soup:
     if soup.part is None:
         return soup
     used = np.unique(soup.part[polygon])
-    if len(used) <= MOST_PARTS:
+    most = MOST_NAMED if soup.named else MOST_PARTS
+    if len(used) <= most:
         return soup
     parts = [soup.parts[number] for number in used.tolist()]
     keys: list[tuple[object, ...]] = [(*part.look(), part.material.color) for part in parts]
     colors = None
-    if len(set(keys)) > MOST_PARTS:
+    if len(set(keys)) > most:
         keys = [part.look() for part in parts]
         colors = np.ones((len(soup.parts), 4))
         colors[used, :3] = [part.material.color[:3] for part in parts]
@@ -154,7 +230,7 @@ def _merged(soup: Soup, polygon: Indices, notes: list[str]) -> Soup:
     new[used] = [number.setdefault(key, len(number)) for key in keys]
     first = dict(zip(reversed(keys), reversed(parts), strict=True))
     notes.append(
-        f"its {len(used)} groups are more than {MOST_PARTS}: those that look alike are merged, into {len(number)} node(s), "
+        f"its {len(used)} groups are more than {most}: those that look alike are merged, into {len(number)} node(s), "
         "each named after its first"
     )
     face_colors = soup.face_colors

@@ -18,6 +18,25 @@ NEWLINE = 10
 COMMENT = re.compile(rb"#[^\n]*")
 
 
+# UTF-32 first: its mark for little endian begins with that of UTF-16
+MARKS = {
+    b"\xff\xfe\0\0": "utf-32-le",
+    b"\0\0\xfe\xff": "utf-32-be",
+    b"\xff\xfe": "utf-16-le",
+    b"\xfe\xff": "utf-16-be",
+    b"\xef\xbb\xbf": "utf-8",
+}
+
+
+def without_mark(data: bytes) -> bytes:
+    """Bytes without a byte order mark at their beginning; text in UTF-16 or UTF-32, as the mark says, becomes UTF-8."""
+    for mark, encoding in MARKS.items():
+        if data.startswith(mark):
+            rest = data[len(mark) :]
+            return rest if encoding == "utf-8" else rest.decode(encoding, "replace").encode()
+    return data
+
+
 def text_of(data: bytes) -> bytes:
     """The text with LF at the end of every line, including the last, converted from CR LF, CR, or a mixture."""
     if b"\r" in data:
@@ -103,6 +122,13 @@ def all_numbers(text: bytes, what: str, start: int = 0) -> Array:
     """All words from byte `start` on as float64, block by block; comments after # are skipped."""
     found = [numbers(COMMENT.sub(b"", block) if b"#" in block else block, what) for block in blocks(text, start)]
     return np.concatenate(found) if found else np.zeros(0)
+
+
+def words_per_line(text: bytes) -> Indices:
+    """Word count of each line that is not empty; comments after # are skipped."""
+    found = [per_line(COMMENT.sub(b"", block) if b"#" in block else block) for block in blocks(text)]
+    counts = np.concatenate([np.zeros(0, dtype=np.int64), *found])
+    return counts[counts > 0]
 
 
 def rows(values: Array, counts: Indices, width: int) -> Array:
