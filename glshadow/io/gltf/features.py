@@ -98,7 +98,9 @@ CORE: dict[str, Feature] = {
     "normal, occlusion and emissive textures": Feature(DRAWN),
     "alphaMode MASK": Feature(DRAWN, "shadows too"),
     "alphaMode BLEND": Feature(DRAWN, "in layers; its shadow is tinted"),
-    "doubleSided: false": Feature(DRAWN, "the camera sees through triangles from behind; they cast shadows all the same"),
+    "doubleSided: false": Feature(
+        DRAWN, "the camera sees through triangles from behind; they cast shadows all the same"
+    ),
     "samplers": Feature(DRAWN),
     "PNG, JPEG": Feature(DRAWN, "wider than the driver allows: scaled down, with a note"),
     "broken primitives": Feature(LEFT_OUT, "with a note; of a primitive with some broken triangles, these"),
