@@ -56,7 +56,7 @@ from glshadow.shadows.metric import Target
 from glshadow.shadows.shadow import Faces, Shadow
 
 if TYPE_CHECKING:
-    from glshadow import batch, image, overlay, scenes, study
+    from glshadow import batch, image, overlay, scenes, study, video
     from glshadow.derive.used import Used
     from glshadow.distorted import render_distorted
     from glshadow.frame import Frame
@@ -111,6 +111,7 @@ _MODULES = {
     "scenes": "glshadow.scenes",
     "shaders": "glshadow.gl.foreign.shaders",
     "study": "glshadow.study",
+    "video": "glshadow.video",
 }
 
 
@@ -212,5 +213,6 @@ __all__ = [
     "show",
     "study",
     "trace",
+    "video",
 ]  # fmt: skip
 __all__ += _filters.__all__

@@ -11,6 +11,7 @@ MODULES = {
     "glshadow.batch": "many images from a file of jobs, in processes or on a cluster",
     "glshadow.overlay": "maps, lights, axes and a grid drawn on top of an image",
     "glshadow.image": "images read from files and written to them",
+    "glshadow.video": "moving images written to files",
     "glshadow.gl.foreign.shaders": "a light's shadow in other moderngl programs, as glshadow.shaders",
 }
 """Module -> its purpose."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from functools import partial
-from typing import Any, Self, TypedDict, Unpack
+from typing import Any, Self, TypedDict, TypeVar, Unpack
 
 import moderngl
 from numpy.typing import ArrayLike
@@ -23,6 +23,8 @@ from glshadow.gl.driver.context import Backend, backend_of, open_context
 from glshadow.gl.resources import ResourceCache
 from glshadow.lights import Light, Lights
 from glshadow.scene.nodes import Scene
+
+T = TypeVar("T")
 
 _OF_NUMBERS = (ArithmeticError, LookupError, ValueError)
 """Errors of numerical code. Cache entries get their key once they are complete, so these errors leave nothing half made."""
@@ -211,27 +213,64 @@ class Renderer:
         SettingsError, SceneError
             Raised immediately; a bad camera is reported with its index when it is reached.
         """
-        if unknown := set(options) - set(RenderOptions.__annotations__):
-            raise SettingsError(
-                f"sequence has no argument {', '.join(sorted(map(repr, unknown)))}: it takes those of render"
-            )
+        _check_options("sequence", options)
         _, lights, size = frame_arguments(scene, None, lights, size)
-        look_of(
-            options.get("ambient", AMBIENT),
-            options.get("background", BACKGROUND),
-            options.get("samples", DEFAULT_SAMPLES),
-        )
-        checked_outputs(options.get("outputs", DEFAULT_OUTPUTS))
-        try:
-            views = iter(cameras)
-        except Exception:  # an error in a foreign __iter__, or no __iter__
-            raise SettingsError(f"cameras must be a sequence of cameras, got {shown(cameras)}") from None
+        views = _each("cameras", "cameras", cameras)
 
         def frames() -> Generator[Frame]:
             for number, camera in enumerate(views):
                 if not isinstance(camera, Camera):
                     raise SettingsError(f"cameras[{number}] must be a camera, got {shown(camera)}")
                 yield self.render(scene, camera, lights, size, **options)
+
+        return frames()
+
+    def animation(
+        self,
+        scene: Scene,
+        times: Iterable[float],
+        camera: Camera | None = None,
+        lights: Lights = None,
+        size: tuple[int, int] = DEFAULT_SIZE,
+        **options: Unpack[RenderOptions],
+    ) -> Generator[Frame]:
+        """Frames of a scene at several times of its animation, each as `render` gives it of `scene.at(time)`. Only what moves is uploaded.
+
+        Parameters
+        ----------
+        scene : Scene
+            As `gs.load` gives it. `scene.framed(times)` keeps all of its motion in view.
+        times : iterable of floats
+            Seconds, taken one by one when the next frame is needed.
+        camera, lights : optional
+            For all frames; None: the scene's own, which may follow the file's animation.
+        size, **options
+            As for `render`. `max_wrong` and `max_ms` try settings again for each frame, and are refused.
+
+        Yields
+        ------
+        Frame
+
+        Raises
+        ------
+        SettingsError, SceneError
+            Raised immediately; a bad time is reported with its index when it is reached.
+        """
+        _check_options("animation", options)
+        if options.get("max_wrong") is not None or options.get("max_ms") is not None:
+            raise SettingsError("animation takes no max_wrong and no max_ms: find settings with render for one time")
+        frame_arguments(scene, camera, lights, size)
+        moments = _each("times", "seconds", times)
+
+        def frames() -> Generator[Frame]:
+            for number, seconds in enumerate(moments):
+                try:
+                    now = scene.at(seconds)
+                except SettingsError:
+                    raise SettingsError(
+                        f"times[{number}] must be a finite number of seconds, got {shown(seconds)}"
+                    ) from None
+                yield self.render(now, camera, lights, size, **options)
 
         return frames()
 
@@ -248,3 +287,23 @@ class Renderer:
         self._cache = ResourceCache(self._context)
         if old is not None:
             old.release()
+
+
+def _check_options(name: str, options: RenderOptions) -> None:
+    """Check the keyword arguments of a method that takes those of `render`."""
+    if unknown := set(options) - set(RenderOptions.__annotations__):
+        raise SettingsError(f"{name} has no argument {', '.join(sorted(map(repr, unknown)))}: it takes those of render")
+    look_of(
+        options.get("ambient", AMBIENT),
+        options.get("background", BACKGROUND),
+        options.get("samples", DEFAULT_SAMPLES),
+    )
+    checked_outputs(options.get("outputs", DEFAULT_OUTPUTS))
+
+
+def _each(name: str, what: str, given: Iterable[T]) -> Iterator[T]:
+    """An iterator over an argument, or a SettingsError."""
+    try:
+        return iter(given)
+    except Exception:  # an error in a foreign __iter__, or no __iter__
+        raise SettingsError(f"{name} must be a sequence of {what}, got {shown(given)}") from None

@@ -23,7 +23,7 @@ PACKAGES = {  # library -> its Debian package
 # Files that a wheel does not need if their libraries are missing: numba's optional threading layers.
 OPTIONAL = ("omppool.", "tbbpool.")
 # Parts of the C library, without which there is no Python.
-GLIBC = ("ld-linux", "libc.so", "libdl.so", "libm.so", "libpthread.so", "librt.so", "libutil.so")
+GLIBC = ("ld-linux", "libc.so", "libdl.so", "libm.so", "libmvec.so", "libpthread.so", "librt.so", "libutil.so")
 
 _LOAD, _DYNAMIC = 1, 2
 _NEEDED, _STRING_TABLE = 1, 5

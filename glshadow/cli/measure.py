@@ -17,6 +17,7 @@ from glshadow.cli.options import (
     scene_facts,
     warn_fallbacks,
 )
+from glshadow.cli.orbit import refuse_video
 from glshadow.cli.running import Work
 
 EXAMPLES = """
@@ -44,6 +45,8 @@ def command(as_json: bool, debug: bool, **options: Any) -> None:
         wanted = request(**options)
         if wanted.output and wanted.output.suffix.lower() in (".exr", ".npz"):
             raise click.UsageError("-o of measure is an 8-bit image: use .png, .jpg or .tif")
+        if wanted.output:
+            refuse_video(wanted.output)
         _measure(work, wanted)
 
 

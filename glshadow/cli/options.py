@@ -14,7 +14,7 @@ from glshadow.cli import values
 from glshadow.cli.running import Work
 from glshadow.core.spaces import Triple
 from glshadow.core.spelling import vector
-from glshadow.errors import SettingsError
+from glshadow.errors import SceneError, SettingsError
 from glshadow.shadows.bias import BIASES
 from glshadow.shadows.fits import FITS
 
@@ -30,7 +30,7 @@ LAST = "Other"  # last section of the help page
 
 
 class Value(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.4 only
-    """Text read by a function of `values`; its SettingsError becomes a usage error that names the option."""
+    """Text read by a function of `values`; its error becomes a usage error that names the option."""
 
     def __init__(self, name: str, read: Callable[[str], Any]) -> None:
         self.name, self.read = name, read
@@ -40,7 +40,7 @@ class Value(click.ParamType):  # type: ignore[type-arg]  # generic since click 8
             return value
         try:
             return self.read(value)
-        except SettingsError as error:
+        except (SettingsError, SceneError) as error:
             self.fail(f"{error}.", param, ctx)
 
 
@@ -116,6 +116,8 @@ scene_options = _all(
     option("Model", "--smooth", metavar="DEGREES", read=values.degrees,
            help="Crease angle: a model without normals is shaded smoothly, except at edges where triangles meet at this angle or more: 30. "
                 "Default: flat, or as the smoothing groups of an OBJ file say."),
+    option("Model", "--time", metavar="S", read=values.seconds, help="Seconds of the file's animation. Default: the pose of its nodes."),
+    option("Model", "--animation", metavar="NAME|N", help="Animation of the file, by name or by number, from 0. Default: the first."),
     option("Camera", "--camera", "through", metavar="NAME|N",
            help="A camera of the file, by its name or its number, from 0. Default: the first."),
     option("Camera", "--eye", metavar="X,Y,Z", read=vector,
@@ -191,6 +193,8 @@ class Request:
     smooth: float | None = None
     through: str | None = None
     sky: float | None = None
+    time: float | None = None
+    animation: str | None = None
     size: tuple[int, int] = DEFAULT_SIZE
     backend: Any = "auto"
     device: int | None = None
@@ -218,7 +222,8 @@ class Request:
 
     def load(self) -> Scene:
         """The scene, with the requested ground."""
-        given = {"--up-axis": self.up_axis, "--smooth": self.smooth, "--camera": self.through}
+        given = {"--up-axis": self.up_axis, "--smooth": self.smooth, "--camera": self.through, "--time": self.time,
+                 "--animation": self.animation}  # fmt: skip
         needing = [name for name, value in given.items() if value is not None]
         if self.model is None and not needing:
             from glshadow.scenes import courtyard
@@ -228,13 +233,10 @@ class Request:
             raise click.UsageError(f"{needing[0]} needs a MODEL")
         from glshadow.io.load import load
 
-        return load(
-            self.model,
-            ground="catcher" if self.catcher else self.ground,
-            up_axis=self.up_axis,
-            camera=self.through,
-            smooth=self.smooth,
-        )
+        animation = int(self.animation) if self.animation and self.animation.isdecimal() else self.animation
+        ground = "catcher" if self.catcher else self.ground
+        return load(self.model, ground=ground, up_axis=self.up_axis, camera=self.through, smooth=self.smooth, time=self.time,
+                    animation=animation)  # fmt: skip
 
     def camera(self, scene: Scene) -> Camera:
         """The scene's camera, changed by the given options."""

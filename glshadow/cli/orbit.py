@@ -1,4 +1,4 @@
-"""glshadow render --orbit: many images around the model; written atomically, and existing ones are kept."""
+"""Many images of one command: their names and their journal; written atomically, and existing ones are kept."""
 
 from __future__ import annotations
 
@@ -14,10 +14,9 @@ from glshadow.cli.running import Work
 from glshadow.errors import SettingsError
 from glshadow.journal import Journal, Kept, digest_of, digest_of_file
 from glshadow.numbered import has_field, numbered
+from glshadow.video import SUFFIXES as VIDEOS
 
 if TYPE_CHECKING:
-    from glshadow.core.cameras import Camera
-    from glshadow.lights import Light
     from glshadow.scene.nodes import Scene
 
 
@@ -30,23 +29,28 @@ def pattern(path: Path) -> Callable[[int], Path]:
         As for `numbered`.
     """
     try:
-        name = numbered("with --orbit, -o", path.name)
+        name = numbered("with --orbit or --animate, -o", path.name)
     except SettingsError as error:
         raise click.UsageError(str(error)) from None
     return lambda number: path.with_name(name(number))
 
 
-def named_after(stem: str, orbit: bool) -> Path:
-    """The default file name of the image; with `orbit` a name pattern."""
-    return Path(
-        "".join(2 * letter if letter in "{}" else letter for letter in stem) + "_{:03d}.png" if orbit else f"{stem}.png"
-    )
+def named_after(stem: str, several: bool) -> Path:
+    """The default file name of the image; of several a name pattern."""
+    doubled = "".join(2 * letter if letter in "{}" else letter for letter in stem)
+    return Path(f"{doubled}_{{:03d}}.png" if several else f"{stem}.png")
 
 
 def refuse_field(path: Path) -> None:
-    """Refuse a number field in the name without --orbit."""
+    """Refuse a number field in the name of a single image."""
     if has_field(path.name):
-        raise click.UsageError(f"{path.name!r} has a field for a number: that needs --orbit N")
+        raise click.UsageError(f"{path.name!r} has a field for a number: that needs --orbit N or --animate FPS")
+
+
+def refuse_video(path: Path) -> None:
+    """Refuse a file for moving images for a single image."""
+    if path.suffix.lower() in VIDEOS:
+        raise click.UsageError(f"{path.name!r} is a video: that needs render --orbit N or --animate FPS")
 
 
 def kept_beside(path: Path) -> Kept:
@@ -55,13 +59,13 @@ def kept_beside(path: Path) -> Kept:
     return Kept(Journal(path.with_name(f"{Path(literal).stem}.orbit.jsonl")))
 
 
-def request_of(scene: Scene, cameras: Sequence[Camera], lights: Sequence[Light], *options: Any) -> str:
+def request_of(scene: Scene, *facts: Any) -> str:
     """Digest of everything that affects the images."""
     from glshadow import __version__
     from glshadow.study.fingerprint import fingerprint
 
     flags = [(node.casts, node.receives, node.catches) for node in scene.nodes]
-    return digest_of(__version__, fingerprint(scene), flags, cameras, lights, options)
+    return digest_of(__version__, fingerprint(scene), flags, facts)
 
 
 def make_all(

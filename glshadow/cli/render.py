@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +21,7 @@ from glshadow.cli.options import (
     scene_facts,
     warn_fallbacks,
 )
-from glshadow.cli.orbit import kept_beside, make_all, named_after, pattern, refuse_field, request_of
+from glshadow.cli.orbit import named_after, refuse_field, refuse_video
 from glshadow.cli.running import Work
 from glshadow.core.outputs import FLOATS, STORED
 from glshadow.core.sampling import DEFAULT_SAMPLES
@@ -46,6 +45,9 @@ Examples:
   glshadow render model.glb -o model.npz --outputs image,depth,node
   glshadow render model.glb --catcher --background none -o cutout.png
   glshadow render model.glb --orbit 36 -o view_{:03d}.png
+  glshadow render model.glb --orbit 120 -o turn.mp4
+  glshadow render walk.glb --time 0.5 --ground
+  glshadow render walk.glb --animate 30 --ground -o walk.mp4
 """
 
 
@@ -83,7 +85,16 @@ Examples:
     metavar="N",
     type=click.IntRange(1, MOST_IMAGES),
     help="N images around the model, in equal steps about the vertical. -o then needs a field for the image's number: "
-    "-o view_{:03d}.png. Existing images are kept, so that an interrupted command can be resumed.",
+    "-o view_{:03d}.png. Existing images are kept, so that an interrupted command can be resumed. Or -o names a video, "
+    ".mp4 .gif .webp, of 30 images per second.",
+)
+@option(
+    "Image",
+    "--animate",
+    metavar="FPS",
+    read=values.images_per_second,
+    help="The file's animation at FPS images per second, into a video (.mp4 .gif .webp) or numbered images as with --orbit. "
+    "The camera stays where it sees the whole motion, or follows the file's.",
 )
 @option(
     "Shadow (of every light)",
@@ -108,6 +119,7 @@ def command(
     samples: int,
     outputs: tuple[str, ...] | None,
     orbit: int | None,
+    animate: float | None,
     max_wrong: float | None,
     max_ms: float | None,
     **options: Any,
@@ -122,23 +134,55 @@ def command(
             options["filter_"] = values.shadow_filter("pcf:1")
         wanted = request(**options)
         budget = {"max_wrong": max_wrong, "max_ms": max_ms}
-        path = wanted.output or named_after(Path(wanted.name).stem, orbit is not None)
+        several = orbit is not None or animate is not None
+        path = wanted.output or named_after(Path(wanted.name).stem, several)
+        if orbit is not None and animate is not None:
+            raise click.UsageError("--orbit and --animate cannot be combined")
+        if animate is not None and wanted.time is not None:
+            raise click.UsageError("--animate shows all times: leave out --time")
+        if animate is not None and (max_wrong is not None or max_ms is not None):
+            raise click.UsageError(
+                "--max-wrong and --max-ms try settings on each scene, and with --animate each image is one"
+            )
         if overlay and path.suffix.lower() == ".exr":
             raise click.UsageError(
                 "--overlay draws into an 8-bit image, and .exr stores floats: use .png, .jpg or .tif"
             )
-        if wanted.background is None and path.suffix.lower() in (".jpg", ".jpeg"):
-            raise click.UsageError("--background none needs alpha, and JPEG has none: use .png, .tif or .exr")
+        opaque = {".jpg": "JPEG", ".jpeg": "JPEG", ".mp4": "a video", ".gif": "a GIF's image"}.get(path.suffix.lower())
+        if wanted.background is None and opaque:
+            raise click.UsageError(
+                f"--background none needs alpha, and {opaque} has none: use .png, .tif, .exr or .webp"
+            )
         if wanted.background is None and overlay:
             raise click.UsageError("--overlay needs an opaque background: not with --background none")
         if outputs is not None and path.suffix.lower() not in (".npz", ".exr"):
             raise click.UsageError("--outputs needs -o with .npz or .exr: other files hold the image alone")
-        if orbit is None:
+        if not several:
             if wanted.output is not None:
                 refuse_field(path)
+                refuse_video(path)
             _render(work, wanted, path, overlay, outputs, samples, budget)
-        else:
-            _render_orbit(work, wanted, path, overlay, outputs, samples, orbit, budget)
+            return
+        from glshadow.cli.several import ORBIT_FPS, Shots, animation_shots, check_output, orbit_shots, render_several
+
+        check_output(path, ORBIT_FPS if animate is None else animate)
+
+        def shots() -> Shots:
+            if orbit is not None:
+                return orbit_shots(wanted, orbit)
+            assert animate is not None
+            return animation_shots(wanted, animate)
+
+        drawn = {"outputs": _outputs(path, overlay, outputs, False), "samples": samples, **budget, **wanted.look}
+        render_several(
+            work,
+            wanted,
+            path,
+            shots,
+            drawn,
+            lambda frame: _kept(_overlaid(frame, overlay) if overlay else frame, path, outputs),
+            (wanted.size, samples, budget, wanted.look, overlay, outputs),
+        )
 
 
 def _render(
@@ -177,49 +221,6 @@ def _render(
         f"{sum(work.timings.values()):.2f} s ({info['backend']}, {info['renderer'].partition(' (')[0]})"
     )
     work.finish(_report(frame, path, scene, covered, info))
-
-
-def _render_orbit(
-    work: Work,
-    wanted: Request,
-    path: Path,
-    overlay: tuple[str, ...],
-    chosen: tuple[str, ...] | None,
-    samples: int,
-    count: int,
-    budget: dict[str, Any],
-) -> None:
-    name = pattern(path)
-    with work.stage("load", f"loading {wanted.name}"):
-        from glshadow.core.orbit import orbit
-
-        scene = wanted.load()
-        cameras, lights = orbit(wanted.camera(scene), count), wanted.lit(scene)
-    with work.stage("open", "opening OpenGL"):
-        from glshadow.renderer import Renderer
-
-        renderer = Renderer(wanted.driver)
-    options = (wanted.size, samples, budget, wanted.look, overlay, chosen, renderer.info["renderer"])
-    asked = request_of(scene, cameras, lights, *options)
-    outputs = _outputs(path, overlay, chosen, False)
-
-    def draw(numbers: Sequence[int]) -> Iterator[tuple[int, Frame]]:
-        views = (cameras[number] for number in numbers)
-        frames = renderer.sequence(
-            scene, views, lights, wanted.size, outputs=outputs, samples=samples, **budget, **wanted.look
-        )
-        for place, (number, frame) in enumerate(zip(numbers, frames, strict=True)):
-            if place == 0:
-                refuse_blank(frame)
-            warn_fallbacks(work, frame.used)
-            yield number, _kept(_overlaid(frame, overlay) if overlay else frame, path, chosen)
-
-    with renderer, work.stage("render", f"rendering {wanted.name}"):
-        files = [name(number) for number in range(count)]
-        rows = make_all(work, files, kept_beside(path), asked, draw, wanted.name)
-    made = sum(row["made"] for row in rows)
-    work.say(f"{path}: {made} of {count} images rendered, {work.timings['render']:.2f} s")
-    work.finish({"pictures": rows, "size": wanted.size, "scene": scene_facts(scene)})
 
 
 def _overlaid(frame: Frame, overlay: tuple[str, ...]) -> Frame:

@@ -16,6 +16,7 @@ from glshadow.shadows.bias import BIASES, Bias
 from glshadow.shadows.filters import FILTERS, Filter
 from glshadow.shadows.fits import FITS, Fit
 from glshadow.shadows.metric import Target
+from glshadow.video import SUFFIXES as video_suffixes
 
 if TYPE_CHECKING:
     from glshadow.core.spaces import ClipSpace, Triple
@@ -191,14 +192,34 @@ def outputs(text: str) -> tuple[str, ...]:
 
 
 def picture(text: str) -> Path:
-    """A file that an image can be written to."""
+    """A file that an image or a video can be written to."""
     try:
-        path = frame_path("-o", text)
+        video = Path(text).suffix.lower() in video_suffixes
+        path = Path(text) if video else frame_path("-o", text)
+        if video and not path.parent.is_dir():
+            raise SettingsError(f"{text!r}: folder not found: {str(path.parent)!r}")
         if path.is_dir():
             raise SettingsError(f"{text!r} is a folder")
     except OSError as error:
         raise SettingsError(f"{text!r} is not a valid file name: {error.strerror}") from error
     return path
+
+
+def images_per_second(text: str) -> float:
+    """From 0.01 to 1000."""
+    return _between(text, "images per second", 0.01, 1000.0)
+
+
+def seconds(text: str) -> float:
+    """Any finite number."""
+    return _between(text, "seconds")
+
+
+def _between(text: str, what: str, least: float = -math.inf, most: float = math.inf) -> float:
+    value = number(text)
+    if not least <= value <= most:
+        raise SettingsError(f"{text!r} is not a number of {what} from {least:g} to {most:g}")
+    return value
 
 
 def strength_of_sky(text: str) -> float:

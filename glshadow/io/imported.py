@@ -15,6 +15,7 @@ from glshadow.core.srgb import linear_from_srgb
 from glshadow.errors import SceneError
 from glshadow.lights import Light
 from glshadow.scene.mesh import AlphaMode, Material
+from glshadow.scene.motion import Motion, moved
 from glshadow.scene.nodes import Node
 
 MOST_NOTES = 50  # reported one by one
@@ -39,6 +40,8 @@ class Imported:
         What was ignored or replaced; each becomes a GlshadowWarning that names the file.
     cameras : dict
         All cameras by name, in the source's order.
+    motion : Motion, optional
+        How its nodes move.
     """
 
     nodes: list[Node] = field(default_factory=list)
@@ -46,6 +49,18 @@ class Imported:
     lights: list[Light] | None = None
     notes: list[str] = field(default_factory=list)
     cameras: dict[str, Camera] = field(default_factory=dict)
+    motion: Motion | None = None
+
+    def at(self, seconds: float) -> None:
+        """Place what moves where it is at a time of the chosen animation."""
+        if self.motion is None:
+            return
+        pose = self.motion.source.pose(self.motion.animation, seconds)
+        for number, (mesh, matrix) in pose.nodes.items():
+            self.nodes[number] = moved(self.nodes[number], mesh, matrix)
+        self.cameras, self.lights = dict(pose.cameras), list(pose.lights) or None
+        self.camera = next(iter(self.cameras.values()), None)
+        self.motion = replace(self.motion, cameras=pose.cameras, lights=pose.lights)
 
     def camera_named(self, wanted: str | int) -> Camera:
         """A camera by its name or number, also where the number is text.
@@ -179,16 +194,6 @@ def usable_normals(
         size = np.linalg.norm(sums, axis=1)
         mean = np.where((size > 0)[:, None], sums / np.where(size > 0, size, 1.0)[:, None], (0.0, 0.0, 1.0))
     return np.where(good[:, None], result, mean).astype(np.float32)
-
-
-def blended(nodes: list[Node]) -> list[str]:
-    """The note on alpha-blended meshes, if there are any."""
-    count = sum(node.mesh.material.alpha_mode is AlphaMode.BLEND for node in nodes)
-    return (
-        [f"{count} of {len(nodes)} meshes are alpha blended: drawn opaque; light through them is tinted"]
-        if count
-        else []
-    )
 
 
 def solid(material: Material, colors: NDArray[np.float32] | None = None) -> Material:

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from glshadow.core.cameras import Camera
 from glshadow.core.setting import as_int, as_path, flag, instance, number, one_of, optional, refuse, text
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError, warn
@@ -19,8 +18,9 @@ from glshadow.io.imported import Imported, shortened
 from glshadow.io.limits import Budget, Limits
 from glshadow.io.model_file import FORMATS, GLTF, NAMES, ModelFile, from_stream, in_memory, on_disk
 from glshadow.io.smoothed import smoothed
-from glshadow.scene.checks import check_scene
+from glshadow.scene.checks import check_scene, visible
 from glshadow.scene.mesh import Mesh
+from glshadow.scene.motion import moved, turned_camera
 from glshadow.scene.nodes import Node, Scene
 
 # world_from_file rotations that turn the named axis up; proper rotations, so that nothing is mirrored
@@ -41,6 +41,8 @@ def load(
     smooth: float | None = None,
     limits: Limits | None = None,
     format: str | None = None,
+    time: float | None = None,
+    animation: str | int | None = None,
 ) -> Scene:
     """Load a scene from a file or another library's object.
 
@@ -70,6 +72,11 @@ def load(
         What a file may cost, checked before memory is allocated; None: the defaults of `Limits`. Objects in memory are not limited.
     format : {None, "glb", "gltf", "obj", "ply", "stl", "off"}
         Format of a file; None: by its suffix, of bytes and file objects by their beginning.
+    time : float, optional
+        Seconds of the file's animation, see `Scene.at`. None: the pose of the file's nodes; if nothing can be seen of that, the beginning
+        of the animation, with a warning.
+    animation : str or int, optional
+        Name of the animation, or its number from 0; None: the first.
 
     Returns
     -------
@@ -96,7 +103,10 @@ def load(
     format = optional(one_of(*NAMES), "recognised")("format", format)
     camera = optional(_camera, "the first")("camera", camera)
     smooth = optional(number(0.0, 180.0), "flat")("smooth", smooth)
-    return read_scene(source, Budget(limits or Limits()), ground, up_axis, name, format, camera, smooth)
+    time = optional(number(unit="s"), "the file's pose")("time", time)
+    return read_scene(
+        source, Budget(limits or Limits()), ground, up_axis, name, format, camera, smooth, time, animation
+    )
 
 
 def read_scene(
@@ -108,13 +118,18 @@ def read_scene(
     format: str | None = None,
     camera: str | int | None = None,
     smooth: float | None = None,
+    time: float | None = None,
+    animation: str | int | None = None,
 ) -> Scene:
     """As `load`, with checked arguments; afterwards `budget.files` has the files that were read."""
+    if isinstance(source, Scene) and time is not None:
+        source, time = source.at(time, animation), None
     label, title, read, stored = _reader(source, budget, None if format is None else f".{format}", smooth)
     try:
         found = read()
         if not stored:
             smoothed(found, smooth)
+        _place(found, time, animation)
         if camera is not None:
             found.camera = found.camera_named(camera)
         notes = found.notes + check_scene(found.nodes, stored=stored)
@@ -129,6 +144,27 @@ def read_scene(
         warn(f"{label}: {note}", stacklevel=4)  # the caller of `load`
     scene = _turned(found, TURNS[up_axis or "y"], name or title)
     return scene.with_ground(ground == "catcher") if ground else scene
+
+
+def _place(found: Imported, time: float | None, animation: str | int | None) -> None:
+    """Choose an animation, and place what it moves where it is at a time."""
+    motion = found.motion
+    if motion is None:
+        if time is not None or animation is not None:
+            found.notes.append("it has no animation: it looks the same at all times")
+        return
+    found.motion = motion = motion.of(animation)
+    if time is not None:
+        if not 0.0 <= time <= motion.duration:
+            found.notes.append(
+                f"{time:g} s is outside its animation, which lasts {motion.duration:g} s: it stands still"
+            )
+        found.at(min(max(time, 0.0), motion.duration))
+    elif not motion.names and not visible(found.nodes):
+        found.at(0.0)
+        found.notes.append(
+            "nothing can be seen of the pose of its nodes: it is shown at the beginning of its animation"
+        )
 
 
 def _camera(name: str, value: Any) -> str | int:
@@ -161,13 +197,15 @@ def _reader(
     if (pair := array_pair(source)) is not None:
         return "(vertices, faces)", "scene", lambda: read_arrays(*pair), False
     if isinstance(source, Scene):
-        given = Imported(list(source.nodes), source.camera, list(source.lights), cameras=dict(source.cameras))
+        given = Imported(
+            list(source.nodes), source.camera, list(source.lights), cameras=dict(source.cameras), motion=source.motion
+        )
         return source.name, source.name, lambda: given, False
     if isinstance(source, Mesh | Node) or (isinstance(source, list | tuple) and source):
         placed = Scene(source if isinstance(source, list | tuple) else [source])
         return "scene", "scene", lambda: Imported(list(placed.nodes), None, None), False
     kind = f"{str(type(source).__module__).partition('.')[0]}.{type(source).__name__}"
-    read = _library_reader(source, budget)
+    read = _library_reader(source)
     if read is not None:
         return kind, "scene", read, False
     raise SceneError(
@@ -197,7 +235,7 @@ def _stored_reader(
     return None
 
 
-def _library_reader(source: Any, budget: Budget) -> Callable[[], Imported] | None:
+def _library_reader(source: Any) -> Callable[[], Imported] | None:
     """A function that reads another library's object, known by its class's module; None for everything else."""
     libraries = {str(parent.__module__).partition(".")[0] for parent in type(source).__mro__}
     if "trimesh" in libraries:
@@ -211,7 +249,7 @@ def _library_reader(source: Any, budget: Budget) -> Callable[[], Imported] | Non
     if "pyvista" in libraries:
         from glshadow.io.from_pyvista import read_pyvista
 
-        return lambda: read_pyvista(source, budget)
+        return lambda: read_pyvista(source)
     if "open3d" in libraries:
         from glshadow.io.from_open3d import read_open3d
 
@@ -233,22 +271,27 @@ def _read_file(file: ModelFile, budget: Budget, smooth: float | None) -> Importe
 
 
 def _turned(found: Imported, turn: Array, name: str) -> Scene:
-    camera, lights, nodes, cameras = found.camera, found.lights, found.nodes, found.cameras
+    nodes, motion = found.nodes, found.motion
+    turned: dict[int, Any] = {}  # cameras and lights by the id of what they were
     if not np.array_equal(turn, np.eye(3)):
         matrix = np.eye(4)
         matrix[:3, :3] = turn
-        nodes = [Node(node.mesh, matrix @ node.world_from_mesh, node.name) for node in nodes]
-        camera = None if camera is None else _turned_camera(camera, turn)
-        cameras = {title: _turned_camera(each, turn) for title, each in cameras.items()}
-        lights = None if lights is None else [light.turned(turn, np.zeros(3)) for light in lights]
-    return Scene(nodes, camera, lights, name, cameras)
-
-
-def _turn(turn: Array, vector: tuple[float, float, float]) -> Any:
-    return tuple((turn @ np.asarray(vector)).tolist())
-
-
-def _turned_camera(camera: Camera, turn: Array) -> Camera:
-    return replace(
-        camera, position=_turn(turn, camera.position), target=_turn(turn, camera.target), up=_turn(turn, camera.up)
+        nodes = [moved(node, node.mesh, matrix @ node.world_from_mesh) for node in nodes]
+        seen = [each for each in (found.camera, *found.cameras.values()) if each is not None]
+        turned = {id(each): turned_camera(each, turn) for each in seen}
+        turned |= {id(each): each.turned(turn, np.zeros(3)) for each in found.lights or ()}
+        if motion is not None:
+            motion = replace(motion, turn=turn @ motion.turn)
+    camera = turned.get(id(found.camera), found.camera)
+    cameras = {title: turned.get(id(each), each) for title, each in found.cameras.items()}
+    lights = None if found.lights is None else [turned.get(id(each), each) for each in found.lights]
+    scene = Scene(nodes, camera, lights, name, cameras)
+    if motion is None:
+        return scene
+    motion = replace(
+        motion,
+        names=motion.names or tuple(node.name for node in scene.nodes),
+        cameras={title: turned.get(id(each), each) for title, each in motion.cameras.items()},
+        lights=tuple(turned.get(id(each), each) for each in motion.lights),
     )
+    return replace(scene, motion=motion)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,6 +19,7 @@ from glshadow.lights import Light, as_lights
 from glshadow.scene import summary
 from glshadow.scene.box import box_corners, check_place, default_camera, default_sun
 from glshadow.scene.mesh import Material, Mesh
+from glshadow.scene.motion import Motion, posed
 
 
 def _affine(name: str, value: Any) -> Array:
@@ -59,6 +60,16 @@ class Node(Settings):
     ground: bool = setting(flag(), False, help="a ground plane that does not belong to the model")
 
     __repr__ = summary.node_line
+
+    @property
+    def drawn(self) -> bool:
+        """Whether it has triangles, and an alpha that is not 0 everywhere; a shadow catcher's alpha does not count."""
+        return len(self.mesh.triangles) > 0 and (self.catches or not self.mesh.unseen)
+
+    @property
+    def blends(self) -> bool:
+        """Whether what is behind it is seen through it; a shadow catcher's alpha does not count."""
+        return self.mesh.blends and not self.catches
 
     @property
     def label(self) -> str:
@@ -114,6 +125,8 @@ class Scene(Settings):
         At least one, with at least one triangle. A mesh gets no transform. Nodes with the same name are numbered: "wheel", "wheel 2".
     camera, lights : optional
         From the file. None is replaced by a default that frames the scene: see `default_camera` and `default_sun`.
+    motion : Motion, optional
+        How a loaded scene moves, see `at`.
     cameras : mapping from name to Camera
         All cameras of the file.
 
@@ -130,6 +143,7 @@ class Scene(Settings):
     lights: tuple[Light, ...] = setting(optional(as_lights, "one directional light"), None, help="the lights")
     name: str = setting(text(), "scene", help="name in messages and files")
     cameras: Mapping[str, Camera] = setting(_cameras, factory=dict, help="all cameras of the file, by name")
+    motion: Motion | None = setting(optional(instance(Motion), "nothing moves"), None, help="how the scene moves")
 
     if TYPE_CHECKING:  # what may be given, and is converted
 
@@ -140,6 +154,7 @@ class Scene(Settings):
             lights: Light | Sequence[Light] | None = None,
             name: str = "scene",
             cameras: Mapping[str, Camera] = ...,
+            motion: Motion | None = None,
         ) -> None: ...
 
     __repr__ = summary.scene_line
@@ -147,26 +162,41 @@ class Scene(Settings):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not any(len(node.mesh.triangles) for node in self.nodes):
-            raise SceneError(f"{self.name}: nothing to render, it has no triangles")
-        check_place(self.corners, f"{self.name}: ")
-        low, high = self.extent
-        if (low == high).all():
-            raise SceneError(f"{self.name}: nothing to render, its size is zero at {low.tolist()}")
+        if not any(node.drawn for node in self.nodes):
+            some = any(len(node.mesh.triangles) for node in self.nodes)
+            raise SceneError(
+                f"{self.name}: nothing to render, {'the alpha of all of it is 0' if some else 'it has no triangles'}"
+            )
+        self._check_place()
         if self.camera is None:
             object.__setattr__(self, "camera", default_camera(self.bounds))
         if self.lights is None:
             object.__setattr__(self, "lights", (default_sun(),))
 
+    def _check_place(self) -> None:
+        check_place(self.corners, f"{self.name}: ")
+        low, high = self.extent
+        if (low == high).all():
+            raise SceneError(f"{self.name}: nothing to render, its size is zero at {low.tolist()}")
+
+    @cached_property
+    def places(self) -> dict[str, int]:
+        """Index of each node by its name."""
+        return {node.name: index for index, node in enumerate(self.nodes)}
+
     @cached_property
     def drawn(self) -> NDArray[np.int64]:
-        """(N,) indices of the nodes that have triangles."""
-        counts = np.fromiter((len(node.mesh.triangles) for node in self.nodes), dtype=np.int64, count=len(self.nodes))
-        return np.flatnonzero(counts)
+        """(N,) indices of the nodes that are drawn, opaque or not: see `Node.drawn`."""
+        return np.flatnonzero(np.fromiter((node.drawn for node in self.nodes), dtype=bool, count=len(self.nodes)))
+
+    @cached_property
+    def blending(self) -> NDArray[np.bool_]:
+        """(N,) which of the drawn nodes are composited over what is behind them."""
+        return np.array([self.nodes[i].blends for i in self.drawn.tolist()])
 
     @cached_property
     def boxes(self) -> tuple[Array, Array]:
-        """Mesh bounds (N, 2, 3) and world_from_mesh (N, 4, 4) of the nodes that have triangles."""
+        """Mesh bounds (N, 2, 3) and world_from_mesh (N, 4, 4) of the drawn nodes."""
         nodes = [self.nodes[i] for i in self.drawn.tolist()]
         bounds = np.concatenate([node.mesh.bounds for node in nodes]).reshape(-1, 2, 3)
         return bounds, np.concatenate([node.world_from_mesh for node in nodes]).reshape(-1, 4, 4)
@@ -201,14 +231,91 @@ class Scene(Settings):
         """
         if not isinstance(matrices, Mapping):
             raise SceneError(f"moved needs a mapping from node names to matrices, got {shown(matrices)}")
-        names = {node.name for node in self.nodes}
-        if unknown := set(matrices) - names:
-            known = ", ".join(sorted(names)[:8])
+        places = self.places
+        if unknown := set(matrices) - set(places):
+            known = ", ".join(sorted(places)[:8])
             raise SceneError(f"no node is named {', '.join(sorted(map(shown, unknown)))}; the scene has: {known}")
-        nodes = tuple(
-            replace(node, world_from_mesh=matrices[node.name]) if node.name in matrices else node for node in self.nodes
+        return self.changed(
+            {
+                places[name]: replace(self.nodes[places[name]], world_from_mesh=matrix)
+                for name, matrix in matrices.items()
+            }
         )
-        return replace(self, nodes=nodes)
+
+    def changed(self, nodes: Mapping[int, Node], **settings: Any) -> Scene:
+        """The scene with some nodes replaced, by index, by checked nodes of the same names with as many triangles.
+
+        Parameters
+        ----------
+        **settings
+            Camera, lights, cameras and motion, checked.
+        """
+        made = copy(self)
+        kept = made.__dict__
+        kept |= settings
+        kept["nodes"] = tuple(nodes.get(index, node) for index, node in enumerate(self.nodes))
+        if nodes:
+            for name in ("bounds", "extent", "corners"):
+                kept.pop(name, None)
+            places = np.array(list(nodes))
+            places = places[np.isin(places, self.drawn)]
+            moved = [nodes[index] for index in places.tolist()]
+            bounds, matrices = (each.copy() for each in self.boxes)
+            rows = np.searchsorted(self.drawn, places)
+            bounds[rows] = np.reshape([node.mesh.bounds for node in moved], (-1, 2, 3))
+            matrices[rows] = np.reshape([node.world_from_mesh for node in moved], (-1, 4, 4))
+            kept["boxes"] = bounds, matrices
+            made._check_place()
+        return made
+
+    @property
+    def animations(self) -> dict[str, float]:
+        """Names of the file's animations, with their lengths in seconds."""
+        return {} if self.motion is None else dict(self.motion.source.durations)
+
+    @property
+    def duration(self) -> float:
+        """Length of the animation in seconds; 0 if there is none. Of several it is the first, or the one chosen for `load` or `at`."""
+        return 0.0 if self.motion is None else self.motion.duration
+
+    def at(self, seconds: float, animation: str | int | None = None) -> Scene:
+        """The scene at a time of an animation: the same nodes with their matrices and meshes at that time. What does not move is shared.
+
+        A camera and lights of the file follow their nodes; other ones, the default camera and a ground stay as they are.
+
+        Parameters
+        ----------
+        seconds : float
+            Before its beginning and after its end it stands still.
+        animation : str or int, optional
+            Its name, or its number from 0. None: the one that was chosen before, or else the first.
+
+        Raises
+        ------
+        SettingsError
+            If `seconds` is not a finite number.
+        SceneError
+            If there is no such animation, or nothing can be drawn at that time.
+        """
+        return posed(self, seconds, animation)
+
+    def framed(self, times: Iterable[float]) -> Scene:
+        """The scene with a default camera and a ground that suit all these times of its animation.
+
+        The camera frames the bounds of all times together, unless the file has a camera; a ground lies under the lowest point of them all.
+        """
+        scenes = [self.at(each) for each in times]
+        if not scenes:
+            return self
+        bounds = _around(np.stack([scene.bounds for scene in scenes]))
+        bare = [node for node in self.nodes if not node.ground]
+        made = self
+        if len(bare) < len(self.nodes) and bare:
+            lowest = min(scene._lowest(model=True) for scene in scenes)
+            catches = any(node.ground and node.catches for node in self.nodes)
+            made = replace(self, nodes=(*bare, _ground(bounds, lowest, catches)))
+        own = self.motion is not None and self.motion.cameras
+        return made if own else made.changed({}, camera=default_camera(bounds))
 
     def with_ground(self, catches: bool = False) -> Scene:
         """The scene on a horizontal square plane at its lowest point, three times as wide as the scene.
@@ -218,18 +325,27 @@ class Scene(Settings):
         catches : bool
             Make the plane a shadow catcher, see `Node`.
         """
-        low, high = self.bounds.copy()
-        low[1] = min(_lowest(node) for node in self.nodes if len(node.mesh.triangles))
-        size = float(np.linalg.norm(high - low))
-        half = 1.5 * size
-        x, y, z = 0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])
-        corners = np.array([[-half, 0, half], [half, 0, half], [half, 0, -half], [-half, 0, -half]])
-        ground = Mesh(
-            corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32), material=Material(color=(0.7, 0.7, 0.7, 1.0))
-        )
-        matrix = np.eye(4)
-        matrix[:3, 3] = (x, y, z)
-        return replace(self, nodes=(*self.nodes, Node(ground, matrix, "ground", catches=catches, ground=True)))
+        return replace(self, nodes=(*self.nodes, _ground(self.bounds, self._lowest(), catches)))
+
+    def _lowest(self, model: bool = False) -> float:
+        """Least world y of all nodes, or of the model's alone."""
+        return min(_lowest(node) for node in self.nodes if node.drawn and not (model and node.ground))
+
+
+def _ground(bounds: Array, lowest: float, catches: bool) -> Node:
+    """A square plane under a model with these bounds (2, 3), three times as wide."""
+    low, high = bounds.copy()
+    low[1] = lowest
+    size = float(np.linalg.norm(high - low))
+    half = 1.5 * size
+    x, y, z = 0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])
+    corners = np.array([[-half, 0, half], [half, 0, half], [half, 0, -half], [-half, 0, -half]])
+    ground = Mesh(
+        corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32), material=Material(color=(0.7, 0.7, 0.7, 1.0))
+    )
+    matrix = np.eye(4)
+    matrix[:3, 3] = (x, y, z)
+    return Node(ground, matrix, "ground", catches=catches, ground=True)
 
 
 def _around(corners: Array) -> Array:

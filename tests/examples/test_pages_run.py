@@ -34,6 +34,8 @@ def given(page: str, folder: Path, models: Path) -> None:
     if page == "docs/commands.md":
         shutil.copy(models / "cesium_man.glb", folder / "chess.glb")
         (folder / "jobs.jsonl").write_text(JOB)
+    if page in ("docs/commands.md", "docs/motion.md"):
+        shutil.copy(models / "cesium_man.glb", folder / "walk.glb")
 
 
 @pytest.mark.slow

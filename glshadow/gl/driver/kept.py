@@ -28,6 +28,10 @@ class Kept(Generic[T]):
             self._key = key
         return self.thing
 
+    def differs(self, key: Hashable) -> bool:
+        """Whether `get` would make the resource."""
+        return self.thing is None or self._key != key
+
     def release(self) -> None:
         """Release the resource; may be called twice."""
         thing, self.thing = self.thing, None

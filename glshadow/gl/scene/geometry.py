@@ -20,9 +20,10 @@ from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import R32UI, RGBA32F, RGBA32UI
 from glshadow.gl.driver.targets import release
 from glshadow.gl.scene.meshes import Meshes, face_normals
+from glshadow.gl.scene.reuse import Before, write_rows
 from glshadow.gl.scene.world import WorldTriangles
 from glshadow.scene.box import box_corners
-from glshadow.scene.mesh import AlphaMode, Mesh
+from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ class GpuScene:
     Attributes
     ----------
     nodes : tuple of Node
-        Nodes that have triangles, in the scene's order.
+        Those of the scene's drawn nodes that were chosen, in the order of `chosen`.
     scene_numbers : (N,) int
         Their indices in the scene.
     meshes : list of GpuMesh
@@ -51,6 +52,10 @@ class GpuScene:
         Triangles of all nodes.
     first : (N,) int
         Index of each node's first triangle, from 0, over the whole scene.
+    boxes : (N, 2, 3), (N, 4, 4) float64
+        Mesh bounds and `world_from_mesh`.
+    corners : (N, 8, 3) float64
+        World corners of the boxes.
     world_from_mesh : (N, 4, 4) float64
     world_from_origin : (N, 4, 4) float64
         Places the float32 vertices: world_from_mesh times the translation to the mesh's origin.
@@ -68,10 +73,12 @@ class GpuScene:
         Nodes that coincide with another one and need not be drawn: the same triangles at the same place, whatever their colour.
     casts : (N,) bool
         All but copies, blended nodes and those with `casts` off.
+    blends : (N,) bool
+        Which nodes are composited over what is behind them.
+    tints : (N,) bool
+        Those of them that tint what light passes through them.
     closed : (N,) bool
         Whether back faces are invisible from outside.
-    blends : (N,) bool
-        Which nodes tint what light passes through them.
     casting : dict
         Which nodes darken anything, by `Light.geometry`: see `gl.scene.bodies`.
     rounded : BufferTexture or None
@@ -86,24 +93,32 @@ class GpuScene:
 
     _count = itertools.count()
 
-    def __init__(self, context: GLContext, meshes: Meshes, scene: Scene) -> None:
+    def __init__(
+        self,
+        context: GLContext,
+        meshes: Meshes,
+        scene: Scene,
+        before: Before | None = None,
+        chosen: NDArray[np.int64] | slice = slice(None),
+    ) -> None:
+        """`before`: of the scene drawn before; `chosen`: of `scene.drawn`."""
         self.scene = weakref.ref(scene)
         self.identity = next(self._count)
         self._context = context
         self._world: WorldTriangles | None = None
         self._clusters: Placed | None = None
         self.casting: dict[tuple[Hashable, ...], Casters] = {}
-        self.scene_numbers = scene.drawn
-        self.nodes: tuple[Node, ...] = tuple(scene.nodes[i] for i in scene.drawn.tolist())
+        self.scene_numbers = scene.drawn[chosen]
+        self.nodes: tuple[Node, ...] = tuple(scene.nodes[i] for i in self.scene_numbers.tolist())
         different = list(dict.fromkeys(node.mesh for node in self.nodes))
         numbers = {id(mesh): k for k, mesh in enumerate(different)}
         self.mesh_number = np.array([numbers[id(node.mesh)] for node in self.nodes])
         on_gpu = self._on_gpu = [meshes.get(mesh) for mesh in different]
         self.meshes = [on_gpu[number] for number in self.mesh_number.tolist()]
-        blended = np.array([mesh.material.alpha_mode is AlphaMode.BLEND for mesh in different])[self.mesh_number]
+        self.blends: NDArray[np.bool_] = scene.blending[chosen]
         casts = np.array([node.casts for node in self.nodes])
-        self.casts: NDArray[np.bool_] = casts & ~blended
-        self.blends: NDArray[np.bool_] = casts & blended
+        self.casts: NDArray[np.bool_] = casts & ~self.blends
+        self.tints: NDArray[np.bool_] = casts & self.blends
         self.closed: NDArray[np.bool_] = np.array([gpu.closed for gpu in on_gpu])[self.mesh_number]
         counts = np.array([gpu.count for gpu in on_gpu])[self.mesh_number]
         self.count = int(counts.sum())
@@ -113,7 +128,16 @@ class GpuScene:
             raise ResourceError(
                 f"the scene draws {self.count} triangles; this driver's texture buffers hold {limit}: split the scene"
             )
-        matrices = self.world_from_mesh = scene.boxes[1]
+        bounds, matrices = self.boxes = scene.boxes[0][chosen], scene.boxes[1][chosen]
+        self.world_from_mesh = matrices
+        self._before, self._moved = before, np.ones(len(counts), dtype=bool)
+        if before is not None:
+            moved = before.differing(self.nodes, self.first, self.count, matrices)
+            if moved is None:
+                before.release()
+                self._before = None
+            else:
+                self._moved, before.nodes = moved, ()
         self.copies = self._copies(matrices)
         self.casts &= ~self.copies
         origins = np.stack([gpu.origin for gpu in on_gpu])[self.mesh_number]
@@ -132,37 +156,53 @@ class GpuScene:
         self.packed_first = first[:, None]
         self.origin: Array = np.median(self._sample(1024), axis=0)
         self.smooth = any(gpu.smooth for gpu in on_gpu)
-        self.lifts = np.zeros(len(counts))
+        self.lifts, self._bent = np.zeros(len(counts)), np.zeros(len(counts), dtype=bool)
         self.rounded = self._rounded() if self.smooth else None
-        self.boxes, self.corners = scene.boxes, scene.corners
-        self.raised_corners = self._raised(*scene.boxes) if self.lifts.any() else scene.corners
+        self.corners = scene.corners[chosen]
+        self.raised_corners = self._raised(bounds, matrices) if self.lifts.any() else self.corners
         self._planes: BufferTexture | None = None
         self._owners: BufferTexture | None = None
         colors = np.array([mesh.material.color for mesh in different], dtype=np.float32)[self.mesh_number]
         self.colors = texture_buffer(context, colors, RGBA32F)
         context.check_errors(f"uploading {len(colors)} colours")
-        self.textured = any(gpu.textured or gpu.colored for gpu in on_gpu)
+        self.textured = any(gpu.textured or gpu.colored or gpu.transmits for gpu in on_gpu)
         one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())
         self.color: tuple[float, float, float] | None = tuple(float(c) for c in colors[0, :3]) if one else None  # type: ignore[assignment]
+
+    @property
+    def scene_triangles(self) -> NDArray[np.int64]:
+        """(N,) what to add to the index of a node's triangle for its index over all nodes of the scene, drawn or not."""
+        scene = self.scene()
+        assert scene is not None
+        counts = [len(node.mesh.triangles) for node in scene.nodes]
+        return np.asarray(np.cumsum([0, *counts])[self.scene_numbers] - self.first)
 
     @property
     def planes(self) -> BufferTexture:
         """Per triangle its unit world normal and distance from `origin`, zero without area (RGBA32F). Created at first use."""
         if self._planes is None:
+            before = self._before
+            taken = before is not None and before.planes is not None and np.array_equal(before.origin, self.origin)
             planes = np.zeros((self.count, 4), dtype=np.float32)
-            for group in self._groups():
+            for group in self._groups(self._moved if taken else None):
                 count = self.meshes[group[0]].count
                 for k in range(0, count, _AT_ONCE):
                     chosen = slice(k, min(k + _AT_ONCE, count))
                     rows = self.first[group][:, None] + np.arange(chosen.start, chosen.stop)
                     planes[rows] = self._planes_of(group, chosen)
-            self._planes = texture_buffer(self._context, planes, RGBA32F)
+            if taken and before is not None and before.planes is not None:
+                self._write_moved(before.planes, planes)
+                self._planes, before.planes = before.planes, None
+            else:
+                self._planes = texture_buffer(self._context, planes, RGBA32F)
             self._context.check_errors(f"uploading the planes of {self.count} triangles")
         return self._planes
 
     @property
     def owners(self) -> BufferTexture:
         """Per triangle its node (R32UI). Created at first use."""
+        if self._owners is None and self._before is not None:
+            self._owners, self._before.owners = self._before.owners, None
         if self._owners is None:
             counts = [gpu.count for gpu in self.meshes]
             owners = np.repeat(np.arange(len(counts), dtype=np.uint32), counts)
@@ -187,8 +227,23 @@ class GpuScene:
     def world(self) -> WorldTriangles:
         """All triangles in one frame, created at first use."""
         if self._world is None:
-            self._world = WorldTriangles(self._context, self)
+            before = self._before
+            taken = before is not None and np.array_equal(before.origin, self.origin)
+            self._world = WorldTriangles(self._context, self, before.world if before and taken else None, self._moved)
         return self._world
+
+    def _write_moved(self, texture: BufferTexture, rows: NDArray[np.generic]) -> None:
+        """Write the rows (T, k) of nodes that have moved into a buffer of the scene before."""
+        write_rows(texture, rows, np.append(self.first, self.count), np.flatnonzero(self._moved))
+
+    def leave(self) -> Before:
+        """Leave what another scene with the same nodes may take."""
+        if self._before is not None:
+            self._before.release()
+        before = Before(self.nodes, self.first, self.count, self.world_from_mesh, self.origin, self.lifts, self._bent, self._planes,
+                        self.rounded, self._owners, self._world)  # fmt: skip
+        self._planes = self.rounded = self._owners = self._world = self._before = None
+        return before
 
     def _sample(self, count: int) -> Array:
         """World corners (about `count` or one per node, 3) of triangles all over the scene."""
@@ -209,17 +264,21 @@ class GpuScene:
         order = np.argsort(self.mesh_number, kind="stable")  # the first one drawn wins, as in the depth test
         for i in order[crowded[order]].tolist():
             gpu, node, casts = self.meshes[i], self.nodes[i], bool(self.casts[i])
-            if gpu.cut_out:
+            if gpu.cut_out or self.blends[i]:
                 continue
             key = (gpu.shape, matrices[i].tobytes(), casts, node.receives, node.catches, gpu.closed)
             copies[i] = key in seen
             seen.add(key)
         return copies
 
-    def _groups(self) -> Iterator[NDArray[np.int64]]:
-        """Batches of nodes with equally many triangles; instances follow each other."""
+    def _groups(self, chosen: NDArray[np.bool_] | None = None) -> Iterator[NDArray[np.int64]]:
+        """Batches of nodes, or of those chosen (N,), with equally many triangles; instances follow each other."""
         counts = np.array([gpu.count for gpu in self._on_gpu])[self.mesh_number]
         order = np.lexsort((self.mesh_number, counts))
+        if chosen is not None:
+            order = order[chosen[order]]
+            if len(order) == 0:
+                return
         starts = np.flatnonzero(np.diff(counts[order])) + 1
         for group in np.split(order, starts):
             most = max(1, _AT_ONCE // int(counts[group[0]]))
@@ -246,8 +305,10 @@ class GpuScene:
 
     def _rounded(self) -> BufferTexture | None:
         """Per drawn triangle its vertices' normals, see lib/smooth_point.glsl; sets `lifts`. None if all triangles are flat."""
-        rows = np.zeros((self.count, 4), dtype=np.uint32)
-        for group in self._groups():
+        rows, before = np.zeros((self.count, 4), dtype=np.uint32), self._before
+        if before is not None:
+            self.lifts[~self._moved], self._bent[~self._moved] = before.lifts[~self._moved], before.bent[~self._moved]
+        for group in self._groups(self._moved):
             smooth = group[[self.meshes[i].smooth for i in group]]
             faces = self._planes_of(smooth, slice(None))[..., :3] if len(smooth) else ()
             for node, face in zip(smooth, faces, strict=True):
@@ -261,11 +322,15 @@ class GpuScene:
                     continue
                 places = mesh.positions @ self.world_from_origin[node, :3, :3].T
                 most, share = heights(places[mesh.triangles[bent]], corners[bent])
-                self.lifts[node] = most.max()
+                self.lifts[node], self._bent[node] = most.max(), True
                 into = self.first[node] + bent
                 rows[into, :3] = pack_octahedral(normals)[mesh.triangles[bent]]
                 rows[into, 3] = 1 + 2 * (side[bent] < 0) + (np.rint(share * 65535.0).astype(np.uint32) << 16)
-        return texture_buffer(self._context, rows, RGBA32UI) if rows[:, 3].any() else None
+        if before is not None and before.rounded is not None and self._bent.any():
+            self._write_moved(before.rounded, rows)
+            taken, before.rounded = before.rounded, None
+            return taken
+        return texture_buffer(self._context, rows, RGBA32UI) if self._bent.any() else None
 
     def _raised(self, bounds: Array, matrices: Array) -> Array:
         """World corners (N, 8, 3) of boxes that also contain the shaded points."""
@@ -275,7 +340,7 @@ class GpuScene:
 
     def release(self) -> None:
         """Free the GPU memory; the meshes are kept."""
-        release(self._planes, self._owners, self.colors, self.rounded, self._world)
+        release(self._planes, self._owners, self.colors, self.rounded, self._world, self._before)
 
 
 def _placed(matrices: Array, points: Array) -> Array:

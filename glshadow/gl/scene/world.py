@@ -22,6 +22,7 @@ HUGE = 128.0
 """A triangle that reaches further than this multiple gets its own rounding bound. At 128 times a table's metre the common bound is
 70 micrometres."""
 
+_TEXEL = 16  # bytes of a row of each buffer
 _SOLID = np.full((1, 1, 4), 255, dtype=np.uint8)  # the image of materials without a texture
 
 _TOGETHER = 2**15  # vertices transformed per batch, so that intermediate results stay in the CPU cache
@@ -88,20 +89,16 @@ def _blocks(starts: list[int]) -> Iterator[tuple[int, int]]:
     yield first, len(starts) - 1
 
 
-def _reach(places: NDArray[np.float32], corners: NDArray[np.uint32], nearest: float) -> tuple[float, bool]:
-    """`reach` and `huge` of `WorldTriangles`; `nearest`: distance of the nearest body's farthest corner."""
+def _tops(places: NDArray[np.float32], corners: NDArray[np.uint32], vertices: NDArray[np.int64]) -> NDArray[np.float32]:
+    """Largest coordinate of each node's used vertices; `vertices`: each node's first, and the end."""
     top = np.abs(places[:, 0])
     for k in (1, 2):
         np.maximum(top, np.abs(places[:, k]), out=top)
     used = np.zeros(len(top), dtype=bool)
     for k in range(3):
         used[corners[:, k]] = True
-    farthest = float(top[used].max())
-    if farthest <= HUGE * nearest:
-        return farthest, False
-    each = top[corners[:, :3]].max(axis=1)
-    usual = each <= HUGE * nearest
-    return (float(each[usual].max()), True) if usual.any() else (farthest, False)
+    top[~used] = 0.0
+    return np.asarray(np.maximum.reduceat(top, vertices[:-1]))
 
 
 class WorldTriangles:
@@ -122,22 +119,67 @@ class WorldTriangles:
         start, width and height (16 bits each) of its image; and the images' alpha. None if nothing is alpha-tested.
     """
 
-    def __init__(self, context: GLContext, scene: GpuScene) -> None:
-        self._arrays: tuple[NDArray[np.float32], NDArray[np.uint32]] | None = _placed(scene)
-        self.count = scene.count
-        nearest = float(np.abs(scene.corners - scene.origin).max(axis=(1, 2)).min())
-        self.reach, self.huge = _reach(*self._arrays, nearest)
+    def __init__(
+        self,
+        context: GLContext,
+        scene: GpuScene,
+        before: WorldTriangles | None = None,
+        moved: NDArray[np.bool_] | None = None,
+    ) -> None:
         self._context = context
         self._neighbours: BufferTexture | None = None
-        self._shapes, self._first = [gpu.shape for gpu in scene.meshes], np.append(scene.first, scene.count)
         self._buffers: tuple[BufferTexture, BufferTexture] | None = None
+        self._shapes, self._first = [gpu.shape for gpu in scene.meshes], np.append(scene.first, scene.count)
+        self.count = scene.count
+        nearest = float(np.abs(scene.corners - scene.origin).max(axis=(1, 2)).min())
+        self._arrays: tuple[NDArray[np.float32], NDArray[np.uint32]] | None = None
+        masked = [k for k, gpu in enumerate(scene.meshes) if gpu.cut_out]
+        if before is not None and moved is not None and before._buffers and not (masked or before.masks):
+            self._take(scene, before, np.flatnonzero(moved))
+        else:
+            self._arrays = _placed(scene)
+            self._vertices = np.cumsum([0, *(len(node.mesh.positions) for node in scene.nodes)])
+            self._tops = _tops(*self._arrays, self._vertices)
+        self.reach, self.huge = self._reach(nearest)
         self.masks: BufferTexture | None = None
         self.alphas: BufferTexture | None = None
         self.mask_shift = np.zeros(len(scene.nodes), dtype=np.int64)
-        masked = [k for k, gpu in enumerate(scene.meshes) if gpu.cut_out]
         if masked:
             self._upload_masks(scene, masked)
         context.check_errors(f"uploading {self.count} triangles")
+
+    def _take(self, scene: GpuScene, before: WorldTriangles, moved: NDArray[np.int64]) -> None:
+        """Take the buffers of the scene before, and place the vertices of the nodes that have moved."""
+        assert before._buffers is not None
+        self._vertices, self._tops = before._vertices, before._tops.copy()
+        self._neighbours = before._neighbours
+        for node in moved.tolist():
+            mesh, first = scene.nodes[node].mesh, int(self._first[node])
+            places = np.zeros((len(mesh.positions), 4), dtype=np.float32)
+            for k in range(0, len(places), _TOGETHER):
+                some = slice(k, k + _TOGETHER)
+                _round(places[some], world_positions(mesh.positions[some], scene.world_from_mesh[node], scene.origin))
+            corners = np.full((len(mesh.triangles), 4), node, dtype=np.uint32)
+            corners[:, :3] = mesh.triangles
+            self._tops[node] = _tops(places, corners, np.array([0, len(places)]))[0]
+            before._buffers[0].buffer.write(places.tobytes(), offset=_TEXEL * int(self._vertices[node]))
+            if self._shapes[node] is before._shapes[node]:
+                continue
+            corners[:, :3] += np.uint32(self._vertices[node])
+            before._buffers[1].buffer.write(corners.tobytes(), offset=_TEXEL * first)
+            if self._neighbours is not None:
+                self._neighbours.buffer.write(self._across(node, node + 1).tobytes(), offset=_TEXEL * first)
+        self._buffers, before._buffers, before._neighbours = before._buffers, None, None
+
+    def _reach(self, nearest: float) -> tuple[float, bool]:
+        """`reach` and `huge`; `nearest`: distance of the nearest body's farthest corner."""
+        farthest = float(self._tops.max())
+        if farthest <= HUGE * nearest:
+            return farthest, False
+        places, corners = self._placed()
+        each = np.abs(places[:, :3]).max(axis=1)[corners[:, :3]].max(axis=1)
+        usual = each <= HUGE * nearest
+        return (float(each[usual].max()), True) if usual.any() else (farthest, False)
 
     @property
     def positions(self) -> NDArray[np.float32]:
@@ -187,14 +229,19 @@ class WorldTriangles:
         if self._neighbours is None:
             across = np.full((self.count, 4), NONE, dtype=np.uint32)
             for first, end in _blocks(self._first.tolist()):
-                shapes, starts = self._shapes[first:end], self._first[first : end + 1]
-                of_mesh = shapes[0].neighbours if len(shapes) == 1 else np.concatenate([s.neighbours for s in shapes])
-                shift = starts[0] if len(shapes) == 1 else np.repeat(starts[:-1], np.diff(starts))[:, None]
-                rows = across[starts[0] : starts[-1], :3]
-                np.add(of_mesh, np.asarray(shift, dtype=np.uint32), out=rows, where=of_mesh != NONE)
+                across[self._first[first] : self._first[end]] = self._across(first, end)
             self._neighbours = texture_buffer(self._context, across, RGBA32UI)
             self._context.check_errors(f"uploading the neighbours of {self.count} triangles")
         return self._neighbours
+
+    def _across(self, first: int, end: int) -> NDArray[np.uint32]:
+        """Rows (T, 4) of `neighbours` of consecutive nodes."""
+        shapes, starts = self._shapes[first:end], self._first[first : end + 1]
+        of_mesh = shapes[0].neighbours if len(shapes) == 1 else np.concatenate([s.neighbours for s in shapes])
+        shift = starts[0] if len(shapes) == 1 else np.repeat(starts[:-1], np.diff(starts))[:, None]
+        rows = np.full((len(of_mesh), 4), NONE, dtype=np.uint32)
+        np.add(of_mesh, np.asarray(shift, dtype=np.uint32), out=rows[:, :3], where=of_mesh != NONE)
+        return rows
 
     @property
     def mask_textures(self) -> dict[str, BufferTexture]:

@@ -20,7 +20,9 @@ UNKNOWN = Feature(LEFT_OUT, "not known")
 _NOTHING = Feature(DRAWN, "nothing in it is visible")
 
 EXTENSIONS: dict[str, Feature] = {
-    "KHR_animation_pointer": Feature(APPROXIMATED, "what it animates stays as in the file"),
+    "KHR_animation_pointer": Feature(
+        DRAWN, "of translations, rotations, scales and weights of nodes; of all else left out, with a note"
+    ),
     "KHR_draco_mesh_compression": Feature(DRAWN, "with `pip install DracoPy`; refused without"),
     "KHR_gaussian_splatting": Feature(LEFT_OUT, "splats"),
     "KHR_interactivity": _NOTHING,
@@ -87,7 +89,7 @@ CORE: dict[str, Feature] = {
     "TEXCOORD_n": Feature(DRAWN, "the set that the texture names"),
     "TANGENT": Feature(LEFT_OUT),
     "skins, morph targets": Feature(DRAWN, "in the pose of the file's nodes and weights"),
-    "animations": Feature(LEFT_OUT, "drawn at rest"),
+    "animations": Feature(DRAWN, "`Scene.at`; without a time at rest"),
     "perspective and orthographic cameras": Feature(
         DRAWN, "by yfov and ymag; znear and zfar are derived; all of them in `Scene.cameras`"
     ),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,8 @@ from glshadow.errors import SceneError
 from glshadow.io.gltf.accessor import read_floats
 from glshadow.io.gltf.document import Document, as_object, extensions
 
-_STILL = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}
+STILL = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}
+"""The parts of a node's matrix that the file leaves out."""
 
 
 class Graph:
@@ -46,6 +47,12 @@ class Graph:
         for root in roots:
             self.parents.pop(root, None)
 
+    def above(self, node: int) -> Iterator[int]:
+        """The nodes above a node, the nearest first."""
+        while node in self.parents:
+            node = self.parents[node]
+            yield node
+
     def matrices(self, nodes: Iterable[int]) -> list[Array]:
         """world_from_node (4, 4) of each node.
 
@@ -70,7 +77,7 @@ class Graph:
                         if node in self.parents:
                             world[k] = self._matrices[self.parents[node]] @ world[k]
                 start += len(level)
-        _check_finite(world, [f"nodes[{node}]" for node in order])
+        check_finite(world, [f"nodes[{node}]" for node in order])
         self._matrices.update(zip(order, world, strict=True))
         return [self._matrices[node] for node in nodes]
 
@@ -115,7 +122,8 @@ def _visible(nodes: list[dict[str, Any]], roots: list[Any], document: Document) 
     return placed
 
 
-def _check_finite(matrices: Array, names: list[str]) -> None:
+def check_finite(matrices: Array, names: list[str]) -> None:
+    """Refuse world matrices (N, 4, 4) that are not finite; the names are those of their nodes."""
     bad = np.flatnonzero(~np.isfinite(matrices).all(axis=(1, 2)))
     if len(bad):
         raise SceneError(f"{names[bad[0] % len(names)]}: the product of its matrix and those above it overflows")
@@ -171,7 +179,7 @@ def local_matrices(given: list[dict[str, Any]], numbers: list[int]) -> Array:
                 len(still),
                 [f"nodes[{numbers[row]}].{key}" for row in parts],
             )
-            for key, still in _STILL.items()
+            for key, still in STILL.items()
         )
         result[parts] = compose(translation, rotation, scale, [f"nodes[{numbers[row]}]" for row in parts])
     return result
@@ -241,10 +249,8 @@ def instances(document: Document, node: dict[str, Any], index: int, world_from_n
         raise SceneError(f"{where}: its attributes must have one count, got {sorted(counts)}")
     number = counts.pop()
     document.budget.limits.check("nodes", number, where)
-    translation, rotation, scale = (
-        given.get(key.upper(), np.tile(still, (number, 1))) for key, still in _STILL.items()
-    )
+    translation, rotation, scale = (given.get(key.upper(), np.tile(still, (number, 1))) for key, still in STILL.items())
     with np.errstate(all="ignore"):
         matrices = np.asarray(world_from_node @ compose(translation, rotation, scale, [where]))
-    _check_finite(matrices, [where])
+    check_finite(matrices, [where])
     return matrices

@@ -1,4 +1,4 @@
-"""Morph targets at rest: their weights, and the changes to attributes."""
+"""Morph targets: their weights at rest, and the changes to attributes."""
 
 from __future__ import annotations
 

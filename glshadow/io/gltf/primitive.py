@@ -16,6 +16,7 @@ from glshadow.io.gltf.document import Document, as_object
 from glshadow.io.gltf.draco import decoded
 from glshadow.io.gltf.material import Surfaces, texture_uv
 from glshadow.io.gltf.morph import Weights, moved, targets_of
+from glshadow.io.gltf.pose import Deformer
 from glshadow.io.gltf.skin import influences, posed
 from glshadow.io.imported import WHITE, linear_colors, tinted, usable_normals, used_vertices
 from glshadow.scene.mesh import Mesh
@@ -36,16 +37,19 @@ class Form:
         Index of the skin.
     joints : (J, 3, 4) float64, optional
         world_from_bind of the skin's joints.
+    deforms : bool
+        Whether animations change the weights, or move the joints.
     """
 
     weights: Weights = ()
     skin: int | None = None
     joints: Array | None = None
+    deforms: bool = False
 
     @property
     def key(self) -> tuple[Any, ...]:
         """Equal for equal forms of one file."""
-        return (self.weights, self.skin)
+        return (self.weights, self.skin, self.deforms)
 
 
 def is_surface(primitive: dict[str, Any]) -> bool:
@@ -55,12 +59,16 @@ def is_surface(primitive: dict[str, Any]) -> bool:
 
 @dataclass
 class Primitives:
-    """Meshes of one document by their primitives and forms; meshes that differ only in material share their arrays."""
+    """Meshes of one document by their primitives and forms; meshes that differ only in material share their arrays.
+
+    `deformers`: what deforms a mesh, by the mesh's id.
+    """
 
     document: Document
     surfaces: Surfaces
     made: dict[tuple[Any, ...], Mesh] = field(default_factory=dict)
     bodies: dict[tuple[Any, ...], _Body] = field(default_factory=dict)
+    deformers: dict[int, Deformer] = field(default_factory=dict)
 
     def get(self, primitive: dict[str, Any], form: Form, where: str) -> Mesh:
         """The triangles of a primitive; in world space if both the form and the primitive have joints.
@@ -78,12 +86,27 @@ class Primitives:
                 self.bodies[shape] = _body(self.document, decoded(self.document, primitive, where), form, where)
             self.made[key] = self._dressed(self.bodies[shape], primitive.get("material"), where)
             self.document.budget.take(_DRAWN_BYTES * len(self.made[key].triangles), where)
+            if form.deforms:
+                self._keep_undeformed(self.made[key], primitive, self.bodies[shape].vertices, form)
         return self.made[key]
+
+    def _keep_undeformed(self, mesh: Mesh, primitive: dict[str, Any], vertices: _Vertices, form: Form) -> None:
+        """Keep what poses of a mesh at other times are made from, if an animation deforms it."""
+        still = replace(vertices, targets=[])
+        influences = None if form.joints is None else still.joints(len(form.joints), [])
+        each = [still.changes(target) for target in primitive.get("targets", ())]
+        if not each and influences is None:
+            return
+        positions = still.read("POSITION", ("VEC3",))
+        assert positions is not None
+        normals = still.read("NORMAL", ("VEC3",))
+        resting = (form.weights if each else (), None if influences is None else form.joints)
+        self.deformers[id(mesh)] = Deformer(mesh, resting, positions, normals, tuple(each), influences)
 
     def _dressed(self, body: _Body, material: Any, where: str) -> Mesh:
         surface = self.surfaces.get(material, where)
         found, uv = surface.given if body.clear else surface.material, None
-        if found.texture is not None:
+        if found.texture is not None or found.transmission_map is not None:
             stored = body.vertices.read(f"TEXCOORD_{surface.uv_set}", ("VEC2",))
             uv = None if stored is None else texture_uv(stored, surface.uv_transform)
             if uv is None or not np.isfinite(uv).all():
@@ -91,7 +114,7 @@ class Primitives:
                 self.document.notes.append(
                     f"{where} has a texture but no usable TEXCOORD_{surface.uv_set}: drawn without it"
                 )
-                found = replace(found, texture=None)
+                found = replace(found, texture=None, transmission_map=None)
         found = (
             replace(found, color=tuple((np.asarray(body.tint) * found.color).tolist()))
             if body.tint != WHITE.color
@@ -128,6 +151,17 @@ class _Vertices:
         where = f"{self.where}.{name}"
         self._check(accessor, types, where)
         return read_floats(self.document, accessor, types, where, self.rows)
+
+    def changes(self, target: dict[str, Any]) -> tuple[Array | None, Array | None]:
+        """A morph target's changes of positions and normals; notes changes of colours and texture coordinates, which stay."""
+        if still := sorted(set(target) - {"POSITION", "NORMAL", "TANGENT"}):
+            note = f"{self.where}: animated morph targets change {', '.join(still)}, which stay as they are at rest"
+            self.document.notes += [note] * (note not in self.document.notes)
+        position, normal = (
+            self._rows(target[name], f"targets.{name}", ("VEC3",)) if name in target else None
+            for name in ("POSITION", "NORMAL")
+        )
+        return position, normal
 
     def joints(self, number: int, notes: list[str]) -> tuple[NDArray[np.int64], Array] | None:
         """Joints (N, K), of `number`, and their weights (N, K); None if the primitive has none."""

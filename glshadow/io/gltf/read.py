@@ -5,22 +5,25 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from glshadow.core.cameras import Camera, OrthographicCamera, PerspectiveCamera
+from glshadow.core.cameras import OrthographicCamera, PerspectiveCamera
 from glshadow.core.setting import as_float, shown
 from glshadow.core.spaces import Array
 from glshadow.errors import GlshadowError, SceneError
 from glshadow.io.gltf.document import Document, as_object, extensions, open_document
 from glshadow.io.gltf.graph import Graph, instances
 from glshadow.io.gltf.material import Surfaces
-from glshadow.io.gltf.morph import resting_weights
+from glshadow.io.gltf.morph import Weights, resting_weights
+from glshadow.io.gltf.movement import CameraAt, LightAt, Movement, movement
+from glshadow.io.gltf.pose import Deformer
 from glshadow.io.gltf.primitive import Form, Primitives, is_skinned, is_surface
-from glshadow.io.gltf.skin import joint_matrices
-from glshadow.io.imported import WIDEST_CONE, Imported, blended, shortened
+from glshadow.io.gltf.skin import bound
+from glshadow.io.imported import WIDEST_CONE, Imported, shortened
 from glshadow.io.limits import Budget, OverLimit
 from glshadow.io.model_file import ModelFile
 from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
@@ -35,9 +38,9 @@ def read_gltf(source: Path | ModelFile, budget: Budget) -> Imported:
     """Read a .glb or .gltf file.
 
     Nodes with several materials become several Nodes with the same name; nodes with the same mesh share its Mesh objects. Skins and morph
-    targets are at rest: joints as placed by the file's nodes, weights as in the file. A camera's znear and zfar are ignored; the planes are
-    derived from the scene, so that nothing is clipped. Of an orthographic camera ymag is used, of a perspective one yfov; the width follows
-    from the image's size.
+    targets are at rest: joints as placed by the file's nodes, weights as in the file; its animations are kept as the scene's motion.
+    A camera's znear and zfar are ignored; the planes are derived from the scene, so that nothing is clipped. Of an orthographic camera
+    ymag is used, of a perspective one yfov; the width follows from the image's size.
 
     Raises
     ------
@@ -48,7 +51,8 @@ def read_gltf(source: Path | ModelFile, budget: Budget) -> Imported:
     found = Imported(notes=document.notes)
     graph = Graph(document)
     named = _named(graph)
-    meshes = _Meshes(document, graph)
+    moves = movement(document, graph)
+    meshes = _Meshes(document, graph, moves)
     triangles = 0
     for name, index, node, matrix in named:
         if "mesh" not in node:
@@ -62,13 +66,17 @@ def read_gltf(source: Path | ModelFile, budget: Budget) -> Imported:
             budget.take(_PLACED_BYTES * len(mesh.triangles) * len(places), f"node {name!r}")
             budget.limits.check("nodes", len(found.nodes) + len(places), f"node {name!r}")
             titles = [name] if len(places) == 1 else [f"{name}[{copy}]" for copy in range(len(places))]
+            if moves.animations:
+                kept = None if skinned else partial(instances, document, node, index, np.eye(4))
+                moves.add(len(found.nodes), index, meshes.deformer(mesh), places, kept, *meshes.posed_by(node, mesh))
             found.nodes += [Node(mesh, place, title) for title, place in zip(titles, places, strict=True)]
-    found.cameras = _cameras(document, named)
+    cameras, lights = _cameras(document, named), _lights(document, named)
+    found.cameras = {name: camera for name, (_, camera, _) in cameras.items()}
     found.camera = next(iter(found.cameras.values()), None)
-    found.lights = _lights(document, named) or None
+    found.lights = [light for _, light, _ in lights] or None
+    found.motion = moves.motion(graph, cameras, lights)
     budget.limits.check("draws", len(found.nodes) * len(found.lights or ()), "the scene")
     _note(document, meshes.lost)
-    found.notes += blended(found.nodes)
     if not found.nodes:
         raise SceneError(f"nothing to render: {_why_empty(document, named, meshes.lost)}")
     return found
@@ -100,8 +108,8 @@ def _named(graph: Graph) -> list[Named]:
 class _Meshes:
     """Meshes of a document in the forms that nodes give them; `lost` counts what is not drawn."""
 
-    def __init__(self, document: Document, graph: Graph) -> None:
-        self._document, self._graph = document, graph
+    def __init__(self, document: Document, graph: Graph, moves: Movement) -> None:
+        self._document, self._graph, self._moves = document, graph, moves
         self._primitives = Primitives(document, Surfaces(document))
         self._made: dict[tuple[Any, ...], list[tuple[Mesh, bool]]] = {}
         self._joints: dict[int, Array] = {}
@@ -111,7 +119,7 @@ class _Meshes:
     def of(self, node: dict[str, Any], index: int, user: str, matrix: Array) -> tuple[list[tuple[Mesh, bool]], Array]:
         """The meshes of a node, and whether its skin has already placed them; its placements. A broken node has no meshes, and a note."""
         with self._lenient(user):
-            made = self._of(node, user)
+            made = self._of(node, index, user)
             return made, instances(self._document, node, index, matrix) if made else matrix[None]
         return [], matrix[None]
 
@@ -129,25 +137,36 @@ class _Meshes:
                 self._noted.add(note)
                 self._document.notes.append(f"{note}: left out")
 
-    def _of(self, node: dict[str, Any], user: str) -> list[tuple[Mesh, bool]]:
+    def _of(self, node: dict[str, Any], index: int, user: str) -> list[tuple[Mesh, bool]]:
         number = node["mesh"]
         mesh = self._document.item("meshes", number, user)
-        form = self._form(node, mesh, user)
+        form = self._form(node, index, mesh, user)
         key = (number, *form.key)
         if key not in self._made:
             title = f"mesh {mesh['name']!r}" if mesh.get("name") else f"meshes[{number}]"
             self._made[key] = self._make(mesh, form, title)
         return self._made[key]
 
-    def _form(self, node: dict[str, Any], mesh: dict[str, Any], user: str) -> Form:
+    def deformer(self, mesh: Mesh) -> Mesh | Deformer:
+        """What deforms a mesh over time; the mesh itself if nothing does."""
+        return self._primitives.deformers.get(id(mesh), mesh)
+
+    def posed_by(self, node: dict[str, Any], mesh: Mesh) -> tuple[Weights, int | None]:
+        """Weights at rest of a node's morph targets, and its skin if that deforms the mesh."""
+        deformer = self._primitives.deformers.get(id(mesh))
+        weights = resting_weights(node, self._document.item("meshes", node["mesh"], "a node"), "a node")
+        return weights, None if deformer is None or deformer.influences is None else node.get("skin")
+
+    def _form(self, node: dict[str, Any], index: int, mesh: dict[str, Any], user: str) -> Form:
         weights = resting_weights(node, mesh, user)
         if "skin" not in node:
-            return Form(weights)
+            return Form(weights, deforms=self._moves.deforms(index, None))
         skin = node["skin"]
         self._document.item("skins", skin, user)
         if skin not in self._joints:
-            self._joints[skin] = joint_matrices(self._document, self._graph, skin, user)
-        return Form(weights, skin, self._joints[skin])
+            joints = self._moves.skins[skin] = bound(self._document, skin, user)
+            self._joints[skin] = joints.matrices(np.stack(self._graph.matrices(joints.joints)))
+        return Form(weights, skin, self._joints[skin], self._moves.deforms(index, self._moves.skins[skin]))
 
     def _make(self, mesh: dict[str, Any], form: Form, title: str) -> list[tuple[Mesh, bool]]:
         made = []
@@ -179,11 +198,11 @@ def _note(document: Document, lost: Counter[str]) -> None:
         )
 
 
-def _cameras(document: Document, named: list[Named]) -> dict[str, Camera]:
+def _cameras(document: Document, named: list[Named]) -> dict[str, CameraAt]:
     """The cameras of the scene by the names of their nodes; kinds that glTF does not define, and broken ones behind the first, are left
     out with a note."""
-    found: dict[str, Camera] = {}
-    for name, _, node, matrix in named:
+    found: dict[str, CameraAt] = {}
+    for name, index, node, matrix in named:
         if "camera" not in node:
             continue
         try:
@@ -191,9 +210,12 @@ def _cameras(document: Document, named: list[Named]) -> dict[str, Camera]:
             kind = camera.get("type")
             lens = as_object(camera.get(str(kind), {}), f"node {name!r}: its camera")
             if kind == "perspective":
-                found[name] = PerspectiveCamera.from_pose(matrix, float(np.degrees(_size(lens, "yfov", name))))
+                fov_y = float(np.degrees(_size(lens, "yfov", name)))
+                perspective = partial(PerspectiveCamera.from_pose, fov_y=fov_y)
+                found[name] = index, perspective(matrix), perspective
             elif kind == "orthographic":
-                found[name] = OrthographicCamera.from_pose(matrix, 2.0 * _size(lens, "ymag", name))
+                orthographic = partial(OrthographicCamera.from_pose, height=2.0 * _size(lens, "ymag", name))
+                found[name] = index, orthographic(matrix), orthographic
             else:
                 document.notes.append(f"camera {name!r} is {kind}, which is not supported: left out")
         except GlshadowError as error:
@@ -213,21 +235,22 @@ def _size(lens: dict[str, Any], key: str, name: str) -> float:
     return value
 
 
-def _lights(document: Document, named: list[Named]) -> list[Light]:
+def _lights(document: Document, named: list[Named]) -> list[LightAt]:
     given = as_object(extensions(document.json).get("KHR_lights_punctual", {}), "KHR_lights_punctual").get("lights", [])
     lit = [each for each in named if "KHR_lights_punctual" in extensions(each[2])]
     document.budget.limits.check("lights", len(lit), "the scene")
-    lights: list[Light] = []
-    for name, _, node, matrix in lit:
+    lights: list[LightAt] = []
+    for name, number, node, matrix in lit:
         placed = extensions(node)["KHR_lights_punctual"]
         index = as_object(placed, f"node {name!r}").get("light")
         if not isinstance(index, int) or not 0 <= index < len(given):
             raise SceneError(f"node {name!r} refers to light {index!r}, but the file has {len(given)} lights")
-        lights.append(_light(document, as_object(given[index], f"light {index}"), matrix, name))
+        place = partial(_light, as_object(given[index], f"light {index}"), name)
+        lights.append((number, place(matrix, document.notes), place))
     return lights
 
 
-def _light(document: Document, light: dict[str, Any], matrix: Array, name: str) -> Light:
+def _light(light: dict[str, Any], name: str, matrix: Array, notes: list[str] | None = None) -> Light:
     """KHR_lights_punctual: shines along -z; candela for spot and point (hence falloff 2), lux for directional."""
     color, intensity = tuple(float(x) for x in light.get("color", (1.0, 1.0, 1.0))), float(light.get("intensity", 1.0))
     position, direction = tuple(matrix[:3, 3].tolist()), tuple((-matrix[:3, 2]).tolist())
@@ -244,7 +267,8 @@ def _light(document: Document, light: dict[str, Any], matrix: Array, name: str) 
         float(np.degrees(cone.get(key, rad))) for key, rad in (("innerConeAngle", 0.0), ("outerConeAngle", np.pi / 4))
     )
     if outer > WIDEST_CONE:
-        document.notes.append(f"spot light {name!r} opens {outer:g} degrees from its axis: narrowed to {WIDEST_CONE:g}")
+        if notes is not None:
+            notes.append(f"spot light {name!r} opens {outer:g} degrees from its axis: narrowed to {WIDEST_CONE:g}")
         inner, outer = min(inner, WIDEST_CONE), WIDEST_CONE
     return SpotLight(
         position=position,

@@ -1,7 +1,8 @@
-"""Skins at rest: vertices posed by the joints of the file's nodes (glTF 2.0, 3.7.3)."""
+"""Skins: vertices posed by the joints of the file's nodes (glTF 2.0, 3.7.3)."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,18 +12,50 @@ from glshadow.core.spaces import Array, cofactors
 from glshadow.errors import SceneError
 from glshadow.io.gltf.accessor import read_floats
 from glshadow.io.gltf.document import Document
-from glshadow.io.gltf.graph import Graph
 
 BLOCK = 1 << 16  # vertices per block: a matrix for each of their joints takes 100 times their own memory
 
 
-def joint_matrices(document: Document, graph: Graph, index: Any, user: str) -> Array:
-    """world_from_bind (J, 3, 4): each joint's world matrix times its inverse bind matrix, which is the identity if the skin has none.
+@dataclass(frozen=True, eq=False)
+class Bound:
+    """The joints of a skin.
+
+    Parameters
+    ----------
+    where : str
+        Its name in messages.
+    joints : tuple of int
+        Nodes of the file.
+    bind : (J, 4, 4) float64
+        Inverse bind matrices; identities if the skin has none.
+    """
+
+    where: str
+    joints: tuple[int, ...]
+    bind: Array
+
+    def matrices(self, world: Array) -> Array:
+        """world_from_bind (J, 3, 4): the joints' world matrices (J, 4, 4) times their inverse bind matrices.
+
+        Raises
+        ------
+        SceneError
+            If a product overflows.
+        """
+        with np.errstate(all="ignore"):
+            matrices = (world @ self.bind)[:, :3]
+        if not np.isfinite(matrices).all():
+            raise SceneError(f"{self.where}: a joint's matrix times its inverse bind matrix overflows")
+        return np.asarray(matrices)
+
+
+def bound(document: Document, index: Any, user: str) -> Bound:
+    """The joints of skin `index`.
 
     Raises
     ------
     SceneError
-        If a joint is not a node, a matrix is missing or not finite, or their product overflows.
+        If a joint is not a node, or a matrix is missing or not finite.
     """
     where = f"skins[{index}]"
     skin = document.item("skins", index, user)
@@ -32,7 +65,6 @@ def joint_matrices(document: Document, graph: Graph, index: Any, user: str) -> A
     for joint in joints:
         document.item("nodes", joint, f"{where}.joints")
     document.budget.take(2 * 128 * len(joints), where)
-    world = np.stack(graph.matrices(joints))
     bind = np.tile(np.eye(4), (len(joints), 1, 1))
     if "inverseBindMatrices" in skin:
         stored = read_floats(document, skin["inverseBindMatrices"], ("MAT4",), f"{where}.inverseBindMatrices")
@@ -43,11 +75,7 @@ def joint_matrices(document: Document, graph: Graph, index: Any, user: str) -> A
         if bad:
             raise SceneError(f"{where}: {bad} of {len(joints)} inverse bind matrices are not finite (NaN or infinite)")
         bind[:, 3] = (0.0, 0.0, 0.0, 1.0)  # required; exporters leave rounding errors here
-    with np.errstate(all="ignore"):
-        matrices = (world @ bind)[:, :3]
-    if not np.isfinite(matrices).all():
-        raise SceneError(f"{where}: a joint's matrix times its inverse bind matrix overflows")
-    return np.asarray(matrices)
+    return Bound(where, tuple(joints), bind)
 
 
 def influences(
