@@ -7,6 +7,7 @@ import weakref
 from collections.abc import Hashable, Iterator
 from typing import TYPE_CHECKING
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,7 +21,9 @@ from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import R32UI, RGBA32F, RGBA32UI
 from glshadow.gl.driver.targets import release
 from glshadow.gl.scene.meshes import Meshes, face_normals
+from glshadow.gl.scene.paint import Features
 from glshadow.gl.scene.reuse import Before, write_rows
+from glshadow.gl.scene.textures import albedo_texture
 from glshadow.gl.scene.world import WorldTriangles
 from glshadow.scene.box import box_corners
 from glshadow.scene.mesh import Mesh
@@ -64,7 +67,12 @@ class GpuScene:
     color : (3,) floats or None
         The base colour, where all nodes share one and none has a texture or vertex colours.
     textured : bool
-        Whether some base colour varies within a triangle, by a texture or vertex colours.
+        Whether some base colour varies within a triangle, by a texture or vertex colours, or its materials need `features`.
+    features : Features
+    channels : int
+        Of the surface buffer.
+    culls : (N,) bool
+        Whether the camera sees through triangles from behind.
     selective : bool
         Whether some nodes receive no shadows.
     catches : bool
@@ -120,6 +128,7 @@ class GpuScene:
         self.casts: NDArray[np.bool_] = casts & ~self.blends
         self.tints: NDArray[np.bool_] = casts & self.blends
         self.closed: NDArray[np.bool_] = np.array([gpu.closed for gpu in on_gpu])[self.mesh_number]
+        self.culls: NDArray[np.bool_] = np.array([gpu.culls for gpu in on_gpu])[self.mesh_number]
         counts = np.array([gpu.count for gpu in on_gpu])[self.mesh_number]
         self.count = int(counts.sum())
         self.first = np.concatenate([[0], np.cumsum(counts)[:-1]])
@@ -160,13 +169,23 @@ class GpuScene:
         self.rounded = self._rounded() if self.smooth else None
         self.corners = scene.corners[chosen]
         self.raised_corners = self._raised(bounds, matrices) if self.lifts.any() else self.corners
+        self._albedo: moderngl.Texture | None = None
         self._planes: BufferTexture | None = None
         self._owners: BufferTexture | None = None
+        self.features = Features.of(gpu.paint for gpu in on_gpu)
+        self.textured = self.features.any or any(gpu.textured or gpu.colored or gpu.transmits for gpu in on_gpu)
+        self.channels = 4 if self.textured else 2 if self.smooth else 1
         colors = np.array([mesh.material.color for mesh in different], dtype=np.float32)[self.mesh_number]
+        matte = np.array([gpu.paint.matte for gpu in on_gpu])[self.mesh_number]
+        if self.features.rough:
+            colors[:, 3] = np.where(matte, 0.0, 1.0)
         self.colors = texture_buffer(context, colors, RGBA32F)
         context.check_errors(f"uploading {len(colors)} colours")
-        self.textured = any(gpu.textured or gpu.colored or gpu.transmits for gpu in on_gpu)
-        one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())
+        one = (
+            not self.textured
+            and bool((colors[:, :3] == colors[0, :3]).all())
+            and (not self.features.rough or not matte.any())
+        )
         self.color: tuple[float, float, float] | None = tuple(float(c) for c in colors[0, :3]) if one else None  # type: ignore[assignment]
 
     @property
@@ -209,6 +228,13 @@ class GpuScene:
             self._owners = texture_buffer(self._context, owners, R32UI)
             self._context.check_errors(f"uploading the nodes of {self.count} triangles")
         return self._owners
+
+    @property
+    def albedo(self) -> moderngl.Texture:
+        """The table that lib/reflection.glsl reads (R32F). Created at first use."""
+        if self._albedo is None:
+            self._albedo = albedo_texture(self._context)
+        return self._albedo
 
     @property
     def clusters(self) -> Placed:
@@ -266,7 +292,7 @@ class GpuScene:
             gpu, node, casts = self.meshes[i], self.nodes[i], bool(self.casts[i])
             if gpu.cut_out or self.blends[i]:
                 continue
-            key = (gpu.shape, matrices[i].tobytes(), casts, node.receives, node.catches, gpu.closed)
+            key = (gpu.shape, matrices[i].tobytes(), casts, node.receives, node.catches, gpu.closed, gpu.culls)
             copies[i] = key in seen
             seen.add(key)
         return copies
@@ -340,7 +366,7 @@ class GpuScene:
 
     def release(self) -> None:
         """Free the GPU memory; the meshes are kept."""
-        release(self._planes, self._owners, self.colors, self.rounded, self._world, self._before)
+        release(self._planes, self._owners, self._albedo, self.colors, self.rounded, self._world, self._before)
 
 
 def _placed(matrices: Array, points: Array) -> Array:
