@@ -20,6 +20,7 @@ from glshadow.scene import summary
 from glshadow.scene.box import box_corners, check_place, default_camera, default_sun
 from glshadow.scene.mesh import Material, Mesh
 from glshadow.scene.motion import Motion, posed
+from glshadow.scene.names import numbered
 
 
 def _affine(name: str, value: Any) -> Array:
@@ -91,28 +92,7 @@ def _nodes(name: str, value: Any) -> tuple[Node, ...]:
     if isinstance(value, tuple | list):
         value = tuple(Node(each) if isinstance(each, Mesh) else each for each in value)
     nodes: tuple[Node, ...] = several_nodes(name, value)
-    return nodes if len({node.name for node in nodes}) == len(nodes) else _numbered(nodes)
-
-
-def _numbered(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
-    """Nodes with unique names: those that repeat a name are copied, with a number appended."""
-    taken = {node.name for node in nodes}
-    seen: set[str] = set()
-    last: dict[str, int] = {}
-    result = []
-    for node in nodes:
-        if node.name in seen:
-            number = last.get(node.name, 1) + 1
-            while f"{node.name} {number}" in taken:
-                number += 1
-            last[node.name] = number
-            named = copy(node)  # checked already
-            object.__setattr__(named, "name", f"{node.name} {number}")
-            taken.add(named.name)
-            node = named
-        seen.add(node.name)
-        result.append(node)
-    return tuple(result)
+    return nodes if len({node.name for node in nodes}) == len(nodes) else numbered(nodes)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -14,6 +14,7 @@ from glshadow.errors import SceneError
 from glshadow.io.gltf.accessor import Rows, read_accessor, read_floats, read_whole
 from glshadow.io.gltf.document import Document, as_object
 from glshadow.io.gltf.draco import decoded
+from glshadow.io.gltf.indices import triangles_of, without
 from glshadow.io.gltf.material import Surfaces, texture_uv
 from glshadow.io.gltf.morph import Weights, moved, targets_of
 from glshadow.io.gltf.pose import Deformer
@@ -21,7 +22,6 @@ from glshadow.io.gltf.skin import influences, posed
 from glshadow.io.imported import WHITE, linear_colors, tinted, usable_normals, used_vertices
 from glshadow.scene.mesh import MAPS, Mesh, sampler_of
 
-TRIANGLES, STRIP, FAN = 4, 5, 6
 _DRAWN_BYTES = 50  # memory that drawing needs per triangle of a mesh: vertices, two index lists, a normal
 
 
@@ -50,11 +50,6 @@ class Form:
     def key(self) -> tuple[Any, ...]:
         """Equal for equal forms of one file."""
         return (self.weights, self.skin, self.deforms)
-
-
-def is_surface(primitive: dict[str, Any]) -> bool:
-    """Whether it consists of triangles rather than points or lines."""
-    return primitive.get("mode", TRIANGLES) in (TRIANGLES, STRIP, FAN)
 
 
 @dataclass
@@ -228,7 +223,7 @@ def _body(document: Document, primitive: dict[str, Any], form: Form, where: str)
     if "POSITION" not in attributes:
         raise SceneError(f"{where} has no POSITION: there is nothing to draw")
     count = len(read_accessor(document, attributes["POSITION"], ("VEC3",), f"{where}.POSITION")[0])
-    rows, triangles = used_vertices(_triangles(document, primitive, count, where), count)
+    rows, triangles = used_vertices(triangles_of(document, primitive, count, where), count)
     vertices = _Vertices(document, attributes, targets_of(document, primitive, form.weights, where), count, rows, where)
     positions = vertices.read("POSITION", ("VEC3",))
     assert positions is not None
@@ -237,7 +232,7 @@ def _body(document: Document, primitive: dict[str, Any], form: Form, where: str)
         message = (
             f"{where}: {int(lost.sum())} of {len(lost)} vertices have coordinates that are not finite (NaN or infinite)"
         )
-        whole = np.arange(count)[rows][_without(document, triangles, np.asarray(lost[triangles].any(axis=1)), message)]
+        whole = np.arange(count)[rows][without(document, triangles, np.asarray(lost[triangles].any(axis=1)), message)]
         rows, triangles = used_vertices(whole, count)
         vertices = replace(vertices, rows=rows)
         positions = vertices.read("POSITION", ("VEC3",))
@@ -304,53 +299,3 @@ def _check_declared(document: Document, accessor: int, positions: Array, where: 
             f"{where}: {outside} of {len(positions)} vertices are far outside the range {low.tolist()} to "
             f"{high.tolist()} that the file declares"
         )
-
-
-def _triangles(document: Document, primitive: dict[str, Any], vertices: int, where: str) -> NDArray[np.int64]:
-    """Triangles (T, 3) whose vertices exist; notes how many others there are."""
-    mode = primitive.get("mode", TRIANGLES)
-    if "indices" in primitive:
-        indices = read_whole(document, primitive["indices"], ("SCALAR",), f"{where}.indices")[:, 0]
-    else:
-        document.budget.take(8 * vertices, where)
-        indices = np.arange(vertices)
-    if mode == TRIANGLES:
-        rest = len(indices) % 3
-        if 0 < rest < len(indices):
-            document.notes.append(
-                f"{where}: {len(indices)} indices are not a multiple of 3, as triangles need: the last {rest} left out"
-            )
-        triangles = indices[: len(indices) - rest].reshape(-1, 3)
-    else:
-        document.budget.take(24 * len(indices), where)
-        triangles = _strip(indices, fan=mode == FAN)
-    if len(triangles) == 0:
-        raise SceneError(f"{where}: {len(indices)} indices are too few for a triangle")
-    beyond = triangles >= vertices
-    if not beyond.any():
-        return triangles
-    message = (
-        f"{where}: index {triangles.max()} is out of range, it has {vertices} vertices "
-        f"({int((indices >= vertices).sum())} of {len(indices)} indices are)"
-    )
-    return _without(document, triangles, np.asarray(beyond.any(axis=1)), message)
-
-
-def _strip(indices: NDArray[np.int64], fan: bool) -> NDArray[np.int64]:
-    if len(indices) < 3:
-        return np.zeros((0, 3), dtype=np.int64)
-    if fan:
-        return np.stack([indices[1:-1], indices[2:], np.full(len(indices) - 2, indices[0])], axis=1)
-    strip = np.stack([indices[:-2], indices[1:-1], indices[2:]], axis=1)
-    strip[1::2] = strip[1::2][:, [0, 2, 1]]  # every second triangle of a strip is wound the other way
-    return strip
-
-
-def _without(
-    document: Document, triangles: NDArray[np.int64], broken: NDArray[np.bool_], message: str
-) -> NDArray[np.int64]:
-    """Triangles that are not broken, with a note; an error if there are none."""
-    if broken.all():
-        raise SceneError(message)
-    document.notes.append(f"{message}: {int(broken.sum())} of {len(triangles)} triangles left out")
-    return triangles[~broken]
