@@ -124,6 +124,7 @@ def forget(renderer: Renderer) -> None:
         old.release()
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("sets", [0, pytest.param(SETS, marks=pytest.mark.exhaustive)])
 def test_image_is_independent_of_earlier_frames(scene: Scene, sets: int) -> None:
     """Every set of lights once, and further ones."""
@@ -211,6 +212,7 @@ def mean_of(renderer: Renderer, scene: Scene, points: tuple[Light, ...], shadow:
     return np.mean(np.stack(one).astype(np.float64), axis=0)
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 def test_point_light_without_lists_changes_no_other_light(scene: Scene, refuse: Refuse) -> None:
     with Renderer("egl") as renderer:
         before = drawn(renderer, scene, CAMERA, [SUN])
@@ -226,6 +228,7 @@ def test_point_light_without_lists_changes_no_other_light(scene: Scene, refuse: 
     np.testing.assert_array_equal(after[1], before[1])
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("name", list(SIZED))
 def test_area_light_without_lists_is_sampled_point_by_point(
     scene: Scene, monkeypatch: pytest.MonkeyPatch, name: str
@@ -251,6 +254,7 @@ def test_area_light_without_lists_is_sampled_point_by_point(
     assert again.used[0] == replace(used, draws=0)
 
 
+@pytest.mark.usefixtures("built_on_the_gpu")
 @pytest.mark.parametrize("which", ["all points", "the last point"])
 def test_area_light_without_any_lists_uses_as_many_maps(
     scene: Scene, refuse: Refuse, monkeypatch: pytest.MonkeyPatch, which: str
