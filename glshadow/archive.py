@@ -34,4 +34,4 @@ def write(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
     ):
         for name, array in arrays.items():
             with file.open(f"{name}.npy", "w", force_zip64=True) as entry:
-                np.lib.format.write_array(entry, np.ascontiguousarray(array), allow_pickle=False)
+                np.lib.format.write_array(entry, np.asarray(array, order="C"), allow_pickle=False)

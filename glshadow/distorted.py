@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from os import PathLike
 from typing import Any, Unpack
 
 import numpy as np
@@ -18,6 +19,7 @@ from glshadow.core.spaces import Array
 from glshadow.core.srgb import srgb_from_linear
 from glshadow.errors import SettingsError
 from glshadow.frame import Frame
+from glshadow.image import frame_path
 from glshadow.lights import Lights
 from glshadow.renderer import DEFAULT_OUTPUTS, Renderer, RenderOptions
 
@@ -33,6 +35,7 @@ def render_distorted(
     distortion: Distortion,
     lights: Lights = None,
     size: tuple[int, int] = DEFAULT_SIZE,
+    path: str | PathLike[str] | None = None,
     oversampling: int = 2,
     renderer: Renderer | None = None,
     **options: Unpack[RenderOptions],
@@ -53,6 +56,8 @@ def render_distorted(
     distortion : BrownDistortion or FisheyeDistortion
     lights, size
         As for `Renderer.render`; the size is that of the distorted image.
+    path : optional
+        Also save the image here, as `render` does.
     oversampling : int
         1 to 8. Time and memory grow with its square.
     renderer : Renderer, optional
@@ -71,6 +76,7 @@ def render_distorted(
         If the camera is not perspective, if a pixel sees no direction or more than one less than 90 degrees from the axis, or if the
         wide image would have more than 16384 pixels on a side.
     """
+    target = optional(frame_path, "not saved")("path", path)
     scene, size = as_scene(scene), pixels("size", size)
     camera = CAMERA("camera", camera) or scene.camera
     distortion = instance(Distortion)("distortion", distortion)
@@ -88,7 +94,10 @@ def render_distorted(
     else:
         frame = renderer.render(scene, wide, lights, grid.size, **options)
     outputs = {name: _resampled(grid, name, frame.outputs["linear" if name == "image" else name]) for name in names}
-    return replace(frame, camera=camera, size=size, outputs=outputs)
+    frame = replace(frame, camera=camera, size=size, outputs=outputs)
+    if target is not None:
+        frame.save(target)
+    return frame
 
 
 @dataclass(frozen=True)
@@ -147,7 +156,7 @@ def _resampled(grid: _Grid, name: str, value: Any) -> Any:
         return _encoded(_smooth(grid, value))
     if name in _SMOOTH:
         return _smooth(grid, value)
-    layers = value.ndim == 3 and value.shape[1:] == grid.size[::-1]
+    layers = value.ndim == 4 or (value.ndim == 3 and value.shape[1:] == grid.size[::-1])
     planes = np.moveaxis(value, 0, -1) if layers else value
     found = _nearest_mean(grid, planes) if name in _MEANS else planes[_nearest(grid.centres)]
     return np.ascontiguousarray(np.moveaxis(found, -1, 0) if layers else found)
@@ -173,13 +182,19 @@ def _nearest_mean(grid: _Grid, value: NDArray[Any]) -> NDArray[Any]:
 def _smooth(grid: _Grid, value: NDArray[Any]) -> NDArray[np.float32]:
     """Mean of bilinear reads at all samples."""
     planes = value if value.ndim == 3 else value[..., None]
-    total = np.zeros((*grid.centres.shape[:2], planes.shape[2]))
+    width, flat = planes.shape[1], planes.reshape(-1, planes.shape[2])
+    total = np.zeros((*grid.centres.shape[:2], planes.shape[2]), dtype=np.float32)
     for places in grid.parts:
         column, row = np.moveaxis(np.floor(places - 0.5).astype(np.int64), -1, 0)
-        x, y = np.moveaxis(places - 0.5 - np.floor(places - 0.5), -1, 0)[..., None]
-        upper = planes[row, column] * (1.0 - x) + planes[row, column + 1] * x
-        lower = planes[row + 1, column] * (1.0 - x) + planes[row + 1, column + 1] * x
-        total += upper * (1.0 - y) + lower * y
+        x, y = np.moveaxis((places - 0.5 - np.floor(places - 0.5)).astype(np.float32), -1, 0)[..., None]
+        first = row * width + column
+        for step, weight in (
+            (0, (1.0 - x) * (1.0 - y)),
+            (1, x * (1.0 - y)),
+            (width, (1.0 - x) * y),
+            (width + 1, x * y),
+        ):
+            total += weight * np.take(flat, first + step, axis=0)
     result = (total / len(grid.parts)).astype(np.float32)
     return result if value.ndim == 3 else result[..., 0]
 

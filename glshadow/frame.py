@@ -109,6 +109,12 @@ class Frame:
         return self._array("visibility", np.float32)
 
     @property
+    def transmittance(self) -> NDArray[np.float32]:
+        """(lights, H, W, 3) what translucent casters let through of each light's red, green and blue, at the opaque surface; 1 where there
+        are none, NaN where there is no surface. `visibility` does not know them."""
+        return self._array("transmittance", np.float32)
+
+    @property
     def linear(self) -> NDArray[np.float32]:
         """(H, W, 3) linear light before clamping and encoding; the background is `background`, decoded. With a transparent background
         (H, W, 4), premultiplied."""
@@ -264,6 +270,13 @@ def _named(names: tuple[str, ...], value: NDArray[Any]) -> dict[str, NDArray[Any
     """Planes (H, W) of an output by channel name; one numbered plane per light if one name stands for several."""
     if value.ndim == 2:
         return {names[0]: value}
+    if value.ndim == 4:
+        layer_channels = [name.split(".") for name in names]
+        return {
+            f"{layer}.{number}.{channel}": planes[..., k]
+            for number, planes in enumerate(value)
+            for k, (layer, channel) in enumerate(layer_channels)
+        }
     if len(names) == 1:
         return {f"{names[0]}.{number}": plane for number, plane in enumerate(value)}
     return {name: value[..., k] for k, name in enumerate(names)}

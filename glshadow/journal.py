@@ -32,7 +32,8 @@ class Journal:
         if self.path is None:
             return
         if self.path.is_symlink() or (self.path.exists() and not self.path.is_file()):
-            raise SettingsError(f"{self.path} is a link, a folder, a device or a pipe, where a journal must be a file")
+            kind = "a link" if self.path.is_symlink() else "a folder, a device or a pipe"
+            raise SettingsError(f"{self.path} is {kind}, where a journal must be a file")
         if not self.path.exists():
             return
         try:

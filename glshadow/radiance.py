@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from glshadow.core.srgb import linear_from_srgb
 from glshadow.errors import SceneError
-from glshadow.image import opened
+from glshadow.image import LARGEST_IMAGE, opened
 
 WIDEST, HIGHEST = 32768, 16384
+_MOST_TOGETHER = 1 << 26  # values of one row of tiles
 _TOGETHER = 1 << 22  # values read at once
 
 
@@ -32,19 +33,21 @@ def rows_of_file(source: str | os.PathLike[str]) -> Iterator[NDArray[np.float32]
     Raises
     ------
     SceneError
-        If it is not a readable image, or larger than 32768 x 16384.
+        If it is not a readable image, or larger than 2^28 pixels, 32768 x 16384.
     SettingsError
         If it is not a path.
     """
     with opened(source) as (reader, name):
         spec = reader.spec()
-        if not (0 < spec.width <= WIDEST and 0 < spec.height <= HIGHEST) or spec.depth > 1:
+        if spec.width > WIDEST or spec.height > HIGHEST or spec.width * spec.height > LARGEST_IMAGE or spec.depth > 1:
             raise SceneError(
-                f"{name}: {spec.width} x {spec.height} x {spec.depth} pixels; at most {WIDEST} x {HIGHEST} x 1 are read"
+                f"{name}: {spec.width} x {spec.height} x {spec.depth} pixels; at most {LARGEST_IMAGE}, {WIDEST} x {HIGHEST} x 1, are read"
             )
         encoded = str(spec.format) in ("uint8", "uint16")
         channels = 3 if spec.nchannels >= 3 else 1
         step = spec.tile_height or max(_TOGETHER // (spec.width * channels), 1)
+        if step * spec.width * channels > _MOST_TOGETHER:
+            raise SceneError(f"{name}: tiles of {spec.tile_width} x {spec.tile_height} pixels are too large")
         for first in range(spec.y, spec.y + spec.height, step):
             end = min(first + step, spec.y + spec.height)
             if spec.tile_height:

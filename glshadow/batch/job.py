@@ -30,7 +30,7 @@ from glshadow.core.setting import (
 from glshadow.core.spelling import parse
 from glshadow.core.strict_json import strict_json
 from glshadow.derive.look import BACKGROUND, look_of
-from glshadow.errors import GlshadowError, SettingsError
+from glshadow.errors import GlshadowError, SceneError, SettingsError
 from glshadow.image import FRAME_SUFFIXES
 from glshadow.lights import LIGHTS, DirectionalLight, Light, as_lights
 from glshadow.numbered import MOST_IMAGES, has_field, numbered
@@ -210,7 +210,7 @@ def _take(job: Job, number: int, taken: dict[bytes, int]) -> None:
 
 
 def parse_job(line: str, base: Path) -> Job:
-    """Parse one line; paths of models are relative to `base`."""
+    """Parse one line; paths of models, and of lights' images, are relative to `base`."""
     if len(line) > MOST_LINE:
         raise SettingsError(f"the line is longer than {MOST_LINE} characters")
     try:
@@ -227,6 +227,10 @@ def parse_job(line: str, base: Path) -> Job:
     for needed in ("scene", "output"):
         if needed not in given:
             raise SettingsError(f"{needed} is missing")
+    lights = given.get("lights")
+    for light in lights if isinstance(lights, list) else ():
+        if isinstance(light, dict) and isinstance(light.get("image"), str):
+            light["image"] = str(base / light["image"])
     for name, read in READ.items():
         if name in given and not (given[name] is None and name != "cameras"):
             given[name] = read(name, given[name])
@@ -252,7 +256,7 @@ def _made(kinds: Mapping[str, Callable[..., Any]], usual: str) -> Callable[[str,
             raise SettingsError(f"{name}: cookies are not supported in a batch")
         try:
             return kinds[kind](**rest)
-        except (TypeError, SettingsError) as error:
+        except (TypeError, SettingsError, SceneError) as error:
             raise SettingsError(f"{name}: {str(error).replace('__init__() ', '')}") from None
 
     return rule

@@ -14,7 +14,7 @@ from glshadow.cli import values
 from glshadow.cli.running import Work
 from glshadow.core.spaces import Triple
 from glshadow.core.spelling import vector
-from glshadow.errors import SettingsError
+from glshadow.errors import SceneError, SettingsError
 from glshadow.shadows.bias import BIASES
 from glshadow.shadows.fits import FITS
 
@@ -30,7 +30,7 @@ LAST = "Other"  # last section of the help page
 
 
 class Value(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.4 only
-    """Text read by a function of `values`; its SettingsError becomes a usage error that names the option."""
+    """Text read by a function of `values`; its error becomes a usage error that names the option."""
 
     def __init__(self, name: str, read: Callable[[str], Any]) -> None:
         self.name, self.read = name, read
@@ -40,7 +40,7 @@ class Value(click.ParamType):  # type: ignore[type-arg]  # generic since click 8
             return value
         try:
             return self.read(value)
-        except SettingsError as error:
+        except (SettingsError, SceneError) as error:
             self.fail(f"{error}.", param, ctx)
 
 

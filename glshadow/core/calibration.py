@@ -20,10 +20,11 @@ VIEW_FROM_CAMERA = np.diag([1.0, -1.0, -1.0])
 # R times its transpose may differ so much from the identity: matrices written with six digits are rotations
 ROUNDED = 1e-5
 SKEW = 1e-9  # share of the focal length: rounding of a computed matrix; more would shear the image
+MOST_TURN = 1e6  # radians of a Rodrigues vector: beyond it the angle loses its digits
 _CENTER = number(-1e3, 1e3)
 
 
-def intrinsic_matrix(window: tuple[float, float, float, float], size: tuple[int, int], center: float) -> Array:
+def intrinsic_matrix(window: tuple[float, float, float, float], size: tuple[float, float], center: float) -> Array:
     """K (3, 3) of a window (left, right, bottom, top, as tangents); `center`: coordinates of the first pixel's centre."""
     left, right, bottom, top = window
     fx, fy = size[0] / (right - left), size[1] / (top - bottom)
@@ -67,28 +68,37 @@ def pose_from_opencv(R: ArrayLike, t: ArrayLike) -> Array:
     SettingsError
         If R is not a rotation or t not three numbers.
     """
-    rotation, offset = _rotation(R), as_floats(t, (...,))
-    if offset is None or offset.size != 3 or not np.isfinite(offset).all():
+    rotation, offset = _rotation(R), _three(t)
+    if offset is None:
         raise refuse("t", "three finite numbers", t)
     pose = np.eye(4)
     pose[:3, :3] = rotation.T @ VIEW_FROM_CAMERA
-    pose[:3, 3] = -rotation.T @ offset.ravel()
+    pose[:3, 3] = -rotation.T @ offset
     return pose
 
 
 def _rotation(R: ArrayLike) -> Array:
-    given = as_floats(R, (...,))
-    if given is not None and given.size == 3 and np.isfinite(given).all():
-        return rodrigues(given.ravel())
+    turn = _three(R)
+    if turn is not None and np.abs(turn).max() <= MOST_TURN:
+        return rodrigues(turn)
+    given = as_floats(R, (3, 3))
     if (
         given is None
-        or given.shape != (3, 3)
         or not np.isfinite(given).all()
         or np.abs(given @ given.T - np.eye(3)).max() > ROUNDED
         or np.linalg.det(given) < 0.0
     ):
         raise refuse("R", "a rotation (3, 3), or a Rodrigues vector (3,)", R)
     return given
+
+
+def _three(value: ArrayLike) -> Array | None:
+    """Three finite numbers in a row or a column."""
+    for shape in ((3,), (3, 1), (1, 3)):
+        given = as_floats(value, shape)
+        if given is not None and np.isfinite(given).all():
+            return given.ravel()
+    return None
 
 
 def rodrigues(vector: Array) -> Array:

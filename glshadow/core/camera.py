@@ -16,13 +16,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from glshadow.core.calibration import intrinsic_matrix, opencv_pose
-from glshadow.core.setting import Settings, as_floats, refuse, vector
+from glshadow.core.setting import Settings, as_floats, refuse, several, vector, whole
 from glshadow.core.spaces import FARTHEST, Array, Triple, look_at, unit
 from glshadow.errors import SettingsError
 
 Window = tuple[float, float, float, float]
 
 PLACE = vector(3, -FARTHEST, FARTHEST)
+_SIZE = several(whole(1, 1 << 30), "pixels", 2)
 
 
 class Camera(Settings):
@@ -101,11 +102,14 @@ class Camera(Settings):
         Raises
         ------
         SettingsError
-            If the camera is not perspective.
+            If the camera is not perspective, or the size is not two integers of at least 1.
         """
         if not self.is_perspective:
             raise SettingsError(f"{type(self).__name__} has no intrinsic matrix: its rays are parallel")
-        return intrinsic_matrix(self.window(size), size, center)
+        given = _SIZE("size", size)
+        if len(given) != 2:
+            raise refuse("size", "two integers (width, height in pixels)", size)
+        return intrinsic_matrix(self.window(given), given, center)
 
     def opencv(self) -> tuple[Array, Array]:
         """Pose as OpenCV and COLMAP write it: R (3, 3) and t (3,) with R @ point + t in camera axes, x right, y down, z forward."""

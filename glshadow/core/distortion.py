@@ -18,7 +18,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from glshadow.core.setting import Settings, number, setting
+from glshadow.core.setting import Settings, as_floats, number, refuse, setting
 from glshadow.core.spaces import Array
 from glshadow.errors import SettingsError
 
@@ -129,9 +129,10 @@ class BrownDistortion(Distortion):
     def _radial(self) -> tuple[float, ...]:
         return self.k1, self.k2, self.k3
 
+    @np.errstate(all="ignore")  # NaN where there is no point, infinity beyond float64
     def distorted(self, points: ArrayLike) -> Array:
         """Points (..., 2) where the lens images the directions (x, y, 1)."""
-        x, y = np.moveaxis(np.asarray(points, dtype=np.float64), -1, 0)
+        x, y = np.moveaxis(_numbers(points), -1, 0)
         q = x * x + y * y
         radial, _ = self._terms(q)
         return np.stack(
@@ -142,9 +143,10 @@ class BrownDistortion(Distortion):
             axis=-1,
         )
 
+    @np.errstate(all="ignore")  # NaN where there is no point, infinity beyond float64
     def slopes(self, points: ArrayLike) -> Array:
         """Derivatives (..., 2, 2) of `distorted`."""
-        x, y = np.moveaxis(np.asarray(points, dtype=np.float64), -1, 0)
+        x, y = np.moveaxis(_numbers(points), -1, 0)
         radial, growth = self._terms(x * x + y * y)
         across = growth * x * y + 2.0 * (self.p1 * x + self.p2 * y)
         rows = [
@@ -160,7 +162,7 @@ class BrownDistortion(Distortion):
 
     def undistorted(self, points: ArrayLike) -> Array:
         """Points (..., 2) x, y whose directions (x, y, 1) the lens images at `points`; see `Distortion.undistorted`."""
-        given = np.asarray(points, dtype=np.float64)
+        given = _finite(points)
         radii = np.hypot(given[..., 0], given[..., 1])
         if self.p1 == 0.0 and self.p2 == 0.0:
             return given * _ratio(self._inverse(radii, _FARTHEST), radii)[..., None]
@@ -206,15 +208,17 @@ class FisheyeDistortion(Distortion):
     def _radial(self) -> tuple[float, ...]:
         return self.k1, self.k2, self.k3, self.k4
 
+    @np.errstate(all="ignore")  # NaN where there is no point, infinity beyond float64
     def distorted(self, points: ArrayLike) -> Array:
         """Points (..., 2) where the lens images the directions (x, y, 1)."""
-        given = np.asarray(points, dtype=np.float64)
+        given = _numbers(points)
         radii = np.hypot(given[..., 0], given[..., 1])
         return given * _ratio(self._profile(np.arctan(radii))[0], radii)[..., None]
 
+    @np.errstate(all="ignore")  # NaN where there is no point, infinity beyond float64
     def slopes(self, points: ArrayLike) -> Array:
         """Derivatives (..., 2, 2) of `distorted`."""
-        given = np.asarray(points, dtype=np.float64)
+        given = _numbers(points)
         radii = np.hypot(given[..., 0], given[..., 1])
         value, slope = self._profile(np.arctan(radii))
         across, along = _ratio(value, radii), slope / (1.0 + radii * radii)
@@ -224,9 +228,23 @@ class FisheyeDistortion(Distortion):
 
     def undistorted(self, points: ArrayLike) -> Array:
         """Points (..., 2) x, y whose directions (x, y, 1) the lens images at `points`; see `Distortion.undistorted`."""
-        given = np.asarray(points, dtype=np.float64)
+        given = _finite(points)
         radii = np.hypot(given[..., 0], given[..., 1])
         return given * _ratio(np.tan(self._inverse(radii, float(np.arctan(_FARTHEST)))), radii)[..., None]
+
+
+def _numbers(points: ArrayLike) -> Array:
+    given = as_floats(points, (..., 2))
+    if given is None:
+        raise refuse("points", "numbers (..., 2)", points)
+    return given
+
+
+def _finite(points: ArrayLike) -> Array:
+    given = _numbers(points)
+    if not np.isfinite(given).all():
+        raise refuse("points", "finite numbers (..., 2)", points)
+    return given
 
 
 def _ratio(value: Array, radii: Array) -> Array:

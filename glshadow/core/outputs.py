@@ -35,7 +35,7 @@ class Output:
     nothing : str
         Value where there is no surface.
     channels : tuple of str
-        Names in an EXR file; `visibility` has one channel per light, numbered.
+        Names in an EXR file; those of outputs per light are numbered.
     """
 
     name: str
@@ -53,8 +53,12 @@ OUTPUTS = (
            ("visibility",)),
     Output("linear", Of.MEAN, np.float32, "(H, W, 3)", "light before clamping; (H, W, 4) premultiplied over a transparent background",
            "background, decoded", ("R", "G", "B", "A")),
-    Output("alpha", Of.MEAN, np.float32, "(H, W)", "share of the samples that see a surface; on a catcher, its shadow's share", "0",
-           ("A",)),
+    Output("alpha", Of.MEAN, np.float32, "(H, W)",
+           "share of the samples that see a surface, what blends by its alpha; on a catcher, its shadow's share",
+           "0", ("A",)),
+    Output("transmittance", Of.CENTRE, np.float32, "(lights, H, W, 3)",
+           "share of each light's red, green and blue that translucent casters let through to the surface; 1 where there are none", "NaN",
+           ("transmittance.R", "transmittance.G", "transmittance.B")),
     Output("depth", Of.CENTRE, np.float32, "(H, W)", "distance along the camera's view direction", "infinity", ("Z",)),
     Output("depth_metric", Of.CENTRE, np.float32, "(H, W)", "(s z + min_z) / (min_z + max_z) of the camera", "1", ("depth_metric",)),
     Output("triangle", Of.CENTRE, np.int32, "(H, W)", "triangle index, counted over the scene's nodes in order", "-1", ("triangle",)),

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from glshadow.arguments import FrameRequest
 from glshadow.core.sampling import grid
-from glshadow.derive.look import Look
 from glshadow.derive.used import Used
 from glshadow.errors import warn
 from glshadow.gl.driver.clock import Clock
@@ -16,12 +14,10 @@ from glshadow.gl.driver.targets import clear_outputs
 from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.camera import draw_surface, nothing_in_view
 from glshadow.gl.passes.primary import count_surface, find_primary
-from glshadow.gl.passes.resolve import Share, resolve
+from glshadow.gl.passes.resolve import resolve
 from glshadow.gl.passes.translucent import untinted
 from glshadow.gl.resources import ResourceCache
-from glshadow.gl.techniques import LightPass
-from glshadow.gl.techniques.technique import open_receiver
-from glshadow.lights import DirectionalLight
+from glshadow.gl.shares import shares_of
 
 _EVERY_SAMPLE = "all {} samples of every pixel are shaded: collecting those that differ needs OpenGL 4.3, {} has {:.1f}"
 
@@ -48,7 +44,8 @@ class Drawn:
 
 def draw_frame(cache: ResourceCache, request: FrameRequest) -> Drawn:
     """Draw a frame; the context must be current."""
-    context, look, outputs, count = cache.context, request.look, request.outputs, len(request.lights)
+    context, look, outputs = cache.context, request.look, request.outputs
+    blending = cache.layers.scene(request.scene)
     # without atomics all samples are shaded, as pixels of a larger image
     pattern = (1, 1) if context.caps.compute else grid(look.samples)
     frame = cache.frame_context(request, pattern)
@@ -59,11 +56,11 @@ def draw_frame(cache: ResourceCache, request: FrameRequest) -> Drawn:
     with clock("shadow"):
         for each in lights:
             each.used = each.used or each.technique.update(frame)
-            each.tint = cache.translucent_maps.tint(frame, each.number, each.light)
+            each.tint = cache.translucent_maps.tint(frame, each.number, each.light, blending)
     with clock("resolve"):
         # cleared only now, so that tile-based rasterisers clear and draw each tile in one go
         clear_outputs(context, frame.targets, look.linear_background, look.background is None)
-        shares = _shares(frame, lights, look)
+        shares = shares_of(frame, lights, look)
         used = [each.technique.finalize(each.used) for each in lights if each.used]
         for share in shares:
             resolve(frame, share)
@@ -73,12 +70,13 @@ def draw_frame(cache: ResourceCache, request: FrameRequest) -> Drawn:
                 frame, shares, look.linear_background, look.background is None, "visibility" in outputs
             )
     with clock("read"):
-        results = cache.read(frame, outputs, count, look, pattern)
+        results = cache.read(frame, outputs, [(each.light, each.tint) for each in lights], look, pattern)
         if "shadow_maps" in outputs:
             results["shadow_maps"] = tuple(each.technique.stored() for each in lights)
+    layered = blending is not None and cache.layers.composite(frame, request, blending, results, clock)
     context.check_errors("rendering")
     camera_view = frame.camera_view
-    if not cache.any_surface:
+    if not (cache.any_surface or layered):
         warn(nothing_in_view(request.scene, camera_view))
     fallbacks = camera_view.fallbacks + ((cache.primary_fallback,) if cache.primary_fallback else ())
     if pattern != (1, 1):
@@ -86,7 +84,7 @@ def draw_frame(cache: ResourceCache, request: FrameRequest) -> Drawn:
     if clock.wanted:
         results["timings"] = clock.times()
     reported = tuple(
-        replace(each, fallbacks=each.fallbacks + untinted(frame.scene, light) + fallbacks)
+        replace(each, fallbacks=each.fallbacks + untinted(blending, light) + fallbacks)
         for each, light in zip(used, request.lights, strict=True)
     )
     return Drawn(results, reported, camera_view.near, camera_view.far)
@@ -111,16 +109,3 @@ def _draw_camera(cache: ResourceCache, frame: FrameContext, samples: int, clock:
             cache.samples(frame).fill(frame)
     cache.any_surface = cache.covered.passed
     cache.seen = key
-
-
-def _shares(frame: FrameContext, lights: Sequence[LightPass], look: Look) -> tuple[Share, ...]:
-    """Each light's contribution to the image; without lights that of a single black one."""
-    if not lights:
-        dark = DirectionalLight(intensity=0.0)
-        return (Share(dark, open_receiver(frame, dark), 0, 1, look.ambient, look.linear_background),)
-    several = frame.targets.samples > 1
-    return tuple(
-        Share(each.light, each.technique.marking_receiver(frame) if several else each.technique.receiver(frame),
-              each.number, len(lights), look.ambient, look.linear_background, each.tint)
-        for each in lights
-    )  # fmt: skip

@@ -16,7 +16,13 @@ from glshadow.gl.scene.geometry import GpuScene
 
 @dataclass(frozen=True, eq=False)
 class FrameContext:
-    """One frame's scene, camera and render targets, and the caches that outlive the frame."""
+    """One frame's scene, camera and render targets, and the caches that outlive the frame.
+
+    Parameters
+    ----------
+    measured : bool
+        Whether maps may be fitted to the camera's depth buffer; not for blended layers, of which it shows one at a time.
+    """
 
     context: GLContext
     programs: Programs
@@ -26,6 +32,7 @@ class FrameContext:
     scene: GpuScene
     camera_view: CameraView
     targets: CameraTargets
+    measured: bool = True
 
     @property
     def caps(self) -> Caps:

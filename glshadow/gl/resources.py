@@ -14,6 +14,7 @@ from glshadow.gl.driver.program import Programs
 from glshadow.gl.driver.queries import AnySamples
 from glshadow.gl.driver.targets import CameraTargets, SurfaceTargets, released_on_error
 from glshadow.gl.frame_context import FrameContext
+from glshadow.gl.layers import Layers, opaque_scene
 from glshadow.gl.passes.atlases import Atlases
 from glshadow.gl.passes.camera import CameraView, draw_surface, view_scene
 from glshadow.gl.passes.primary import find_primary
@@ -21,6 +22,7 @@ from glshadow.gl.passes.readback import average_samples, read_centres, read_mean
 from glshadow.gl.passes.samples import Samples
 from glshadow.gl.passes.screen import Samplers
 from glshadow.gl.passes.translucent import TranslucentMaps
+from glshadow.gl.passes.transmittance import Tinted, read_transmittance
 from glshadow.gl.scene.cookies import Cookies
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.scene.meshes import Meshes
@@ -59,6 +61,7 @@ class ResourceCache:
         self._samplers = Samplers.make(ctx)
         self.atlases = Atlases(context)
         self.cookies = Cookies(context)
+        self.layers = Layers(context, self.meshes)
         self._targets: Kept[CameraTargets] = Kept()
         self._samples: Kept[Samples] = Kept()
         self.camera_view: tuple[Any, CameraView] | None = None
@@ -72,10 +75,10 @@ class ResourceCache:
         lights, samples, outputs = len(request.lights), request.look.samples, request.outputs
         before = self.scene.thing.leave() if self.scene.thing and self.scene.differs(weakref.ref(scene)) else None
         with released_on_error([before] if before else []):
-            gpu = self.scene.get(weakref.ref(scene), lambda: GpuScene(context, self.meshes, scene, before))
+            gpu = self.scene.get(weakref.ref(scene), lambda: opaque_scene(context, self.meshes, scene, before))
         key = (camera, size, gpu.identity)
         if self.camera_view is None or self.camera_view[0] != key:
-            self.camera_view = (key, view_scene(scene, gpu, camera, size, context.caps.clip_control))
+            self.camera_view = (key, view_scene(gpu, camera, size, context.caps.clip_control))
         channels = 4 if gpu.textured else 2 if gpu.smooth else 1
         several = samples > 1
         shape = (
@@ -98,26 +101,35 @@ class ResourceCache:
         return self._samples.get(frame.targets.identity, lambda: Samples(frame))
 
     def read(
-        self, frame: FrameContext, outputs: frozenset[str], lights: int, look: Look, pattern: tuple[int, int]
+        self, frame: FrameContext, outputs: frozenset[str], lights: Tinted, look: Look, pattern: tuple[int, int]
     ) -> dict[str, Any]:
         """A frame's outputs except maps and timings. Outputs that only a pixel's centre has are drawn for it."""
         targets, transparent = frame.targets, look.background is None
         if pattern == (1, 1):
-            results = read_means(outputs, targets, lights, transparent)
+            results = read_means(outputs, targets, len(lights), transparent)
         else:
-            fine = read_means(outputs | {"linear", "alpha"}, targets, lights, transparent)
+            fine = read_means(outputs | {"linear", "alpha"}, targets, len(lights), transparent)
             results = average_samples(outputs, fine, pattern, transparent)
         if outputs.isdisjoint(CENTRES):
             return results
         if look.samples == 1:
-            return results | read_centres(outputs, frame.scene, frame.camera_view, targets.fine)
+            return results | self._centres(frame, outputs, lights, targets.fine)
         # no sample lies at the centre of a pixel
         middle = SurfaceTargets(self.context, frame.camera_view.size, targets.surface.components, "the pixels' middles")
         draw_surface(self.context, frame.programs, frame.scene, frame.camera_view, middle.framebuffer)
         find_primary(frame, middle)
-        results |= read_centres(outputs, frame.scene, frame.camera_view, middle)
+        results |= self._centres(frame, outputs, lights, middle)
         self.rest()
         middle.release()
+        return results
+
+    @staticmethod
+    def _centres(
+        frame: FrameContext, outputs: frozenset[str], lights: Tinted, surface: SurfaceTargets
+    ) -> dict[str, Any]:
+        results = read_centres(outputs, frame.scene, frame.camera_view, surface)
+        if "transmittance" in outputs:
+            results["transmittance"] = read_transmittance(frame, surface, lights)
         return results
 
     def rest(self) -> None:
@@ -129,5 +141,6 @@ class ResourceCache:
     def release(self) -> None:
         """Free the GPU memory, dependent resources first."""
         for thing in (self.scene, self._targets, self._samples, self.programs, self.meshes, self._samplers, self.covered,
-                      self.atlases, self.cookies, self._idle, self._idle_color, self.techniques, self.translucent_maps):  # fmt: skip
+                      self.atlases, self.cookies, self._idle, self._idle_color, self.techniques, self.layers,
+                      self.translucent_maps):  # fmt: skip
             thing.release()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from glshadow.errors import SceneError
 from glshadow.io.builder import Builder
-from glshadow.io.imported import Imported, blended, reflectance
+from glshadow.io.imported import Imported, reflectance
 from glshadow.scene.mesh import AlphaMode, Material
 from glshadow.scene.nodes import Node
 
@@ -57,13 +57,12 @@ def read_open3d(source: Any) -> Imported:
         mesh = _mesh(builder, arrays, part, texture, name)
         if mesh is not None:
             found.nodes.append(Node(mesh, np.eye(4), name))
-    found.notes += blended(found.nodes)
     return found
 
 
 def _legacy(mesh: Any) -> _Arrays:
-    """Textures of the legacy interface have row 0 at v = 0: its readers turn images upside down."""
-    textures = tuple(np.asarray(each)[::-1] for each in getattr(mesh, "textures", ()))
+    """Textures of the legacy interface have row 0 at v = 0: its readers turn images upside down. Some are empty."""
+    textures = [np.asarray(each) for each in getattr(mesh, "textures", ())]
     return _Arrays(
         np.asarray(mesh.vertices, dtype=np.float64),
         np.asarray(mesh.triangles),
@@ -71,7 +70,7 @@ def _legacy(mesh: Any) -> _Arrays:
         _filled(mesh.vertex_colors),
         uv=_filled(mesh.triangle_uvs),
         picks=_filled(mesh.triangle_material_ids),
-        textures=tuple(each if each.ndim >= 2 else None for each in textures),
+        textures=tuple(each[::-1] if each.ndim >= 2 else None for each in textures),
     )
 
 

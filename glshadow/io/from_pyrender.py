@@ -15,7 +15,6 @@ from glshadow.io.imported import (
     WIDEST_CONE,
     Imported,
     alpha_mode,
-    blended,
     fans,
     linear_colors,
     reflectance,
@@ -57,7 +56,6 @@ def read_pyrender(scene: Any, made: Made | None = None) -> Imported:
     found.camera, found.cameras = _cameras(scene, found.notes)
     placed = sorted(scene.light_nodes, key=_order(scene))
     found.lights = [_light(node.light, np.asarray(scene.get_pose(node)), found.notes) for node in placed] or None
-    found.notes += blended(found.nodes)
     return found
 
 

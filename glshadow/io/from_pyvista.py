@@ -11,19 +11,20 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.io.builder import Builder
-from glshadow.io.imported import Imported, blended
-from glshadow.io.limits import Budget
+from glshadow.io.imported import Imported
+from glshadow.io.limits import Budget, Limits
 from glshadow.io.polygons import triangulated
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node
 
 COLOR_NAMES = ("rgb", "rgba", "color", "colors")
 MOST_BLOCKS = 10**6
+UNLIMITED = Limits(triangles=2**62, expansion=1e12, seconds=1e9)  # objects in memory are not limited
 
 Indices = NDArray[np.int64]
 
 
-def read_pyvista(source: Any, budget: Budget) -> Imported:
+def read_pyvista(source: Any) -> Imported:
     """Read a PyVista dataset or MultiBlock.
 
     Colours are arrays of bytes (N, 3 or 4): the active scalars, or an array that is named RGB, RGBA, color or colors; of points, or else
@@ -37,12 +38,11 @@ def read_pyvista(source: Any, budget: Budget) -> Imported:
     builder = Builder()
     found = Imported(notes=builder.notes)
     for name, block in _blocks(source):
-        mesh = _mesh(builder, _surface(block, name), name, budget)
+        mesh = _mesh(builder, _surface(block, name), name)
         if mesh is not None:
             found.nodes.append(Node(mesh, np.eye(4), name))
     if not found.nodes:
         raise SceneError("nothing to render: it has no polygons")
-    found.notes += blended(found.nodes)
     return found
 
 
@@ -73,7 +73,7 @@ def _surface(block: Any, name: str) -> Any:
         return block.extract_surface()
 
 
-def _mesh(builder: Builder, surface: Any, name: str, budget: Budget) -> Mesh | None:
+def _mesh(builder: Builder, surface: Any, name: str) -> Mesh | None:
     positions = np.asarray(surface.points, dtype=np.float64)
     corners, counts = _cells(surface.faces)
     strips, lengths = _cells(getattr(surface, "strips", ()))
@@ -83,7 +83,7 @@ def _mesh(builder: Builder, surface: Any, name: str, budget: Budget) -> Mesh | N
     if len(corners) + len(strips) == 0:
         return None
     _check_range(np.concatenate([corners, strips]), len(positions), name)
-    local, polygon = triangulated(positions, corners, counts, builder.notes, budget)
+    local, polygon = triangulated(positions, corners, counts, builder.notes, Budget(UNLIMITED))
     triangles = [corners[local]]
     owners = [polygon]
     for number, (start, length) in enumerate(zip(np.cumsum(lengths) - lengths, lengths, strict=True)):

@@ -10,7 +10,7 @@ from glshadow.core.cameras import PerspectiveCamera
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.io.builder import Builder
-from glshadow.io.imported import Imported, blended
+from glshadow.io.imported import Imported
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node
 
@@ -46,7 +46,6 @@ def read_trimesh(source: Any) -> Imported:
             found.camera = PerspectiveCamera.from_pose(source.camera_transform, float(source.camera.fov[1]))
     else:
         raise SceneError(f"nothing to render: a trimesh.{type(source).__name__} has no triangles")
-    found.notes += blended(found.nodes)
     return found
 
 

@@ -196,16 +196,6 @@ def usable_normals(
     return np.where(good[:, None], result, mean).astype(np.float32)
 
 
-def blended(nodes: list[Node]) -> list[str]:
-    """The note on alpha-blended meshes, if there are any."""
-    count = sum(node.mesh.material.alpha_mode is AlphaMode.BLEND for node in nodes)
-    return (
-        [f"{count} of {len(nodes)} meshes are alpha blended: drawn opaque; light through them is tinted"]
-        if count
-        else []
-    )
-
-
 def solid(material: Material, colors: NDArray[np.float32] | None = None) -> Material:
     """The material. BLEND becomes OPAQUE if neither material nor vertices are transparent (pyrender and exporters write it so)."""
     if material.alpha_mode is not AlphaMode.BLEND or material.color[3] < 1.0:

@@ -205,7 +205,7 @@ def _reader(
         placed = Scene(source if isinstance(source, list | tuple) else [source])
         return "scene", "scene", lambda: Imported(list(placed.nodes), None, None), False
     kind = f"{str(type(source).__module__).partition('.')[0]}.{type(source).__name__}"
-    read = _library_reader(source, budget)
+    read = _library_reader(source)
     if read is not None:
         return kind, "scene", read, False
     raise SceneError(
@@ -235,7 +235,7 @@ def _stored_reader(
     return None
 
 
-def _library_reader(source: Any, budget: Budget) -> Callable[[], Imported] | None:
+def _library_reader(source: Any) -> Callable[[], Imported] | None:
     """A function that reads another library's object, known by its class's module; None for everything else."""
     libraries = {str(parent.__module__).partition(".")[0] for parent in type(source).__mro__}
     if "trimesh" in libraries:
@@ -249,7 +249,7 @@ def _library_reader(source: Any, budget: Budget) -> Callable[[], Imported] | Non
     if "pyvista" in libraries:
         from glshadow.io.from_pyvista import read_pyvista
 
-        return lambda: read_pyvista(source, budget)
+        return lambda: read_pyvista(source)
     if "open3d" in libraries:
         from glshadow.io.from_open3d import read_open3d
 

@@ -159,7 +159,7 @@ class EnvironmentLight(DistantLight):
                 np.stack([flat, ring[:, 1], ring[:, 0]], axis=-1),
             ]
         )
-        rings = 0.5 * size * (rings @ self.axes)
+        rings = 0.35 * size * (rings @ self.axes)
         return Gizmo(np.stack([rings[:, :-1], rings[:, 1:]], axis=2).reshape(-1, 2, 3), opacity=0.5, rays=12)
 
 

@@ -65,8 +65,7 @@ class Rays:
         self.normals[~self.solid] = (0.0, 1.0, 0.0)
 
     def __getstate__(self) -> dict[str, Any]:
-        # Embree objects cannot be pickled
-        return {k: v for k, v in self.__dict__.items() if k not in ("_drawn", "_casting")}
+        return {k: v for k, v in self.__dict__.items() if k not in ("_drawn", "_casting")}  # Embree's cannot be pickled
 
     @cached_property
     def round_normals(self) -> Array | None:
@@ -103,7 +102,12 @@ class Rays:
 
     @cached_property
     def _drawn(self) -> _Embree:
-        return _Embree(self.corners, np.flatnonzero(self.solid), self.size)
+        return _Embree(self.corners, np.flatnonzero(self.seen), self.size)
+
+    @cached_property
+    def seen(self) -> Bools:
+        """Triangles (T,) that cameras see: with a non-zero area, of a node that is drawn and does not blend."""
+        return np.asarray(self.solid & np.array([n.drawn and not n.blends for n in self.scene.nodes])[self.node])
 
     @cached_property
     def receives(self) -> Bools:
@@ -113,14 +117,12 @@ class Rays:
     @cached_property
     def casts(self) -> Bools:
         """Triangles (T,) that block light: with a non-zero area, not blended, of a node that casts."""
-        nodes = self.scene.nodes
-        casting = [n.casts and n.mesh.material.alpha_mode is not AlphaMode.BLEND for n in nodes]
-        return np.asarray(self.solid & np.array(casting)[self.node])
+        return np.asarray(self.seen & np.array([node.casts for node in self.scene.nodes])[self.node])
 
     @cached_property
     def _casting(self) -> _Embree | None:
         casting = np.flatnonzero(self.casts)
-        if len(casting) == self.solid.sum():
+        if len(casting) == self.seen.sum():
             return self._drawn
         return _Embree(self.corners, casting, self.size) if len(casting) else None
 
@@ -315,8 +317,8 @@ class _Embree:
 
     def first(self, starts: Array, directions: Array, length: Array) -> Ints:
         """Index of the first triangle within `length` (N,) times the direction (N, 3) of each ray, or -1."""
-        if len(starts) == 0:
-            return np.zeros(0, dtype=np.int32)
+        if len(starts) == 0 or len(self.numbers) == 0:
+            return np.full(len(starts), -1, dtype=np.int32)
         norm = np.sqrt(dot(directions, directions))
         unit = directions / norm[:, None]
         reach = np.clip(length * norm * self.scale, 0.0, 1e30).astype(np.float32)

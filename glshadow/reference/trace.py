@@ -41,7 +41,7 @@ def trace(
     viewer points away from the light. A point of a smooth mesh is moved by its vertex normals, see `geometry.smooth`, and is unlit if
     the interpolated normal points away. Surfaces are two-sided. A node that does not receive is never in shadow; one that does not cast
     shadows nothing. MASK materials have no surface where alpha is below the cutoff (alpha sampled bilinearly at the finest level);
-    BLEND materials are visible but cast no shadow; a light with `shadow=None` is never blocked. Outside a spot's cone and behind a
+    what blends is neither seen nor a caster; a light with `shadow=None` is never blocked. Outside a spot's cone and behind a
     RectLight visibility is 0; range and strength do not affect it (see `Truth.reached`).
 
     Parameters
@@ -88,6 +88,8 @@ def trace(
     for offset in offsets(samples).tolist():
         part = hits if samples == 1 else _surfaces(rays, camera, size, tuple(offset))
         seen[part.rows] += 1.0
+        if len(part.rows) == 0:
+            continue
         for number, source in enumerate(sources):
             mean, variance = source.visibility(
                 rays, part.triangle[part.rows], part.points, part.normals, light_samples, generator

@@ -32,9 +32,10 @@ def check_scene(nodes: list[Node], *, stored: bool) -> list[str]:
     SceneError
         If nothing is visible, or the size is outside the range that float32 can draw.
     """
-    nodes = [node for node in nodes if len(node.mesh.triangles)]
+    some = any(len(node.mesh.triangles) for node in nodes)
+    nodes = [node for node in nodes if node.drawn]
     if not nodes:
-        raise SceneError("nothing to render: it has no triangles")
+        raise SceneError(f"nothing to render: {'the alpha of all of it is 0' if some else 'it has no triangles'}")
     boxes = np.stack([node.mesh.bounds for node in nodes]), np.stack([node.world_from_mesh for node in nodes])
     corners = box_corners(*boxes)
     with np.errstate(invalid="ignore"):  # infinite corners: see check_place

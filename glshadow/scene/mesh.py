@@ -28,6 +28,7 @@ from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.geometry.closed import connected
 from glshadow.scene import summary
+from glshadow.scene.alpha import alpha_range
 
 F = TypeVar("F", bound=np.floating[Any])
 
@@ -59,10 +60,15 @@ class Material(Settings):
     texture : (H, W, 4) uint8, optional
         sRGB colour with linear alpha, row 0 at the top (v = 1), multiplied by `color`.
     alpha_mode : AlphaMode
-        MASK: fragments below `cutoff` are discarded, in the camera and the caster pass. BLEND: drawn opaque, but a translucent caster: it
-        tints the light that passes through it by (1 - alpha) and its colour; visibility ignores it.
+        MASK: fragments below `cutoff` are discarded, in the camera and the caster pass. BLEND: composited over what is behind it, and a
+        translucent caster: it tints the light that passes through it by (1 - alpha) and its colour. Where alpha is 0, there is nothing.
+        All outputs but the image ignore it, unless nothing of it is transparent.
     double_sided : bool
         Whether both sides are meant to be visible. (Both are always drawn; culling is only used where it makes no difference.)
+    transmission : float
+        Share of the light that passes through a thin wall, tinted by the base colour, instead of being scattered.
+    transmission_map : (H, W, 4) uint8, optional
+        Multiplied with `transmission` by its red channel, which is linear; at the same texture coordinates as `texture`.
 
     Raises
     ------
@@ -77,6 +83,8 @@ class Material(Settings):
     alpha_mode: AlphaMode = setting(instance(AlphaMode), AlphaMode.OPAQUE, help="how alpha is used")
     cutoff: float = setting(number(), 0.5, help="alpha below which fragments of a MASK material are discarded")
     double_sided: bool = setting(flag(), False, help="both sides are meant to be visible")
+    transmission: float = setting(number(0.0, 1.0), 0.0, help="share of the light that passes through, tinted")
+    transmission_map: NDArray[np.uint8] | None = setting(optional(_pixels, "none"), None, help="its red channel")
 
     __repr__ = summary.material_line
 
@@ -169,6 +177,21 @@ class Mesh:
         # numpy reduces columns much faster than rows of three
         columns = [self.positions[used, axis] for axis in range(3)]
         return np.array([[c.min() for c in columns], [c.max() for c in columns]])
+
+    @cached_property
+    def alphas(self) -> tuple[float, float]:
+        """Least and greatest alpha, as far as the alpha mode blends by it; otherwise 1."""
+        return alpha_range(self)
+
+    @property
+    def blends(self) -> bool:
+        """Whether anything is seen through it."""
+        return self.material.transmission > 0.0 or self.alphas[0] < 1.0
+
+    @property
+    def unseen(self) -> bool:
+        """Whether its alpha is 0 everywhere: it is not drawn and casts no shadow."""
+        return self.alphas[1] == 0.0
 
     @property
     def closed(self) -> bool:

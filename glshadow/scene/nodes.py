@@ -62,6 +62,16 @@ class Node(Settings):
     __repr__ = summary.node_line
 
     @property
+    def drawn(self) -> bool:
+        """Whether it has triangles, and an alpha that is not 0 everywhere; a shadow catcher's alpha does not count."""
+        return len(self.mesh.triangles) > 0 and (self.catches or not self.mesh.unseen)
+
+    @property
+    def blends(self) -> bool:
+        """Whether what is behind it is seen through it; a shadow catcher's alpha does not count."""
+        return self.mesh.blends and not self.catches
+
+    @property
     def label(self) -> str:
         """Name of the node in messages."""
         return f"Node {shown(self.name)}" if isinstance(self.name, str) else "Node"
@@ -152,8 +162,11 @@ class Scene(Settings):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not any(len(node.mesh.triangles) for node in self.nodes):
-            raise SceneError(f"{self.name}: nothing to render, it has no triangles")
+        if not any(node.drawn for node in self.nodes):
+            some = any(len(node.mesh.triangles) for node in self.nodes)
+            raise SceneError(
+                f"{self.name}: nothing to render, {'the alpha of all of it is 0' if some else 'it has no triangles'}"
+            )
         self._check_place()
         if self.camera is None:
             object.__setattr__(self, "camera", default_camera(self.bounds))
@@ -173,13 +186,17 @@ class Scene(Settings):
 
     @cached_property
     def drawn(self) -> NDArray[np.int64]:
-        """(N,) indices of the nodes that have triangles."""
-        counts = np.fromiter((len(node.mesh.triangles) for node in self.nodes), dtype=np.int64, count=len(self.nodes))
-        return np.flatnonzero(counts)
+        """(N,) indices of the nodes that are drawn, opaque or not: see `Node.drawn`."""
+        return np.flatnonzero(np.fromiter((node.drawn for node in self.nodes), dtype=bool, count=len(self.nodes)))
+
+    @cached_property
+    def blending(self) -> NDArray[np.bool_]:
+        """(N,) which of the drawn nodes are composited over what is behind them."""
+        return np.array([self.nodes[i].blends for i in self.drawn.tolist()])
 
     @cached_property
     def boxes(self) -> tuple[Array, Array]:
-        """Mesh bounds (N, 2, 3) and world_from_mesh (N, 4, 4) of the nodes that have triangles."""
+        """Mesh bounds (N, 2, 3) and world_from_mesh (N, 4, 4) of the drawn nodes."""
         nodes = [self.nodes[i] for i in self.drawn.tolist()]
         bounds = np.concatenate([node.mesh.bounds for node in nodes]).reshape(-1, 2, 3)
         return bounds, np.concatenate([node.world_from_mesh for node in nodes]).reshape(-1, 4, 4)
@@ -312,7 +329,7 @@ class Scene(Settings):
 
     def _lowest(self, model: bool = False) -> float:
         """Least world y of all nodes, or of the model's alone."""
-        return min(_lowest(node) for node in self.nodes if len(node.mesh.triangles) and not (model and node.ground))
+        return min(_lowest(node) for node in self.nodes if node.drawn and not (model and node.ground))
 
 
 def _ground(bounds: Array, lowest: float, catches: bool) -> Node:

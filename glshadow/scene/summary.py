@@ -25,6 +25,8 @@ def material_line(material: Material) -> str:
         parts.append(f"MASK below {material.cutoff:.4g}")
     elif material.alpha_mode.value == "BLEND":
         parts.append("BLEND")
+    if material.transmission > 0.0:
+        parts.append(f"transmission {material.transmission:.4g}")
     return f"Material({', '.join(parts + ['double-sided'] * material.double_sided)})"
 
 

@@ -84,10 +84,10 @@ class Floor:
     def __init__(self, renderer: Renderer, scene: Scene, size: tuple[int, int], resolution: int = 2048) -> None:
         self._context = renderer._context
         self.scene, self.size, self.resolution = scene, size, resolution
-        self._nodes = [node for node in scene.nodes if len(node.mesh.triangles)]
+        self._nodes = [scene.nodes[i] for i in scene.drawn.tolist()]
         self._world_from_mesh = np.stack([node.world_from_mesh for node in self._nodes])
         self._boxes = box_corners(*scene.boxes)
-        self._casts = np.array([node.mesh.material.alpha_mode is not AlphaMode.BLEND for node in self._nodes])
+        self._casts = ~scene.blending
         self._owned: list[Any] = []
         with self._context.drawing():
             ctx = self._context.ctx

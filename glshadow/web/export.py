@@ -116,7 +116,8 @@ def _described(
     low, high = scene.extent
     origin = 0.5 * (low + high)  # origin of the page's coordinates: its floats have 32 bits
     corners, normals, nodes, first = [], [], [], 0
-    for node in scene.nodes:
+    drawn = [scene.nodes[i] for i in scene.drawn.tolist()]
+    for node in drawn:
         mesh = node.mesh
         places = world_positions(mesh.positions.astype(np.float64), node.world_from_mesh, origin)[mesh.triangles]
         normal = np.cross(places[:, 1] - places[:, 0], places[:, 2] - places[:, 0])
@@ -135,7 +136,7 @@ def _described(
     boxes = scene.corners
     guard = int(np.ceil(filter.reach_texels)) + 1
     views = shadow_views(
-        light, list(boxes), boxes[[node.casts for node in scene.nodes]].reshape(-1, 3), CLIP, resolution, guard
+        light, list(boxes), boxes[[node.casts for node in drawn]].reshape(-1, 3), CLIP, resolution, guard
     )
     if not views:
         raise SettingsError("the light does not reach the scene")

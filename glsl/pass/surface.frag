@@ -24,10 +24,19 @@
 #ifndef GLS_ORTHO
 #define GLS_ORTHO 0
 #endif
+#ifndef GLS_PEEL
+#define GLS_PEEL 0 // 1: draws a layer of blended surfaces: the nearest fragments behind those of the layer before, see lib/peel.glsl
+#endif
+#ifndef GLS_TRANSMISSION_MAP
+#define GLS_TRANSMISSION_MAP 0
+#endif
 #include "lib/direction.glsl"
 #include "lib/color_packing.glsl"
-#if GLS_CONSERVATIVE
 #include "lib/surface_number.glsl"
+#if GLS_PEEL
+#include "lib/peel.glsl"
+#endif
+#if GLS_CONSERVATIVE
 #include "lib/ray_triangle.glsl"
 uniform mat3 u_ray_l; // u_ray_l * (NDC x, y, 1): ray of unit view depth; GLS_ORTHO: its start, from the eye
 uniform vec3 u_eye_l; // relative to the scene's origin
@@ -49,7 +58,7 @@ layout(location = 0) out uvec2 o_surface;
 #else
 layout(location = 0) out uvec4 o_surface;
 #endif
-#if GLS_SURFACE == 4 || GLS_ALPHA
+#if GLS_SURFACE == 4 || GLS_ALPHA || GLS_PEEL
 uniform vec4 u_color; // linear factor
 #endif
 #if GLS_ALPHA
@@ -99,6 +108,10 @@ vec2 uv_of(vec3 weights) {
 #endif
 #endif
 
+#if GLS_PEEL
+vec4 kept; // what the surface lets through, and its own share
+#endif
+
 bool exists(out uvec4 surface) { // false: discarded by the alpha test
     uint triangle = uint(v_triangle);
 #if GLS_SMOOTH
@@ -107,7 +120,7 @@ bool exists(out uvec4 surface) { // false: discarded by the alpha test
     uint normal = 0u;
 #endif
     surface = uvec4(triangle, normal, 0u, 0u);
-#if GLS_SURFACE == 4 || GLS_ALPHA
+#if GLS_SURFACE == 4 || GLS_ALPHA || GLS_PEEL
     vec4 color = u_color;
 #if GLS_COLORED
     color *= v_color;
@@ -125,6 +138,15 @@ bool exists(out uvec4 surface) { // false: discarded by the alpha test
 #else
     color *= texture(u_texture, v_uv, GLS_LOD);
 #endif
+#endif
+#if GLS_PEEL
+    float transmission = u_transmission;
+#if GLS_TRANSMISSION_MAP
+    transmission *= texture(u_transmission_map, v_uv).r;
+#endif
+    kept = kept_of(color, transmission);
+    if (kept.a <= 0.0) return false;
+    color.rgb *= 1.0 - transmission; // what is transmitted is not scattered
 #endif
     surface.b = pack_color(color.rgb);
 #endif
@@ -154,6 +176,10 @@ void main() {
     if (!hit.met || !exists(surface)) discard;
 #else
     if (!exists(surface)) discard;
+#endif
+#if GLS_PEEL
+    if (!is_next(surface.r)) discard;
+    o_kept = kept;
 #endif
 #if GLS_SURFACE == 1
     o_surface = surface.r;

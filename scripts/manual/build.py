@@ -19,7 +19,7 @@ import glshadow
 from scripts.manual import gallery, reference, sessions
 
 ROOT = Path(__file__).resolve().parents[2]
-GUIDES = ("tutorial", "arrays", "notebooks", "window", "programs", "pyrender", "page", "batch")
+GUIDES = ("tutorial", "arrays", "cameras", "notebooks", "window", "programs", "pyrender", "page", "batch")
 """Pages for one who begins, in their order."""
 INVENTORY = "objects.inv"
 """Files that Sphinx leaves in its output folder: a folder without them is not overwritten."""

@@ -142,6 +142,10 @@ def _surface() -> Iterator[Variant]:
                 yield Variant(name, "core330", {}, defines)
             yield Variant("pass/surface.vert", "core330", {}, {**defines, "GLS_INSTANCED": 1})
             yield Variant("pass/surface.geom", "core330", {}, defines)
+            for reverse, mapped in product((0, 1), (0, 1)):
+                if mapped <= textured:
+                    peeled = {"GLS_PEEL": 1, "GLS_REVERSED": reverse, "GLS_TRANSMISSION_MAP": mapped}
+                    yield Variant("pass/surface.frag", "core330", {}, {**defines, **peeled})
             for parallel, (dialect, double) in product((0, 1), (("core330", 0), ("core400", 0), ("core400", 1))):
                 tested = {"GLS_CONSERVATIVE": 1, "GLS_ORTHO": parallel, "GLS_DOUBLE": double}
                 yield Variant("pass/surface.frag", dialect, {}, {**defines, **tested})
@@ -242,12 +246,26 @@ def _resolve() -> Iterator[Variant]:
         for dialect in DIALECTS:
             few = tint | {"GLS_TINT": min(kind.most_views, 2 if dialect == "es100" else 6)}  # as of cascades
             yield Variant("pass/forward.frag", dialect, open_slots(kind), {**few, "GLS_OUTPUT": 1})
-    for (textured, colored), name in product(_PAINTS, ("pass/translucent.vert", "pass/translucent.frag")):
-        yield Variant(name, "core330", {}, {"GLS_TEXTURED": textured, "GLS_COLORED": colored})
+        yield Variant("pass/resolve.frag", "core330", open_slots(kind), {**tint, "GLS_TINT_LAYERS": 4})
+        for parallel in (0, 1):
+            yield Variant("pass/transmittance.frag", "core330", {}, {**tint, "GLS_ORTHO": parallel})
+    for textured, colored in _PAINTS:
+        painted: dict[str, int | str] = {"GLS_TEXTURED": textured, "GLS_COLORED": colored}
+        yield Variant("pass/translucent.vert", "core330", {}, painted)
+        for alpha, behind, mapped in product((0, 1), (0, 1), (0, 1)):
+            if mapped <= textured:
+                defines = {"GLS_ALPHA": alpha, "GLS_BEHIND": behind, "GLS_TRANSMISSION_MAP": mapped}
+                yield Variant("pass/translucent.frag", "core330", {}, painted | defines)
+    yield Variant("pass/stack.frag", "core330", {}, {})
     for parallel, dialect in product((0, 1), ("core330", "core400")):
         yield Variant("pass/primary.frag", dialect, {}, {"GLS_ORTHO": parallel})
     for channels in (1, 2, 4):
         yield Variant("pass/nothing.frag", "core330", {}, {"GLS_SURFACE": channels})
+    for product_ in (0, 1):
+        yield Variant("pass/layer.frag", "core330", {}, {"GLS_PRODUCT": product_})
+    for samples, name in product(SAMPLES, ("pass/unlayered.frag", "pass/layered_mean.frag")):
+        columns, rows = grid(samples)
+        yield Variant(name, "core330", {}, {"GLS_COLUMNS": columns, "GLS_ROWS": rows})
     for samples in SAMPLES[1:]:
         columns, rows = grid(samples)
         block: dict[str, int | str] = {"GLS_COLUMNS": columns, "GLS_ROWS": rows}

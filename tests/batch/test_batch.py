@@ -99,6 +99,8 @@ WRONG: list[tuple[dict[str, Any] | str, str]] = [
     ({"orbit": 100_001, "output": "{}.png"}, "orbit must be"),
     ({"size": [0, 3]}, "size must be"), ({"size": "big"}, "size must be"), ({"samples": 3}, "samples must be"),
     ({"lights": [{"kind": "lamp"}]}, r"lights\[0\].kind must be one of"), ({"lights": [{"kind": "point"}]}, r"lights\[0\]: .*position"),
+    ({"lights": [{"kind": "environment", "image": "nowhere.hdr"}]}, r"lights\[0\]: .*nowhere.hdr: image file not found"),
+    ({"lights": [{"kind": "environment", "image": [[[-1, 0, 0]]]}]}, r"lights\[0\]: .*negative"),
     ({"lights": [{"kind": "sun", "colour": 3}]}, r"lights\[0\]: .*colour"), ({"lights": {}}, "lights must be a list"),
     ({"cameras": [{"fov_y": 300}]}, "fov_y must be"), ({"cameras": 1}, "cameras must be a list"), ({"cameras": [3]}, "must be an object"),
     ({"shadow": {"filter": "pfc"}}, "is not a filter"), ({"shadow": {"colour": 1}}, "'colour' unknown"),

@@ -199,6 +199,8 @@ def test_overlay(folder):
         (("--up-axis", "w"), ("--up-axis", "'x', 'y', 'z'")),
         (("--up-axis", "z"), ("--up-axis", "MODEL")),
         (("--light", "moon:1,2,3"), ("--light", "spot:px,py,pz:dx,dy,dz")),
+        (("--light", "environment:nowhere.hdr"), ("--light", "nowhere.hdr: image file not found")),
+        (("--light", "sun:1,-2,3:cookie=nowhere.png"), ("--light", "nowhere.png: image file not found")),
         (("--resolution", "0"), ("--resolution", "[1, 16384]")),
         (("--filter", "pcf:9"), ("--filter", "Pcf radius")),
         (("--bias", "constant"), ("--bias", "constant:WORLD")),

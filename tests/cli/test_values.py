@@ -71,6 +71,7 @@ def test_light(text, light):
         ("rect:0,3,0:0,-1,0:2,1:up=0,1,0", "up must not be parallel to direction"),
         ("rect:0,3,0:0,-1,0:2,1:radius=1", "a rect has no setting 'radius'"),
         ("sky:1,2,3", "sky"),
+        ("environment", "environment:FILE"),
         ("sky:angle=3", "a sky has no setting 'angle'"),
         ("spot:1,2,3", "spot:px,py,pz:dx,dy,dz"),
         ("spot:1,2,3:0,-1,0:95", "outer_angle"),

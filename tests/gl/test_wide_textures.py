@@ -37,6 +37,9 @@ def test_light_is_averaged_and_not_bytes():
     pixels = np.zeros((1, 8, 4), dtype=np.uint8)
     pixels[:, ::2] = 255
     assert shrunk(pixels, 4).tolist() == [[[188, 188, 188, 128]] * 4]
+    grey = np.array([64, 192], dtype=np.uint8)[np.arange(8) % 2, None].repeat(4, axis=1)[None]
+    expected = round(float(255 * srgb_from_linear(linear_from_srgb(np.array([64, 192]) / 255).mean())))
+    assert (expected, shrunk(grey, 4)[0, 0].tolist()) == (146, [146, 146, 146, 128])
     assert shrunk(pixels, 4, srgb=False).tolist() == [[[128] * 4] * 4]
     assert shrunk(pixels.swapaxes(0, 1), 4).tolist() == [[[188, 188, 188, 128]]] * 4
 

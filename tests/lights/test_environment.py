@@ -229,6 +229,21 @@ def test_furnace_on_a_ball(renderer: gs.Renderer, smooth: bool) -> None:
         np.testing.assert_allclose(frame.linear[surface], 1.0, atol=error)
 
 
+def test_visibility_is_that_of_the_light_whatever_the_base_colour(renderer: gs.Renderer) -> None:
+    """Also where all nodes have one colour, which passes then take for a part of the light's."""
+    texels = {(60, 150): (2e4, 0.0, 0.0), (70, 380): (0.0, 1e4, 3e4)}
+    light, scene = gs.EnvironmentLight(image_of(256, texels)), block()
+    seen = []
+    for color in ((1.0, 1.0, 1.0, 1.0), (0.9, 0.05, 0.4, 1.0)):
+        nodes = tuple(
+            replace(node, mesh=gs.Mesh(node.mesh.positions, node.mesh.triangles, material=gs.Material(color=color)))
+            for node in scene.nodes
+        )
+        seen.append(renderer.render(gs.Scene(nodes, scene.camera), None, [light], SIZE, samples=1).visibility)
+    np.testing.assert_array_equal(*seen)
+    assert len(np.unique(seen[0][np.isfinite(seen[0])])) > 2
+
+
 def test_weak_and_missing_shadows(renderer: gs.Renderer, rng: np.random.Generator) -> None:
     light = gs.EnvironmentLight(rng.random((8, 16, 3)) ** 3)
     full, half, none = (

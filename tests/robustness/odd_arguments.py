@@ -234,12 +234,14 @@ REQUIRED: dict[str, Any] = {
     "image": np.full((2, 2, 3), 128, np.uint8), "lights": (gs.DirectionalLight(),),
     "scene": SCENE, "source": SCENE, "matrices": {"a": np.eye(4)}, "matrix": np.eye(4), "costs": [1.0, 2.0], "errors": [2.0, 1.0],
     "camera": gs.PerspectiveCamera(), "count": 3, "points_w": (1.0, 0.0, 0.0), "output": "a.png", "names": ("map",), "subdivisions": 1,
+    "K": np.array([[500.0, 0.0, 320.0], [0.0, 500.0, 240.0], [0.0, 0.0, 1.0]]), "R": np.eye(3), "t": (0.0, 0.0, 3.0), "size": SIZE,
+    "points": (0.1, 0.2), "radiance": np.full((2, 4, 3), 0.5),
 }  # fmt: skip
 # Created by glshadow, not by callers; and callables that raise, name or draw. The renderer's arguments have tests of their own.
 NOT_BUILT = {
     "AlphaMode", "Camera", "Faces", "Flip", "Frame", "Renderer", "Score", "Measurement", "ShadowView", "Target", "Truth", "Used", "flip",
     "Caster", "Compared", "Comparison", "PyrenderRenderer", "ShadowMap", "Explorer", "compare", "explore", "export_page",
-    "measure", "render", "show", "trace", "Light",
+    "measure", "read_colmap", "render", "render_distorted", "show", "trace", "Light", "ColmapImage", "Distortion",
 }  # fmt: skip
 
 
@@ -259,7 +261,7 @@ def built() -> dict[str, Call]:
     for camera in (gs.PerspectiveCamera, gs.OrthographicCamera, gs.IntrinsicsCamera):
         named |= {
             f"{camera.__name__}.{maker}": getattr(camera, maker)
-            for maker in ("from_pose", "from_intrinsics")
+            for maker in ("from_pose", "from_intrinsics", "from_opencv")
             if hasattr(camera, maker)
         }
     named |= {f"filters.{kind.__name__}": kind for kind in FILTERS}
@@ -267,8 +269,10 @@ def built() -> dict[str, Call]:
         "Scene.moved": SCENE.moved, "Scene.moved matrix": lambda matrix: SCENE.moved({"a": matrix}), "study.Grid": study.Grid,
         "study.Grid.default": study.Grid.default, "study.pareto_front": study.pareto_front, "image.read": image.read,
         "overlay.required_outputs": overlay.required_outputs, "batch.Job": batch.Job,
-        "AnalyticScene.exact": gs.scenes.wall().exact,
+        "AnalyticScene.exact": gs.scenes.wall().exact, "PerspectiveCamera.K": gs.PerspectiveCamera().K,
     }  # fmt: skip
+    for lens in (gs.BrownDistortion(0.1, p1=0.01), gs.BrownDistortion(-0.1), gs.FisheyeDistortion(0.1)):
+        named |= {f"{lens}.{each}": getattr(lens, each) for each in ("distorted", "undistorted", "slopes")}
     calls = {}
     for name, function in named.items():
         parameters = inspect.signature(function).parameters.values()

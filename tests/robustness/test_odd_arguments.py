@@ -62,7 +62,15 @@ TRACE: dict[str, Call] = {
             "scene": given(SCENE), "camera": given(None), "lights": given(None), "size": given(SIZE), "samples": given(1),
             "light_samples": given(1), "surface": given(None),
         },
-    )
+    ),
+    "render_distorted": (
+        gs.render_distorted,
+        {
+            "scene": given(SCENE), "camera": given(None), "distortion": given(gs.BrownDistortion(0.1)), "size": given(SIZE),
+            "oversampling": given(1), "renderer": given(None), "outputs": given("linear"),
+        },
+    ),
+    "read_colmap": (gs.read_colmap, {"folder": given(Path(__file__).parents[1] / "colmap")}),
 }  # fmt: skip
 
 
@@ -72,7 +80,7 @@ def cases(calls: dict[str, Call]) -> list[Any]:
 
 @pytest.mark.parametrize(("function", "arguments", "name"), cases(built() | TRACE))
 def test_settings(function: Callable[..., Any], arguments: dict[str, Callable[[], Any]], name: str) -> None:
-    if function is not image.read:  # which has no image to read
+    if function not in (image.read, gs.read_colmap):  # which have nothing to read
         function(**{key: value() for key, value in arguments.items()})
     assert faults(function, arguments, name) == []
 

@@ -111,6 +111,14 @@ def test_a_sheet_with_front_and_back_keeps_them_apart():
         np.testing.assert_allclose(normals[2:], -normals[:2, ::-1], atol=1e-15)
 
 
+def test_faces_of_opposite_winding_are_not_joined():
+    """A fold whose one side shows its back: their sum would be near zero."""
+    places = np.array([[0, 0, 0], [0, 0, 1], [1, 0.1, 0], [1, 0.1, 1], [-1, 0.1, 0], [-1, 0.1, 1]], dtype=float)
+    corners = np.array([0, 1, 3, 2, 0, 1, 5, 4])
+    assert smooth_normals(places, corners, np.array([4, 4]), None, np.array([1, 1])) is None
+    assert smooth_normals(places, corners, np.array([4, 4]), np.radians(179.0)) is None
+
+
 def test_polygons_without_area_and_isolated_corners():
     places = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0.2], [0, -1, 0.2], [np.nan] * 3])
     corners, counts = np.array([0, 1, 3, 1, 0, 4, 0, 1, 2, 0, 1]), np.array([3, 3, 3, 2, 0])

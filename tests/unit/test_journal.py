@@ -66,6 +66,6 @@ def test_link_is_refused(tmp_path: Path, target: str) -> None:
     (tmp_path / "elsewhere.txt").write_text("")
     (tmp_path / "folder").mkdir()
     (tmp_path / "j.jsonl").symlink_to(tmp_path / target)
-    with pytest.raises(SettingsError, match=r"j\.jsonl is a link, a folder, a device or a pipe"):
+    with pytest.raises(SettingsError, match=r"j\.jsonl is a link, where a journal must be a file"):
         Journal(tmp_path / "j.jsonl")
     assert not (tmp_path / "gone.txt").exists()

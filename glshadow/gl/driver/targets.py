@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from copy import copy
 from typing import Any
 
 import moderngl
@@ -201,6 +202,20 @@ class CameraTargets:
             framebuffer.depth_mask = False
             self._framebuffers[key] = framebuffer
         return self._framebuffers[key]
+
+    def showing(self, fine: SurfaceTargets) -> CameraTargets:
+        """The same targets, for one sample per pixel, with another surface buffer; release both."""
+        other = copy(self)
+        other.fine, other.surface, other.depth = fine, fine.surface, fine.depth
+        other.depth_framebuffer = self._context.ctx.framebuffer(depth_attachment=fine.depth)
+        other.depth_framebuffer.depth_mask = False
+        other._made, other._framebuffers = [fine], {}
+        other.renew()
+        return other
+
+    def renew(self) -> None:
+        """Change the identity: the surface buffer has another content, and what was derived from it is invalid."""
+        self.identity = next(self._count)
 
     def release(self) -> None:
         """Free the GPU memory."""

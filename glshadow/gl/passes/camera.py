@@ -25,6 +25,7 @@ from glshadow.gl.scene.drawing import draw_nodes
 from glshadow.gl.scene.geometry import GpuScene, pack_matrices
 from glshadow.gl.scene.meshes import GpuMesh
 from glshadow.gl.scene.runs import Whole
+from glshadow.scene.mesh import AlphaMode, Material
 from glshadow.scene.nodes import Scene
 from glshadow.shadows.view import ShadowView, camera_view
 
@@ -46,11 +47,11 @@ class CameraView:
     view : ShadowView
         The same as a view.
     boxes : (N, 2, 3), (N, 4, 4) float64
-        As `Scene.boxes`.
+        As `GpuScene.boxes`.
     lifts : (N,) float64
         See `GpuScene.lifts`.
     drawn : (K,) int64
-        Nodes that may be in the image.
+        Opaque nodes that may be in the image.
     clip_from_mesh : (N, 4, 4) float32
         Per node, in GL's column order.
     outside : (N,) bool
@@ -155,18 +156,26 @@ class Rays:
     textures: dict[str, Any]
 
 
-def view_scene(scene: Scene, gpu: GpuScene, camera: Camera, size: tuple[int, int], clip_control: bool) -> CameraView:
+@dataclass(frozen=True, eq=False)
+class Peel:
+    """What programs need to draw a layer of blended surfaces: see lib/peel.glsl."""
+
+    defines: dict[str, int | str]
+    textures: dict[str, Any]
+
+
+def view_scene(gpu: GpuScene, camera: Camera, size: tuple[int, int], clip_control: bool) -> CameraView:
     """Derive a camera's depth range and what it sees. Reversed 0..1 depth if the driver supports it, else -1..1."""
-    found = depth_range(camera, size, scene.boxes, scene.corners, clip_control)
+    found = depth_range(camera, size, gpu.boxes, gpu.corners, clip_control)
     near, far = found.near, found.far
     clip = ClipSpace(True, True) if clip_control else ClipSpace(False, False)
     view = camera_view(camera, size, near, far, clip)
-    corners = scene.corners
+    corners = gpu.corners
     return CameraView(
         camera, size, near, far, clip, view,
-        boxes=scene.boxes,
+        boxes=gpu.boxes,
         lifts=gpu.lifts,
-        drawn=np.flatnonzero(seen_by(view.clip_from_world, corners, view) & ~gpu.copies),
+        drawn=np.flatnonzero(seen_by(view.clip_from_world, corners, view) & ~gpu.copies & ~gpu.blends),
         clip_from_mesh=pack_matrices(view.clip_from_world @ gpu.world_from_origin),
         outside=view_depth(camera, corners).min(axis=1) > near,
         fallbacks=found.fallbacks,
@@ -186,6 +195,7 @@ def draw_surface(
     framebuffer: moderngl.Framebuffer,
     samples: int = 1,
     rays: Rays | None = None,
+    peel: Peel | None = None,
 ) -> None:
     """Draw triangle IDs, with depth and what else the scene needs, into a surface buffer.
 
@@ -195,6 +205,8 @@ def draw_surface(
         Per pixel of the buffer.
     rays : Rays, optional
         Redraw over the content, in each pixel the triangle that its ray meets; else rasterise as GL does, into an empty buffer.
+    peel : Peel, optional
+        Draw a layer of blended surfaces.
     """
     ctx = context.ctx
     if context.caps.clip_control:
@@ -221,13 +233,15 @@ def draw_surface(
 
     def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
         gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
-        kind = (gpu.smooth, gpu.textured, gpu.colored, gpu.cut_out)
+        kind = (gpu.smooth, gpu.textured, gpu.colored, gpu.cut_out, gpu.transmission is not None)
         if kind not in of_kind:
-            of_kind[kind] = _program(programs, scene, gpu, samples, rays)
+            of_kind[kind] = _program(programs, scene, gpu, samples, rays, peel)
         program = of_kind[kind]
         program.set(u_color=material.color, u_cutoff=gpu.cutoff)
         if gpu.texture is not None:
             program.bind(u_texture=gpu.texture)
+        if peel is not None:
+            set_transparency(program, gpu, material)
 
         def place(i: int) -> None:
             program.write("u_clip_from_mesh", clip_from_mesh[i])
@@ -242,8 +256,10 @@ def draw_surface(
 
     def crowd(nodes: NDArray[np.int64]) -> None:
         gpu, material = scene.meshes[nodes[0]], scene.nodes[nodes[0]].mesh.material
-        program = _program(programs, scene, gpu, samples, rays, GLS_INSTANCED=1)
+        program = _program(programs, scene, gpu, samples, rays, peel, GLS_INSTANCED=1)
         program.set(u_color=material.color, u_cutoff=gpu.cutoff)
+        if peel is not None:
+            set_transparency(program, gpu, material)
         program.write("u_side", sides[nodes[0]])
         program.set(u_hidden=hidden[nodes[0]] is not None)
         array = gpu.vertex_array(program, "numbered")
@@ -271,7 +287,7 @@ def _instances(scene: GpuScene, clip_from_mesh: NDArray[np.float32], nodes: NDAr
 
 
 def _program(
-    programs: Programs, scene: GpuScene, gpu: GpuMesh, samples: int, rays: Rays | None, **more: int
+    programs: Programs, scene: GpuScene, gpu: GpuMesh, samples: int, rays: Rays | None, peel: Peel | None, **more: int
 ) -> Program:
     defines: dict[str, int | str] = {
         "GLS_SURFACE": 4 if scene.textured else 2 if scene.smooth else 1,
@@ -282,6 +298,11 @@ def _program(
         "GLS_LOD": f"{0.5 * math.log2(samples):.1f}",
         **more,
     }
+    if peel is not None:
+        peeled = peel.defines | {"GLS_TRANSMISSION_MAP": int(gpu.transmission is not None)}
+        program = programs.get("pass/surface.vert", "pass/surface.frag", defines=defines | peeled)
+        program.bind(**peel.textures)
+        return program
     if rays is None:
         return programs.get("pass/surface.vert", "pass/surface.frag", defines=defines)
     program = programs.get(
@@ -290,6 +311,13 @@ def _program(
     program.set(**rays.uniforms)
     program.bind(**rays.textures)
     return program
+
+
+def set_transparency(program: Program, gpu: GpuMesh, material: Material) -> None:
+    """Uniforms of lib/peel.glsl for a material."""
+    program.set(u_least_alpha=float(material.alpha_mode is not AlphaMode.BLEND), u_transmission=material.transmission)
+    if gpu.transmission is not None:
+        program.bind(u_transmission_map=gpu.transmission)
 
 
 def nothing_in_view(scene: Scene, camera_view: CameraView) -> str:

@@ -101,9 +101,13 @@ def read_centres(
             *metric_range(kind, camera_view.clip, camera_view.near, camera_view.far),
         )
         results["depth_metric"] = np.where(nothing, 1.0, metric).astype(np.float32)
+    seen = ~nothing
     if "triangle" in outputs:
         results["triangle"] = triangle
-    seen = ~nothing
+        added = scene.scene_triangles
+        if added.any():  # some nodes of the scene are not drawn, or blend
+            added = added[np.frombuffer(scene.owners.buffer.read(), np.uint32)]
+            results["triangle"] = np.where(seen, triangle + added[triangle], -1).astype(np.int32)
     if "node" in outputs:
         owners = scene.scene_numbers[np.frombuffer(scene.owners.buffer.read(), np.uint32)]
         results["node"] = np.where(seen, owners[triangle], -1).astype(np.int32)

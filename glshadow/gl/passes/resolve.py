@@ -89,7 +89,7 @@ def resolve(frame: FrameContext, share: Share, per_sample: PerSample | None = No
     if light.tables:
         program.bind(**{name: frame.cookies.get_table(table) for name, table in light.tables.items()})
     if share.tint is not None:
-        program.bind(u_tint=share.tint.colors, u_tint_depth=(share.tint.depths, frame.samplers.plain))
+        program.bind(u_tint=share.tint.texture)
     if per_sample is not None:
         _draw_per_sample(program, frame, per_sample)
     else:

@@ -96,20 +96,25 @@ def surface_textures(samplers: Samplers, scene: GpuScene, targets: CameraTargets
     }
 
 
-def draw_over(context: GLContext, program: Program, camera_view: CameraView, added: int = 0) -> None:
-    """Draw a pass over all pixels with a surface: one triangle at the far plane, against the camera's depth. `added`: colours to blend."""
+def draw_over(
+    context: GLContext, program: Program, camera_view: CameraView, added: int = 0, multiplied: bool = False
+) -> None:
+    """Draw a pass over all pixels with a surface: one triangle at the far plane, against the camera's depth.
+
+    `added`: colours to blend; `multiplied`: colour 0 is.
+    """
     if context.caps.clip_control:
         context.gl.clip_control(camera_view.clip.zero_to_one)
     context.ctx.enable_only(moderngl.DEPTH_TEST)
     context.ctx.depth_func = "<" if camera_view.clip.reversed else ">"
-    with blended(context, added) if added else nullcontext():
+    with blended(context, added or 1, multiplied) if added or multiplied else nullcontext():
         program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
 
 
 @contextmanager
-def blended(context: GLContext, colors: int = 1) -> Iterator[None]:
-    """Additive blending of the first colours inside the block."""
-    context.ctx.blend_func = moderngl.ONE, moderngl.ONE
+def blended(context: GLContext, colors: int = 1, multiplied: bool = False) -> Iterator[None]:
+    """Additive blending of the first colours inside the block; or multiplication with them."""
+    context.ctx.blend_func = (moderngl.ZERO, moderngl.SRC_COLOR) if multiplied else (moderngl.ONE, moderngl.ONE)
     for number in range(colors):
         context.gl.call("glEnablei", BLEND, number)
     try:

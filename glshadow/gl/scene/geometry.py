@@ -23,7 +23,7 @@ from glshadow.gl.scene.meshes import Meshes, face_normals
 from glshadow.gl.scene.reuse import Before, write_rows
 from glshadow.gl.scene.world import WorldTriangles
 from glshadow.scene.box import box_corners
-from glshadow.scene.mesh import AlphaMode, Mesh
+from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class GpuScene:
     Attributes
     ----------
     nodes : tuple of Node
-        Nodes that have triangles, in the scene's order.
+        Those of the scene's drawn nodes that were chosen, in the order of `chosen`.
     scene_numbers : (N,) int
         Their indices in the scene.
     meshes : list of GpuMesh
@@ -52,6 +52,10 @@ class GpuScene:
         Triangles of all nodes.
     first : (N,) int
         Index of each node's first triangle, from 0, over the whole scene.
+    boxes : (N, 2, 3), (N, 4, 4) float64
+        Mesh bounds and `world_from_mesh`.
+    corners : (N, 8, 3) float64
+        World corners of the boxes.
     world_from_mesh : (N, 4, 4) float64
     world_from_origin : (N, 4, 4) float64
         Places the float32 vertices: world_from_mesh times the translation to the mesh's origin.
@@ -69,10 +73,12 @@ class GpuScene:
         Nodes that coincide with another one and need not be drawn: the same triangles at the same place, whatever their colour.
     casts : (N,) bool
         All but copies, blended nodes and those with `casts` off.
+    blends : (N,) bool
+        Which nodes are composited over what is behind them.
+    tints : (N,) bool
+        Those of them that tint what light passes through them.
     closed : (N,) bool
         Whether back faces are invisible from outside.
-    blends : (N,) bool
-        Which nodes tint what light passes through them.
     casting : dict
         Which nodes darken anything, by `Light.geometry`: see `gl.scene.bodies`.
     rounded : BufferTexture or None
@@ -87,24 +93,32 @@ class GpuScene:
 
     _count = itertools.count()
 
-    def __init__(self, context: GLContext, meshes: Meshes, scene: Scene, before: Before | None = None) -> None:
+    def __init__(
+        self,
+        context: GLContext,
+        meshes: Meshes,
+        scene: Scene,
+        before: Before | None = None,
+        chosen: NDArray[np.int64] | slice = slice(None),
+    ) -> None:
+        """`before`: of the scene drawn before; `chosen`: of `scene.drawn`."""
         self.scene = weakref.ref(scene)
         self.identity = next(self._count)
         self._context = context
         self._world: WorldTriangles | None = None
         self._clusters: Placed | None = None
         self.casting: dict[tuple[Hashable, ...], Casters] = {}
-        self.scene_numbers = scene.drawn
-        self.nodes: tuple[Node, ...] = tuple(scene.nodes[i] for i in scene.drawn.tolist())
+        self.scene_numbers = scene.drawn[chosen]
+        self.nodes: tuple[Node, ...] = tuple(scene.nodes[i] for i in self.scene_numbers.tolist())
         different = list(dict.fromkeys(node.mesh for node in self.nodes))
         numbers = {id(mesh): k for k, mesh in enumerate(different)}
         self.mesh_number = np.array([numbers[id(node.mesh)] for node in self.nodes])
         on_gpu = self._on_gpu = [meshes.get(mesh) for mesh in different]
         self.meshes = [on_gpu[number] for number in self.mesh_number.tolist()]
-        blended = np.array([mesh.material.alpha_mode is AlphaMode.BLEND for mesh in different])[self.mesh_number]
+        self.blends: NDArray[np.bool_] = scene.blending[chosen]
         casts = np.array([node.casts for node in self.nodes])
-        self.casts: NDArray[np.bool_] = casts & ~blended
-        self.blends: NDArray[np.bool_] = casts & blended
+        self.casts: NDArray[np.bool_] = casts & ~self.blends
+        self.tints: NDArray[np.bool_] = casts & self.blends
         self.closed: NDArray[np.bool_] = np.array([gpu.closed for gpu in on_gpu])[self.mesh_number]
         counts = np.array([gpu.count for gpu in on_gpu])[self.mesh_number]
         self.count = int(counts.sum())
@@ -114,7 +128,8 @@ class GpuScene:
             raise ResourceError(
                 f"the scene draws {self.count} triangles; this driver's texture buffers hold {limit}: split the scene"
             )
-        matrices = self.world_from_mesh = scene.boxes[1]
+        bounds, matrices = self.boxes = scene.boxes[0][chosen], scene.boxes[1][chosen]
+        self.world_from_mesh = matrices
         self._before, self._moved = before, np.ones(len(counts), dtype=bool)
         if before is not None:
             moved = before.differing(self.nodes, self.first, self.count, matrices)
@@ -143,16 +158,24 @@ class GpuScene:
         self.smooth = any(gpu.smooth for gpu in on_gpu)
         self.lifts, self._bent = np.zeros(len(counts)), np.zeros(len(counts), dtype=bool)
         self.rounded = self._rounded() if self.smooth else None
-        self.boxes, self.corners = scene.boxes, scene.corners
-        self.raised_corners = self._raised(*scene.boxes) if self.lifts.any() else scene.corners
+        self.corners = scene.corners[chosen]
+        self.raised_corners = self._raised(bounds, matrices) if self.lifts.any() else self.corners
         self._planes: BufferTexture | None = None
         self._owners: BufferTexture | None = None
         colors = np.array([mesh.material.color for mesh in different], dtype=np.float32)[self.mesh_number]
         self.colors = texture_buffer(context, colors, RGBA32F)
         context.check_errors(f"uploading {len(colors)} colours")
-        self.textured = any(gpu.textured or gpu.colored for gpu in on_gpu)
+        self.textured = any(gpu.textured or gpu.colored or gpu.transmits for gpu in on_gpu)
         one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())
         self.color: tuple[float, float, float] | None = tuple(float(c) for c in colors[0, :3]) if one else None  # type: ignore[assignment]
+
+    @property
+    def scene_triangles(self) -> NDArray[np.int64]:
+        """(N,) what to add to the index of a node's triangle for its index over all nodes of the scene, drawn or not."""
+        scene = self.scene()
+        assert scene is not None
+        counts = [len(node.mesh.triangles) for node in scene.nodes]
+        return np.asarray(np.cumsum([0, *counts])[self.scene_numbers] - self.first)
 
     @property
     def planes(self) -> BufferTexture:
@@ -241,7 +264,7 @@ class GpuScene:
         order = np.argsort(self.mesh_number, kind="stable")  # the first one drawn wins, as in the depth test
         for i in order[crowded[order]].tolist():
             gpu, node, casts = self.meshes[i], self.nodes[i], bool(self.casts[i])
-            if gpu.cut_out:
+            if gpu.cut_out or self.blends[i]:
                 continue
             key = (gpu.shape, matrices[i].tobytes(), casts, node.receives, node.catches, gpu.closed)
             copies[i] = key in seen

@@ -22,6 +22,7 @@ from glshadow.gl.scene.shrunk import shrunk
 from glshadow.scene.mesh import AlphaMode, Mesh
 
 _SRGB8_ALPHA8 = 0x8C43
+_WHITE = np.full((1, 1, 4), 255, dtype=np.uint8)
 _FAR_FROM_ORIGIN = 16.0
 """A mesh further from its origin than this many extents is stored relative to its middle (4 bits of float32)."""
 _LARGE = 1 << 18
@@ -154,6 +155,10 @@ class GpuMesh:
         Whether alpha cuts it out: alpha mode MASK, and an alpha that may be below the cutoff.
     cutoff : float
         Threshold of alpha.
+    transmits : bool
+        Whether light passes through it, by its material's transmission.
+    transmission : moderngl.Texture or None
+        Where it has texture coordinates, a factor of the transmission.
     """
 
     def __init__(
@@ -161,17 +166,24 @@ class GpuMesh:
     ) -> None:
         ctx, material = context.ctx, mesh.material
         self._ctx, self._shapes, self._textures = ctx, shapes, textures
-        self.textured = material.texture is not None and mesh.uv is not None
+        self._mapped = material.transmission_map if material.transmission > 0.0 and mesh.uv is not None else None
+        self.textured = mesh.uv is not None and (material.texture is not None or self._mapped is not None)
         self.texture: moderngl.Texture | None = None
-        self._pixels = material.texture if self.textured else None
+        self._pixels = (_WHITE if material.texture is None else material.texture) if self.textured else None
         if self._pixels is not None:  # first, since the driver may refuse it
             pixels = self._pixels
             self.texture = textures.take(lambda: color_texture(context, pixels), pixels)
+        self.transmission: moderngl.Texture | None = None
+        if self._mapped is not None:
+            mapped = self._mapped
+            self.transmission = textures.take(lambda: color_texture(context, mapped, linear=True), mapped, mapped)
         self._key = (mesh.positions, mesh.triangles)
         self.shape = shapes.take(lambda: Shape(context, mesh), *self._key)
         self.origin = self.shape.origin
         self.count = len(mesh.triangles)
-        self.closed = self.shape.closed and material.alpha_mode is not AlphaMode.MASK and not material.double_sided
+        self.transmits = material.transmission > 0.0
+        one_sided = material.alpha_mode is not AlphaMode.MASK and not material.double_sided and not mesh.blends
+        self.closed = self.shape.closed and one_sided
         self.smooth = mesh.normals is not None
         self.colored = mesh.colors is not None
         self.cut_out = material.alpha_mode is AlphaMode.MASK and (
@@ -223,6 +235,8 @@ class GpuMesh:
         self._shapes.give_back(*self._key)
         if self._pixels is not None:
             self._textures.give_back(self._pixels)
+        if self.transmission is not None and self._mapped is not None:
+            self._textures.give_back(self._mapped, self._mapped)
 
 
 def face_normals(a: Array, b: Array, c: Array) -> Array:
@@ -278,9 +292,12 @@ def _first_copies(triangles: NDArray[np.int32], others: NDArray[np.int32], verti
 
 
 def color_texture(
-    context: GLContext, pixels: NDArray[np.uint8], what: str = "a base colour texture"
+    context: GLContext, pixels: NDArray[np.uint8], what: str = "a base colour texture", linear: bool = False
 ) -> moderngl.Texture:
-    """sRGB pixels (H, W, 4) as a texture that is read as linear light; scaled down, with a warning, if the driver holds no such size."""
+    """sRGB pixels (H, W, 4) as a texture that is read as linear light; scaled down, with a warning, if the driver holds no such size.
+
+    `linear`: they are linear already.
+    """
     height, width = pixels.shape[:2]
     if max(width, height) > context.largest_side:
         pixels = shrunk(pixels, context.largest_side)
@@ -290,7 +307,8 @@ def color_texture(
         )
         height, width = pixels.shape[:2]
     # v points up: row 0 of the file is the top
-    texture = context.ctx.texture((width, height), 4, pixels[::-1].tobytes(), internal_format=_SRGB8_ALPHA8)
+    stored = None if linear else _SRGB8_ALPHA8
+    texture = context.ctx.texture((width, height), 4, pixels[::-1].tobytes(), internal_format=stored)
     texture.build_mipmaps()
     texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
     return texture

@@ -75,11 +75,11 @@ class Mapped(Technique):
         draws, settings, caster = 0, self._settings, self._settings.caster
         if self._place is not None:
             views, atlas = self._place()
-            if settings.fit.measures:
+            if settings.fit.measures and frame.measured:
                 views = self._measured(frame, views)
             self.map = Map(views, atlas, caster, settings.filter)
             draws = draw_casters(frame.context, frame.programs, frame.scene, self.light, self._casting, self.map)
-            if self._looked_at != frame.scene.identity:
+            if self._looked_at != frame.scene.identity and frame.measured:
                 self._looked_at = frame.scene.identity
                 self._warn_of_large_texels(frame, self.map.views[0])
         views = self.map.views if self.map else ()

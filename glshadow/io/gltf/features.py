@@ -64,7 +64,7 @@ EXTENSIONS: dict[str, Feature] = {
     "ADOBE_materials_clearcoat_specular": Feature(LEFT_OUT, "the coat"),
     "ADOBE_materials_thin_transparency": Feature(LEFT_OUT, "transparency: drawn opaque"),
     "AGI_articulations": Feature(DRAWN, "at rest"),
-    "CESIUM_primitive_outline": Feature(LEFT_OUT, "outlines"),
+    "CESIUM_primitive_outline": Feature(LEFT_OUT, "lines along edges"),
     "CESIUM_RTC": Feature(APPROXIMATED, "about the model's own origin"),
     "KHR_techniques_webgl": Feature(LEFT_OUT, "shaders"),
     "KHR_xmp": _NOTHING,

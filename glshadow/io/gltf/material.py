@@ -14,6 +14,7 @@ from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.io.gltf.basisu import is_ktx2, ktx2_header, read_ktx2
 from glshadow.io.gltf.document import Document, as_object, extensions
+from glshadow.io.gltf.transmission import transmission_of
 from glshadow.io.imported import WHITE, alpha_mode, reflectance, solid
 from glshadow.scene.mesh import Material
 
@@ -67,12 +68,25 @@ class Surfaces:
             info = as_object(block[names[1]], f"{where}.{names[1]}")
             texture = self._texture(info.get("index"), where)
             uv_set, transform = _placement(info)
+        transmission, mapped = transmission_of(given, where, self.document.notes)
+        transmission_map = None
+        if mapped is not None:
+            if texture is None:
+                uv_set, transform = _placement(mapped)
+            if texture is None or _same_place(_placement(mapped), (uv_set, transform)):
+                transmission_map = self._texture(mapped.get("index"), where)
+            else:
+                self.document.notes.append(
+                    f"{where}: its transmissionTexture has other coordinates than its base colour: drawn without it"
+                )
         material = Material(
             color=reflectance(color, where, self.document.notes),  # type: ignore[arg-type]
             texture=texture,
             alpha_mode=alpha_mode(given.get("alphaMode")),
             cutoff=cutoff,
             double_sided=given.get("doubleSided") is True,
+            transmission=transmission,
+            transmission_map=transmission_map,
         )
         return Surface(solid(material), material, uv_set, transform)
 
@@ -126,6 +140,11 @@ class Surfaces:
         if isinstance(uri, str) and uri.startswith("data:"):
             return self.document.resource(uri, where)
         return self.document.path(uri, where)
+
+
+def _same_place(a: tuple[int, Array | None], b: tuple[int, Array | None]) -> bool:
+    identity = np.eye(3)
+    return a[0] == b[0] and np.array_equal(identity if a[1] is None else a[1], identity if b[1] is None else b[1])
 
 
 def _placement(info: dict[str, Any]) -> tuple[int, Array | None]:

@@ -106,7 +106,7 @@ class Primitives:
     def _dressed(self, body: _Body, material: Any, where: str) -> Mesh:
         surface = self.surfaces.get(material, where)
         found, uv = surface.given if body.clear else surface.material, None
-        if found.texture is not None:
+        if found.texture is not None or found.transmission_map is not None:
             stored = body.vertices.read(f"TEXCOORD_{surface.uv_set}", ("VEC2",))
             uv = None if stored is None else texture_uv(stored, surface.uv_transform)
             if uv is None or not np.isfinite(uv).all():
@@ -114,7 +114,7 @@ class Primitives:
                 self.document.notes.append(
                     f"{where} has a texture but no usable TEXCOORD_{surface.uv_set}: drawn without it"
                 )
-                found = replace(found, texture=None)
+                found = replace(found, texture=None, transmission_map=None)
         found = (
             replace(found, color=tuple((np.asarray(body.tint) * found.color).tolist()))
             if body.tint != WHITE.color

@@ -23,7 +23,7 @@ from glshadow.io.gltf.movement import CameraAt, LightAt, Movement, movement
 from glshadow.io.gltf.pose import Deformer
 from glshadow.io.gltf.primitive import Form, Primitives, is_skinned, is_surface
 from glshadow.io.gltf.skin import bound
-from glshadow.io.imported import WIDEST_CONE, Imported, blended, shortened
+from glshadow.io.imported import WIDEST_CONE, Imported, shortened
 from glshadow.io.limits import Budget, OverLimit
 from glshadow.io.model_file import ModelFile
 from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
@@ -77,7 +77,6 @@ def read_gltf(source: Path | ModelFile, budget: Budget) -> Imported:
     found.motion = moves.motion(graph, cameras, lights)
     budget.limits.check("draws", len(found.nodes) * len(found.lights or ()), "the scene")
     _note(document, meshes.lost)
-    found.notes += blended(found.nodes)
     if not found.nodes:
         raise SceneError(f"nothing to render: {_why_empty(document, named, meshes.lost)}")
     return found

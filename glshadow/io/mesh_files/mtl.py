@@ -175,7 +175,7 @@ def _usual(option: str, given: list[str]) -> bool:
 
 
 def _has_effect(rest: str) -> bool:
-    """Whether a statement that is not drawn would change the picture: a map, or a number other than 0."""
+    """Whether a statement that is not drawn would change the image: a map, or a number other than 0."""
     values = [_number(each) for each in rest.split()]
     return None in values or any(values)
 

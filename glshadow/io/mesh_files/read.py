@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from glshadow.errors import SceneError
-from glshadow.io.imported import Imported, blended, shortened
+from glshadow.io.imported import Imported, shortened
 from glshadow.io.limits import Budget
 from glshadow.io.mesh_files import SUFFIXES
 from glshadow.io.mesh_files.beside import Beside
@@ -48,4 +48,4 @@ def read_mesh_file(source: Path | ModelFile, budget: Budget, smooth: float | Non
         raise SceneError(f"nothing to render: {'; '.join(shortened(notes))}")
     if not nodes and len(soup.positions):
         raise SceneError("nothing to render: it holds only points or lines, and no triangles")
-    return Imported(nodes, notes=shortened(notes) + blended(nodes))
+    return Imported(nodes, notes=shortened(notes))
