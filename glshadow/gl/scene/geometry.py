@@ -19,6 +19,7 @@ from glshadow.gl.driver.buffers import BufferTexture, texture_buffer
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import R32UI, RGBA32F, RGBA32UI
 from glshadow.gl.driver.targets import release
+from glshadow.gl.scene.matrices import normal_matrices, pack_matrices, placed
 from glshadow.gl.scene.meshes import Meshes, face_normals
 from glshadow.gl.scene.reuse import Before, write_rows
 from glshadow.gl.scene.world import WorldTriangles
@@ -144,7 +145,7 @@ class GpuScene:
         self.world_from_origin: Array = matrices.copy()
         self.world_from_origin[:, :3, 3] += np.einsum("nij,nj->ni", matrices[:, :3, :3], origins)
         self.mirrored: list[bool] = (np.linalg.det(matrices[:, :3, :3]) < 0.0).tolist()
-        self.normal_from_mesh = _cofactors(matrices[:, :3, :3])
+        self.normal_from_mesh = normal_matrices(matrices[:, :3, :3])
         self.packed_normals = pack_matrices(self.normal_from_mesh)
         first = (self.first + 1).astype(np.uint32)  # as shaders count; 0 is the background
         receives = np.array([node.receives for node in self.nodes])
@@ -252,7 +253,7 @@ class GpuScene:
         for group in self._groups():
             meshes, of_node = self._different(group)
             points = np.stack([mesh.positions.take(mesh.triangles[::step, 0], axis=0) for mesh in meshes])
-            corners.append(_placed(self.world_from_mesh[group], points[of_node]).reshape(-1, 3))
+            corners.append(placed(self.world_from_mesh[group], points[of_node]).reshape(-1, 3))
         return np.concatenate(corners)
 
     def _copies(self, matrices: Array) -> NDArray[np.bool_]:
@@ -300,7 +301,7 @@ class GpuScene:
         # from the float32 vertices that the GPU draws
         origins = np.stack([self._on_gpu[k].origin for k in self.mesh_number[group]])
         drawn = (corners[of_node, :, 0] - origins[:, None]).astype(np.float32)
-        corner = _placed(self.world_from_origin[group], drawn.astype(np.float64)) - self.origin
+        corner = placed(self.world_from_origin[group], drawn.astype(np.float64)) - self.origin
         return np.concatenate([normals, np.einsum("nij,nij->ni", normals, corner)[..., None]], axis=-1)
 
     def _rounded(self) -> BufferTexture | None:
@@ -341,20 +342,3 @@ class GpuScene:
     def release(self) -> None:
         """Free the GPU memory; the meshes are kept."""
         release(self._planes, self._owners, self.colors, self.rounded, self._world, self._before)
-
-
-def _placed(matrices: Array, points: Array) -> Array:
-    """Points (T, 3) transformed by the matrices (N, 4, 4) of instances: (N, T, 3)."""
-    return np.asarray(points @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3])
-
-
-def _cofactors(linear: Array) -> Array:
-    """Matrices (N, 3, 3) that transform normals: cofactors, det * inverse transpose, also for singular ones; scaled to size 1."""
-    rows = np.stack([np.cross(linear[:, (i + 1) % 3], linear[:, (i + 2) % 3]) for i in range(3)], axis=1)
-    size = np.abs(rows).max(axis=(1, 2), keepdims=True)
-    return np.asarray(rows / np.where(size > 0.0, size, 1.0))
-
-
-def pack_matrices(matrices: Array) -> NDArray[np.float32]:
-    """float64 matrices (N, k, k) as float32 in GL's column order, one per draw."""
-    return np.ascontiguousarray(matrices.transpose(0, 2, 1), dtype=np.float32)
