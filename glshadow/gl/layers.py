@@ -92,8 +92,7 @@ class Layers:
         tiles = _tiles(view, scene, block, frame.caps.max_texture_size)
         if not tiles:
             return False
-        size, channels = tiles[0][2:], 4 if scene.textured else 2 if scene.smooth else 1
-        shape = (size, block, channels, len(request.lights))
+        shape = (tiles[0][2:], block, scene.channels, len(request.lights), scene.features.emits)
         targets = self._targets.get(shape, lambda: LayerTargets(self._context, *shape))
         whole = replace(
             frame, scene=scene, camera_view=view, atlases=self._atlases, targets=targets.opaque, measured=False

@@ -68,6 +68,7 @@ def resolve(frame: FrameContext, share: Share, per_sample: PerSample | None = No
             **_common_defines(frame, light, receiver, per_sample),
             "GLS_SURFACE": targets.surface.components,
             "GLS_COLORS": colors_of(scene),
+            **scene.features.defines(scene.channels),
             "GLS_FIRST": int(first),
             "GLS_LAST": int(last and per_sample is None),
             "GLS_HEMISPHERE": int(first and (share.ambient[0] != share.ambient[1]).any()),
@@ -160,6 +161,8 @@ def _draw_per_sample(program: Program, frame: FrameContext, per_sample: PerSampl
     program.set(**per_sample.uniforms, u_samples=targets.fine.surface.size)
     fine = {"u_surface": targets.fine.surface, "u_camera_depth": (targets.fine.depth, frame.samplers.plain)}
     program.bind(**fine, u_pixels=per_sample.pixels)
+    if targets.fine.emission is not None:
+        program.bind(u_emission=targets.fine.emission)
     frame.context.ctx.enable_only(moderngl.NOTHING)
     with blended(frame.context, colors):
         program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
@@ -182,5 +185,6 @@ def _set(program: Program, frame: FrameContext, share: Share, aside: tuple[float
     radiance = np.minimum(color * np.asarray(light.color) * light.intensity, BRIGHTEST_RADIANCE)
     above, below = np.minimum(share.ambient * color, BRIGHTEST_RADIANCE)
     values |= {"u_ambient": tuple(above), "u_ambient_below": tuple(below), "u_radiance": tuple(radiance)}
+    values["u_light"] = tuple(np.minimum(np.asarray(light.color) * light.intensity, BRIGHTEST_RADIANCE))
     values["u_background"] = tuple(share.background)
     program.set(**values, u_strength=light.shadow.strength if light.shadow else 1.0)

@@ -7,6 +7,7 @@ import weakref
 from collections.abc import Hashable, Iterator
 from typing import TYPE_CHECKING
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,16 +15,17 @@ from glshadow.core.spaces import Array
 from glshadow.errors import ResourceError
 from glshadow.geometry.clusters import Placed, place
 from glshadow.geometry.smooth import heights, pack_octahedral, sides, unit_vectors
-from glshadow.geometry.welding import welded
 from glshadow.gl.driver.buffers import BufferTexture, texture_buffer
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import R32UI, RGBA32F, RGBA32UI
 from glshadow.gl.driver.targets import release
-from glshadow.gl.scene.matrices import normal_matrices, pack_matrices, placed
+from glshadow.gl.scene.copies import copies_of
+from glshadow.gl.scene.matrices import normal_matrices, pack_matrices, placed, raised
 from glshadow.gl.scene.meshes import Meshes, face_normals
+from glshadow.gl.scene.paint import Features
 from glshadow.gl.scene.reuse import Before, write_rows
+from glshadow.gl.scene.textures import albedo_texture
 from glshadow.gl.scene.world import WorldTriangles
-from glshadow.scene.box import box_corners
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene
 
@@ -65,7 +67,12 @@ class GpuScene:
     color : (3,) floats or None
         The base colour, where all nodes share one and none has a texture or vertex colours.
     textured : bool
-        Whether some base colour varies within a triangle, by a texture or vertex colours.
+        Whether some base colour varies within a triangle, by a texture or vertex colours, or its materials need `features`.
+    features : Features
+    channels : int
+        Of the surface buffer.
+    culls : (N,) bool
+        Whether the camera sees through triangles from behind.
     selective : bool
         Whether some nodes receive no shadows.
     catches : bool
@@ -121,6 +128,7 @@ class GpuScene:
         self.casts: NDArray[np.bool_] = casts & ~self.blends
         self.tints: NDArray[np.bool_] = casts & self.blends
         self.closed: NDArray[np.bool_] = np.array([gpu.closed for gpu in on_gpu])[self.mesh_number]
+        self.culls: NDArray[np.bool_] = np.array([gpu.culls for gpu in on_gpu])[self.mesh_number]
         counts = np.array([gpu.count for gpu in on_gpu])[self.mesh_number]
         self.count = int(counts.sum())
         self.first = np.concatenate([[0], np.cumsum(counts)[:-1]])
@@ -139,7 +147,7 @@ class GpuScene:
                 self._before = None
             else:
                 self._moved, before.nodes = moved, ()
-        self.copies = self._copies(matrices)
+        self.copies = copies_of(self, matrices)
         self.casts &= ~self.copies
         origins = np.stack([gpu.origin for gpu in on_gpu])[self.mesh_number]
         self.world_from_origin: Array = matrices.copy()
@@ -160,14 +168,24 @@ class GpuScene:
         self.lifts, self._bent = np.zeros(len(counts)), np.zeros(len(counts), dtype=bool)
         self.rounded = self._rounded() if self.smooth else None
         self.corners = scene.corners[chosen]
-        self.raised_corners = self._raised(bounds, matrices) if self.lifts.any() else self.corners
+        self.raised_corners = raised(bounds, matrices, self.lifts) if self.lifts.any() else self.corners
+        self._albedo: moderngl.Texture | None = None
         self._planes: BufferTexture | None = None
         self._owners: BufferTexture | None = None
+        self.features = Features.of(gpu.paint for gpu in on_gpu)
+        self.textured = self.features.any or any(gpu.textured or gpu.colored or gpu.transmits for gpu in on_gpu)
+        self.channels = 4 if self.textured else 2 if self.smooth else 1
         colors = np.array([mesh.material.color for mesh in different], dtype=np.float32)[self.mesh_number]
+        matte = np.array([gpu.paint.matte for gpu in on_gpu])[self.mesh_number]
+        if self.features.rough:
+            colors[:, 3] = np.where(matte, 0.0, 1.0)
         self.colors = texture_buffer(context, colors, RGBA32F)
         context.check_errors(f"uploading {len(colors)} colours")
-        self.textured = any(gpu.textured or gpu.colored or gpu.transmits for gpu in on_gpu)
-        one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())
+        one = (
+            not self.textured
+            and bool((colors[:, :3] == colors[0, :3]).all())
+            and (not self.features.rough or not matte.any())
+        )
         self.color: tuple[float, float, float] | None = tuple(float(c) for c in colors[0, :3]) if one else None  # type: ignore[assignment]
 
     @property
@@ -210,6 +228,13 @@ class GpuScene:
             self._owners = texture_buffer(self._context, owners, R32UI)
             self._context.check_errors(f"uploading the nodes of {self.count} triangles")
         return self._owners
+
+    @property
+    def albedo(self) -> moderngl.Texture:
+        """The table that lib/reflection.glsl reads (R32F). Created at first use."""
+        if self._albedo is None:
+            self._albedo = albedo_texture(self._context)
+        return self._albedo
 
     @property
     def clusters(self) -> Placed:
@@ -255,22 +280,6 @@ class GpuScene:
             points = np.stack([mesh.positions.take(mesh.triangles[::step, 0], axis=0) for mesh in meshes])
             corners.append(placed(self.world_from_mesh[group], points[of_node]).reshape(-1, 3))
         return np.concatenate(corners)
-
-    def _copies(self, matrices: Array) -> NDArray[np.bool_]:
-        copies = np.zeros(len(self.nodes), dtype=bool)
-        seen: set[tuple[object, ...]] = set()
-        # only nodes whose box coincides with another's
-        place = welded(matrices[:, :3, 3])
-        crowded = np.bincount(place)[place] > 1
-        order = np.argsort(self.mesh_number, kind="stable")  # the first one drawn wins, as in the depth test
-        for i in order[crowded[order]].tolist():
-            gpu, node, casts = self.meshes[i], self.nodes[i], bool(self.casts[i])
-            if gpu.cut_out or self.blends[i]:
-                continue
-            key = (gpu.shape, matrices[i].tobytes(), casts, node.receives, node.catches, gpu.closed)
-            copies[i] = key in seen
-            seen.add(key)
-        return copies
 
     def _groups(self, chosen: NDArray[np.bool_] | None = None) -> Iterator[NDArray[np.int64]]:
         """Batches of nodes, or of those chosen (N,), with equally many triangles; instances follow each other."""
@@ -333,12 +342,6 @@ class GpuScene:
             return taken
         return texture_buffer(self._context, rows, RGBA32UI) if self._bent.any() else None
 
-    def _raised(self, bounds: Array, matrices: Array) -> Array:
-        """World corners (N, 8, 3) of boxes that also contain the shaded points."""
-        inverse = np.linalg.pinv(matrices[:, :3, :3])
-        margin = self.lifts[:, None] * np.linalg.norm(inverse, axis=2)  # in mesh space, along each axis
-        return box_corners(np.stack([bounds[:, 0] - margin, bounds[:, 1] + margin], axis=1), matrices)
-
     def release(self) -> None:
         """Free the GPU memory; the meshes are kept."""
-        release(self._planes, self._owners, self.colors, self.rounded, self._world, self._before)
+        release(self._planes, self._owners, self._albedo, self.colors, self.rounded, self._world, self._before)

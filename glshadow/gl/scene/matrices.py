@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array
+from glshadow.scene.box import box_corners
 
 
 def placed(matrices: Array, points: Array) -> Array:
@@ -23,3 +24,10 @@ def normal_matrices(linear: Array) -> Array:
 def pack_matrices(matrices: Array) -> NDArray[np.float32]:
     """float64 matrices (N, k, k) as float32 in GL's column order, one per draw."""
     return np.ascontiguousarray(matrices.transpose(0, 2, 1), dtype=np.float32)
+
+
+def raised(bounds: Array, matrices: Array, lifts: Array) -> Array:
+    """World corners (N, 8, 3) of boxes (N, 2, 3) with matrices (N, 4, 4), grown by world distances (N,)."""
+    inverse = np.linalg.pinv(matrices[:, :3, :3])
+    margin = lifts[:, None] * np.linalg.norm(inverse, axis=2)  # in mesh space, along each axis
+    return box_corners(np.stack([bounds[:, 0] - margin, bounds[:, 1] + margin], axis=1), matrices)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.io.gltf.accessor import Rows, read_accessor, read_floats, read_whole
+from glshadow.io.gltf.declared import check_declared
 from glshadow.io.gltf.document import Document, as_object
 from glshadow.io.gltf.draco import decoded
 from glshadow.io.gltf.material import Surfaces, texture_uv
@@ -19,7 +20,7 @@ from glshadow.io.gltf.morph import Weights, moved, targets_of
 from glshadow.io.gltf.pose import Deformer
 from glshadow.io.gltf.skin import influences, posed
 from glshadow.io.imported import WHITE, linear_colors, tinted, usable_normals, used_vertices
-from glshadow.scene.mesh import Mesh
+from glshadow.scene.mesh import MAPS, Mesh, sampler_of
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 _DRAWN_BYTES = 50  # memory that drawing needs per triangle of a mesh: vertices, two index lists, a normal
@@ -105,23 +106,30 @@ class Primitives:
 
     def _dressed(self, body: _Body, material: Any, where: str) -> Mesh:
         surface = self.surfaces.get(material, where)
-        found, uv = surface.given if body.clear else surface.material, None
-        if found.texture is not None or found.transmission_map is not None:
-            stored = body.vertices.read(f"TEXCOORD_{surface.uv_set}", ("VEC2",))
+        found = surface.given if body.clear else surface.material
+        maps = ("texture", "transmission_map", *MAPS)
+        needed = {name for name in maps if getattr(found, name) is not None}
+        sets: list[NDArray[np.float32] | None] = [None, None]
+        for k, number in enumerate(surface.uv_sets if needed else ()):
+            stored = body.vertices.read(f"TEXCOORD_{number}", ("VEC2",))
             uv = None if stored is None else texture_uv(stored, surface.uv_transform)
-            if uv is None or not np.isfinite(uv).all():
-                uv = None
+            sets[k] = uv if uv is not None and np.isfinite(uv).all() else None
+            lost = [name for name in maps if name in needed and sets[k] is None and sampler_of(found, name).uv_set == k]
+            for name in lost:
                 self.document.notes.append(
-                    f"{where} has a texture but no usable TEXCOORD_{surface.uv_set}: drawn without it"
+                    f"{where} has a {name.replace('_', ' ')} but no usable TEXCOORD_{number}: drawn without it"
                 )
-                found = replace(found, texture=None, transmission_map=None)
+                found = replace(found, **{name: None})  # type: ignore[arg-type]
+        if all(getattr(found, name) is None for name in maps):
+            sets = [None, None]
+        tangents = None if found.normal_map is None else _tangents(body.vertices)
         found = (
             replace(found, color=tuple((np.asarray(body.tint) * found.color).tolist()))
             if body.tint != WHITE.color
             else found
         )
         try:
-            return Mesh(body.positions, body.triangles, body.normals, uv, body.colors, found)
+            return Mesh(body.positions, body.triangles, body.normals, sets[0], body.colors, found, sets[1], tangents)
         except SceneError as error:
             raise SceneError(f"{where}: {error}; repair or remove them") from error
 
@@ -236,7 +244,7 @@ def _body(document: Document, primitive: dict[str, Any], form: Form, where: str)
         positions = vertices.read("POSITION", ("VEC3",))
         assert positions is not None
     if not vertices.targets:
-        _check_declared(document, attributes["POSITION"], positions, where)
+        check_declared(document, attributes["POSITION"], positions, where)
     normals = vertices.read("NORMAL", ("VEC3",))
     if form.joints is not None:
         followed = vertices.joints(len(form.joints), document.notes)
@@ -255,6 +263,15 @@ def _body(document: Document, primitive: dict[str, Any], form: Form, where: str)
     )
 
 
+def _tangents(vertices: _Vertices) -> NDArray[np.float32] | None:
+    """TANGENT (N, 4) of vertices that stay where they are, if all can be used; else tangents are derived."""
+    if "TANGENT" not in vertices.attributes or vertices.targets or "JOINTS_0" in vertices.attributes:
+        return None
+    stored = vertices.read("TANGENT", ("VEC4",))
+    usable = stored is not None and np.isfinite(stored).all() and stored[:, :3].any(axis=1).all()
+    return stored.astype(np.float32) if stored is not None and usable else None
+
+
 def _colors(vertices: _Vertices) -> Array | None:
     """COLOR_0 (N, 4), linear; integers are normalised even if the file does not say so."""
     if "COLOR_0" not in vertices.attributes:
@@ -264,30 +281,6 @@ def _colors(vertices: _Vertices) -> Array | None:
     if colors is not None and vertices.targets:
         colors = np.clip(colors, 0.0, 1.0)  # as glTF specifies for morphed colours
     return None if colors is None else linear_colors(colors, f"{vertices.where}.COLOR_0", vertices.document.notes)
-
-
-def _check_declared(document: Document, accessor: int, positions: Array, where: str) -> None:
-    """Note coordinates far outside the accessor's own min and max: a sign of data read from a wrong offset."""
-    given = document.item("accessors", accessor, where)
-    try:
-        low, high = (np.asarray(given[key], dtype=np.float64) for key in ("min", "max"))
-    except (KeyError, TypeError, ValueError):
-        return
-    if (
-        low.shape != (3,)
-        or high.shape != (3,)
-        or given.get("normalized")
-        or not np.isfinite([*low, *high]).all()
-        or not np.isfinite(positions).all()
-    ):
-        return
-    slack = 1e-3 * float(np.abs([low, high]).max()) + float((high - low).max())
-    outside = int(((positions < low - slack) | (positions > high + slack)).any(axis=1).sum())
-    if outside:
-        document.notes.append(
-            f"{where}: {outside} of {len(positions)} vertices are far outside the range {low.tolist()} to "
-            f"{high.tolist()} that the file declares"
-        )
 
 
 def _triangles(document: Document, primitive: dict[str, Any], vertices: int, where: str) -> NDArray[np.int64]:
