@@ -18,7 +18,8 @@ from glshadow.errors import SceneError, SettingsError
 from glshadow.lights import Light, as_lights
 from glshadow.scene import summary
 from glshadow.scene.box import box_corners, check_place, default_camera, default_sun
-from glshadow.scene.mesh import Material, Mesh
+from glshadow.scene.ground import ground_plane, lowest_point
+from glshadow.scene.mesh import Mesh
 from glshadow.scene.motion import Motion, posed
 from glshadow.scene.names import numbered
 
@@ -309,32 +310,17 @@ class Scene(Settings):
 
     def _lowest(self, model: bool = False) -> float:
         """Least world y of all nodes, or of the model's alone."""
-        return min(_lowest(node) for node in self.nodes if node.drawn and not (model and node.ground))
+        return min(
+            lowest_point(node.mesh, node.world_from_mesh)
+            for node in self.nodes
+            if node.drawn and not (model and node.ground)
+        )
 
 
 def _ground(bounds: Array, lowest: float, catches: bool) -> Node:
-    """A square plane under a model with these bounds (2, 3), three times as wide."""
-    low, high = bounds.copy()
-    low[1] = lowest
-    size = float(np.linalg.norm(high - low))
-    half = 1.5 * size
-    x, y, z = 0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])
-    corners = np.array([[-half, 0, half], [half, 0, half], [half, 0, -half], [-half, 0, -half]])
-    ground = Mesh(
-        corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32), material=Material(color=(0.7, 0.7, 0.7, 1.0))
-    )
-    matrix = np.eye(4)
-    matrix[:3, 3] = (x, y, z)
-    return Node(ground, matrix, "ground", catches=catches, ground=True)
+    return Node(*ground_plane(bounds, lowest), "ground", catches=catches, ground=True)
 
 
 def _around(corners: Array) -> Array:
     columns = [corners[..., axis] for axis in range(3)]  # numpy reduces columns much faster than rows of three
     return np.array([[c.min() for c in columns], [c.max() for c in columns]])
-
-
-def _lowest(node: Node) -> float:
-    """Least world y of a node's triangles; from its vertices if the node is rotated, because its box would be too large."""
-    row = node.world_from_mesh[1]
-    used = node.mesh.positions[np.unique(node.mesh.triangles)]
-    return float((used @ row[:3]).min() + row[3])

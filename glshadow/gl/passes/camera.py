@@ -22,7 +22,8 @@ from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import RGBA32UI
 from glshadow.gl.driver.program import Program, Programs
 from glshadow.gl.scene.drawing import draw_nodes
-from glshadow.gl.scene.geometry import GpuScene, pack_matrices
+from glshadow.gl.scene.geometry import GpuScene
+from glshadow.gl.scene.matrices import pack_matrices
 from glshadow.gl.scene.meshes import GpuMesh
 from glshadow.gl.scene.paint import MATTE
 from glshadow.gl.scene.runs import Whole

@@ -15,17 +15,17 @@ from glshadow.core.spaces import Array
 from glshadow.errors import ResourceError
 from glshadow.geometry.clusters import Placed, place
 from glshadow.geometry.smooth import heights, pack_octahedral, sides, unit_vectors
-from glshadow.geometry.welding import welded
 from glshadow.gl.driver.buffers import BufferTexture, texture_buffer
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import R32UI, RGBA32F, RGBA32UI
 from glshadow.gl.driver.targets import release
+from glshadow.gl.scene.copies import copies_of
+from glshadow.gl.scene.matrices import normal_matrices, pack_matrices, placed, raised
 from glshadow.gl.scene.meshes import Meshes, face_normals
 from glshadow.gl.scene.paint import Features
 from glshadow.gl.scene.reuse import Before, write_rows
 from glshadow.gl.scene.textures import albedo_texture
 from glshadow.gl.scene.world import WorldTriangles
-from glshadow.scene.box import box_corners
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene
 
@@ -147,13 +147,13 @@ class GpuScene:
                 self._before = None
             else:
                 self._moved, before.nodes = moved, ()
-        self.copies = self._copies(matrices)
+        self.copies = copies_of(self, matrices)
         self.casts &= ~self.copies
         origins = np.stack([gpu.origin for gpu in on_gpu])[self.mesh_number]
         self.world_from_origin: Array = matrices.copy()
         self.world_from_origin[:, :3, 3] += np.einsum("nij,nj->ni", matrices[:, :3, :3], origins)
         self.mirrored: list[bool] = (np.linalg.det(matrices[:, :3, :3]) < 0.0).tolist()
-        self.normal_from_mesh = _cofactors(matrices[:, :3, :3])
+        self.normal_from_mesh = normal_matrices(matrices[:, :3, :3])
         self.packed_normals = pack_matrices(self.normal_from_mesh)
         first = (self.first + 1).astype(np.uint32)  # as shaders count; 0 is the background
         receives = np.array([node.receives for node in self.nodes])
@@ -168,7 +168,7 @@ class GpuScene:
         self.lifts, self._bent = np.zeros(len(counts)), np.zeros(len(counts), dtype=bool)
         self.rounded = self._rounded() if self.smooth else None
         self.corners = scene.corners[chosen]
-        self.raised_corners = self._raised(bounds, matrices) if self.lifts.any() else self.corners
+        self.raised_corners = raised(bounds, matrices, self.lifts) if self.lifts.any() else self.corners
         self._albedo: moderngl.Texture | None = None
         self._planes: BufferTexture | None = None
         self._owners: BufferTexture | None = None
@@ -278,24 +278,8 @@ class GpuScene:
         for group in self._groups():
             meshes, of_node = self._different(group)
             points = np.stack([mesh.positions.take(mesh.triangles[::step, 0], axis=0) for mesh in meshes])
-            corners.append(_placed(self.world_from_mesh[group], points[of_node]).reshape(-1, 3))
+            corners.append(placed(self.world_from_mesh[group], points[of_node]).reshape(-1, 3))
         return np.concatenate(corners)
-
-    def _copies(self, matrices: Array) -> NDArray[np.bool_]:
-        copies = np.zeros(len(self.nodes), dtype=bool)
-        seen: set[tuple[object, ...]] = set()
-        # only nodes whose box coincides with another's
-        place = welded(matrices[:, :3, 3])
-        crowded = np.bincount(place)[place] > 1
-        order = np.argsort(self.mesh_number, kind="stable")  # the first one drawn wins, as in the depth test
-        for i in order[crowded[order]].tolist():
-            gpu, node, casts = self.meshes[i], self.nodes[i], bool(self.casts[i])
-            if gpu.cut_out or self.blends[i]:
-                continue
-            key = (gpu.shape, matrices[i].tobytes(), casts, node.receives, node.catches, gpu.closed, gpu.culls)
-            copies[i] = key in seen
-            seen.add(key)
-        return copies
 
     def _groups(self, chosen: NDArray[np.bool_] | None = None) -> Iterator[NDArray[np.int64]]:
         """Batches of nodes, or of those chosen (N,), with equally many triangles; instances follow each other."""
@@ -326,7 +310,7 @@ class GpuScene:
         # from the float32 vertices that the GPU draws
         origins = np.stack([self._on_gpu[k].origin for k in self.mesh_number[group]])
         drawn = (corners[of_node, :, 0] - origins[:, None]).astype(np.float32)
-        corner = _placed(self.world_from_origin[group], drawn.astype(np.float64)) - self.origin
+        corner = placed(self.world_from_origin[group], drawn.astype(np.float64)) - self.origin
         return np.concatenate([normals, np.einsum("nij,nij->ni", normals, corner)[..., None]], axis=-1)
 
     def _rounded(self) -> BufferTexture | None:
@@ -358,29 +342,6 @@ class GpuScene:
             return taken
         return texture_buffer(self._context, rows, RGBA32UI) if self._bent.any() else None
 
-    def _raised(self, bounds: Array, matrices: Array) -> Array:
-        """World corners (N, 8, 3) of boxes that also contain the shaded points."""
-        inverse = np.linalg.pinv(matrices[:, :3, :3])
-        margin = self.lifts[:, None] * np.linalg.norm(inverse, axis=2)  # in mesh space, along each axis
-        return box_corners(np.stack([bounds[:, 0] - margin, bounds[:, 1] + margin], axis=1), matrices)
-
     def release(self) -> None:
         """Free the GPU memory; the meshes are kept."""
         release(self._planes, self._owners, self._albedo, self.colors, self.rounded, self._world, self._before)
-
-
-def _placed(matrices: Array, points: Array) -> Array:
-    """Points (T, 3) transformed by the matrices (N, 4, 4) of instances: (N, T, 3)."""
-    return np.asarray(points @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3])
-
-
-def _cofactors(linear: Array) -> Array:
-    """Matrices (N, 3, 3) that transform normals: cofactors, det * inverse transpose, also for singular ones; scaled to size 1."""
-    rows = np.stack([np.cross(linear[:, (i + 1) % 3], linear[:, (i + 2) % 3]) for i in range(3)], axis=1)
-    size = np.abs(rows).max(axis=(1, 2), keepdims=True)
-    return np.asarray(rows / np.where(size > 0.0, size, 1.0))
-
-
-def pack_matrices(matrices: Array) -> NDArray[np.float32]:
-    """float64 matrices (N, k, k) as float32 in GL's column order, one per draw."""
-    return np.ascontiguousarray(matrices.transpose(0, 2, 1), dtype=np.float32)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.io.gltf.accessor import Rows, read_accessor, read_floats, read_whole
+from glshadow.io.gltf.declared import check_declared
 from glshadow.io.gltf.document import Document, as_object
 from glshadow.io.gltf.draco import decoded
 from glshadow.io.gltf.indices import triangles_of, without
@@ -238,7 +239,7 @@ def _body(document: Document, primitive: dict[str, Any], form: Form, where: str)
         positions = vertices.read("POSITION", ("VEC3",))
         assert positions is not None
     if not vertices.targets:
-        _check_declared(document, attributes["POSITION"], positions, where)
+        check_declared(document, attributes["POSITION"], positions, where)
     normals = vertices.read("NORMAL", ("VEC3",))
     if form.joints is not None:
         followed = vertices.joints(len(form.joints), document.notes)
@@ -275,27 +276,3 @@ def _colors(vertices: _Vertices) -> Array | None:
     if colors is not None and vertices.targets:
         colors = np.clip(colors, 0.0, 1.0)  # as glTF specifies for morphed colours
     return None if colors is None else linear_colors(colors, f"{vertices.where}.COLOR_0", vertices.document.notes)
-
-
-def _check_declared(document: Document, accessor: int, positions: Array, where: str) -> None:
-    """Note coordinates far outside the accessor's own min and max: a sign of data read from a wrong offset."""
-    given = document.item("accessors", accessor, where)
-    try:
-        low, high = (np.asarray(given[key], dtype=np.float64) for key in ("min", "max"))
-    except (KeyError, TypeError, ValueError):
-        return
-    if (
-        low.shape != (3,)
-        or high.shape != (3,)
-        or given.get("normalized")
-        or not np.isfinite([*low, *high]).all()
-        or not np.isfinite(positions).all()
-    ):
-        return
-    slack = 1e-3 * float(np.abs([low, high]).max()) + float((high - low).max())
-    outside = int(((positions < low - slack) | (positions > high + slack)).any(axis=1).sum())
-    if outside:
-        document.notes.append(
-            f"{where}: {outside} of {len(positions)} vertices are far outside the range {low.tolist()} to "
-            f"{high.tolist()} that the file declares"
-        )
