@@ -1,7 +1,7 @@
 """Rays through a scene with Embree: first hits, and whether a segment is blocked.
 
-Embree works in float32. Every decision about a shadow is therefore checked again in float64. Geometry is passed to Embree relative to
-a float64 origin near the eye and scaled to about 1, so that neither large nor small worlds lose precision.
+Embree works in float32: every decision about a shadow is checked again in float64. It gets geometry relative to a float64 origin near the
+eye and scaled to about 1.
 """
 
 from __future__ import annotations
@@ -22,8 +22,7 @@ from glshadow.scene.nodes import Scene
 
 Ints = NDArray[np.int32]
 
-# How many surfaces that do not block (the ray's own triangle, coplanar copies, texels removed by alpha) one ray may pass.
-MAX_PASSED = 64
+MAX_PASSED = 64  # surfaces on one ray that do not block: its own triangle, coplanar copies, texels removed by alpha
 U = 2.0**-24  # float32's unit roundoff
 # Half the thickness of the slab around a plane in which a point is on the plane, in U * (largest coordinate): rounding of the point, the
 # vertices and the plane distance, with a safety factor of 4.
