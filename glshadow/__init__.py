@@ -38,6 +38,7 @@ from glshadow.lights import (
 from glshadow.scene.capsules import Lines, Points
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 from glshadow.scene.nodes import Node, Scene
+from glshadow.scene.texture import Sampler, Texture
 from glshadow.scoring.error import Measurement, measure
 from glshadow.scoring.score import Score
 from glshadow.shadows import filters as _filters
@@ -181,6 +182,7 @@ __all__ = [
     "ReferenceUnavailable",
     "Renderer",
     "ResourceError",
+    "Sampler",
     "Scene",
     "SceneError",
     "SceneFit",
@@ -194,6 +196,7 @@ __all__ = [
     "SlopeScaledBias",
     "SpotLight",
     "Target",
+    "Texture",
     "Truth",
     "Used",
     "ViewFit",

@@ -31,8 +31,9 @@ from glshadow.gl.passes.readback import pixels
 from glshadow.gl.passes.resolve import resolve
 from glshadow.gl.passes.screen import draw_over
 from glshadow.gl.passes.translucent import TranslucentMaps
-from glshadow.gl.scene.geometry import GpuScene, pack_matrices
+from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.scene.kept_meshes import Meshes
+from glshadow.gl.scene.matrices import pack_matrices
 from glshadow.gl.scene.reuse import Before
 from glshadow.gl.shares import shares_of
 from glshadow.gl.techniques import LightPass, Techniques
@@ -91,8 +92,7 @@ class Layers:
         tiles = _tiles(view, scene, block, frame.caps.max_texture_size)
         if not tiles:
             return False
-        size, channels = tiles[0][2:], 4 if scene.textured else 2 if scene.smooth else 1
-        shape = (size, block, channels, len(request.lights))
+        shape = (tiles[0][2:], block, scene.channels, len(request.lights), scene.features.emits)
         targets = self._targets.get(shape, lambda: LayerTargets(self._context, *shape))
         whole = replace(
             frame, scene=scene, camera_view=view, atlases=self._atlases, targets=targets.opaque, measured=False

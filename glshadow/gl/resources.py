@@ -79,15 +79,15 @@ class ResourceCache:
         key = (camera, size, gpu.identity)
         if self.camera_view is None or self.camera_view[0] != key:
             self.camera_view = (key, view_scene(gpu, camera, size, context.caps.clip_control))
-        channels = 4 if gpu.textured else 2 if gpu.smooth else 1
         several = samples > 1
         shape = (
             (size[0] * pattern[0], size[1] * pattern[1]),
             1 if pattern != (1, 1) else samples,
-            channels,
+            gpu.channels,
             max(lights, 1) if several else lights,
             several or "visibility" in outputs,
             pattern != (1, 1) or not outputs.isdisjoint(("linear", "alpha")),
+            gpu.features.emits,
         )
         targets = self._targets.get(shape, lambda: CameraTargets(context, *shape))
         self.atlases.begin()

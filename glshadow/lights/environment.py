@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
@@ -13,6 +13,7 @@ from glshadow.core.spaces import Array, ClipSpace, Triple
 from glshadow.lights.directional import DirectionalLight
 from glshadow.lights.distant import DistantLight, downward
 from glshadow.lights.environment_map import EnvironmentMap
+from glshadow.lights.environment_reflection import split_table
 from glshadow.lights.light import Gizmo, Light
 from glshadow.lights.table import LightTable
 from glshadow.shadows.filters import Filter, LightSamples
@@ -106,9 +107,14 @@ class EnvironmentLight(DistantLight):
         return self.image.irradiance(normals @ self.axes.T)
 
     @property
-    def tables(self) -> Mapping[str, LightTable]:
-        """Irradiance by normal."""
-        return {"u_irradiance": self.image.irradiance_table}
+    def tables(self) -> Mapping[str, Callable[[], LightTable]]:
+        """Irradiance by normal; what surfaces reflect, by roughness."""
+        image = self.image
+        return {
+            "u_irradiance": lambda: image.irradiance_table,
+            "u_reflection": lambda: image.reflection_table,
+            "u_split": split_table,
+        }
 
     def hard_lights(self, count: int) -> tuple[Light, ...]:
         """Hard directional lights, at most `count`, whose colours are what each stands for; see `EnvironmentMap.directions`."""

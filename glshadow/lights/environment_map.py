@@ -26,6 +26,7 @@ from glshadow.core.sample_patterns import GOLDEN_ANGLE, GOLDEN_SHARE, square
 from glshadow.core.setting import Settings, numbers_in, refuse, setting
 from glshadow.core.spaces import Array
 from glshadow.errors import SettingsError
+from glshadow.lights.environment_reflection import LEVELS, filtered
 from glshadow.lights.light import BRIGHTEST_RADIANCE
 from glshadow.lights.table import LightTable
 
@@ -156,14 +157,18 @@ class EnvironmentMap(Settings):
 
         Interpolated in `irradiance_table`, as the snippet does.
         """
-        table = self._table
-        down = np.arctan2(np.hypot(normals[..., 0], normals[..., 2]), normals[..., 1]) / np.pi * ROWS
-        across = (np.arctan2(normals[..., 0], -normals[..., 2]) / (2.0 * np.pi) + 0.5) * COLUMNS
+        return self._interpolated(self._table[None], normals, 0)
+
+    @staticmethod
+    def _interpolated(tables: Array, aims: Array, level: Any) -> Array:
+        """Bilinear in one of several tables (L, ROWS + 1, COLUMNS, 3)."""
+        down = np.arctan2(np.hypot(aims[..., 0], aims[..., 2]), aims[..., 1]) / np.pi * ROWS
+        across = (np.arctan2(aims[..., 0], -aims[..., 2]) / (2.0 * np.pi) + 0.5) * COLUMNS
         row, column = np.clip(down.astype(int), 0, ROWS - 1), np.floor(across).astype(int)
         f, g = (down - row)[..., None], (across - column)[..., None]
         left, right = column % COLUMNS, (column + 1) % COLUMNS
-        upper = (1.0 - g) * table[row, left] + g * table[row, right]
-        lower = (1.0 - g) * table[row + 1, left] + g * table[row + 1, right]
+        upper = (1.0 - g) * tables[level, row, left] + g * tables[level, row, right]
+        lower = (1.0 - g) * tables[level, row + 1, left] + g * tables[level, row + 1, right]
         return np.asarray((1.0 - f) * upper + f * lower)
 
     @cached_property
@@ -202,6 +207,30 @@ class EnvironmentMap(Settings):
             table += np.maximum(normals @ moment, 0.0)[..., None] * self._texels[row, column]
         table[[0, -1]] = table[[0, -1]].mean(axis=1, keepdims=True)
         return table / np.pi
+
+    # -- reflection
+
+    def reflection(self, aims: Array, roughness: Array) -> Array:
+        """What surfaces of a roughness (...) reflect from unit directions (..., 3) in the map's frame; interpolated, as in the snippet."""
+        along = np.clip(roughness, 0.0, 1.0) * (LEVELS - 1)
+        level = np.minimum(along.astype(int), LEVELS - 2)
+        f = (along - level)[..., None]
+        lower, upper = (self._interpolated(self._reflection, aims, each) for each in (level, level + 1))
+        return np.asarray((1.0 - f) * lower + f * upper)
+
+    @cached_property
+    def reflection_table(self) -> LightTable:
+        """The levels of roughness, one above the other."""
+        levels = self._reflection.reshape(-1, COLUMNS, 3)
+        return LightTable(np.minimum(levels, BRIGHTEST_RADIANCE).astype(np.float32), repeat=True)
+
+    @cached_property
+    def _reflection(self) -> Array:
+        height, width = self._texels.shape[:2]
+        row, column = np.divmod(self._bright, width)
+        aims = directions_within(row, 0.5, column, 0.5, height, width)
+        fluxes = self._texels[row, column] * solid_angles((height, width))[row][:, None]
+        return filtered(self._without(self._bright[:0]), self._without(self._bright), aims, fluxes)
 
     # -- directions
 

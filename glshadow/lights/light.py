@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Self
 
@@ -232,8 +232,8 @@ class Light(Settings, ABC):
         return None
 
     @property
-    def tables(self) -> Mapping[str, LightTable]:
-        """Textures of the snippet, by the names of their uniforms."""
+    def tables(self) -> Mapping[str, Callable[[], LightTable]]:
+        """Textures of the snippet, by the names of their uniforms; made when a program uses them."""
         return {}
 
     # -- size

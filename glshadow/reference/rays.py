@@ -1,7 +1,7 @@
 """Rays through a scene with Embree: first hits, and whether a segment is blocked.
 
-Embree works in float32. Every decision about a shadow is therefore checked again in float64. Geometry is passed to Embree relative to
-a float64 origin near the eye and scaled to about 1, so that neither large nor small worlds lose precision.
+Embree works in float32: every decision about a shadow is checked again in float64. It gets geometry relative to a float64 origin near the
+eye and scaled to about 1.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from glshadow.core.spaces import Array, Bools, cofactors, world_positions
 from glshadow.errors import ReferenceUnavailable, SceneError
 from glshadow.geometry.smooth import sides, unit_vectors
 from glshadow.geometry.welding import welded
-from glshadow.scene.mesh import AlphaMode, Material
+from glshadow.reference.masks import texture_alpha
+from glshadow.scene.mesh import AlphaMode
 from glshadow.scene.nodes import Scene
 
 Ints = NDArray[np.int32]
 
-# How many surfaces that do not block (the ray's own triangle, coplanar copies, texels removed by alpha) one ray may pass.
-MAX_PASSED = 64
+MAX_PASSED = 64  # surfaces on one ray that do not block: its own triangle, coplanar copies, texels removed by alpha
 U = 2.0**-24  # float32's unit roundoff
 # Half the thickness of the slab around a plane in which a point is on the plane, in U * (largest coordinate): rounding of the point, the
 # vertices and the plane distance, with a safety factor of 4.
@@ -95,6 +95,16 @@ class Rays:
         return np.array([n.mesh.material.alpha_mode is AlphaMode.MASK for n in self.scene.nodes])[self.node]
 
     @cached_property
+    def culls(self) -> NDArray[np.int8]:
+        """(T,) 1 where the camera sees through triangles from behind, -1 there if the node mirrors them, 0 elsewhere."""
+        nodes = self.scene.nodes
+        sides = [
+            n.mesh.material.cull_back_faces * (-1 if np.linalg.det(n.world_from_mesh[:3, :3]) < 0.0 else 1)
+            for n in nodes
+        ]
+        return np.array(sides, dtype=np.int8)[self.node]
+
+    @cached_property
     def _box(self) -> Array:
         """(2, 3) corners of the scene's box, with a margin above float32's rounding."""
         flat = self.corners.reshape(-1, 3)
@@ -158,8 +168,8 @@ class Rays:
         weights = np.maximum(weights, 0.0)
         return np.asarray(weights / (weights[:, :1] + weights[:, 1:2] + weights[:, 2:]))
 
-    def first_hits(self, starts: Array, directions: Array, length: Array) -> tuple[Ints, Array]:
-        """The first surface along each camera ray.
+    def first_hits(self, starts: Array, directions: Array, length: Array, camera: bool = False) -> tuple[Ints, Array]:
+        """The first surface along each ray.
 
         Parameters
         ----------
@@ -167,6 +177,8 @@ class Rays:
             Relative to `origin`; directions of any length.
         length : (N,) float64
             Length of each ray in units of its direction; infinite for no end.
+        camera : bool
+            Whether the rays are a camera's, which pass through triangles from behind where their material culls back faces.
 
         Returns
         -------
@@ -185,6 +197,8 @@ class Rays:
                 break
             point = self._on_triangle(hit, at, directions[live])
             keep = self.opaque(hit, point)
+            if camera:
+                keep &= dot(self.normals[hit], directions[live]) * self.culls[hit] <= 0.0
             triangles[live[keep]], points[live[keep]] = hit[keep], point[keep]
             live, hit, point, before = live[~keep], hit[~keep], point[~keep], at[~keep]
             at = self._lifted(hit, point, directions[live])
@@ -234,8 +248,8 @@ class Rays:
             if mesh.colors is not None:
                 a, b, c = mesh.colors[:, 3].astype(np.float64)[corners].T
                 alpha = alpha * (a + (b - a) * weights[:, 1] + (c - a) * weights[:, 2])  # exact if all are equal
-            if mesh.material.texture is not None and mesh.uv is not None:
-                uv = np.einsum("nk,nkj->nj", weights, mesh.uv.astype(np.float64)[corners])
+            if mesh.placed_uv is not None and mesh.material.texture is not None:
+                uv = np.einsum("nk,nkj->nj", weights, mesh.placed_uv.astype(np.float64)[corners])
                 alpha = alpha * texture_alpha(mesh.material, uv)
             exists[mine] = alpha >= mesh.material.cutoff
         return exists
@@ -334,17 +348,3 @@ def dot(a: Array, b: Array) -> Array:
 def _along(directions: Array, offsets: Array) -> Array:
     """Projections of offsets (N, 3) on directions (N, 3), in units of the directions."""
     return dot(offsets, directions) / dot(directions, directions)
-
-
-def texture_alpha(material: Material, uv: Array) -> Array:
-    """Alpha of a material's texture at uv (N, 2): bilinear, level 0, repeated, as OpenGL samples it; (N,) in 0..1."""
-    assert material.texture is not None
-    height, width = material.texture.shape[:2]
-    alpha = material.texture[..., 3].astype(np.float64) / 255.0
-    column, row = uv[:, 0] * width - 0.5, (1.0 - uv[:, 1]) * height - 0.5
-    x, y = np.floor(column).astype(np.int64), np.floor(row).astype(np.int64)
-    fx, fy = column - x, row - y
-    x0, x1, y0, y1 = x % width, (x + 1) % width, y % height, (y + 1) % height
-    top = alpha[y0, x0] * (1.0 - fx) + alpha[y0, x1] * fx
-    bottom = alpha[y1, x0] * (1.0 - fx) + alpha[y1, x1] * fx
-    return np.asarray(top * (1.0 - fy) + bottom * fy)

@@ -40,7 +40,8 @@ def trace(
 
     A point is in shadow iff the open segment from it to the light meets a triangle, and unlit if the geometric normal that faces the
     viewer points away from the light. A point of a smooth mesh is moved by its vertex normals, see `geometry.smooth`, and is unlit if
-    the interpolated normal points away. Surfaces are two-sided. A node that does not receive is never in shadow; one that does not cast
+    the interpolated normal points away. Surfaces are two-sided, but the camera sees through back faces that
+    their material culls. A node that does not receive is never in shadow; one that does not cast
     shadows nothing. MASK materials have no surface where alpha is below the cutoff (alpha sampled bilinearly at the finest level);
     what blends is neither seen nor a caster; a light with `shadow=None` is never blocked. Outside a spot's cone and behind a
     RectLight visibility is 0; range and strength do not affect it (see `Truth.reached`).
@@ -160,7 +161,7 @@ def _surfaces(rays: Rays, camera: Camera, size: tuple[int, int], offset: tuple[f
     origins, directions = (each.reshape(-1, 3) for each in camera.rays(size, offset))
     starts = origins - rays.origin + directions * (camera.near or 0.0)
     length = np.full(len(directions), np.inf if camera.far is None else camera.far - (camera.near or 0.0))
-    triangle, points = rays.first_hits(starts, directions, length)
+    triangle, points = rays.first_hits(starts, directions, length, camera=True)
     rows = np.flatnonzero(triangle >= 0)
     normals = rays.normals[triangle[rows]]
     away = dot(normals, directions[rows]) > 0.0

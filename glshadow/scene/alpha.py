@@ -21,7 +21,7 @@ def alpha_range(mesh: Mesh) -> tuple[float, float]:
         used[mesh.triangles.ravel()] = True
         alphas = mesh.colors[used, 3]
         low, high = low * float(alphas.min()), high * float(alphas.max())
-    if material.texture is not None and mesh.uv is not None:
+    if material.texture is not None and mesh.placed_uv is not None:
         texels = material.texture[..., 3]
         low, high = low * (int(texels.min()) / 255.0), high * (int(texels.max()) / 255.0)
     return low, high

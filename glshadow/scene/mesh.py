@@ -29,6 +29,7 @@ from glshadow.errors import SceneError
 from glshadow.geometry.closed import connected
 from glshadow.scene import summary
 from glshadow.scene.alpha import alpha_range
+from glshadow.scene.texture import Sampler, Texture, pixels_rule, sampler_rule, texture_rule
 
 F = TypeVar("F", bound=np.floating[Any])
 
@@ -41,17 +42,18 @@ class AlphaMode(Enum):
     BLEND = "BLEND"
 
 
-def _pixels(name: str, value: Any) -> NDArray[np.uint8]:
-    if isinstance(value, np.ndarray) and not np.ma.isMaskedArray(value) and value.dtype == np.uint8:
-        pixels: NDArray[np.uint8] = np.asarray(value)
-        if pixels.ndim == 3 and pixels.shape[2] == 4 and pixels.size:
-            return pixels
-    raise refuse(name, "an array (H, W, 4) of uint8", value)
+ROUGHEST = 1.0 - 0.5 / 254.0
+"""Least roughness that counts as 1: the surface buffer stores it in 254 steps."""
+MOST = 65408.0
+"""Largest emission that the surface buffer stores."""
+MAPS = ("metallic_roughness_map", "normal_map", "occlusion_map", "emission_map")
+"""A material's textures beside that of its base colour."""
+_MAP = optional(texture_rule, "none")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Material(Settings):
-    """Base colour and alpha; other material properties are not supported.
+    """How a surface reflects and emits light: glTF's metallic-roughness model, whose terms these are.
 
     Parameters
     ----------
@@ -64,11 +66,33 @@ class Material(Settings):
         translucent caster: it tints the light that passes through it by (1 - alpha) and its colour. Where alpha is 0, there is nothing.
         All outputs but the image ignore it, unless nothing of it is transparent.
     double_sided : bool
-        Whether both sides are meant to be visible. (Both are always drawn; culling is only used where it makes no difference.)
+        Whether both sides are meant to be visible: back faces are then drawn even where that makes no difference.
     transmission : float
         Share of the light that passes through a thin wall, tinted by the base colour, instead of being scattered.
     transmission_map : (H, W, 4) uint8, optional
-        Multiplied with `transmission` by its red channel, which is linear; at the same texture coordinates as `texture`.
+        Multiplied with `transmission` by its red channel, which is linear; placed and filtered as `texture`.
+    sampler : Sampler
+        How `texture` is placed and filtered.
+    cull_back_faces : bool
+        Whether the camera sees through triangles from behind, as glTF demands of what is not double-sided. They cast shadows as others do.
+    metallic : float
+        From 0 to 1.
+    roughness : float or None
+        From 0 to 1. None: matte, reflects by Lambert's law alone (of a metal: 1). All else also by GGX.
+    metallic_roughness_map : Texture or pixels, optional
+        Factors of roughness (green) and metallic (blue).
+    normal_map : Texture or pixels, optional
+        Shading normals in tangent space: red along u, green along v, blue outwards. Shadows fall on the triangles as they are.
+    normal_scale : float
+        Factor of the map's red and green.
+    occlusion_map : Texture or pixels, optional
+        Share of the ambient light that arrives (red). `occlusion_strength`, from 0 to 1: how much of the map applies.
+    emission : (3,) floats
+        Linear RGB that the surface emits; it lights nothing else.
+    emission_map : Texture or pixels, optional
+        sRGB factor of it.
+    unlit : bool
+        Whether the surface emits its base colour and reflects nothing.
 
     Raises
     ------
@@ -79,12 +103,41 @@ class Material(Settings):
     refusal = SceneError
 
     color: tuple[float, float, float, float] = setting(vector(4, 0.0, 1.0), (1.0,) * 4, help="linear RGBA factor")
-    texture: NDArray[np.uint8] | None = setting(optional(_pixels, "none"), None, help="sRGB with linear alpha")
+    texture: NDArray[np.uint8] | None = setting(optional(pixels_rule, "none"), None, help="sRGB with linear alpha")
     alpha_mode: AlphaMode = setting(instance(AlphaMode), AlphaMode.OPAQUE, help="how alpha is used")
     cutoff: float = setting(number(), 0.5, help="alpha below which fragments of a MASK material are discarded")
     double_sided: bool = setting(flag(), False, help="both sides are meant to be visible")
     transmission: float = setting(number(0.0, 1.0), 0.0, help="share of the light that passes through, tinted")
-    transmission_map: NDArray[np.uint8] | None = setting(optional(_pixels, "none"), None, help="its red channel")
+    transmission_map: NDArray[np.uint8] | None = setting(optional(pixels_rule, "none"), None, help="its red channel")
+    sampler: Sampler = setting(sampler_rule, Sampler(), help="how the texture is placed and filtered")
+    cull_back_faces: bool = setting(flag(), False, help="the camera sees through triangles from behind")
+    metallic: float = setting(number(0.0, 1.0), 0.0, help="share of a metal")
+    roughness: float | None = setting(optional(number(0.0, 1.0), "matte"), None, help="of the surface's reflection")
+    metallic_roughness_map: Texture | None = setting(_MAP, None, help="roughness (green) and metallic (blue)")
+    normal_map: Texture | None = setting(_MAP, None, help="shading normals in tangent space")
+    normal_scale: float = setting(number(-MOST, MOST), 1.0, help="factor of the normal map's red and green")
+    occlusion_map: Texture | None = setting(_MAP, None, help="share of the ambient light (red)")
+    occlusion_strength: float = setting(number(0.0, 1.0), 1.0, help="how much of the occlusion map applies")
+    emission: tuple[float, float, float] = setting(vector(3, 0.0, MOST), (0.0,) * 3, help="linear RGB that it emits")
+    emission_map: Texture | None = setting(_MAP, None, help="sRGB factor of the emission")
+    unlit: bool = setting(flag(), False, help="emits its base colour and reflects nothing")
+
+    @property
+    def matte(self) -> bool:
+        """Whether it reflects by Lambert's law alone."""
+        plain = self.metallic == 0.0 and self.metallic_roughness_map is None
+        return self.unlit or (plain and self.roughness is None)
+
+    @property
+    def rough(self) -> bool:
+        """Whether it is not matte, but as rough as can be, and not metallic: its reflection is a simpler formula."""
+        plain = self.metallic == 0.0 and self.metallic_roughness_map is None
+        return not self.unlit and plain and self.roughness is not None and self.roughness >= ROUGHEST
+
+    @property
+    def emits(self) -> bool:
+        """Whether it emits light."""
+        return self.unlit or any(self.emission)
 
     __repr__ = summary.material_line
 
@@ -106,6 +159,11 @@ class Mesh:
     colors : (V, 4) float32, optional
         Linear RGBA, alpha straight, each from 0 to 1; interpolated, and multiplied with the material's colour and texture.
     material : Material
+    second_uv : (V, 2) float32, optional
+        A second set of texture coordinates, for samplers of `uv_set` 1.
+    tangents : (V, 4) float32, optional
+        For the normal map: unit vectors along u, and in w the sign (1 or -1) of cross(normal, tangent) along v. None: derived for each
+        triangle from its texture coordinates.
 
     Raises
     ------
@@ -120,6 +178,8 @@ class Mesh:
     uv: NDArray[np.float32] | None = None
     colors: NDArray[np.float32] | None = None
     material: Material = Material()
+    second_uv: NDArray[np.float32] | None = None
+    tangents: NDArray[np.float32] | None = None
 
     __repr__ = summary.mesh_line
 
@@ -151,7 +211,7 @@ class Mesh:
             positions = np.where(used[:, None], positions, 0.0)
         object.__setattr__(self, "positions", positions)
         object.__setattr__(self, "triangles", triangles)
-        for name, columns in (("normals", 3), ("uv", 2), ("colors", 4)):
+        for name, columns in (("normals", 3), ("uv", 2), ("colors", 4), ("second_uv", 2), ("tangents", 4)):
             value = getattr(self, name)
             if value is None:
                 continue
@@ -174,14 +234,16 @@ class Mesh:
         """Number of elements that are drawn: of triangles."""
         return len(self.triangles)
 
-    def lowest(self, matrix: Array) -> float:
-        """Least world y of a node with this matrix, from its vertices: under a rotation its box would be too large."""
-        used = self.positions[np.unique(self.triangles)]
-        return float((used @ matrix[1, :3]).min() + matrix[1, 3])
-
     def bounds_for(self, matrix: Array) -> Array:
         """Bounds in mesh space, of a node with this matrix; the same for all."""
         return self.bounds
+
+    @cached_property
+    def placed_uv(self) -> NDArray[np.float32] | None:
+        """(V, 2) coordinates in the material's base colour texture and transmission map; None if there is neither, or no coordinates."""
+        material = self.material
+        mapped = material.texture is not None or (material.transmission > 0.0 and material.transmission_map is not None)
+        return material.sampler.place(self.uv, self.second_uv) if mapped else None
 
     @cached_property
     def bounds(self) -> Array:
@@ -237,3 +299,11 @@ def _array(name: str, value: Any) -> Numbers:
 def _floats(array: Numbers, dtype: type[F]) -> NDArray[F]:
     with np.errstate(all="ignore"):  # values beyond float32 become infinite
         return np.ascontiguousarray(array, dtype=dtype)
+
+
+def sampler_of(material: Material, name: str) -> Sampler:
+    """The sampler of the base colour's `texture`, which is the transmission map's too, or of one of MAPS."""
+    if name in ("texture", "transmission_map"):
+        return material.sampler
+    sampler: Sampler = getattr(material, name).sampler
+    return sampler

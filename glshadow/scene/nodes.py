@@ -18,8 +18,10 @@ from glshadow.errors import SceneError, SettingsError
 from glshadow.lights import Light, as_lights
 from glshadow.scene import summary
 from glshadow.scene.box import box_corners, check_place, default_camera, default_sun
-from glshadow.scene.mesh import Material, Mesh
+from glshadow.scene.ground import ground_plane, lowest_point
+from glshadow.scene.mesh import Mesh
 from glshadow.scene.motion import Motion, posed
+from glshadow.scene.names import numbered
 
 
 def _affine(name: str, value: Any) -> Array:
@@ -92,28 +94,7 @@ def _nodes(name: str, value: Any) -> tuple[Node, ...]:
     if isinstance(value, tuple | list):
         value = tuple(Node(each) if isinstance(each, Mesh) else each for each in value)
     nodes: tuple[Node, ...] = several_nodes(name, value)
-    return nodes if len({node.name for node in nodes}) == len(nodes) else _numbered(nodes)
-
-
-def _numbered(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
-    """Nodes with unique names: those that repeat a name are copied, with a number appended."""
-    taken = {node.name for node in nodes}
-    seen: set[str] = set()
-    last: dict[str, int] = {}
-    result = []
-    for node in nodes:
-        if node.name in seen:
-            number = last.get(node.name, 1) + 1
-            while f"{node.name} {number}" in taken:
-                number += 1
-            last[node.name] = number
-            named = copy(node)  # checked already
-            object.__setattr__(named, "name", f"{node.name} {number}")
-            taken.add(named.name)
-            node = named
-        seen.add(node.name)
-        result.append(node)
-    return tuple(result)
+    return nodes if len({node.name for node in nodes}) == len(nodes) else numbered(nodes)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -330,24 +311,14 @@ class Scene(Settings):
     def _lowest(self, model: bool = False) -> float:
         """Least world y of all nodes, or of the model's alone."""
         return min(
-            node.mesh.lowest(node.world_from_mesh) for node in self.nodes if node.drawn and not (model and node.ground)
+            lowest_point(node.mesh, node.world_from_mesh)
+            for node in self.nodes
+            if node.drawn and not (model and node.ground)
         )
 
 
 def _ground(bounds: Array, lowest: float, catches: bool) -> Node:
-    """A square plane under a model with these bounds (2, 3), three times as wide."""
-    low, high = bounds.copy()
-    low[1] = lowest
-    size = float(np.linalg.norm(high - low))
-    half = 1.5 * size
-    x, y, z = 0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])
-    corners = np.array([[-half, 0, half], [half, 0, half], [half, 0, -half], [-half, 0, -half]])
-    ground = Mesh(
-        corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32), material=Material(color=(0.7, 0.7, 0.7, 1.0))
-    )
-    matrix = np.eye(4)
-    matrix[:3, 3] = (x, y, z)
-    return Node(ground, matrix, "ground", catches=catches, ground=True)
+    return Node(*ground_plane(bounds, lowest), "ground", catches=catches, ground=True)
 
 
 def _around(corners: Array) -> Array:

@@ -28,6 +28,12 @@ def material_line(material: Material) -> str:
         parts.append("BLEND")
     if material.transmission > 0.0:
         parts.append(f"transmission {material.transmission:.4g}")
+    if not material.matte:
+        parts.append(
+            f"metallic {material.metallic:.4g}, roughness {1.0 if material.roughness is None else material.roughness:.4g}"
+        )
+    parts += ["unlit"] * material.unlit + ["emissive"] * any(material.emission)
+    parts += ["back faces culled"] * material.cull_back_faces
     return f"Material({', '.join(parts + ['double-sided'] * material.double_sided)})"
 
 

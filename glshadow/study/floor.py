@@ -19,7 +19,7 @@ from glshadow.core.spaces import Array, ClipSpace
 from glshadow.derive.culling import seen_by
 from glshadow.gl.driver.targets import depth_texture
 from glshadow.gl.scene.drawing import draw_nodes
-from glshadow.gl.scene.geometry import pack_matrices
+from glshadow.gl.scene.matrices import pack_matrices
 from glshadow.scene.box import box_corners
 from glshadow.scene.capsules import refuse_capsules
 from glshadow.scene.mesh import AlphaMode, Mesh

@@ -1,7 +1,7 @@
 // The point over a flat triangle from which a smooth mesh sees the light, and the normal there: Hanika 2021, "Hacking the Shadow
 // Terminator", Ray Tracing Gems II, chapter 4. Over facets of a convex surface the point lies outside them, elsewhere on them. It is moved
 // all the way where the facet faces away from the light, and not at all where it is well lit. Twin: glshadow.geometry.smooth
-#include "lib/octahedral.glsl"
+// Needs lib/octahedral.glsl
 // per drawn triangle: its vertices' world normals; bits: 1: not flat, 2: the normals oppose its winding, upper 16: the share by which
 // points are moved
 uniform usamplerBuffer u_smooth;

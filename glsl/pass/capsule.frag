@@ -18,6 +18,12 @@
 #ifndef GLS_SURFACE
 #define GLS_SURFACE 1 // channels of the surface buffer, see pass/surface.frag
 #endif
+#ifndef GLS_MATERIAL
+#define GLS_MATERIAL 0 // 1: the fourth channel holds a material
+#endif
+#ifndef GLS_EMITS
+#define GLS_EMITS 0 // 1: some surfaces of the scene emit light
+#endif
 #ifndef GLS_COLORED
 #define GLS_COLORED 0 // 1: colours of vertices
 #endif
@@ -42,6 +48,12 @@ layout(location = 0) out vec4 o_stored;
 #else
 flat in uint v_number;
 flat in uvec2 v_ends;
+#if GLS_EMITS
+layout(location = 1) out uint o_emission;
+#endif
+#if GLS_MATERIAL
+#include "lib/material_packing.glsl"
+#endif
 #if GLS_SURFACE == 1
 layout(location = 0) out uint o_surface;
 #elif GLS_SURFACE == 2
@@ -95,6 +107,14 @@ void main() {
     vec3 first = texelFetch(u_vertex_colors, int(v_ends.x - u_first_vertex)).rgb;
     color *= mix(first, texelFetch(u_vertex_colors, int(v_ends.y - u_first_vertex)).rgb, hit.share);
 #endif
-    o_surface = uvec4(v_number, 0u, pack_color(color), 0u);
+#if GLS_MATERIAL
+    uint material = pack_material(vec4(1.0, 2.0, 0.0, 1.0)); // matte
+#else
+    const uint material = 0u;
+#endif
+    o_surface = uvec4(v_number, 0u, pack_color(color), material);
+#endif
+#if GLS_EMITS && !GLS_CASTS
+    o_emission = 0u;
 #endif
 }

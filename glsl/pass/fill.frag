@@ -16,11 +16,31 @@
 #ifndef GLS_ROWS
 #define GLS_ROWS 2
 #endif
+#ifndef GLS_MATERIAL
+#define GLS_MATERIAL 0 // 1: the fourth channel holds a material
+#endif
+#ifndef GLS_EMITS
+#define GLS_EMITS 0
+#endif
 #include "lib/camera_rays.glsl"
 #include "lib/surface_number.glsl"
+#ifndef GLS_OCTAHEDRAL
+#define GLS_OCTAHEDRAL 0
+#endif
+#if GLS_OCTAHEDRAL
+#include "lib/octahedral.glsl"
+#endif
 #include "lib/direction.glsl"
 #include "lib/color_packing.glsl"
 #include "lib/mixed.glsl"
+#if GLS_MATERIAL
+#include "lib/material_packing.glsl"
+#endif
+#if GLS_EMITS
+#include "lib/emission_packing.glsl"
+uniform usampler2D u_emission; // of every sample
+layout(location = 2) out uint o_emission;
+#endif
 uniform usampler2D u_surface; // every sample
 uniform sampler2D u_camera_depth;
 uniform samplerBuffer u_planes; // per drawn triangle: unit world normal, distance from the scene's origin
@@ -68,6 +88,9 @@ bool goes_on(uvec4 own, vec4 plane, vec3 normal, uvec4 other, vec2 offset, out f
 #elif GLS_COLORS == 2
     same = same && all(lessThan(abs(unpack_color(own.b) - unpack_color(other.b)), vec3(SAME_COLOR)));
 #endif
+#if GLS_MATERIAL
+    same = same && all(lessThan(abs(unpack_material(own.a) - unpack_material(other.a)), vec4(SAME_COLOR)));
+#endif
     return same && (own.r & MARKS) == (other.r & MARKS); // equal flags
 }
 
@@ -108,6 +131,11 @@ void main() {
         seen = own.r == 0u && other.r != 0u ? corner + place : seen;
         float off = 0.0;
         mixed = own.r == 0u || other.r == 0u || !goes_on(own, plane, normal, other, (vec2(place) + 0.5) / vec2(block) - 0.5, off);
+#if GLS_EMITS
+        vec3 light = unpack_emission(texelFetch(u_emission, middle, 0).r);
+        vec3 apart = abs(light - unpack_emission(texelFetch(u_emission, corner + place, 0).r));
+        mixed = mixed || any(greaterThanEqual(apart, vec3(SAME_COLOR)));
+#endif
         most_off = max(most_off, off);
         differing = mixed ? 0u : differing;
     }
@@ -118,6 +146,9 @@ void main() {
     o_surface = own.rg;
 #else
     o_surface = own;
+#endif
+#if GLS_EMITS
+    o_emission = texelFetch(u_emission, seen, 0).r;
 #endif
     o_mixed = mixed ? MIXED : mixed_of(most_off);
     gl_FragDepth = texelFetch(u_camera_depth, seen, 0).r;

@@ -52,6 +52,7 @@
 #include <between>
 #include "lib/surface_point.glsl"
 #if GLS_ROUNDED
+#include "lib/octahedral.glsl"
 #include "lib/smooth_point.glsl"
 flat in mat3 v_axes_l;
 #endif

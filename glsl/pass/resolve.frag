@@ -1,4 +1,5 @@
-// Shades every visible surface with one light: position from depth, normal from the triangle, visibility from <shadow>, Lambert shading.
+// Shades every visible surface with one light: position from depth, normal from the triangle, visibility from <shadow>, Lambert's law and,
+// where the scene has materials that are not matte, GGX.
 // All in the light's axes. GLS_FIRST: adds the ambient term, else the result of earlier lights. GLS_LAST: writes the display image, else
 // the sum so far. GLS_PER_SAMPLE: shades samples of collected pixels, with lights blended additively.
 #ifndef GLS_SURFACE
@@ -61,12 +62,36 @@
 #ifndef GLS_ALONE
 #define GLS_ALONE 0 // 1: writes only the visibility
 #endif
+#ifndef GLS_MATERIAL
+#define GLS_MATERIAL 0 // 1: the surface buffer's fourth channel holds a material
+#endif
+#ifndef GLS_GLOSSY
+#define GLS_GLOSSY 0 // 1: some are neither matte nor rough
+#endif
+#ifndef GLS_ROUGH
+#define GLS_ROUGH 0 // 1: none is, and some are rough: not metallic, of roughness 1
+#endif
+#ifndef GLS_OCCLUDED
+#define GLS_OCCLUDED 0 // 1: some have an occlusion map
+#endif
+#ifndef GLS_EMITS
+#define GLS_EMITS 0 // 1: some emit light, which the first light's pass adds
+#endif
+#ifndef GLS_BUMPED
+#define GLS_BUMPED 0 // 1: some have a normal map
+#endif
 #include "lib/camera_rays.glsl"
 #if GLS_PER_SAMPLE
 #include "lib/per_sample.glsl"
 #include "lib/sample_ray.glsl"
 #endif
 #include "lib/finish.glsl"
+#ifndef GLS_OCTAHEDRAL
+#define GLS_OCTAHEDRAL 0
+#endif
+#if GLS_OCTAHEDRAL || GLS_ROUNDED
+#include "lib/octahedral.glsl"
+#endif
 #include "lib/direction.glsl"
 #include "lib/color_packing.glsl"
 #include "lib/srgb.glsl"
@@ -100,6 +125,16 @@
 #if GLS_ROUNDED
 #include "lib/smooth_point.glsl"
 #endif
+#if GLS_MATERIAL
+#include "lib/material_packing.glsl"
+#endif
+#if GLS_GLOSSY || GLS_ROUGH
+#include "lib/reflection.glsl"
+#endif
+#if GLS_EMITS
+#include "lib/emission_packing.glsl"
+uniform usampler2D u_emission;
+#endif
 
 uniform usampler2D u_surface;
 uniform sampler2D u_camera_depth;
@@ -122,6 +157,9 @@ flat in vec3 v_forward_l;
 flat in mat3 v_axes_l;
 flat in vec3 v_towards_w;
 flat in vec3 v_radiance; // these two include the base colour if all nodes share one
+#if GLS_ROUGH
+flat in vec3 v_light; // without the base colour
+#endif
 flat in vec3 v_ambient;
 flat in vec3 v_ambient_below;
 #if GLS_WEAK
@@ -182,7 +220,8 @@ void main() {
 #if GLS_COLORS == 2
     vec3 color = unpack_color(surface.b);
 #elif GLS_COLORS == 1
-    vec3 color = texelFetch(u_colors, int(texelFetch(u_owners, triangle).r)).rgb;
+    vec4 colors = texelFetch(u_colors, int(texelFetch(u_owners, triangle).r)); // with GLS_ROUGH, w: 0 for what is matte
+    vec3 color = colors.rgb;
 #else
     const vec3 color = vec3(1.0); // included in v_ambient and v_radiance
 #endif
@@ -294,14 +333,28 @@ void main() {
     float height = normal_w.y * side;
 #if GLS_ROUNDED
     height = rounded.smooth_ ? dot(lit_normal, v_axes_l[1]) : height;
+#if GLS_BUMPED
+    const bool bent = false; // a normal map may have changed it
+#else
     bool bent = rounded.smooth_; // its normal is the shading normal already
+#endif
 #else
     const bool bent = false;
+#endif
+#if GLS_GLOSSY || GLS_ROUGH
+    vec3 shown = lit_normal;
 #endif
 #if GLS_SURFACE > 1
     if (surface.g != 0u && !bent) { // an interpolated normal, flipped to the same side
         vec3 shading = unpack_direction(surface.g);
+#if GLS_BUMPED
+        float turned = dot(shading, lit_normal * v_axes_l) < 0.0 ? -1.0 : 1.0;
+#else
         float turned = dot(shading, normal_w) * side < 0.0 ? -1.0 : 1.0;
+#endif
+#if GLS_GLOSSY || GLS_ROUGH
+        shown = normalize(v_axes_l * shading) * turned;
+#endif
 #if GLS_PER_CHANNEL
         shading_normal = normalize(v_axes_l * shading) * turned;
 #elif GLS_WIDE
@@ -328,7 +381,17 @@ void main() {
 #else
     vec3 ambient = v_ambient;
 #endif
+#if GLS_MATERIAL
+    vec4 material = unpack_material(surface.a);
+#endif
+#if GLS_OCCLUDED && GLS_FIRST
+    ambient *= material.w;
+#endif
+#if GLS_ROUGH
+    vec3 passed = cookie_at(position) * transmitted(position, normal), radiance = v_radiance * passed;
+#else
     vec3 radiance = v_radiance * cookie_at(position) * transmitted(position, normal);
+#endif
 #if GLS_PER_CHANNEL
     vec3 irradiance = light_irradiance(position, shading_normal) * (facing > 0.0 ? 1.0 : 0.0);
 #if GLS_PRECOMPUTED
@@ -367,24 +430,90 @@ void main() {
 #endif
 #if GLS_CATCHES
     bool catcher = is_catcher(surface.r);
-    sum += catcher ? vec3(dot(light, LUMINANCE), dot(unshadowed, LUMINANCE), 0.0) : color * light;
 #else
     const bool catcher = false;
-    sum += color * light;
+#endif
+    vec3 sent = color * light;
+#if (GLS_GLOSSY || GLS_ROUGH) && !(GLS_WIDE && GLS_SUN) && !GLS_PER_CHANNEL // a sky is reflected as ambient light is
+#if GLS_ORTHO
+    vec3 to_eye = -v_forward_l;
+#else
+    vec3 to_eye = normalize(-ray);
+#endif
+#if GLS_WIDE // as if all of it came from its middle, or from just above the horizon
+    vec3 middle = normalize(arriving.xyz + max(0.02 - dot(shown, arriving.xyz), 0.0) * shown);
+#else
+    vec3 middle = arriving.xyz;
+#endif
+#if GLS_GLOSSY
+    for (int turn = material.y > 1.0 ? 0 : 1; turn > 0; turn--) { // not what is matte; a loop, since llvmpipe skips no `if`
+        vec3 lobes = reflected(color, material.z, material.y, shown, to_eye, middle);
+#if GLS_WIDE
+        lobes *= max(lambert, 0.0) / dot(shown, middle);
+#endif
+        sent = color * ambient + radiance * lobes * (arriving.w * share);
+    }
+#else
+#if GLS_COLORS == 2
+    bool rough = material.y <= 1.0;
+#elif GLS_COLORS == 1
+    bool rough = colors.w > 0.0;
+#else
+    const bool rough = true;
+#endif
+    vec2 lobes = reflected_roughly(shown, to_eye, middle);
+    vec3 both = (color * v_radiance * lobes.x + v_light * lobes.y) * passed;
+    sent = rough ? color * ambient + both * (max(lambert, 0.0) * arriving.w * share) : sent;
+#endif
+#endif
+#if (GLS_GLOSSY || GLS_ROUGH) && GLS_PER_CHANNEL
+#if GLS_ORTHO
+    vec3 to_eye = -v_forward_l;
+#else
+    vec3 to_eye = normalize(-ray);
+#endif
+#if GLS_GLOSSY
+    bool reflects = material.y <= 1.0;
+    float roughness = max(min(material.y, 1.0), LEAST_ROUGHNESS), metallic = material.z;
+    vec3 bare = radiance;
+#else
+#if GLS_COLORS == 2
+    bool reflects = material.y <= 1.0;
+#elif GLS_COLORS == 1
+    bool reflects = colors.w > 0.0;
+#else
+    const bool reflects = true;
+#endif
+    const float roughness = 1.0, metallic = 0.0;
+    vec3 bare = v_light * passed;
+#endif
+    float cos_eye = max(dot(shown, to_eye), 0.0);
+    vec3 clear = light_reflectance(vec3(DIELECTRIC), roughness, cos_eye); // of the part that is not metal
+    vec3 both = color * radiance * irradiance * open_to * ((1.0 - metallic) * (1.0 - clear));
+    both += bare * mix(clear, light_reflectance(color, roughness, cos_eye), metallic) * light_reflection(reflect(-to_eye, shown), roughness) * share;
+    sent = reflects ? color * ambient + both : sent;
+#endif
+#if GLS_CATCHES
+    sum += catcher ? vec3(dot(light, LUMINANCE), dot(unshadowed, LUMINANCE), 0.0) : sent;
+#else
+    sum += sent;
+#endif
+#if GLS_EMITS && GLS_FIRST
+    sum += catcher ? vec3(0.0) : unpack_emission(texelFetch(u_emission, pixel, 0).r);
 #endif
 #if GLS_PER_SAMPLE
     // read back by pass/average.frag
     o_color = seen ? vec4(sum, GLS_FIRST == 0 ? 0.0 : catcher ? 2.0 : 1.0) : vec4(0.0);
 #elif GLS_LAST
-    vec4 shown = finished(sum, catcher);
+    vec4 done = finished(sum, catcher);
 #if GLS_CATCHES
-    vec3 over = shown.rgb + u_background * (1.0 - shown.a);
+    vec3 over = done.rgb + u_background * (1.0 - done.a);
 #else
-    vec3 over = shown.rgb;
+    vec3 over = done.rgb;
 #endif
-    o_color = vec4(srgb(clamp(over, 0.0, 1.0)), shown.a);
+    o_color = vec4(srgb(clamp(over, 0.0, 1.0)), done.a);
 #if GLS_SUM
-    o_linear = vec4(over, shown.a);
+    o_linear = vec4(over, done.a);
 #endif
 #else
     o_color = vec4(sum, 1.0);

@@ -9,6 +9,9 @@
 #ifndef GLS_STAGE
 #define GLS_STAGE 0 // > 0: collected pixels, see pass/penumbra.frag
 #endif
+#ifndef GLS_ROUGH
+#define GLS_ROUGH 0
+#endif
 #include "lib/camera_rays.glsl"
 uniform float u_far_z; // NDC z of the far plane
 uniform mat3 u_ray_l; // u_ray_l * (NDC x, y, 1), in the light's axes: ray of unit view depth; GLS_ORTHO: its start, from the eye
@@ -19,6 +22,10 @@ uniform vec3 u_forward_l; // the camera's viewing direction
 uniform mat3 u_axes_l; // the light's axes
 uniform vec3 u_towards_w; // to a directional light
 uniform vec3 u_radiance; // color * intensity
+#if GLS_ROUGH
+uniform vec3 u_light; // color * intensity, without the base colour
+flat out vec3 v_light;
+#endif
 uniform vec3 u_ambient;
 uniform vec3 u_ambient_below;
 flat out vec2 v_unproject;
@@ -48,6 +55,9 @@ void main() {
     v_axes_l = u_axes_l;
     v_towards_w = u_towards_w;
     v_radiance = u_radiance;
+#if GLS_ROUGH
+    v_light = u_light;
+#endif
     v_ambient = u_ambient;
     v_ambient_below = u_ambient_below;
     gl_Position = vec4(corner[gl_VertexID], u_far_z, 1.0);

@@ -9,6 +9,12 @@
 #ifndef GLS_SMOOTH
 #define GLS_SMOOTH 0
 #endif
+#ifndef GLS_SETS
+#define GLS_SETS 0
+#endif
+#ifndef GLS_NORMAL_MAP
+#define GLS_NORMAL_MAP 0
+#endif
 layout(triangles) in;
 layout(triangle_strip, max_vertices = 4) out;
 uniform vec2 u_half_size; // of the image, in pixels
@@ -19,6 +25,9 @@ uniform float u_nudge; // relative, away from the eye: more than depths are roun
 flat in int v_triangle[];
 flat out int t_triangle;
 #if GLS_SMOOTH
+#if GLS_NORMAL_MAP == 3
+flat
+#endif
 in vec3 v_normal_w[];
 flat out vec3 t_normal_w[3];
 #endif
@@ -29,6 +38,19 @@ flat out vec2 t_uv[3];
 #if GLS_COLORED
 in vec4 v_color[];
 flat out vec4 t_color[3];
+#endif
+#if GLS_SETS
+in vec4 v_sets[];
+flat out vec4 t_sets[3];
+#endif
+#if GLS_NORMAL_MAP
+#if GLS_NORMAL_MAP > 1
+flat
+#endif
+in vec4 v_tangent_w[];
+flat out vec4 t_tangent_w[3];
+flat in float v_side[];
+flat out float t_side;
 #endif
 const float GROWN = 1.0 / 128.0; // pixels
 const float SNAPPED = 256.0; // subpixel positions per pixel
@@ -42,7 +64,9 @@ void emit(vec2 place, vec3 start, vec2 slope) { // start: pixels and NDC z
     gl_Position = vec4(place / u_half_size, start.z + dot(slope, place - start.xy), 1.0);
     t_triangle = v_triangle[2];
     for (int k = 0; k < 3; k++) {
-#if GLS_SMOOTH
+#if GLS_NORMAL_MAP == 3
+        t_normal_w[k] = v_normal_w[2];
+#elif GLS_SMOOTH
         t_normal_w[k] = v_normal_w[k];
 #endif
 #if GLS_TEXTURED
@@ -51,7 +75,18 @@ void emit(vec2 place, vec3 start, vec2 slope) { // start: pixels and NDC z
 #if GLS_COLORED
         t_color[k] = v_color[k];
 #endif
+#if GLS_SETS
+        t_sets[k] = v_sets[k];
+#endif
+#if GLS_NORMAL_MAP > 1
+        t_tangent_w[k] = v_tangent_w[2]; // a triangle's is with its last vertex
+#elif GLS_NORMAL_MAP
+        t_tangent_w[k] = v_tangent_w[k];
+#endif
     }
+#if GLS_NORMAL_MAP
+    t_side = v_side[2];
+#endif
     EmitVertex();
 }
 

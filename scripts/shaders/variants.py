@@ -16,6 +16,7 @@ from glshadow.shadows.metric import Target
 from scripts.shaders.variant import KINDS, ONE_VIEW, PER_SAMPLE, Variant
 from scripts.shaders.variants_capsules import capsules
 from scripts.shaders.variants_exact import area, exact
+from scripts.shaders.variants_materials import materials
 
 TARGETS = (Target.DEPTH32F, Target.R32F, Target.RGBA8)  # the others differ in numbers, not in code
 BIASES: tuple[Bias, ...] = (ReceiverPlaneBias(), ConstantBias(0.0), NormalOffsetBias(), NoBias())  # others: as NoBias
@@ -81,6 +82,7 @@ def variants() -> Iterator[Variant]:
     yield from _packed()
     yield from _forward()
     yield from _surface()
+    yield from materials()
     yield from _resolve()
     yield from exact()
     yield from area()

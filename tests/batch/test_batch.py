@@ -329,7 +329,7 @@ def test_unwritable_journal_is_refused_before_any_work(tmp_path: Path) -> None:
         run_batch(jobs, tmp_path / "a", processes=1)
     (tmp_path / "b").mkdir()
     (tmp_path / "b" / JOURNAL).symlink_to(tmp_path / "nowhere" / "journal")
-    with pytest.raises(gs.GlshadowError, match=rf"cannot write .*{JOURNAL}: No such file"):
+    with pytest.raises(gs.GlshadowError, match=rf"{JOURNAL} is a link"):
         run_batch(jobs, tmp_path / "b", processes=1)
     assert not list(tmp_path.rglob("*.png"))
 

@@ -90,3 +90,43 @@ def test_mip_maps_are_closer_to_the_pixel_mean(renderer: gs.Renderer) -> None:
         frame = renderer.render(scene, None, [light], (160, 90), outputs=("visibility",), samples=1)
         errors[mip_maps] = float(np.abs(frame.visibility[0] - truth.visibility[0])[known].mean())
     assert errors[True] < 0.95 * errors[False], errors
+
+
+@pytest.mark.parametrize("filter", [gs.Exact(), gs.Pcf(0)], ids=str)
+@pytest.mark.parametrize(
+    ("wrap", "solid"),
+    [("repeat", (0, 1, 0, 1)), ("clamp", (1, 1, 0, 0)), ("mirror", (1, 1, 0, 0)), (("mirror", "repeat"), (1, 1, 0, 0))],
+)
+@pytest.mark.parametrize("placed", ["uv", "second", "transform"])
+def test_shadow_follows_the_sampler(
+    renderer: gs.Renderer, filter: gs.Filter, wrap: str | tuple[str, str], solid: tuple[int, ...], placed: str
+) -> None:
+    """Two texels, solid and not, over u from -.5 to 1.5: four quarters of the leaf, and of its shadow, and of what the camera sees."""
+    image = np.full((1, 2, 4), 255, dtype=np.uint8)
+    image[0, 1, 3] = 0
+    positions, triangles = shapes.rectangle((-3.0, 2.0, 1.0), (2.0, 0.0, 0.0), (0.0, 0.0, -2.0))
+    unit = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], dtype=np.float32)
+    wide = unit * (2.0, 1.0) - (0.5, 0.0)
+    matrix = np.array([[2.0, 0.0, -0.5], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]) if placed == "transform" else None
+    sampler = gs.Sampler(wrap, "nearest", "nearest", uv_set=int(placed == "second"), transform=matrix)
+    material = gs.Material(texture=image, alpha_mode=gs.AlphaMode.MASK, sampler=sampler)
+    leaf = gs.Mesh(
+        positions,
+        triangles,
+        uv=wide if placed == "uv" else unit,
+        second_uv=wide if placed == "second" else None,
+        material=material,
+    )
+    ground = gs.Mesh(*shapes.rectangle((-4.0, 0.0, 4.0), (8.0, 0.0, 0.0), (0.0, 0.0, -8.0)))
+    scene = gs.Scene((gs.Node(ground, name="ground"), gs.Node(leaf, name="leaf")))
+    camera = gs.OrthographicCamera((0.0, 6.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), height=6.4)
+    light = gs.DirectionalLight(direction=SUN.direction, shadow=gs.Shadow(filter=filter))
+    frame = renderer.render(scene, camera, [light], (64, 64), outputs=("visibility", "node"), samples=1)
+    truth = gs.trace(scene, camera, [light], (64, 64), samples=1)
+    columns = [-0.75, -0.25, 0.25, 0.75]
+    at = [int(32 + 10 * x) for x in columns]
+    assert (frame.visibility[0, 32, at] == 0.0).tolist() == [bool(each) for each in solid]
+    assert (truth.visibility[0, 32, at] == 0.0).tolist() == [bool(each) for each in solid]
+    at = [int(32 + 10 * (x - 2.0)) for x in columns]
+    assert (frame.node[32, at] == 1).tolist() == [bool(each) for each in solid]
+    assert (truth.node[32, at] == 1).tolist() == [bool(each) for each in solid]

@@ -103,11 +103,13 @@ def test_frames_do_not_depend_on_those_before(renderer: gs.Renderer, models: Pat
 
 
 def test_large_coordinates_of_what_moves(renderer: gs.Renderer) -> None:
-    """A node that becomes huge, and no longer is: `reach` and `huge` are those of the scene, not of the one before."""
+    """A node that goes far away and comes back: `reach` and `huge` are those of the scene, not of the one before."""
     scene = crowd()
-    huge = scene.moved({"ball 3": np.diag((1e6, 1e6, 1e6, 1.0))})
+    # in the scene's corner, so that the middle of the scene stays and the buffers are taken
+    huge = scene.moved({"ball 0": turned(0, (-1e6, 1, -1e6))})
     for each in (scene, huge, scene):
         assert_like_fresh(renderer, each)
+    assert data(renderer)["kept"][2] < 1e3
 
 
 def test_only_what_moves_is_computed(renderer: gs.Renderer, monkeypatch: pytest.MonkeyPatch) -> None:

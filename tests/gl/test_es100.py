@@ -19,7 +19,8 @@ from glshadow.gl.foreign.forward import draw_map, receiver_source
 from glshadow.gl.passes.atlases import Atlas, layout
 from glshadow.gl.passes.caster import Map, metric_uniform
 from glshadow.gl.passes.translucent import Tint
-from glshadow.gl.scene.geometry import GpuScene, pack_matrices
+from glshadow.gl.scene.geometry import GpuScene
+from glshadow.gl.scene.matrices import pack_matrices
 from glshadow.gl.techniques.mapped import map_defines, map_slots
 from glshadow.lights import DirectionalLight, SpotLight
 from glshadow.shader.slots import metric_slot, open_slots

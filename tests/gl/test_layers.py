@@ -451,6 +451,38 @@ def test_layers_are_shaded_as_opaque_surfaces(renderer: gs.Renderer, light: gs.L
     assert off.mean() < 0.03, "texels at the borders of shadows: these maps are fitted to other surfaces"
 
 
+def test_each_layer_has_its_own_soft_shadow(renderer: gs.Renderer) -> None:
+    """Panes behind each other, in the penumbra of a box, composited from images of each alone."""
+    light = gs.PointLight(position=(1.0, 5.0, 1.0), radius=0.5, shadow=gs.Shadow(filter=gs.Exact(light_samples=16)))
+    box = gs.Node(
+        gs.Mesh(*shapes.box((0.8, 0.8, 0.8), (0.2, 3.0, 0.0)), material=gs.Material(color=(0.0, 0.0, 0.0, 1.0))),
+        name="box",
+    )
+    panes = tuple(replace(pane((0.8, 0.8, 0.8, 0.5), height), casts=False) for height in (1.7, 1.0, 0.3))
+    together, *alone = (
+        renderer.render(
+            gs.Scene((ground(0.0), box, *some)), PLAN, [light], SIZE, ambient=0.0, outputs=("linear",), samples=1
+        ).linear
+        for some in (panes, *((each,) for each in panes))
+    )
+    assert len(np.unique(np.round(alone[0][18:46, 18:46], 3))) > 10
+    np.testing.assert_allclose(together, alone[0] + 0.5 * alone[1] + 0.25 * alone[2], atol=1e-6)
+
+
+def test_pane_on_an_equal_opaque_mesh(renderer: gs.Renderer) -> None:
+    """The same triangles, opaque and transparent, at the same place: both are seen."""
+    shape = pane(COLORS[0], 1.0)
+    solid = replace(
+        shape,
+        mesh=replace(shape.mesh, material=gs.Material(color=(0.2, 0.4, 0.6, 1.0), double_sided=True)),
+        casts=False,
+    )
+    for nodes in ((ground(), shape, solid), (ground(), solid, shape)):
+        frame = plain(renderer, nodes)
+        expected = np.broadcast_to(over(COLORS[:1], (0.2, 0.4, 0.6)), (28, 28, 3))
+        np.testing.assert_allclose(frame.linear[18:46, 18:46], expected, rtol=ROUNDING)
+
+
 def test_scene_that_does_not_blend_allocates_nothing() -> None:
     with gs.Renderer("egl") as fresh:
         fresh.render(gs.scenes.box().scene, None, None, SIZE)

@@ -53,7 +53,7 @@ def dome(rows: int = 2) -> Array:
     return image
 
 
-def centre(row: int, column: int, rows: int) -> Array:
+def centre(row: Any, column: Any, rows: int) -> Array:
     """Direction to the middle of a texel."""
     down, around = np.pi * (row + 0.5) / rows, np.pi * (column + 0.5) / rows - np.pi
     return np.array([np.sin(down) * np.sin(around), np.cos(down), -np.sin(down) * np.cos(around)])
@@ -284,6 +284,67 @@ def test_filter_with_a_map(renderer: gs.Renderer) -> None:
     light = gs.EnvironmentLight(dome(), shadow=gs.Shadow(filter=gs.Pcf(1), resolution=256))
     frame = renderer.render(block(), None, [light], SIZE, samples=1)
     assert frame.used[0].filter == gs.LightSamples(64, of=gs.Pcf(1))
+
+
+# -- reflections
+
+
+def ball_of(metallic: float, roughness: float) -> tuple[gs.Scene, gs.PerspectiveCamera]:
+    """A white ball of a material."""
+    solid = shapes.icosphere(4, 1.0)
+    material = gs.Material(color=(1.0, 1.0, 1.0, 1.0), metallic=metallic, roughness=roughness)
+    ball = gs.Mesh(*solid, normals=shapes.vertex_normals(solid), material=material)
+    camera = gs.PerspectiveCamera(position=(0.4, 1.0, 2.5), target=(0.0, 0.0, 0.0))
+    return gs.Scene((gs.Node(ball, np.eye(4), "ball"),), camera), camera
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.1, 0.5, 1.0])
+@pytest.mark.parametrize("metallic", [0.0, 0.5, 1.0])
+def test_furnace_of_materials(renderer: gs.Renderer, metallic: float, roughness: float) -> None:
+    """White, whatever the material."""
+    scene, camera = ball_of(metallic, roughness)
+    light = gs.EnvironmentLight(np.ones((8, 16, 3)), shadow=None)
+    frame = renderer.render(scene, camera, [light], SIZE, outputs=OUTPUTS, ambient=0.0, samples=1)
+    surface = frame.triangle >= 0
+    np.testing.assert_allclose(frame.linear[surface], 1.0, atol=0.01)
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.3, 0.8])
+def test_reflection_equals_its_twin(renderer: gs.Renderer, roughness: float, rng: np.random.Generator) -> None:
+    """A flat white metal shows the filtered image where it mirrors the eye's ray. The surface buffer holds a roughness in 254 steps."""
+    material = gs.Material(color=(1.0, 1.0, 1.0, 1.0), metallic=1.0, roughness=roughness)
+    floor = gs.Mesh(*shapes.rectangle((-3, 0, 3), (6, 0, 0), (0, 0, -6)), material=material)
+    camera = gs.PerspectiveCamera(position=(0.4, 1.0, 2.5), target=(0.0, 0.0, 0.0))
+    scene = gs.Scene((gs.Node(floor, np.eye(4), "floor"),), camera)
+    light = gs.EnvironmentLight(rng.random((6, 12, 3)), shadow=None, turn=30.0)
+    frame = renderer.render(scene, camera, [light], SIZE, outputs=OUTPUTS, ambient=0.0, samples=1)
+    surface = frame.triangle >= 0
+    ray = frame.position[surface].astype(np.float64) - np.array(camera.position)
+    mirrored = ray / np.linalg.norm(ray, axis=1, keepdims=True) * np.array([1.0, -1.0, 1.0])
+    stored = np.full(len(ray), max(round(254 * roughness) / 254, 0.045))
+    expected = light.image.reflection(mirrored @ light.axes.T, stored)
+    np.testing.assert_allclose(frame.linear[surface], expected, atol=1e-3)
+    assert np.ptp(expected) > 0.1
+
+
+def test_mirror_shows_the_image_and_a_rough_one_its_lobe(normals: Array) -> None:
+    rows = 128
+    row, column = np.mgrid[:rows, : 2 * rows]
+    towards = np.moveaxis(centre(row, column, rows), 0, -1)
+    image = 1.0 + 0.5 * towards @ np.array([[1.0, 0.0, 0.3], [0.0, 1.0, 0.3], [0.0, 0.0, 0.3]])
+    found = gs.EnvironmentMap(image)
+    linear = 0.5 * normals @ np.array([[1.0, 0.0, 0.3], [0.0, 1.0, 0.3], [0.0, 0.0, 0.3]])
+    np.testing.assert_allclose(found.reflection(normals, np.zeros(len(normals))), 1.0 + linear, atol=CELL**2)
+    # the mean cosine of the lobe scales what is linear in the direction
+    cosine = (np.arange(200000) + 0.5) / 200000
+    for level in (2, 5, 7):
+        alpha = (level / 7) ** 2
+        lobe = cosine / ((0.5 + 0.5 * cosine) * (alpha**2 - 1.0) + 1.0) ** 2
+        kept = (lobe * cosine).sum() / lobe.sum()
+        rough = found.reflection(normals, np.full(len(normals), level / 7))
+        np.testing.assert_allclose(
+            rough, 1.0 + kept * linear, atol=2e-3
+        )  # a lobe of a few texels is sampled at their middles
 
 
 # -- what is given

@@ -167,9 +167,7 @@ def test_map_scale_and_offset(pictures):
 @pytest.mark.parametrize(
     ("line", "pattern"),
     [
-        ("map_Kd -clamp on plain.png", "-clamp of its map_Kd not supported"),
-        ("map_Kd -t 0.5 0 0 plain.png", "-t of its map_Kd"),
-        ("map_d -clamp on plain.png", "-clamp of its map_d not supported"),
+        ("map_Kd -t 0.5 0 0 plain.png", "-t of its maps"),
         ("map_Kd plain.png\nmap_d -s 2 2 plain.png", "its map_d is placed as its map_Kd is"),
         ("d 0", "has an opacity of 0: drawn opaque"),
         ("disp plain.png\nmap_Pr plain.png", "disp, map_Pr of its materials: not drawn"),

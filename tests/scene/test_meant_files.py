@@ -193,8 +193,7 @@ def test_stl_colours(tmp_path, data, expected):
 
 
 def test_stl_opacity_of_the_part(tmp_path):
-    with pytest.warns(GlshadowWarning):
-        (node,) = load_text(tmp_path / "a.stl", stl(0, 0, header=b"COLOR=\xff\xff\xff\x33")).nodes
+    (node,) = load_text(tmp_path / "a.stl", stl(0, 0, header=b"COLOR=\xff\xff\xff\x33")).nodes
     assert node.mesh.material.alpha_mode is AlphaMode.BLEND
     assert node.mesh.material.color[3] == pytest.approx(0.2)
 

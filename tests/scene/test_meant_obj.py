@@ -297,3 +297,64 @@ def test_files_outside_the_folder_are_called_so(tmp_path, name):
 def test_name_that_begins_with_two_dots_is_inside(tmp_path):
     image.write(tmp_path / "..red.png", np.full((2, 2, 3), (255, 0, 0), dtype=np.uint8))
     assert material(tmp_path, "map_Kd ..red.png").texture is not None
+
+
+# --- emission, normal maps, samplers ---
+
+
+@pytest.mark.parametrize(
+    ("lines", "emission"),
+    [("Ke 0.5 0.25 0", (0.5, 0.25, 0)), ("Ke 0 0 0", (0, 0, 0)), ("Ke 2", (2, 2, 2)), ("Ke a b c", (0, 0, 0)),
+     ("Ke 1e9 0 -1", (65408, 0, 0)), ("map_Ke red.png", (1, 1, 1)), ("Ke 0 0 0\nmap_Ke red.png", (1, 1, 1)),
+     ("Ke 3 3 3\nmap_Ke red.png", (3, 3, 3))],
+)  # fmt: skip
+def test_emission(tmp_path, lines, emission):
+    pictures(tmp_path)
+    found = material(tmp_path, lines)
+    assert found.emission == emission
+    assert (found.emission_map is not None) == ("map_Ke" in lines)
+
+
+def test_emission_reaches_the_image(tmp_path):
+    """Black but for what it emits: linear .5 is 188 of 255."""
+    (tmp_path / "m.mtl").write_text("newmtl leaf\nKd 0 0 0\nKe 0.5 0.5 0.5\n")
+    scene = load_text(tmp_path / "a.obj", LEAF)
+    camera = gs.OrthographicCamera((0, 0, 5), (0, 0, 0), height=1.0)
+    with gs.Renderer() as renderer:
+        assert (renderer.render(scene, camera, (), (8, 8), ambient=0.0, samples=1).image[..., :3] == 188).all()
+
+
+def normal_map(folder, name="normals.png", color=(128, 128, 255)):
+    image.write(folder / name, np.full((2, 2, 3), color, dtype=np.uint8))
+    return name
+
+
+@pytest.mark.parametrize("statement", ["norm", "map_Bump", "bump", "map_bump -bm 0.5"])
+def test_normal_maps(tmp_path, statement):
+    normal_map(tmp_path)
+    found = material(tmp_path, f"{statement} normals.png")
+    assert (found.normal_map.pixels[..., :3] == (128, 128, 255)).all()
+    assert found.texture is None
+
+
+def test_height_maps_are_noted(tmp_path):
+    normal_map(tmp_path, "heights.png", (90, 90, 90))
+    (tmp_path / "m.mtl").write_text("newmtl leaf\nmap_Bump heights.png\n")
+    with pytest.warns(GlshadowWarning, match=r"map_Bump \(a height map\) of its materials: not drawn"):
+        assert load_text(tmp_path / "a.obj", LEAF).nodes[0].mesh.material.normal_map is None
+
+
+def test_clamped_maps(tmp_path):
+    pictures(tmp_path)
+    assert material(tmp_path, "map_Kd -clamp on red.png").sampler.wrap == ("clamp", "clamp")
+    assert material(tmp_path, "map_Kd -clamp off red.png").sampler.wrap == ("repeat", "repeat")
+    assert material(tmp_path, "map_Ke -clamp on red.png").emission_map.sampler.wrap == ("clamp", "clamp")
+
+
+def test_materials_that_differ_by_their_maps_are_not_merged(tmp_path):
+    names = [normal_map(tmp_path, f"{k}.png", (128, 128, 255 - k)) for k in range(2)]
+    (tmp_path / "m.mtl").write_text("".join(f"newmtl m{k}\nnorm {names[k % 2]}\n" for k in range(502)))
+    places = "".join(f"v {k} 0 0\nv {k + 1} 0 0\nv {k} 1 0\n" for k in range(502)) + "vt 0 0\n"
+    faces = "".join(f"usemtl m{k}\nf {3 * k + 1}/1 {3 * k + 2}/1 {3 * k + 3}/1\n" for k in range(502))
+    with pytest.warns(GlshadowWarning, match="into 2 node"):
+        assert len(load_text(tmp_path / "a.obj", f"mtllib m.mtl\n{places}{faces}").nodes) == 2

@@ -113,6 +113,7 @@ _SIGNATURES = {
     "glScissor": ("", "iiii"),
     "glTexBuffer": ("", "III"),
     "glTexImage2D": ("", "IiiiiiIIp"),
+    "glTexParameteri": ("", "IIi"),
     "glUniform1i": ("", "ii"),
     "glUseProgram": ("", "I"),
     "glViewport": ("", "iiii"),
@@ -280,6 +281,12 @@ class EntryPoints:
         """
         with self._bound_2d(texture_glo):
             self.call("glTexImage2D", _TEXTURE_2D, 0, internal_format, *size, 0, 0x1902, 0x1406, None)
+
+    def wrap(self, texture_glo: int, along_u: int, along_v: int) -> None:
+        """Set how a 2D texture is wrapped; moderngl knows no mirrored repetition."""
+        with self._bound_2d(texture_glo):
+            self.call("glTexParameteri", _TEXTURE_2D, 0x2802, along_u)
+            self.call("glTexParameteri", _TEXTURE_2D, 0x2803, along_v)
 
     def clear_unsigned(self, draw_buffer: int, values: Sequence[int]) -> None:
         """Clear an unsigned integer colour target of the bound framebuffer, which glClear leaves undefined."""

@@ -32,7 +32,13 @@ class LayerTargets:
     """
 
     def __init__(
-        self, context: GLContext, size: tuple[int, int], block: tuple[int, int], channels: int, lights: int
+        self,
+        context: GLContext,
+        size: tuple[int, int],
+        block: tuple[int, int],
+        channels: int,
+        lights: int,
+        emits: bool = False,
     ) -> None:
         ctx = context.ctx
         self.size, self.block = size, block
@@ -51,8 +57,8 @@ class LayerTargets:
             return texture
 
         with released_on_error(self._made):
-            self.opaque: CameraTargets = made(CameraTargets(context, fine, 1, channels, lights, False, True))
-            self.layers = [self.opaque.showing(SurfaceTargets(context, fine, channels, what)) for _ in range(2)]
+            self.opaque: CameraTargets = made(CameraTargets(context, fine, 1, channels, lights, False, True, emits))
+            self.layers = [self.opaque.showing(SurfaceTargets(context, fine, channels, what, emits)) for _ in range(2)]
             self._made += self.layers
             for each in (self.opaque, *self.layers):
                 each.depth.compare_func = ""  # read without a sampler object
@@ -60,7 +66,10 @@ class LayerTargets:
             self.mean = floats(size)
             self.averaged = made(ctx.framebuffer([self.mean]))
             self.cleared = made(ctx.framebuffer([self.added, self.through]))
-            self.peeled = [made(ctx.framebuffer([each.surface, self.kept], each.depth)) for each in self.layers]
+            self.peeled = []
+            for each in self.layers:
+                emission = [] if each.emission is None else [each.emission]
+                self.peeled.append(made(ctx.framebuffer([each.surface, self.kept, *emission], each.depth)))
             self.adding = [made(self._reading(ctx, self.added, each)) for each in self.layers]
             self.multiplying = [made(self._reading(ctx, self.through, each)) for each in self.layers]
 

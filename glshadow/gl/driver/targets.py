@@ -84,11 +84,15 @@ class SurfaceTargets:
     Attributes
     ----------
     surface, depth : moderngl.Texture
+    emission : moderngl.Texture, optional
+        Emitted light, where `emits` requested it.
     framebuffer, depth_alone : moderngl.Framebuffer
-        With both attachments; with depth alone, writable.
+        With all attachments; with depth alone, writable.
     """
 
-    def __init__(self, context: GLContext, size: tuple[int, int], channels: int, what: str) -> None:
+    def __init__(
+        self, context: GLContext, size: tuple[int, int], channels: int, what: str, emits: bool = False
+    ) -> None:
         context.check_size(size, what)
         ctx = context.ctx
         self.depth = depth_texture(context, size, Target.DEPTH32F, what)
@@ -97,8 +101,13 @@ class SurfaceTargets:
             self.surface = ctx.texture(size, channels, dtype="u4")
             made.append(self.surface)
             self.surface.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self.emission = ctx.texture(size, 1, dtype="u4") if emits else None
+            if self.emission is not None:
+                made.append(self.emission)
+                self.emission.filter = (moderngl.NEAREST, moderngl.NEAREST)
             context.check_errors(f"allocating {what}, {size[0]} x {size[1]}")
-            self.framebuffer = ctx.framebuffer([self.surface], self.depth)
+            colors = [self.surface] if self.emission is None else [self.surface, self.emission]
+            self.framebuffer = ctx.framebuffer(colors, self.depth)
             self.depth_alone = ctx.framebuffer(depth_attachment=self.depth)
         self._made = (self.framebuffer, self.depth_alone, *made)
 
@@ -120,6 +129,8 @@ class CameraTargets:
         Their columns and rows.
     surface, depth : moderngl.Texture
         The surface of each pixel.
+    emission : moderngl.Texture, optional
+        The light that it emits.
     fine : SurfaceTargets
         The surface of each sample; with one sample per pixel, `surface` and `depth` are its textures.
     mixed : moderngl.Texture, optional
@@ -137,12 +148,13 @@ class CameraTargets:
         lights: int,
         visibility: bool,
         linear: bool,
+        emits: bool = False,
     ) -> None:
         self.identity = next(self._count)
         self.size, self.samples, self.block = size, samples, grid(samples)
         ctx = context.ctx
         what = "the image" if samples == 1 else f"{samples} samples of the image's pixels"
-        self.fine = SurfaceTargets(context, (size[0] * self.block[0], size[1] * self.block[1]), channels, what)
+        self.fine = SurfaceTargets(context, (size[0] * self.block[0], size[1] * self.block[1]), channels, what, emits)
         made: list[Any] = [self.fine]
 
         def texture(components: int, dtype: str) -> moderngl.Texture:
@@ -152,12 +164,15 @@ class CameraTargets:
             return kept
 
         with released_on_error(made):
-            self.surface, self.depth = self.fine.surface, self.fine.depth
+            self.surface, self.depth, self.emission = self.fine.surface, self.fine.depth, self.fine.emission
             if samples > 1:
                 self.depth = depth_texture(context, size, Target.DEPTH32F, what)
                 made.append(self.depth)
                 self.surface = texture(channels, "u4")
                 self.surface.filter = (moderngl.NEAREST, moderngl.NEAREST)
+                if emits:
+                    self.emission = texture(1, "u4")
+                    self.emission.filter = (moderngl.NEAREST, moderngl.NEAREST)
             self.mixed = texture(1, "u1") if samples > 1 else None
             if self.mixed is not None:
                 self.mixed.filter = (moderngl.NEAREST, moderngl.NEAREST)
@@ -206,7 +221,7 @@ class CameraTargets:
     def showing(self, fine: SurfaceTargets) -> CameraTargets:
         """The same targets, for one sample per pixel, with another surface buffer; release both."""
         other = copy(self)
-        other.fine, other.surface, other.depth = fine, fine.surface, fine.depth
+        other.fine, other.surface, other.depth, other.emission = fine, fine.surface, fine.depth, fine.emission
         other.depth_framebuffer = self._context.ctx.framebuffer(depth_attachment=fine.depth)
         other.depth_framebuffer.depth_mask = False
         other._made, other._framebuffers = [fine], {}

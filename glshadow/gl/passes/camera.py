@@ -22,8 +22,10 @@ from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import RGBA32UI
 from glshadow.gl.driver.program import Program, Programs
 from glshadow.gl.scene.drawing import draw_nodes
-from glshadow.gl.scene.geometry import GpuScene, pack_matrices
+from glshadow.gl.scene.geometry import GpuScene
+from glshadow.gl.scene.matrices import pack_matrices
 from glshadow.gl.scene.meshes import GpuMesh
+from glshadow.gl.scene.paint import MATTE
 from glshadow.gl.scene.runs import Whole
 from glshadow.scene.mesh import AlphaMode, Material
 from glshadow.scene.nodes import Scene
@@ -226,20 +228,26 @@ def draw_surface(
     if rays is None:
         framebuffer.clear(depth=camera_view.clip.clear_depth)
     # back faces of a closed mesh are invisible from outside
-    hidden = ["back" if unseen else None for unseen in (scene.closed & camera_view.outside).tolist()]
-    of_kind: dict[tuple[bool, ...], Program] = {}  # one look-up per kind, not per mesh
+    unseen = scene.closed & camera_view.outside | scene.culls
+    hidden = ["back" if each else None for each in unseen.tolist()]
+    of_kind: dict[tuple[Any, ...], Program] = {}  # one look-up per kind, not per mesh
 
     sides = np.where(scene.mirrored, -1.0, 1.0).astype(np.float32)[:, None]
 
     def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
         gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
-        kind = (gpu.smooth, gpu.textured, gpu.colored, gpu.cut_out, gpu.transmission is not None)
+        kind = (
+            gpu.smooth,
+            gpu.textured,
+            gpu.colored,
+            gpu.cut_out,
+            gpu.transmission is not None,
+            *gpu.paint.defines.items(),
+        )
         if kind not in of_kind:
             of_kind[kind] = _program(programs, scene, gpu, samples, rays, peel)
         program = of_kind[kind]
-        program.set(u_color=material.color, u_cutoff=gpu.cutoff)
-        if gpu.texture is not None:
-            program.bind(u_texture=gpu.texture)
+        _set_material(program, scene, gpu, material)
         if peel is not None:
             set_transparency(program, gpu, material)
 
@@ -257,7 +265,7 @@ def draw_surface(
     def crowd(nodes: NDArray[np.int64]) -> None:
         gpu, material = scene.meshes[nodes[0]], scene.nodes[nodes[0]].mesh.material
         program = _program(programs, scene, gpu, samples, rays, peel, GLS_INSTANCED=1)
-        program.set(u_color=material.color, u_cutoff=gpu.cutoff)
+        _set_material(program, scene, gpu, material)
         if peel is not None:
             set_transparency(program, gpu, material)
         program.write("u_side", sides[nodes[0]])
@@ -266,12 +274,11 @@ def draw_surface(
         most = context.caps.max_texture_buffer_size // _INSTANCE_TEXELS
         for some in np.split(nodes, range(most, len(nodes), most)):
             instances = texture_buffer(context, _instances(scene, clip_from_mesh, some), RGBA32UI)
-            program.bind(u_instances=instances, u_texture=gpu.texture)
+            program.bind(u_instances=instances)
             whole.instances(array, len(some), lambda first: program.set(u_first_instance=first))
             instances.release()
 
-    drawn = camera_view.drawn[~scene.round[camera_view.drawn]]
-    draw_nodes(ctx, scene, drawn, hidden, begin, whole, crowd)
+    draw_nodes(ctx, scene, camera_view.drawn[~scene.round[camera_view.drawn]], hidden, begin, whole, crowd)
     ctx.enable_only(moderngl.DEPTH_TEST)
     if wide:
         framebuffer.viewport = (0, 0, width, height)
@@ -284,19 +291,32 @@ def _instances(scene: GpuScene, clip_from_mesh: NDArray[np.float32], nodes: NDAr
     data[:, :4] = clip_from_mesh[nodes].view(np.uint32)
     data[:, 4:, :3] = scene.packed_normals[nodes].view(np.uint32)
     data[:, 4, 3] = scene.packed_first[nodes, 0]
+    data[:, 5, 3] = np.where(np.array(scene.mirrored)[nodes], np.float32(-1.0), np.float32(1.0)).view(np.uint32)
     return data
+
+
+def _set_material(program: Program, scene: GpuScene, gpu: GpuMesh, material: Material) -> None:
+    program.set(u_color=material.color, u_cutoff=gpu.cutoff)
+    if gpu.texture is not None:
+        program.bind(u_texture=gpu.texture)
+    if scene.features.any or scene.features.rough:
+        program.set(u_metallic_roughness=(0.0, MATTE))
+        program.set(**gpu.paint.uniforms)
+        program.bind(**gpu.paint.textures)
 
 
 def _program(
     programs: Programs, scene: GpuScene, gpu: GpuMesh, samples: int, rays: Rays | None, peel: Peel | None, **more: int
 ) -> Program:
     defines: dict[str, int | str] = {
-        "GLS_SURFACE": 4 if scene.textured else 2 if scene.smooth else 1,
+        "GLS_SURFACE": scene.channels,
         "GLS_SMOOTH": int(gpu.smooth),
         "GLS_TEXTURED": int(gpu.textured),
         "GLS_COLORED": int(gpu.colored),
         "GLS_ALPHA": int(gpu.cut_out),
         "GLS_LOD": f"{0.5 * math.log2(samples):.1f}",
+        **scene.features.defines(scene.channels),
+        **gpu.paint.defines,
         **more,
     }
     if peel is not None:

@@ -91,19 +91,26 @@ def draw_capsules(frame: FrameContext, targets: SurfaceTargets) -> None:
     parallel = not camera_view.camera.is_perspective
     seen = capsule_view(camera_view.view, camera_view.near, scene.origin)
     size = targets.surface.size
-    channels = 4 if scene.textured else 2 if scene.smooth else 1
+    channels = scene.channels
     for node in chosen.tolist():
         gpu = scene.meshes[node]
         assert isinstance(gpu, GpuCapsules)
         colored = int(gpu.colored and channels == 4)
         program = frame.programs.get(
             "pass/capsule.vert", "pass/capsule.frag", slots={"metric": metric_slot("orthographic")},
-            defines={"GLS_CAPSULES": 1 + int(gpu.tubes), "GLS_ORTHO": int(parallel), "GLS_SURFACE": channels, "GLS_COLORED": colored},
+            defines={"GLS_CAPSULES": 1 + int(gpu.tubes), "GLS_ORTHO": int(parallel), "GLS_SURFACE": channels,
+                     "GLS_COLORED": colored, **_of_materials(scene)},
         )  # fmt: skip
         program.set(**seen.uniforms(size), u_color=scene.nodes[node].mesh.material.color)
         if colored:
             program.bind(u_vertex_colors=gpu.vertex_colors)
         _draw(frame.context, program, scene, node)
+
+
+def _of_materials(scene: GpuScene) -> dict[str, int]:
+    """What the surface buffer holds beside numbers and colours; points and lines are matte and emit nothing."""
+    defines = scene.features.defines(scene.channels)
+    return {name: int(defines.get(name, 0)) for name in ("GLS_MATERIAL", "GLS_EMITS")}
 
 
 def draw_capsule_casters(

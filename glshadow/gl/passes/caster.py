@@ -19,7 +19,8 @@ from glshadow.gl.passes.atlases import Atlas
 from glshadow.gl.passes.capsules import draw_capsule_casters
 from glshadow.gl.scene.bodies import hides_back_faces
 from glshadow.gl.scene.drawing import Begin, draw_nodes
-from glshadow.gl.scene.geometry import GpuScene, pack_matrices
+from glshadow.gl.scene.geometry import GpuScene
+from glshadow.gl.scene.matrices import pack_matrices
 from glshadow.gl.scene.meshes import Order
 from glshadow.gl.scene.occlusion import OcclusionCulling, can_cull
 from glshadow.gl.scene.runs import Whole

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import moderngl
@@ -17,6 +19,7 @@ from glshadow.gl.passes.screen import blended, camera_uniforms, draw_over, surfa
 from glshadow.gl.passes.translucent import Tint
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.lights import BRIGHTEST_RADIANCE, Light
+from glshadow.lights.table import LightTable
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +71,7 @@ def resolve(frame: FrameContext, share: Share, per_sample: PerSample | None = No
             **_common_defines(frame, light, receiver, per_sample),
             "GLS_SURFACE": targets.surface.components,
             "GLS_COLORS": colors_of(scene),
+            **scene.features.defines(scene.channels),
             "GLS_FIRST": int(first),
             "GLS_LAST": int(last and per_sample is None),
             "GLS_HEMISPHERE": int(first and (share.ambient[0] != share.ambient[1]).any()),
@@ -87,7 +91,7 @@ def resolve(frame: FrameContext, share: Share, per_sample: PerSample | None = No
     if light.projected is not None:
         program.bind(u_cookie=frame.cookies.get(light.projected[0]))
     if light.tables:
-        program.bind(**{name: frame.cookies.get_table(table) for name, table in light.tables.items()})
+        program.bind(**{name: partial(_table, frame, made) for name, made in light.tables.items()})
     if share.tint is not None:
         program.bind(u_tint=share.tint.texture)
     if per_sample is not None:
@@ -98,6 +102,10 @@ def resolve(frame: FrameContext, share: Share, per_sample: PerSample | None = No
         targets.framebuffer(targets.image if last else targets.sums[share.number % 2], share.number).use()
         draw_over(frame.context, program, frame.camera_view)
     program.unbind()
+
+
+def _table(frame: FrameContext, made: Callable[[], LightTable]) -> moderngl.Texture:
+    return frame.cookies.get_table(made())
 
 
 def count_seen(
@@ -162,6 +170,8 @@ def _draw_per_sample(program: Program, frame: FrameContext, per_sample: PerSampl
     program.set(**per_sample.uniforms, u_samples=targets.fine.surface.size)
     fine = {"u_surface": targets.fine.surface, "u_camera_depth": (targets.fine.depth, frame.samplers.plain)}
     program.bind(**fine, u_pixels=per_sample.pixels)
+    if targets.fine.emission is not None:
+        program.bind(u_emission=targets.fine.emission)
     frame.context.ctx.enable_only(moderngl.NOTHING)
     with blended(frame.context, colors):
         program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
@@ -184,5 +194,6 @@ def _set(program: Program, frame: FrameContext, share: Share, aside: tuple[float
     radiance = np.minimum(color * np.asarray(light.color) * light.intensity, BRIGHTEST_RADIANCE)
     above, below = np.minimum(share.ambient * color, BRIGHTEST_RADIANCE)
     values |= {"u_ambient": tuple(above), "u_ambient_below": tuple(below), "u_radiance": tuple(radiance)}
+    values["u_light"] = tuple(np.minimum(np.asarray(light.color) * light.intensity, BRIGHTEST_RADIANCE))
     values["u_background"] = tuple(share.background)
     program.set(**values, u_strength=light.shadow.strength if light.shadow else 1.0)

@@ -42,7 +42,8 @@ class Samples:
             self._pixels = BufferTexture(context.gl, ctx.buffer(reserve=4 * width * height), R32UI)
             made.append(self._pixels)
             context.check_errors(f"allocating {targets.samples} samples of {width} x {height} pixels")
-        self._fill = ctx.framebuffer([targets.surface, targets.mixed], targets.depth)
+        emission = [] if targets.emission is None else [targets.emission]
+        self._fill = ctx.framebuffer([targets.surface, targets.mixed, *emission], targets.depth)
         self._clear = ctx.framebuffer([self._requests])
         self._scatter = ctx.framebuffer(depth_attachment=targets.depth)  # for passes that only write to images
         self._scatter.depth_mask = False
@@ -63,10 +64,13 @@ class Samples:
         program = frame.programs.get(
             "pass/resolve.vert", "pass/fill.frag", "core400",
             defines={"GLS_ORTHO": int(not camera_view.camera.is_perspective), "GLS_SURFACE": targets.surface.components,
-                     "GLS_COLORS": colors_of(scene), "GLS_COLUMNS": self.block[0], "GLS_ROWS": self.block[1]},
+                     "GLS_COLORS": colors_of(scene), "GLS_COLUMNS": self.block[0], "GLS_ROWS": self.block[1],
+                     **scene.features.defines(scene.channels)},
         )  # fmt: skip
         program.set(**camera, **pixel_axes(camera, self.size))
         fine = {"u_surface": targets.fine.surface, "u_camera_depth": (targets.fine.depth, frame.samplers.plain)}
+        if targets.fine.emission is not None:
+            fine["u_emission"] = targets.fine.emission
         program.bind(**{**surface_textures(frame.samplers, scene, targets), **fine})
         self._fill.use()
         ctx.enable_only(moderngl.DEPTH_TEST)  # depth writes need the depth test

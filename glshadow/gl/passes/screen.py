@@ -92,6 +92,8 @@ def surface_textures(samplers: Samplers, scene: GpuScene, targets: CameraTargets
         "u_planes": lambda: scene.planes,
         "u_owners": lambda: scene.owners,
         "u_colors": scene.colors,
+        **({"u_albedo": lambda: scene.albedo} if scene.features.glossy else {}),
+        **({} if targets.emission is None else {"u_emission": targets.emission}),
         **({"u_smooth": scene.rounded} if scene.rounded is not None else {}),
     }
 

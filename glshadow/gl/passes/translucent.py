@@ -18,7 +18,8 @@ from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.atlases import layout
 from glshadow.gl.passes.camera import set_transparency
 from glshadow.gl.scene.drawing import draw_nodes
-from glshadow.gl.scene.geometry import GpuScene, pack_matrices
+from glshadow.gl.scene.geometry import GpuScene
+from glshadow.gl.scene.matrices import pack_matrices
 from glshadow.lights import Light
 from glshadow.shadows.fit_request import FitRequest
 from glshadow.shadows.fitted import around

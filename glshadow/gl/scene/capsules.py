@@ -12,6 +12,8 @@ from glshadow.gl.driver.buffers import BufferTexture, texture_buffer
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import RGBA32F
 from glshadow.gl.scene.meshes import GpuMesh, Shape
+from glshadow.gl.scene.paint import Paint
+from glshadow.gl.scene.textures import Textures
 from glshadow.scene.capsules import Capsules, radius_scale
 from glshadow.scene.mesh import Mesh
 
@@ -29,14 +31,15 @@ class GpuCapsules(GpuMesh):
         Linear RGBA of each vertex.
     """
 
-    def __init__(self, context: GLContext, mesh: Capsules) -> None:
+    def __init__(self, context: GLContext, mesh: Capsules, textures: Textures) -> None:
         self.shape = _NoShape(mesh)
         self.origin = np.zeros(3)
         self.count, self.tubes = mesh.count, mesh.tubes
         self.textured = self.closed = self.smooth = self.cut_out = False
         self.texture = self.transmission = None
         self.transmits, self.cutoff = False, 0.0
-        self.colored = mesh.colors is not None
+        self.colored, self.culls = mesh.colors is not None, False
+        self.paint = Paint(textures, mesh)
         self.vertex_colors: BufferTexture | None = None
         if mesh.colors is not None:
             self.vertex_colors = texture_buffer(context, mesh.colors, RGBA32F)

@@ -7,7 +7,7 @@ import weakref
 import moderngl
 
 from glshadow.gl.driver.context import GLContext
-from glshadow.gl.scene.meshes import color_texture
+from glshadow.gl.scene.textures import color_texture
 from glshadow.lights.table import LightTable
 from glshadow.shadows.cookie import Cookie
 

@@ -7,6 +7,7 @@ import weakref
 from collections.abc import Hashable, Iterator
 from typing import TYPE_CHECKING
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,17 +15,20 @@ from glshadow.core.spaces import Array
 from glshadow.errors import ResourceError
 from glshadow.geometry.clusters import Placed, place
 from glshadow.geometry.smooth import heights, pack_octahedral, sides, unit_vectors
-from glshadow.geometry.welding import welded
 from glshadow.gl.driver.buffers import BufferTexture, texture_buffer
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import R32UI, RGBA32F, RGBA32UI
 from glshadow.gl.driver.targets import release
 from glshadow.gl.scene.capsules import CAPSULE, GpuCapsules
+from glshadow.gl.scene.copies import copies_of
 from glshadow.gl.scene.kept_meshes import Meshes
+from glshadow.gl.scene.matrices import normal_matrices, pack_matrices, placed, raised
 from glshadow.gl.scene.meshes import face_normals
+from glshadow.gl.scene.paint import Features
 from glshadow.gl.scene.reuse import Before, write_rows
+from glshadow.gl.scene.sampled import sampled_corners
+from glshadow.gl.scene.textures import albedo_texture
 from glshadow.gl.scene.world import WorldTriangles
-from glshadow.scene.box import box_corners
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene
 
@@ -70,7 +74,12 @@ class GpuScene:
     color : (3,) floats or None
         The base colour, where all nodes share one and none has a texture or vertex colours.
     textured : bool
-        Whether some base colour varies within a triangle, by a texture or vertex colours.
+        Whether some base colour varies within a triangle, by a texture or vertex colours, or its materials need `features`.
+    features : Features
+    channels : int
+        Of the surface buffer.
+    culls : (N,) bool
+        Whether the camera sees through triangles from behind.
     selective : bool
         Whether some nodes receive no shadows.
     catches : bool
@@ -128,6 +137,7 @@ class GpuScene:
         self.closed: NDArray[np.bool_] = np.array([gpu.closed for gpu in on_gpu])[self.mesh_number]
         self.round: NDArray[np.bool_] = np.array([isinstance(gpu, GpuCapsules) for gpu in on_gpu])[self.mesh_number]
         self.capsules = max(1 + gpu.tubes if isinstance(gpu, GpuCapsules) else 0 for gpu in on_gpu)
+        self.culls: NDArray[np.bool_] = np.array([gpu.culls for gpu in on_gpu])[self.mesh_number]
         counts = np.array([gpu.count for gpu in on_gpu])[self.mesh_number]
         self.count = int(counts.sum())
         self.first = np.concatenate([[0], np.cumsum(counts)[:-1]])
@@ -146,13 +156,13 @@ class GpuScene:
                 self._before = None
             else:
                 self._moved, before.nodes = moved, ()
-        self.copies = self._copies(matrices)
+        self.copies = copies_of(self, matrices)
         self.casts &= ~self.copies
         origins = np.stack([gpu.origin for gpu in on_gpu])[self.mesh_number]
         self.world_from_origin: Array = matrices.copy()
         self.world_from_origin[:, :3, 3] += np.einsum("nij,nj->ni", matrices[:, :3, :3], origins)
         self.mirrored: list[bool] = (np.linalg.det(matrices[:, :3, :3]) < 0.0).tolist()
-        self.normal_from_mesh = _cofactors(matrices[:, :3, :3])
+        self.normal_from_mesh = normal_matrices(matrices[:, :3, :3])
         self.packed_normals = pack_matrices(self.normal_from_mesh)
         first = (self.first + 1).astype(np.uint32)  # as shaders count; 0 is the background
         receives = np.array([node.receives for node in self.nodes])
@@ -162,19 +172,29 @@ class GpuScene:
         self.catches = bool(catching.any())
         first[catching] |= np.uint32(CATCHING)
         self.packed_first = first[:, None]
-        self.origin: Array = np.median(self._sample(1024), axis=0)
+        self.origin: Array = np.median(sampled_corners(self, 1024), axis=0)
         self.smooth = any(gpu.smooth for gpu in on_gpu)
         self.lifts, self._bent = np.zeros(len(counts)), np.zeros(len(counts), dtype=bool)
         self.rounded = self._rounded() if self.smooth else None
         self.corners = scene.corners[chosen]
-        self.raised_corners = self._raised(bounds, matrices) if self.lifts.any() else self.corners
+        self.raised_corners = raised(bounds, matrices, self.lifts) if self.lifts.any() else self.corners
+        self._albedo: moderngl.Texture | None = None
         self._planes: BufferTexture | None = None
         self._owners: BufferTexture | None = None
+        self.features = Features.of(gpu.paint for gpu in on_gpu)
+        self.textured = self.features.any or any(gpu.textured or gpu.colored or gpu.transmits for gpu in on_gpu)
+        self.channels = 4 if self.textured else 2 if self.smooth else 1
         colors = np.array([mesh.material.color for mesh in different], dtype=np.float32)[self.mesh_number]
+        matte = np.array([gpu.paint.matte for gpu in on_gpu])[self.mesh_number]
+        if self.features.rough:
+            colors[:, 3] = np.where(matte, 0.0, 1.0)
         self.colors = texture_buffer(context, colors, RGBA32F)
         context.check_errors(f"uploading {len(colors)} colours")
-        self.textured = any(gpu.textured or gpu.colored or gpu.transmits for gpu in on_gpu)
-        one = not self.textured and bool((colors[:, :3] == colors[0, :3]).all())
+        one = (
+            not self.textured
+            and bool((colors[:, :3] == colors[0, :3]).all())
+            and (not self.features.rough or not matte.any())
+        )
         self.color: tuple[float, float, float] | None = tuple(float(c) for c in colors[0, :3]) if one else None  # type: ignore[assignment]
 
     @property
@@ -192,7 +212,7 @@ class GpuScene:
             before = self._before
             taken = before is not None and before.planes is not None and np.array_equal(before.origin, self.origin)
             planes = np.zeros((self.count, 4), dtype=np.float32)
-            for group in self._groups(self._moved if taken else None):
+            for group in self.groups(self._moved if taken else None):
                 count = self.meshes[group[0]].count
                 for k in range(0, count, _AT_ONCE):
                     chosen = slice(k, min(k + _AT_ONCE, count))
@@ -218,6 +238,13 @@ class GpuScene:
             self._owners = texture_buffer(self._context, owners, R32UI)
             self._context.check_errors(f"uploading the nodes of {self.count} triangles")
         return self._owners
+
+    @property
+    def albedo(self) -> moderngl.Texture:
+        """The table that lib/reflection.glsl reads (R32F). Created at first use."""
+        if self._albedo is None:
+            self._albedo = albedo_texture(self._context)
+        return self._albedo
 
     @property
     def clusters(self) -> Placed:
@@ -254,35 +281,7 @@ class GpuScene:
         self._planes = self.rounded = self._owners = self._world = self._before = None
         return before
 
-    def _sample(self, count: int) -> Array:
-        """World corners (about `count` or one per node, 3) of triangles all over the scene."""
-        step = max(1, self.count // count)
-        corners = []
-        for group in self._groups():
-            meshes, of_node = self._different(group)
-            points = np.stack([mesh.positions.take(mesh.triangles[::step, 0], axis=0) for mesh in meshes])
-            corners.append(_placed(self.world_from_mesh[group], points[of_node]))
-        for node in np.flatnonzero(self.round).tolist():
-            corners.append(_placed(self.world_from_mesh[[node]], self.nodes[node].mesh.positions[None, ::step]))
-        return np.concatenate([each.reshape(-1, 3) for each in corners])
-
-    def _copies(self, matrices: Array) -> NDArray[np.bool_]:
-        copies = np.zeros(len(self.nodes), dtype=bool)
-        seen: set[tuple[object, ...]] = set()
-        # only nodes whose box coincides with another's
-        place = welded(matrices[:, :3, 3])
-        crowded = np.bincount(place)[place] > 1
-        order = np.argsort(self.mesh_number, kind="stable")  # the first one drawn wins, as in the depth test
-        for i in order[crowded[order]].tolist():
-            gpu, node, casts = self.meshes[i], self.nodes[i], bool(self.casts[i])
-            if gpu.cut_out or self.blends[i]:
-                continue
-            key = (gpu.shape, matrices[i].tobytes(), casts, node.receives, node.catches, gpu.closed)
-            copies[i] = key in seen
-            seen.add(key)
-        return copies
-
-    def _groups(self, chosen: NDArray[np.bool_] | None = None) -> Iterator[NDArray[np.int64]]:
+    def groups(self, chosen: NDArray[np.bool_] | None = None) -> Iterator[NDArray[np.int64]]:
         """Batches of nodes, or of those chosen (N,), with equally many triangles; instances follow each other. No points or lines."""
         counts = np.array([gpu.count for gpu in self._on_gpu])[self.mesh_number]
         order = np.lexsort((self.mesh_number, counts))
@@ -294,14 +293,14 @@ class GpuScene:
             most = max(1, _AT_ONCE // int(counts[group[0]]))
             yield from (group[k : k + most] for k in range(0, len(group), most))
 
-    def _different(self, group: NDArray[np.int64]) -> tuple[list[Mesh], NDArray[np.int64]]:
+    def different(self, group: NDArray[np.int64]) -> tuple[list[Mesh], NDArray[np.int64]]:
         """The distinct meshes of nodes, and each node's index into them."""
         _, first, of_node = np.unique(self.mesh_number[group], return_index=True, return_inverse=True)
         return [self.nodes[i].mesh for i in group[first].tolist()], of_node
 
     def _planes_of(self, group: NDArray[np.int64], chosen: slice) -> Array:
         """Planes (N, T, 4) of some triangles of nodes that have equally many."""
-        meshes, of_node = self._different(group)
+        meshes, of_node = self.different(group)
         corners = np.stack([mesh.positions.take(mesh.triangles[chosen], axis=0) for mesh in meshes])
         normals = face_normals(*(corners[:, :, k] for k in range(3)))
         normals = normals[of_node] @ self.normal_from_mesh[group].transpose(0, 2, 1)
@@ -310,7 +309,7 @@ class GpuScene:
         # from the float32 vertices that the GPU draws
         origins = np.stack([self._on_gpu[k].origin for k in self.mesh_number[group]])
         drawn = (corners[of_node, :, 0] - origins[:, None]).astype(np.float32)
-        corner = _placed(self.world_from_origin[group], drawn.astype(np.float64)) - self.origin
+        corner = placed(self.world_from_origin[group], drawn.astype(np.float64)) - self.origin
         return np.concatenate([normals, np.einsum("nij,nij->ni", normals, corner)[..., None]], axis=-1)
 
     def _rounded(self) -> BufferTexture | None:
@@ -318,7 +317,7 @@ class GpuScene:
         rows, before = np.zeros((self.count, 4), dtype=np.uint32), self._before
         if before is not None:
             self.lifts[~self._moved], self._bent[~self._moved] = before.lifts[~self._moved], before.bent[~self._moved]
-        for group in self._groups(self._moved):
+        for group in self.groups(self._moved):
             smooth = group[[self.meshes[i].smooth for i in group]]
             faces = self._planes_of(smooth, slice(None))[..., :3] if len(smooth) else ()
             for node, face in zip(smooth, faces, strict=True):
@@ -342,29 +341,6 @@ class GpuScene:
             return taken
         return texture_buffer(self._context, rows, RGBA32UI) if self._bent.any() else None
 
-    def _raised(self, bounds: Array, matrices: Array) -> Array:
-        """World corners (N, 8, 3) of boxes that also contain the shaded points."""
-        inverse = np.linalg.pinv(matrices[:, :3, :3])
-        margin = self.lifts[:, None] * np.linalg.norm(inverse, axis=2)  # in mesh space, along each axis
-        return box_corners(np.stack([bounds[:, 0] - margin, bounds[:, 1] + margin], axis=1), matrices)
-
     def release(self) -> None:
         """Free the GPU memory; the meshes are kept."""
-        release(self._planes, self._owners, self.colors, self.rounded, self._world, self._before)
-
-
-def _placed(matrices: Array, points: Array) -> Array:
-    """Points (T, 3) transformed by the matrices (N, 4, 4) of instances: (N, T, 3)."""
-    return np.asarray(points @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3])
-
-
-def _cofactors(linear: Array) -> Array:
-    """Matrices (N, 3, 3) that transform normals: cofactors, det * inverse transpose, also for singular ones; scaled to size 1."""
-    rows = np.stack([np.cross(linear[:, (i + 1) % 3], linear[:, (i + 2) % 3]) for i in range(3)], axis=1)
-    size = np.abs(rows).max(axis=(1, 2), keepdims=True)
-    return np.asarray(rows / np.where(size > 0.0, size, 1.0))
-
-
-def pack_matrices(matrices: Array) -> NDArray[np.float32]:
-    """float64 matrices (N, k, k) as float32 in GL's column order, one per draw."""
-    return np.ascontiguousarray(matrices.transpose(0, 2, 1), dtype=np.float32)
+        release(self._planes, self._owners, self._albedo, self.colors, self.rounded, self._world, self._before)

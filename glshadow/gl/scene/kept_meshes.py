@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import weakref
 
-import moderngl
-
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.shared import Shared
 from glshadow.gl.scene.capsules import GpuCapsules
 from glshadow.gl.scene.meshes import GpuMesh, Shape
+from glshadow.gl.scene.textures import Textures
 from glshadow.scene.capsules import Capsules
 from glshadow.scene.mesh import Mesh
 
@@ -20,7 +19,7 @@ class Meshes:
     def __init__(self, context: GLContext) -> None:
         self._context = context
         self._shapes: Shared[Shape] = Shared()
-        self._textures: Shared[moderngl.Texture] = Shared()
+        self._textures = Textures(context)
         self._meshes: weakref.WeakKeyDictionary[Mesh, GpuMesh] = weakref.WeakKeyDictionary()
         self._uploaded: list[GpuMesh] = []
 
@@ -34,7 +33,7 @@ class Meshes:
 
     def _made(self, mesh: Mesh) -> GpuMesh:
         if isinstance(mesh, Capsules):
-            return GpuCapsules(self._context, mesh)
+            return GpuCapsules(self._context, mesh, self._textures)
         return GpuMesh(self._context, mesh, self._shapes, self._textures)
 
     def sweep(self) -> None:

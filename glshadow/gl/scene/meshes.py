@@ -10,23 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array
-from glshadow.errors import warn
 from glshadow.geometry.adjacency import neighbours
 from glshadow.geometry.clusters import Clusters, make_clusters
 from glshadow.geometry.welding import welded
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.program import Program
 from glshadow.gl.driver.shared import Shared
-from glshadow.gl.scene.shrunk import shrunk
+from glshadow.gl.scene.paint import Paint
+from glshadow.gl.scene.textures import Textures
 from glshadow.scene.mesh import AlphaMode, Mesh
 
-_SRGB8_ALPHA8 = 0x8C43
 _WHITE = np.full((1, 1, 4), 255, dtype=np.uint8)
 _FAR_FROM_ORIGIN = 16.0
 """A mesh further from its origin than this many extents is stored relative to its middle (4 bits of float32)."""
 _LARGE = 1 << 18
 """Least number of triangles for which a thread pays off."""
-_FORMATS = {"a_position": "3f", "a_normal": "3f", "a_uv": "2f", "a_color": "4f"}
+_FORMATS = {"a_position": "3f", "a_normal": "3f", "a_uv": "2f", "a_color": "4f", "a_sets": "4f", "a_tangent": "4f"}
 Order = Literal["numbered", "shared", "clustered"]
 """Order of a mesh's triangles and layout of its vertices, see `GpuMesh.vertex_array`."""
 _INTERPOLATED = 2.0**-20
@@ -127,6 +126,10 @@ class Shape:
         """Vertex data (V, k) in the order of the vertices on the GPU (W, k)."""
         return np.concatenate([values.take(self._triangles[:, 2], axis=0), values[self._others]])
 
+    def numbered_only(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Data of triangles (T, k) in the order of the vertices on the GPU (W, k), for flat inputs of programs that draw `numbered`."""
+        return np.concatenate([values, np.zeros((len(self._others), values.shape[1]), dtype=np.float32)])
+
     def _drawn(self) -> NDArray[np.float32]:
         places = self._positions - self.origin if self.origin.any() else self._positions
         return places.astype(np.float32)
@@ -158,24 +161,26 @@ class GpuMesh:
         Whether light passes through it, by its material's transmission.
     transmission : moderngl.Texture or None
         Where it has texture coordinates, a factor of the transmission.
+    culls : bool
+        Whether the camera sees through its triangles from behind.
+    paint : Paint
+        What else its material needs.
     """
 
-    def __init__(
-        self, context: GLContext, mesh: Mesh, shapes: Shared[Shape], textures: Shared[moderngl.Texture]
-    ) -> None:
+    def __init__(self, context: GLContext, mesh: Mesh, shapes: Shared[Shape], textures: Textures) -> None:
         ctx, material = context.ctx, mesh.material
         self._ctx, self._shapes, self._textures = ctx, shapes, textures
-        self._mapped = material.transmission_map if material.transmission > 0.0 and mesh.uv is not None else None
-        self.textured = mesh.uv is not None and (material.texture is not None or self._mapped is not None)
+        self.textured = mesh.placed_uv is not None
         self.texture: moderngl.Texture | None = None
-        self._pixels = (_WHITE if material.texture is None else material.texture) if self.textured else None
+        pixels = _WHITE if material.texture is None else material.texture
+        self._pixels, self._sampler = pixels if self.textured else None, material.sampler
         if self._pixels is not None:  # first, since the driver may refuse it
-            pixels = self._pixels
-            self.texture = textures.take(lambda: color_texture(context, pixels), pixels)
+            self.texture = textures.take(self._pixels, self._sampler, True, "a base colour texture")
         self.transmission: moderngl.Texture | None = None
+        self._mapped = material.transmission_map if self.textured and material.transmission > 0.0 else None
         if self._mapped is not None:
-            mapped = self._mapped
-            self.transmission = textures.take(lambda: color_texture(context, mapped, linear=True), mapped, mapped)
+            self.transmission = textures.take(self._mapped, self._sampler, False, "a transmission map")
+        self.paint = Paint(textures, mesh)
         self._key = (mesh.positions, mesh.triangles)
         self.shape = shapes.take(lambda: Shape(context, mesh), *self._key)
         self.origin = self.shape.origin
@@ -183,6 +188,7 @@ class GpuMesh:
         self.transmits = material.transmission > 0.0
         one_sided = material.alpha_mode is not AlphaMode.MASK and not material.double_sided and not mesh.blends
         self.closed = self.shape.closed and one_sided
+        self.culls = material.cull_back_faces
         self.smooth = mesh.normals is not None
         self.colored = mesh.colors is not None
         self.cut_out = material.alpha_mode is AlphaMode.MASK and (
@@ -190,8 +196,9 @@ class GpuMesh:
         )
         self.cutoff = material.cutoff - (_INTERPOLATED if self.colored else 0.0)
         self._arrays: dict[tuple[int, Order], moderngl.VertexArray] = {}
-        beside = {"a_normal": mesh.normals, "a_uv": mesh.uv if self.textured else None, "a_color": mesh.colors}
+        beside = {"a_normal": mesh.normals, "a_uv": mesh.placed_uv, "a_color": mesh.colors} | self.paint.of_vertices
         self._beside = {name: ctx.buffer(self.shape.ordered(v)) for name, v in beside.items() if v is not None}
+        self._of_faces = {name: ctx.buffer(self.shape.numbered_only(v)) for name, v in self.paint.of_faces.items()}
         context.check_errors(f"uploading a mesh of {self.count} triangles")
 
     @property
@@ -217,6 +224,7 @@ class GpuMesh:
         array = self._arrays.get(key)
         if array is None:
             buffers = {"a_position": self.shape.positions, **self._beside}
+            buffers |= self._of_faces if order == "numbered" else {}
             if (
                 "a_normal" in program and "a_normal" not in buffers
             ):  # a normal-offset bias needs normals of flat meshes too
@@ -229,13 +237,14 @@ class GpuMesh:
         """Release the buffers that are not shared with other meshes."""
         for array in self._arrays.values():
             array.release()
-        for buffer in self._beside.values():
+        for buffer in (*self._beside.values(), *self._of_faces.values()):
             buffer.release()
         self._shapes.give_back(*self._key)
+        self.paint.release()
         if self._pixels is not None:
-            self._textures.give_back(self._pixels)
-        if self.transmission is not None and self._mapped is not None:
-            self._textures.give_back(self._mapped, self._mapped)
+            self._textures.give_back(self._pixels, self._sampler, True)
+        if self._mapped is not None:
+            self._textures.give_back(self._mapped, self._sampler, False)
 
 
 def face_normals(a: Array, b: Array, c: Array) -> Array:
@@ -288,26 +297,3 @@ def _first_copies(triangles: NDArray[np.int32], others: NDArray[np.int32], verti
     copies[triangles[::-1, 2]] = np.arange(len(triangles), dtype=np.int32)[::-1]
     copies[others] = len(triangles) + np.arange(len(others), dtype=np.int32)
     return copies
-
-
-def color_texture(
-    context: GLContext, pixels: NDArray[np.uint8], what: str = "a base colour texture", linear: bool = False
-) -> moderngl.Texture:
-    """sRGB pixels (H, W, 4) as a texture that is read as linear light; scaled down, with a warning, if the driver holds no such size.
-
-    `linear`: they are linear already.
-    """
-    height, width = pixels.shape[:2]
-    if max(width, height) > context.largest_side:
-        pixels = shrunk(pixels, context.largest_side)
-        warn(
-            f"{what} of {width} x {height} pixels is scaled down to {pixels.shape[1]} x {pixels.shape[0]}: this driver's textures are at "
-            f"most {context.largest_side} wide and high"
-        )
-        height, width = pixels.shape[:2]
-    # v points up: row 0 of the file is the top
-    stored = None if linear else _SRGB8_ALPHA8
-    texture = context.ctx.texture((width, height), 4, pixels[::-1].tobytes(), internal_format=stored)
-    texture.build_mipmaps()
-    texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
-    return texture

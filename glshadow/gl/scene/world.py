@@ -16,6 +16,7 @@ from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import R8, RGBA32F, RGBA32UI
 from glshadow.gl.scene.capsules import radii_of, stored
 from glshadow.scene.capsules import Capsules
+from glshadow.scene.texture import NEAREST, WRAPS, Sampler
 
 if TYPE_CHECKING:
     from glshadow.gl.scene.geometry import GpuScene
@@ -26,6 +27,8 @@ HUGE = 128.0
 
 _TEXEL = 16  # bytes of a row of each buffer
 _SOLID = np.full((1, 1, 4), 255, dtype=np.uint8)  # the image of materials without a texture
+
+_START_BITS = 27  # of an image's first texel; its sampling is above
 
 _TOGETHER = 2**15  # vertices transformed per batch, so that intermediate results stay in the CPU cache
 
@@ -126,7 +129,8 @@ class WorldTriangles:
         Per alpha-tested node the shift from a triangle's index to 1 + its index among masked triangles; may be 0.
     masks, alphas : BufferTexture or None
         Three texels per masked triangle: the corners' texture coordinates and alpha without the texture's, the cutoff (float bits),
-        start, width and height (16 bits each) of its image; and the images' alpha. None if nothing is alpha-tested.
+        start and sampling (27 and 5 bits), width and height (16 bits each) of its image; and the images' alpha.
+        None if nothing is alpha-tested.
     """
 
     def __init__(
@@ -272,7 +276,7 @@ class WorldTriangles:
         before = end = 0
         for k in masked:
             mesh = scene.nodes[k].mesh
-            material, uv = mesh.material, mesh.uv
+            material, uv = mesh.material, mesh.placed_uv
             texture = _SOLID if material.texture is None or uv is None else material.texture
             height, width = texture.shape[:2]
             if id(texture) not in starts:
@@ -287,14 +291,15 @@ class WorldTriangles:
                 alpha *= mesh.colors[:, 3][mesh.triangles]
             record[:, 6:9] = alpha.view(np.uint32)
             record[:, 9] = np.float32(material.cutoff).view(np.uint32)
-            record[:, 10:] = starts[id(texture)], width | height << 16
+            record[:, 10:] = starts[id(texture)] | _sampling(material.sampler) << _START_BITS, width | height << 16
             self.mask_shift[k] = before + 1 - int(scene.first[k])
             before += len(record)
             texels.append(record)
         limit = self._context.caps.max_texture_buffer_size
-        if max(end, 3 * before) > limit:
+        if max(end, 3 * before) > limit or end > 1 << _START_BITS:
             raise ResourceError(
-                f"the scene's masks have {end} texels and {before} triangles, a texture buffer of this driver holds {limit} texels: "
+                f"the scene's masks have {end} texels and {before} triangles, a texture buffer of this driver holds "
+                f"{min(limit, 1 << _START_BITS)} texels: "
                 "use smaller textures, or another filter than Exact()"
             )
         self.masks = texture_buffer(self._context, np.concatenate(texels), RGBA32UI)
@@ -305,6 +310,12 @@ class WorldTriangles:
         for texture in (*(self._buffers or ()), self._neighbours, self.masks, self.alphas):
             if texture is not None:
                 texture.release()
+
+
+def _sampling(sampler: Sampler) -> int:
+    """Five bits for lib/mask.glsl: wrap along u and v, two each, and 16 for the nearest texel."""
+    along_u, along_v = (WRAPS.index(each) for each in sampler.wrap)
+    return along_u | along_v << 2 | (sampler.magnify == NEAREST) << 4
 
 
 def local_positions(world: WorldTriangles, axes: Array, origin: Array) -> NDArray[np.float32]:

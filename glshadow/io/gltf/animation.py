@@ -11,8 +11,8 @@ import numpy as np
 
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
-from glshadow.io.gltf.accessor import COLUMNS, read_floats
-from glshadow.io.gltf.document import Document, as_object, count, extensions
+from glshadow.io.gltf.accessor import read_floats
+from glshadow.io.gltf.document import Document, as_object, extensions
 from glshadow.io.limits import OverLimit
 
 STEP, LINEAR, CUBIC = "STEP", "LINEAR", "CUBICSPLINE"
@@ -154,8 +154,6 @@ class _Reader:
         if (index, kind) not in self.stored:
             if normalized:
                 accessor["normalized"] = True
-            length = count(accessor, "count", where, least=1)
-            self.document.budget.take(8 * length * COLUMNS[kind], where)  # before any of it is made
             self.stored[index, kind] = read_floats(self.document, index, (kind,), where)
         return self.stored[index, kind]
 

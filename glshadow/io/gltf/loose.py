@@ -12,8 +12,9 @@ from glshadow.errors import SceneError
 from glshadow.io.clouds import lines_of, linked, points_of
 from glshadow.io.gltf.accessor import read_accessor, read_whole
 from glshadow.io.gltf.document import as_object
+from glshadow.io.gltf.indices import TRIANGLES
 from glshadow.io.gltf.morph import targets_of
-from glshadow.io.gltf.primitive import _DRAWN_BYTES, TRIANGLES, Form, Primitives, _colors, _Vertices
+from glshadow.io.gltf.primitive import _DRAWN_BYTES, Form, Primitives, _colors, _Vertices
 from glshadow.io.gltf.skin import posed
 from glshadow.scene.mesh import Mesh
 

@@ -79,7 +79,8 @@ class Deformer:
         if joints is not None and self.influences is not None:
             positions, normals = posed(positions, normals, *self.influences, joints)
         usable = usable_normals(positions, self.rest.triangles.astype(np.int64), normals)
-        return replace(self.rest, positions=positions, normals=usable)
+        # tangents are those of the pose at rest: others are derived
+        return replace(self.rest, positions=positions, normals=usable, tangents=None)
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_last": None}

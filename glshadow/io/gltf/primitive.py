@@ -12,16 +12,17 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.io.gltf.accessor import Rows, read_accessor, read_floats, read_whole
+from glshadow.io.gltf.declared import check_declared
 from glshadow.io.gltf.document import Document, as_object
 from glshadow.io.gltf.draco import decoded
+from glshadow.io.gltf.indices import triangles_of, without
 from glshadow.io.gltf.material import Surfaces, texture_uv
 from glshadow.io.gltf.morph import Weights, moved, targets_of
 from glshadow.io.gltf.pose import Deformer
 from glshadow.io.gltf.skin import influences, posed
 from glshadow.io.imported import WHITE, linear_colors, tinted, usable_normals, used_vertices
-from glshadow.scene.mesh import Mesh
+from glshadow.scene.mesh import MAPS, Mesh, sampler_of
 
-TRIANGLES, STRIP, FAN = 4, 5, 6
 _DRAWN_BYTES = 50  # memory that drawing needs per triangle of a mesh: vertices, two index lists, a normal
 
 
@@ -50,11 +51,6 @@ class Form:
     def key(self) -> tuple[Any, ...]:
         """Equal for equal forms of one file."""
         return (self.weights, self.skin, self.deforms)
-
-
-def is_surface(primitive: dict[str, Any]) -> bool:
-    """Whether it consists of triangles rather than points or lines."""
-    return primitive.get("mode", TRIANGLES) in (TRIANGLES, STRIP, FAN)
 
 
 @dataclass
@@ -105,23 +101,30 @@ class Primitives:
 
     def _dressed(self, body: _Body, material: Any, where: str) -> Mesh:
         surface = self.surfaces.get(material, where)
-        found, uv = surface.given if body.clear else surface.material, None
-        if found.texture is not None or found.transmission_map is not None:
-            stored = body.vertices.read(f"TEXCOORD_{surface.uv_set}", ("VEC2",))
+        found = surface.given if body.clear else surface.material
+        maps = ("texture", "transmission_map", *MAPS)
+        needed = {name for name in maps if getattr(found, name) is not None}
+        sets: list[NDArray[np.float32] | None] = [None, None]
+        for k, number in enumerate(surface.uv_sets if needed else ()):
+            stored = body.vertices.read(f"TEXCOORD_{number}", ("VEC2",))
             uv = None if stored is None else texture_uv(stored, surface.uv_transform)
-            if uv is None or not np.isfinite(uv).all():
-                uv = None
+            sets[k] = uv if uv is not None and np.isfinite(uv).all() else None
+            lost = [name for name in maps if name in needed and sets[k] is None and sampler_of(found, name).uv_set == k]
+            for name in lost:
                 self.document.notes.append(
-                    f"{where} has a texture but no usable TEXCOORD_{surface.uv_set}: drawn without it"
+                    f"{where} has a {name.replace('_', ' ')} but no usable TEXCOORD_{number}: drawn without it"
                 )
-                found = replace(found, texture=None, transmission_map=None)
+                found = replace(found, **{name: None})  # type: ignore[arg-type]
+        if all(getattr(found, name) is None for name in maps):
+            sets = [None, None]
+        tangents = None if found.normal_map is None else _tangents(body.vertices)
         found = (
             replace(found, color=tuple((np.asarray(body.tint) * found.color).tolist()))
             if body.tint != WHITE.color
             else found
         )
         try:
-            return Mesh(body.positions, body.triangles, body.normals, uv, body.colors, found)
+            return Mesh(body.positions, body.triangles, body.normals, sets[0], body.colors, found, sets[1], tangents)
         except SceneError as error:
             raise SceneError(f"{where}: {error}; repair or remove them") from error
 
@@ -221,7 +224,7 @@ def _body(document: Document, primitive: dict[str, Any], form: Form, where: str)
     if "POSITION" not in attributes:
         raise SceneError(f"{where} has no POSITION: there is nothing to draw")
     count = len(read_accessor(document, attributes["POSITION"], ("VEC3",), f"{where}.POSITION")[0])
-    rows, triangles = used_vertices(_triangles(document, primitive, count, where), count)
+    rows, triangles = used_vertices(triangles_of(document, primitive, count, where), count)
     vertices = _Vertices(document, attributes, targets_of(document, primitive, form.weights, where), count, rows, where)
     positions = vertices.read("POSITION", ("VEC3",))
     assert positions is not None
@@ -230,13 +233,13 @@ def _body(document: Document, primitive: dict[str, Any], form: Form, where: str)
         message = (
             f"{where}: {int(lost.sum())} of {len(lost)} vertices have coordinates that are not finite (NaN or infinite)"
         )
-        whole = np.arange(count)[rows][_without(document, triangles, np.asarray(lost[triangles].any(axis=1)), message)]
+        whole = np.arange(count)[rows][without(document, triangles, np.asarray(lost[triangles].any(axis=1)), message)]
         rows, triangles = used_vertices(whole, count)
         vertices = replace(vertices, rows=rows)
         positions = vertices.read("POSITION", ("VEC3",))
         assert positions is not None
     if not vertices.targets:
-        _check_declared(document, attributes["POSITION"], positions, where)
+        check_declared(document, attributes["POSITION"], positions, where)
     normals = vertices.read("NORMAL", ("VEC3",))
     if form.joints is not None:
         followed = vertices.joints(len(form.joints), document.notes)
@@ -255,6 +258,15 @@ def _body(document: Document, primitive: dict[str, Any], form: Form, where: str)
     )
 
 
+def _tangents(vertices: _Vertices) -> NDArray[np.float32] | None:
+    """TANGENT (N, 4) of vertices that stay where they are, if all can be used; else tangents are derived."""
+    if "TANGENT" not in vertices.attributes or vertices.targets or "JOINTS_0" in vertices.attributes:
+        return None
+    stored = vertices.read("TANGENT", ("VEC4",))
+    usable = stored is not None and np.isfinite(stored).all() and stored[:, :3].any(axis=1).all()
+    return stored.astype(np.float32) if stored is not None and usable else None
+
+
 def _colors(vertices: _Vertices) -> Array | None:
     """COLOR_0 (N, 4), linear; integers are normalised even if the file does not say so."""
     if "COLOR_0" not in vertices.attributes:
@@ -264,77 +276,3 @@ def _colors(vertices: _Vertices) -> Array | None:
     if colors is not None and vertices.targets:
         colors = np.clip(colors, 0.0, 1.0)  # as glTF specifies for morphed colours
     return None if colors is None else linear_colors(colors, f"{vertices.where}.COLOR_0", vertices.document.notes)
-
-
-def _check_declared(document: Document, accessor: int, positions: Array, where: str) -> None:
-    """Note coordinates far outside the accessor's own min and max: a sign of data read from a wrong offset."""
-    given = document.item("accessors", accessor, where)
-    try:
-        low, high = (np.asarray(given[key], dtype=np.float64) for key in ("min", "max"))
-    except (KeyError, TypeError, ValueError):
-        return
-    if (
-        low.shape != (3,)
-        or high.shape != (3,)
-        or given.get("normalized")
-        or not np.isfinite([*low, *high]).all()
-        or not np.isfinite(positions).all()
-    ):
-        return
-    slack = 1e-3 * float(np.abs([low, high]).max()) + float((high - low).max())
-    outside = int(((positions < low - slack) | (positions > high + slack)).any(axis=1).sum())
-    if outside:
-        document.notes.append(
-            f"{where}: {outside} of {len(positions)} vertices are far outside the range {low.tolist()} to "
-            f"{high.tolist()} that the file declares"
-        )
-
-
-def _triangles(document: Document, primitive: dict[str, Any], vertices: int, where: str) -> NDArray[np.int64]:
-    """Triangles (T, 3) whose vertices exist; notes how many others there are."""
-    mode = primitive.get("mode", TRIANGLES)
-    if "indices" in primitive:
-        indices = read_whole(document, primitive["indices"], ("SCALAR",), f"{where}.indices")[:, 0]
-    else:
-        document.budget.take(8 * vertices, where)
-        indices = np.arange(vertices)
-    if mode == TRIANGLES:
-        rest = len(indices) % 3
-        if 0 < rest < len(indices):
-            document.notes.append(
-                f"{where}: {len(indices)} indices are not a multiple of 3, as triangles need: the last {rest} left out"
-            )
-        triangles = indices[: len(indices) - rest].reshape(-1, 3)
-    else:
-        document.budget.take(24 * len(indices), where)
-        triangles = _strip(indices, fan=mode == FAN)
-    if len(triangles) == 0:
-        raise SceneError(f"{where}: {len(indices)} indices are too few for a triangle")
-    beyond = triangles >= vertices
-    if not beyond.any():
-        return triangles
-    message = (
-        f"{where}: index {triangles.max()} is out of range, it has {vertices} vertices "
-        f"({int((indices >= vertices).sum())} of {len(indices)} indices are)"
-    )
-    return _without(document, triangles, np.asarray(beyond.any(axis=1)), message)
-
-
-def _strip(indices: NDArray[np.int64], fan: bool) -> NDArray[np.int64]:
-    if len(indices) < 3:
-        return np.zeros((0, 3), dtype=np.int64)
-    if fan:
-        return np.stack([indices[1:-1], indices[2:], np.full(len(indices) - 2, indices[0])], axis=1)
-    strip = np.stack([indices[:-2], indices[1:-1], indices[2:]], axis=1)
-    strip[1::2] = strip[1::2][:, [0, 2, 1]]  # every second triangle of a strip is wound the other way
-    return strip
-
-
-def _without(
-    document: Document, triangles: NDArray[np.int64], broken: NDArray[np.bool_], message: str
-) -> NDArray[np.int64]:
-    """Triangles that are not broken, with a note; an error if there are none."""
-    if broken.all():
-        raise SceneError(message)
-    document.notes.append(f"{message}: {int(broken.sum())} of {len(triangles)} triangles left out")
-    return triangles[~broken]

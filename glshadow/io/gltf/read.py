@@ -17,12 +17,13 @@ from glshadow.core.spaces import Array
 from glshadow.errors import GlshadowError, SceneError
 from glshadow.io.gltf.document import Document, as_object, extensions, open_document
 from glshadow.io.gltf.graph import Graph, instances
+from glshadow.io.gltf.indices import is_surface
 from glshadow.io.gltf.loose import loose_mesh
 from glshadow.io.gltf.material import Surfaces
 from glshadow.io.gltf.morph import Weights, resting_weights
 from glshadow.io.gltf.movement import CameraAt, LightAt, Movement, movement
 from glshadow.io.gltf.pose import Deformer
-from glshadow.io.gltf.primitive import Form, Primitives, is_skinned, is_surface
+from glshadow.io.gltf.primitive import Form, Primitives, is_skinned
 from glshadow.io.gltf.skin import bound
 from glshadow.io.imported import WIDEST_CONE, Imported, shortened
 from glshadow.io.limits import Budget, OverLimit

@@ -35,8 +35,5 @@ def transmission_of(given: dict[str, Any], where: str, notes: list[str]) -> tupl
     factor = min(max(factor, 0.0), 1.0)
     if factor == 0.0:
         return 0.0, None
-    rough = as_object(given.get("pbrMetallicRoughness", {}), where).get("roughnessFactor", 1.0)
-    if rough != 0.0:
-        notes.append(f"{where}: what is seen through it is drawn sharp, though its roughness is {rough}")
     info = block.get("transmissionTexture")
     return factor, None if info is None else as_object(info, f"{where}.transmissionTexture")

@@ -1,9 +1,9 @@
-"""MTL material libraries: Kd, d, Tr, map_Kd and map_d with their options."""
+"""MTL material libraries: base colour, opacity, emission, normal maps, and the options of their maps."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,8 @@ from glshadow.io.imported import cut, of_mtl, reflectance
 from glshadow.io.mesh_files.beside import Beside
 from glshadow.io.mesh_files.soup import Part
 from glshadow.io.mesh_files.words import name_of, text_of, without_mark
-from glshadow.scene.mesh import Material
+from glshadow.scene.mesh import MOST, Material
+from glshadow.scene.texture import CLAMP, Sampler, Texture
 
 MOST_LIBRARIES = 100  # per file: more indicate a list of names rather than materials
 
@@ -24,24 +25,38 @@ NUMERIC = ("-o", "-s", "-t")
 WITHOUT_EFFECT = ("-blendu", "-blendv", "-boost", "-bm", "-cc", "-imfchan", "-texres")  # on a colour, as drawn here
 # values that equal the default
 USUAL = {
-    "-clamp": ["off"],
     "-mm": ["0", "1"],
     "-t": ["0", "0", "0"],
     "-colorspace": ["srgb"],
 }
 
 
-READ = ("kd", "d", "tr", "map_kd", "map_d")
+READ = ("kd", "d", "tr", "map_kd", "map_d", "ke", "map_ke", "norm", "map_bump", "bump")
 # statements that are not drawn, by how a note names them; specular highlights (Ks, Ns) are none of them: nothing of a matte surface
-LEFT_OUT = {
-    word.lower(): word
-    for word in ("Ke", "map_Ke", "map_Bump", "bump", "norm", "disp", "decal", "refl", "map_Pr", "map_Pm")
+LEFT_OUT = {word.lower(): word for word in ("disp", "decal", "refl", "map_Pr", "map_Pm")}
+# further maps: the statement, the material's field, and whether the image may be a height map, which is not drawn
+MAPS = {
+    "map_ke": ("emission_map", False),
+    "norm": ("normal_map", False),
+    "map_bump": ("normal_map", True),
+    "bump": ("normal_map", True),
 }
+SHOWN = {"map_ke": "map_Ke", "map_bump": "map_Bump"}
 CHANNELS = "rgbm"  # of -imfchan: m is the matte channel, alpha
 LUMINANCE = (0.2126, 0.7152, 0.0722)  # Rec. 709
-Placement = tuple[tuple[float, float], tuple[float, float]]
-"""Scale and offset of texture coordinates."""
-UNMOVED: Placement = ((1.0, 1.0), (0.0, 0.0))
+REPEATED, CLAMPED = Sampler(), Sampler((CLAMP, CLAMP))
+
+
+class Map(NamedTuple):
+    """A map of a material: its file, and its effect on texture coordinates: u' = scale u + offset, clamped or repeated."""
+
+    file: str
+    scale: tuple[float, float] = (1.0, 1.0)
+    offset: tuple[float, float] = (0.0, 0.0)
+    clamp: bool = False
+
+
+UNMOVED = Map("")
 
 
 @dataclass
@@ -54,6 +69,7 @@ class Library:
     files: set[str] = field(default_factory=set)
     left_out: dict[str, None] = field(default_factory=dict)
     cut: dict[tuple[Any, ...], Material] = field(default_factory=dict)
+    textures: dict[tuple[int, bool], Texture] = field(default_factory=dict)
 
     def add(self, statement: str) -> None:
         """Read the files that a line `mtllib` names: one file, whose name may have spaces, or several."""
@@ -91,22 +107,58 @@ class Library:
         if given is None:
             return Part(name)
         color = np.ones(3) if "kd" not in given else self._color(given["kd"], name)
-        picture, placed = None, UNMOVED
-        if "map_kd" in given:
-            file, placed = self._map(given["map_kd"], name, "map_Kd")
-            picture = self.beside.picture(file)
-        mask = None
-        if "map_d" in given:
-            file, moved = self._map(given["map_d"], name, "map_d")
-            mask = self.beside.picture(file)
-            if picture is None:
-                placed = moved
-            elif mask is not None and moved != placed:
-                self.notes.append(f"{name!r}: its map_d is placed as its map_Kd is, not by its own options")
-        material = of_mtl(color, self._opacity(given, name), picture)
+        maps = {key: self._map(given[key], name) for key in ("map_kd", "map_d", *MAPS) if key in given}
+        pictures = {key: self.beside.picture(each.file) for key, each in maps.items()}
+        used = [key for key in maps if pictures[key] is not None and self._is_drawn(key, pictures[key])]
+        placed = maps[used[0]] if used else UNMOVED
+        for key in used:
+            if maps[key][1:] != placed[1:]:
+                self.notes.append(
+                    f"{name!r}: its {_shown(key)} is placed as its {_shown(used[0])} is, not by its own options"
+                )
+        material = of_mtl(color, self._opacity(given, name), pictures.get("map_kd"))
+        mask = pictures.get("map_d")
         if mask is not None:
             material = self._cut(material, mask, given["map_d"])
-        return Part(name, material, *placed)
+        sampler = CLAMPED if placed.clamp else REPEATED
+        fields: dict[str, Any] = {}
+        for key in used:
+            if key in MAPS:
+                fields.setdefault(MAPS[key][0], self._texture(pictures[key], sampler))
+        emission = self._emission(given, name, "emission_map" in fields)
+        if fields or any(emission) or placed.clamp:
+            material = replace(material, sampler=sampler, emission=emission, **fields)
+        return Part(name, material, placed.scale, placed.offset)
+
+    def _is_drawn(self, key: str, picture: NDArray[np.uint8] | None) -> bool:
+        """Whether a map is drawn; notes height maps, which are not."""
+        if picture is None or not (key in MAPS and MAPS[key][1]) or _has_normals(picture):
+            return picture is not None
+        self.left_out[f"{_shown(key)} (a height map)"] = None
+        return False
+
+    def _texture(self, pixels: NDArray[np.uint8] | None, sampler: Sampler) -> Texture:
+        """The texture of an image, one for all materials."""
+        assert pixels is not None
+        key = (id(pixels), sampler is CLAMPED)
+        if key not in self.textures:
+            self.textures[key] = Texture(pixels, sampler)
+        return self.textures[key]
+
+    def _emission(self, given: dict[str, str], name: str, mapped: bool) -> tuple[float, float, float]:
+        """Ke; white where only a map is given, or the exporter left Ke at zero beside it."""
+        values = [_number(word) for word in given.get("ke", "0").split("#")[0].split()]
+        if len(values) not in (1, 3) or None in values:
+            self.notes.append(f"{name!r}: its Ke {given['ke'][:60]!r} is not three numbers: left out")
+            values = [0.0]
+        stated = np.resize(np.array(values, dtype=np.float64), 3)
+        if mapped and not stated.any():
+            return (1.0, 1.0, 1.0)
+        emitted = np.clip(stated, 0.0, MOST)
+        if (emitted != stated).any():
+            self.notes.append(f"{name!r}: its Ke is clipped to 0..{MOST:g}")
+        red, green, blue = emitted.tolist()
+        return red, green, blue
 
     def _cut(self, material: Material, mask: NDArray[np.uint8], options: str) -> Material:
         """The material with the alpha of a mask; materials with the same pair of images share the result."""
@@ -141,8 +193,9 @@ class Library:
             return np.ones(3)
         return np.array(reflectance(np.resize(np.array(values, dtype=np.float64), 3), repr(name), self.notes))
 
-    def _map(self, words: str, name: str, statement: str) -> tuple[str, Placement]:
-        """Name of the texture, which may have spaces, and the effect of -s and -o on texture coordinates: u' = s u + o."""
+    def _map(self, words: str, name: str) -> Map:
+        """A map by its options and its file's name, which may have spaces."""
+        clamp = False
         moved = {"-s": (1.0, 1.0), "-o": (0.0, 0.0)}
         left, rest = [], words.strip()
         while rest.startswith("-"):
@@ -157,15 +210,26 @@ class Library:
                 usual = moved[option.lower()]
                 numbers = [_number(word) or 0.0 for word in given[:2]]
                 moved[option.lower()] = (*numbers, *usual[len(numbers) :])  # type: ignore[assignment]
+            elif option.lower() == "-clamp":
+                clamp = given[:1] == ["on"]
             elif option.lower() not in WITHOUT_EFFECT and not _usual(option.lower(), given):
                 left.append(option)
         if not self.beside.has(rest) and self.beside.has(rest.split(" ")[-1]):
             rest = rest.split(" ")[-1]
         if left:
-            self.notes.append(
-                f"{name!r}: {', '.join(sorted(set(left)))} of its {statement} not supported: drawn without"
-            )
-        return rest, (moved["-s"], moved["-o"])
+            self.notes.append(f"{name!r}: {', '.join(sorted(set(left)))} of its maps not supported: drawn without")
+        return Map(rest, moved["-s"], moved["-o"], clamp)
+
+
+def _shown(key: str) -> str:
+    """A statement as it is usually written."""
+    return SHOWN.get(key, key.replace("map_k", "map_K"))
+
+
+def _has_normals(picture: NDArray[np.uint8]) -> bool:
+    """Whether an image is a normal map rather than a height map: bluish, while heights are grey."""
+    red, green, blue = (float(picture[..., channel].mean()) for channel in range(3))
+    return blue > 1.25 * max(red, green)
 
 
 def _usual(option: str, given: list[str]) -> bool:

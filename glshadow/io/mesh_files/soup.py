@@ -15,7 +15,7 @@ from glshadow.io.clouds import Loose
 from glshadow.io.imported import WHITE, tinted, usable_normals, used_only
 from glshadow.io.limits import Budget
 from glshadow.io.polygons import triangulated
-from glshadow.scene.mesh import Material, Mesh
+from glshadow.scene.mesh import MAPS, Material, Mesh
 from glshadow.scene.nodes import Node
 
 Indices = NDArray[np.int64]
@@ -40,7 +40,15 @@ class Part:
     def look(self) -> tuple[object, ...]:
         """Equal for parts that are drawn alike except for their base colour."""
         material = self.material
-        return id(material.texture), material.alpha_mode, material.color[3], self.uv_scale, self.uv_offset
+        maps = tuple(
+            id(each) for each in (material.texture, material.normal_map, material.emission_map, material.sampler)
+        )
+        return (*maps, material.emission, material.alpha_mode, material.color[3], self.uv_scale, self.uv_offset)
+
+    @property
+    def mapped(self) -> bool:
+        """Whether its material has a map."""
+        return any(getattr(self.material, name) is not None for name in ("texture", *MAPS))
 
 
 @dataclass(frozen=True)
@@ -135,7 +143,7 @@ def placed(soup: Soup, notes: list[str], budget: Budget, smooth: float | None = 
     soup = _sound(soup, notes)
     if len(soup.corners) == 0:
         return []
-    textured = any(part.material.texture is not None for part in soup.parts)
+    textured = any(part.mapped for part in soup.parts)
     soup.uv = soup.uv.checked("texture coordinates", notes) if soup.uv is not None and textured else None
     soup.normals = None if soup.normals is None else soup.normals.checked("normals", notes)
     soup.normals = _smoothed(soup, smooth, budget)
@@ -307,11 +315,11 @@ def _mesh(part: Part, positions: Array, triangles: Indices, attributes: list[Arr
     material, tints = tinted(part.material, colors)
     kept = usable_normals(positions, triangles, normals)
     coordinates = None
-    if material.texture is not None:
+    if part.mapped:
         coordinates = _coordinates(part, uv, notes)
         if coordinates is None:
             notes.append(f"{part.name!r} has a texture but no usable texture coordinates: drawn without it")
-            material = replace(material, texture=None)
+            material = replace(material, texture=None, **dict.fromkeys(MAPS))  # type: ignore[arg-type]
     positions, triangles, (kept, coordinates, tints) = used_only(positions, triangles, kept, coordinates, tints)
     try:
         return Mesh(positions, triangles.astype(np.int32), kept, coordinates, tints, material)

@@ -1,0 +1,34 @@
+"""The ground under a model: its plane, and the lowest point of a mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from glshadow.core.spaces import Array
+from glshadow.scene.capsules import Capsules
+from glshadow.scene.mesh import Material, Mesh
+
+
+def ground_plane(bounds: Array, lowest: float) -> tuple[Mesh, Array]:
+    """A square plane under a model with these bounds (2, 3), three times as wide, and its world_from_mesh."""
+    low, high = bounds.copy()
+    low[1] = lowest
+    size = float(np.linalg.norm(high - low))
+    half = 1.5 * size
+    x, y, z = 0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])
+    corners = np.array([[-half, 0, half], [half, 0, half], [half, 0, -half], [-half, 0, -half]])
+    ground = Mesh(
+        corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32), material=Material(color=(0.7, 0.7, 0.7, 1.0))
+    )
+    matrix = np.eye(4)
+    matrix[:3, 3] = (x, y, z)
+    return ground, matrix
+
+
+def lowest_point(mesh: Mesh, world_from_mesh: Array) -> float:
+    """Least world y of a mesh's triangles; from its vertices if it is rotated, because its box would be too large."""
+    if isinstance(mesh, Capsules):
+        return mesh.lowest(world_from_mesh)
+    row = world_from_mesh[1]
+    used = mesh.positions[np.unique(mesh.triangles)]
+    return float((used @ row[:3]).min() + row[3])
