@@ -35,6 +35,7 @@ from glshadow.lights import (
     SkyLight,
     SpotLight,
 )
+from glshadow.scene.capsules import Lines, Points
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 from glshadow.scene.nodes import Node, Scene
 from glshadow.scene.texture import Sampler, Texture
@@ -161,6 +162,7 @@ __all__ = [
     "IntrinsicsCamera",
     "Light",
     "Limits",
+    "Lines",
     "Lispsm",
     "Material",
     "Measurement",
@@ -173,6 +175,7 @@ __all__ = [
     "PackedShadow",
     "PerspectiveCamera",
     "PointLight",
+    "Points",
     "PyrenderRenderer",
     "ReceiverPlaneBias",
     "RectLight",

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from glshadow.frame import Frame
     from glshadow.lights import Light
     from glshadow.scene.nodes import Scene
+from glshadow.scene.summary import element_counts
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -325,11 +326,11 @@ def refuse_blank(frame: Frame) -> float:
 
 
 def scene_facts(scene: Scene) -> dict[str, Any]:
-    """Facts about the scene for the JSON report."""
+    """Facts about the scene for the JSON report; counts of points and line segments only where there are any."""
     return {
         "name": scene.name,
         "nodes": len(scene.nodes),
-        "triangles": sum(len(node.mesh.triangles) for node in scene.nodes),
+        **element_counts(scene),
         "bounds": scene.bounds,
     }
 

@@ -216,8 +216,9 @@ def _render(
     with work.stage("write", f"writing {path.name}"):
         _kept(frame, path, chosen).save(path)
     facts = scene_facts(scene)
+    loose = "".join(f", {facts[kind]} {kind}" for kind in ("points", "line segments") if kind in facts)
     work.say(
-        f"{path}: {wanted.size[0]}x{wanted.size[1]}, {facts['triangles']} triangles, {_counted(len(lights), 'light')}, "
+        f"{path}: {wanted.size[0]}x{wanted.size[1]}, {facts['triangles']} triangles{loose}, {_counted(len(lights), 'light')}, "
         f"{sum(work.timings.values()):.2f} s ({info['backend']}, {info['renderer'].partition(' (')[0]})"
     )
     work.finish(_report(frame, path, scene, covered, info))

@@ -13,7 +13,7 @@ from glshadow.derive.lists import MOST, RATIO, ListGrid, facets
 from glshadow.shadows.view import FACES
 
 # Flags of a triangle, as in glsl/lib/traits.glsl.
-CULL_BACK, CULL_FRONT, CASTS, CUT_OUT = 1, 2, 4, 8
+CULL_BACK, CULL_FRONT, CASTS, CUT_OUT, ROUND = 1, 2, 4, 8, 16
 
 # As in glsl/lib/cells.glsl, where the receiver's cell is rounded to float32; needed whatever precision the lists are built with.
 _MARGIN, _WIDE_MARGIN = 1.0 / 64.0, 0.25  # cells

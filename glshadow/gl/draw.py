@@ -17,7 +17,7 @@ from glshadow.gl.passes.primary import count_surface, find_primary
 from glshadow.gl.passes.resolve import resolve
 from glshadow.gl.passes.translucent import untinted
 from glshadow.gl.resources import ResourceCache
-from glshadow.gl.shares import shares_of
+from glshadow.gl.shares import every_sample, shares_of
 
 _EVERY_SAMPLE = "all {} samples of every pixel are shaded: collecting those that differ needs OpenGL 4.3, {} has {:.1f}"
 
@@ -62,8 +62,9 @@ def draw_frame(cache: ResourceCache, request: FrameRequest) -> Drawn:
         clear_outputs(context, frame.targets, look.linear_background, look.background is None)
         shares = shares_of(frame, lights, look)
         used = [each.technique.finalize(each.used) for each in lights if each.used]
-        for share in shares:
-            resolve(frame, share)
+        if not every_sample(frame):
+            for share in shares:
+                resolve(frame, share)
     if frame.targets.samples > 1:
         with clock("samples"):
             cache.samples(frame).shade(

@@ -32,8 +32,8 @@ from glshadow.gl.passes.resolve import resolve
 from glshadow.gl.passes.screen import draw_over
 from glshadow.gl.passes.translucent import TranslucentMaps
 from glshadow.gl.scene.geometry import GpuScene
+from glshadow.gl.scene.kept_meshes import Meshes
 from glshadow.gl.scene.matrices import pack_matrices
-from glshadow.gl.scene.meshes import Meshes
 from glshadow.gl.scene.reuse import Before
 from glshadow.gl.shares import shares_of
 from glshadow.gl.techniques import LightPass, Techniques

@@ -25,7 +25,7 @@ from glshadow.gl.passes.translucent import TranslucentMaps
 from glshadow.gl.passes.transmittance import Tinted, read_transmittance
 from glshadow.gl.scene.cookies import Cookies
 from glshadow.gl.scene.geometry import GpuScene
-from glshadow.gl.scene.meshes import Meshes
+from glshadow.gl.scene.kept_meshes import Meshes
 from glshadow.gl.techniques import Techniques
 
 

@@ -3,13 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from glshadow.derive.look import Look
 from glshadow.gl.frame_context import FrameContext
+from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.passes.resolve import Share
 from glshadow.gl.techniques import LightPass
-from glshadow.gl.techniques.technique import open_receiver
+from glshadow.gl.techniques.technique import Technique, open_receiver
 from glshadow.lights import DirectionalLight
+
+
+def every_sample(frame: FrameContext) -> bool:
+    """Whether all samples of all surfaces are shaded, and no pixel as a whole."""
+    return frame.targets.samples > 1 and frame.scene.capsules > 0
+
+
+def _marked(frame: FrameContext, technique: Technique) -> Receiver:
+    """The receiver of a multisampled frame. Balls and tubes have no edges to mark: every sample is shaded."""
+    if every_sample(frame):
+        return replace(technique.receiver(frame), marks={}, collected={"GLS_EVERY": 1, "GLS_NEIGHBORS": 0})
+    return technique.marking_receiver(frame)
 
 
 def shares_of(frame: FrameContext, lights: Sequence[LightPass], look: Look) -> tuple[Share, ...]:
@@ -19,7 +33,7 @@ def shares_of(frame: FrameContext, lights: Sequence[LightPass], look: Look) -> t
         return (Share(dark, open_receiver(frame, dark), 0, 1, look.ambient, look.linear_background),)
     several = frame.targets.samples > 1
     return tuple(
-        Share(each.light, each.technique.marking_receiver(frame) if several else each.technique.receiver(frame),
+        Share(each.light, _marked(frame, each.technique) if several else each.technique.receiver(frame),
               each.number, len(lights), look.ambient, look.linear_background, each.tint)
         for each in lights
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Reads Open3D's TriangleMesh, of its legacy and its tensor interface, as nodes."""
+"""Reads Open3D's TriangleMesh, PointCloud and LineSet, of its legacy and its tensor interface, as nodes."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from glshadow.errors import SceneError
 from glshadow.io.builder import Builder
-from glshadow.io.imported import Imported, reflectance
-from glshadow.scene.mesh import AlphaMode, Material
+from glshadow.io.clouds import lines_of, points_of
+from glshadow.io.imported import Imported, reflectance, srgb_colors
+from glshadow.scene.capsules import Points
+from glshadow.scene.mesh import AlphaMode, Material, Mesh
 from glshadow.scene.nodes import Node
 
 Values = NDArray[Any]
@@ -34,14 +36,14 @@ class _Arrays:
 
 
 def read_open3d(source: Any) -> Imported:
-    """Read an open3d.geometry.TriangleMesh or an open3d.t.geometry.TriangleMesh.
+    """Read a TriangleMesh, a PointCloud or a LineSet of open3d.geometry or open3d.t.geometry.
 
     Vertex colours are sRGB. Of a material its base colour and its albedo texture are used; each texture becomes a node.
 
     Raises
     ------
     SceneError
-        If it has no triangles.
+        If it has no triangles, points or lines.
     """
     builder = Builder()
     found = Imported(notes=builder.notes)
@@ -50,7 +52,11 @@ def read_open3d(source: Any) -> Imported:
     elif hasattr(source, "vertex") and hasattr(source, "triangle"):
         arrays = _tensor(source, builder)
     else:
-        raise SceneError(f"nothing to render: an open3d {type(source).__name__} has no triangles")
+        loose = _loose(source, builder.notes)
+        if loose is None:
+            raise SceneError(f"nothing to render: an open3d {type(source).__name__} has no triangles, points or lines")
+        found.nodes.append(Node(loose, np.eye(4), "points" if isinstance(loose, Points) else "lines"))
+        return found
     if not (len(arrays.positions) and len(arrays.triangles)):
         raise SceneError("nothing to render: it has no triangles")
     for part, name, texture in _parts(arrays, builder):
@@ -58,6 +64,30 @@ def read_open3d(source: Any) -> Imported:
         if mesh is not None:
             found.nodes.append(Node(mesh, np.eye(4), name))
     return found
+
+
+def _loose(source: Any, notes: list[str]) -> Mesh | None:
+    """A PointCloud with colours of points, or a LineSet with colours of lines: each line then has ends of its own."""
+    tensor = hasattr(source, "point")
+    if tensor:
+        positions = _plain(source.point["positions"]) if "positions" in source.point else np.zeros((0, 3))
+        of_points = _plain(source.point["colors"]) if "colors" in source.point else None
+        line = getattr(source, "line", {})
+        segments = _plain(line["indices"]) if "indices" in line else None
+        of_lines = _plain(line["colors"]) if "colors" in line else None
+    else:
+        positions, of_points = np.asarray(getattr(source, "points", ())), None
+        segments = np.asarray(source.lines) if hasattr(source, "lines") else None
+        given = _filled(getattr(source, "colors", ()))
+        of_points, of_lines = (given, None) if segments is None else (None, given)
+    if segments is None:
+        colors = None if of_points is None else srgb_colors(of_points, "its points", notes)
+        return points_of(positions, colors, "its points", notes)
+    if of_lines is not None and len(of_lines) == len(segments):
+        positions, of_points = np.asarray(positions)[segments.ravel()], np.repeat(of_lines, 2, axis=0)
+        segments = np.arange(2 * len(segments)).reshape(-1, 2)
+    colors = None if of_points is None else srgb_colors(of_points, "its lines", notes)
+    return lines_of(positions, segments, colors, "its lines", notes)
 
 
 def _legacy(mesh: Any) -> _Arrays:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from glshadow.core.cameras import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
 from glshadow.core.spaces import Array
 from glshadow.io.builder import Builder
+from glshadow.io.clouds import lines_of, linked, points_of
 from glshadow.io.imported import (
     WIDEST_CONE,
     Imported,
@@ -25,7 +26,7 @@ from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.scene.mesh import Material, Mesh
 from glshadow.scene.nodes import Node
 
-TRIANGLES, STRIP, FAN = 4, 5, 6
+POINTS, TRIANGLES, STRIP, FAN = 0, 4, 5, 6
 
 
 Made = dict[int, tuple[Any, Mesh | None]]
@@ -76,8 +77,7 @@ def _mesh(builder: Builder, primitive: Any, name: str) -> Mesh | None:
         np.arange(count) if primitive.indices is None else np.asarray(primitive.indices, dtype=np.int64).reshape(-1)
     )
     if primitive.mode not in (TRIANGLES, STRIP, FAN):
-        builder.notes.append(f"{name} has points or lines: left out, only triangles are drawn")
-        return None
+        return _loose(builder, primitive, indices, name)
     if primitive.mode == TRIANGLES:
         triangles = indices[: len(indices) // 3 * 3].reshape(-1, 3)
     elif primitive.mode == FAN:
@@ -98,6 +98,16 @@ def _mesh(builder: Builder, primitive: Any, name: str) -> Mesh | None:
         material = replace(material, texture=None)
     uv = None if material.texture is None else uv
     return replace(mesh, uv=uv, colors=colors, material=solid(material, colors))
+
+
+def _loose(builder: Builder, primitive: Any, indices: NDArray[np.int64], name: str) -> Mesh | None:
+    """Points or lines; their radius is derived, not that of `Mesh.from_points` spheres, which are triangles."""
+    colors = _colors(builder, primitive, name)
+    material = _material(builder, primitive.material, name)
+    if primitive.mode == POINTS:
+        own = None if colors is None else colors[indices]
+        return points_of(primitive.positions[indices], own, name, builder.notes, material)
+    return lines_of(primitive.positions, linked(indices, primitive.mode), colors, name, builder.notes, material)
 
 
 def _colors(builder: Builder, primitive: Any, name: str) -> Array | None:

@@ -18,6 +18,7 @@ from glshadow.lights import Lights
 from glshadow.reference.aimed import AimedLight
 from glshadow.reference.rays import Ints, Rays, dot
 from glshadow.reference.truth import Truth
+from glshadow.scene.capsules import refuse_capsules
 from glshadow.scene.nodes import Scene
 
 SAMPLES = whole(1, 1 << 16)
@@ -140,6 +141,7 @@ def _rays_of(scene: Scene, camera: Camera) -> Rays:
     origin = np.clip(np.asarray(camera.position), *scene.extent)
     rays = _rays.get(scene)
     if rays is None or not np.array_equal(rays.origin, origin):
+        refuse_capsules(scene, "the traced reference")
         rays = Rays(scene, origin)
         _rays[scene] = rays
     return rays

@@ -32,11 +32,15 @@ def check_scene(nodes: list[Node], *, stored: bool) -> list[str]:
     SceneError
         If nothing is visible, or the size is outside the range that float32 can draw.
     """
-    some = any(len(node.mesh.triangles) for node in nodes)
+    some = any(node.mesh.count for node in nodes)
     nodes = [node for node in nodes if node.drawn]
     if not nodes:
-        raise SceneError(f"nothing to render: {'the alpha of all of it is 0' if some else 'it has no triangles'}")
-    boxes = np.stack([node.mesh.bounds for node in nodes]), np.stack([node.world_from_mesh for node in nodes])
+        why = "the alpha of all of it is 0" if some else "it has no triangles, points or lines"
+        raise SceneError(f"nothing to render: {why}")
+    boxes = (
+        np.stack([node.mesh.bounds_for(node.world_from_mesh) for node in nodes]),
+        np.stack([node.world_from_mesh for node in nodes]),
+    )
     corners = box_corners(*boxes)
     with np.errstate(invalid="ignore"):  # infinite corners: see check_place
         size = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
@@ -46,6 +50,8 @@ def check_scene(nodes: list[Node], *, stored: bool) -> list[str]:
         raise SceneError(f"its size is {size:.3g}; it must be from {LEAST_SIZE:g} to {MOST_SIZE:g}: scale it first")
     check_place(corners)
     notes = _lost_in_float32(nodes) if stored else []
+    if not all(len(node.mesh.triangles) for node in nodes):  # balls and tubes have a surface
+        return notes
     if not _any_area(nodes):
         if notes:
             return notes

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -226,6 +226,22 @@ class Mesh:
                 bad = int((~((array >= 0.0) & (array <= 1.0))).any(axis=1).sum())
                 raise SceneError(f"colors must be numbers from 0 to 1 (linear RGBA), {bad} of {len(array)} are not")
             object.__setattr__(self, name, array)
+
+    element: ClassVar[str] = "triangle"  # its elements' name, in the singular
+
+    @property
+    def count(self) -> int:
+        """Number of elements that are drawn: of triangles."""
+        return len(self.triangles)
+
+    def lowest(self, matrix: Array) -> float:
+        """Least world y of a node with this matrix, from its vertices: under a rotation its box would be too large."""
+        used = self.positions[np.unique(self.triangles)]
+        return float((used @ matrix[1, :3]).min() + matrix[1, 3])
+
+    def bounds_for(self, matrix: Array) -> Array:
+        """Bounds in mesh space, of a node with this matrix; the same for all."""
+        return self.bounds
 
     @cached_property
     def placed_uv(self) -> NDArray[np.float32] | None:

@@ -18,7 +18,7 @@ from glshadow.errors import SceneError, SettingsError
 from glshadow.lights import Light, as_lights
 from glshadow.scene import summary
 from glshadow.scene.box import box_corners, check_place, default_camera, default_sun
-from glshadow.scene.ground import ground_plane, lowest_point
+from glshadow.scene.ground import ground_plane
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.motion import Motion, posed
 from glshadow.scene.names import numbered
@@ -35,11 +35,12 @@ def _affine(name: str, value: Any) -> Array:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Node(Settings):
-    """A mesh with a transform; instances share the Mesh object.
+    """A mesh, points or lines with a transform; instances share the Mesh object.
 
     Parameters
     ----------
     mesh : Mesh
+        Triangles, or `Points` or `Lines`.
     world_from_mesh : (4, 4) float64
     name : str
         Name; nodes of a scene with the same name get a number appended.
@@ -65,8 +66,8 @@ class Node(Settings):
 
     @property
     def drawn(self) -> bool:
-        """Whether it has triangles, and an alpha that is not 0 everywhere; a shadow catcher's alpha does not count."""
-        return len(self.mesh.triangles) > 0 and (self.catches or not self.mesh.unseen)
+        """Whether it has triangles, points or lines, and an alpha that is not 0 everywhere; a shadow catcher's alpha does not count."""
+        return self.mesh.count > 0 and (self.catches or not self.mesh.unseen)
 
     @property
     def blends(self) -> bool:
@@ -144,10 +145,9 @@ class Scene(Settings):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not any(node.drawn for node in self.nodes):
-            some = any(len(node.mesh.triangles) for node in self.nodes)
-            raise SceneError(
-                f"{self.name}: nothing to render, {'the alpha of all of it is 0' if some else 'it has no triangles'}"
-            )
+            some = any(node.mesh.count for node in self.nodes)
+            why = "the alpha of all of it is 0" if some else "it has no triangles, points or lines"
+            raise SceneError(f"{self.name}: nothing to render, {why}")
         self._check_place()
         if self.camera is None:
             object.__setattr__(self, "camera", default_camera(self.bounds))
@@ -179,7 +179,7 @@ class Scene(Settings):
     def boxes(self) -> tuple[Array, Array]:
         """Mesh bounds (N, 2, 3) and world_from_mesh (N, 4, 4) of the drawn nodes."""
         nodes = [self.nodes[i] for i in self.drawn.tolist()]
-        bounds = np.concatenate([node.mesh.bounds for node in nodes]).reshape(-1, 2, 3)
+        bounds = np.concatenate([node.mesh.bounds_for(node.world_from_mesh) for node in nodes]).reshape(-1, 2, 3)
         return bounds, np.concatenate([node.world_from_mesh for node in nodes]).reshape(-1, 4, 4)
 
     @cached_property
@@ -311,9 +311,7 @@ class Scene(Settings):
     def _lowest(self, model: bool = False) -> float:
         """Least world y of all nodes, or of the model's alone."""
         return min(
-            lowest_point(node.mesh, node.world_from_mesh)
-            for node in self.nodes
-            if node.drawn and not (model and node.ground)
+            node.mesh.lowest(node.world_from_mesh) for node in self.nodes if node.drawn and not (model and node.ground)
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from glshadow.core.setting import shown
@@ -39,17 +40,17 @@ def material_line(material: Material) -> str:
 def mesh_line(mesh: Mesh) -> str:
     """Counts, attributes and bounds."""
     attributes = [name for name in ("normals", "uv", "colors") if getattr(mesh, name) is not None]
-    parts = [f"{_counted(len(mesh.triangles), 'triangle')}, {len(mesh.positions):,} vertices", *attributes]
-    if len(mesh.triangles):
+    parts = [f"{_elements([mesh])}, {len(mesh.positions):,} vertices", *attributes]
+    if mesh.count:
         parts.append(_box(mesh.bounds))
-    return f"Mesh({', '.join(parts)}, {material_line(mesh.material)})"
+    return f"{type(mesh).__name__}({', '.join(parts)}, {material_line(mesh.material)})"
 
 
 def node_line(node: Node) -> str:
     """Name, mesh and origin of a node."""
     parts = [
         shown(node.name),
-        _counted(len(node.mesh.triangles), "triangle"),
+        _elements([node.mesh]),
         f"origin at {_point(node.world_from_mesh[:3, 3])}",
     ]
     parts += [
@@ -65,8 +66,11 @@ def scene_line(scene: Scene) -> str:
 
 
 def _facts(scene: Scene) -> str:
-    triangles = sum(len(node.mesh.triangles) for node in scene.nodes)
-    counts = (_counted(len(scene.nodes), "node"), _counted(triangles, "triangle"), _counted(len(scene.lights), "light"))
+    counts = (
+        _counted(len(scene.nodes), "node"),
+        _elements([node.mesh for node in scene.nodes]),
+        _counted(len(scene.lights), "light"),
+    )
     return f"{', '.join(counts)}, {_box(scene.bounds)}"
 
 
@@ -84,6 +88,15 @@ def scene_html(scene: Scene) -> str:
         return f"<p>{words(caption)}</p>"
 
 
+def _elements(meshes: Sequence[Mesh]) -> str:
+    """Counts of triangles, points and line segments; triangles also where there is nothing."""
+    counts: dict[str, int] = {}
+    for mesh in meshes:
+        counts[mesh.element] = counts.get(mesh.element, 0) + mesh.count
+    drawn = {name: count for name, count in counts.items() if count} or {"triangle": 0}
+    return ", ".join(_counted(count, name) for name, count in drawn.items())
+
+
 def _counted(number: int, word: str) -> str:
     return f"{number:,} {word}{'' if number == 1 else 's'}"
 
@@ -94,3 +107,11 @@ def _point(point: Array) -> str:
 
 def _box(bounds: Array) -> str:
     return f"from {_point(bounds[0])} to {_point(bounds[1])}"
+
+
+def element_counts(scene: Scene) -> dict[str, int]:
+    """Counts of triangles, and of points and line segments if a scene has any, by these names."""
+    counts = {"triangles": 0}
+    for mesh in (node.mesh for node in scene.nodes):
+        counts[f"{mesh.element}s"] = counts.get(f"{mesh.element}s", 0) + mesh.count
+    return counts

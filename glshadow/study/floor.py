@@ -21,6 +21,7 @@ from glshadow.gl.driver.targets import depth_texture
 from glshadow.gl.scene.drawing import draw_nodes
 from glshadow.gl.scene.matrices import pack_matrices
 from glshadow.scene.box import box_corners
+from glshadow.scene.capsules import refuse_capsules
 from glshadow.scene.mesh import AlphaMode, Mesh
 from glshadow.scene.nodes import Scene
 from glshadow.shadows.metric import Target
@@ -82,6 +83,7 @@ class Floor:
     """
 
     def __init__(self, renderer: Renderer, scene: Scene, size: tuple[int, int], resolution: int = 2048) -> None:
+        refuse_capsules(scene, "a study")
         self._context = renderer._context
         self.scene, self.size, self.resolution = scene, size, resolution
         self._nodes = [scene.nodes[i] for i in scene.drawn.tolist()]

@@ -24,6 +24,7 @@ from glshadow.gl.passes.atlases import layout
 from glshadow.gl.passes.caster import metric_uniform
 from glshadow.inline import words
 from glshadow.lights import Light, Lights
+from glshadow.scene.capsules import refuse_capsules
 from glshadow.scene.nodes import Scene
 from glshadow.shader.compose import compose
 from glshadow.shader.slots import mapped_defines, mapped_slots, metric_slot
@@ -78,6 +79,7 @@ def export_page(
         For more than two million triangles, or a folder that cannot be written.
     """
     scene = as_scene(scene)
+    refuse_capsules(scene, "a page")
     camera, lights, _ = frame_arguments(scene, camera, lights, (640, 360))
     resolution = whole(1, 2048, unit="texels")("resolution", resolution)
     filter = optional(instance(Filter), "Pcf(1)")("filter", filter) or Pcf(1)

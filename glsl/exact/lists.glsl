@@ -1,4 +1,7 @@
 // Slot <candidates>: the links of the receiver's fine cell, then those of its coarse cell. See pass/lists.comp.
+#ifndef GLS_CAPSULES
+#define GLS_CAPSULES 0 // 1: the scene has balls; 2: also tubes
+#endif
 #ifndef GLS_CELLS
 #define GLS_CELLS 512
 #endif
@@ -11,6 +14,9 @@
 #define GLS_FACES (GLS_POINT == 1 ? 6 : 1)
 #ifndef GLS_MASKED
 #define GLS_MASKED 0 // some casters are cut out by their texture
+#endif
+#if GLS_CAPSULES
+#include "exact/capsules.glsl"
 #endif
 #if GLS_MASKED
 #include "lib/mask.glsl"
@@ -35,13 +41,27 @@ bool blocked(Ray ray, vec2 cell, float face, float depth, bool enabled) {
         int triangle = int(entry.x);
         if (triangle == receiver_triangle || uintBitsToFloat(entry.z) > depth) continue;
         Facet other = facet(triangle);
+#if GLS_CAPSULES
+        if (is_capsule(other.normal.x)) {
+            if (capsule_blocks(ray, other)) {
+                dark = true;
+                link = 0u;
+                rest = 0u;
+            }
+            continue;
+        }
+#endif
         vec3 area = turns(across(ray, other.a), across(ray, other.b), across(ray, other.c));
         if (!met(area)) continue;
 #if GLS_MASKED
         if (entry.w != 0u && !solid(int(entry.w) - 1, area)) continue;
 #endif
         int side = behind(ray, other);
+#if GLS_CAPSULES
+        doubtful = doubtful || side < 0 && receiver_triangle >= 0 && !receiver_round;
+#else
         doubtful = doubtful || side < 0 && receiver_triangle >= 0;
+#endif
         if (side > 0) {
             dark = true;
             link = 0u;
@@ -59,6 +79,9 @@ bool blocked(Ray ray, vec2 cell, float face, float depth, bool enabled) {
         int triangle = int(entry.x);
         if (triangle == receiver_triangle || entry.w != 0u) continue;
         Facet other = facet(triangle);
+#if GLS_CAPSULES
+        if (is_capsule(other.normal.x)) continue;
+#endif
         if (!met(turns(across(ray, other.a), across(ray, other.b), across(ray, other.c)))) continue;
         if (folds_before(facet(receiver_triangle), other)) {
             dark = true;

@@ -25,6 +25,9 @@
 #ifndef GLS_AREA
 #define GLS_AREA 0 // 1: area light
 #endif
+#ifndef GLS_CAPSULES
+#define GLS_CAPSULES 0 // 1: the scene has balls; 2: also tubes
+#endif
 #if GLS_POINT
 #include "lib/faces.glsl"
 #endif
@@ -145,6 +148,9 @@ struct Footprint { // of a triangle in a face
     mat3 sides; // then: of the pyramid from the light through the triangle
     vec2 least;
     vec2 most;
+#if GLS_CAPSULES
+    bool round_; // a capsule: its depth, nearest, least and most, and the sides of the strip around it
+#endif
 };
 
 Footprint footprint(vec3 a, vec3 b, vec3 c) { // vertices in the face's frame, z backward
@@ -162,6 +168,9 @@ Footprint footprint(vec3 a, vec3 b, vec3 c) { // vertices in the face's frame, z
     f.least = min(f.p, min(f.q, f.r));
     f.most = max(f.p, max(f.q, f.r));
     f.slant = 1.0;
+#if GLS_CAPSULES
+    f.round_ = false;
+#endif
     f.crosses = false;
     f.sides = mat3(0.0);
 #if !GLS_SUN
@@ -193,6 +202,14 @@ Block block(Footprint f, float scale, float cells, float spread) { // scale: fin
     b.first = ivec2(clamp(floor(f.least / scale - margin), 0.0, cells));
     b.last = max(ivec2(clamp(floor(f.most / scale + margin), -1.0, cells - 1.0)), b.first - 1); // no cells: the one before the first
     vec2 corner = vec2(b.first);
+#if GLS_CAPSULES
+    if (f.round_) {
+        vec2 step = scale / u_cells.xy, start = (corner * scale - u_cells.zw) / u_cells.xy;
+        b.edges = grown(mat3x2(f.sides[0].xy * step, f.sides[1].xy * step, vec2(0.0)),
+                        vec3(dot(f.sides[0].xy, start) + f.sides[0].z, dot(f.sides[1].xy, start) + f.sides[1].z, 0.0), margin);
+        return b;
+    }
+#endif
     if (f.crosses) { // direction of a cell's corner = ((cell - u_cells.zw) / u_cells.xy, -1)
         vec2 step = scale / u_cells.xy, start = (corner * scale - u_cells.zw) / u_cells.xy;
         b.edges = grown(mat3x2(f.sides[0].xy * step, f.sides[1].xy * step, f.sides[2].xy * step),

@@ -1,5 +1,5 @@
 // Per-node traits for passes over all triangles of a light. Twin: glshadow.gl.techniques.listed
-const uint CULL_BACK = 1u, CULL_FRONT = 2u, CASTS = 4u, CUT_OUT = 8u; // flags
+const uint CULL_BACK = 1u, CULL_FRONT = 2u, CASTS = 4u, CUT_OUT = 8u, ROUND = 16u; // flags
 uniform usamplerBuffer u_corners; // per triangle: vertices, node
 uniform usamplerBuffer u_traits; // per node: flags, shift from a triangle's number to 1 + its number among masked triangles
 uniform uvec3 u_part; // range of triangles: first, end, stride

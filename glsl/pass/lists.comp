@@ -1,5 +1,8 @@
 // Triangle lists of one light, one invocation per triangle: writes its facet, and links it into the list of every cell that it may
 // overlap.
+#ifndef GLS_CAPSULES
+#define GLS_CAPSULES 0 // 1: the scene has balls; 2: also tubes
+#endif
 #ifndef GLS_SUN
 #define GLS_SUN 0
 #endif
@@ -16,6 +19,10 @@
 #define GLS_ROUNDED 0 // 1: some triangles are shaded as smooth surfaces, whose points lie above them
 #endif
 #include "lib/cells.glsl"
+#if GLS_CAPSULES
+#include "lib/capsule.glsl"
+#include "lib/capsule_cells.glsl"
+#endif
 #include "lib/placed.glsl"
 #include "lib/traits.glsl"
 layout(local_size_x = 64) in;
@@ -60,16 +67,27 @@ void main() {
     if (triangle >= u_part.y) return;
     uvec4 corners = texelFetch(u_corners, int(triangle));
     vec3 a = vertex(corners.x), b = vertex(corners.y), c = vertex(corners.z);
+    uint place = 3u * (triangle - u_part.x);
+    uvec2 node = texelFetch(u_traits, int(corners.w)).xy;
+    uint flags = node.x;
+#if GLS_CAPSULES
+    if ((flags & ROUND) != 0u) {
+        a = placed(a, u_origin, u_axes);
+        b = placed(b, u_origin, u_axes);
+        facets[place] = vec4(a, CAPSULE);
+        facets[place + 1u] = vec4(b, 0.0);
+        facets[place + 2u] = vec4(c.x, vec3(0.0));
+        if ((flags & CASTS) != 0u) insert_capsule(triangle, Capsule(a, b, c.x));
+        return;
+    }
+#endif
     vec3 normal = unit_normal(a, b, c, u_axes);
     a = placed(a, u_origin, u_axes);
     b = placed(b, u_origin, u_axes);
     c = placed(c, u_origin, u_axes);
-    uint place = 3u * (triangle - u_part.x);
     facets[place] = vec4(a, normal.x);
     facets[place + 1u] = vec4(b, normal.y);
     facets[place + 2u] = vec4(c, normal.z);
-    uvec2 node = texelFetch(u_traits, int(corners.w)).xy;
-    uint flags = node.x;
     uint mask = (flags & CUT_OUT) != 0u ? triangle + node.y : 0u;
 #if GLS_SUN
     float side = normal.z; // > 0: its front faces the light

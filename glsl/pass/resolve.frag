@@ -56,6 +56,9 @@
 #ifndef GLS_ROUNDED
 #define GLS_ROUNDED 0 // 1: some triangles are shaded as smooth surfaces, see lib/smooth_point.glsl
 #endif
+#ifndef GLS_CAPSULES
+#define GLS_CAPSULES 0 // 1: the scene has balls; 2: also tubes
+#endif
 #ifndef GLS_ALONE
 #define GLS_ALONE 0 // 1: writes only the visibility
 #endif
@@ -96,6 +99,9 @@
 #if GLS_MARKS
 #include "lib/pixel_footprint.glsl"
 #endif
+#if GLS_CAPSULES
+#include "lib/capsule.glsl"
+#endif
 #include <light>
 #include <shadow>
 #include "lib/visibility.glsl"
@@ -134,7 +140,7 @@ uniform usampler2D u_surface;
 uniform sampler2D u_camera_depth;
 #if !GLS_EXACT
 uniform samplerBuffer u_planes; // per drawn triangle: unit world normal, distance from the scene's origin
-#if GLS_ROUNDED
+#if GLS_ROUNDED || GLS_CAPSULES
 uniform usamplerBuffer u_corners; // per drawn triangle: its vertices
 uniform samplerBuffer u_positions; // of vertices, in world axes relative to the scene's origin
 #endif
@@ -231,6 +237,16 @@ void main() {
     vec3 normal_w = normal * v_axes_l;
     receiver_triangle = triangle;
     receiver_corner = plane_corner(own);
+#if GLS_CAPSULES
+    receiver_round = is_capsule(normal.x);
+    if (receiver_round) {
+        CapsuleHit hit = capsule_hit(capsule_of(own), eye, ray);
+        normal = hit.normal;
+        position = hit.position;
+        normal_w = normal * v_axes_l;
+        receiver_corner = position;
+    }
+#endif
 #else
     vec4 plane = texelFetch(u_planes, triangle);
     vec3 normal_w = plane.xyz;
@@ -243,6 +259,16 @@ void main() {
     // Depth was interpolated between vertices snapped to 1/256 pixel: project back onto the plane, within the triangle's depth range, which
     // ray x plane would leave where the ray misses the triangle by a hair.
     position += normal * (plane.w - dot(normal, position)) + v_lv_from_l;
+#if GLS_CAPSULES
+    if (is_capsule(plane.x)) {
+        uvec4 ends = texelFetch(u_corners, triangle);
+        vec3 a = v_axes_l * texelFetch(u_positions, int(ends.x)).xyz, b = v_axes_l * texelFetch(u_positions, int(ends.y)).xyz;
+        CapsuleHit hit = capsule_hit(Capsule(a, b, texelFetch(u_positions, int(ends.z)).x), eye, ray);
+        normal = hit.normal;
+        position = hit.position + v_lv_from_l;
+        normal_w = normal * v_axes_l;
+    }
+#endif
 #endif
     float side = dot(normal, ray) > 0.0 ? -1.0 : 1.0; // the visible side
     normal *= side;

@@ -23,6 +23,9 @@
 #ifndef GLS_HUGE
 #define GLS_HUGE 0 // 1: some triangles are so long that they need their own bound
 #endif
+#ifndef GLS_CAPSULES
+#define GLS_CAPSULES 0 // 1: the scene has balls; 2: also tubes
+#endif
 #ifndef GLS_MARKS
 #define GLS_MARKS 0 // 1: also computes whether the samples of a pixel may see the light differently
 #endif
@@ -36,6 +39,9 @@ uniform vec2 u_bound; // world units; share of the distances to the planes' refe
 uniform vec2 u_huge; // largest coordinate that u_bound covers; growth with a vertex's excess over it
 #endif
 const float GRAZING = 0.01; // cosine below which rounding may move a surface's self-shadow boundary by more than a pixel
+#if GLS_CAPSULES
+bool receiver_round; // the receiver is on a capsule, see lib/capsule.glsl
+#endif
 int receiver_triangle; // must be set before light_visibility; -1: the receiver is on no triangle
 vec3 receiver_corner; // a corner of it, in the light's frame
 vec3 receiver_face; // normal of the receiver's horizon, for area lights

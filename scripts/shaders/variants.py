@@ -14,6 +14,7 @@ from glshadow.shadows.filters import FILTERS, Filter, Pcss
 from glshadow.shadows.filters.filter import Needs
 from glshadow.shadows.metric import Target
 from scripts.shaders.variant import KINDS, ONE_VIEW, PER_SAMPLE, Variant
+from scripts.shaders.variants_capsules import capsules
 from scripts.shaders.variants_exact import area, exact
 from scripts.shaders.variants_materials import materials
 
@@ -85,6 +86,7 @@ def variants() -> Iterator[Variant]:
     yield from _resolve()
     yield from exact()
     yield from area()
+    yield from capsules()
     yield from _depths_read()
     yield from _means()
     yield from _laid_out()

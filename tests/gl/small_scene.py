@@ -18,7 +18,7 @@ from glshadow.gl.driver.program import Program, Programs
 from glshadow.gl.foreign.forward import bind_map, lv_from_world, receiver_uniforms, rounding_of
 from glshadow.gl.passes.caster import Map
 from glshadow.gl.scene.geometry import GpuScene
-from glshadow.gl.scene.meshes import Meshes
+from glshadow.gl.scene.kept_meshes import Meshes
 from glshadow.lights import DirectionalLight, Light, PointLight, SpotLight
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.nodes import Node, Scene

@@ -200,8 +200,6 @@ def test_trimesh_colours():
 
 
 def test_trimesh_objects_without_triangles():
-    with pytest.raises(SceneError, match="PointCloud has no triangles"):
-        load(trimesh.PointCloud(np.eye(3)))
     with pytest.raises(SceneError, match="nothing to render"):
         load(trimesh.Scene())
 

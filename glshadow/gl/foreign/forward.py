@@ -35,7 +35,7 @@ from glshadow.gl.passes.moments import Moments
 from glshadow.gl.passes.screen import comparison_sampler
 from glshadow.gl.scene.bodies import casters_seen
 from glshadow.gl.scene.geometry import GpuScene
-from glshadow.gl.scene.meshes import Meshes
+from glshadow.gl.scene.kept_meshes import Meshes
 from glshadow.gl.techniques.mapped import map_defines, map_slots, uniforms_of
 from glshadow.lights import Light
 from glshadow.shader.compose import compose

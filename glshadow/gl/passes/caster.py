@@ -16,6 +16,7 @@ from glshadow.derive.resolved import CasterSettings
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.program import Defines, Program, Programs
 from glshadow.gl.passes.atlases import Atlas
+from glshadow.gl.passes.capsules import draw_capsule_casters
 from glshadow.gl.scene.bodies import hides_back_faces
 from glshadow.gl.scene.drawing import Begin, draw_nodes
 from glshadow.gl.scene.geometry import GpuScene
@@ -75,6 +76,9 @@ def draw_casters(
             atlas.unused_depth = channel.depth_range[0]
             ctx.depth_func = "<="
         chosen = np.flatnonzero(casting & seen_by(view.clip_from_world, boxes, view))
+        if scene.capsules:
+            around, chosen = chosen[scene.round[chosen]], chosen[~scene.round[chosen]]
+            draws += draw_capsule_casters(context, programs, scene, around, view, settings, metric_uniform(view, 0.0))
         begin = partial(_begin, programs, scene, light, view, settings)
         if culling is None:
             draws += draw_nodes(ctx, scene, chosen, hidden, begin("shared"), Whole(context, scene.count))

@@ -13,6 +13,7 @@ from glshadow.gl.driver.program import Program
 from glshadow.gl.driver.targets import SurfaceTargets
 from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.camera import Rays, draw_surface
+from glshadow.gl.passes.capsules import draw_capsules
 from glshadow.gl.passes.screen import camera_uniforms, draw_over, pixel_axes
 
 NOT_FOUND = "pixels show the triangles that GL drew, not those that their rays meet: {}"
@@ -32,6 +33,8 @@ def find_primary(frame: FrameContext, targets: SurfaceTargets, samples: int = 1)
     try:
         world = scene.world.textures
     except ResourceError as error:
+        if scene.capsules:  # only drawn from these buffers
+            raise
         return NOT_FOUND.format(error)
     width, height = targets.surface.size
     unit = math.ldexp(1.0, -math.frexp(camera_view.reach)[1])
@@ -72,6 +75,8 @@ def find_primary(frame: FrameContext, targets: SurfaceTargets, samples: int = 1)
     program.vertex_array().render(moderngl.TRIANGLES, vertices=3)
     ctx.depth_clamp_range = (0.0, 1.0)  # the ends of an enlarged triangle seen edge-on may have any depth
     draw_surface(context, frame.programs, scene, camera_view, targets.framebuffer, samples, rays)
+    if scene.capsules:
+        draw_capsules(frame, targets)
     ctx.depth_clamp_range = None
     context.gl.call(
         "glUseProgram", 0

@@ -13,7 +13,9 @@ from glshadow.core.spaces import Array
 from glshadow.core.srgb import srgb_from_linear
 from glshadow.gl.driver.targets import CameraTargets, SurfaceTargets
 from glshadow.gl.passes.camera import CameraView
+from glshadow.gl.scene.capsules import surface_points
 from glshadow.gl.scene.geometry import TRIANGLES, GpuScene
+from glshadow.scene.capsules import Capsules
 from glshadow.shadows.metric import metric_range, projected_metric
 
 
@@ -128,15 +130,26 @@ def _surface(
     planes = planes[triangle[seen]].astype(np.float64)
     starts, directions = (each[seen] for each in camera_view.camera.rays(camera_view.size))
     normal, height = planes[:, :3], planes[:, 3]
+    point = starts - scene.origin + depth[seen][:, None] * directions
+    # depth was interpolated between snapped vertices: project back onto the plane, as pass/resolve.frag does
+    point += normal * (height - np.einsum("ij,ij->i", normal, point))[:, None]
+    point += scene.origin
+    if scene.capsules:
+        normal = normal.copy()
+        number = triangle[seen]
+        for node in np.flatnonzero(scene.round).tolist():
+            mesh = scene.nodes[node].mesh
+            mine = np.flatnonzero((number >= scene.first[node]) & (number < scene.first[node] + mesh.count))
+            if isinstance(mesh, Capsules) and len(mine):
+                near = starts[mine] + depth[seen][mine, None] * directions[mine]
+                element = number[mine] - scene.first[node]
+                point[mine], normal[mine] = surface_points(mesh, scene.world_from_mesh[node], element, near)
     results: dict[str, Any] = {}
     if "normal" in outputs:
         away = np.einsum("ij,ij->i", normal, directions) > 0.0
         results["normal"] = _placed(np.where(away[:, None], -normal, normal), seen, np.float32)
     if "position" in outputs:
-        point = starts - scene.origin + depth[seen][:, None] * directions
-        # depth was interpolated between snapped vertices: project back onto the plane, as pass/resolve.frag does
-        point += normal * (height - np.einsum("ij,ij->i", normal, point))[:, None]
-        results["position"] = _placed(point + scene.origin, seen, np.float64)
+        results["position"] = _placed(point, seen, np.float64)
     return results
 
 

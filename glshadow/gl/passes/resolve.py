@@ -152,14 +152,16 @@ def _common_defines(
         "GLS_SUN": int(light.at_infinity),
         "GLS_SELECTIVE": int(frame.scene.selective),
         "GLS_ROUNDED": int(frame.scene.rounded is not None),
+        "GLS_CAPSULES": frame.scene.capsules,
         "GLS_PER_SAMPLE": int(per_sample is not None),
         **(per_sample.defines if per_sample else {}),
     }
 
 
 def _surface(frame: FrameContext) -> dict[str, Any]:
-    """Textures of the surface; for smooth surfaces also the triangles' vertices."""
-    vertices = {} if frame.scene.rounded is None else frame.scene.world.textures
+    """Textures of the surface; for smooth surfaces and capsules also the triangles' vertices."""
+    needed = frame.scene.rounded is not None or frame.scene.capsules
+    vertices = frame.scene.world.textures if needed else {}
     return {**vertices, **surface_textures(frame.samplers, frame.scene, frame.targets)}
 
 

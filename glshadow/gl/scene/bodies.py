@@ -59,7 +59,7 @@ def _casters(scene: GpuScene, light: Light) -> Casters:
     size = np.linalg.norm(np.ptp(scene.corners, axis=1), axis=1)
     whole = float(np.linalg.norm(np.ptp(scene.corners.reshape(-1, 3), axis=0)))
     # rays from smooth surfaces start outside their triangles, which may then lie between
-    large = casting & (size > 0.5 * whole) & (scene.lifts == 0.0)
+    large = casting & (size > 0.5 * whole) & (scene.lifts == 0.0) & ~scene.round
     for i in np.flatnonzero(large)[:_TESTED] if len(scene.nodes) > 1 else ():
         mesh = scene.nodes[i].mesh
         triangles = _outline(mesh)

@@ -19,9 +19,11 @@ from glshadow.gl.driver.buffers import BufferTexture, texture_buffer
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import R32UI, RGBA32F, RGBA32UI
 from glshadow.gl.driver.targets import release
+from glshadow.gl.scene.capsules import CAPSULE, GpuCapsules
 from glshadow.gl.scene.copies import copies_of
+from glshadow.gl.scene.kept_meshes import Meshes
 from glshadow.gl.scene.matrices import normal_matrices, pack_matrices, placed, raised
-from glshadow.gl.scene.meshes import Meshes, face_normals
+from glshadow.gl.scene.meshes import face_normals
 from glshadow.gl.scene.paint import Features
 from glshadow.gl.scene.reuse import Before, write_rows
 from glshadow.gl.scene.textures import albedo_texture
@@ -64,6 +66,10 @@ class GpuScene:
         Places the float32 vertices: world_from_mesh times the translation to the mesh's origin.
     origin : (3,) float64
         World point that the planes are relative to: the median corner, where most of the scene is even if one triangle lies far away.
+    round : (N,) bool
+        Nodes of points or lines, whose elements are capsules.
+    capsules : int
+        0: there are no such nodes; 1: all elements are balls; 2: some are tubes.
     color : (3,) floats or None
         The base colour, where all nodes share one and none has a texture or vertex colours.
     textured : bool
@@ -129,6 +135,8 @@ class GpuScene:
         self.tints: NDArray[np.bool_] = casts & self.blends
         self.closed: NDArray[np.bool_] = np.array([gpu.closed for gpu in on_gpu])[self.mesh_number]
         self.culls: NDArray[np.bool_] = np.array([gpu.culls for gpu in on_gpu])[self.mesh_number]
+        self.round: NDArray[np.bool_] = np.array([isinstance(gpu, GpuCapsules) for gpu in on_gpu])[self.mesh_number]
+        self.capsules = max(1 + gpu.tubes if isinstance(gpu, GpuCapsules) else 0 for gpu in on_gpu)
         counts = np.array([gpu.count for gpu in on_gpu])[self.mesh_number]
         self.count = int(counts.sum())
         self.first = np.concatenate([[0], np.cumsum(counts)[:-1]])
@@ -193,7 +201,7 @@ class GpuScene:
         """(N,) what to add to the index of a node's triangle for its index over all nodes of the scene, drawn or not."""
         scene = self.scene()
         assert scene is not None
-        counts = [len(node.mesh.triangles) for node in scene.nodes]
+        counts = [node.mesh.count for node in scene.nodes]
         return np.asarray(np.cumsum([0, *counts])[self.scene_numbers] - self.first)
 
     @property
@@ -209,6 +217,7 @@ class GpuScene:
                     chosen = slice(k, min(k + _AT_ONCE, count))
                     rows = self.first[group][:, None] + np.arange(chosen.start, chosen.stop)
                     planes[rows] = self._planes_of(group, chosen)
+            planes[np.repeat(self.round, [gpu.count for gpu in self.meshes]), 0] = CAPSULE
             if taken and before is not None and before.planes is not None:
                 self._write_moved(before.planes, planes)
                 self._planes, before.planes = before.planes, None
@@ -278,17 +287,18 @@ class GpuScene:
         for group in self._groups():
             meshes, of_node = self._different(group)
             points = np.stack([mesh.positions.take(mesh.triangles[::step, 0], axis=0) for mesh in meshes])
-            corners.append(placed(self.world_from_mesh[group], points[of_node]).reshape(-1, 3))
-        return np.concatenate(corners)
+            corners.append(placed(self.world_from_mesh[group], points[of_node]))
+        for node in np.flatnonzero(self.round).tolist():
+            corners.append(placed(self.world_from_mesh[[node]], self.nodes[node].mesh.positions[None, ::step]))
+        return np.concatenate([each.reshape(-1, 3) for each in corners])
 
     def _groups(self, chosen: NDArray[np.bool_] | None = None) -> Iterator[NDArray[np.int64]]:
-        """Batches of nodes, or of those chosen (N,), with equally many triangles; instances follow each other."""
+        """Batches of nodes, or of those chosen (N,), with equally many triangles; instances follow each other. No points or lines."""
         counts = np.array([gpu.count for gpu in self._on_gpu])[self.mesh_number]
         order = np.lexsort((self.mesh_number, counts))
-        if chosen is not None:
-            order = order[chosen[order]]
-            if len(order) == 0:
-                return
+        order = order[~self.round[order] if chosen is None else (chosen & ~self.round)[order]]
+        if len(order) == 0:
+            return
         starts = np.flatnonzero(np.diff(counts[order])) + 1
         for group in np.split(order, starts):
             most = max(1, _AT_ONCE // int(counts[group[0]]))

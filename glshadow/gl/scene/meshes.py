@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
 from concurrent.futures import ThreadPoolExecutor
 from typing import Literal
 
@@ -298,39 +297,3 @@ def _first_copies(triangles: NDArray[np.int32], others: NDArray[np.int32], verti
     copies[triangles[::-1, 2]] = np.arange(len(triangles), dtype=np.int32)[::-1]
     copies[others] = len(triangles) + np.arange(len(others), dtype=np.int32)
     return copies
-
-
-class Meshes:
-    """The GPU meshes of a context, kept as long as their Mesh is alive."""
-
-    def __init__(self, context: GLContext) -> None:
-        self._context = context
-        self._shapes: Shared[Shape] = Shared()
-        self._textures = Textures(context)
-        self._meshes: weakref.WeakKeyDictionary[Mesh, GpuMesh] = weakref.WeakKeyDictionary()
-        self._uploaded: list[GpuMesh] = []
-
-    def get(self, mesh: Mesh) -> GpuMesh:
-        """The GPU side of a mesh, uploaded at its first use."""
-        gpu = self._meshes.get(mesh)
-        if gpu is None:
-            gpu = self._meshes[mesh] = GpuMesh(self._context, mesh, self._shapes, self._textures)
-            self._uploaded.append(gpu)
-        return gpu
-
-    def sweep(self) -> None:
-        """Free what belonged to meshes that are gone; a finaliser of the mesh could not: the context may not be current there."""
-        if len(self._uploaded) == len(self._meshes):
-            return
-        held = set(map(id, self._meshes.values()))
-        gone = [gpu for gpu in self._uploaded if id(gpu) not in held]
-        self._uploaded = [gpu for gpu in self._uploaded if id(gpu) in held]
-        for gpu in gone:
-            gpu.release()
-
-    def release(self) -> None:
-        """Free everything."""
-        for gpu in self._uploaded:
-            gpu.release()
-        self._uploaded.clear()
-        self._meshes.clear()

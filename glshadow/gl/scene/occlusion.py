@@ -49,7 +49,11 @@ def can_cull(scene: GpuScene, settings: CasterSettings, views: Sequence[ShadowVi
     """
     warped = any(view.warp is not None for view in views)
     return (
-        not warped and settings.target.is_depth and settings.bias.of_caster is None and scene.count >= LEAST_TRIANGLES
+        not warped
+        and not scene.capsules
+        and settings.target.is_depth
+        and settings.bias.of_caster is None
+        and scene.count >= LEAST_TRIANGLES
     )
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array
 from glshadow.gl.driver.buffers import BufferTexture
 from glshadow.gl.driver.targets import release
+from glshadow.scene.capsules import Capsules
 from glshadow.scene.nodes import Node
 
 if TYPE_CHECKING:
@@ -54,8 +55,10 @@ class Before:
         self, nodes: tuple[Node, ...], first: NDArray[np.int64], count: int, matrices: Array
     ) -> NDArray[np.bool_] | None:
         """Nodes (N,) whose mesh or matrix differs from that of the node in its place; None if the scenes have different numbers of
-        nodes, triangles or vertices."""
+        nodes, triangles or vertices, or points or lines."""
         if len(nodes) != len(self.nodes) or count != self.count or not np.array_equal(first, self.first):
+            return None
+        if any(isinstance(node.mesh, Capsules) for node in nodes):
             return None
         pairs = list(zip(nodes, self.nodes, strict=True))
         if any(a is not b and len(a.mesh.positions) != len(b.mesh.positions) for a, b in pairs):

@@ -55,6 +55,29 @@ class Whole:
             self._hurry.drawn(triangles * min(step, count - first))
 
 
+class Generated:
+    """Draws elements whose vertices a shader makes from their numbers.
+
+    Parameters
+    ----------
+    total : int
+        Elements of the whole scene.
+    corners : int
+        Vertices of each.
+    """
+
+    def __init__(self, context: GLContext, total: int, corners: int) -> None:
+        self._hurry, self._corners = _Hurry(context, total), corners
+
+    def __call__(self, array: moderngl.VertexArray, count: int, begin: Callable[[int], None]) -> None:
+        """Draw this many elements in parts; `begin` is called with the first of each part."""
+        for first in range(0, count, AT_ONCE):
+            piece = min(AT_ONCE, count - first)
+            begin(first)
+            array.render(moderngl.TRIANGLES, vertices=self._corners * piece)
+            self._hurry.drawn(piece)
+
+
 class Runs:
     """Draws runs of consecutive clusters of nodes.
 

@@ -14,6 +14,8 @@ from glshadow.geometry.adjacency import NONE
 from glshadow.gl.driver.buffers import BufferTexture, texture_buffer
 from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import R8, RGBA32F, RGBA32UI
+from glshadow.gl.scene.capsules import radii_of, stored
+from glshadow.scene.capsules import Capsules
 from glshadow.scene.texture import NEAREST, WRAPS, Sampler
 
 if TYPE_CHECKING:
@@ -31,9 +33,10 @@ _START_BITS = 27  # of an image's first texel; its sampling is above
 _TOGETHER = 2**15  # vertices transformed per batch, so that intermediate results stay in the CPU cache
 
 
-def _placed(scene: GpuScene) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
-    """Vertices (V, 4) of all nodes, one after the other, as `_round` has them, and triangles (T, 4): three vertices and the node."""
-    meshes = [node.mesh for node in scene.nodes]
+def _placed(scene: GpuScene) -> tuple[NDArray[np.float32], NDArray[np.uint32], NDArray[np.int64]]:
+    """Vertices (V, 4) of all nodes, one after the other, as `_round` has them, triangles (T, 4): three vertices and the node, and the
+    first vertex of each node (N + 1,)."""
+    meshes = [stored(node.mesh) for node in scene.nodes]
     vertices = np.cumsum([0, *(len(mesh.positions) for mesh in meshes)])
     triangles = np.append(scene.first, scene.count)
     places = np.zeros((vertices[-1], 4), dtype=np.float32)
@@ -60,7 +63,14 @@ def _placed(scene: GpuScene) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
         np.add(np.concatenate([mesh.triangles for mesh in meshes[first:end]]), vertices[owner, None], out=faces[:, :3],
                casting="unsafe")  # fmt: skip
         faces[:, 3] = owner
-    return places, corners
+    for node in np.flatnonzero(scene.round).tolist():
+        mesh = scene.nodes[node].mesh
+        assert isinstance(mesh, Capsules)
+        radii = radii_of(mesh, scene.world_from_mesh[node])
+        places[vertices[node + 1] - len(radii) : vertices[node + 1]] = np.stack(
+            [radii, *np.zeros((3, len(radii)))], axis=1
+        )
+    return places, corners, vertices
 
 
 def _round(places: NDArray[np.float32], points: Array) -> None:
@@ -141,9 +151,9 @@ class WorldTriangles:
         if before is not None and moved is not None and before._buffers and not (masked or before.masks):
             self._take(scene, before, np.flatnonzero(moved))
         else:
-            self._arrays = _placed(scene)
-            self._vertices = np.cumsum([0, *(len(node.mesh.positions) for node in scene.nodes)])
-            self._tops = _tops(*self._arrays, self._vertices)
+            places, corners, self._vertices = _placed(scene)
+            self._arrays = (places, corners)
+            self._tops = _tops(places, corners, self._vertices)
         self.reach, self.huge = self._reach(nearest)
         self.masks: BufferTexture | None = None
         self.alphas: BufferTexture | None = None
@@ -184,6 +194,11 @@ class WorldTriangles:
         each = np.abs(places[:, :3]).max(axis=1)[corners[:, :3]].max(axis=1)
         usual = each <= HUGE * nearest
         return (float(each[usual].max()), True) if usual.any() else (farthest, False)
+
+    @property
+    def first_vertex(self) -> NDArray[np.int64]:
+        """First vertex of each node, and the end (N + 1,)."""
+        return self._vertices
 
     @property
     def positions(self) -> NDArray[np.float32]:

@@ -25,11 +25,12 @@ from glshadow.shadows.shadow import ResolvedShadow
 
 
 def technique_of(
-    light: Light, shadow: ResolvedShadow | None, context: GLContext
+    light: Light, shadow: ResolvedShadow | None, context: GLContext, capsules: bool = False
 ) -> tuple[str, Callable[[], Technique]]:
     """Name and factory of the technique for a light with these settings.
 
-    An area light's technique switches to another one by itself if its triangle lists do not fit.
+    An area light's technique switches to another one by itself if its triangle lists do not fit. `capsules`: the scene has points or lines,
+    which are tested against one ray at a time.
     """
     if shadow is None:
         return "", lambda: Technique(context)
@@ -40,7 +41,7 @@ def technique_of(
     }
     kind: type[Technique] = kinds[shadow.filter.needs]
     if shadow.filter.points_of_light and light.has_size:
-        if kind is Listed and shadow.requested.faces is None and light.penumbra is not None:
+        if kind is Listed and not capsules and shadow.requested.faces is None and light.penumbra is not None:
             return "Area", lambda: Area(context)
         return f"{kind.__name__} many times", lambda: Accumulated(context, kind(context), Mapped(context))
     return kind.__name__, lambda: kind(context)
@@ -91,7 +92,7 @@ class Techniques(dict[tuple[int, str], Technique]):
             return LightPass(number, light, self._allocated(frame, number, light, resolve_shadow(light, str(error))))
 
     def _allocated(self, frame: FrameContext, number: int, light: Light, resolved: ResolvedShadow | None) -> Technique:
-        name, make = technique_of(light, resolved, self._context)
+        name, make = technique_of(light, resolved, self._context, frame.scene.capsules > 0)
         technique = self.get((number, name))
         if technique is None:
             technique = self[number, name] = make()

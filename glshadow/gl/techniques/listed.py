@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glshadow.derive.cells import CASTS, CULL_BACK, CULL_FRONT, CUT_OUT
+from glshadow.derive.cells import CASTS, CULL_BACK, CULL_FRONT, CUT_OUT, ROUND
 from glshadow.derive.lists import LEAST_CELLS, ListGrid, list_grid
 from glshadow.derive.resolved import ignored_size
 from glshadow.derive.used import Used
@@ -122,6 +122,7 @@ class Listed(Technique):
                 "GLS_AREA": int(light.has_size),
                 "GLS_DOUBLE": int(self._context.caps.doubles),
                 "GLS_ROUNDED": int(scene.rounded is not None),
+                "GLS_CAPSULES": scene.capsules,
             },
         )
         axes, origin = light_frame(grid, scene)
@@ -199,5 +200,5 @@ def node_traits(scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> ND
     # a mirrored node's matrix flips the winding
     back, front = np.where(mirrored, front, back), np.where(mirrored, back, front)
     masked = np.array([gpu.cut_out for gpu in scene.meshes])
-    flags = CULL_BACK * back + CULL_FRONT * front + CASTS * casting + CUT_OUT * masked
+    flags = CULL_BACK * back + CULL_FRONT * front + CASTS * casting + CUT_OUT * masked + ROUND * scene.round
     return np.stack([flags, scene.world.mask_shift], axis=1).astype(np.int64).astype(np.uint32)

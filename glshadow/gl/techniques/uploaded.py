@@ -166,6 +166,8 @@ class Uploaded(Technique):
     def _built(self, scene: GpuScene, light: Light, casting: NDArray[np.bool_]) -> tuple[ListGrid, CellLists]:
         """Build the lists on the finest grid on which they fit."""
         limit = self._context.caps.max_texture_buffer_size
+        if scene.capsules:
+            raise ResourceError("Exact() of points and lines needs OpenGL 4.3: use a filter with a map")
         check_facets(scene, limit)
         world, triangles = scene.world.positions, scene.world.triangles
         numbers = triangles[:, :3]

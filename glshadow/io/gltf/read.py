@@ -18,6 +18,7 @@ from glshadow.errors import GlshadowError, SceneError
 from glshadow.io.gltf.document import Document, as_object, extensions, open_document
 from glshadow.io.gltf.graph import Graph, instances
 from glshadow.io.gltf.indices import is_surface
+from glshadow.io.gltf.loose import loose_mesh
 from glshadow.io.gltf.material import Surfaces
 from glshadow.io.gltf.morph import Weights, resting_weights
 from glshadow.io.gltf.movement import CameraAt, LightAt, Movement, movement
@@ -62,9 +63,9 @@ def read_gltf(source: Path | ModelFile, budget: Budget) -> Imported:
         made, placements = meshes.of(node, index, f"node {name!r}", matrix)
         for mesh, skinned in made:
             places = np.eye(4)[None] if skinned else placements  # a skinned mesh is placed by its joints alone
-            triangles += len(mesh.triangles) * len(places)
+            triangles += mesh.count * len(places)
             budget.limits.check("triangles", triangles, f"node {name!r}")
-            budget.take(_PLACED_BYTES * len(mesh.triangles) * len(places), f"node {name!r}")
+            budget.take(_PLACED_BYTES * mesh.count * len(places), f"node {name!r}")
             budget.limits.check("nodes", len(found.nodes) + len(places), f"node {name!r}")
             titles = [name] if len(places) == 1 else [f"{name}[{copy}]" for copy in range(len(places))]
             if moves.animations:
@@ -86,11 +87,9 @@ def read_gltf(source: Path | ModelFile, budget: Budget) -> Imported:
 def _why_empty(document: Document, named: list[Named], lost: Counter[str]) -> str:
     if lost["broken"]:
         return "; ".join(shortened(document.notes))
-    if lost["points or lines"]:
-        return "it holds only points or lines, and no triangles"
     if not named:
         return "its scene has no nodes" if document.items("scenes") else "it has no scene"
-    return "no node of its scene has a mesh with triangles"
+    return "no node of its scene has a mesh with triangles, points or lines"
 
 
 def _named(graph: Graph) -> list[Named]:
@@ -180,7 +179,9 @@ class _Meshes:
             with self._lenient(where):
                 primitive = as_object(given, where)
                 if not is_surface(primitive):
-                    self.lost["points or lines"] += 1
+                    loose = loose_mesh(self._primitives, primitive, form, where)
+                    if loose is not None:
+                        made.append((loose, form.joints is not None and is_skinned(primitive)))
                     continue
                 skinned = form.joints is not None and is_skinned(primitive)
                 made.append((self._primitives.get(primitive, form, where), skinned))
@@ -192,10 +193,6 @@ def _note(document: Document, lost: Counter[str]) -> None:
     if lost["skins without joints"]:
         document.notes.append(
             f"{lost['skins without joints']} primitive(s) of skinned nodes have no joints: drawn where their node is"
-        )
-    if lost["points or lines"]:
-        document.notes.append(
-            f"{lost['points or lines']} primitive(s) of points or lines left out: only triangles are drawn"
         )
 
 

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
-from glshadow.io.imported import srgb_colors
+from glshadow.io.imported import WHITE, srgb_colors
 from glshadow.io.limits import Budget
 from glshadow.io.mesh_files.beside import Beside
+from glshadow.io.mesh_files.loose import ObjLoose
 from glshadow.io.mesh_files.mtl import Library
 from glshadow.io.mesh_files.obj_parts import Statement, assign
 from glshadow.io.mesh_files.soup import Soup, Table
@@ -60,7 +61,7 @@ class Lines:
 
 
 def read_obj(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> Soup:
-    """Read the polygons of an OBJ file; a part per object, group and material. Points and lines are left out.
+    """Read the polygons of an OBJ file; a part per object, group and material; and its points and lines.
 
     Vertex colours (`v x y z r g b`) are sRGB, as in trimesh and Blender; values above 1 are bytes.
 
@@ -69,10 +70,11 @@ def read_obj(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> S
     SceneError
         If numbers or indices cannot be read, or relative indices refer to elements before the first.
     """
-    found = Lines()
+    found, loose = Lines(), ObjLoose()
     for block in blocks(text_of(data).replace(b"\\\n", b" ")):
         budget.check_time("its lines")
         budget.take(8 * len(block), "its lines")  # numbers, indices and triangles per byte of text (measured: 6)
+        loose.read(block, found.totals["v"])
         _read_block(INDENT.sub(b"", block), found)
     positions = _joined(found.tables["v"])
     indices = np.concatenate([np.zeros((3, 0), dtype=np.int64), *found.indices], axis=1)
@@ -88,6 +90,7 @@ def read_obj(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> S
     for statement in dict.fromkeys(found.libraries):
         library.add(statement)
     assign(soup, found.statements, library)
+    soup.loose = loose.made(lambda name: library.part(name).material if name else WHITE)
     library.note_left_out()
     return soup
 

@@ -1,4 +1,4 @@
-"""Reads PLY, text and binary: vertices, faces, triangle strips, colours, normals, texture coordinates."""
+"""Reads PLY, text and binary: vertices, faces, triangle strips, colours, normals, texture coordinates, edges, and points."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
+from glshadow.io.clouds import Loose
 from glshadow.io.imported import WHITE, srgb_colors
 from glshadow.io.limits import Budget
 from glshadow.io.mesh_files.beside import Beside
@@ -133,6 +134,11 @@ def _soup(columns: dict[str, Columns], declared: dict[str, dict[str, np.dtype[np
     if isinstance(of_corners, Ragged) and np.array_equal(of_corners.counts, 2 * counts):
         soup.uv = Table(of_corners.values.reshape(-1, 2).astype(np.float64), np.arange(len(corners)))
     _add_strips(soup, *_lists(columns.get("tristrips", {})))
+    ends = _stacked(columns.get("edge", {}), ("vertex1", "vertex2"))
+    if ends is not None and np.isfinite(ends).all():
+        soup.loose.append(Loose(segments=ends.astype(np.int64)))
+    elif len(soup.corners) == 0:
+        soup.loose.append(Loose(points=np.arange(len(positions))))
     return soup
 
 

@@ -9,6 +9,7 @@ from glshadow.io.imported import Imported, shortened
 from glshadow.io.limits import Budget
 from glshadow.io.mesh_files import SUFFIXES
 from glshadow.io.mesh_files.beside import Beside
+from glshadow.io.mesh_files.loose import loose_nodes
 from glshadow.io.mesh_files.obj import read_obj
 from glshadow.io.mesh_files.off import read_off
 from glshadow.io.mesh_files.ply import read_ply
@@ -44,8 +45,9 @@ def read_mesh_file(source: Path | ModelFile, budget: Budget, smooth: float | Non
     soup = READERS[file.suffix](data, Beside(file.folder, notes, budget), notes, budget)
     del data  # half a gigabyte for ten million facets
     nodes = placed(soup, notes, budget, smooth)
+    nodes += loose_nodes(soup.positions, soup.colors, soup.loose, notes, budget)
     if not nodes and notes:
         raise SceneError(f"nothing to render: {'; '.join(shortened(notes))}")
     if not nodes and len(soup.positions):
-        raise SceneError("nothing to render: it holds only points or lines, and no triangles")
+        raise SceneError("nothing to render: it has vertices, but no triangles, points or lines")
     return Imported(nodes, notes=shortened(notes))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError
 from glshadow.geometry.creases import smooth_normals
+from glshadow.io.clouds import Loose
 from glshadow.io.imported import WHITE, tinted, usable_normals, used_only
 from glshadow.io.limits import Budget
 from glshadow.io.polygons import triangulated
@@ -91,6 +92,8 @@ class Soup:
     colors : (V, 4), optional; face_colors : (P, 4), optional
         Linear RGBA; they are multiplied.
     normals, uv : Table of 3, Table of 2 columns, optional
+    loose : list of Loose
+        Points and lines.
     smoothing : (P,), optional
         Smoothing group of each polygon, 0 for none.
     named : bool
@@ -106,6 +109,7 @@ class Soup:
     face_colors: Array | None = None
     normals: Table | None = None
     uv: Table | None = None
+    loose: list[Loose] = field(default_factory=list)
     smoothing: Indices | None = None
     named: bool = False
 
