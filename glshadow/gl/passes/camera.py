@@ -278,8 +278,7 @@ def draw_surface(
             whole.instances(array, len(some), lambda first: program.set(u_first_instance=first))
             instances.release()
 
-    drawn = camera_view.drawn[~scene.round[camera_view.drawn]]
-    draw_nodes(ctx, scene, drawn, hidden, begin, whole, crowd)
+    draw_nodes(ctx, scene, camera_view.drawn[~scene.round[camera_view.drawn]], hidden, begin, whole, crowd)
     ctx.enable_only(moderngl.DEPTH_TEST)
     if wide:
         framebuffer.viewport = (0, 0, width, height)

@@ -57,10 +57,8 @@ class GpuScene:
         Triangles of all nodes.
     first : (N,) int
         Index of each node's first triangle, from 0, over the whole scene.
-    boxes : (N, 2, 3), (N, 4, 4) float64
-        Mesh bounds and `world_from_mesh`.
-    corners : (N, 8, 3) float64
-        World corners of the boxes.
+    boxes, corners : (N, 2, 3) and (N, 4, 4), (N, 8, 3) float64
+        Mesh bounds and `world_from_mesh`; world corners of the boxes.
     world_from_mesh : (N, 4, 4) float64
     world_from_origin : (N, 4, 4) float64
         Places the float32 vertices: world_from_mesh times the translation to the mesh's origin.
@@ -74,23 +72,18 @@ class GpuScene:
         The base colour, where all nodes share one and none has a texture or vertex colours.
     textured : bool
         Whether some base colour varies within a triangle, by a texture or vertex colours, or its materials need `features`.
-    features : Features
-    channels : int
-        Of the surface buffer.
+    features, channels : Features, int
+        Of its materials; of the surface buffer.
     culls : (N,) bool
         Whether the camera sees through triangles from behind.
-    selective : bool
-        Whether some nodes receive no shadows.
-    catches : bool
-        Whether some nodes are shadow catchers, which show only the shadow on them.
+    selective, catches : bool
+        Whether some nodes receive no shadows; whether some are shadow catchers, which show only the shadow on them.
     copies : (N,) bool
         Nodes that coincide with another one and need not be drawn: the same triangles at the same place, whatever their colour.
     casts : (N,) bool
         All but copies, blended nodes and those with `casts` off.
-    blends : (N,) bool
-        Which nodes are composited over what is behind them.
-    tints : (N,) bool
-        Those of them that tint what light passes through them.
+    blends, tints : (N,) bool
+        Which nodes are composited over what is behind them, and those of them that tint what light passes through them.
     closed : (N,) bool
         Whether back faces are invisible from outside.
     casting : dict
