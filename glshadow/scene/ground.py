@@ -1,4 +1,4 @@
-"""The ground under a model: its plane, and the lowest point of a mesh."""
+"""The plane under a model."""
 
 from __future__ import annotations
 
@@ -23,12 +23,3 @@ def ground_plane(bounds: Array, lowest: float) -> tuple[Mesh, Array]:
     matrix = np.eye(4)
     matrix[:3, 3] = (x, y, z)
     return ground, matrix
-
-
-def lowest_point(mesh: Mesh, world_from_mesh: Array) -> float:
-    """Least world y of a mesh's triangles; from its vertices if it is rotated, because its box would be too large."""
-    if isinstance(mesh, Capsules):
-        return mesh.lowest(world_from_mesh)
-    row = world_from_mesh[1]
-    used = mesh.positions[np.unique(mesh.triangles)]
-    return float((used @ row[:3]).min() + row[3])

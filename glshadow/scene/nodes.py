@@ -18,7 +18,7 @@ from glshadow.errors import SceneError, SettingsError
 from glshadow.lights import Light, as_lights
 from glshadow.scene import summary
 from glshadow.scene.box import box_corners, check_place, default_camera, default_sun
-from glshadow.scene.ground import ground_plane, lowest_point
+from glshadow.scene.ground import ground_plane
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.motion import Motion, posed
 from glshadow.scene.names import numbered
@@ -311,9 +311,7 @@ class Scene(Settings):
     def _lowest(self, model: bool = False) -> float:
         """Least world y of all nodes, or of the model's alone."""
         return min(
-            lowest_point(node.mesh, node.world_from_mesh)
-            for node in self.nodes
-            if node.drawn and not (model and node.ground)
+            node.mesh.lowest(node.world_from_mesh) for node in self.nodes if node.drawn and not (model and node.ground)
         )
 
 

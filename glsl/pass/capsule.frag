@@ -27,6 +27,9 @@
 #ifndef GLS_COLORED
 #define GLS_COLORED 0 // 1: colours of vertices
 #endif
+#ifndef GLS_EMITS
+#define GLS_EMITS 0 // 1: the surface buffer has emission
+#endif
 #include "lib/capsule.glsl"
 uniform vec4 u_window; // half width and height, middle
 uniform vec2 u_half_size; // of the image or tile, in pixels
@@ -37,6 +40,9 @@ flat in vec3 v_a;
 flat in float v_radius;
 #if GLS_CAPSULES == 2
 flat in vec3 v_b;
+#endif
+#if GLS_EMITS
+layout(location = 1) out uint o_emission;
 #endif
 #if GLS_CASTS
 #if GLS_METRIC
@@ -107,14 +113,9 @@ void main() {
     vec3 first = texelFetch(u_vertex_colors, int(v_ends.x - u_first_vertex)).rgb;
     color *= mix(first, texelFetch(u_vertex_colors, int(v_ends.y - u_first_vertex)).rgb, hit.share);
 #endif
-#if GLS_MATERIAL
-    uint material = pack_material(vec4(1.0, 2.0, 0.0, 1.0)); // matte
-#else
-    const uint material = 0u;
+    o_surface = uvec4(v_number, 0u, pack_color(color), 0xff00ffffu); // matte, see lib/material_packing.glsl
 #endif
-    o_surface = uvec4(v_number, 0u, pack_color(color), material);
-#endif
-#if GLS_EMITS && !GLS_CASTS
+#if GLS_EMITS
     o_emission = 0u;
 #endif
 }

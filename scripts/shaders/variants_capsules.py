@@ -18,8 +18,8 @@ def capsules() -> Iterator[Variant]:
         drawn: dict[str, int | str] = {"GLS_CAPSULES": capsule, "GLS_ORTHO": parallel}
         slots = {"metric": metric_slot(kind.projection)}
         yield Variant("pass/capsule.vert", "core330", {}, drawn)
-        for channels, colored in ((1, 0), (2, 0), (4, 0), (4, 1)):
-            surface = {**drawn, "GLS_SURFACE": channels, "GLS_COLORED": colored}
+        for channels, colored, emits in ((1, 0, 0), (2, 0, 0), (4, 0, 0), (4, 1, 0), (4, 1, 1)):
+            surface = {**drawn, "GLS_SURFACE": channels, "GLS_COLORED": colored, "GLS_EMITS": emits}
             yield Variant("pass/capsule.frag", "core330", slots, surface)
         for metric, packed in ((0, 0), (1, 0), (1, 1)):
             caster = {**drawn, "GLS_CASTS": 1, "GLS_METRIC": metric, "GLS_PACKED": packed}

@@ -98,8 +98,8 @@ def draw_capsules(frame: FrameContext, targets: SurfaceTargets) -> None:
         colored = int(gpu.colored and channels == 4)
         program = frame.programs.get(
             "pass/capsule.vert", "pass/capsule.frag", slots={"metric": metric_slot("orthographic")},
-            defines={"GLS_CAPSULES": 1 + int(gpu.tubes), "GLS_ORTHO": int(parallel), "GLS_SURFACE": channels,
-                     "GLS_COLORED": colored, **_of_materials(scene)},
+            defines={"GLS_CAPSULES": 1 + int(gpu.tubes), "GLS_ORTHO": int(parallel), "GLS_SURFACE": channels, "GLS_COLORED": colored,
+                     "GLS_EMITS": int(scene.features.emits)},
         )  # fmt: skip
         program.set(**seen.uniforms(size), u_color=scene.nodes[node].mesh.material.color)
         if colored:

@@ -13,7 +13,6 @@ from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import RGBA32F
 from glshadow.gl.scene.meshes import GpuMesh, Shape
 from glshadow.gl.scene.paint import Paint
-from glshadow.gl.scene.textures import Textures
 from glshadow.scene.capsules import Capsules, radius_scale
 from glshadow.scene.mesh import Mesh
 
@@ -35,7 +34,8 @@ class GpuCapsules(GpuMesh):
         self.shape = _NoShape(mesh)
         self.origin = np.zeros(3)
         self.count, self.tubes = mesh.count, mesh.tubes
-        self.textured = self.closed = self.smooth = self.cut_out = False
+        self.textured = self.closed = self.smooth = self.cut_out = self.culls = False
+        self.paint = _Matte()
         self.texture = self.transmission = None
         self.transmits, self.cutoff = False, 0.0
         self.colored, self.culls = mesh.colors is not None, False
@@ -49,6 +49,15 @@ class GpuCapsules(GpuMesh):
         """Free the GPU memory."""
         if self.vertex_colors is not None:
             self.vertex_colors.release()
+
+
+class _Matte(Paint):
+    """Nothing beside a base colour."""
+
+    def __init__(self) -> None:
+        self.matte, self.rough, self.emits, self.bumped, self.occluded = True, False, False, False, False
+        self.defines, self.uniforms, self.textures, self.of_vertices, self.of_faces = {}, {}, {}, {}, {}
+        self._held = []
 
 
 class _NoShape(Shape):

@@ -58,10 +58,8 @@ class GpuScene:
         Triangles of all nodes.
     first : (N,) int
         Index of each node's first triangle, from 0, over the whole scene.
-    boxes : (N, 2, 3), (N, 4, 4) float64
-        Mesh bounds and `world_from_mesh`.
-    corners : (N, 8, 3) float64
-        World corners of the boxes.
+    boxes, corners : (N, 2, 3) and (N, 4, 4), (N, 8, 3) float64
+        Mesh bounds and `world_from_mesh`; world corners of the boxes.
     world_from_mesh : (N, 4, 4) float64
     world_from_origin : (N, 4, 4) float64
         Places the float32 vertices: world_from_mesh times the translation to the mesh's origin.
@@ -75,23 +73,18 @@ class GpuScene:
         The base colour, where all nodes share one and none has a texture or vertex colours.
     textured : bool
         Whether some base colour varies within a triangle, by a texture or vertex colours, or its materials need `features`.
-    features : Features
-    channels : int
-        Of the surface buffer.
+    features, channels : Features, int
+        Of its materials; of the surface buffer.
     culls : (N,) bool
         Whether the camera sees through triangles from behind.
-    selective : bool
-        Whether some nodes receive no shadows.
-    catches : bool
-        Whether some nodes are shadow catchers, which show only the shadow on them.
+    selective, catches : bool
+        Whether some nodes receive no shadows; whether some are shadow catchers, which show only the shadow on them.
     copies : (N,) bool
         Nodes that coincide with another one and need not be drawn: the same triangles at the same place, whatever their colour.
     casts : (N,) bool
         All but copies, blended nodes and those with `casts` off.
-    blends : (N,) bool
-        Which nodes are composited over what is behind them.
-    tints : (N,) bool
-        Those of them that tint what light passes through them.
+    blends, tints : (N,) bool
+        Which nodes are composited over what is behind them, and those of them that tint what light passes through them.
     closed : (N,) bool
         Whether back faces are invisible from outside.
     casting : dict
@@ -135,9 +128,9 @@ class GpuScene:
         self.casts: NDArray[np.bool_] = casts & ~self.blends
         self.tints: NDArray[np.bool_] = casts & self.blends
         self.closed: NDArray[np.bool_] = np.array([gpu.closed for gpu in on_gpu])[self.mesh_number]
+        self.culls: NDArray[np.bool_] = np.array([gpu.culls for gpu in on_gpu])[self.mesh_number]
         self.round: NDArray[np.bool_] = np.array([isinstance(gpu, GpuCapsules) for gpu in on_gpu])[self.mesh_number]
         self.capsules = max(1 + gpu.tubes if isinstance(gpu, GpuCapsules) else 0 for gpu in on_gpu)
-        self.culls: NDArray[np.bool_] = np.array([gpu.culls for gpu in on_gpu])[self.mesh_number]
         counts = np.array([gpu.count for gpu in on_gpu])[self.mesh_number]
         self.count = int(counts.sum())
         self.first = np.concatenate([[0], np.cumsum(counts)[:-1]])
@@ -281,7 +274,19 @@ class GpuScene:
         self._planes = self.rounded = self._owners = self._world = self._before = None
         return before
 
-    def groups(self, chosen: NDArray[np.bool_] | None = None) -> Iterator[NDArray[np.int64]]:
+    def _sample(self, count: int) -> Array:
+        """World corners (about `count` or one per node, 3) of triangles all over the scene."""
+        step = max(1, self.count // count)
+        corners = []
+        for group in self._groups():
+            meshes, of_node = self._different(group)
+            points = np.stack([mesh.positions.take(mesh.triangles[::step, 0], axis=0) for mesh in meshes])
+            corners.append(placed(self.world_from_mesh[group], points[of_node]))
+        for node in np.flatnonzero(self.round).tolist():
+            corners.append(placed(self.world_from_mesh[[node]], self.nodes[node].mesh.positions[None, ::step]))
+        return np.concatenate([each.reshape(-1, 3) for each in corners])
+
+    def _groups(self, chosen: NDArray[np.bool_] | None = None) -> Iterator[NDArray[np.int64]]:
         """Batches of nodes, or of those chosen (N,), with equally many triangles; instances follow each other. No points or lines."""
         counts = np.array([gpu.count for gpu in self._on_gpu])[self.mesh_number]
         order = np.lexsort((self.mesh_number, counts))
