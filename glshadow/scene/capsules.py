@@ -47,10 +47,8 @@ class Capsules(Mesh):
         kind = type(self).__name__
         if not isinstance(material, Material):
             raise SceneError(f"{kind} material must be a Material, got {shown(material)}")
-        if not _plain(material):
-            raise SceneError(
-                f"{kind} material must be opaque and matte, without textures and emission, got {shown(material)}"
-            )
+        if material.texture is not None or material.alpha_mode is not AlphaMode.OPAQUE or material.transmission > 0.0:
+            raise SceneError(f"{kind} material must be opaque and have no texture, got {shown(material)}")
         points = np.asarray(positions, dtype=np.float64)
         bad = int((~np.isfinite(points).all(axis=1)).sum())
         if bad:
@@ -211,12 +209,6 @@ class Lines(Capsules):
         if diagonal == 0.0 and self.count:
             raise SceneError("Lines need a radius: all their ends coincide")
         return TUBE_SHARE * diagonal if self.count else 1.0
-
-
-def _plain(material: Material) -> bool:
-    """Whether a material says nothing but a colour that balls and tubes would not show."""
-    mapped = material.texture is not None or material.transmission > 0.0
-    return material.alpha_mode is AlphaMode.OPAQUE and material.matte and not (mapped or material.emits)
 
 
 def _positions(kind: str, value: Any) -> Array:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from glshadow.core.spaces import Array
-from glshadow.scene.capsules import Capsules
 from glshadow.scene.mesh import Material, Mesh
 
 

@@ -234,6 +234,11 @@ class Mesh:
         """Number of elements that are drawn: of triangles."""
         return len(self.triangles)
 
+    def lowest(self, matrix: Array) -> float:
+        """Least world y of a node with this matrix, from its vertices: under a rotation its box would be too large."""
+        used = self.positions[np.unique(self.triangles)]
+        return float((used @ matrix[1, :3]).min() + matrix[1, 3])
+
     def bounds_for(self, matrix: Array) -> Array:
         """Bounds in mesh space, of a node with this matrix; the same for all."""
         return self.bounds

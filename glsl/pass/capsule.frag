@@ -18,12 +18,6 @@
 #ifndef GLS_SURFACE
 #define GLS_SURFACE 1 // channels of the surface buffer, see pass/surface.frag
 #endif
-#ifndef GLS_MATERIAL
-#define GLS_MATERIAL 0 // 1: the fourth channel holds a material
-#endif
-#ifndef GLS_EMITS
-#define GLS_EMITS 0 // 1: some surfaces of the scene emit light
-#endif
 #ifndef GLS_COLORED
 #define GLS_COLORED 0 // 1: colours of vertices
 #endif
@@ -54,12 +48,6 @@ layout(location = 0) out vec4 o_stored;
 #else
 flat in uint v_number;
 flat in uvec2 v_ends;
-#if GLS_EMITS
-layout(location = 1) out uint o_emission;
-#endif
-#if GLS_MATERIAL
-#include "lib/material_packing.glsl"
-#endif
 #if GLS_SURFACE == 1
 layout(location = 0) out uint o_surface;
 #elif GLS_SURFACE == 2

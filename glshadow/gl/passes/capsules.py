@@ -107,12 +107,6 @@ def draw_capsules(frame: FrameContext, targets: SurfaceTargets) -> None:
         _draw(frame.context, program, scene, node)
 
 
-def _of_materials(scene: GpuScene) -> dict[str, int]:
-    """What the surface buffer holds beside numbers and colours; points and lines are matte and emit nothing."""
-    defines = scene.features.defines(scene.channels)
-    return {name: int(defines.get(name, 0)) for name in ("GLS_MATERIAL", "GLS_EMITS")}
-
-
 def draw_capsule_casters(
     context: GLContext, programs: Programs, scene: GpuScene, nodes: NDArray[np.int64], view: ShadowView, settings: CasterSettings,
     metric: tuple[float, float, float],

@@ -30,7 +30,7 @@ class GpuCapsules(GpuMesh):
         Linear RGBA of each vertex.
     """
 
-    def __init__(self, context: GLContext, mesh: Capsules, textures: Textures) -> None:
+    def __init__(self, context: GLContext, mesh: Capsules) -> None:
         self.shape = _NoShape(mesh)
         self.origin = np.zeros(3)
         self.count, self.tubes = mesh.count, mesh.tubes
@@ -38,8 +38,7 @@ class GpuCapsules(GpuMesh):
         self.paint = _Matte()
         self.texture = self.transmission = None
         self.transmits, self.cutoff = False, 0.0
-        self.colored, self.culls = mesh.colors is not None, False
-        self.paint = Paint(textures, mesh)
+        self.colored = mesh.colors is not None
         self.vertex_colors: BufferTexture | None = None
         if mesh.colors is not None:
             self.vertex_colors = texture_buffer(context, mesh.colors, RGBA32F)

@@ -26,7 +26,6 @@ from glshadow.gl.scene.matrices import normal_matrices, pack_matrices, placed, r
 from glshadow.gl.scene.meshes import face_normals
 from glshadow.gl.scene.paint import Features
 from glshadow.gl.scene.reuse import Before, write_rows
-from glshadow.gl.scene.sampled import sampled_corners
 from glshadow.gl.scene.textures import albedo_texture
 from glshadow.gl.scene.world import WorldTriangles
 from glshadow.scene.mesh import Mesh
@@ -165,7 +164,7 @@ class GpuScene:
         self.catches = bool(catching.any())
         first[catching] |= np.uint32(CATCHING)
         self.packed_first = first[:, None]
-        self.origin: Array = np.median(sampled_corners(self, 1024), axis=0)
+        self.origin: Array = np.median(self._sample(1024), axis=0)
         self.smooth = any(gpu.smooth for gpu in on_gpu)
         self.lifts, self._bent = np.zeros(len(counts)), np.zeros(len(counts), dtype=bool)
         self.rounded = self._rounded() if self.smooth else None
@@ -205,7 +204,7 @@ class GpuScene:
             before = self._before
             taken = before is not None and before.planes is not None and np.array_equal(before.origin, self.origin)
             planes = np.zeros((self.count, 4), dtype=np.float32)
-            for group in self.groups(self._moved if taken else None):
+            for group in self._groups(self._moved if taken else None):
                 count = self.meshes[group[0]].count
                 for k in range(0, count, _AT_ONCE):
                     chosen = slice(k, min(k + _AT_ONCE, count))
@@ -298,14 +297,14 @@ class GpuScene:
             most = max(1, _AT_ONCE // int(counts[group[0]]))
             yield from (group[k : k + most] for k in range(0, len(group), most))
 
-    def different(self, group: NDArray[np.int64]) -> tuple[list[Mesh], NDArray[np.int64]]:
+    def _different(self, group: NDArray[np.int64]) -> tuple[list[Mesh], NDArray[np.int64]]:
         """The distinct meshes of nodes, and each node's index into them."""
         _, first, of_node = np.unique(self.mesh_number[group], return_index=True, return_inverse=True)
         return [self.nodes[i].mesh for i in group[first].tolist()], of_node
 
     def _planes_of(self, group: NDArray[np.int64], chosen: slice) -> Array:
         """Planes (N, T, 4) of some triangles of nodes that have equally many."""
-        meshes, of_node = self.different(group)
+        meshes, of_node = self._different(group)
         corners = np.stack([mesh.positions.take(mesh.triangles[chosen], axis=0) for mesh in meshes])
         normals = face_normals(*(corners[:, :, k] for k in range(3)))
         normals = normals[of_node] @ self.normal_from_mesh[group].transpose(0, 2, 1)
@@ -322,7 +321,7 @@ class GpuScene:
         rows, before = np.zeros((self.count, 4), dtype=np.uint32), self._before
         if before is not None:
             self.lifts[~self._moved], self._bent[~self._moved] = before.lifts[~self._moved], before.bent[~self._moved]
-        for group in self.groups(self._moved):
+        for group in self._groups(self._moved):
             smooth = group[[self.meshes[i].smooth for i in group]]
             faces = self._planes_of(smooth, slice(None))[..., :3] if len(smooth) else ()
             for node, face in zip(smooth, faces, strict=True):

@@ -33,7 +33,7 @@ class Meshes:
 
     def _made(self, mesh: Mesh) -> GpuMesh:
         if isinstance(mesh, Capsules):
-            return GpuCapsules(self._context, mesh, self._textures)
+            return GpuCapsules(self._context, mesh)
         return GpuMesh(self._context, mesh, self._shapes, self._textures)
 
     def sweep(self) -> None:
