@@ -47,8 +47,11 @@ class Capsules(Mesh):
         kind = type(self).__name__
         if not isinstance(material, Material):
             raise SceneError(f"{kind} material must be a Material, got {shown(material)}")
-        if material.texture is not None or material.alpha_mode is not AlphaMode.OPAQUE or material.transmission > 0.0:
-            raise SceneError(f"{kind} material must be opaque and have no texture, got {shown(material)}")
+        mapped = material.texture is not None or material.transmission > 0.0
+        if mapped or material.alpha_mode is not AlphaMode.OPAQUE or material.emits or not material.matte:
+            raise SceneError(
+                f"{kind} material must be opaque and matte, without texture and emission, got {shown(material)}"
+            )
         points = np.asarray(positions, dtype=np.float64)
         bad = int((~np.isfinite(points).all(axis=1)).sum())
         if bad:

@@ -61,6 +61,7 @@ def test_bounds_hold_balls_under_any_matrix() -> None:
         (lambda: gs.Points(PLACES, colors=np.full((3, 3), 2.0)), "from 0 to 1"),
         (lambda: gs.Points(PLACES, colors=np.ones((2, 4))), r"\(3, 4\)"),
         (lambda: gs.Points(PLACES, material=gs.Material(alpha_mode=gs.AlphaMode.BLEND)), "opaque"),
+        (lambda: gs.Points(PLACES, material=gs.Material(roughness=0.5)), "matte, without"),
         (lambda: gs.Scene([gs.Node(gs.Points(PLACES), np.diag([1.0, 0.0, 1.0, 1.0]))]), "flattened"),
         (lambda: gs.Lines(PLACES, [[0, 3]]), "index 3 is out of range"),
         (lambda: gs.Lines(PLACES, [[0.5, 1.0]]), "integers"),
