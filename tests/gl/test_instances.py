@@ -55,6 +55,26 @@ def test_instanced_drawing_equals_separate_draws(monkeypatch: pytest.MonkeyPatch
     assert len(np.unique(frames[0].node)) > 40
 
 
+def test_separate_draws_after_instances_test_rays_against_the_right_triangles(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A node by itself, twelve instances that are drawn together, then more nodes by themselves, with the first one's program."""
+    random = np.random.default_rng(3)
+    culls = Material(cull_back_faces=True)
+    one, few, many = (Mesh(*shapes.icosphere(level, 0.4), material=culls) for level in (2, 1, 4))
+    nodes = [Node(one, translation((0.0, 0.5, 0.0)), "first")]
+    for k in range(18):
+        matrix = translation(random.uniform((-3.0, 0.3, -3.0), (3.0, 2.5, 3.0)))
+        matrix[0, 0] = -1.0 if k >= 12 and k % 2 else 1.0
+        nodes.append(Node(few if k < 12 else many, matrix, f"{k}"))
+    scene = Scene(tuple(nodes), gs.PerspectiveCamera((5.0, 5.0, 7.0), (0.0, 0.5, 0.0)), name="two meshes").with_ground()
+    frames = []
+    for least in (8, 1000):
+        monkeypatch.setattr(drawing, "_MANY", least)
+        with Renderer("egl") as renderer:
+            frames.append(renderer.render(scene, size=(320, 200), samples=1, outputs=OUTPUTS))
+    for name in OUTPUTS:
+        np.testing.assert_array_equal(getattr(frames[0], name), getattr(frames[1], name), err_msg=name)
+
+
 def test_small_texture_buffer_splits_instanced_draws() -> None:
     """A buffer that holds the matrices of nine nodes of twenty."""
     scene = crowds()

@@ -231,22 +231,18 @@ def draw_surface(
     unseen = scene.closed & camera_view.outside | scene.culls
     hidden = ["back" if each else None for each in unseen.tolist()]
     of_kind: dict[tuple[Any, ...], Program] = {}  # one look-up per kind, not per mesh
+    beside = rays.textures if rays else peel.textures if peel else {}
 
     sides = np.where(scene.mirrored, -1.0, 1.0).astype(np.float32)[:, None]
 
     def begin(node: int) -> tuple[Callable[[int], None], moderngl.VertexArray]:
         gpu, material = scene.meshes[node], scene.nodes[node].mesh.material
-        kind = (
-            gpu.smooth,
-            gpu.textured,
-            gpu.colored,
-            gpu.cut_out,
-            gpu.transmission is not None,
-            *gpu.paint.defines.items(),
-        )
+        transmits = gpu.transmission is not None
+        kind = (gpu.smooth, gpu.textured, gpu.colored, gpu.cut_out, transmits, *gpu.paint.defines.items())
         if kind not in of_kind:
             of_kind[kind] = _program(programs, scene, gpu, samples, rays, peel)
         program = of_kind[kind]
+        program.bind(**beside)  # again: instances drawn since took the units for textures of theirs
         _set_material(program, scene, gpu, material)
         if peel is not None:
             set_transparency(program, gpu, material)
