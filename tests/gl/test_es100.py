@@ -198,21 +198,23 @@ def test_cookies_and_tints_are_the_same_in_both_dialects(
     (view,) = (replace(each, resolution=side) for each in views_of(small_scene(), light, CLIP))
     image = ctx.texture((12, 8), 3, rng.integers(0, 256, (8, 12, 3)).astype(np.uint8).tobytes(), alignment=1)
     image.filter = (moderngl.LINEAR, moderngl.LINEAR)
-    colors = ctx.texture((side, side), 4, rng.random((side, side, 4)).astype(np.float16).tobytes(), dtype="f2")
-    depths = ctx.depth_texture((side, side), rng.random((side, side)).astype(np.float32).tobytes())
-    colors.filter = depths.filter = (moderngl.NEAREST, moderngl.NEAREST)
-    depths.compare_func = ""
-    tint = Tint((view,), colors, depths)
+    layers = ctx.texture((side, 2 * side), 4, rng.random((2 * side, side, 4)).astype(np.float32).tobytes(), dtype="f4")
+    layers.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    tint = Tint((view,), layers, side)
     axes = view.view_from_world[:3, :3]
     values = tint.uniforms(axes, view.view_from_world[:3, 3], np.zeros(3))
     values["u_cookie_from_lv"] = light.projected[1] @ np.linalg.inv(view.view_from_world)
-    for unit, (name, texture) in enumerate((("u_cookie", image), ("u_tint", colors), ("u_tint_depth", depths)), 1):
+    for unit, (name, texture) in enumerate((("u_cookie", image), ("u_tint", layers)), 1):
         texture.use(unit)
         values[name] = unit
     drawn = Map((view,), Atlas(glcontext, Target.R8, (side, side)), CasterSettings(Target.R8, NoBias(), None), Pcf(0))
     pictures = {}
     for dialect, tinted in itertools.product(("core330", "es100"), (0, 1)):
-        defines: dict[str, int | str] = {"GLS_OUTPUT": 1, "GLS_TINT": tinted, "GLS_COOKIE": tinted}
+        defines: dict[str, int | str] = {
+            "GLS_OUTPUT": 1,
+            "GLS_COOKIE": tinted,
+            **(tint.defines if tinted else {"GLS_TINT": 0}),
+        }
         defines["GLS_SUN"] = int(kind == "directional")
         program = gpu[1].get("pass/forward.vert", "pass/forward.frag", dialect, open_slots(light), defines)
         for name, value in values.items():
@@ -221,7 +223,7 @@ def test_cookies_and_tints_are_the_same_in_both_dialects(
             elif tinted:
                 program.set(**{name: value})
         pictures[dialect, tinted] = forward.draw(program, light, drawn).values
-    for thing in (image, colors, depths, drawn.atlas):
+    for thing in (image, layers, drawn.atlas):
         thing.release()
     changed = np.abs(pictures["core330", 1] - pictures["core330", 0]).max(axis=-1) > 0.01
     assert changed.mean() > 0.1

@@ -49,7 +49,7 @@ def test_type_shape_and_background_are_those_of_the_table(frame: gs.Frame, outpu
     empty = frame.alpha == 0.0
     assert empty.any()
     assert not empty.all()
-    held = (value[0] if output.name == "visibility" else value)[empty]
+    held = (value[0] if output.shape.startswith("(lights") else value)[empty]
     expected = {
         "NaN": np.isnan,
         "infinity": np.isposinf,
@@ -149,8 +149,8 @@ def test_exr_channels_are_those_of_the_table(frame: gs.Frame, tmp_path: Path) ->
     assert reader is not None
     names = set(reader.spec().channelnames)
     reader.close()
-    named = {name for output in OUTPUTS for name in output.channels} - {"visibility"}
-    assert names == named | {"visibility.0"}
+    named = {name for output in OUTPUTS for name in output.channels if not output.shape.startswith("(lights")}
+    assert names == named | {"visibility.0", *(f"transmittance.0.{color}" for color in "RGB")}
 
 
 def test_outputs_at_the_pixel_centre_have_no_samples(renderer: gs.Renderer, scene: gs.Scene) -> None:

@@ -393,7 +393,7 @@ def test_blended_sheet_casts_nothing(renderer: Renderer) -> None:
 
 
 def test_scene_in_which_nothing_casts(renderer: Renderer) -> None:
-    scene = Scene((node("ground", ground(), alpha_mode=AlphaMode.BLEND),), ABOVE)
+    scene = Scene((replace(node("ground", ground()), casts=False),), ABOVE)
     frame = renderer.render(scene, lights=[sun()], size=SIZE, outputs=("visibility", "shadow_maps"), samples=1)
     assert np.nanmin(frame.visibility) == 1.0
     assert frame.used[0].draws == 0
