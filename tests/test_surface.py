@@ -18,7 +18,7 @@ def modules() -> dict[str, ModuleType]:
 def test_every_public_name_exists_and_is_documented() -> None:
     assert len(set(gs.__all__)) == len(gs.__all__)
     assert set(gs.__all__) == set(dir(gs))
-    assert set(modules()) == {"batch", "image", "overlay", "scenes", "shaders", "study"}
+    assert set(modules()) == {"batch", "image", "overlay", "scenes", "shaders", "study", "video"}
     assert {module.__name__ for module in modules().values()} < set(MODULES)
     public = [(f"gs.{name}", getattr(gs, name)) for name in gs.__all__ if name != "__version__"]
     public += [

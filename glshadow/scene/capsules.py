@@ -75,7 +75,8 @@ class Capsules(Mesh):
         found: Any = self.default_radius() if given is None else numbers_in(given)
         if found is None:
             raise SceneError(str(refuse(f"{kind} radius", "a number, or one for each element", given)))
-        radii = np.atleast_1d(np.asarray(found, dtype=np.float64))
+        with np.errstate(all="ignore"):  # numbers beyond float64 become infinite, and are refused
+            radii = np.atleast_1d(np.asarray(found, dtype=np.float64))
         if radii.shape not in ((1,), (self.count,)):
             raise SceneError(f"{kind} radius must be one number or {self.count}, got shape {radii.shape}")
         if not (np.isfinite(radii) & (radii > 0.0)).all():

@@ -251,10 +251,10 @@ def test_alpha_cutoff_moves_the_edge():
     assert lit[1] == pytest.approx(0.5, abs=0.02)
 
 
-def test_blend_is_seen_but_casts_nothing():
+def test_blend_is_neither_seen_nor_casts():
     camera = PerspectiveCamera((0.3, 2.5, 2.5), (0, 0.3, 0), fov_y=50)
     truth = trace(checkered(0.5, AlphaMode.BLEND), camera, [DOWN], SIZE, samples=1)
-    assert (truth.node == 1).sum() > 1000
+    assert (truth.node != 1).all(), "layers are no part of the surfaces that are traced"
     assert (truth.visibility[0][truth.triangle >= 0] == 1.0).all()
 
 

@@ -235,7 +235,8 @@ REQUIRED: dict[str, Any] = {
     "scene": SCENE, "source": SCENE, "matrices": {"a": np.eye(4)}, "matrix": np.eye(4), "costs": [1.0, 2.0], "errors": [2.0, 1.0],
     "camera": gs.PerspectiveCamera(), "count": 3, "points_w": (1.0, 0.0, 0.0), "output": "a.png", "names": ("map",), "subdivisions": 1,
     "K": np.array([[500.0, 0.0, 320.0], [0.0, 500.0, 240.0], [0.0, 0.0, 1.0]]), "R": np.eye(3), "t": (0.0, 0.0, 3.0), "size": SIZE,
-    "points": (0.1, 0.2), "radiance": np.full((2, 4, 3), 0.5),
+    "points": (0.1, 0.2), "radiance": np.full((2, 4, 3), 0.5), "pixels": np.full((2, 2, 4), 128, np.uint8),
+    "segments": [[0, 1]],
 }  # fmt: skip
 # Created by glshadow, not by callers; and callables that raise, name or draw. The renderer's arguments have tests of their own.
 NOT_BUILT = {

@@ -52,7 +52,7 @@ def test_instances_at_non_finite_places_are_refused(name, value, tmp_path):
     path = tmp_path / "instances.glb"
     path.write_bytes(mutated_files.pack(document, binary + rows.tobytes()))
     with pytest.raises(
-        gs.SceneError, match=rf"instances\.glb: nodes\[0\] instancing: 1 of 2 {name} values are not finite"
+        gs.SceneError, match=rf"instances\.glb: .*nodes\[0\] instancing: 1 of 2 {name} values are not finite"
     ):
         gs.load(path)
 
@@ -88,7 +88,7 @@ def test_texture_transforms_beyond_float32(tmp_path):
         gs.load(path)
     info["extensions"] = {"KHR_texture_transform": {"rotation": float("nan")}}
     path.write_bytes(mutated_files.pack(document, binary))
-    with pytest.raises(gs.SceneError, match="KHR_texture_transform must be made of finite numbers"):
+    with pytest.warns(gs.GlshadowWarning, match="KHR_texture_transform must be made of finite numbers, .*: left out"):
         gs.load(path)
 
 

@@ -30,6 +30,8 @@ COLORS = (
     ("r", "g", "b", "a"),
 )
 PICTURE = re.compile(r"comment\s+TextureFile\s+(.+)", re.IGNORECASE)
+SURFACES = ("face", "tristrips")
+"""Elements of which a file with triangles has some, even if it is cut off before they begin: its vertices are then no points."""
 HEADER = re.compile(rb"ply[ \t]*(\r\n|\r|\n)(?:.*?\1)?end_header[ \t]*(?:\1|(?P<rest>\r\n|\n)|\Z)", re.DOTALL)
 STATEMENTS = ("format", "element", "property", "end_header", "ply")
 LONGEST = 1 << 20  # bytes of a header
@@ -65,6 +67,8 @@ def read_ply(data: bytes, beside: Beside, notes: list[str], budget: Budget) -> S
         columns = read_elements(np.frombuffer(data, dtype=np.uint8)[found.end() :], elements, notes, budget)
     declared = {element.name: {field.name: field.kind for field in element.fields} for element in elements}
     soup = _soup(columns, declared, notes)
+    if len(soup.corners) == 0 and not soup.loose and not any(each.count for each in elements if each.name in SURFACES):
+        soup.loose.append(Loose(points=np.arange(len(soup.positions))))
     _assign_pictures(
         soup, [m.group(1).strip() for m in map(PICTURE.match, header) if m], columns.get("face", {}), beside
     )
@@ -137,8 +141,6 @@ def _soup(columns: dict[str, Columns], declared: dict[str, dict[str, np.dtype[np
     ends = _stacked(columns.get("edge", {}), ("vertex1", "vertex2"))
     if ends is not None and np.isfinite(ends).all():
         soup.loose.append(Loose(segments=ends.astype(np.int64)))
-    elif len(soup.corners) == 0:
-        soup.loose.append(Loose(points=np.arange(len(positions))))
     return soup
 
 
