@@ -140,6 +140,7 @@ def o3d() -> Any:
     return pytest.importorskip("open3d", reason="optional: pip install open3d", exc_type=ImportError)
 
 
+@pytest.mark.exhaustive
 def test_library(o3d: Any, tmp_path: Any) -> None:
     box = o3d.geometry.TriangleMesh.create_box(2.0, 1.0, 1.0)
     box.compute_vertex_normals()
@@ -150,10 +151,11 @@ def test_library(o3d: Any, tmp_path: Any) -> None:
         np.testing.assert_array_equal(np.ptp(node.mesh.positions, axis=0), (2.0, 1.0, 1.0))
         np.testing.assert_allclose(node.mesh.normals, np.asarray(box.vertex_normals), atol=1e-6)
         np.testing.assert_allclose(node.mesh.material.color[:3], linear_from_srgb([0.5, 0.25, 1.0]), atol=1e-6)
-    with pytest.raises(SceneError, match="no triangles"):
-        gs.load(o3d.geometry.PointCloud(o3d.utility.Vector3dVector(POINTS)))
+    (cloud,) = gs.load(o3d.geometry.PointCloud(o3d.utility.Vector3dVector(POINTS))).nodes
+    assert isinstance(cloud.mesh, gs.Points)
 
 
+@pytest.mark.exhaustive
 def test_library_reads_the_same_texture_as_we(o3d: Any, tmp_path: Any) -> None:
     gs.image.write(tmp_path / "a.png", np.repeat(np.repeat(TOP_RED, 8, axis=0), 16, axis=1))
     (tmp_path / "a.mtl").write_text("newmtl m\nKd 1 1 1\nmap_Kd a.png\n")
