@@ -1,6 +1,6 @@
 """Pixels whose visibility differs from float64 rays through their own centres and samples, whatever triangle was drawn there: per million
 pixels of each model, under directional lights, a spot and a point light, and how much more than the reference they flicker with a rotating
-camera. Models are drawn without their smooth normals: visibility is then that of their triangles.
+camera. Models are drawn without their smooth normals and without culling: visibility is then that of their triangles.
 """
 
 from __future__ import annotations
@@ -146,8 +146,11 @@ def scenes(folder: Path, only: str | None) -> Iterator[tuple[str, gs.Scene]]:
 
 
 def flat(scene: gs.Scene) -> gs.Scene:
-    """The scene without vertex normals; nodes still share meshes."""
-    meshes = {id(node.mesh): replace(node.mesh, normals=None) for node in scene.nodes}
+    """The scene without vertex normals and culled back faces, which the tracer does not have; nodes still share meshes."""
+    meshes = {}
+    for node in scene.nodes:
+        material = replace(node.mesh.material, cull_back_faces=False)
+        meshes[id(node.mesh)] = replace(node.mesh, normals=None, tangents=None, material=material)
     return replace(scene, nodes=tuple(replace(node, mesh=meshes[id(node.mesh)]) for node in scene.nodes))
 
 
