@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from glshadow.errors import SceneError
 from glshadow.io.builder import Builder
 from glshadow.io.clouds import lines_of, points_of
-from glshadow.io.imported import Imported, reflectance, srgb_colors
+from glshadow.io.imported import Imported, reflectance, rgba, srgb_colors
 from glshadow.scene.capsules import Points
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 from glshadow.scene.nodes import Node
@@ -193,9 +193,4 @@ def _rgba(texture: Values) -> NDArray[np.uint8]:
         pixels = np.rint(np.clip(np.nan_to_num(pixels), 0.0, 1.0) * 255.0)
     elif pixels.dtype == np.uint16:
         pixels = pixels >> 8
-    result = np.full((*pixels.shape[:2], 4), 255, dtype=np.uint8)
-    channels = pixels.shape[2]
-    result[..., :3] = pixels[..., :3] if channels >= 3 else pixels[..., :1]
-    if channels in (2, 4):
-        result[..., 3] = pixels[..., -1]
-    return result
+    return rgba(pixels)

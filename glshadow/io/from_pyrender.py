@@ -19,6 +19,7 @@ from glshadow.io.imported import (
     fans,
     linear_colors,
     reflectance,
+    rgba,
     solid,
     tinted,
 )
@@ -152,12 +153,7 @@ def _texture(builder: Builder, texture: Any, name: str) -> NDArray[np.uint8] | N
     pixels = source if source.ndim == 3 else source[..., None]
     if pixels.dtype != np.uint8:
         pixels = (np.clip(pixels, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
-    result = np.full((*pixels.shape[:2], 4), 255, dtype=np.uint8)
-    channels = pixels.shape[2]
-    result[..., :3] = pixels[..., :3] if channels >= 3 else pixels[..., :1]
-    if channels in (2, 4):
-        result[..., 3] = pixels[..., -1]
-    return result
+    return rgba(pixels)
 
 
 def _cameras(scene: Any, notes: list[str]) -> tuple[Camera | None, dict[str, Camera]]:

@@ -141,6 +141,16 @@ def srgb_colors(given: ArrayLike, where: str, notes: list[str]) -> Array:
     return colors
 
 
+def rgba(pixels: NDArray[Any]) -> NDArray[np.uint8]:
+    """Pixels (H, W, 1 to 4) of bytes, grey or colour, with alpha or without, as (H, W, 4)."""
+    result = np.full((*pixels.shape[:2], 4), 255, dtype=np.uint8)
+    channels = pixels.shape[2]
+    result[..., :3] = pixels[..., :3] if channels >= 3 else pixels[..., :1]
+    if channels in (2, 4):
+        result[..., 3] = pixels[..., -1]
+    return result
+
+
 def tinted(material: Material, colors: Array | None) -> tuple[Material, NDArray[np.float32] | None]:
     """Material and linear vertex colours (V, 4); a colour shared by all vertices moves to the material."""
     if colors is None:

@@ -9,15 +9,14 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from glshadow.core.setting import number, setting
-from glshadow.core.spaces import Array, ClipSpace, Triple
+from glshadow.core.spaces import Array, Triple
 from glshadow.lights.directional import DirectionalLight
-from glshadow.lights.distant import DistantLight, downward
+from glshadow.lights.distant import downward
+from glshadow.lights.dome import DomeLight
 from glshadow.lights.environment_map import EnvironmentMap
 from glshadow.lights.environment_reflection import split_table
 from glshadow.lights.light import Gizmo, Light
 from glshadow.lights.table import LightTable
-from glshadow.shadows.filters import Filter, LightSamples
-from glshadow.shadows.view import ShadowView
 
 _SIDES = 48
 
@@ -27,7 +26,7 @@ def _map(name: str, value: Any) -> EnvironmentMap:
 
 
 @dataclass(frozen=True, kw_only=True)
-class EnvironmentLight(DistantLight):
+class EnvironmentLight(DomeLight):
     """Light from an equirectangular image of the surroundings, infinitely far away.
 
     A white surface in a uniform image of radiance 1 receives color * intensity. What it receives, and its shadow, differ by channel.
@@ -65,11 +64,7 @@ class EnvironmentLight(DistantLight):
     by_place: ClassVar[tuple[str, ...]] = ("image",)
     places: ClassVar[tuple[int, int]] = (1, 1)
     snippet: ClassVar[str] = "light/environment.glsl"
-    most_views: ClassVar[int] = 0
-    wide: ClassVar[bool] = True
-    weighted: ClassVar[bool] = True
     per_channel: ClassVar[bool] = True
-    fixed: ClassVar[bool] = True
 
     @classmethod
     def from_places(cls, texts: Sequence[str]) -> dict[str, Any]:
@@ -96,11 +91,6 @@ class EnvironmentLight(DistantLight):
         moved = replace(self, direction=tuple((-axes[1]).tolist()))
         right, _, backward = moved._level()
         return replace(moved, turn=float(np.degrees(np.arctan2(-axes[0] @ backward, axes[0] @ right))))
-
-    @property
-    def has_size(self) -> bool:
-        """Always true: the light comes from everywhere."""
-        return True
 
     def irradiance(self, points: Array, normals: Array) -> Array:
         """Irradiance (..., 3) of each channel, over that of a uniform image of radiance 1."""
@@ -139,16 +129,6 @@ class EnvironmentLight(DistantLight):
         far = np.full(len(points), np.inf)
         for aims in self.image.random_directions(len(points), samples, generator):
             yield aims @ self.axes, far
-
-    def filter_for(self, requested: Filter) -> Filter:
-        """A filter for one shadow map becomes the mean of that filter over directions of the image."""
-        return requested if requested.points_of_light else LightSamples(of=requested)
-
-    def views(
-        self, bodies: list[Array], casters: Array, clip: ClipSpace, resolution: int, guard: int, fine: bool
-    ) -> tuple[ShadowView, ...]:
-        """None."""
-        return ()
 
     def uniforms(self, axes: Array) -> dict[str, Any]:
         """Also the rotation to the map's axes."""

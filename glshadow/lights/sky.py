@@ -10,16 +10,15 @@ import numpy as np
 
 from glshadow.core.sample_patterns import GOLDEN_ANGLE, hemisphere
 from glshadow.core.setting import setting
-from glshadow.core.spaces import Array, ClipSpace, Triple
+from glshadow.core.spaces import Array, Triple
 from glshadow.lights.directional import DirectionalLight
-from glshadow.lights.distant import DistantLight, downward
+from glshadow.lights.distant import downward
+from glshadow.lights.dome import DomeLight
 from glshadow.lights.light import Light
-from glshadow.shadows.filters import Filter, LightSamples
-from glshadow.shadows.view import ShadowView
 
 
 @dataclass(frozen=True, kw_only=True)
-class SkyLight(DistantLight):
+class SkyLight(DomeLight):
     """Uniform light from the whole sky, a dome above the horizon. Its shadow is ambient occlusion.
 
     A white surface that faces the zenith receives color * intensity. A tilted one receives (1 + cosine of its tilt) / 2 of that: the share
@@ -45,15 +44,6 @@ class SkyLight(DistantLight):
     usage: ClassVar[str] = "sky"
     summary: ClassVar[str] = "uniform light from the whole sky"
     snippet: ClassVar[str] = "light/sky.glsl"
-    most_views: ClassVar[int] = 0
-    wide: ClassVar[bool] = True
-    weighted: ClassVar[bool] = True
-    fixed: ClassVar[bool] = True
-
-    @property
-    def has_size(self) -> bool:
-        """Always true: the light is the whole sky."""
-        return True
 
     def irradiance(self, points: Array, normals: Array) -> Array:
         """Share of the dome in front of the surface, weighted by Lambert's law."""
@@ -83,13 +73,3 @@ class SkyLight(DistantLight):
                 np.stack([across * np.cos(angle), across * np.sin(angle), height], axis=-1) @ self.disc_axes,
                 far,
             )
-
-    def filter_for(self, requested: Filter) -> Filter:
-        """A filter for one shadow map becomes the mean of that filter over points of the sky."""
-        return requested if requested.points_of_light else LightSamples(of=requested)
-
-    def views(
-        self, bodies: list[Array], casters: Array, clip: ClipSpace, resolution: int, guard: int, fine: bool
-    ) -> tuple[ShadowView, ...]:
-        """None."""
-        return ()

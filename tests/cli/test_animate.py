@@ -7,16 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 from PIL import Image, ImageSequence
 
 import glshadow as gs
 from glshadow import image, video
-from glshadow.cli.render import command
 
 from ..scene.glb import Glb
-
-SMALL = ("--size", "64x48", "--samples", "1", "--backend", "egl")
+from .rendered import files, made, run
 
 
 @pytest.fixture(autouse=True)
@@ -40,20 +37,6 @@ def falling(name: str, height: float = 2.0, camera: bool = False) -> None:
         }
     ]
     file.save(Path(name))
-
-
-def run(*arguments: str, code: int = 0) -> Result:
-    done = CliRunner().invoke(command, [*SMALL, *arguments])
-    assert done.exit_code == code, done.output
-    return done
-
-
-def made(*arguments: str) -> list[bool]:
-    return [row["made"] for row in json.loads(run(*arguments, "--json").stdout)["pictures"]]
-
-
-def files(folder: Path) -> list[str]:
-    return sorted(path.name for path in folder.iterdir())
 
 
 def shown(path: str) -> list[np.ndarray]:

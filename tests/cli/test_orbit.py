@@ -2,38 +2,21 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 
 import glshadow as gs
 from glshadow import image
-from glshadow.cli.render import command
 
-SMALL = ("--size", "64x48", "--samples", "1", "--backend", "egl")
+from .rendered import files, made, run
 
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     return tmp_path
-
-
-def run(*arguments: str, code: int = 0) -> Result:
-    done = CliRunner().invoke(command, [*SMALL, *arguments])
-    assert done.exit_code == code, done.output
-    return done
-
-
-def made(*arguments: str) -> list[bool]:
-    return [row["made"] for row in json.loads(run(*arguments, "--json").stdout)["pictures"]]
-
-
-def files(folder: Path) -> list[str]:
-    return sorted(path.name for path in folder.iterdir())
 
 
 def test_orbit_renders_every_view(folder: Path) -> None:
