@@ -101,6 +101,6 @@ def _common(shadows: Sequence[Shadow]) -> Target:
             raise SettingsError(
                 f"PackedShadow lights must have a filter that compares depths, got filter {each.filter!r}"
             )
-        if each.fit is not None and each.fit.for_suns:
+        if each.fit is not None and each.fit.at_infinity_only:
             raise SettingsError(f"PackedShadow lights must have one view each, got fit {each.fit!r}")
     return next(iter(found))

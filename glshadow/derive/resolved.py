@@ -77,7 +77,7 @@ def resolve_settings(light: Light, resolved: ResolvedShadow, clip_control: bool,
     bias = (shadow.bias or ReceiverPlaneBias()).derived(resolved.filter.reach_texels)
     settings = CasterSettings(target, bias, shadow.faces, shadow.channel)
     fit = resolved.fit
-    if fit.for_suns and not light.at_infinity:
+    if fit.at_infinity_only and not light.at_infinity:
         fallbacks += (f"fit {fit} became {ViewFit()}: only a directional light's map can be fitted this way",)
         fit = ViewFit()
     if fit.warps and (not target.is_depth or resolved.filter.encoding or bias.shift_texels > 0.0):

@@ -23,7 +23,7 @@ _METRIC_DEPTHS: dict[Projection, str] = {"orthographic": "affine", "perspective"
 
 def parallel_define(projection: Projection) -> dict[str, int | str]:
     """The define for whether the rays of views, and of the grids of triangle lists, are parallel."""
-    return {"GLS_SUN": int(projection == "orthographic")}
+    return {"GLS_AT_INFINITY": int(projection == "orthographic")}
 
 
 def projection_defines(projection: Projection) -> dict[str, int | str]:

@@ -17,13 +17,13 @@ class Fit(Spelled):
 
     Attributes
     ----------
-    for_suns : bool
+    at_infinity_only : bool
         Whether it works for directional lights only; other lights then use ViewFit().
     warps : bool
         Whether a directional light's map may have a perspective projection.
     """
 
-    for_suns: ClassVar[bool] = False
+    at_infinity_only: ClassVar[bool] = False
     warps: ClassVar[bool] = False
 
     @property
@@ -111,7 +111,7 @@ class Cascades(Fit):
     )
 
     spelling = "cascades"
-    for_suns = True
+    at_infinity_only = True
 
     @property
     def measures(self) -> bool:
@@ -149,7 +149,7 @@ class Lispsm(Fit):
     psm: bool = setting(flag(), False)
 
     spelling = "lispsm"
-    for_suns = True
+    at_infinity_only = True
     warps = True
 
     @property

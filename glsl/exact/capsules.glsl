@@ -3,8 +3,8 @@
 #ifndef GLS_CAPSULES
 #define GLS_CAPSULES 0 // 1: the scene has balls; 2: also tubes
 #endif
-#ifndef GLS_SUN
-#define GLS_SUN 0
+#ifndef GLS_AT_INFINITY
+#define GLS_AT_INFINITY 0
 #endif
 Capsule capsule_of(Facet f) {
     return Capsule(f.a, f.b, f.c.x);
@@ -13,7 +13,7 @@ Capsule capsule_of(Facet f) {
 bool capsule_blocks(Ray ray, Facet other) {
     vec3 p = ray.position, a = other.a, b = other.b;
     float radius = other.c.x;
-#if GLS_SUN
+#if GLS_AT_INFINITY
     vec3 a_ = vec3(a.xy - p.xy, 0.0), d_ = vec3(b.xy - a.xy, 0.0);
 #else
     vec3 to_light = -p;
@@ -29,7 +29,7 @@ bool capsule_blocks(Ray ray, Facet other) {
     vec3 axis = a;
 #endif
     if (dot(a_, a_) >= radius * radius) return false;
-#if GLS_SUN
+#if GLS_AT_INFINITY
     bool ahead = axis.z > p.z;
     bool around_light = false;
 #else

@@ -2,8 +2,8 @@
 // from the light. Between a lit and a dark sample there is such an edge; without one all samples have the same visibility. GLS_SOFT: for
 // area lights only edges whose penumbra is not much wider than the footprint count, since across a wide penumbra one sample is close to
 // the mean. Needs lib/pixel_footprint.glsl, lib/facet.glsl; GLS_SOFT: lib/cone.glsl.
-#ifndef GLS_SUN
-#define GLS_SUN 0
+#ifndef GLS_AT_INFINITY
+#define GLS_AT_INFINITY 0
 #endif
 #ifndef GLS_POINT
 #define GLS_POINT 0
@@ -57,7 +57,7 @@ bool edge_in(PixelFootprint f, bool facing) { // facing: the receiver's plane fa
 #define IN_FACE(v) (v)
 #endif
     float depth = -position.z, deeper = abs(right.z) + abs(up.z) + abs(aside.z);
-#if GLS_SUN
+#if GLS_AT_INFINITY
     vec2 place = position.xy, u = right.xy, v = up.xy, w = aside.xy;
     bool open = f.open;
 #else
@@ -73,7 +73,7 @@ bool edge_in(PixelFootprint f, bool facing) { // facing: the receiver's plane fa
     vec2 cell = (place * u_cells.xy + u_cells.zw) * finest;
     vec2 extent = (abs(u) + abs(v) + beside + sharp) * u_cells.xy * finest;
     float cells = float(GLS_EDGE_CELLS);
-    bool inside = (depth > 0.0 || GLS_SUN == 1) && !f.mixed;
+    bool inside = (depth > 0.0 || GLS_AT_INFINITY == 1) && !f.mixed;
 #if !GLS_POINT
     inside = inside && all(greaterThan(cell + extent, vec2(0.0))) && all(lessThan(cell - extent, vec2(cells)));
 #endif
@@ -83,7 +83,7 @@ bool edge_in(PixelFootprint f, bool facing) { // facing: the receiver's plane fa
     grid = min(grid, EDGE_GRIDS - 1);
     ivec2 at = clamp(ivec2(cell) >> (2 * grid), ivec2(0), ivec2((GLS_EDGE_CELLS >> (2 * grid)) - 1));
     uint link = texelFetch(u_edge_heads, at + ivec2(0, top + (4 * GLS_EDGE_CELLS - (GLS_EDGE_CELLS >> (2 * grid) << 2)) / 3), 0).r;
-#if !GLS_SUN && !GLS_POINT
+#if !GLS_AT_INFINITY && !GLS_POINT
     open = open || any(lessThan(min(abs(cell), abs(cell - cells)), extent)); // beyond the window casters are unknown
 #endif
     bool found = inside && open;
@@ -100,7 +100,7 @@ bool edge_in(PixelFootprint f, bool facing) { // facing: the receiver's plane fa
         a = IN_FACE(a);
         b = IN_FACE(b);
         float blur = beside;
-#if GLS_SUN
+#if GLS_AT_INFINITY
         vec2 p = a.xy - place, q = b.xy - place;
 #if GLS_SOFT
         vec2 away = u_radius * max(depth + vec2(a.z, b.z), 0.0);
@@ -124,7 +124,7 @@ bool edge_in(PixelFootprint f, bool facing) { // facing: the receiver's plane fa
             vec3 c = texelFetch(u_facets, item + 2).xyz;
             between = between || facing && dot(f.normal, c - f.middle) >= -slack;
             c = IN_FACE(c);
-#if GLS_SUN
+#if GLS_AT_INFINITY
             vec2 r = c.xy - place;
 #else
             between = between && c.z < 0.0;

@@ -3,8 +3,8 @@
 #ifndef GLS_POINT
 #define GLS_POINT 0
 #endif
-#ifndef GLS_SUN
-#define GLS_SUN 0
+#ifndef GLS_AT_INFINITY
+#define GLS_AT_INFINITY 0
 #endif
 #ifndef GLS_RECT
 #define GLS_RECT 0 // 1: a rectangular area light, which has a fixed orientation
@@ -56,7 +56,7 @@ vec3 source(int k, Disc disc) { // of a ray, see Ray
     float turn = 6.2831853 * dither_turn;
     point = vec2(cos(turn) * point.x - sin(turn) * point.y, sin(turn) * point.x + cos(turn) * point.y);
 #endif
-#if GLS_SUN
+#if GLS_AT_INFINITY
     return vec3(point, 1.0);
 #else
     return disc.right * point.x + disc.up * point.y;
@@ -64,7 +64,7 @@ vec3 source(int k, Disc disc) { // of a ray, see Ray
 }
 
 void aim(inout Ray ray) {
-#if !GLS_SUN
+#if !GLS_AT_INFINITY
     vec3 away = ray.position - ray.source;
     float axis = face_axis(away), s = face_side(away, axis);
     vec3 right = face_right(axis, s), up = face_up(axis, s), backward = face_backward(axis, s);
@@ -100,7 +100,7 @@ int seen_points(vec3 position, vec3 normal, uint list, int first, int step, ivec
     for (int i = 0; i < TOGETHER; i++) {
         int k = first + i * step;
         vec3 point = source(min(k, u_count - 1), disc);
-#if !GLS_SUN
+#if !GLS_AT_INFINITY
         point -= position;
 #endif
         bool above = dot(normal, point) > 0.0; // above the horizon

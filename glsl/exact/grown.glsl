@@ -9,8 +9,8 @@
 #ifndef GLS_POINT
 #define GLS_POINT 0
 #endif
-#ifndef GLS_SUN
-#define GLS_SUN 0
+#ifndef GLS_AT_INFINITY
+#define GLS_AT_INFINITY 0
 #endif
 uniform usampler2D u_grown_heads;
 uniform usamplerBuffer u_grown_links;
@@ -33,10 +33,10 @@ Place place_of(vec3 position) {
     p.top = int(face_number(axis, s)) * 2 * GLS_GROWN;
     p.depth = -dot(face_backward(axis, s), position);
     place = vec2(dot(face_right(axis, s), position), dot(face_up(axis, s), position));
-#elif !GLS_SUN
+#elif !GLS_AT_INFINITY
     p.inside = p.depth > 0.0;
 #endif
-#if !GLS_SUN
+#if !GLS_AT_INFINITY
     place /= max(p.depth, 1e-30);
 #endif
     vec2 cell = (place * u_cells.xy + u_cells.zw) * (float(GLS_GROWN) / float(GLS_CELLS));

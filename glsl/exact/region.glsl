@@ -1,7 +1,7 @@
 // Slot <between>: lists the triangles that may lie between a receiver and any point of an area light. Needs
 // lib/cone.glsl.
-#ifndef GLS_SUN
-#define GLS_SUN 0
+#ifndef GLS_AT_INFINITY
+#define GLS_AT_INFINITY 0
 #endif
 #ifndef GLS_HUGE
 #define GLS_HUGE 0
@@ -15,7 +15,7 @@ const float CAREFUL = 1.001; // factor on compared values: exceeds any rounding
 
 uint gather(vec3 position, vec3 normal) { // first link + 1; 0: empty
     float bound = receiver_bound(position);
-#if !GLS_SUN
+#if !GLS_AT_INFINITY
     mat3 axes = cone_axes(position);
 #endif
     Place place = place_of(position);
@@ -28,7 +28,7 @@ uint gather(vec3 position, vec3 normal) { // first link + 1; 0: empty
         Facet other = facet(triangle);
         vec3 offset = position - other.a;
         float gap = dot(other.normal, offset);
-#if GLS_SUN
+#if GLS_AT_INFINITY
         float side = -other.normal.z, reach = u_radius * length(other.normal.xy);
 #else
         float side = dot(other.normal, other.a), reach = u_radius + u_bound.x;

@@ -1,6 +1,6 @@
 // Slot <between>: whether any silhouette edge lies between a receiver and some part of an area light. Needs lib/cone.glsl.
-#ifndef GLS_SUN
-#define GLS_SUN 0
+#ifndef GLS_AT_INFINITY
+#define GLS_AT_INFINITY 0
 #endif
 #ifndef GLS_MASKED
 #define GLS_MASKED 0
@@ -16,7 +16,7 @@ float beside(vec3 a, vec3 b) { // squared distance of an edge from the cone's ax
 }
 
 bool is_cut(vec3 position) { // whether a silhouette edge is in the cone
-#if !GLS_SUN
+#if !GLS_AT_INFINITY
     mat3 axes = cone_axes(position);
 #endif
     Place place = place_of(position);
@@ -31,7 +31,7 @@ bool is_cut(vec3 position) { // whether a silhouette edge is in the cone
         vec3 a = TO_CONE(axes, texelFetch(u_facets, item + edge).xyz - position);
         vec3 b = TO_CONE(axes, texelFetch(u_facets, item + (edge + 1) % 3).xyz - position);
         float gap = beside(a, b);
-#if GLS_MASKED || !GLS_SUN
+#if GLS_MASKED || !GLS_AT_INFINITY
         if (entry.w == 3u) { // a triangle
             vec3 c = TO_CONE(axes, texelFetch(u_facets, item + 2).xyz - position);
             gap = min(gap, min(beside(b, c), beside(c, a)));

@@ -5,8 +5,8 @@
 #ifndef GLS_CELLS
 #define GLS_CELLS 512 // along a side of the fine grid
 #endif
-#ifndef GLS_SUN
-#define GLS_SUN 0
+#ifndef GLS_AT_INFINITY
+#define GLS_AT_INFINITY 0
 #endif
 const float WIDER = 1.00001; // rounding, relative
 
@@ -27,7 +27,7 @@ Footprint capsule_footprint(Capsule c) { // in the face's frame, z backward
     f.depth = vec3(-c.a.z, -c.b.z, -c.b.z);
     f.nearest = min(f.depth.x, f.depth.y) - r;
     f.nearest -= 1e-6 * (abs(f.nearest) + r);
-#if GLS_SUN
+#if GLS_AT_INFINITY
     vec2 least = min(c.a.xy, c.b.xy) - r, most = max(c.a.xy, c.b.xy) + r;
     f.least = least * u_cells.xy + u_cells.zw;
     f.most = most * u_cells.xy + u_cells.zw;

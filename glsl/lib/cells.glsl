@@ -4,8 +4,8 @@
 //
 // GLS_AREA: for an area light items may also go into grids of grown items, each into few cells of the grid whose cells are as large as the
 // item and the whole movement of its shadow; a receiver walks one list of each grid. See exact/grown.glsl.
-#ifndef GLS_SUN
-#define GLS_SUN 0
+#ifndef GLS_AT_INFINITY
+#define GLS_AT_INFINITY 0
 #endif
 #ifndef GLS_POINT
 #define GLS_POINT 0
@@ -93,7 +93,7 @@ float gap(vec2 at, vec2 a, vec2 b) { // distance to a segment
 
 float spread_at(float nearest, float slant, float ground) { // fine cells by which the light's size moves a shadow on the ground
     float unit = max(u_cells.x, u_cells.y);
-#if GLS_SUN
+#if GLS_AT_INFINITY
     return u_radius * max(ground - nearest, 0.0) * unit;
 #else
     return nearest > u_radius ? u_radius * slant * max(1.0 - nearest / ground, 0.0) / (nearest - u_radius) * unit : FAR_OUT;
@@ -102,7 +102,7 @@ float spread_at(float nearest, float slant, float ground) { // fine cells by whi
 
 float least_depth(float nearest, float slant, float away) { // of receivers at this distance in fine cells that see the light past the item
     float unit = max(u_cells.x, u_cells.y);
-#if GLS_SUN
+#if GLS_AT_INFINITY
     return nearest + away / (u_radius * unit);
 #else
     float share = away * (nearest - u_radius) / (u_radius * slant * unit);
@@ -114,7 +114,7 @@ float least_depth(float nearest, float slant, float away) { // of receivers at t
 // Whether a triangle may lie between the window and a light of some radius: not if it is beyond one side of the window, or behind the
 // light. The slack, a quarter of a cell, exceeds rounding.
 bool near_window(vec3 a, vec3 b, vec3 c, float radius) {
-#if GLS_SUN
+#if GLS_AT_INFINITY
     return true;
 #else
     vec3 w = vec3(-a.z, -b.z, -c.z), slack = 0.25 * abs(w);
@@ -157,7 +157,7 @@ Footprint footprint(vec3 a, vec3 b, vec3 c) { // vertices in the face's frame, z
     Footprint f;
     f.depth = vec3(-a.z, -b.z, -c.z);
     f.nearest = min(f.depth.x, min(f.depth.y, f.depth.z));
-#if GLS_SUN
+#if GLS_AT_INFINITY
     vec3 w = vec3(1.0);
 #else
     vec3 w = 1.0 / max(f.depth, 1e-20);
@@ -173,7 +173,7 @@ Footprint footprint(vec3 a, vec3 b, vec3 c) { // vertices in the face's frame, z
 #endif
     f.crosses = false;
     f.sides = mat3(0.0);
-#if !GLS_SUN
+#if !GLS_AT_INFINITY
     f.crosses = f.nearest <= 0.0 || any(lessThan(f.least, vec2(-FAR_OUT))) || any(greaterThan(f.most, vec2(FAR_OUT)));
     f.nearest = max(f.nearest, 0.0);
 #if GLS_AREA
@@ -276,7 +276,7 @@ float ground_at(usampler2D grounds, ivec2 cell, int face) {
 // Links the item in all cells where it may lie between a receiver and some part of the light, with the least depth of those receivers.
 void insert_grown(uint item, uint rest, int face, Footprint f, bool edge) {
     const float ground_scale = float(GLS_CELLS) / float(GLS_GROUNDS), fine = float(GLS_CELLS) / float(GLS_GROWN);
-    bool anywhere = GLS_SUN == 0 && (f.crosses || f.nearest <= u_radius); // the cells are unknown
+    bool anywhere = GLS_AT_INFINITY == 0 && (f.crosses || f.nearest <= u_radius); // the cells are unknown
     if (f.crosses) {
         f.sides = mat3(0.0);
         f.nearest = 0.0;
@@ -322,7 +322,7 @@ layout(r32ui, binding = 1) uniform coherent uimage2D u_grounds; // float bits
 
 float aside_by(float lift, Footprint f) { // fine cells
     float unit = max(u_cells.x, u_cells.y);
-#if GLS_SUN
+#if GLS_AT_INFINITY
     return lift * unit;
 #else
     return f.nearest > 2.0 * lift ? 2.0 * lift * f.slant / (f.nearest - lift) * unit : lift > 0.0 ? FAR_OUT : 0.0;
@@ -334,7 +334,7 @@ void deepen(int face, Footprint f, float lift) { // updates all cells in which a
     float deepest = max(f.depth.x, max(f.depth.y, f.depth.z)), aside = aside_by(lift, f);
     Block b = block(f, scale, float(GLS_GROUNDS), aside);
     vec2 x = f.p / scale, e = f.q / scale - x, g = f.r / scale - x;
-#if GLS_SUN
+#if GLS_AT_INFINITY
     vec3 d = f.depth;
 #else
     vec3 d = -1.0 / max(f.depth, 1e-20); // linear over the face
@@ -347,7 +347,7 @@ void deepen(int face, Footprint f, float lift) { // updates all cells in which a
         for (int column = span.x; column <= span.y; column++) {
             ivec2 cell = ivec2(b.first.x + column, row);
             float there = d.x + dot(slope, vec2(cell) + 0.5 - x) + (0.5 + MARGIN + aside / scale) * dot(abs(slope), vec2(1.0));
-#if !GLS_SUN
+#if !GLS_AT_INFINITY
             there = there < 0.0 ? -1.0 / there : 1e38;
 #endif
             float depth = slanted ? min(there, deepest) : deepest;

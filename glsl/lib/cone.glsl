@@ -1,11 +1,11 @@
 // The cone from a receiver to an area light. In its axes the receiver is the origin, z is height, 1 at a local light, and at height h the
 // cone's radius is u_radius * h.
-#ifndef GLS_SUN
-#define GLS_SUN 0
+#ifndef GLS_AT_INFINITY
+#define GLS_AT_INFINITY 0
 #endif
 uniform float u_radius; // radius of the light: a tangent (directional light), or world units
 
-#if GLS_SUN
+#if GLS_AT_INFINITY
 #define TO_CONE(axes, v) (v) // the frame of a directional light is the cone's
 #else
 #define TO_CONE(axes, v) ((axes) * (v))

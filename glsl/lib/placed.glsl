@@ -18,13 +18,13 @@ vec3 unit_normal(vec3 a, vec3 b, vec3 c, mat3 axes) { // of vertices in world ax
 }
 
 #else
-#include "lib/wide.glsl"
+#include "lib/double_float.glsl"
 
 vec3 turned(vec2 x, vec2 y, vec2 z, mat3 axes) {
     vec3 result;
     for (int i = 0; i < 3; i++) {
-        vec2 sum = wide_sum(wide_product(vec2(axes[0][i], 0.0), x), wide_product(vec2(axes[1][i], 0.0), y));
-        result[i] = wide_sum(sum, wide_product(vec2(axes[2][i], 0.0), z)).x;
+        vec2 sum = double_float_sum(double_float_product(vec2(axes[0][i], 0.0), x), double_float_product(vec2(axes[1][i], 0.0), y));
+        result[i] = double_float_sum(sum, double_float_product(vec2(axes[2][i], 0.0), z)).x;
     }
     return result;
 }
@@ -34,8 +34,8 @@ vec3 placed(vec3 point, vec3 origin, mat3 axes) {
 }
 
 vec2 minor(vec2 a, vec2 b, vec2 c, vec2 d) { // a b - c d
-    vec2 subtracted = wide_product(c, d);
-    return wide_sum(wide_product(a, b), -subtracted);
+    vec2 subtracted = double_float_product(c, d);
+    return double_float_sum(double_float_product(a, b), -subtracted);
 }
 
 vec3 unit_normal(vec3 a, vec3 b, vec3 c, mat3 axes) { // of vertices in world axes; 0 where there is no area
@@ -52,11 +52,11 @@ vec3 unit_normal(vec3 a, vec3 b, vec3 c, mat3 axes) { // of vertices in world ax
     if (!(largest > 0.0)) return vec3(0.0);
     frexp(largest, scale);
     for (int i = 0; i < 3; i++) n[i] = ldexp(n[i], ivec2(-scale));
-    vec2 size = wide_sum(wide_sum(wide_product(n[0], n[0]), wide_product(n[1], n[1])), wide_product(n[2], n[2]));
+    vec2 size = double_float_sum(double_float_sum(double_float_product(n[0], n[0]), double_float_product(n[1], n[1])), double_float_product(n[2], n[2]));
     vec2 root = vec2(inversesqrt(size.x), 0.0); // then a Newton step: r + r (1 - size r^2) / 2
-    vec2 rest = wide_sum(vec2(1.0, 0.0), -wide_product(size, wide_product(root, root)));
-    root = wide_sum(root, 0.5 * wide_product(root, rest));
-    return turned(wide_product(n[0], root), wide_product(n[1], root), wide_product(n[2], root), axes);
+    vec2 rest = double_float_sum(vec2(1.0, 0.0), -double_float_product(size, double_float_product(root, root)));
+    root = double_float_sum(root, 0.5 * double_float_product(root, rest));
+    return turned(double_float_product(n[0], root), double_float_product(n[1], root), double_float_product(n[2], root), axes);
 }
 
 #endif

@@ -7,8 +7,8 @@
 #ifndef GLS_TINT_LAYERS
 #define GLS_TINT_LAYERS 1
 #endif
-#ifndef GLS_SUN
-#define GLS_SUN 0
+#ifndef GLS_AT_INFINITY
+#define GLS_AT_INFINITY 0
 #endif
 #if GLS_TINT
 uniform sampler2D u_tint;       // linear colours, and window depth; 1 where there is nothing
@@ -29,7 +29,7 @@ vec3 tinted(vec2 texel, float depth) {
 }
 
 vec3 transmitted(vec3 position_lv, vec3 normal_lv) {
-#if GLS_SUN
+#if GLS_AT_INFINITY
     vec3 place = position_lv + normal_lv * (2.0 * u_tint_texel);
 #else
     vec3 place = position_lv + normal_lv * (2.0 * u_tint_texel * length(position_lv));

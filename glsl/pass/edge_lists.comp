@@ -1,7 +1,7 @@
 // Silhouette edges into grids of per-cell lists, one invocation per edge: into each cell of each grid that is nearer than half a cell.
 // A footprint with a radius of up to half a cell so meets only edges of its centre's cell. See exact/edges.glsl.
-#ifndef GLS_SUN
-#define GLS_SUN 0
+#ifndef GLS_AT_INFINITY
+#define GLS_AT_INFINITY 0
 #endif
 #ifndef GLS_CELLS
 #define GLS_CELLS 512
@@ -28,7 +28,7 @@ void main() {
     for (int face = 0; face < FACES; face++) {
         mat3 turned = face_from_lv(face);
         Footprint f = footprint(turned * a, turned * b, turned * c);
-        if (max(f.depth.x, max(f.depth.y, f.depth.z)) <= 0.0 && GLS_SUN == 0) continue;
+        if (max(f.depth.x, max(f.depth.y, f.depth.z)) <= 0.0 && GLS_AT_INFINITY == 0) continue;
         int top = face * EDGE_ROWS;
         for (int grid = 0; grid < EDGE_GRIDS; grid++) {
             int cells = GLS_EDGE_CELLS >> (2 * grid);

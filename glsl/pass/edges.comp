@@ -1,8 +1,8 @@
 // Lists the silhouette edges of a light's casters, one invocation per triangle: edges where a caster ends, or where its surface folds back
 // for some part of the light. An alpha-tested triangle is listed as a whole: its silhouette may be anywhere inside. Needs the facets of
 // pass/lists.comp.
-#ifndef GLS_SUN
-#define GLS_SUN 0
+#ifndef GLS_AT_INFINITY
+#define GLS_AT_INFINITY 0
 #endif
 #include "lib/facet.glsl"
 #include "lib/traits.glsl"
@@ -16,7 +16,7 @@ const uint NONE = 0xffffffffu, TURNED = 0x80000000u, WHOLE = 3u;
 const float SLACK = 1e-5; // sine below which rounding decides the side
 
 int side(vec3 normal, vec3 a) { // 1: the whole light is in front, -1: behind, 0: on both sides of the plane
-#if GLS_SUN
+#if GLS_AT_INFINITY
     float middle = normal.z, reach = u_radius * length(normal.xy) + SLACK;
 #else
     float middle = -dot(normal, a), reach = u_radius + SLACK * length(a);

@@ -8,8 +8,8 @@
 #ifndef GLS_PLACES_GROWN
 #define GLS_PLACES_GROWN 1
 #endif
-#ifndef GLS_SUN
-#define GLS_SUN 0
+#ifndef GLS_AT_INFINITY
+#define GLS_AT_INFINITY 0
 #endif
 #ifndef GLS_POINT
 #define GLS_POINT 0
@@ -31,7 +31,7 @@ bool casts(Facet one, uint flags) {
 }
 
 int side(vec3 normal, vec3 a) { // 1: the whole light is in front, -1: behind, 0: on both sides of the plane
-#if GLS_SUN
+#if GLS_AT_INFINITY
     float middle = normal.z, reach = u_radius * length(normal.xy) + SLACK;
 #else
     float middle = -dot(normal, a), reach = u_radius + SLACK * length(a);
@@ -61,7 +61,7 @@ void main() {
     insert_in_faces(triangle, mask, own.a, own.b, own.c);
 #else
     bool whole = (flags & CUT_OUT) != 0u;
-#if !GLS_SUN
+#if !GLS_AT_INFINITY
     // a triangle through the light cuts it inside its own edges
     vec3 middle = (own.a + own.b + own.c) / 3.0;
     float around = max(distance(middle, own.a), max(distance(middle, own.b), distance(middle, own.c)));

@@ -3,8 +3,8 @@
 #ifndef GLS_CAPSULES
 #define GLS_CAPSULES 0 // 1: the scene has balls; 2: also tubes
 #endif
-#ifndef GLS_SUN
-#define GLS_SUN 0
+#ifndef GLS_AT_INFINITY
+#define GLS_AT_INFINITY 0
 #endif
 #ifndef GLS_POINT
 #define GLS_POINT 0
@@ -42,7 +42,7 @@ uniform usamplerBuffer u_smooth; // see lib/smooth_point.glsl
 
 // Largest distance of the smooth surface above it, seen from either side: 0 where the whole light is well above its horizon.
 float most_lift(uint triangle, vec3 normal, vec3 a, vec3 b, vec3 c) {
-#if GLS_SUN
+#if GLS_AT_INFINITY
     float height = normal.z, reach = u_radius * length(normal.xy), far = 1.0;
 #else
     float height = -dot(normal, a), reach = u_radius, far = max(length(a), max(length(b), length(c)));
@@ -89,7 +89,7 @@ void main() {
     facets[place + 1u] = vec4(b, normal.y);
     facets[place + 2u] = vec4(c, normal.z);
     uint mask = (flags & CUT_OUT) != 0u ? triangle + node.y : 0u;
-#if GLS_SUN
+#if GLS_AT_INFINITY
     float side = normal.z; // > 0: its front faces the light
     float unit = length(normal.xy);
 #else

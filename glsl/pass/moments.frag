@@ -1,6 +1,6 @@
 // Converts a depth map into what a filter averages; with GLS_ROW, its mean over 2 R + 1 texels in a row.
-#ifndef GLS_SUN
-#define GLS_SUN 0
+#ifndef GLS_AT_INFINITY
+#define GLS_AT_INFINITY 0
 #endif
 #ifndef GLS_ROW
 #define GLS_ROW 0 // R
@@ -13,7 +13,7 @@ layout(location = 0) out vec4 o_moments;
 
 vec4 moments_at(ivec2 texel) {
     float base = (texelFetch(u_stored, texel, 0).r - u_even.x) / u_even.y;
-#if GLS_SUN
+#if GLS_AT_INFINITY
     float away = base;
 #else
     float away = 1.0 / max(base, 1e-30);

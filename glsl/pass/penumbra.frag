@@ -12,8 +12,8 @@
 #ifndef GLS_ORTHO
 #define GLS_ORTHO 0 // 1: an orthographic camera
 #endif
-#ifndef GLS_SUN
-#define GLS_SUN 0
+#ifndef GLS_AT_INFINITY
+#define GLS_AT_INFINITY 0
 #endif
 #ifndef GLS_POINT
 #define GLS_POINT 0
@@ -83,7 +83,7 @@ layout(location = 0) out uint o_seen;
 
 #if GLS_STAGE == 0 || GLS_ROUNDED
 vec2 heights(vec3 position, vec3 normal) { // of the light's lowest and highest point above the receiver's horizon
-#if GLS_SUN
+#if GLS_AT_INFINITY
     float middle = normal.z, reach = u_radius * length(normal.xy);
 #else
     float near = inversesqrt(dot(position, position));
@@ -130,7 +130,7 @@ void main() {
     receiver_corner = plane_corner(own);
     receiver_face = normal;
 #if GLS_ROUNDED
-#if GLS_SUN
+#if GLS_AT_INFINITY
     float lowest = heights(position, normal).x;
 #else
     float lowest = heights(position, normal).x * inversesqrt(dot(position, position));

@@ -11,8 +11,8 @@
 #ifndef GLS_ORTHO
 #define GLS_ORTHO 0 // 1: an orthographic camera
 #endif
-#ifndef GLS_SUN
-#define GLS_SUN 0
+#ifndef GLS_AT_INFINITY
+#define GLS_AT_INFINITY 0
 #endif
 #ifndef GLS_FIRST
 #define GLS_FIRST 1
@@ -195,7 +195,7 @@ bool light_ends_in(PixelFootprint f) { // whether the light shines on some of th
 #endif
 
 vec3 towards_w(vec3 towards_l) {
-#if GLS_SUN
+#if GLS_AT_INFINITY
     return v_towards_w;
 #else
     return towards_l * v_axes_l; // transposed: back to world axes
@@ -434,7 +434,7 @@ void main() {
     const bool catcher = false;
 #endif
     vec3 sent = color * light;
-#if (GLS_GLOSSY || GLS_ROUGH) && !(GLS_WIDE && GLS_SUN) && !GLS_PER_CHANNEL // a sky is reflected as ambient light is
+#if (GLS_GLOSSY || GLS_ROUGH) && !(GLS_WIDE && GLS_AT_INFINITY) && !GLS_PER_CHANNEL // a sky is reflected as ambient light is
 #if GLS_ORTHO
     vec3 to_eye = -v_forward_l;
 #else

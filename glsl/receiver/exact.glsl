@@ -8,8 +8,8 @@
 // No self-shadowing: the receiver's own triangle is skipped by its number. Another triangle counts only if the receiver's distance to its
 // plane exceeds the rounding of that distance, u_bound. The distance to the occluder's plane, not along the ray, does not grow at grazing
 // light. Twin and derivation: glshadow.derive.lists.distance_bound
-#ifndef GLS_SUN
-#define GLS_SUN 0
+#ifndef GLS_AT_INFINITY
+#define GLS_AT_INFINITY 0
 #endif
 #ifndef GLS_POINT
 #define GLS_POINT 0
@@ -29,7 +29,7 @@
 #ifndef GLS_MARKS
 #define GLS_MARKS 0 // 1: also computes whether the samples of a pixel may see the light differently
 #endif
-#if GLS_POINT || GLS_AREA && !GLS_SUN
+#if GLS_POINT || GLS_AREA && !GLS_AT_INFINITY
 #include "lib/faces.glsl"
 #endif
 #include "lib/facet.glsl"
@@ -51,22 +51,22 @@ struct Ray { // from a receiver to the light
 #if GLS_AREA
     vec3 source; // directional light: (x, y, 1) along the ray; else the position of the light's sample point
 #endif
-#if GLS_POINT || GLS_AREA && !GLS_SUN
+#if GLS_POINT || GLS_AREA && !GLS_AT_INFINITY
     vec3 right; // two vectors perpendicular to the ray: both dot products are 0 on the ray
     vec3 up;
-#elif !GLS_SUN
+#elif !GLS_AT_INFINITY
     vec2 tangent;
 #endif
     float bound;
 };
 
 vec2 across(Ray ray, vec3 v) { // a vertex projected along the ray; the ray is the origin
-#if GLS_AREA && GLS_SUN
+#if GLS_AREA && GLS_AT_INFINITY
     GLS_PRECISE vec2 seen = v.xy - ray.position.xy - ray.source.xy * (v.z - ray.position.z);
 #elif GLS_AREA
     GLS_PRECISE vec3 w = v - ray.source;
     GLS_PRECISE vec2 seen = vec2(w.x * ray.right.x + w.y * ray.right.y + w.z * ray.right.z, w.x * ray.up.x + w.y * ray.up.y + w.z * ray.up.z);
-#elif GLS_SUN
+#elif GLS_AT_INFINITY
     GLS_PRECISE vec2 seen = v.xy - ray.position.xy;
 #elif GLS_POINT
     GLS_PRECISE vec2 seen = vec2(v.x * ray.right.x + v.y * ray.right.y + v.z * ray.right.z, v.x * ray.up.x + v.y * ray.up.y + v.z * ray.up.z);
@@ -89,9 +89,9 @@ bool met(vec3 area) { // all of one sign, or 0 on an edge
 int behind(Ray ray, Facet other) {
     vec3 offset = ray.position - other.a;
     float gap = dot(other.normal, offset);
-#if GLS_AREA && GLS_SUN
+#if GLS_AREA && GLS_AT_INFINITY
     float side = -dot(other.normal, ray.source);
-#elif GLS_SUN
+#elif GLS_AT_INFINITY
     float side = -other.normal.z;
 #else
 #if GLS_AREA
@@ -123,7 +123,7 @@ bool folds_before(Facet own, Facet other) {
     vec3 p = joint.x ? other.a : other.b, q = joint.z ? other.c : other.b; // the edge
     vec3 theirs = joint.x ? joint.y ? other.c : other.b : other.a; // corners off it
     vec3 mine = own.a != p && own.a != q ? own.a : own.b != p && own.b != q ? own.b : own.c;
-#if GLS_SUN
+#if GLS_AT_INFINITY
     float one = (q.x - p.x) * (mine.y - p.y) - (q.y - p.y) * (mine.x - p.x);
     float two = (q.x - p.x) * (theirs.y - p.y) - (q.y - p.y) * (theirs.x - p.x);
     float side = own.normal.z;
@@ -162,7 +162,7 @@ float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
     place = vec2(dot(right, position_lv), dot(up, position_lv)) / max(depth, 1e-30);
     ray.right = right + place.x * backward;
     ray.up = up + place.y * backward;
-#elif !GLS_SUN
+#elif !GLS_AT_INFINITY
     place /= max(depth, 1e-30);
     ray.tangent = place;
 #endif
@@ -170,7 +170,7 @@ float light_visibility(vec3 position_lv, vec3 normal_lv, float cosine) {
     bool inside = all(greaterThanEqual(cell, vec2(0.0))) && all(lessThan(cell, vec2(GLS_CELLS)));
 #if GLS_POINT
     inside = true; // by choice of the face; at its border rounding may give a cell past the last
-#elif !GLS_SUN
+#elif !GLS_AT_INFINITY
     inside = inside && depth > 0.0;
 #endif
     return blocked(ray, cell, face, depth, inside && cosine > 0.0) ? 0.0 : 1.0;

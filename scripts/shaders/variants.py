@@ -244,7 +244,7 @@ def _resolve() -> Iterator[Variant]:
         for dialect in DIALECTS:
             yield Variant("pass/forward.frag", dialect, open_slots(kind), {"GLS_COOKIE": 1, "GLS_OUTPUT": 1})
     for kind in KINDS:
-        tint: dict[str, int | str] = {"GLS_TINT": kind.most_views, "GLS_SUN": int(kind.at_infinity)}
+        tint: dict[str, int | str] = {"GLS_TINT": kind.most_views, "GLS_AT_INFINITY": int(kind.at_infinity)}
         yield Variant("pass/resolve.frag", "core330", open_slots(kind), tint)
         yield Variant("pass/resolve.frag", "core330", open_slots(kind), {**tint, **PER_SAMPLE})
         for dialect in DIALECTS:

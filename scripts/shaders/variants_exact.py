@@ -89,7 +89,7 @@ def area() -> Iterator[Variant]:
     for kind in WIDE:
         for slots, channels, more in product((precomputed_slots(kind), open_slots(kind)), (1, 2), ({}, PER_SAMPLE)):
             wide: dict[str, int | str] = {
-                "GLS_SUN": int(kind.at_infinity),
+                "GLS_AT_INFINITY": int(kind.at_infinity),
                 "GLS_SURFACE": channels,
                 "GLS_WEIGHED": 2 if kind.per_channel else int(kind.weighted),
                 "GLS_ROUNDED": channels - 1,
@@ -100,7 +100,7 @@ def area() -> Iterator[Variant]:
                 more = {"GLS_CATCHES": catches, "GLS_WEAK": weak}
                 yield Variant("pass/resolve.frag", "core330", precomputed_slots(kind), {**wide, **more})
     for weighed in (1, 2):
-        alone = {"GLS_SUN": 1, "GLS_ALONE": 1, "GLS_WEIGHED": weighed}
+        alone = {"GLS_AT_INFINITY": 1, "GLS_ALONE": 1, "GLS_WEIGHED": weighed}
         yield Variant("pass/resolve.frag", "core330", open_slots(KINDS[0]), alone)
     for stage in (0, 1):
         yield Variant("pass/resolve.vert", "core330", {}, {"GLS_STAGE": stage})

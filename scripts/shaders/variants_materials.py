@@ -58,24 +58,29 @@ def _read(features: Features, scene: dict[str, int | str]) -> Iterator[Variant]:
         columns, rows = grid(samples)
         yield Variant("pass/fill.frag", "core400", {}, {**scene, "GLS_COLUMNS": columns, "GLS_ROWS": rows})
     for kind, first in product(KINDS, (0, 1)):
-        each: dict[str, int | str] = {**scene, "GLS_FIRST": first, "GLS_SUN": int(kind.at_infinity)}
+        each: dict[str, int | str] = {**scene, "GLS_FIRST": first, "GLS_AT_INFINITY": int(kind.at_infinity)}
         for more in ({}, {"GLS_ORTHO": 1}, {**PER_SAMPLE, "GLS_LAST": 0}):
             yield Variant("pass/resolve.frag", "core330", open_slots(kind), {**each, **more})
     for rounded, catches in product((0, 1), (0, 1)):
         exact = exact_defines(KINDS[0].projection, 512, 16, False)
-        seen: dict[str, int | str] = {"GLS_ROUNDED": rounded, "GLS_CATCHES": catches, "GLS_SUN": 1}
+        seen: dict[str, int | str] = {"GLS_ROUNDED": rounded, "GLS_CATCHES": catches, "GLS_AT_INFINITY": 1}
         yield Variant("pass/resolve.frag", "core330", exact_slots(KINDS[0]), {**exact, **scene, **seen})
     for channels, colors in ((1, 0), (1, 1), (2, 0), (2, 1)) if features == Features(rough=True) else ():
         few = {**features.defines(channels), "GLS_SURFACE": channels, "GLS_COLORS": colors}
         for kind, more in product(KINDS, ({}, {"GLS_ORTHO": 1}, {**PER_SAMPLE, "GLS_LAST": 0})):
             yield Variant(
-                "pass/resolve.frag", "core330", open_slots(kind), {**few, "GLS_SUN": int(kind.at_infinity), **more}
+                "pass/resolve.frag",
+                "core330",
+                open_slots(kind),
+                {**few, "GLS_AT_INFINITY": int(kind.at_infinity), **more},
             )
     for kind in WIDE:
         for slots, weighed in ((open_slots(kind), 0), (precomputed_slots(kind), 2 if kind.per_channel else 0)):
             for first, more in product((0, 1), ({}, {"GLS_ORTHO": 1}, {**PER_SAMPLE, "GLS_LAST": 0})):
                 wide: dict[str, int | str] = {**scene, "GLS_FIRST": first, "GLS_WEIGHED": weighed}
-                yield Variant("pass/resolve.frag", "core330", slots, {**wide, "GLS_SUN": int(kind.at_infinity), **more})
+                yield Variant(
+                    "pass/resolve.frag", "core330", slots, {**wide, "GLS_AT_INFINITY": int(kind.at_infinity), **more}
+                )
                 for channels, colors in ((1, 0), (1, 1), (2, 0), (2, 1)) if features == Features(rough=True) else ():
                     few = {**features.defines(channels), "GLS_SURFACE": channels, "GLS_COLORS": colors}
                     yield Variant("pass/resolve.frag", "core330", slots, {**wide, **few, **more})

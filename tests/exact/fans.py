@@ -24,7 +24,7 @@ from glshadow.scenes import shapes
 from glshadow.scenes.shapes import Solid
 from glshadow.shader import source
 
-from .turned import rotation
+from .orientations import rotation
 
 KINDS = ("orthographic", "perspective", "cube")
 AT_VERTICES = 0.35  # share of the rays; the others pass an edge
@@ -52,7 +52,7 @@ bool blocked(Ray ray, vec2 cell, float face, float depth, bool asked) {
         if (triangle < 0) break;
         Facet other = facet(triangle);
         hit = hit || met(turns(across(ray, other.a), across(ray, other.b), across(ray, other.c)));
-#if GLS_SUN
+#if GLS_AT_INFINITY
         vec3 a = vec3(other.a.xy, 1.0), b = vec3(other.b.xy, 1.0), c = vec3(other.c.xy, 1.0), p = vec3(ray.position.xy, 1.0);
 #else
         vec3 a = other.a, b = other.b, c = other.c, p = ray.position;
@@ -208,7 +208,7 @@ def slipped(context: GLContext, programs: Programs, fans: Fans, rays: NDArray[np
     ctx = context.ctx
     slots = {"shadow": "receiver/exact.glsl", "candidates": "test/fan.glsl"}
     defines = {
-        "GLS_SUN": int(fans.kind == "orthographic"),
+        "GLS_AT_INFINITY": int(fans.kind == "orthographic"),
         "GLS_POINT": int(fans.kind == "cube"),
         "GLS_CELLS": CELLS[fans.kind],
         "GLS_MOST": MOST,

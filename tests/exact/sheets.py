@@ -12,7 +12,7 @@ from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes.shapes import Solid
 
 from .compare import shone
-from .turned import rotation
+from .orientations import rotation
 
 SHEET_HALF, SHEET_HEIGHT = 30.0, 4.0
 PLANE_HALF = 6.0

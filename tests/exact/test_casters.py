@@ -17,7 +17,7 @@ from glshadow.scenes import shapes
 
 from ..tolerances import WEIGHT
 from .compare import WRONG, Compared, compared, shone
-from .turned import rotation
+from .orientations import rotation
 
 CAMERA = gs.PerspectiveCamera((3.0, 5.0, 6.0), (0.0, 0.6, 0.0), fov_y=50.0)
 LIGHTS: dict[str, Light] = {

@@ -215,7 +215,7 @@ def test_cookies_and_tints_are_the_same_in_both_dialects(
             "GLS_COOKIE": tinted,
             **(tint.defines if tinted else {"GLS_TINT": 0}),
         }
-        defines["GLS_SUN"] = int(kind == "directional")
+        defines["GLS_AT_INFINITY"] = int(kind == "directional")
         program = gpu[1].get("pass/forward.vert", "pass/forward.frag", dialect, open_slots(light), defines)
         for name, value in values.items():
             if tinted and isinstance(value, bytes):

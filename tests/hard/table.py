@@ -113,7 +113,7 @@ ELSEWHERE: tuple[Elsewhere, ...] = (
         EDGE,
         "LightSamples",
         PASS,
-        "tests/exact/test_panels.py: mean error below 0.01 of as many points by exact",
+        "tests/exact/test_area_lights.py: mean error below 0.01 of as many points by exact",
         (LightSamples,),
     ),
     Elsewhere(31, EDGE, "exact", PASS, "tests/exact/test_soft_closed_forms.py: edge, strip, corner, ball", (Exact,)),
@@ -122,7 +122,7 @@ ELSEWHERE: tuple[Elsewhere, ...] = (
         "rectangle over an edge, and alone",
         "exact, rectangular area light",
         PASS,
-        "tests/exact/test_panels.py: form factors in closed form",
+        "tests/exact/test_area_lights.py: form factors in closed form",
         (RectLight,),
     ),
     Elsewhere(
@@ -130,7 +130,7 @@ ELSEWHERE: tuple[Elsewhere, ...] = (
         "sky over a floor and beside a wall",
         "exact, sky light",
         PASS,
-        "tests/exact/test_panels.py: 1, and 1/2 beside a wall",
+        "tests/exact/test_area_lights.py: 1, and 1/2 beside a wall",
         (SkyLight,),
     ),
     Elsewhere(

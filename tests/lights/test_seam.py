@@ -19,7 +19,7 @@ from glshadow.lights.light import Light
 from glshadow.overlay import overlay, required_outputs
 from glshadow.shader import source
 
-from .strangers import SNIPPET, BeamLight, TubeLight
+from .custom_lights import SNIPPET, BeamLight, TubeLight
 
 SIZE = (96, 72)
 OUTPUTS = ("visibility", "triangle", "linear", "position", "normal")

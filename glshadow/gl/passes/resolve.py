@@ -149,7 +149,7 @@ def _common_defines(
     return {
         **receiver.defines,
         "GLS_ORTHO": int(not frame.camera_view.camera.is_perspective),
-        "GLS_SUN": int(light.at_infinity),
+        "GLS_AT_INFINITY": int(light.at_infinity),
         "GLS_SELECTIVE": int(frame.scene.selective),
         "GLS_ROUNDED": int(frame.scene.rounded is not None),
         "GLS_CAPSULES": frame.scene.capsules,

@@ -46,7 +46,7 @@ def read_transmittance(frame: FrameContext, surface: SurfaceTargets, lights: Tin
         axes, offset = world[:3, :3], world[:3, 3] + world[:3, :3] @ scene.origin
         program = frame.programs.get(
             "pass/resolve.vert", "pass/transmittance.frag",
-            defines={"GLS_ORTHO": int(not view.camera.is_perspective), "GLS_SUN": int(light.at_infinity), **tint.defines},
+            defines={"GLS_ORTHO": int(not view.camera.is_perspective), "GLS_AT_INFINITY": int(light.at_infinity), **tint.defines},
         )  # fmt: skip
         program.set(**camera_uniforms(scene, view, axes, offset), **tint.uniforms(axes, offset, scene.origin))
         program.bind(u_surface=surface.surface, u_camera_depth=(surface.depth, frame.samplers.plain), u_planes=scene.planes,

@@ -29,14 +29,14 @@ vec2 exact_product(float a, float b) {
     return vec2(p, rest);
 }
 
-vec2 wide_sum(vec2 a, vec2 b) {
+vec2 double_float_sum(vec2 a, vec2 b) {
     vec2 s = exact_sum(a.x, b.x);
     vec2 t = exact_sum(a.y, b.y);
     s = quick_sum(s.x, s.y + t.x);
     return quick_sum(s.x, s.y + t.y);
 }
 
-vec2 wide_product(vec2 a, vec2 b) {
+vec2 double_float_product(vec2 a, vec2 b) {
     vec2 p = exact_product(a.x, b.x);
     precise float rest = p.y + (a.x * b.y + a.y * b.x);
     return quick_sum(p.x, rest);
