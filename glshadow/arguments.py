@@ -49,16 +49,24 @@ def frame_request(
     """Check the arguments of `Renderer.render`; raises SettingsError or SceneError."""
     camera, lights, size = frame_arguments(scene, camera, lights, size)
     names = frozenset(checked_outputs(outputs))
-    return FrameRequest(scene, camera, lights, size, names, look_of(ambient, background, samples))
+    own = scene.defaults
+    look = look_of(ambient, background, samples, own.ambient_beside(lights), own.background)
+    return FrameRequest(scene, camera, lights, size, names, look)
 
 
-def as_scene(source: Any, ground: bool | str = False) -> Scene:
-    """A scene itself, so that its cached data stays valid; anything else is converted by `load`. Optionally adds the ground of `load`."""
-    if isinstance(source, Scene) and ground is False:
+def as_scene(source: Any, ground: bool | str = False, look: str | None = None, usual: str = "studio") -> Scene:
+    """A scene itself, so that its cached data stays valid; anything else is converted by `load`. Optionally adds ground and look of `load`.
+
+    `usual`: the look, if none is given, of a source that has none and no lights; other than "studio" only without ground and look.
+    """
+    if isinstance(source, Scene) and ground is False and look is None:
         return source
-    from glshadow.io.load import load  # slow to import
+    from glshadow.io.limits import Budget
+    from glshadow.io.load import load, read_scene  # slow to import
 
-    return load(source, ground=ground)
+    if usual == "studio":
+        return load(source, ground=ground, look=look)
+    return read_scene(source, Budget(), usual=usual)
 
 
 def frame_arguments(

@@ -21,6 +21,7 @@ def render(
     size: tuple[int, int] = DEFAULT_SIZE,
     path: str | PathLike[str] | None = None,
     ground: bool | str = False,
+    look: str | None = None,
     **options: Unpack[RenderOptions],
 ) -> Frame:
     """Render one frame with a temporary renderer.
@@ -34,12 +35,13 @@ def render(
     path : optional
         Also save the image here. The suffix and the folder are checked before anything is rendered.
     ground : bool or "catcher"
+    look : {None, "studio", "plain", "outdoor"}
         As for `glshadow.load`.
     **options
         Further arguments of Renderer.render.
     """
     target = optional(frame_path, "not saved")("path", path)
-    scene = as_scene(scene, ground)
+    scene = as_scene(scene, ground, look)
     with Renderer() as renderer:
         frame = renderer.render(scene, camera, lights, size, **options)
     if target is not None:

@@ -15,7 +15,7 @@ from glshadow.core.cameras import Camera
 from glshadow.core.outputs import NAMES, checked_outputs
 from glshadow.core.sampling import DEFAULT_SAMPLES
 from glshadow.core.setting import instance, optional, shown
-from glshadow.derive.look import AMBIENT, BACKGROUND, Ambient, look_of
+from glshadow.derive.look import OWN_BACKGROUND, Ambient, look_of
 from glshadow.errors import GlshadowError, GlshadowWarning, ResourceError, SettingsError, unexpected
 from glshadow.frame import Frame
 from glshadow.gl.draw import draw_frame
@@ -38,8 +38,8 @@ DEFAULT_OUTPUTS = ("image", "visibility")
 class RenderOptions(TypedDict, total=False):
     """Keyword arguments of `Renderer.render` except scene, camera, lights and size; described there."""
 
-    ambient: Ambient
-    background: ArrayLike | None
+    ambient: Ambient | None
+    background: ArrayLike | str | None
     outputs: str | Sequence[str]
     samples: int
     max_wrong: float | None
@@ -108,8 +108,8 @@ class Renderer:
         camera: Camera | None = None,
         lights: Lights = None,
         size: tuple[int, int] = DEFAULT_SIZE,
-        ambient: Ambient = AMBIENT,
-        background: ArrayLike | None = BACKGROUND,
+        ambient: Ambient | None = None,
+        background: ArrayLike | str | None = OWN_BACKGROUND,
         outputs: str | Sequence[str] = DEFAULT_OUTPUTS,
         samples: int = DEFAULT_SAMPLES,
         max_wrong: float | None = None,
@@ -126,9 +126,9 @@ class Renderer:
             Width and height in pixels.
         ambient : float, (3,) floats or a pair of these
             Linear light that reaches every surface from all directions; 0 or more. In a pair, the first comes from above, the second from
-            below, blended by the normal's height.
-        background : (3,) floats or None
-            sRGB, each in 0..1; None: transparent.
+            below, blended by the normal's height. None: that of the scene's look with lights from all around, (0.27, 0.12) with others.
+        background : (3,) floats, "look" or None
+            sRGB, each in 0..1; "look": that of the scene's look, see `load`; None: transparent.
         outputs : str or sequence of str
             Outputs to read back: names of properties of `Frame`, or "all".
         samples : int
@@ -294,8 +294,8 @@ def _check_options(name: str, options: RenderOptions) -> None:
     if unknown := set(options) - set(RenderOptions.__annotations__):
         raise SettingsError(f"{name} has no argument {', '.join(sorted(map(repr, unknown)))}: it takes those of render")
     look_of(
-        options.get("ambient", AMBIENT),
-        options.get("background", BACKGROUND),
+        options.get("ambient"),
+        options.get("background", OWN_BACKGROUND),
         options.get("samples", DEFAULT_SAMPLES),
     )
     checked_outputs(options.get("outputs", DEFAULT_OUTPUTS))

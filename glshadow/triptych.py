@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from glshadow.core.spaces import Array
 from glshadow.core.srgb import srgb_from_linear
-from glshadow.derive.look import AMBIENT, BACKGROUND, Ambient
+from glshadow.derive.look import OWN_BACKGROUND, Ambient
 
 if TYPE_CHECKING:
     from glshadow.frame import Frame
@@ -26,8 +26,8 @@ def triptych(
     frame: Frame,
     truth: Truth,
     error: Measurement,
-    ambient: Ambient = AMBIENT,
-    background: ArrayLike | None = BACKGROUND,
+    ambient: Ambient | None = None,
+    background: ArrayLike | str | None = OWN_BACKGROUND,
 ) -> NDArray[np.uint8]:
     """Three images side by side, in one row per light, shaded by that light alone.
 
@@ -45,7 +45,7 @@ def triptych(
     (L H + (L - 1) GAP, 3 W + 2 GAP, 3) uint8
     """
     if background is None:  # an error image is not composited over another image
-        background = BACKGROUND
+        background = OWN_BACKGROUND
     rows = []
     for number, light in enumerate(frame.lights):
         bare = replace(light, shadow=None)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from glshadow.arguments import as_scene
 from glshadow.batch.job import BUILTIN, Job
 from glshadow.core.orbit import orbit
 from glshadow.errors import GlshadowError, listening
@@ -56,7 +57,7 @@ class Drawer:
             start = time.perf_counter()
             scene, inputs = self._loaded(job, batch)
             loaded = time.perf_counter()
-            cameras = orbit(scene.camera, job.orbit) if job.orbit else job.cameras or (scene.camera,)
+            cameras = orbit(scene.turning_camera, job.orbit) if job.orbit else job.cameras or (scene.camera,)
             lights = scene.lights if job.lights is None else job.lights
             if job.shadow is not None:
                 own = Shadow()
@@ -75,7 +76,7 @@ class Drawer:
         return Drawn(loaded - start, drawn, tuple(dict.fromkeys(said)), inputs, tuple(images))
 
     def _loaded(self, job: Job, batch: str) -> tuple[Scene, Inputs]:
-        key = (batch, job.scene, job.ground, job.up_axis)
+        key = (batch, job.scene, job.ground, job.up_axis, job.look)
         if self._kept is None or self._kept[0] != key:
             self._kept = None  # free the old scene before loading the new one
             self._kept = key, *_load(job)
@@ -111,9 +112,9 @@ def _load(job: Job) -> tuple[Scene, Inputs]:
 
     if job.scene not in BUILTIN:
         budget = Budget()
-        scene = read_scene(job.scene, budget, job.ground, job.up_axis)
+        scene = read_scene(job.scene, budget, job.ground, job.up_axis, look=job.look)
         folder = Path(job.scene).parent
         return scene, tuple((os.path.relpath(path, folder), digest_of_file(path)) for path in sorted(budget.files))
     name, _, number = job.scene.partition(":")
     scene = getattr(builtin, name)(*([int(number)] if number else []))
-    return scene.with_ground() if job.ground else scene, ()
+    return as_scene(scene, job.ground, job.look), ()

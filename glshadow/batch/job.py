@@ -29,11 +29,12 @@ from glshadow.core.setting import (
 )
 from glshadow.core.spelling import parse
 from glshadow.core.strict_json import strict_json
-from glshadow.derive.look import BACKGROUND, look_of
+from glshadow.derive.look import OWN_BACKGROUND, background_rule
 from glshadow.errors import GlshadowError, SceneError, SettingsError
 from glshadow.image import FRAME_SUFFIXES
 from glshadow.lights import LIGHTS, DirectionalLight, Light, as_lights
 from glshadow.numbered import MOST_IMAGES, has_field, numbered
+from glshadow.scene.looks import LOOKS
 from glshadow.shadows.bias import BIASES
 from glshadow.shadows.filters import FILTERS
 from glshadow.shadows.fits import FITS
@@ -50,10 +51,6 @@ EXAMPLE = '{"scene": "courtyard", "output": "a.png", "size": [640, 360], "lights
 
 def _scene(name: str, value: Any) -> str:
     return value if isinstance(value, str) and value in BUILTIN else str(as_path(name, value))
-
-
-def _background(name: str, value: Any) -> Any:
-    return look_of(0.0, value, 1).background
 
 
 def _outputs(name: str, value: Any) -> tuple[str, ...]:
@@ -81,7 +78,7 @@ class Job(Settings):
         For every light that casts shadows and has no shadow settings of its own.
     outputs : tuple of str, optional
         Outputs that .npz and .exr hold; None: as for `glshadow render`.
-    size, samples, background, ground, up_axis
+    size, samples, background, look, ground, up_axis
         As for `render` and `load`.
 
     Raises
@@ -99,7 +96,8 @@ class Job(Settings):
     shadow: Shadow | None = setting(optional(instance(Shadow)), None)
     size: tuple[int, int] = setting(pixels, DEFAULT_SIZE)
     samples: int = setting(IMAGE_SAMPLES, DEFAULT_SAMPLES)
-    background: tuple[float, float, float] | None = setting(_background, BACKGROUND)
+    background: tuple[float, float, float] | str | None = setting(background_rule, OWN_BACKGROUND)
+    look: str | None = setting(optional(one_of(*LOOKS), "studio, or the file's lights"), None)
     ground: bool = setting(flag(), False)
     up_axis: str | None = setting(optional(one_of("x", "y", "z"), "y"), None)
     outputs: tuple[str, ...] | None = setting(optional(_outputs, "those of the file's format"), None)

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from glshadow.cli.bar import Bar
-from glshadow.cli.options import Command, common, option
+from glshadow.cli.options import common
 from glshadow.cli.running import FAILED, Work
+from glshadow.cli.sections import Command, option
 
 if TYPE_CHECKING:
     from glshadow.gl.driver.context import Backend

@@ -6,8 +6,9 @@ from typing import Any
 
 import click
 
-from glshadow.cli.options import Command, common
+from glshadow.cli.options import common
 from glshadow.cli.running import FAILED, Work
+from glshadow.cli.sections import Command
 
 LIMITS = {  # attribute of Caps: label
     "max_texture_size": "largest texture",

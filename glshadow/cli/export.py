@@ -8,8 +8,9 @@ from typing import Any
 import click
 
 from glshadow.cli import values
-from glshadow.cli.options import Command, Request, common, option, scene_options
+from glshadow.cli.options import Request, common, scene_options
 from glshadow.cli.running import Work
+from glshadow.cli.sections import Command, option
 
 EXAMPLES = """
 \b

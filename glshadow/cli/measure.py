@@ -7,7 +7,6 @@ from typing import Any
 import click
 
 from glshadow.cli.options import (
-    Command,
     Request,
     common,
     light_facts,
@@ -19,6 +18,7 @@ from glshadow.cli.options import (
 )
 from glshadow.cli.orbit import refuse_video
 from glshadow.cli.running import Work
+from glshadow.cli.sections import Command
 
 EXAMPLES = """
 \b
@@ -79,7 +79,7 @@ def _measure(work: Work, wanted: Request) -> None:
                 from glshadow import image
                 from glshadow.triptych import triptych
 
-                picture = triptych(renderer, frame, truth, error, **wanted.look)
+                picture = triptych(renderer, frame, truth, error, **wanted.shown)
                 image.write(wanted.output, picture)
     if wanted.output is not None:
         work.say(

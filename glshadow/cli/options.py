@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from glshadow.arguments import DEFAULT_SIZE
 from glshadow.cli import values
 from glshadow.cli.running import Work
+from glshadow.cli.sections import LAST, all_of, option
 from glshadow.core.spaces import Triple
 from glshadow.core.spelling import vector
-from glshadow.errors import SceneError, SettingsError
+from glshadow.errors import SettingsError
+from glshadow.scene.looks import LOOKS
 from glshadow.shadows.bias import BIASES
 from glshadow.shadows.fits import FITS
 
@@ -25,67 +26,7 @@ if TYPE_CHECKING:
     from glshadow.scene.nodes import Scene
 from glshadow.scene.summary import element_counts
 
-F = TypeVar("F", bound=Callable[..., Any])
-
-LAST = "Other"  # last section of the help page
-
-
-class Value(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.4 only
-    """Text read by a function of `values`; its error becomes a usage error that names the option."""
-
-    def __init__(self, name: str, read: Callable[[str], Any]) -> None:
-        self.name, self.read = name, read
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        if not isinstance(value, str):
-            return value
-        try:
-            return self.read(value)
-        except (SettingsError, SceneError) as error:
-            self.fail(f"{error}.", param, ctx)
-
-
-class Option(click.Option):
-    """An option with a section of the help page."""
-
-    def __init__(self, *names: Any, section: str = LAST, **settings: Any) -> None:
-        super().__init__(*names, **settings)
-        self.section = section
-
-
-class Command(click.Command):
-    """A command whose help groups its options by section."""
-
-    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        sections: dict[str, list[tuple[str, str]]] = {}
-        for param in self.get_params(ctx):
-            record = param.get_help_record(ctx)
-            if record is not None and isinstance(param, click.Option):
-                sections.setdefault(getattr(param, "section", LAST), []).append(record)
-        for title, records in sorted(sections.items(), key=lambda item: item[0] == LAST):
-            with formatter.section(title):
-                formatter.write_dl(records)
-
-
-def option(
-    section: str, name: str, *more: str, read: Callable[[str], Any] | None = None, **settings: Any
-) -> Callable[[F], F]:
-    """`click.option` with a section, and a reader from `values`."""
-    if read is not None:
-        settings["type"] = Value(settings.get("metavar", "text"), read)
-    return click.option(name, *more, cls=Option, section=section, **settings)
-
-
-def _all(*decorators: Callable[[Any], Any]) -> Callable[[F], F]:
-    def decorate(function: F) -> F:
-        for decorator in reversed(decorators):
-            function = decorator(function)
-        return function
-
-    return decorate
-
-
-common = _all(
+common = all_of(
     option(LAST, "--json", "as_json", is_flag=True, help="Print one JSON object on standard output."),
     option(LAST, "--debug", is_flag=True, help="Show the Python traceback of an error."),
 )
@@ -100,18 +41,21 @@ size_option = option(
     help="Pixels.",
 )
 
-driver_options = _all(
+driver_options = all_of(
     option("Image", "--backend", type=click.Choice(["auto", "egl", "osmesa", "window"]), default="auto",
            show_default=True, help="How to create the OpenGL context; auto uses the first that works."),
     option("Image", "--device", metavar="N", type=click.IntRange(0, 999),
            help="EGL device, as listed by `glshadow doctor`. Default: the first, a GPU if there is one."),
 )  # fmt: skip
 
-scene_options = _all(
+scene_options = all_of(
     click.argument("model", required=False, type=click.Path()),
     option("Model", "--ground", is_flag=True, help="Put a plane under the model to catch its shadow."),
     option("Model", "--catcher", is_flag=True,
            help="Put a shadow catcher under the model: only its shadow is visible. With --background none for compositing."),
+    option("Model", "--look", type=click.Choice(list(LOOKS)),
+           help="Camera, lights, background and ground that are not given: studio, plain (one hard light) or outdoor. Replaces the file's "
+                "lights. Default: studio for images, else plain; the file's lights stay."),
     option("Model", "--up-axis", type=click.Choice(["x", "y", "z"]),
            help="Up axis of the file. Default: y; STL and PLY files often use z."),
     option("Model", "--smooth", metavar="DEGREES", read=values.degrees,
@@ -127,7 +71,7 @@ scene_options = _all(
            help="Point that the camera looks at. Default with --eye: the middle of the model."),
     option("Camera", "--up", metavar="X,Y,Z", read=vector, help="Up direction of the image. Default: 0,1,0."),
     option("Camera", "--fov", metavar="DEG", read=values.fov,
-           help="Vertical field of view. Default: the file's, or 50."),
+           help="Vertical field of view. Default: the file's, or 35 for the camera that frames the model, 50 with --eye."),
     option("Camera", "--ortho", metavar="HEIGHT", read=values.height,
            help="Orthographic camera; height of the image in world units. Not with --fov."),
     option("Camera", "--near", metavar="D", read=values.plane, help="Near plane of the camera. Default: derived."),
@@ -141,7 +85,7 @@ scene_options = _all(
                 "shadows."),
 )  # fmt: skip
 
-picture_options = _all(
+picture_options = all_of(
     option("Image", "-o", "--output", metavar="FILE", read=values.picture,
            help="The image to write: .png .jpg .tif, or .exr with all float outputs as channels, or .npz with arrays."),
     size_option,
@@ -149,9 +93,9 @@ picture_options = _all(
     scene_options,
     option("Image", "--ambient", metavar="A|R,G,B[/...]", read=values.ambient,
            help="Ambient light, linear; two values separated by a slash: from above and from below. "
-                "Default: 0.27/0.12."),
-    option("Image", "--background", metavar="R,G,B|none", read=values.background, default="0.81,0.82,0.84", show_default=True,
-           help="Background colour in sRGB, each 0 to 1; none: transparent (.png .tif .exr)."),
+                "Default: the look's; 0.27/0.12 without light from all around."),
+    option("Image", "--background", metavar="R,G,B|none", read=values.background,
+           help="Background colour in sRGB, each 0 to 1; none: transparent (.png .tif .exr). Default: the look's."),
     option("Shadow (of every light)", "--resolution", metavar="N", read=values.resolution,
            help="Texels along a side of the shadow map. Default: 2048."),
     option("Shadow (of every light)", "--filter", "filter_", metavar="FILTER", read=values.shadow_filter,
@@ -201,7 +145,9 @@ class Request:
     device: int | None = None
     output: Path | None = None
     ambient: Any = None
-    background: Triple | None = None
+    background: Triple | str | None = "look"
+    look: str | None = None
+    usual: str = "plain"
     shadow: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -212,9 +158,9 @@ class Request:
         return backend_of(self.backend, self.device)
 
     @property
-    def look(self) -> dict[str, Any]:
+    def shown(self) -> dict[str, Any]:
         """Ambient light and background."""
-        return {"background": self.background} | ({} if self.ambient is None else {"ambient": self.ambient})
+        return {"ambient": self.ambient, "background": self.background}
 
     @property
     def name(self) -> str:
@@ -226,21 +172,23 @@ class Request:
         given = {"--up-axis": self.up_axis, "--smooth": self.smooth, "--camera": self.through, "--time": self.time,
                  "--animation": self.animation}  # fmt: skip
         needing = [name for name, value in given.items() if value is not None]
+        ground = "catcher" if self.catcher else self.ground
         if self.model is None and not needing:
+            from glshadow.arguments import as_scene
             from glshadow.scenes import courtyard
 
-            return courtyard().with_ground(self.catcher) if self.ground or self.catcher else courtyard()
+            return as_scene(courtyard(), ground, self.look)
         if self.model is None:
             raise click.UsageError(f"{needing[0]} needs a MODEL")
-        from glshadow.io.load import load
+        from glshadow.io.limits import Budget
+        from glshadow.io.load import read_scene
 
         animation = int(self.animation) if self.animation and self.animation.isdecimal() else self.animation
-        ground = "catcher" if self.catcher else self.ground
-        return load(self.model, ground=ground, up_axis=self.up_axis, camera=self.through, smooth=self.smooth, time=self.time,
-                    animation=animation)  # fmt: skip
+        return read_scene(self.model, Budget(), ground, self.up_axis, None, None, self.through, self.smooth, self.time, animation,
+                          self.look, self.usual)  # fmt: skip
 
-    def camera(self, scene: Scene) -> Camera:
-        """The scene's camera, changed by the given options."""
+    def camera(self, scene: Scene, turns: bool = False) -> Camera:
+        """The scene's camera, changed by the given options; for an orbit, if it turns."""
         given: dict[str, Any] = {"position": self.eye, "target": self.target, "up": self.up}
         given |= {"near": self.near, "far": self.far}
         if self.eye is not None and self.target is None:
@@ -249,7 +197,8 @@ class Request:
             given["up"] = (0.0, 1.0, 0.0)  # the file's camera may have been tilted
         try:
             return replace(
-                self._through_lens(scene.camera), **{name: value for name, value in given.items() if value is not None}
+                self._through_lens(scene.turning_camera if turns else scene.camera),
+                **{name: value for name, value in given.items() if value is not None},
             )
         except SettingsError as error:
             raise click.UsageError(f"--eye, --target, --up, --near and --far cannot be combined: {error}") from error
@@ -257,13 +206,17 @@ class Request:
     def _through_lens(self, camera: Camera) -> Camera:
         from glshadow.core.cameras import OrthographicCamera, PerspectiveCamera
 
+        framing = isinstance(camera, PerspectiveCamera) and camera.aspect is not None
         if self.fov is not None and self.ortho is not None:
             raise click.UsageError(
                 "--fov and --ortho cannot be combined: the camera is either perspective or orthographic"
             )
         if self.ortho is not None:
             return camera.through(OrthographicCamera, height=self.ortho)
-        return camera if self.fov is None else camera.through(PerspectiveCamera, fov_y=self.fov)
+        fov = self.fov
+        if fov is None and framing and (self.eye is not None or self.target is not None):
+            fov = 50.0  # what the default lens frames is not seen from there
+        return camera if fov is None else camera.through(PerspectiveCamera, fov_y=fov, aspect=None)
 
     def lit(self, scene: Scene) -> tuple[Light, ...]:
         """The given lights, or the scene's, with the requested shadow settings."""
@@ -274,8 +227,12 @@ class Request:
             lights = (*lights, SkyLight(intensity=self.sky))
         if not self.shadow:
             return lights
+        # the look's fill would need a shadow map for each of its directions
+        own = () if self.lights else [each for each in scene.lights if scene.look != "plain" and each.wide]
         return tuple(
-            light if light.shadow is None else replace(light, shadow=replace(light.shadow, **self.shadow))
+            light
+            if light.shadow is None or light in own
+            else replace(light, shadow=replace(light.shadow, **self.shadow))
             for light in lights
         )
 

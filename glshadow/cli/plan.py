@@ -11,8 +11,9 @@ import click
 
 from glshadow.cli import values
 from glshadow.cli.bar import Bar
-from glshadow.cli.options import Command, Request, common, driver_options, option, scene_options, size_option
+from glshadow.cli.options import Request, common, driver_options, scene_options, size_option
 from glshadow.cli.running import FAILED, Work
+from glshadow.cli.sections import Command, option
 from glshadow.errors import printable
 
 if TYPE_CHECKING:

@@ -10,11 +10,9 @@ import click
 
 from glshadow.cli import values
 from glshadow.cli.options import (
-    Command,
     Request,
     common,
     light_facts,
-    option,
     picture_options,
     refuse_blank,
     request,
@@ -23,6 +21,7 @@ from glshadow.cli.options import (
 )
 from glshadow.cli.orbit import named_after, refuse_field, refuse_video
 from glshadow.cli.running import Work
+from glshadow.cli.sections import Command, option
 from glshadow.core.outputs import FLOATS, STORED
 from glshadow.core.sampling import DEFAULT_SAMPLES
 from glshadow.numbered import MOST_IMAGES
@@ -132,7 +131,7 @@ def command(
     with Work(as_json, debug) as work:
         if "map" in overlay and options["filter_"] is None:
             options["filter_"] = values.shadow_filter("pcf:1")
-        wanted = request(**options)
+        wanted = request(**options, usual="studio")
         budget = {"max_wrong": max_wrong, "max_ms": max_ms}
         several = orbit is not None or animate is not None
         path = wanted.output or named_after(Path(wanted.name).stem, several)
@@ -173,7 +172,7 @@ def command(
             assert animate is not None
             return animation_shots(wanted, animate)
 
-        drawn = {"outputs": _outputs(path, overlay, outputs, False), "samples": samples, **budget, **wanted.look}
+        drawn = {"outputs": _outputs(path, overlay, outputs, False), "samples": samples, **budget, **wanted.shown}
         render_several(
             work,
             wanted,
@@ -181,7 +180,7 @@ def command(
             shots,
             drawn,
             lambda frame: _kept(_overlaid(frame, overlay) if overlay else frame, path, outputs),
-            (wanted.size, samples, budget, wanted.look, overlay, outputs),
+            (wanted.size, samples, budget, wanted.shown, overlay, outputs),
         )
 
 
@@ -205,7 +204,7 @@ def _render(
     with renderer:
         with work.stage("render", f"rendering {wanted.name}"):
             frame = renderer.render(
-                scene, camera, lights, wanted.size, outputs=outputs, samples=samples, **budget, **wanted.look
+                scene, camera, lights, wanted.size, outputs=outputs, samples=samples, **budget, **wanted.shown
             )
         info = renderer.info
     covered = refuse_blank(frame)

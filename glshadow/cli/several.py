@@ -83,7 +83,7 @@ def orbit_shots(wanted: Request, count: int) -> Shots:
     from glshadow.core.orbit import orbit
 
     scene = wanted.load()
-    cameras, lights = orbit(wanted.camera(scene), count), wanted.lit(scene)
+    cameras, lights = orbit(wanted.camera(scene, turns=True), count), wanted.lit(scene)
     return Shots(scene, count, lambda number: (scene, cameras[number], lights), ORBIT_FPS)
 
 

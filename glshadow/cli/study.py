@@ -8,8 +8,9 @@ from typing import Any
 import click
 
 from glshadow.cli.bar import Bar
-from glshadow.cli.options import Command, Request, common, driver_options, option, scene_options, size_option
+from glshadow.cli.options import Request, common, driver_options, scene_options, size_option
 from glshadow.cli.running import Work
+from glshadow.cli.sections import Command, option
 
 JOURNAL = "study.jsonl"
 REPEATS, QUICK_REPEATS = 7, 3

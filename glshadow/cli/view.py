@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from glshadow.cli.options import Command, Request, common, scene_options, size_option
+from glshadow.cli.options import Request, common, scene_options, size_option
 from glshadow.cli.running import Work
+from glshadow.cli.sections import Command
 
 if TYPE_CHECKING:
     from glshadow.scene.nodes import Scene

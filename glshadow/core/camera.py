@@ -117,15 +117,16 @@ class Camera(Settings):
 
     @property
     def lens(self) -> dict[str, float]:
-        """Lens settings, without the pose: fov_y, height, or the intrinsics; for reports."""
-        return {name: getattr(self, name) for name in self._lens}
+        """Lens settings, without the pose: fov_y, height, or the intrinsics; for reports. Without those that are None."""
+        lens = {name: getattr(self, name) for name in self._lens}
+        return {name: value for name, value in lens.items() if value is not None}
 
     def __str__(self) -> str:
         """Pose and lens, for messages."""
         eye, target = ("(" + ", ".join(f"{x:.6g}" for x in point) + ")" for point in (self.position, self.target))
         return f"at {eye} looks at {target} with {', '.join(f'{name} {value:g}' for name, value in self.lens.items())}"
 
-    def through(self, kind: type[Camera], **lens: float) -> Camera:
+    def through(self, kind: type[Camera], **lens: float | None) -> Camera:
         """The same view with another lens: a `kind` of camera with `lens`, and all other settings that both kinds have."""
         common = {each.name for each in fields(kind)} & {each.name for each in fields(self)}
         return kind(**{**{name: getattr(self, name) for name in common}, **lens})

@@ -42,9 +42,12 @@ class PerspectiveCamera(Camera):
         Where the optical axis meets the image, as a fraction of its width and height from the top left: (0.5, 0.5) is the centre.
     pixel_aspect : float
         Width of a pixel divided by its height (fy / fx of an intrinsic matrix).
+    aspect : float, optional
+        Width over height of the narrowest image that `fov_y` holds for: in a narrower one the field of view is as wide as in that, and
+        taller than `fov_y`. None: `fov_y` holds for every image.
     """
 
-    _lens: ClassVar[tuple[str, ...]] = ("fov_y",)
+    _lens: ClassVar[tuple[str, ...]] = ("fov_y", "aspect")
 
     position: Triple = setting(PLACE, (0.0, 0.0, 1.0))
     target: Triple = setting(PLACE, (0.0, 0.0, 0.0))
@@ -54,6 +57,7 @@ class PerspectiveCamera(Camera):
     far: float | None = setting(_AHEAD, None)
     principal: tuple[float, float] = setting(_PRINCIPAL, (0.5, 0.5))
     pixel_aspect: float = setting(_PIXEL_ASPECT, 1.0)
+    aspect: float | None = setting(optional(_PIXEL_ASPECT, "fov_y holds for every image"), None)
 
     @classmethod
     def from_pose(
@@ -162,7 +166,10 @@ class PerspectiveCamera(Camera):
 
     def window(self, size: tuple[int, int]) -> Window:
         """Edges left, right, bottom, top of the image as tangents (coordinates at distance 1) for a size in pixels."""
-        return window_of(2.0 * np.tan(np.radians(self.fov_y) / 2.0), self.principal, self.pixel_aspect, size)
+        height = 2.0 * np.tan(np.radians(self.fov_y) / 2.0)
+        if self.aspect is not None:
+            height *= max(1.0, self.aspect / (size[0] / size[1] * self.pixel_aspect))
+        return window_of(height, self.principal, self.pixel_aspect, size)
 
 
 @dataclass(frozen=True)

@@ -19,10 +19,8 @@ from glshadow.lights.light import BRIGHTEST
 Ambient = float | ArrayLike | Sequence[ArrayLike]
 """One number or a linear colour; or a pair of these, from above and from below."""
 
-# Chosen by eye on twelve models: shaded sides keep their shape, white does not burn out under one directional light, shadows stay dark
-# enough to be read, and the background is darker than a lit white ground and lighter than any shadow.
-AMBIENT = (0.27, 0.12)
-BACKGROUND = (0.81, 0.82, 0.84)
+OWN_BACKGROUND = "look"
+"""In place of a background: that of the scene's look."""
 
 _AMBIENT, _BACKGROUND = vector(3, 0.0, BRIGHTEST), optional(vector(3, 0.0, 1.0), "transparent")
 
@@ -51,18 +49,26 @@ class Look:
         return np.zeros(3) if self.background is None else linear_from_srgb(self.background)
 
 
-def look_of(ambient: Any, background: Any, samples: Any) -> Look:
-    """Checks the look that `Renderer.render` is given.
+def background_rule(name: str, value: Any) -> Any:
+    """Check a background: sRGB, None for a transparent one, or "look"."""
+    return value if isinstance(value, str) and value == OWN_BACKGROUND else _rgb(_BACKGROUND, name, value)
+
+
+def look_of(ambient: Any, background: Any, samples: Any, own_ambient: Any = 0.0, own_background: Any = None) -> Look:
+    """Checks the look that `Renderer.render` is given; the scene's own ambient light and background are in place of what is left out.
 
     Raises
     ------
     SettingsError
         If one of the settings is invalid.
     """
+    ambient = own_ambient if ambient is None else ambient
+    background = background_rule("background", background)
     several = isinstance(ambient, tuple | list) or (isinstance(ambient, np.ndarray) and ambient.ndim > 0)
     pair = ambient if several and len(ambient) == 2 else (ambient, ambient)
     both = np.array([_rgb(_AMBIENT, "ambient", each) for each in pair])
-    return Look(both, _rgb(_BACKGROUND, "background", background), IMAGE_SAMPLES("samples", samples))
+    background = own_background if background == OWN_BACKGROUND else background
+    return Look(both, background, IMAGE_SAMPLES("samples", samples))
 
 
 def _rgb(rule: Rule, name: str, value: Any) -> Any:

@@ -18,7 +18,9 @@ from glshadow.io.imported import Imported, shortened
 from glshadow.io.limits import Budget, Limits
 from glshadow.io.model_file import FORMATS, GLTF, NAMES, ModelFile, from_stream, in_memory, on_disk
 from glshadow.io.smoothed import smoothed
+from glshadow.io.whitened import Whitened
 from glshadow.scene.checks import check_scene, visible
+from glshadow.scene.looks import LOOKS
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.motion import moved, turned_camera
 from glshadow.scene.nodes import Node, Scene
@@ -43,6 +45,7 @@ def load(
     format: str | None = None,
     time: float | None = None,
     animation: str | int | None = None,
+    look: str | None = None,
 ) -> Scene:
     """Load a scene from a file or another library's object.
 
@@ -77,6 +80,11 @@ def load(
         of the animation, with a warning.
     animation : str or int, optional
         Name of the animation, or its number from 0; None: the first.
+    look : {None, "studio", "plain", "outdoor"}
+        Default lights, background, ambient light and ground; the camera too, if the source has none. "studio": a soft key light from the
+        side and light from all around, before a near-white background that is also the ground. "plain": one hard light, a camera that
+        frames the model's bounding sphere. "outdoor": sun, sky and a horizon. None: "studio" if the source has no lights; its lights
+        stay. A look that is given replaces them. Models without materials have a reflectance of 0.8, "plain" of 1.
 
     Returns
     -------
@@ -104,8 +112,9 @@ def load(
     camera = optional(_camera, "the first")("camera", camera)
     smooth = optional(number(0.0, 180.0), "flat")("smooth", smooth)
     time = optional(number(unit="s"), "the file's pose")("time", time)
+    look = optional(one_of(*LOOKS), "studio, or the source's lights")("look", look)
     return read_scene(
-        source, Budget(limits or Limits()), ground, up_axis, name, format, camera, smooth, time, animation
+        source, Budget(limits or Limits()), ground, up_axis, name, format, camera, smooth, time, animation, look
     )
 
 
@@ -120,8 +129,10 @@ def read_scene(
     smooth: float | None = None,
     time: float | None = None,
     animation: str | int | None = None,
+    look: str | None = None,
+    usual: str = "studio",
 ) -> Scene:
-    """As `load`, with checked arguments; afterwards `budget.files` has the files that were read."""
+    """As `load`, with checked arguments; afterwards `budget.files` has the files that were read. `usual`: the look if none is given."""
     if isinstance(source, Scene) and time is not None:
         source, time = source.at(time, animation), None
     label, title, read, stored = _reader(source, budget, None if format is None else f".{format}", smooth)
@@ -130,6 +141,8 @@ def read_scene(
         if not stored:
             smoothed(found, smooth)
         _place(found, time, animation)
+        if look is not None or not isinstance(source, Scene):
+            _whiten(found, LOOKS[look or usual].white)
         if camera is not None:
             found.camera = found.camera_named(camera)
         notes = found.notes + check_scene(found.nodes, stored=stored)
@@ -142,8 +155,20 @@ def read_scene(
         raise SceneError(f"{label} cannot be read ({cause}); it is broken or not of its format") from error
     for note in shortened(notes):
         warn(f"{label}: {note}", stacklevel=4)  # the caller of `load`
-    scene = _turned(found, TURNS[up_axis or "y"], name or title)
+    if look is not None:
+        found.lights = None
+    scene = _turned(
+        found, TURNS[up_axis or "y"], name or title, look or (source.look if isinstance(source, Scene) else usual)
+    )
     return scene.with_ground(ground == "catcher") if ground else scene
+
+
+def _whiten(found: Imported, white: float) -> None:
+    """Give meshes without a material the look's white."""
+    whitened = Whitened(white)
+    found.nodes = [whitened.node(node) for node in found.nodes]
+    if found.motion is not None:
+        found.motion = replace(found.motion, changed=whitened)
 
 
 def _place(found: Imported, time: float | None, animation: str | int | None) -> None:
@@ -270,7 +295,7 @@ def _read_file(file: ModelFile, budget: Budget, smooth: float | None) -> Importe
     return read_mesh_file(file, budget, smooth)
 
 
-def _turned(found: Imported, turn: Array, name: str) -> Scene:
+def _turned(found: Imported, turn: Array, name: str, look: str) -> Scene:
     nodes, motion = found.nodes, found.motion
     turned: dict[int, Any] = {}  # cameras and lights by the id of what they were
     if not np.array_equal(turn, np.eye(3)):
@@ -285,7 +310,7 @@ def _turned(found: Imported, turn: Array, name: str) -> Scene:
     camera = turned.get(id(found.camera), found.camera)
     cameras = {title: turned.get(id(each), each) for title, each in found.cameras.items()}
     lights = None if found.lights is None else [turned.get(id(each), each) for each in found.lights]
-    scene = Scene(nodes, camera, lights, name, cameras)
+    scene = Scene(nodes, camera, lights, name, cameras, look=look)
     if motion is None:
         return scene
     motion = replace(

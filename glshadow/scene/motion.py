@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Protocol
@@ -67,6 +67,8 @@ class Motion:
         Of the source as they are in the scene now. A scene with other ones keeps those.
     turn : (3, 3) float64
         Rotation of the source's axes to the scene's.
+    changed : function
+        What the scene shows in place of a mesh of the source.
     """
 
     source: Animated
@@ -75,6 +77,7 @@ class Motion:
     cameras: Mapping[str, Camera] = field(default_factory=dict)
     lights: tuple[Light, ...] = ()
     turn: Array = field(default_factory=lambda: np.eye(3))
+    changed: Callable[[Mesh], Mesh] = lambda mesh: mesh
 
     @property
     def duration(self) -> float:
@@ -112,6 +115,7 @@ class Motion:
             if index is None:  # no longer in the scene
                 continue
             node, matrix = scene.nodes[index], turn @ matrix if turned else matrix
+            mesh = self.changed(mesh)
             if node.mesh is not mesh or not np.array_equal(node.world_from_mesh, matrix):
                 nodes[index] = moved(node, mesh, matrix)
         cameras, lights = dict(pose.cameras), pose.lights

@@ -12,13 +12,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
-from glshadow.core.setting import Settings, as_floats, flag, instance, optional, refuse, setting, several, shown, text
+from glshadow.core.setting import (
+    Settings,
+    as_floats,
+    flag,
+    instance,
+    one_of,
+    optional,
+    refuse,
+    setting,
+    several,
+    shown,
+    text,
+)
 from glshadow.core.spaces import Array
 from glshadow.errors import SceneError, SettingsError
 from glshadow.lights import Light, as_lights
 from glshadow.scene import summary
-from glshadow.scene.box import box_corners, check_place, default_camera, default_sun
+from glshadow.scene.box import box_corners, check_place
+from glshadow.scene.framing import framed, model_outline, turning_camera
 from glshadow.scene.ground import ground_plane
+from glshadow.scene.looks import LOOKS, Look
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.motion import Motion, posed
 from glshadow.scene.names import numbered
@@ -106,11 +120,13 @@ class Scene(Settings):
     nodes : sequence of Node or Mesh
         At least one, with at least one triangle. A mesh gets no transform. Nodes with the same name are numbered: "wheel", "wheel 2".
     camera, lights : optional
-        From the file. None is replaced by a default that frames the scene: see `default_camera` and `default_sun`.
+        From the file. None is replaced by those of `look`, which frame the scene and light it.
     motion : Motion, optional
         How a loaded scene moves, see `at`.
     cameras : mapping from name to Camera
         All cameras of the file.
+    look : {"plain", "studio", "outdoor"}
+        What is not given: camera, lights, and the default background, ambient light and ground. See `glshadow.load`.
 
     Raises
     ------
@@ -126,6 +142,7 @@ class Scene(Settings):
     name: str = setting(text(), "scene", help="name in messages and files")
     cameras: Mapping[str, Camera] = setting(_cameras, factory=dict, help="all cameras of the file, by name")
     motion: Motion | None = setting(optional(instance(Motion), "nothing moves"), None, help="how the scene moves")
+    look: str = setting(one_of(*LOOKS), "plain", help="default camera, lights, background, ambient light and ground")
 
     if TYPE_CHECKING:  # what may be given, and is converted
 
@@ -137,6 +154,7 @@ class Scene(Settings):
             name: str = "scene",
             cameras: Mapping[str, Camera] = ...,
             motion: Motion | None = None,
+            look: str = "plain",
         ) -> None: ...
 
     __repr__ = summary.scene_line
@@ -150,15 +168,25 @@ class Scene(Settings):
             raise SceneError(f"{self.name}: nothing to render, {why}")
         self._check_place()
         if self.camera is None:
-            object.__setattr__(self, "camera", default_camera(self.bounds))
+            object.__setattr__(self, "camera", self.defaults.camera(model_outline(self)))
         if self.lights is None:
-            object.__setattr__(self, "lights", (default_sun(),))
+            object.__setattr__(self, "lights", self.defaults.lights(self.camera, self.bounds))
 
     def _check_place(self) -> None:
         check_place(self.corners, f"{self.name}: ")
         low, high = self.extent
         if (low == high).all():
             raise SceneError(f"{self.name}: nothing to render, its size is zero at {low.tolist()}")
+
+    @property
+    def defaults(self) -> Look:
+        """What its look stands for."""
+        return LOOKS[self.look]
+
+    @property
+    def turning_camera(self) -> Camera:
+        """The camera for `orbit`: the scene's own; but one that frames the model is replaced by one that frames it from all sides."""
+        return turning_camera(self)
 
     @cached_property
     def places(self) -> dict[str, int]:
@@ -285,38 +313,31 @@ class Scene(Settings):
 
         The camera frames the bounds of all times together, unless the file has a camera; a ground lies under the lowest point of them all.
         """
-        scenes = [self.at(each) for each in times]
-        if not scenes:
-            return self
-        bounds = _around(np.stack([scene.bounds for scene in scenes]))
-        bare = [node for node in self.nodes if not node.ground]
-        made = self
-        if len(bare) < len(self.nodes) and bare:
-            lowest = min(scene._lowest(model=True) for scene in scenes)
-            catches = any(node.ground and node.catches for node in self.nodes)
-            made = replace(self, nodes=(*bare, _ground(bounds, lowest, catches)))
-        own = self.motion is not None and self.motion.cameras
-        return made if own else made.changed({}, camera=default_camera(bounds))
+        return framed(self, times)
 
     def with_ground(self, catches: bool = False) -> Scene:
-        """The scene on a horizontal square plane at its lowest point, three times as wide as the scene.
+        """The scene on a horizontal square plane at its lowest point, three times as wide as the scene, and as the scene's look has it.
+
+        In the studio the plane has the background's colour and shows the shadow alone, so that it has no visible border.
 
         Parameters
         ----------
         catches : bool
             Make the plane a shadow catcher, see `Node`.
         """
-        return replace(self, nodes=(*self.nodes, _ground(self.bounds, self._lowest(), catches)))
+        return replace(self, nodes=(*self.nodes, self.ground_under(self.bounds, self.lowest(), catches)))
 
-    def _lowest(self, model: bool = False) -> float:
+    def ground_under(self, bounds: Array, lowest: float, catches: bool) -> Node:
+        """The ground of its look under bounds (2, 3) and a height."""
+        color, size = self.defaults.ground, self.defaults.ground_size
+        mesh, matrix = ground_plane(bounds, lowest, color or (1.0, 1.0, 1.0), size)
+        return Node(mesh, matrix, "ground", catches=catches or color is None, ground=True)
+
+    def lowest(self, model: bool = False) -> float:
         """Least world y of all nodes, or of the model's alone."""
         return min(
             node.mesh.lowest(node.world_from_mesh) for node in self.nodes if node.drawn and not (model and node.ground)
         )
-
-
-def _ground(bounds: Array, lowest: float, catches: bool) -> Node:
-    return Node(*ground_plane(bounds, lowest), "ground", catches=catches, ground=True)
 
 
 def _around(corners: Array) -> Array:

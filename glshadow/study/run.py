@@ -59,7 +59,7 @@ def open_run(
     backend: Backend = "auto",
 ) -> Iterator[Run]:
     """A run with its own renderer; parameters and errors as for `run_study`."""
-    scene = as_scene(scene)
+    scene = as_scene(scene, usual="plain")
     camera, lights, size = frame_arguments(scene, camera, lights, size)
     repeats, resume = (
         whole(1, MOST_REPEATS)("repeats", repeats),

@@ -165,7 +165,7 @@ def compare(
         If embreex is not installed.
     """
     named = _named(settings)
-    scene = as_scene(scene)
+    scene = as_scene(scene, usual="plain")
     camera, lights, size = frame_arguments(scene, camera, lights, size)
     casting = [light for light in lights if light.shadow is not None]
     if not casting:

@@ -196,7 +196,7 @@ def explore(
         If ipywidgets is not installed; the message says how to install it.
     """
     _widgets()
-    scene = as_scene(scene)
+    scene = as_scene(scene, usual="plain")
     camera, lights, size = frame_arguments(scene, camera, lights, size)
     return Explorer(Showing(scene, camera, tuple(lights)), size, backend)
 

@@ -249,8 +249,8 @@ def show(scene: Any, camera: Camera | None = None, lights: Lights = None, size: 
     -----
     The key h shows all keys. Drag turns, right drag pans, the wheel zooms; dropping a file opens it.
     """
-    showing = Showing.of(as_scene(scene), camera, lights)
-    Window(showing, lambda path: Showing.of(as_scene(path)), pixels("size", size)).run()
+    showing = Showing.of(as_scene(scene, usual="plain"), camera, lights)
+    Window(showing, lambda path: Showing.of(as_scene(path, usual="plain")), pixels("size", size)).run()
 
 
 def written(

@@ -17,7 +17,6 @@ from glshadow.core.cameras import Camera
 from glshadow.core.setting import as_path, instance, one_of, optional, whole
 from glshadow.core.spaces import Array, ClipSpace, world_positions
 from glshadow.derive.compare import map_uniforms, rounding_of
-from glshadow.derive.look import BACKGROUND
 from glshadow.errors import ResourceError, SettingsError, warn
 from glshadow.files import replacing
 from glshadow.gl.passes.atlases import layout
@@ -78,7 +77,7 @@ def export_page(
     ResourceError
         For more than two million triangles, or a folder that cannot be written.
     """
-    scene = as_scene(scene)
+    scene = as_scene(scene, usual="plain")
     refuse_capsules(scene, "a page")
     camera, lights, _ = frame_arguments(scene, camera, lights, (640, 360))
     resolution = whole(1, 2048, unit="texels")("resolution", resolution)
@@ -165,7 +164,7 @@ def _described(
         "normals": _encoded(np.concatenate(normals)),
         "nodes": nodes,
         "radius": 0.5 * float(np.linalg.norm(high - low)) or 1.0,
-        "background": list(BACKGROUND),
+        "background": list(scene.defaults.background),
         "camera": _camera(camera, origin),
         "packed": target is Target.RGBA8,
         "map": {"size": list(size), "views": [_view(view, moved) for view in placed]},
