@@ -15,6 +15,7 @@ from glshadow.scene.capsules import Capsules, radius_scale
 
 if TYPE_CHECKING:
     from glshadow.core.cameras import Camera
+    from glshadow.scene.mesh import Mesh
     from glshadow.scene.nodes import Node, Scene
 
 FILL = 0.86
@@ -37,13 +38,22 @@ def outline(nodes: Sequence[Node], corners: Array) -> Array:
     for node in nodes:
         mesh, matrix = node.mesh, node.world_from_mesh
         if id(mesh) not in used:
-            used[id(mesh)] = mesh.positions[np.isin(np.arange(len(mesh.positions)), mesh.triangles)]
+            used[id(mesh)] = _used(mesh)
         points = used[id(mesh)] @ matrix[:3, :3].T + matrix[:3, 3]
         if isinstance(mesh, Capsules):
             radius = float(mesh.radius.max()) * radius_scale(matrix)
             points = (points[:, None] + radius * np.concatenate([np.eye(3), -np.eye(3)])).reshape(-1, 3)
         parts.append(points)
     return np.concatenate(parts)
+
+
+def _used(mesh: Mesh) -> Array:
+    """Vertices of triangles, or ends of capsules (N, 3)."""
+    if isinstance(mesh, Capsules):
+        return mesh.used
+    used = np.zeros(len(mesh.positions), dtype=bool)
+    used[mesh.triangles.ravel()] = True
+    return mesh.positions[used]
 
 
 def model_outline(scene: Scene) -> Array:
@@ -114,7 +124,7 @@ def framing_camera(points: Array, towards: Array) -> PerspectiveCamera:
     """The camera that looks along -`towards` (3,) at points (N, 3), which fill its image to FILL of the tighter axis at every size.
 
     It stands where they do so in an image of USUAL_ASPECT with a field of view of FOV, and has them in its middle. Its target is
-    the middle of their bounds, as far as that is on its axis.
+    where its axis is nearest to the vertical through the middle of their bounds.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     middle = 0.5 * (low + high)
@@ -126,8 +136,10 @@ def framing_camera(points: Array, towards: Array) -> PerspectiveCamera:
     depth = max(*(_room(a, z, t) for a, t in ((x, tall * USUAL_ASPECT), (y, tall))), float(z.max()) + _LEAST_GAP * size)
     (right, wide), (up, high_) = (_centred(a, depth - z) for a in (x, y))
     half = max(high_, wide / MOST_ASPECT)
-    target = middle + right * axes[0] + up * axes[1]
-    eye = target + depth * axes[2]
+    aimed = right * axes[0] + up * axes[1]
+    level = axes[2] * (1.0, 0.0, 1.0)
+    along = float(aimed @ level) / max(float(level @ level), 1e-6)
+    eye, target = middle + aimed + depth * axes[2], middle + aimed - along * axes[2]
     return PerspectiveCamera(
         tuple(eye.tolist()),
         tuple(target.tolist()),

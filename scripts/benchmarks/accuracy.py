@@ -95,7 +95,7 @@ def printed(name: str, row: dict[str, float]) -> str:
 def cost_of_truth(path: Path, up: str) -> dict[str, float]:
     """Seconds to trace a model, and the peak memory of a process that does nothing else, in bytes."""
     warnings.simplefilter("ignore", gs.GlshadowWarning)
-    scene = gs.load(path, up_axis=up)
+    scene = gs.load(path, up_axis=up, look="plain")
     start = time.perf_counter()
     gs.trace(scene, size=SIZE, samples=1)
     seconds = time.perf_counter() - start
@@ -138,7 +138,7 @@ def main(folder: Path | None, only: str | None, output: Path | None) -> None:
     folder = models_in(folder)
     scenes: list[tuple[str, Callable[[], gs.Scene]]] = [("courtyard", gs.scenes.courtyard)]
     if folder:
-        scenes += [(name, lambda n=name, u=up: gs.load(folder / n, up_axis=u)) for name, up in MODELS]
+        scenes += [(name, lambda n=name, u=up: gs.load(folder / n, up_axis=u, look="plain")) for name, up in MODELS]
     results: dict[str, Any] = {"lines": {}}
     click.echo(f"{'% of the counted pixels, default settings':42s} {' '.join(f'{name:>9s}' for name in COLUMNS)}")
     for name, make in scenes:

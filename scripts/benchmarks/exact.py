@@ -255,7 +255,7 @@ def embree(name: str, scene: gs.Scene, rounds: int, results: dict[str, Any]) -> 
 
 
 def growth(folder: Path, rounds: int, results: dict[str, Any]) -> None:
-    brain = gs.load(folder / "brain_cortex.ply", up_axis="z")
+    brain = gs.load(folder / "brain_cortex.ply", up_axis="z", look="plain")
     for count, scene in sized(brain):
         grown(f"{count} triangles", scene, 1, 2048, rounds, results)
     court = gs.scenes.courtyard()
@@ -366,7 +366,7 @@ def main(folder: Path | None, parts: tuple[str, ...], only: str | None, rounds: 
         for name, up in scenes:
             if only and only not in name:
                 continue
-            scene = gs.scenes.courtyard() if up is None else gs.load(folder / name, up_axis=up)
+            scene = gs.scenes.courtyard() if up is None else gs.load(folder / name, up_axis=up, look="plain")
             work(name, scene, *(() if part == "wrong" else (rounds,)), results[part])
         if part == "moving":
             suns = [
@@ -376,7 +376,7 @@ def main(folder: Path | None, parts: tuple[str, ...], only: str | None, rounds: 
                 click.echo(f"models, sun: median {np.median(suns):.2f} x, worst {max(suns):.2f} x")
     if "build" in parts and folder:
         click.echo("-- build")
-        brain = gs.load(folder / "brain_cortex.ply", up_axis="z")
+        brain = gs.load(folder / "brain_cortex.ply", up_axis="z", look="plain")
         build("brain_cortex.ply", brain, rounds, results["build"])
         build("four of it", list(sized(brain))[-1][1], rounds, results["build"])
     if "still" in parts:

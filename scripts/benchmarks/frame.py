@@ -147,7 +147,7 @@ def main(folder: Path | None, repeats: int, profiled: bool, output: Path | None,
     )
     scenes: list[tuple[str, Callable[[], gs.Scene]]] = [("courtyard", gs.scenes.courtyard)]
     if folder:
-        scenes += [(name, lambda n=name, u=up: gs.load(folder / n, up_axis=u)) for name, up in MODELS]
+        scenes += [(name, lambda n=name, u=up: gs.load(folder / n, up_axis=u, look="plain")) for name, up in MODELS]
     for name, make in scenes:
         if only and only not in name:
             continue
@@ -163,7 +163,7 @@ def main(folder: Path | None, repeats: int, profiled: bool, output: Path | None,
     if models:
         click.echo(f"median of {len(models)} models: default {np.median(models):.2f} x floor")
     if folder and not only:
-        scene = plain(gs.load(folder / "dungeon_instances.glb"))
+        scene = plain(gs.load(folder / "dungeon_instances.glb", look="plain"))
         merged = one_draw(scene)
         many, one = (measure(each, repeats, {"default": None})["default"]["median_ms"] for each in (scene, merged))
         results["dungeon, nodes against one draw"] = {"nodes_ms": many, "one_draw_ms": one, "ratio": many / one}

@@ -35,7 +35,10 @@ def hashes(folder: Path) -> Iterator[tuple[str, dict[str, str]]]:
     """Hashes of each image's outputs."""
     from dataclasses import replace
 
-    models = [(name, gs.load(folder / name, up_axis=up)) for name, up in MODELS]
+    plain: dict[str, Any] = (
+        {"look": "plain"} if hasattr(gs.Scene, "defaults") else {}
+    )  # older versions have this look alone
+    models = [(name, gs.load(folder / name, up_axis=up, **plain)) for name, up in MODELS]
     for name, scene in [("courtyard", gs.scenes.courtyard()), *models]:
         with gs.Renderer() as renderer:
             for kind, light in lights_of(name, scene).items():

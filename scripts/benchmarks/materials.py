@@ -119,7 +119,7 @@ def models(folder: Path) -> Iterator[Case]:
     """The glTF models, each seen by its scene's default camera."""
     for path in sorted([*folder.glob("*.glb"), *folder.glob("*/*.gltf")]):
         if path.parent.name != "hostile":
-            scene = gs.load(path)
+            scene = gs.load(path, look="plain")
             camera = gs.Scene(scene.nodes).camera
             assert isinstance(camera, gs.PerspectiveCamera)
             yield Case(path.stem, path, camera)
@@ -158,7 +158,7 @@ def drawn_by_three(cases: list[Case], three: Path, folder: Path) -> tuple[dict[s
     told = []
     for case in cases:
         places[f"of_{case.name}"] = case.file.parent
-        extent = float(np.ptp(gs.load(case.file).extent, axis=0).max())
+        extent = float(np.ptp(gs.load(case.file, look="plain").extent, axis=0).max())
         told.append(case.told(f"/of_{case.name}/{case.file.name}", extent))
     (folder / "cases.json").write_text(json.dumps(told))
     places["cases.json"] = folder / "cases.json"
@@ -224,7 +224,7 @@ def main(three: Path, folder: Path | None, result: Path | None, pictures: Path |
         for case in cases:
             pixels = np.frombuffer(theirs[case.name], np.float32).reshape(SIZE[1], SIZE[0], 4)[::-1]
             frame = renderer.render(
-                gs.load(case.file), case.camera, [light], SIZE, ambient=0.0, background=(0, 0, 0), samples=1,
+                gs.load(case.file, look="plain"), case.camera, [light], SIZE, ambient=0.0, background=(0, 0, 0), samples=1,
                 outputs=("linear", "node", "depth"),
             )  # fmt: skip
             both = [np.clip(each[..., :3], 0.0, 1.0).astype(np.float64) for each in (frame.linear, pixels)]

@@ -58,9 +58,9 @@ def scenes(folder: Path | None) -> dict[str, Callable[[], gs.Scene]]:
     """Scenes by name."""
     found: dict[str, Callable[[], gs.Scene]] = {"courtyard": gs.scenes.courtyard, "outdoors": gs.scenes.outdoors}
     if folder:
-        found["chess board"] = lambda: gs.load(folder / "chess_board.glb", ground=True)
-        found["bridge garden"] = lambda: gs.load(folder / "japanese_bridge_garden.glb", ground=True)
-        found["terrain"] = lambda: gs.load(folder / "terrain_jacksboro.ply", up_axis="z")
+        found["chess board"] = lambda: gs.load(folder / "chess_board.glb", ground=True, look="plain")
+        found["bridge garden"] = lambda: gs.load(folder / "japanese_bridge_garden.glb", ground=True, look="plain")
+        found["terrain"] = lambda: gs.load(folder / "terrain_jacksboro.ply", up_axis="z", look="plain")
     return found
 
 

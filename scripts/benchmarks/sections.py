@@ -32,7 +32,10 @@ def command(text: str | None, sections: Mapping[str, Section]) -> click.Command:
         folder = models_in(folder)
         scenes: Scenes = [("courtyard", gs.scenes.courtyard)]
         if folder:
-            scenes += [(name, lambda n=name, u=up: gs.load(folder / n, up_axis=u, ground=True)) for name, up in MODELS]
+            scenes += [
+                (name, lambda n=name, u=up: gs.load(folder / n, up_axis=u, ground=True, look="plain"))
+                for name, up in MODELS
+            ]
         scenes = [(name, make) for name, make in scenes if only is None or only in name]
         results = {name: sections[name](scenes, repeats, folder) for name in wanted or sections}
         if output:

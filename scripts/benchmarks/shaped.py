@@ -40,12 +40,12 @@ def _courtyard(_: Path) -> gs.Scene:
 
 
 def _brain(folder: Path) -> gs.Scene:
-    return gs.load(folder / "brain_cortex.ply", up_axis="z", ground=True)
+    return gs.load(folder / "brain_cortex.ply", up_axis="z", ground=True, look="plain")
 
 
 def _brains(folder: Path) -> gs.Scene:
     """Four brains behind each other."""
-    return list(sized(gs.load(folder / "brain_cortex.ply", up_axis="z")))[-1][1]
+    return list(sized(gs.load(folder / "brain_cortex.ply", up_axis="z", look="plain")))[-1][1]
 
 
 HARD, WIDE = gs.Shadow(filter=gs.Hard()), gs.Shadow(filter=gs.Pcf(3))

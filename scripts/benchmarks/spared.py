@@ -51,9 +51,9 @@ def scenes(folder: Path | None, only: str | None) -> Iterator[tuple[str, gs.Scen
             yield name, subdivided(gs.scenes.courtyard(), times)
     for name, up in MODELS if folder else ():
         if not only or only in name:
-            yield name, gs.load(folder / name, up_axis=up)
+            yield name, gs.load(folder / name, up_axis=up, look="plain")
     if folder and (not only or only in "four brains"):
-        yield "four brains", list(sized(gs.load(folder / "brain_cortex.ply", up_axis="z")))[-1][1]
+        yield "four brains", list(sized(gs.load(folder / "brain_cortex.ply", up_axis="z", look="plain")))[-1][1]
 
 
 def compare(name: str, kind: str, scene: gs.Scene, light: gs.Light, rounds: int) -> None:

@@ -142,7 +142,7 @@ def scenes(folder: Path, only: str | None) -> Iterator[tuple[str, gs.Scene]]:
     """The models as placed by their files."""
     for name, up in MODELS:
         if only is None or only in name:
-            yield name, flat(gs.load(folder / name, up_axis=up))
+            yield name, flat(gs.load(folder / name, up_axis=up, look="plain"))
 
 
 def flat(scene: gs.Scene) -> gs.Scene:

@@ -25,11 +25,12 @@ import numpy as np
 import glshadow as gs
 warnings.simplefilter("ignore")
 renderer = scene = light = None
+plain = {"look": "plain"} if hasattr(gs.Scene, "defaults") else {}  # older versions have this look alone
 for line in sys.stdin:
     job = json.loads(line)
     if "scene" in job:
         path = job["scene"]
-        scene = gs.scenes.courtyard() if path is None else gs.load(path, up_axis=job["up"])
+        scene = gs.scenes.courtyard() if path is None else gs.load(path, up_axis=job["up"], **plain)
         if renderer is not None:
             renderer.release()
         renderer = gs.Renderer()
@@ -116,7 +117,7 @@ def main(other: Path, folder: Path | None, rounds: int, only: str | None, output
         for name, path, up in scenes:
             if only and only not in name:
                 continue
-            scene = gs.scenes.courtyard() if path is None else gs.load(path, up_axis=up)
+            scene = gs.scenes.courtyard() if path is None else gs.load(path, up_axis=up, look="plain")
             for each in (new, old, control):
                 each.ask(scene=None if path is None else str(path), up=up)
             for kind, light in lights_of(name, scene).items():

@@ -105,7 +105,7 @@ def around(scene: Scene, share: tuple[float, float, float]) -> tuple[Array, floa
 def test_models(renderer: Renderer, models: Path, name: str, kind: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", gs.GlshadowWarning)
-        scene = gs.load(models / name, ground=True)
+        scene = gs.load(models / name, ground=True, look="plain")
     lights: dict[str, Light] = {
         "sun": scene.lights[0],
         "low sun": gs.DirectionalLight(direction=(1.0, -0.02, 0.3)),

@@ -92,7 +92,7 @@ def test_moved_nodes_equal_a_fresh_scene(renderer: gs.Renderer) -> None:
 
 @pytest.mark.parametrize("name", ["cesium_man.glb", "milk_truck.glb"])
 def test_frames_do_not_depend_on_those_before(renderer: gs.Renderer, models: Path, name: str) -> None:
-    scene = gs.load(models / name, ground=True)
+    scene = gs.load(models / name, ground=True, look="plain")
     times = [0.3, 0.0, 0.8, 0.3]
     frames = list(renderer.animation(scene, times, size=SIZE, samples=4))
     np.testing.assert_array_equal(frames[0].image, frames[3].image)
@@ -142,7 +142,7 @@ def test_only_what_moves_is_computed(renderer: gs.Renderer, monkeypatch: pytest.
 
 
 def test_animation_takes_times_one_by_one(renderer: gs.Renderer, models: Path) -> None:
-    scene = gs.load(models / "milk_truck.glb")
+    scene = gs.load(models / "milk_truck.glb", look="plain")
     taken = []
 
     def times() -> Iterator[float]:
@@ -159,7 +159,7 @@ def test_animation_takes_times_one_by_one(renderer: gs.Renderer, models: Path) -
 
 
 def test_wrong_arguments_of_animation(renderer: gs.Renderer, models: Path) -> None:
-    scene = gs.load(models / "milk_truck.glb")
+    scene = gs.load(models / "milk_truck.glb", look="plain")
     for bad in (
         {"samples": 3},
         {"outputs": "nothing"},

@@ -26,7 +26,7 @@ SIZE = (256, 256)
 def test_n36_large_models(renderer: Renderer, models: Path, name: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GlshadowWarning)
-        scene = load(models / name, ground=True)
+        scene = load(models / name, ground=True, look="plain")
     sun = DirectionalLight(direction=(-0.55, -0.8, -0.25))
     truth = trace(scene, scene.camera, [sun], SIZE, samples=1)
     assert (truth.visibility[0] == 0.0).any()
