@@ -94,7 +94,7 @@ picture_options = all_of(
     option("Image", "--ambient", metavar="A|R,G,B[/...]", read=values.ambient,
            help="Ambient light, linear; two values separated by a slash: from above and from below. "
                 "Default: the look's; 0.27/0.12 without light from all around."),
-    option("Image", "--background", metavar="R,G,B|none", read=values.background,
+    option("Image", "--background", metavar="R,G,B|none", read=values.background, default="look",
            help="Background colour in sRGB, each 0 to 1; none: transparent (.png .tif .exr). Default: the look's."),
     option("Shadow (of every light)", "--resolution", metavar="N", read=values.resolution,
            help="Texels along a side of the shadow map. Default: 2048."),

@@ -51,9 +51,10 @@ def color(text: str) -> Triple:
     return red, green, blue
 
 
-def background(text: str) -> Triple | None:
-    """r,g,b in sRGB, or none for a transparent background."""
-    return None if text.strip() == "none" else color(text)
+def background(text: str) -> Triple | str | None:
+    """r,g,b in sRGB, none for a transparent background, or look for that of the scene's look."""
+    known = {"none": None, "look": "look"}
+    return known[text.strip()] if text.strip() in known else color(text)
 
 
 def ambient(text: str) -> tuple[float | Triple, float | Triple]:

@@ -42,6 +42,8 @@ class Imported:
         All cameras by name, in the source's order.
     motion : Motion, optional
         How its nodes move.
+    as_given : bool
+        Whether the nodes are the caller's own, whose materials are as they are meant.
     """
 
     nodes: list[Node] = field(default_factory=list)
@@ -50,6 +52,7 @@ class Imported:
     notes: list[str] = field(default_factory=list)
     cameras: dict[str, Camera] = field(default_factory=dict)
     motion: Motion | None = None
+    as_given: bool = False
 
     def at(self, seconds: float) -> None:
         """Place what moves where it is at a time of the chosen animation."""

@@ -141,7 +141,7 @@ def read_scene(
         if not stored:
             smoothed(found, smooth)
         _place(found, time, animation)
-        if look is not None or not isinstance(source, Scene):
+        if not found.as_given:
             _whiten(found, LOOKS[look or usual].white)
         if camera is not None:
             found.camera = found.camera_named(camera)
@@ -165,7 +165,7 @@ def read_scene(
 
 def _whiten(found: Imported, white: float) -> None:
     """Give meshes without a material the look's white."""
-    whitened = Whitened(white)
+    whitened = Whitened(white, found.nodes)
     found.nodes = [whitened.node(node) for node in found.nodes]
     if found.motion is not None:
         found.motion = replace(found.motion, changed=whitened)
@@ -222,13 +222,14 @@ def _reader(
     if (pair := array_pair(source)) is not None:
         return "(vertices, faces)", "scene", lambda: read_arrays(*pair), False
     if isinstance(source, Scene):
+        camera, lights = source.own
         given = Imported(
-            list(source.nodes), source.camera, list(source.lights), cameras=dict(source.cameras), motion=source.motion
+            list(source.nodes), camera, lights, cameras=dict(source.cameras), motion=source.motion, as_given=True
         )
         return source.name, source.name, lambda: given, False
     if isinstance(source, Mesh | Node) or (isinstance(source, list | tuple) and source):
         placed = Scene(source if isinstance(source, list | tuple) else [source])
-        return "scene", "scene", lambda: Imported(list(placed.nodes), None, None), False
+        return "scene", "scene", lambda: Imported(list(placed.nodes), as_given=True), False
     kind = f"{str(type(source).__module__).partition('.')[0]}.{type(source).__name__}"
     read = _library_reader(source)
     if read is not None:

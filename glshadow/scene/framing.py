@@ -143,7 +143,7 @@ def framing_camera(points: Array, towards: Array) -> PerspectiveCamera:
     return PerspectiveCamera(
         tuple(eye.tolist()),
         tuple(target.tolist()),
-        fov_y=float(np.degrees(2.0 * np.arctan(half / FILL))),
+        fov_y=float(f"{np.degrees(2.0 * np.arctan(half / FILL)):.10g}"),  # as good as exact, and readable
         aspect=float(np.clip(wide / half, 1.0 / MOST_ASPECT, MOST_ASPECT)),
     )
 
@@ -160,6 +160,6 @@ def _centred(across: Array, depths: Array) -> tuple[float, float]:
         least, most = float(((across - eye) / depths).min()), float(((across - eye) / depths).max())
         step = 0.5 * (least + most) * float(depths.min())
         eye += step
-        if abs(step) <= 1e-9 * float(depths.min()) * (most - least):
+        if abs(step) <= 1e-13 * float(depths.min()) * (most - least):
             break
     return eye, 0.5 * (most - least)

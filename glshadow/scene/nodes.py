@@ -184,6 +184,15 @@ class Scene(Settings):
         return LOOKS[self.look]
 
     @property
+    def own(self) -> tuple[Camera | None, list[Light] | None]:
+        """Camera and lights, each None if it is what the studio or the outdoor look derives from the model."""
+        if self.look == "plain":
+            return self.camera, list(self.lights)
+        derived = self.defaults.camera(model_outline(self))
+        lit = self.defaults.lights(self.camera, self.bounds)
+        return None if self.camera == derived else self.camera, None if self.lights == lit else list(self.lights)
+
+    @property
     def turning_camera(self) -> Camera:
         """The camera for `orbit`: the scene's own; but one that frames the model is replaced by one that frames it from all sides."""
         return turning_camera(self)

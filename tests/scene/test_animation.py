@@ -333,7 +333,7 @@ def test_framed_keeps_the_whole_motion_in_view(tmp_path: Path) -> None:
     """The triangle falls by 10 and moves 30 aside; the ground is below its lowest place, and every corner is inside the image."""
     file = moving((0, "translation", [0, 1], [[0, 0, 0], [30, -10, 0]]))
     times = [0.0, 0.25, 0.5, 1.0]
-    scene = scene_of(file, tmp_path, ground=True).framed(times)
+    scene = scene_of(file, tmp_path, ground=True, look="plain").framed(times)
     assert [node.name for node in scene.nodes] == ["node0", "ground"]
     assert float(scene.nodes[1].world_from_mesh[1, 3]) == -10.0
     for seconds in times:

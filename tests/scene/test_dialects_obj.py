@@ -78,7 +78,11 @@ def test_obj_material_groups_become_nodes(tmp_path):
     text = f"mtllib m.mtl\n{CORNERS}o one\nf 1 2 3\nusemtl a\nf 1 3 4\nusemtl b\nf 1 2 4\nusemtl a\nf 2 3 4\nusemtl c\n"
     scene = loaded(tmp_path / "a.obj", text)
     assert [(node.name, len(node.mesh.triangles)) for node in scene.nodes] == [("one", 1), ("a", 2), ("b", 1)]
-    assert [node.mesh.material.color for node in scene.nodes] == [(1, 1, 1, 1), (1, 0, 0, 1), (0.5, 0.5, 0.5, 0.25)]
+    assert [node.mesh.material.color for node in scene.nodes] == [
+        (0.8, 0.8, 0.8, 1),
+        (1, 0, 0, 1),
+        (0.5, 0.5, 0.5, 0.25),
+    ]
     assert scene.nodes[2].mesh.material.alpha_mode is AlphaMode.BLEND
 
 

@@ -54,7 +54,7 @@ def test_needle_along_the_view_stays_before_the_eye() -> None:
 
 
 def test_a_turned_hull_holds_the_points_from_all_sides() -> None:
-    points = cloud((3, 0.5, 1)) + (7, 1, 2)
+    points = cloud((3, 0.5, 1)) + np.array([7, 1, 2])
     camera = framing_camera(turned(points), TOWARDS)
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     largest = 0.0

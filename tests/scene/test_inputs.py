@@ -144,7 +144,7 @@ def test_a_file_object_on_disk_finds_what_it_names(tmp_path: Path) -> None:
     with path.open("rb") as file:
         assert gs.load(file).nodes[0].mesh.material.color == (0.5, 0.0, 0.0, 1.0)
     with pytest.warns(GlshadowWarning, match=r"bytes: the file 'm.mtl' .* data in memory has no folder"):
-        assert gs.load(data).nodes[0].mesh.material.color == (1.0, 1.0, 1.0, 1.0)
+        assert gs.load(data).nodes[0].mesh.material.color == (0.8, 0.8, 0.8, 1.0)
 
 
 def test_gltf_in_memory_reads_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

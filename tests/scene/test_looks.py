@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import glshadow as gs
+from glshadow.io.whitened import Whitened
 from glshadow.scene.looks import LOOKS, flatness
 
 CUBE = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-FACES = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]  # fmt: skip
+FACES = np.reshape(
+    [0, 1, 3, 0, 3, 2, 4, 6, 7, 4, 7, 5, 0, 4, 5, 0, 5, 1, 2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4, 1, 5, 7, 1, 7, 3],
+    (12, 3),
+)
 LIT = gs.DirectionalLight(direction=(0, -1, 0))
 
 
 def cube(**given: object) -> gs.Mesh:
-    return gs.Mesh(CUBE, np.array(FACES), **given)  # type: ignore[arg-type]
+    return gs.Mesh(CUBE, FACES, **given)  # type: ignore[arg-type]
 
 
 def test_default_is_the_studio_and_a_given_look_wins() -> None:
@@ -48,7 +53,7 @@ def test_key_comes_from_the_side_of_the_view_and_lower_for_flat_models() -> None
         shadow = key * (1, 0, 1) / np.linalg.norm(key * (1, 0, 1))
         assert shadow @ right > 0.6  # the shadow falls to the right, within 53 degrees of it
         assert np.degrees(np.arcsin(-key[1])) == pytest.approx(48.0, abs=0.1)
-    flat = gs.load(gs.Mesh(CUBE * (1, 0.01, 1), np.array(FACES)))
+    flat = gs.load(gs.Mesh(CUBE * (1, 0.01, 1), FACES))
     assert np.degrees(np.arcsin(-flat.lights[0].direction[1])) == pytest.approx(30.0, abs=0.1)  # type: ignore[attr-defined]
     assert [flatness(np.array([[0, 0, 0], [3, h, 4]])) for h in (5, 2.25, 1.25, 0.25, 0)] == pytest.approx(
         [0, 0, 0.5, 1, 1]
@@ -62,20 +67,26 @@ def test_views_from_straight_above_have_a_key_too() -> None:
 
 
 def test_white_without_a_material() -> None:
-    made = gs.load(cube()).nodes[0].mesh
-    assert (made.material.color, gs.load(cube(), look="plain").nodes[0].mesh.material.color) == (
-        (0.8, 0.8, 0.8, 1),
-        (1,) * 4,
-    )
-    red = gs.Material(color=(1, 0, 0, 1))
-    assert gs.load(cube(material=red)).nodes[0].mesh.material is red
-    painted = cube(colors=np.ones((8, 4), np.float32))
-    assert gs.load(painted).nodes[0].mesh is painted
-    shared = cube()
-    nodes = gs.load([gs.Node(shared), gs.Node(shared)]).nodes
-    assert nodes[0].mesh is nodes[1].mesh
-    scene = gs.Scene([shared])
-    assert gs.load(scene).nodes[0].mesh is shared
+    arrays = (CUBE, FACES)
+    assert gs.load(arrays).nodes[0].mesh.material.color == (0.8, 0.8, 0.8, 1)
+    assert gs.load(arrays, look="plain").nodes[0].mesh.material.color == (1, 1, 1, 1)
+    mesh = cube()  # whose material is the caller's
+    assert gs.load(mesh).nodes[0].mesh is gs.load(gs.Scene([mesh]), look="studio").nodes[0].mesh is mesh
+
+
+def test_white_is_told_from_paint() -> None:
+    red, blank = gs.Material(color=(1, 0, 0, 1)), gs.Material(double_sided=True)
+    shared = cube(material=blank)
+    nodes = [gs.Node(each) for each in (cube(material=red), cube(colors=np.ones((8, 4), np.float32)), shared, shared)]
+    whitened = Whitened(0.5, nodes)
+    changed = [whitened.node(each) for each in nodes]
+    assert [a is b for a, b in zip(nodes, changed, strict=True)] == [True, True, False, False]
+    assert changed[2].mesh is changed[3].mesh is whitened(shared)
+    assert (changed[2].mesh.material.color, changed[2].mesh.material.double_sided) == ((0.5, 0.5, 0.5, 1), True)
+    moved = cube(material=blank)  # a pose of it
+    assert whitened(moved).material is changed[2].mesh.material
+    copied, mesh = pickle.loads(pickle.dumps((whitened, shared)))
+    assert copied(mesh).material is copied(mesh).material
 
 
 def test_white_stays_in_motion(models: Path) -> None:
@@ -91,3 +102,10 @@ def test_ambient_light_is_the_looks_own_only_beside_its_fill() -> None:
     assert studio.ambient_beside(scene.lights) == studio.ambient
     assert studio.ambient_beside([LIT]) == plain.ambient == (0.27, 0.12)
     assert plain.ambient_beside([LIT, gs.SkyLight()]) == plain.ambient
+
+
+def test_a_loaded_scene_that_is_turned_is_framed_and_lit_anew() -> None:
+    scene = gs.load((CUBE * (1, 1, 3), FACES))
+    turned = gs.load(scene, up_axis="z")
+    assert (turned.camera, turned.lights) == (gs.load((CUBE * (1, 1, 3), FACES), up_axis="z").camera, turned.lights)
+    assert turned.lights[1] == scene.lights[1]

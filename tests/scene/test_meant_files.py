@@ -164,13 +164,14 @@ def stl(*attributes, header=b""):
 MAGICS = b"COLOR=" + bytes((0, 255, 0, 255))
 HALF = float(linear_from_srgb(16 / 31))
 RED, GREEN, BLUE, WHITE = (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)
+NONE = (0.8, 0.8, 0.8)  # of the default look
 
 
 @pytest.mark.parametrize(
     ("data", "expected"),
     [
-        (stl(0, 0), (WHITE, WHITE)),
-        (stl(0x001F, 0x7C00), (WHITE, WHITE)),  # bit 15 is not set: no colours
+        (stl(0, 0), (NONE, NONE)),
+        (stl(0x001F, 0x7C00), (NONE, NONE)),  # bit 15 is not set: no colours
         (stl(0x801F, 0xFC00), (BLUE, RED)),
         (stl(0x801F, 0x7C00), (BLUE, WHITE)),
         (stl(0x8000, 0x8000 | 16 << 5), ((0, 0, 0), (0, HALF, 0))),

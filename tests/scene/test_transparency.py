@@ -47,7 +47,7 @@ def quietly(path: Path) -> gs.Scene:
 
 
 def test_box_of_alpha_0_does_not_hide_the_model(renderer: gs.Renderer, cases: Path) -> None:
-    scene = gs.load(cases / "helper_box.glb")
+    scene = gs.load(cases / "helper_box.glb", look="plain")
     model = gs.Scene(scene.nodes[:1], lights=scene.lights)
     frames = [renderer.render(each, size=SIZE, outputs=("image", "node", "visibility")) for each in (scene, model)]
     assert (frames[0].node == 0).sum() > 200
