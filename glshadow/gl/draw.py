@@ -56,7 +56,9 @@ def draw_frame(cache: ResourceCache, request: FrameRequest) -> Drawn:
     with clock("shadow"):
         for each in lights:
             each.used = each.used or each.technique.update(frame)
-            each.tint = cache.translucent_maps.tint(frame, each.number, each.light, blending)
+            if blending is not None:
+                view = cache.layers.view(blending, request)
+                each.tint = cache.translucent_maps.tint(frame, each.number, each.light, blending, view)
     with clock("resolve"):
         # cleared only now, so that tile-based rasterisers clear and draw each tile in one go
         clear_outputs(context, frame.targets, look.linear_background, look.background is None)
@@ -74,7 +76,7 @@ def draw_frame(cache: ResourceCache, request: FrameRequest) -> Drawn:
         results = cache.read(frame, outputs, [(each.light, each.tint) for each in lights], look, pattern)
         if "shadow_maps" in outputs:
             results["shadow_maps"] = tuple(each.technique.stored() for each in lights)
-    layered = blending is not None and cache.layers.composite(frame, request, blending, results, clock)
+    layered = blending is not None and cache.layers.composite(frame, request, blending, lights, results, clock)
     context.check_errors("rendering")
     camera_view = frame.camera_view
     if not (cache.any_surface or layered):

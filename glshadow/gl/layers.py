@@ -30,7 +30,6 @@ from glshadow.gl.passes.primary import find_primary
 from glshadow.gl.passes.readback import pixels
 from glshadow.gl.passes.resolve import resolve
 from glshadow.gl.passes.screen import draw_over
-from glshadow.gl.passes.translucent import TranslucentMaps
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.scene.kept_meshes import Meshes
 from glshadow.gl.scene.matrices import pack_matrices
@@ -64,7 +63,6 @@ class Layers:
         self._view: tuple[Any, CameraView] | None = None
         self._targets: Kept[LayerTargets] = Kept()
         self._techniques = Techniques(context)
-        self._tints = TranslucentMaps(context)
         self._atlases = Atlases(context)
         self._any: AnySamples | None = None
 
@@ -82,12 +80,21 @@ class Layers:
         return self._scene.get(weakref.ref(scene), make)
 
     def composite(
-        self, frame: FrameContext, request: FrameRequest, scene: GpuScene, results: dict[str, Any], clock: Clock
+        self,
+        frame: FrameContext,
+        request: FrameRequest,
+        scene: GpuScene,
+        opaque: Sequence[LightPass],
+        results: dict[str, Any],
+        clock: Clock,
     ) -> bool:
-        """Composite all layers over the frame's image, linear light and alpha. Returns whether there are any in view."""
+        """Composite all layers over the frame's image, linear light and alpha. Returns whether there are any in view.
+
+        `opaque`: the lights of the image, whose tints are those of the layers.
+        """
         if results.keys().isdisjoint(("image", "linear", "alpha")):
             return False
-        view = self._seen(scene, request)
+        view = self.view(scene, request)
         block = grid(request.look.samples)
         tiles = _tiles(view, scene, block, frame.caps.max_texture_size)
         if not tiles:
@@ -105,7 +112,7 @@ class Layers:
                 self._begin(part, targets, request)
                 number = 0
                 while self._peel(part, targets, request, number):
-                    lights = self._lights(whole, request) if lights is None else lights
+                    lights = self._lights(whole, opaque) if lights is None else lights
                     self._shade(part, targets.layers[number % 2], request, lights)
                     self._add(part, targets, number % 2)
                     number += 1
@@ -117,19 +124,20 @@ class Layers:
             _put(results, mean, tile, request.look)
         return found
 
-    def _seen(self, scene: GpuScene, request: FrameRequest) -> CameraView:
+    def view(self, scene: GpuScene, request: FrameRequest) -> CameraView:
+        """What the camera sees of the whole scene."""
         key = (request.camera, request.size, scene.identity)
         if self._view is None or self._view[0] != key:
             self._view = (key, view_scene(scene, request.camera, request.size, self._context.caps.clip_control))
         return self._view[1]
 
-    def _lights(self, whole: FrameContext, request: FrameRequest) -> list[LightPass]:
-        """Each light's technique and tint, for layers as well as what is behind them."""
+    def _lights(self, whole: FrameContext, opaque: Sequence[LightPass]) -> list[LightPass]:
+        """Each light's technique, for layers as well as what is behind them."""
         self._atlases.begin()
-        lights = self._techniques.allocate(whole, request.lights)
-        for each in lights:
+        lights = self._techniques.allocate(whole, tuple(each.light for each in opaque))
+        for each, other in zip(lights, opaque, strict=True):
             each.used = each.used or each.technique.update(whole)
-            each.tint = self._tints.tint(whole, each.number, each.light, whole.scene)
+            each.tint = other.tint
         return lights
 
     def _begin(self, part: FrameContext, targets: LayerTargets, request: FrameRequest) -> None:
@@ -206,7 +214,7 @@ class Layers:
 
     def release(self) -> None:
         """Free the GPU memory."""
-        release(self._scene, self._targets, self._techniques, self._tints, self._atlases, self._any)
+        release(self._scene, self._targets, self._techniques, self._atlases, self._any)
 
 
 _STEP = 64  # pixels: sides of parts are multiples of this, so that targets are kept while the camera moves a little

@@ -10,6 +10,7 @@ import pytest
 
 import glshadow as gs
 from glshadow.core.spaces import Array
+from glshadow.gl.passes.translucent import COARSER, LayersOfColor
 from glshadow.scenes import shapes
 
 SIZE = (160, 120)
@@ -168,3 +169,28 @@ def test_tint_works_with_multisampling(renderer: gs.Renderer) -> None:
         for each in (1, 4)
     )
     assert np.abs(one - four).mean() < 5e-3
+
+
+def test_map_is_kept_while_the_camera_moves_and_finer_for_a_closer_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[float] = []
+    stacked = LayersOfColor.stacked
+
+    def counted(self: LayersOfColor) -> object:
+        drawn.append(max(self._views[0].texel))
+        return stacked(self)
+
+    monkeypatch.setattr(LayersOfColor, "stacked", counted)
+    scene = gs.Scene((ground(), node("red", RED, -1.5, 1.0)))
+    places = [(0.0, 10.0, 0.0), (0.2, 9.0, 0.1), (-0.3, 8.0, 0.2)]
+    cameras: list[gs.Camera] = [gs.PerspectiveCamera(place, (0.0, 0.0, 0.0), (0.0, 0.0, -1.0)) for place in places]
+    closer = gs.OrthographicCamera((-0.6, 10.0, 0.0), (-0.6, 0.0, 0.0), (0.0, 0.0, -1.0), height=0.3)
+    with gs.Renderer("egl") as kept:
+        for camera in [*cameras, closer, *cameras]:
+            frame = kept.render(scene, camera, [LIGHTS["sun"]], SIZE, outputs=("linear",), samples=1)
+            many = len(drawn)
+            with gs.Renderer("egl") as fresh:
+                expected = fresh.render(scene, camera, [LIGHTS["sun"]], SIZE, outputs=("linear",), samples=1)
+            np.testing.assert_array_equal(frame.linear, expected.linear)
+            del drawn[many:]
+    assert len(drawn) == 3, "for the first camera, for the closer one and after it"
+    assert drawn[0] == drawn[2] > COARSER * drawn[1]

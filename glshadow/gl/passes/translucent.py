@@ -16,7 +16,7 @@ from glshadow.gl.driver.queries import AnySamples
 from glshadow.gl.driver.targets import depth_texture, release, released_on_error
 from glshadow.gl.frame_context import FrameContext
 from glshadow.gl.passes.atlases import layout
-from glshadow.gl.passes.camera import set_transparency
+from glshadow.gl.passes.camera import CameraView, set_transparency
 from glshadow.gl.scene.drawing import draw_nodes
 from glshadow.gl.scene.geometry import GpuScene
 from glshadow.gl.scene.matrices import pack_matrices
@@ -30,6 +30,8 @@ RESOLUTION = 1024
 UNTINTED = "{} passes through translucent casters untinted: their colours are rendered from one point, which is wrong for a wide light"
 MOST_LAYERS = 4
 """Layers that are told apart by depth. What lies between casters that share the last one is tinted by all of these."""
+COARSER = 1.5
+"""Texels of a map that is kept while the camera moves are at most so many times as large as those of a map for this camera alone."""
 _GUARD = 2
 
 
@@ -82,38 +84,51 @@ def untinted(casters: GpuScene | None, light: Light) -> tuple[str, ...]:
 
 
 class TranslucentMap:
-    """The layers of one light, kept while light, scene and camera view stay the same."""
+    """The layers of one light, kept while light, scene and views stay the same."""
 
     def __init__(self, context: GLContext) -> None:
         self._context = context
+        self._whole: tuple[Hashable, tuple[ShadowView, ...]] | None = None
         self._key: Hashable = None
         self._tint: Tint | None = None
         self._owned: list[Any] = []
 
-    def tint(self, frame: FrameContext, light: Light, casters: GpuScene | None) -> Tint | None:
-        """The layers that colour the light on the frame's receivers; None: nothing does."""
-        if light.shadow is None or light.wide or casters is None or not casters.tints.any():
+    def tint(self, frame: FrameContext, light: Light, casters: GpuScene, camera_view: CameraView) -> Tint | None:
+        """The layers that colour the light on what a camera sees; None: nothing does.
+
+        A map of everything that the casters can colour serves every camera. One that sees little of it gets a finer map.
+        """
+        if light.shadow is None or light.wide or not casters.tints.any():
             return None
-        key = (casters.identity, light.geometry, light.planes, frame.camera_view)
+        lit = (casters.identity, light.geometry, light.planes)
+        if self._whole is None or self._whole[0] != lit:
+            self._whole = (lit, self._fitted(frame, light, casters, camera_view, list(casters.corners)))
+        whole, views = self._whole[1], self._fitted(frame, light, casters, camera_view, camera_view.receivers)
+        if not views:
+            return None
+        key: Hashable = (lit, camera_view)
+        if len(whole) == len(views) and _coarsest(whole) <= COARSER * _coarsest(views):
+            views, key = whole, lit
         if key != self._key:
-            self._key = None
-            self._tint = self._drawn(frame, light, casters)
+            self.release()
+            self._tint = self._drawn(frame, casters, views)
             self._key = key
         return self._tint
 
-    def _drawn(self, frame: FrameContext, light: Light, scene: GpuScene) -> Tint | None:
-        camera_view, seen = frame.camera_view, frame.scene
+    @staticmethod
+    def _fitted(
+        frame: FrameContext, light: Light, scene: GpuScene, camera_view: CameraView, receivers: list[Array]
+    ) -> tuple[ShadowView, ...]:
         clip = ClipSpace(frame.caps.clip_control, reversed=False)
         request = FitRequest(
-            light, seen.corners, seen.boxes, camera_view.receivers, scene.corners[scene.tints].reshape(-1, 3),
+            light, scene.corners, scene.boxes, receivers, scene.corners[scene.tints].reshape(-1, 3),
             camera_view.camera, camera_view.size, camera_view.near, camera_view.far, clip, RESOLUTION, _GUARD,
         )  # fmt: skip
-        found = around(request, camera_view.receivers).views
-        if not found:
-            return None
+        return around(request, receivers).views
+
+    def _drawn(self, frame: FrameContext, scene: GpuScene, found: tuple[ShadowView, ...]) -> Tint:
         views, size = layout(found, frame.caps.max_texture_size)
-        self.release()
-        drawing = LayersOfColor(frame, scene, views, clip, size)
+        drawing = LayersOfColor(frame, scene, views, ClipSpace(frame.caps.clip_control, reversed=False), size)
         with released_on_error(drawing.owned):
             texture = drawing.stacked()
         self._owned = [texture]
@@ -123,6 +138,10 @@ class TranslucentMap:
         """Free the GPU memory."""
         release(*reversed(self._owned))
         self._owned, self._key, self._tint = [], None, None
+
+
+def _coarsest(views: tuple[ShadowView, ...]) -> float:
+    return max(max(view.texel) for view in views)
 
 
 class LayersOfColor:
@@ -259,11 +278,11 @@ class TranslucentMaps(dict[int, TranslucentMap]):
         super().__init__()
         self._context = context
 
-    def tint(self, frame: FrameContext, number: int, light: Light, casters: GpuScene | None) -> Tint | None:
+    def tint(
+        self, frame: FrameContext, number: int, light: Light, casters: GpuScene, camera_view: CameraView
+    ) -> Tint | None:
         """The layers of one light."""
-        if casters is None:
-            return None
-        return self.setdefault(number, TranslucentMap(self._context)).tint(frame, light, casters)
+        return self.setdefault(number, TranslucentMap(self._context)).tint(frame, light, casters, camera_view)
 
     def release(self) -> None:
         """Release all maps."""
