@@ -101,7 +101,8 @@ def test_colors_up_to_the_start_stay_to_the_bit(renderer: gs.Renderer, samples: 
     alpha = plain.alpha[..., None]
     straight = (plain.linear - background * (1.0 - alpha)) / np.maximum(alpha, 1e-6)
     dark = straight.max(axis=2) <= 0.8 - 1e-5
-    assert dark.any() and (~dark).any()
+    assert dark.any()
+    assert (~dark).any()
     np.testing.assert_array_equal(frame.image[dark], plain.image[dark])
     assert (frame.image[~dark] != plain.image[~dark]).any(axis=1).mean() > 0.5
     assert (plain.image.min(axis=2) == 255).any()  # white was clipped,
