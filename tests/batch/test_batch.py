@@ -106,7 +106,8 @@ WRONG: list[tuple[dict[str, Any] | str, str]] = [
     ({"shadow": {"filter": "pfc"}}, "is not a filter"), ({"shadow": {"colour": 1}}, "'colour' unknown"),
     ({"shadow": {"target": "r9"}}, "target"),
     ({"background": [2, 0, 0]}, "background must be"),
-    ({"exposure": "bright"}, "exposure must be"), ({"tone": 1}, "tone must be"), ({"ground": 1}, "ground must be"), ({"up_axis": "w"}, "up_axis must be"),
+    ({"exposure": "bright"}, "exposure must be"), ({"tone": 1}, "tone must be"),
+    ({"ground": 1}, "ground must be"), ({"up_axis": "w"}, "up_axis must be"),
     ({"orbit": 2, "cameras": [{}, {}], "output": "{}.png"}, "cannot be combined"),
 ]  # fmt: skip
 
