@@ -90,11 +90,11 @@ def test_level_below_a_point_light_over_a_wide_plane() -> None:
     )  # back faces, if there is nothing else
 
 
-def test_level_is_proportional_and_ignores_order() -> None:
+def test_level_is_proportional_and_ignores_order(rng: np.random.Generator) -> None:
     scene = ground(6.0)
     lights = tuple(
-        gs.PointLight(position=place, intensity=i, falloff=2.0, color=(1.0, 0.5, 0.2))
-        for place, i in (((0, 2, 0), 10.0), ((2, 1, 1), 4.0), ((-1, 3, 2), 7.0))
+        gs.PointLight(position=(x, 2.0, z), intensity=10.0 * i, falloff=2.0, color=(1.0, 0.5, 0.2))
+        for x, z, i in rng.uniform(0.1, 1.0, (9, 3))
     )
     level = metered(scene, lights, "auto")
     assert level == metered(scene, lights[::-1], "auto")
