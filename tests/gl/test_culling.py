@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,12 +15,6 @@ SIZE = (96, 72)
 OUTPUTS = ("image", "node", "depth", "triangle", "visibility", "normal")
 CULLED = gs.Material(cull_back_faces=True)
 MIRRORED = np.diag([-1.0, 1.0, 1.0, 1.0])
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer("egl") as renderer:
-        yield renderer
 
 
 def room(material: gs.Material = CULLED, matrix: np.ndarray | None = None) -> gs.Scene:

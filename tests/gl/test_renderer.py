@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -36,12 +36,6 @@ SIZE = (96, 64)
 ATLAS = 4096.0 * 2.0**-24  # weights: a tile at another place of the atlas rounds positions, in texels, differently
 TARGETS = pytest.mark.parametrize("target", list(Target), ids=lambda target: target.value)
 ABOVE = PerspectiveCamera((0.0, 9.0, 0.001), (0.0, 0.0, 0.0))  # image right is +x, image bottom is +z
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[Renderer]:
-    with Renderer("egl") as renderer:
-        yield renderer
 
 
 def node(name: str, solid: shapes.Solid, matrix: Array | None = None, **material: Any) -> Node:

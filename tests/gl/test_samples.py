@@ -28,12 +28,6 @@ OUTPUTS = ("image", "linear", "alpha", "visibility")
 
 
 @pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
-
-
-@pytest.fixture(scope="module")
 def older() -> Iterator[gs.Renderer]:
     """A renderer that shades every sample."""
     with gs.Renderer("egl") as renderer:

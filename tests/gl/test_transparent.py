@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -22,12 +21,6 @@ LIGHTS: dict[str, tuple[gs.Light, ...]] = {
         gs.PointLight(position=(-1.5, 3, 1), intensity=0.3, color=(1.0, 1.0, 1.0)),
     ),
 }
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
 
 
 def scene_of(catches: bool, lights: tuple[gs.Light, ...], body: bool = True) -> gs.Scene:
