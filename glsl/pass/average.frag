@@ -13,6 +13,12 @@
 #ifndef GLS_ROWS
 #define GLS_ROWS 2
 #endif
+#ifndef GLS_TONE
+#define GLS_TONE 0
+#endif
+#ifndef GLS_EXPOSED
+#define GLS_EXPOSED 0
+#endif
 #include "lib/per_sample.glsl"
 #include "lib/finish.glsl"
 #include "lib/srgb.glsl"

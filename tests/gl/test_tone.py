@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -19,12 +18,6 @@ from tests.gl.test_twins_of_snippets import evaluated
 
 SIZE = (120, 90)
 BYTE = 1.0 / 255.0  # sRGB is fitted within 0.01 / 255, and bytes are rounded
-
-
-@pytest.fixture(scope="module")
-def renderer() -> Iterator[gs.Renderer]:
-    with gs.Renderer() as renderer:
-        yield renderer
 
 
 def scene_of(*lights: gs.Light, blends: bool = False, **material: Any) -> gs.Scene:
