@@ -29,6 +29,7 @@ from glshadow.core.setting import (
 )
 from glshadow.core.spelling import parse
 from glshadow.core.strict_json import strict_json
+from glshadow.core.tone import EXPOSURE, TONE, Exposure
 from glshadow.derive.look import OWN_BACKGROUND, background_rule
 from glshadow.errors import GlshadowError, SceneError, SettingsError
 from glshadow.image import FRAME_SUFFIXES
@@ -78,7 +79,7 @@ class Job(Settings):
         For every light that casts shadows and has no shadow settings of its own.
     outputs : tuple of str, optional
         Outputs that .npz and .exr hold; None: as for `glshadow render`.
-    size, samples, background, look, ground, up_axis
+    size, samples, background, exposure, tone, look, ground, up_axis
         As for `render` and `load`.
 
     Raises
@@ -97,6 +98,8 @@ class Job(Settings):
     size: tuple[int, int] = setting(pixels, DEFAULT_SIZE)
     samples: int = setting(IMAGE_SAMPLES, DEFAULT_SAMPLES)
     background: tuple[float, float, float] | str | None = setting(background_rule, OWN_BACKGROUND)
+    exposure: Exposure = setting(EXPOSURE, "scene")
+    tone: str = setting(TONE, "neutral")
     look: str | None = setting(optional(one_of(*LOOKS), "studio, or the file's lights"), None)
     ground: bool = setting(flag(), False)
     up_axis: str | None = setting(optional(one_of("x", "y", "z"), "y"), None)

@@ -93,7 +93,7 @@ picture_options = all_of(
     scene_options,
     option("Image", "--ambient", metavar="A|R,G,B[/...]", read=values.ambient,
            help="Ambient light, linear; two values separated by a slash: from above and from below. "
-                "Default: the look's; 0.27/0.12 without light from all around."),
+                "Default: the look's; without light from all around 0.27/0.12, times the light that --exposure shows as white."),
     option("Image", "--background", metavar="R,G,B|none", read=values.background, default="look",
            help="Background colour in sRGB, each 0 to 1; none: transparent (.png .tif .exr). Default: the look's."),
     option("Shadow (of every light)", "--resolution", metavar="N", read=values.resolution,
@@ -148,6 +148,8 @@ class Request:
     background: Triple | str | None = "look"
     look: str | None = None
     usual: str = "plain"
+    exposure: Any = "scene"
+    tone: str = "neutral"
     shadow: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -159,8 +161,8 @@ class Request:
 
     @property
     def shown(self) -> dict[str, Any]:
-        """Ambient light and background."""
-        return {"ambient": self.ambient, "background": self.background}
+        """Ambient light, background, exposure and tone map."""
+        return {name: getattr(self, name) for name in ("ambient", "background", "exposure", "tone")}
 
     @property
     def name(self) -> str:
@@ -265,7 +267,6 @@ def request(
 
 def refuse_blank(frame: Frame) -> float:
     """The share of pixels that see a surface (`frame` has its alpha); SceneError if there are none."""
-
     from glshadow.errors import SceneError
 
     covered = float((frame.alpha > 0.0).mean())

@@ -1,19 +1,20 @@
-"""Look: ambient light, background and antialiasing of an image."""
+"""Look: ambient light, background, antialiasing, exposure and tone map of an image."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from glshadow.core.sampling import IMAGE_SAMPLES
 from glshadow.core.setting import Rule, as_float, optional, vector
 from glshadow.core.spaces import Array
-from glshadow.core.srgb import linear_from_srgb
+from glshadow.core.srgb import linear_from_srgb, srgb_from_linear
+from glshadow.core.tone import EXPOSURE, TONE, Exposure, displayed
 from glshadow.lights.light import BRIGHTEST
 
 Ambient = float | ArrayLike | Sequence[ArrayLike]
@@ -21,13 +22,15 @@ Ambient = float | ArrayLike | Sequence[ArrayLike]
 
 OWN_BACKGROUND = "look"
 """In place of a background: that of the scene's look."""
+WHITE = 0.8
+"""The light on surfaces that face it which the default ambient light suits, and which is shown as it is: a scene's default light."""
 
 _AMBIENT, _BACKGROUND = vector(3, 0.0, BRIGHTEST), optional(vector(3, 0.0, 1.0), "transparent")
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """Ambient light, background and samples, checked.
+    """Ambient light, background, samples, exposure and tone map, checked.
 
     Parameters
     ----------
@@ -37,16 +40,56 @@ class Look:
         sRGB; None: transparent.
     samples : int
         Per pixel.
+    exposure : "scene", "auto", float or None
+        As given.
+    tone : str
+        One of `core.tone.TONES`.
+    own_ambient : bool
+        Whether the ambient light was given, rather than the default.
+    white : float
+        What the image's ambient light and emission are multiplied by, so that they suit its lights: see `metered`.
+    scale : float
+        What linear light is multiplied by before the tone map.
     """
 
     ambient: Array
     background: tuple[float, float, float] | None
     samples: int
+    exposure: Exposure = None
+    tone: str = "none"
+    own_ambient: bool = True
+    white: float = 1.0
+    scale: float = 1.0
 
     @property
     def linear_background(self) -> Array:
         """(3,) linear; black if transparent."""
         return np.zeros(3) if self.background is None else linear_from_srgb(self.background)
+
+    @property
+    def ev(self) -> float:
+        """The exposure that was used, in stops: the base 2 logarithm of `scale`."""
+        return math.log2(self.scale)
+
+    def metered(self, level: float | None) -> Look:
+        """The look for lights of some level: see `derive.exposure`. None: their intensities are relative to white, and stay as they are."""
+        white = 1.0 if not level else level / WHITE
+        if abs(white - 1.0) < 1e-9:  # rounding of float64
+            white = 1.0
+        stops = 0.0 if self.exposure is None else self.exposure
+        scale = 1.0 / white if isinstance(stops, str) else 2.0**stops
+        return replace(
+            self, ambient=self.ambient if self.own_ambient else self.ambient * white, white=white, scale=scale
+        )
+
+    def encoded(self, light: ArrayLike) -> NDArray[np.uint8]:
+        """The image (..., 3 or 4) of linear means with alpha (..., 4): sRGB, and straight alpha if the background is transparent."""
+        light = np.asarray(light)
+        background = None if self.background is None else self.linear_background
+        display = srgb_from_linear(np.clip(displayed(light, background, self.scale, self.tone), 0.0, 1.0))
+        if background is None:
+            display = np.concatenate([display, np.clip(light[..., 3:], 0.0, 1.0)], axis=-1)
+        return np.rint(255.0 * display).astype(np.uint8)
 
 
 def background_rule(name: str, value: Any) -> Any:
@@ -54,21 +97,28 @@ def background_rule(name: str, value: Any) -> Any:
     return value if isinstance(value, str) and value == OWN_BACKGROUND else _rgb(_BACKGROUND, name, value)
 
 
-def look_of(ambient: Any, background: Any, samples: Any, own_ambient: Any = 0.0, own_background: Any = None) -> Look:
-    """Checks the look that `Renderer.render` is given; the scene's own ambient light and background are in place of what is left out.
+def look_of(
+    ambient: Any, background: Any, samples: Any, exposure: Any = None, tone: Any = "none", own_ambient: Any = 0.0,
+    own_background: Any = None,
+) -> Look:  # fmt: skip
+    """Checks the look that `Renderer.render` is given; in place of an ambient light of None and of a background "look" are the scene's own.
 
     Raises
     ------
     SettingsError
         If one of the settings is invalid.
     """
-    ambient = own_ambient if ambient is None else ambient
-    background = background_rule("background", background)
+    own = ambient is not None
+    ambient = ambient if own else own_ambient
     several = isinstance(ambient, tuple | list) or (isinstance(ambient, np.ndarray) and ambient.ndim > 0)
     pair = ambient if several and len(ambient) == 2 else (ambient, ambient)
     both = np.array([_rgb(_AMBIENT, "ambient", each) for each in pair])
-    background = own_background if background == OWN_BACKGROUND else background
-    return Look(both, background, IMAGE_SAMPLES("samples", samples))
+    background = background_rule("background", background)
+    if isinstance(background, str):
+        background = own_background
+    return Look(
+        both, background, IMAGE_SAMPLES("samples", samples), EXPOSURE("exposure", exposure), TONE("tone", tone), own
+    )
 
 
 def _rgb(rule: Rule, name: str, value: Any) -> Any:

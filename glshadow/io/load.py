@@ -20,6 +20,7 @@ from glshadow.io.model_file import FORMATS, GLTF, NAMES, ModelFile, from_stream,
 from glshadow.io.smoothed import smoothed
 from glshadow.io.whitened import Whitened
 from glshadow.scene.checks import check_scene, visible
+from glshadow.scene.framing import given_parts
 from glshadow.scene.looks import LOOKS
 from glshadow.scene.mesh import Mesh
 from glshadow.scene.motion import moved, turned_camera
@@ -222,7 +223,7 @@ def _reader(
     if (pair := array_pair(source)) is not None:
         return "(vertices, faces)", "scene", lambda: read_arrays(*pair), False
     if isinstance(source, Scene):
-        camera, lights = source.own
+        camera, lights = given_parts(source)
         given = Imported(
             list(source.nodes), camera, lights, cameras=dict(source.cameras), motion=source.motion, as_given=True
         )

@@ -15,6 +15,7 @@ from glshadow.scene.capsules import Capsules, radius_scale
 
 if TYPE_CHECKING:
     from glshadow.core.cameras import Camera
+    from glshadow.lights import Light
     from glshadow.scene.mesh import Mesh
     from glshadow.scene.nodes import Node, Scene
 
@@ -64,6 +65,15 @@ def model_outline(scene: Scene) -> Array:
     model = [not scene.nodes[i].ground for i in drawn]
     kept = np.array(model) if any(model) else np.ones(len(model), dtype=bool)
     return outline([scene.nodes[i] for i in np.array(drawn)[kept]], scene.corners[kept])
+
+
+def given_parts(scene: Scene) -> tuple[Camera | None, list[Light] | None]:
+    """Camera and lights of a scene, each None if it is what the studio or the outdoor look derives from the model."""
+    if scene.look == "plain":
+        return scene.camera, list(scene.lights)
+    derived = scene.defaults.camera(model_outline(scene))
+    lit = scene.defaults.lights(scene.camera, scene.bounds)
+    return None if scene.camera == derived else scene.camera, None if scene.lights == lit else list(scene.lights)
 
 
 def turning_camera(scene: Scene) -> Camera:

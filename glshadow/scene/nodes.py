@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,6 +157,9 @@ class Scene(Settings):
             look: str = "plain",
         ) -> None: ...
 
+    rest: ClassVar[Scene | None] = None
+    """Of a scene at a time of its animation: the scene that was posed, by whose light all of its poses are exposed."""
+
     __repr__ = summary.scene_line
     _repr_html_ = summary.scene_html
 
@@ -182,15 +185,6 @@ class Scene(Settings):
     def defaults(self) -> Look:
         """What its look stands for."""
         return LOOKS[self.look]
-
-    @property
-    def own(self) -> tuple[Camera | None, list[Light] | None]:
-        """Camera and lights, each None if it is what the studio or the outdoor look derives from the model."""
-        if self.look == "plain":
-            return self.camera, list(self.lights)
-        derived = self.defaults.camera(model_outline(self))
-        lit = self.defaults.lights(self.camera, self.bounds)
-        return None if self.camera == derived else self.camera, None if self.lights == lit else list(self.lights)
 
     @property
     def turning_camera(self) -> Camera:
@@ -266,7 +260,7 @@ class Scene(Settings):
         Parameters
         ----------
         **settings
-            Camera, lights, cameras and motion, checked.
+            Camera, lights, cameras, motion and rest, checked.
         """
         made = copy(self)
         kept = made.__dict__
