@@ -25,6 +25,7 @@ INNER = {
     "Needs": "how a filter chooses its source",
     "Rays": "rays that a Truth traces when it is measured",
     "RenderOptions": "the keywords of `render`, for type checkers",
+    "Look": "what the word of a scene's look stands for",
     "Motion": "how a loaded scene moves: `Scene.at` uses it",
     "Frame": "a protocol: what `measure` needs of a frame",
     "Truth": "a protocol: what `measure` needs of a truth",

@@ -92,10 +92,14 @@ def _beside(camera: Camera, azimuth: float, elevation: float) -> tuple[float, fl
 
 def _studio(camera: Camera, bounds: Array) -> tuple[Light, ...]:
     flat = flatness(bounds)
+    # a flat model faces the sky and the key at once: less of both
     key = DirectionalLight(
-        direction=_beside(camera, 65.0, 48.0 - 18.0 * flat), intensity=1.1, angle=3.0, color=(1.0, 0.98, 0.95)
+        direction=_beside(camera, 65.0, 48.0 - 18.0 * flat),
+        intensity=1.1 - 0.2 * flat,
+        angle=3.0,
+        color=(1.0, 0.98, 0.95),
     )
-    return key, SkyLight(intensity=0.42, color=(0.95, 0.98, 1.0))
+    return key, SkyLight(intensity=0.42 - 0.06 * flat, color=(0.95, 0.98, 1.0))
 
 
 def _outdoor(camera: Camera, bounds: Array) -> tuple[Light, ...]:

@@ -281,7 +281,7 @@ def test_repeated_warning_is_printed_once(folder, monkeypatch):
             warn(message)
         raise gs.SceneError("and\nthen it failed")
 
-    monkeypatch.setattr("glshadow.io.load.load", noisy)
+    monkeypatch.setattr("glshadow.io.load.read_scene", noisy)
     result = run("render", "x.glb", code=1)
     assert result.stderr == "warning: two lines\nwarning: another\nerror: and then it failed\n"
 

@@ -54,9 +54,8 @@ def test_white_is_neither_clipped_nor_dark(renderer: gs.Renderer) -> None:
     heights = np.linspace(0, np.pi, 17)
     rows = [[np.sin(h) * np.cos(t), np.cos(h), np.sin(h) * np.sin(t)] for h in heights for t in turns]
     faces = [[i, i + 1, i + 34] for i in range(33 * 16 - 1)] + [[i, i + 34, i + 33] for i in range(33 * 16 - 1)]
-    ball = gs.Mesh(
-        np.array(rows), np.array(faces), normals=np.array(rows, np.float32), material=gs.Material(double_sided=True)
-    )
+    white = gs.Material(color=(0.8, 0.8, 0.8, 1), double_sided=True)  # what a file's meshes without a material have
+    ball = gs.Mesh(np.array(rows), np.array(faces), normals=np.array(rows, np.float32), material=white)
     scene = gs.load(ball, ground=True)
     frame = renderer.render(scene, size=(96, 54), samples=1, outputs=("image", "node", "visibility"))
     levels = frame.image[frame.node == 0].max(axis=-1) / 255
