@@ -132,6 +132,9 @@ def read_scene(
         _place(found, time, animation)
         if camera is not None:
             found.camera = found.camera_named(camera)
+        elif found.no_view is not None:  # another view than the file's would be drawn
+            others = f"name another one, of {', '.join(found.cameras)}" if found.cameras else "take it out of the file"
+            raise SceneError(f"{found.no_view}: {others}")
         notes = found.notes + check_scene(found.nodes, stored=stored)
     except SceneError as error:
         raise SceneError(f"{label}: {error}") from error
