@@ -94,7 +94,7 @@ def render_distorted(
     else:
         frame = renderer.render(scene, wide, lights, grid.size, **options)
     outputs = {name: _resampled(grid, name, frame.outputs["linear" if name == "image" else name]) for name in names}
-    frame = replace(frame, camera=camera, size=size, outputs=outputs)
+    frame = replace(frame, camera=camera, size=size, outputs=outputs, distortion=distortion)
     if target is not None:
         frame.save(target)
     return frame

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from os import PathLike
 from typing import Any, TypeVar
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glshadow.core.cameras import Camera
+from glshadow.core.distortion import Distortion
 from glshadow.core.outputs import NAMES, OUTPUTS
 from glshadow.core.setting import as_path
 from glshadow.core.spaces import Array
@@ -86,6 +87,8 @@ class Frame:
         Name -> output, for those that were rendered: `"depth" in frame.outputs`.
     samples : int
         Samples per pixel: image, linear, alpha and visibility are means over them; all other outputs are those of the pixel's centre.
+    distortion : Distortion, optional
+        That of the lens, of a frame by `render_distorted`.
     """
 
     scene: Scene
@@ -97,6 +100,7 @@ class Frame:
     used: tuple[Used, ...]
     outputs: Mapping[str, Any]
     samples: int = 1
+    distortion: Distortion | None = None
 
     @property
     def image(self) -> NDArray[np.uint8]:
@@ -207,7 +211,8 @@ class Frame:
 
         An .npz has the arrays under the names of the outputs (of several shadow maps `shadow_maps_0` and so on, without timings), the
         names of the scene's nodes as `nodes`, `near` and `far`, the pose `R`, `t` and, of a perspective camera, the intrinsic matrix `K`
-        as `Camera.opencv` and `Camera.K` give them. `np.load` reads it without pickle.
+        as `Camera.opencv` and `Camera.K` give them; of a lens with distortion OpenCV's coefficients `D`, five of a `BrownDistortion`,
+        four of a `FisheyeDistortion`. `np.load` reads it without pickle.
 
         Raises
         ------
@@ -232,6 +237,8 @@ class Frame:
         arrays["R"], arrays["t"] = self.camera.opencv()
         if self.camera.is_perspective:
             arrays["K"] = self.camera.K(self.size)
+        if self.distortion is not None:
+            arrays["D"] = np.array(astuple(self.distortion))
         arrays["near"], arrays["far"] = np.array(self.near), np.array(self.far)
         if isinstance(self.scene, Scene):
             arrays["nodes"] = np.array([node.name for node in self.scene.nodes], dtype=str)

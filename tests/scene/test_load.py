@@ -358,7 +358,7 @@ def test_gltf_camera_can_be_named_if_the_first_is_broken(tmp_path):
     glb.json["cameras"] = [{"type": "perspective", "perspective": {"yfov": 4.0}}, lens, lens]
     glb.mesh({"attributes": {"POSITION": glb.add([[0, 0, 0], [1, 0, 0], [0, 1, 0]])}})
     path = glb.save(tmp_path / "a.glb")
-    with pytest.raises(SceneError, match="camera 'bad': .*fov_y.*: name another one, of good, node3$"):
+    with pytest.raises(SceneError, match=r"camera 'bad': .*fov_y.*: name another one, of good, node3$"):
         load(path)
     assert list(load(path, camera="good").cameras) == ["good", "node3"]  # the camera's own name, if its node has none
 
@@ -447,6 +447,13 @@ def pyrender():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # deprecations of its own dependencies
         return pytest.importorskip("pyrender", reason="optional: pip install glshadow[pyrender]")
+
+
+def test_pyrender_mesh_alone(pyrender):
+    scene = load(pyrender.Mesh.from_trimesh(trimesh.creation.box(), smooth=False))
+    assert [(node.name, len(node.mesh.triangles)) for node in scene.nodes] == [("mesh", 12)]
+    with pytest.raises(SceneError, match=r"a pyrender\.PerspectiveCamera is neither a scene nor a mesh"):
+        load(pyrender.PerspectiveCamera(yfov=0.6))
 
 
 def test_pyrender_scene(pyrender):

@@ -277,7 +277,9 @@ def _light(light: dict[str, Any], name: str, matrix: Array, notes: list[str] | N
             notes.append(f"spot light {name!r} opens {outer:g} degrees from its axis: narrowed to {WIDEST_CONE:g}")
         outer = WIDEST_CONE
     elif inner > outer and notes is not None:
-        notes.append(f"spot light {name!r} has an inner angle of {inner:g} degrees: narrowed to its outer one, {outer:g}")
+        notes.append(
+            f"spot light {name!r} has an inner angle of {inner:g} degrees: narrowed to its outer one, {outer:g}"
+        )
     inner = min(inner, outer)
     return SpotLight(
         position=position,
