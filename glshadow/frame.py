@@ -87,6 +87,10 @@ class Frame:
         Name -> output, for those that were rendered: `"depth" in frame.outputs`.
     samples : int
         Samples per pixel: image, linear, alpha and visibility are means over them; all other outputs are those of the pixel's centre.
+    exposure : float
+        Stops by which the light was scaled for `image`: the argument that gives the same exposure again.
+    tone : str
+        Tone map of `image`.
     distortion : Distortion, optional
         That of the lens, of a frame by `render_distorted`.
     """
@@ -100,11 +104,13 @@ class Frame:
     used: tuple[Used, ...]
     outputs: Mapping[str, Any]
     samples: int = 1
+    exposure: float = 0.0
+    tone: str = "none"
     distortion: Distortion | None = None
 
     @property
     def image(self) -> NDArray[np.uint8]:
-        """(H, W, 3) sRGB; with a transparent background (H, W, 4), straight alpha."""
+        """(H, W, 3) sRGB, exposed and tone mapped; with a transparent background (H, W, 4), straight alpha."""
         return self._array("image", np.uint8)
 
     @property
@@ -120,8 +126,8 @@ class Frame:
 
     @property
     def linear(self) -> NDArray[np.float32]:
-        """(H, W, 3) linear light before clamping and encoding; the background is `background`, decoded. With a transparent background
-        (H, W, 4), premultiplied."""
+        """(H, W, 3) linear light without exposure and tone map, not clamped; the background is `background`, decoded. With a transparent
+        background (H, W, 4), premultiplied."""
         return self._array("linear", np.float32)
 
     @property
@@ -240,6 +246,8 @@ class Frame:
         if self.distortion is not None:
             arrays["D"] = np.array(astuple(self.distortion))
         arrays["near"], arrays["far"] = np.array(self.near), np.array(self.far)
+        if "image" in self.outputs:
+            arrays["exposure"], arrays["tone"] = np.array(self.exposure), np.array(self.tone)
         if isinstance(self.scene, Scene):
             arrays["nodes"] = np.array([node.name for node in self.scene.nodes], dtype=str)
         return arrays

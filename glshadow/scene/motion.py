@@ -127,7 +127,7 @@ class Motion:
         if not nodes and self is scene.motion and (seen, lit, every) == (scene.camera, scene.lights, scene.cameras):
             return scene  # nothing has moved
         motion = replace(self, cameras=cameras, lights=lights)
-        settings = {"camera": seen, "lights": lit, "cameras": every, "motion": motion}
+        settings = {"camera": seen, "lights": lit, "cameras": every, "motion": motion, "rest": scene.rest or scene}
         try:
             return scene.changed(nodes, **settings)
         except SceneError:
