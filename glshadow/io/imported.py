@@ -44,6 +44,8 @@ class Imported:
         How its nodes move.
     as_given : bool
         Whether the nodes are the caller's own, whose materials are as they are meant.
+    no_view : str, optional
+        What is wrong with the source's first camera, if it is broken.
     """
 
     nodes: list[Node] = field(default_factory=list)
@@ -53,6 +55,7 @@ class Imported:
     cameras: dict[str, Camera] = field(default_factory=dict)
     motion: Motion | None = None
     as_given: bool = False
+    no_view: str | None = None
 
     def at(self, seconds: float) -> None:
         """Place what moves where it is at a time of the chosen animation."""
