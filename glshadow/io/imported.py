@@ -43,7 +43,7 @@ class Imported:
     motion : Motion, optional
         How its nodes move.
     as_given : bool
-        Whether the nodes are the caller's own, whose materials are as they are meant.
+        Whether they are a Scene's, which stays as it is.
     no_view : str, optional
         What is wrong with the source's first camera, if it is broken.
     """

@@ -238,7 +238,7 @@ def _reader(
         )
     if isinstance(source, Mesh | Node) or (isinstance(source, list | tuple) and source):
         placed = Scene(source if isinstance(source, list | tuple) else [source])
-        return "scene", "scene", lambda: Imported(list(placed.nodes), as_given=True), False
+        return "scene", "scene", lambda: Imported(list(placed.nodes), None, None), False
     kind = f"{str(type(source).__module__).partition('.')[0]}.{type(source).__name__}"
     read = _library_reader(source)
     if read is not None:

@@ -123,7 +123,7 @@ PLAIN = Look(
 )
 STUDIO = Look(_framed, _studio, ambient=(0.04, 0.16), background=(0.94, 0.94, 0.94))
 OUTDOOR = Look(
-    _outside, _outdoor, ambient=(0.02, 0.12), background=(0.73, 0.83, 0.93), ground=(0.42, 0.40, 0.36), ground_size=60.0
+    _outside, _outdoor, ambient=(0.02, 0.12), background=(0.73, 0.83, 0.93), ground=(0.42, 0.40, 0.36), ground_size=200.0
 )
 LOOKS = {"studio": STUDIO, "plain": PLAIN, "outdoor": OUTDOOR}
 """By the word of `load(look=)` and `--look`."""

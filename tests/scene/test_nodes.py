@@ -53,6 +53,6 @@ def test_render_adds_a_ground_to_any_scene() -> None:
 def test_load_takes_meshes_nodes_and_lists_of_them() -> None:
     mesh = block()
     for source in (mesh, gs.Node(mesh), [mesh, gs.Node(mesh)], (mesh,)):
-        assert all(node.mesh is mesh for node in gs.load(source).nodes)
+        assert all(node.mesh is mesh for node in gs.load(source, look="plain").nodes)
     with pytest.raises(gs.SceneError, match=r"nodes\[1\] must be Node"):
         gs.load([mesh, "mesh"])
