@@ -46,7 +46,7 @@ def texels(*row: tuple[int, int, int]) -> np.ndarray:
 
 @pytest.mark.parametrize("samples", [1, 4])
 def test_files_with_one_right_picture(renderer: gs.Renderer, models: Path, samples: int) -> None:
-    look: dict[str, Any] = {"ambient": 1.0, "background": (0, 0, 0), "samples": samples}
+    look: dict[str, Any] = {"ambient": 1.0, "background": (0, 0, 0), "samples": samples, "tone": "none"}
     red, green = [255, 0, 0], [0, 255, 0]
     # uv from -.5 to 1.5 over the texels red, green; clamped
     image = renderer.render(of_case(models, "wrap_clamp"), FRONT, [], SIZE, **look).image

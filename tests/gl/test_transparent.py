@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -38,10 +39,10 @@ def test_catcher_over_the_unshadowed_plane_gives_the_shadowed_plane(
     renderer: gs.Renderer, name: str, samples: int, strength: float
 ) -> None:
     lights = tuple(replace(light, shadow=gs.Shadow(strength=strength)) for light in LIGHTS[name])
-    outputs = ("image", "linear", "alpha")
-    wanted = renderer.render(scene_of(False, lights), size=SIZE, outputs=outputs, samples=samples)
-    below = renderer.render(scene_of(False, lights, body=False), size=SIZE, outputs=outputs, samples=samples)
-    caught = renderer.render(scene_of(True, lights), size=SIZE, outputs=outputs, background=None, samples=samples)
+    given: Any = {"size": SIZE, "outputs": ("image", "linear", "alpha"), "samples": samples, "tone": "none"}
+    wanted = renderer.render(scene_of(False, lights), **given)
+    below = renderer.render(scene_of(False, lights, body=False), **given)
+    caught = renderer.render(scene_of(True, lights), background=None, **given)
     assert caught.image.shape == (SIZE[1], SIZE[0], 4)
     light = caught.linear[..., :3] + (1.0 - caught.linear[..., 3:]) * below.linear
     # with several samples the mean of products is not the product of means where the light changes within a pixel

@@ -16,7 +16,7 @@ SIZE = (96, 54)
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"near": 1.0}, r"SkyLight has no near=1\.0; it takes color, intensity, shadow, direction"),
+        ({"near": 1.0}, r"SkyLight has no near=1\.0; it takes color, intensity, shadow, photometric, direction"),
         ({"far": 9.0}, "SkyLight has no far"),
         ({"angle": 3.0}, "SkyLight has no angle"),
         ({"cookie": None}, "SkyLight has no cookie"),
