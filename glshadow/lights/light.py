@@ -16,6 +16,7 @@ from glshadow.errors import SettingsError
 from glshadow.lights.table import LightTable
 from glshadow.shadows.cookie import Cookie
 from glshadow.shadows.filters import Filter
+from glshadow.shadows.filters.filter import Needs
 from glshadow.shadows.shadow import Shadow
 from glshadow.shadows.view import Projection, ShadowView
 
@@ -103,6 +104,8 @@ class Light(Settings, ABC):
         Settings that do not affect where its shadows fall.
     penumbra : mapping or None
         Defines of pass/penumbra.frag, which tests all sample points in one pass. None: the sample points are drawn one after another.
+    usual_filter : Filter or None
+        Used unless the shadow's settings ask for another one; None: derived from them.
     """
 
     color: Triple = setting(vector(3, 0.0, BRIGHTEST), (1.0, 1.0, 1.0), help="linear RGB factor")
@@ -129,6 +132,7 @@ class Light(Settings, ABC):
     fixed: ClassVar[bool] = False
     beside_geometry: ClassVar[frozenset[str]] = frozenset({"color", "intensity", "shadow"})
     penumbra: ClassVar[Mapping[str, int] | None] = None
+    usual_filter: ClassVar[Filter | None] = None
 
     __signature__ = _Signature()
 
@@ -295,7 +299,18 @@ class Light(Settings, ABC):
         return (None, None)
 
     def filter_for(self, requested: Filter) -> Filter:
-        """The filter that the light uses when this filter is requested."""
+        """The filter that the light uses when this filter is requested.
+
+        Raises
+        ------
+        SettingsError
+            If the filter is for other lights.
+        """
+        if requested.needs is Needs.DIRECTIONS:
+            raise SettingsError(
+                f"{requested!r} is for light from many directions, that of SkyLight and EnvironmentLight: for {type(self).__name__} use "
+                "Exact() or LightSamples()"
+            )
         return requested
 
     @abstractmethod

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,7 +54,15 @@ def casters_seen(scene: GpuScene, light: Light, camera_view: CameraView | None) 
     return casting
 
 
-def _casters(scene: GpuScene, light: Light) -> Casters:
+def casters_among(scene: GpuScene, lights: Sequence[Light]) -> NDArray[np.bool_]:
+    """Which nodes (N,) darken anything that some camera sees, in light from within the hull of hard lights."""
+    casters = _casters(scene, lights)
+    casting = casters.always.copy()
+    casting[list(casters.inside)] = True
+    return casting
+
+
+def _casters(scene: GpuScene, light: Light | Sequence[Light]) -> Casters:
     """Cull large bodies of few triangles that certainly darken neither another body nor themselves."""
     casting, inside = scene.casts.copy(), {}
     size = np.linalg.norm(np.ptp(scene.corners, axis=1), axis=1)
