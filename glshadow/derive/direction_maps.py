@@ -15,6 +15,8 @@ from glshadow.shadows.view import ShadowView
 
 SETS = 4
 """Sets of maps: each pixel of a 2 x 2 block samples one."""
+FINE = 1 << 16
+"""Pixels of an image from which on maps are divided into sets: in a smaller one a mean over neighbours would blur, and all cost little."""
 _FEWEST = 64  # directions that are divided into sets
 _HEAVY = 2.0
 """A direction that stands for more than this many times the mean is sampled by every pixel."""
@@ -65,7 +67,9 @@ def direction_views(lights: Sequence[Light], casters: Array, clip: ClipSpace, re
     """
     low, high = casters.min(axis=0), casters.max(axis=0)
     middle = 0.5 * (low + high)
-    corners = casters if len(casters) <= _MANY else np.stack(np.meshgrid(*zip(low, high, strict=True)), -1).reshape(-1, 3)
+    corners = (
+        casters if len(casters) <= _MANY else np.stack(np.meshgrid(*zip(low, high, strict=True)), -1).reshape(-1, 3)
+    )
     corners = corners - middle
     radius = 1.001 * max(float(np.linalg.norm(corners, axis=1).max()), 1e-300)
     side = 1 << int(np.ceil(0.5 * np.log2(len(lights))))
@@ -93,14 +97,13 @@ def direction_views(lights: Sequence[Light], casters: Array, clip: ClipSpace, re
     return DirectionViews(tuple(views), middle, radius, side)
 
 
-def sets_of(lights: Sequence[Light], per_channel: bool) -> tuple[NDArray[np.int64], Array]:
+def sets_of(lights: Sequence[Light], per_channel: bool, fine: bool) -> tuple[NDArray[np.int64], Array]:
     """Indices (S, L) of the directions that each set samples, and their factors (S, L); what is left over has the factor 0.
 
-    The factors of all sets together are S / S for each direction, so that the mean over the sets is that over all directions.
+    The factors of all sets together are 1 for each direction. `fine`: the image is large enough for several sets.
     """
     count = len(lights)
-    whole = count >= _FEWEST and (per_channel or count % SETS == 0)
-    if not whole:
+    if not fine or count < _FEWEST or (count % SETS and not per_channel):
         return np.arange(count)[None], np.ones((1, count))
     shares = np.array([max(light.color) for light in lights]) if per_channel else np.ones(count)
     heavy = shares > _HEAVY * shares.mean()
@@ -115,13 +118,15 @@ def sets_of(lights: Sequence[Light], per_channel: bool) -> tuple[NDArray[np.int6
     return index, factor
 
 
-def rows_of(found: DirectionViews, lights: Sequence[Light], axes: Array, per_channel: bool) -> NDArray[np.float32]:
+def rows_of(
+    found: DirectionViews, lights: Sequence[Light], axes: Array, per_channel: bool, fine: bool
+) -> NDArray[np.float32]:
     """Rows (S, L, 3 or 4, 4) of lib/directions.glsl, in a frame with axes (3, 3).
 
     Right and up, each with the texel of `middle`; width and height of a texel in world units, corner of the tile; the colour for which the
     direction stands, if the light differs by channel.
     """
-    index, factor = sets_of(lights, per_channel)
+    index, factor = sets_of(lights, per_channel, fine)
     rows = np.zeros((len(found.views), 3 + per_channel, 4))
     for row, view, light in zip(rows, found.views, lights, strict=True):
         row[:2, :3] = view.view_from_world[:2, :3] @ axes.T

@@ -16,7 +16,6 @@ from glshadow.errors import SettingsError
 from glshadow.lights.table import LightTable
 from glshadow.shadows.cookie import Cookie
 from glshadow.shadows.filters import Filter
-from glshadow.shadows.filters.filter import Needs
 from glshadow.shadows.shadow import Shadow
 from glshadow.shadows.view import Projection, ShadowView
 
@@ -299,18 +298,8 @@ class Light(Settings, ABC):
         return (None, None)
 
     def filter_for(self, requested: Filter) -> Filter:
-        """The filter that the light uses when this filter is requested.
-
-        Raises
-        ------
-        SettingsError
-            If the filter is for other lights.
-        """
-        if requested.needs is Needs.DIRECTIONS:
-            raise SettingsError(
-                f"{requested!r} is for light from many directions, that of SkyLight and EnvironmentLight: for {type(self).__name__} use "
-                "Exact() or LightSamples()"
-            )
+        """The filter that the light uses when this filter is requested; raises SettingsError for one of other lights."""
+        requested.check_light(type(self).__name__)
         return requested
 
     @abstractmethod

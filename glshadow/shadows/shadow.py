@@ -91,10 +91,14 @@ class Shadow(Settings):
             raise SettingsError(
                 f"{self.filter!r} prefilters a float depth texture: leave target at None, got {self.target.value}"
             )
-        if self.filter is not None and self.filter.needs is Needs.DIRECTIONS and (
-            given := [name for name in OF_ONE_MAP if getattr(self, name) is not None]
+        if (
+            self.filter is not None
+            and self.filter.needs is Needs.DIRECTIONS
+            and (given := [name for name in OF_ONE_MAP if getattr(self, name) is not None])
         ):
-            raise SettingsError(f"{self.filter!r} derives {' and '.join(given)}: leave them at None, or use LightSamples()")
+            raise SettingsError(
+                f"{self.filter!r} derives {' and '.join(given)}: leave them at None, or use LightSamples()"
+            )
         if self.filter is not None and not self.filter.has_map and (self.bias is not None or self.target is not None):
             raise SettingsError(
                 f"{self.filter!r} tests triangles, not stored depths: leave bias and target at None, got bias {self.bias!r} and target "

@@ -35,10 +35,11 @@ void add_pattern(out vec3 seen, out vec3 all) {
     for (int i = 0; i < 9; i++) {
         int k = (i + 4) % 9; // the receiver's own pixel first
         ivec2 step_ = ivec2(k % 3, k / 3) - 1, at = pixel + step_;
-        bool inside = at == clamp(at, ivec2(0), last);
-        vec4 found = texelFetch(u_counts, clamp(at, ivec2(0), last), 0);
+        // beyond the image: the opposite neighbour, which has the same set
+        at = ivec2(at.x < 0 || at.x > last.x ? pixel.x - step_.x : at.x, at.y < 0 || at.y > last.y ? pixel.y - step_.y : at.y);
+        vec4 found = texelFetch(u_counts, at, 0);
 #if GLS_WEIGHED == 2
-        vec4 whole = texelFetch(u_unshadowed, clamp(at, ivec2(0), last), 0);
+        vec4 whole = texelFetch(u_unshadowed, at, 0);
         vec2 plane = vec2(found.a, whole.a);
         vec3 part = found.rgb, of = whole.rgb;
 #else
@@ -47,7 +48,7 @@ void add_pattern(out vec3 seen, out vec3 all) {
 #endif
         vec3 other = unpack_plane_normal(plane.y);
         normal = i == 0 ? other : normal;
-        bool same = i == 0 || inside && dot(normal, other) > PATTERN_COSINE && abs(dot(other, pattern_position) - plane.x) <= u_pixel * pattern_depth;
+        bool same = i == 0 || dot(normal, other) > PATTERN_COSINE && abs(dot(other, pattern_position) - plane.x) <= u_pixel * pattern_depth;
         float weight = same ? float((2 - abs(step_.x)) * (2 - abs(step_.y))) : 0.0;
         seen += weight * part;
         all += weight * of;

@@ -19,7 +19,6 @@ from glshadow.renderer import Renderer
 from glshadow.scene.mesh import AlphaMode, Material, Mesh
 from glshadow.scene.nodes import Node, Scene
 from glshadow.scenes import shapes
-from glshadow.shadows import shadow as shadow_module
 
 from .test_casters import CAMERA, ground, leaf, leaves, placed
 
@@ -260,7 +259,7 @@ def test_area_light_without_any_lists_uses_as_many_maps(
     scene: Scene, refuse: Refuse, monkeypatch: pytest.MonkeyPatch, which: str
 ) -> None:
     """Also if only the lists of a late sample point do not fit. It is an error only if Exact() was requested by name."""
-    monkeypatch.setattr(shadow_module, "RESOLUTION", 128)
+    monkeypatch.setattr(gs.Filter, "resolution", 128)
     light = SIZED["lamp"]
     last = light.hard_lights(64)[-1].position  # type: ignore[union-attr]
     refuse(

@@ -9,7 +9,7 @@ import numpy as np
 
 from glshadow.core.spaces import ClipSpace
 from glshadow.derive.compare import rounding_of
-from glshadow.derive.direction_maps import MOST_SLACK, REACH, DirectionViews, direction_views, rows_of
+from glshadow.derive.direction_maps import FINE, MOST_SLACK, REACH, DirectionViews, direction_views, rows_of
 from glshadow.derive.resolved import CasterSettings
 from glshadow.derive.used import Used
 from glshadow.errors import SettingsError
@@ -18,8 +18,7 @@ from glshadow.gl.driver.context import GLContext
 from glshadow.gl.driver.entry_points import RGBA32F
 from glshadow.gl.driver.targets import release
 from glshadow.gl.frame_context import FrameContext
-from glshadow.gl.passes.atlases import Atlas
-from glshadow.gl.passes.caster import Map, draw_casters
+from glshadow.gl.passes.direction_maps import DirectionAtlas
 from glshadow.gl.passes.per_sample import PerSample
 from glshadow.gl.passes.receiver import Receiver
 from glshadow.gl.passes.resolve import count_seen
@@ -39,9 +38,11 @@ class Directions(Technique):
     def __init__(self, context: GLContext) -> None:
         self._context = context
         self._shadow: ResolvedShadow
-        self._atlas: Atlas | None = None
+        self._atlas = DirectionAtlas(context)
         self._drawn: Hashable = None  # key of what the atlas holds
         self._table: BufferTexture | None = None
+        self._written: Hashable = None  # key of what it holds
+        self._lights: tuple[Light, ...] = ()
         self._sets, self._length = 1, 0
         self.found: DirectionViews | None = None
         self._counted: Hashable = None
@@ -72,33 +73,37 @@ class Directions(Technique):
         return Used((), filter_, settings.bias, settings.target, clip, settings.faces, draws, why=why)
 
     def _draw(self, frame: FrameContext, count: int, clip: ClipSpace, settings: CasterSettings) -> int:
-        scene, context = frame.scene, self._context
+        scene = frame.scene
         lights = self.light.hard_lights(count)
         casting = casters_among(scene, lights)
-        release(self._table)
-        self._table = self.found = None
+        self.found = None
         if not casting.any():
             return 0
         found = direction_views(lights, scene.corners[casting].reshape(-1, 3), clip, self._shadow.resolution)
         limit = frame.caps.max_texture_size
         if max(found.size) > limit:
             raise SettingsError(
-                f"{len(found.views)} maps of {self._shadow.resolution} texels need an atlas of {found.size[0]} x {found.size[1]}, the driver's "
-                f"limit is {limit}: lower Shadow.resolution or the count of DirectionMaps"
+                f"{len(found.views)} maps of {self._shadow.resolution} texels need an atlas of {found.size[0]} x {found.size[1]}, "
+                f"the driver's limit is {limit}: lower Shadow.resolution or the count of DirectionMaps"
             )
-        if self._atlas is None or self._atlas.size != found.size:
-            release(self._atlas)
-            self._atlas = None
-            self._atlas = Atlas(context, settings.target, found.size)
-        self._atlas.drawn.clear()
-        draws = draw_casters(
-            context, frame.programs, scene, self.light, casting, Map(found.views, self._atlas, settings, self._shadow.filter)
-        )
-        axes = self.light.frame((), scene.origin)[:3, :3]
-        rows = rows_of(found, lights, axes, self.light.per_channel)
-        self._sets, self._length = rows.shape[:2]
-        self._table, self.found = texture_buffer(context, rows.reshape(-1, 4), RGBA32F), found
+        draws = self._atlas.draw(frame, self.light, casting, found, settings, self._shadow.filter)
+        self.found, self._lights = found, lights
         return draws
+
+    def _write_table(self, frame: FrameContext) -> None:
+        """Upload the rows of the directions that each pixel samples."""
+        assert self.found is not None
+        fine = int(np.prod(frame.camera_view.size)) >= FINE
+        key = (self._drawn, fine)
+        if self._written == key:
+            return
+        axes = self.light.frame((), frame.scene.origin)[:3, :3]
+        rows = rows_of(self.found, self._lights, axes, self.light.per_channel, fine)
+        self._sets, self._length = rows.shape[:2]
+        release(self._table)
+        self._table = self._written = None
+        self._table = texture_buffer(self._context, rows.reshape(-1, 4), RGBA32F)
+        self._written = key
 
     @property
     def _weights(self) -> int:
@@ -108,6 +113,7 @@ class Directions(Technique):
         """A receiver that reads the sums. They are computed again only if light, scene or camera view changed since the last frame."""
         if self.found is None:
             return open_receiver(frame, self.light)
+        self._write_table(frame)
         key = (self._drawn, frame.camera_view, frame.targets.identity)
         if self._counted != key:
             self._counted = None
@@ -137,7 +143,6 @@ class Directions(Technique):
         """The receiver of the pass that samples the maps."""
         found, atlas = self.found, self._atlas
         assert found is not None
-        assert atlas is not None
         receiver = open_receiver(frame, self.light)
         middle = receiver.axes @ (found.middle - frame.scene.origin) + receiver.offset
         view = frame.camera_view
@@ -145,7 +150,7 @@ class Directions(Technique):
         return replace(
             receiver,
             slots=direction_slots(),
-            defines={"GLS_DIRECTIONS": self._length, "GLS_SETS": self._sets},
+            defines={"GLS_DIRECTIONS": self._length, "GLS_SETS": self._sets, "GLS_BITS": int(atlas.in_bits)},
             uniforms={
                 "u_ball": (*middle, found.radius),
                 "u_direction_slack": (FACET_SLOPE, REACH, MOST_SLACK),

@@ -23,6 +23,6 @@ FILTERS: tuple[type[Filter], ...] = (
 
 # Also the names that glshadow itself exports.
 __all__ = [
-    "BabylonEsm", "DirectionMaps", "Disc", "EdgePcf", "Esm", "Evsm", "Exact", "Filter", "Gaussian", "Hard", "LightSamples", "Msm", "Pcf", "Pcss", "Poisson",
-    "Vsm",
+    "BabylonEsm", "DirectionMaps", "Disc", "EdgePcf", "Esm", "Evsm", "Exact", "Filter", "Gaussian", "Hard", "LightSamples", "Msm", "Pcf",
+    "Pcss", "Poisson", "Vsm",
 ]  # fmt: skip

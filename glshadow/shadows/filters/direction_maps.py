@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from typing import Self
 
 from glshadow.core.setting import optional, setting, whole
+from glshadow.errors import SettingsError
 from glshadow.shadows.filters.filter import Needs, SizeFilter
 
 MOST = 256
 """Directions of a scene that is not large: their sum is within 0.004 of that of 1,024."""
 LEAST = 32
-TRIANGLES = 1 << 26
+TRIANGLES = 1 << 27
 """Triangles, counted once for each direction, that are drawn for a light unless the count is given."""
 
 
@@ -25,7 +26,7 @@ class DirectionMaps(SizeFilter):
     Parameters
     ----------
     count : int, optional
-        Directions, 1 to 1024. None: 256; fewer, but at least 32, for a scene of more than 260,000 triangles.
+        Directions, 1 to 1024. None: 256; fewer, but at least 32, for a scene of more than 520,000 triangles.
 
     References
     ----------
@@ -37,6 +38,7 @@ class DirectionMaps(SizeFilter):
 
     spelling = "directionmaps"
     needs = Needs.DIRECTIONS
+    snippet = "lib/directions.glsl"
     summary = "COUNT small maps of a sky or environment light's directions, sampled in one pass"
     source = "Pharr, Green 2004"
     fails = "loses what is smaller than a texel, 1/128 of the scene"
@@ -46,6 +48,12 @@ class DirectionMaps(SizeFilter):
     def points_of_light(self) -> int:
         """`count`, or the most of it."""
         return self.count or MOST
+
+    def check_light(self, name: str) -> None:
+        """It serves none of them."""
+        raise SettingsError(
+            f"{self!r} is for light from many directions, that of SkyLight and EnvironmentLight: for {name} use Exact() or LightSamples()"
+        )
 
     def of_scene(self, triangles: int) -> Self:
         """With `count`, or a multiple of four that suits the scene."""

@@ -86,6 +86,9 @@ class Filter(Spelled):
         """The filter for each sample point of the light."""
         return self
 
+    def check_light(self, name: str) -> None:
+        """Raise SettingsError if the filter does not serve lights of a kind that one direction or position describes."""
+
     def of_scene(self, triangles: int) -> Filter:
         """The filter for a scene whose casters have this many triangles."""
         return self
